@@ -216,8 +216,8 @@ def run(
     ParameterError, ConfigError, StoreError
         An argument that is none, or as the command `run` tells them.
     """
-    from rigidpend.config import sweeps
-    from rigidpend.config.names import resolve
+    from rigidpend.config import overrides
+    from rigidpend.config.catalogue import resolve
     from rigidpend.machine import workers
     from rigidpend.machine.progress import shown
     from rigidpend.runs import loading, runner
@@ -232,7 +232,7 @@ def run(
     given = [(key, _written(value)) for key, value in pairs.items()]
     [path] = resolve((str(checked.path("name", name)),), folder)
     # The name that a sweep would give it, so that either finds the other's result.
-    ending = sweeps.ending(given)
+    ending = overrides.ending(given)
     options = [f"{key}={value}" for key, value in given]
     chosen = f"{path.stem}{ending}" if called is None else called
     [group] = loading.load_groups([path], options, (), chosen)

@@ -291,7 +291,6 @@ def of_asymptotic(random: Any, count: int) -> Shares:
         "HIGHEST": Fraction(1, 10**32),
         "FINEST": 1e-38,
         "NEAREST": 1e-14,
-        "_rounded": lambda x: x,
     }
     with mock.patch.multiple(sharp_module, **finer):
         truth = [_sharp(level, one, h, J1_0) for one in rough]

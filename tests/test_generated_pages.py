@@ -87,21 +87,3 @@ def test_every_departure_is_there() -> None:
     assert [line.replace("\\", "") for line in lines] == [
         f"| {' | '.join(departure)} |" for departure in DEPARTURES
     ]
-
-
-def test_the_letters_are_those_of_the_package() -> None:
-    page = generate.names()
-    assert "alpha0, " in page
-    assert "J1, J2, J3" in page
-    assert page.count("=====") >= 3
-
-
-def test_every_public_module_of_the_physics_is_there() -> None:
-    page = generate.modules()
-    for name in (
-        "mechanics.body",
-        "mechanics.poinsot.spiral",
-        "routes.certainty",
-        "orbits.integrate.bigint",
-    ):
-        assert f".. automodule:: rigidpend.{name}\n" in page

@@ -101,9 +101,3 @@ def test_each_equation_has_tests_that_import_it_and_can_fail(label: str) -> None
         asserts = any(isinstance(node, ast.Assert) for node in ast.walk(test))
         checks = ("assert_", "raises", "check", "same")
         assert asserts or any(x.startswith(checks) for x in names(test)), test.name
-
-
-@pytest.mark.parametrize("experiment", sorted(x for x in PROSE.values() if "experiment " in x))
-def test_the_experiments_behind_the_figures_exist(experiment: str) -> None:
-    name = experiment.rpartition(" ")[2]
-    assert (ROOT / "rigidpend" / "experiments" / name / "compute.py").is_file()

@@ -18,7 +18,7 @@ from packaging.version import Version
 import rigidpend
 from docs import generate
 from rigidpend import cli, experiments
-from rigidpend.config import names
+from rigidpend.config import catalogue
 from rigidpend.render import captions
 from rigidpend.results import store
 from rigidpend.runs import loading
@@ -58,7 +58,7 @@ def test_every_command_shown_is_understood(arguments: list[str], tmp_path: Path)
     assert isinstance(command, click.Command)
     for name in given.get("names") or [given.get("name") or "fig4"]:
         path = "fig4" if str(name).endswith(".yaml") else str(name)
-        loading.load_all(names.resolve((path,)), given.get("settings", ()))
+        loading.load_all(catalogue.resolve((path,)), given.get("settings", ()))
 
 
 TARGETS = sorted(set(re.findall(r"(?:^|`)make ([a-z-]+)", "\n".join(TEXTS.values()), re.MULTILINE)))

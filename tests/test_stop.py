@@ -88,25 +88,20 @@ def ended(process: subprocess.Popen[str]) -> tuple[int, float, str]:
 
 @pytest.mark.slow
 @pytest.mark.parametrize(
-    ("work", "jobs"),
-    # On one thread it is the same calls that are waited for, of any work.
-    [(work, 2) for work in WORK] + [("long codes in doubles", 1), ("integers", 1)],
+    ("work", "jobs", "number"),
+    [
+        *((work, 2, signal.SIGINT) for work in WORK),
+        # On one thread it is the same calls that are waited for, of any work.
+        *((work, 1, signal.SIGINT) for work in ("long codes in doubles", "integers")),
+        ("long codes in doubles", 2, signal.SIGTERM),
+    ],
 )
-def test_ctrl_c_ends_any_work_soon(work: str, jobs: int) -> None:
+def test_a_signal_ends_any_work_soon(work: str, jobs: int, number: signal.Signals) -> None:
     process = begun(work, jobs)
-    process.send_signal(signal.SIGINT)
+    process.send_signal(number)
     code, seconds, said = ended(process)
-    assert (code, said) == (130, "")
+    assert (code, said) == (128 + number, "")
     # Other work on the machine may take its turn; without the check it is some ten times as long.
-    assert seconds < PROMPT * max(1.0, os.getloadavg()[0])
-
-
-@pytest.mark.slow
-def test_sigterm_ends_it_as_well() -> None:
-    process = begun("long codes in doubles", 2)
-    process.send_signal(signal.SIGTERM)
-    code, seconds, said = ended(process)
-    assert (code, said) == (143, "")
     assert seconds < PROMPT * max(1.0, os.getloadavg()[0])
 
 

@@ -105,8 +105,20 @@ SWEEPS = click.option(
     shell_complete=complete.settings,
     help="A result for each of the values, and for each combination if given again.",
 )
+
+
+def _cores() -> int:
+    from rigidpend.machine import workers
+
+    return workers.cores()
+
+
 JOBS = click.option(
-    "-j", "--jobs", type=click.IntRange(1), help="Threads; all processors if not given."
+    "-j",
+    "--jobs",
+    type=click.IntRange(1),
+    default=_cores,
+    help="Threads; all processors if not given.",
 )
 SCHEDULER = click.option(
     "--scheduler",
@@ -225,7 +237,7 @@ def check_name(name: str | None, names: Sequence[str], paths: Sequence[Path]) ->
 
 def the_one(name: str, command: str) -> Path:
     """File of the one config that a command is about, which `all` is not."""
-    from rigidpend.config.names import resolve
+    from rigidpend.config.catalogue import resolve
 
     [path, *others] = resolve((name,))
     if others:
@@ -243,7 +255,7 @@ def measured(
 ) -> Path:
     """Run a measurement unless it is up to date, and draw it; its result."""
     from rigidpend import render
-    from rigidpend.config.names import resolve
+    from rigidpend.config.catalogue import resolve
     from rigidpend.runs import loading, runner
 
     [path] = resolve((f"{name}_quick" if quick else name,))

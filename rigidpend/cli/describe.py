@@ -36,7 +36,7 @@ def command(name: str, settings: tuple[str, ...], resolved: bool, as_json: bool)
       rigidpend describe fig4 --resolved > mine.yaml
       rigidpend describe all --json
     """
-    from rigidpend.config.names import resolve
+    from rigidpend.config.catalogue import resolve
     from rigidpend.runs import loading
 
     paths = resolve((name,))

@@ -53,11 +53,11 @@ def command(
       rigidpend render fig4 --format pdf
       rigidpend render fig4 --sweep problem.mu=1e-4,1e-3 --out swept
     """
-    from rigidpend.config import names as known
+    from rigidpend.config.catalogue import resolve
 
     absent: dict[Path, list[Path]] = {}
     every: list[bool] = []
-    for path in known.resolve(names, folder):
+    for path in resolve(names, folder):
         title, members = _members(path, sweeps)
         sources = [folder_of(path, folder) / f"{name}.h5" for name in members]
         lacking = [source for source in sources if not os.path.lexists(source)]

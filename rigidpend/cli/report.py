@@ -35,7 +35,7 @@ def command(names: tuple[str, ...], folder: Path, target: Path | None) -> None:
       rigidpend report --out results/reference --to reference.html
       rigidpend report fig4 fig5 --to two.html
     """
-    from rigidpend.config.names import resolve
+    from rigidpend.config.catalogue import resolve
     from rigidpend.render import report
 
     path = target or folder / "report.html"

@@ -1,4 +1,4 @@
-"""Catalogue of the configs that can be named; imports nothing heavy, for shells complete by it."""
+"""Catalogue of the configs that can be named; shells complete names by it, so nothing is heavy."""
 
 from __future__ import annotations
 
@@ -6,6 +6,8 @@ import re
 from collections.abc import Sequence
 from pathlib import Path
 from typing import Generic, NamedTuple, TypeVar
+
+from rigidpend.config.complaints import Complaint, ConfigError, Origin, meant
 
 C = TypeVar("C", covariant=True)
 
@@ -21,6 +23,10 @@ RESULTS = Path("results")
 """Folder of results where none is given."""
 REFERENCES = RESULTS / "reference"
 """Folder of references where none is given."""
+
+
+SUFFIXES = (".yaml", ".yml", ".h5")
+"""Endings of files that hold a config: as text, or in a result."""
 
 
 class Group(NamedTuple, Generic[C]):
@@ -83,3 +89,60 @@ def _has_line(path: Path, line: re.Pattern[bytes]) -> bool:
 def in_all(path: Path) -> bool:
     """True if `all` includes this config."""
     return path.parent in folders()
+
+
+def resolve(names: tuple[str, ...], folder: Path = RESULTS) -> list[Path]:
+    """Find the files that are meant by names, by paths, or by `all`; each once, in order.
+
+    A name stands for a config that is known, for one in this folder, or for a stored result.
+
+    Parameters
+    ----------
+    names : tuple of str
+    folder : Path, optional
+        Folder of the results.
+
+    Raises
+    ------
+    ConfigError
+        A name that no folder has, or a path that is not there.
+    """
+    by_name = known()
+    paths: list[Path] = []
+    complaints: list[Complaint] = []
+    for name in names:
+        try:
+            everything = filter(in_all, by_name.values())
+            paths.extend(everything if name == "all" else [_file(name, by_name, folder)])
+        except ConfigError as error:
+            # All names that are wrong are told at once.
+            complaints += error.complaints
+    if complaints:
+        raise ConfigError(complaints)
+    return list(dict.fromkeys(paths))
+
+
+def _file(name: str, by_name: dict[str, Path], folder: Path) -> Path:
+    path = Path(name)
+    if path.suffix in SUFFIXES:
+        if path.is_file():
+            return path
+        # A device or a pipe might never end.
+        message = "not a file" if path.exists() else "there is no such file"
+        message = "a folder, not a file" if path.is_dir() else message
+        raise ConfigError([Complaint(Origin(name), (), message)])
+    if name in by_name:
+        return by_name[name]
+    for candidate in (path.with_name(f"{path.name}{suffix}") for suffix in SUFFIXES[:2]):
+        if path.name and candidate.is_file():
+            return candidate
+    stored = folder / f"{name}.h5"
+    if name and stored.is_file():
+        return stored
+    raise ConfigError([Complaint(Origin(name), (), f"no such config{_hint(name, by_name)}")])
+
+
+def _hint(name: str, by_name: dict[str, Path]) -> str:
+    names = [*by_name, *own()]
+    others = f"; known are {', '.join(names)} and all, or give a FILE.yaml or a RESULT.h5"
+    return meant(name, names, 0.6) or others

@@ -181,3 +181,4 @@ def separatrix_ticks(axes: Axes, places: ArrayLike, digits: int) -> None:
             first.set_horizontalalignment("right")
             second.set_horizontalalignment("left")
     axes.set_xlim(x[0], x[-1])
+    axes.set_xlabel(r"$\theta_1$ (rad, modulo $4\pi$)", labelpad=3)

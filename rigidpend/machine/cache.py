@@ -26,8 +26,8 @@ MEANING = {
     "plans": "what plans found out",
 }
 """The subfolders of this version; others are of another."""
-PLANS = 1_000_000
-"""Bytes of all that plans found out, of which each takes some 300."""
+PLANS = 500_000
+"""Bytes of all that plans found out, of which each takes some 500."""
 
 
 class Subfolder(NamedTuple):
@@ -87,7 +87,7 @@ def save(within: Path, of: bytes, content: bytes, most: int) -> None:
 
 
 def recall(of: str) -> Any:
-    """What an earlier process found to follow from something; None where none did."""
+    """Recall what an earlier process found to follow from something; None where none did."""
     content = load(folder() / "plans", of.encode())
     return None if content is None else json.loads(content)
 

@@ -148,15 +148,15 @@ def image(results: Sequence[Any], suffix: str, title: str = "", origin: str = ""
         told |= {"name": title, "config_hash": "several"}
     with matplotlib.rc_context(fname=STYLE), _undrawable():
         drawing: Any = experiments.drawing(told["experiment"])
-        figure = drawing.draw_together(_labelled(results)) if others else drawing.draw(first)
+        if others:
+            configs = [result["config"] for result in results]
+            # What each differs by from the others.
+            labels = [changes.label(config, configs) for config in configs]
+            figure = drawing.draw_together(list(zip(labels, results, strict=True)))
+        else:
+            figure = drawing.draw(first)
         foot = captions.foot(str(told.get("name", "unnamed")), results)
         return _image(figure, suffix, told, foot)
-
-
-def _labelled(results: Sequence[Any]) -> list[tuple[str, Any]]:
-    """Results, each with a label of what it differs by from the others."""
-    configs = [result["config"] for result in results]
-    return [(changes.label(one["config"], configs), one) for one in results]
 
 
 @contextmanager
@@ -221,14 +221,9 @@ def metadata(suffix: str, attributes: Any) -> dict[str, str | None]:
         Root attributes of the result file.
     """
     known = {key: str(attributes.get(key, "unknown")) for key in KEYS}
-    title = f"rigidpend {known['name']}, config {known['config_hash']}"
-    marks = {
-        "Experiment": str(attributes["experiment"]),
-        "Config-Hash": known["config_hash"],
-        "Code-Hash": known["code_hash"],
-        "Engine": known["engine"],
-        "Drawn-From": known["drawn_from"],
-    }
+    title = f"rigidpend {known.pop('name')}, config {known['config_hash']}"
+    marks = {key.replace("_", "-").title(): value for key, value in known.items()}
+    marks = {"Experiment": str(attributes["experiment"]), **marks}
     text = "; ".join(f"{key}: {value}" for key, value in marks.items())
     return {
         "png": {"Software": None, "Title": title, **marks},

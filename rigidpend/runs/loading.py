@@ -15,12 +15,11 @@ from pydantic import ValidationError
 
 from rigidpend import experiments
 from rigidpend.config import catalogue, overrides, reader, validation
-from rigidpend.config import sweeps as sweeping
 from rigidpend.config.catalogue import Group
-from rigidpend.config.complaints import Complaint, ConfigError, Origin
+from rigidpend.config.complaints import Complaint, ConfigError, Origin, meant
+from rigidpend.config.overrides import Sweep
 from rigidpend.config.reader import Document
 from rigidpend.config.schema import ExperimentConfig
-from rigidpend.config.sweeps import Sweep
 from rigidpend.numbers.exact import Exact
 from rigidpend.orbits.integrate import arithmetic
 from rigidpend.runs import provenance
@@ -104,7 +103,7 @@ def _loaded(
     swept: Sequence[tuple[str, Origin]] = (),
 ) -> LoadedConfig:
     """Check a config that was read, with settings, and those of a sweep, each with its origin."""
-    sweeping.free_name(path.stem, Origin(str(path)))
+    overrides.free_name(path.stem, Origin(str(path)))
     if not isinstance(document.tree, dict):
         document.refuse(document.origin(()), (), "expected keys: experiment, problem")
         raise ConfigError(document.complaints)
@@ -116,7 +115,7 @@ def _loaded(
             document.complaints += error.complaints
     own: list[Sweep] = []
     try:
-        own = sweeping.taken_from(document)
+        own = overrides.taken_from(document)
     except ConfigError as error:
         document.complaints += error.complaints
     experiment = _experiment(document)
@@ -148,8 +147,8 @@ def load_groups(
         Name of the result of a single file, or the beginning of its results' names.
     """
     if name is not None:
-        sweeping.checked_name(name, Origin("--name"))
-    options = [sweeping.option(text) for text in sweeps]
+        overrides.checked_name(name, Origin("--name"))
+    options = [overrides.option(text) for text in sweeps]
     calls = [partial(_group, path, settings, options, name) for path in paths]
     return _together(calls, [path.stem for path in paths])
 
@@ -163,7 +162,7 @@ def _group(
     if not given:
         [base] = _titled(path, [base], settings)
         return Group(path, name or base.name, [replace(base, name=name or base.name)])
-    every = sweeping.variants(list(given.values()))
+    every = overrides.variants(list(given.values()))
     # Read once: of a thousand members the file is the same.
     members = _together(
         [partial(_loaded, path, document.copy(), settings, one.settings) for one in every],
@@ -171,9 +170,9 @@ def _group(
     )
     names = [f"{name or base.name}{variant.ending}" for variant in every]
     for each in names:
-        sweeping.checked_name(each, Origin("sweep"))
+        overrides.checked_name(each, Origin("sweep"))
     swept = [replace(x, name=n, sweeps=()) for x, n in zip(members, names, strict=True)]
-    names = [name or base.name, *sweeping.short_names(list(given))]
+    names = [name or base.name, *overrides.short_names(list(given))]
     return Group(path, "_".join(names), _titled(path, swept, list(given)))
 
 
@@ -246,6 +245,6 @@ def _experiment(document: Document) -> str:
     if place not in document.unread:
         message = "required"
         if name is not None:
-            message = f"no such experiment: {name!r}{validation.meant(str(name), known)}"
+            message = f"no such experiment: {name!r}{meant(str(name), known)}"
         document.refuse(document.origin(place), place, f"{message} {validation.among(known)}")
     raise ConfigError(document.complaints)

@@ -1,12 +1,8 @@
-"""Crafted result files: each a design by which a file could do more than hold data.
-
-A script: ``python -m tests.attacks.craft FOLDER`` makes them all, sealed and unsealed.
-"""
+"""Crafted result files: each a design by which a file could do more than hold data."""
 
 from __future__ import annotations
 
 import os
-import sys
 import zlib
 from collections.abc import Callable
 from pathlib import Path
@@ -267,14 +263,3 @@ def written(folder: Path, name: str, *, seal: bool) -> Path:
     path = folder / "attack.h5"
     path.write_bytes(sealed(image) if seal else image)
     return path
-
-
-def main(folder: Path) -> None:
-    for k, name in enumerate(ATTACKS):
-        for seal in (True, False):
-            path = written(folder / f"{k:02d}{'s' if seal else 'u'}", name, seal=seal)
-            print(f"{path}: {name}")
-
-
-if __name__ == "__main__":
-    main(Path(sys.argv[1]))

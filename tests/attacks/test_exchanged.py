@@ -24,36 +24,7 @@ from tests.cli.calls import UNTRACED
 from tests.config.samples import HEAD, SMALL, written
 from tests.runs.test_faults import ZOOM
 
-KEYS = [
-    *("A", "r", "mu", "h0", "J1_0", "n_symbols", "only"),
-    *("start", "step", "count", "precisions", "experiment", "figure"),
-]
-VALUES = [
-    *("", "~", "null", "true", "0", "-0", "-1", "1e-400", "1e400", "0.1#c", "0.1 #c", "1_000"),
-    *("[]", "{}", "[[]]", "{a: 1}", "[1, 2]", "[1, 2, 3]", "[53, 54]", "[64, 53]", "[9001]"),
-    *("'1'", '"0.5"', "&a 1", "*a", "!!int 1", "0x10", "0o7", "1:30", "2024-01-01", ".5", "5."),
-    *("nan", ".inf", "pi", "1/0", "sin(1e9)", "2**64", "1e5001", "x" * 9000, "- 1", "٣", "1 2"),
-]
-"""What YAML or a reader of numbers may take for something else."""
 PIECES = [*"aZ9_.,=+-~/\\ :*?\0\n", "..", "con", "NUL", "com1", ".certificate", ".h5", "é", "all"]
-
-
-def test_any_value_of_any_key_loads_or_is_refused_in_short_lines(tmp_path: Path) -> None:
-    with lot.drawn("values") as chance:
-        for _ in range(lot.trials(40)):
-            key, value = chance.choice(KEYS), chance.choice(VALUES)
-            head, _, rest = SMALL.partition(f"{key}: ")
-            # What stands to the end of its line, or of its entry in a mapping in one line.
-            ended = min(rest.find(end) for end in ",}\n" if end in rest)
-            old = rest.find("]") + 1 if rest[0] == "[" else ended
-            text = f"{head}{key}: {value}{rest[old:]}"
-            said = ""
-            try:
-                loading.load(written(tmp_path, text))
-            except ConfigError as error:
-                said = str(error)
-            assert all(len(line) < 700 for line in said.splitlines()), (key, value[:40])
-            assert "Traceback" not in said
 
 
 def test_any_name_stays_in_its_folder_or_is_refused(tmp_path: Path) -> None:

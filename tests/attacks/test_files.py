@@ -5,7 +5,6 @@ from __future__ import annotations
 import contextlib
 import multiprocessing
 import random
-import resource
 import shutil
 from concurrent.futures import ProcessPoolExecutor
 from pathlib import Path
@@ -38,12 +37,6 @@ UNSEALED = ("external storage", "soft link", "bomb", "structure", "NaN", "no nam
 """Attacks that are tried without a digest too: one of each kind."""
 
 
-def spent() -> float:
-    """Seconds of the processor of this process and of those that it started."""
-    times = (resource.getrusage(who) for who in (resource.RUSAGE_SELF, resource.RUSAGE_CHILDREN))
-    return sum(each.ru_utime + each.ru_stime for each in times)
-
-
 @pytest.mark.slow
 @pytest.mark.parametrize(
     ("name", "seal"),
@@ -56,12 +49,12 @@ def test_an_attack_is_a_sentence_or_a_figure(
     # A small image goes the same way as a large one.
     monkeypatch.setattr(render, "PIXELS", 800)
     path = craft.written(tmp_path, name, seal=seal)
-    begun = spent()
+    begun = fuzz.spent()
     try:
         store.load(path)
     except store.StoreError as error:
         said = str(error)
-        assert spent() - begun < SECONDS
+        assert fuzz.spent() - begun < SECONDS
         assert said.startswith(f"{path}: ")
         assert said.isprintable()
         assert len(said) < len(str(path)) + 400

@@ -24,10 +24,3 @@ def test_a_failure_names_its_seed(monkeypatch: pytest.MonkeyPatch) -> None:
     with pytest.raises(ValueError, match="wrong") as caught, lot.drawn("kills"):
         raise ValueError("wrong")
     assert "SEED=41" in caught.value.__notes__[0]
-
-
-def test_a_count_makes_more_trials_and_never_fewer(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(lot, "COUNT", 0)
-    assert lot.trials(5) == 5
-    monkeypatch.setattr(lot, "COUNT", 1000)
-    assert (lot.trials(5), lot.trials(5, 0.1), lot.trials(5, 0.001)) == (1000, 100, 5)

@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 
 from rigidpend.results import store
-from tests.cli.calls import REFERENCE, call
+from tests.cli.calls import call
 from tests.config.samples import SMALL, changed, written
 
 SWEEP = ("--sweep", "problem.mu=1e-4,1e-3,1e-2")
@@ -131,13 +131,6 @@ def test_an_empty_name_of_a_file_is_refused(tmp_path: Path, command: tuple[str, 
     assert done.returncode == 2
     assert "got an empty text" in done.stderr
     assert list(tmp_path.iterdir()) == []
-
-
-@pytest.mark.slow
-def test_verify_needs_no_folder_of_its_own(tmp_path: Path) -> None:
-    done = call(tmp_path, "verify", "fig2")
-    assert (done.returncode, done.stderr) == (0, "")
-    assert done.stdout == f"fig2: the same as in {REFERENCE / 'fig2.h5'}\n"
 
 
 @pytest.mark.slow

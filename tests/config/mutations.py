@@ -6,7 +6,7 @@ import random
 from collections.abc import Iterator
 from typing import Any
 
-from rigidpend.config import names, reader
+from rigidpend.config import catalogue, reader
 
 VALUES: list[Any] = [
     *("nan", ".nan", "inf", "-.inf", "1e400", "1e-400", "1e5000", "-1", "0", "-0.0", "1/0", "0/0"),
@@ -24,7 +24,7 @@ VALUES: list[Any] = [
 
 def trees() -> list[Any]:
     """The shipped configs, as read; of several bodies, which cost time, the first two."""
-    read = [reader.read(path).tree for path in names.known().values()]
+    read = [reader.read(path).tree for path in catalogue.known().values()]
     for tree in read:
         bodies = tree["problem"].get("bodies", {})
         for name in list(bodies)[2:]:

@@ -8,74 +8,7 @@ import pytest
 
 from rigidpend.config import complaints, reader
 from rigidpend.runs import loading
-from tests.config.samples import FIG4, TEXT, changed, complaint, refused, refused_there, written
-
-REFUSED = {
-    # What is written instead of what; where the caret must be; place and message.
-    "anchor": (
-        "A: [2, 1, 1.5]",
-        "A: &a [2, 1, 1.5]",
-        "&a",
-        "problem.A",
-        "anchors and aliases are not read: write it out",
-    ),
-    "alias": (
-        "r: [1, 1, 0]",
-        "r: *a",
-        "*a",
-        "problem.r",
-        "anchors and aliases are not read: write it out",
-    ),
-    "tag": (
-        "mu: 0.001",
-        "mu: !!float 0.001",
-        "!!float",
-        "problem.mu",
-        "the tag tag:yaml.org,2002:float is not read",
-    ),
-    "tag that runs code": (
-        "mu: 0.001",
-        "mu: !!python/object/apply:os.abort []",
-        "!!python",
-        "problem.mu",
-        "the tag tag:yaml.org,2002:python/object/apply:os.abort is not read",
-    ),
-    "second document": (
-        "numerics:",
-        "--- # another\nnumerics:",
-        "---",
-        "",
-        "a second document; a config has one",
-    ),
-    "key of several parts": (
-        "numerics:",
-        "? [a, b]\n: 1\nnumerics:",
-        "[a, b]",
-        "",
-        "a key must be a plain word",
-    ),
-    "tab": (
-        "  mu: 0.001",
-        "\tmu: 0.001",
-        "\tmu",
-        "",
-        "not YAML: found character '\\t' that cannot start any token",
-    ),
-    "bracket that stays open": (
-        "count: 32}",
-        "count: 32",
-        ":\n  engine",
-        "",
-        "not YAML: expected ',' or '}', but got ':'",
-    ),
-}
-
-
-@pytest.mark.parametrize(("old", "new", "at", "place", "message"), REFUSED.values(), ids=REFUSED)
-def test_what_surprises_is_refused_where_it_stands(
-    tmp_path: Path, old: str, new: str, at: str, place: str, message: str
-) -> None:
-    refused_there(tmp_path, changed(old, new), at, place, message)
+from tests.config.samples import FIG4, TEXT, changed, complaint, refused, written
 
 
 def test_a_key_given_twice_is_refused_with_both_places(tmp_path: Path) -> None:
@@ -84,18 +17,6 @@ def test_a_key_given_twice_is_refused_with_both_places(tmp_path: Path) -> None:
     [problem] = refused(path)
     message = f"given twice, first at {path}:8:3"
     assert str(problem) == complaint(path, text, "mu: 0.002", "problem.mu", message)
-
-
-def test_equal_keys_of_two_mappings_are_no_repetition() -> None:
-    document = reader.parse("a: {x: 1}\nb: {x: 2}\n", "given")
-    assert document.tree == {"a": {"x": "1"}, "b": {"x": "2"}}
-
-
-def test_a_merge_key_is_refused_where_it_stands(tmp_path: Path) -> None:
-    text = changed("n_symbols: 15", "<<: {n_symbols: 15}")
-    path = written(tmp_path, text)
-    [problem] = refused(path)
-    assert str(problem).startswith(f"{path}:11:3: problem")
 
 
 @pytest.mark.parametrize("opening", ["[", "{a: ", "- "])

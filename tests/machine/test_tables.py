@@ -7,6 +7,7 @@ import math
 import pytest
 
 from rigidpend.machine.tables import (
+    Column,
     Table,
     columns,
     html,
@@ -17,6 +18,14 @@ from rigidpend.machine.tables import (
 )
 
 TABLE = Table("Times", ("method", "time"), [("a|b", "1 s"), ("<long name>", "20.5 ms")], "a note")
+
+
+def test_a_table_is_made_of_columns_of_one_length_each_in_its_form() -> None:
+    columns = [Column("n", range(2)), Column("x", [0.5, 2.0], ".2f")]
+    found = Table.of("caption", columns, "note")
+    assert found == Table("caption", ["n", "x"], [("0", "0.50"), ("1", "2.00")], "note")
+    with pytest.raises(ValueError, match="shorter"):
+        Table.of("", [*columns, Column("y", [1])])
 
 
 def test_columns_are_wrapped_where_a_line_has_no_room() -> None:

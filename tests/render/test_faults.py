@@ -10,6 +10,7 @@ import pytest
 
 from rigidpend import experiments, render
 from rigidpend.experiments.route_codes import draw
+from rigidpend.machine.files import StoreError
 from rigidpend.render import report
 from tests.cli.calls import REFERENCE, call
 
@@ -55,9 +56,14 @@ PIXEL = (Path(render.__file__).parents[2] / "results" / "gallery" / "fig2.png").
 def test_values_that_cannot_be_drawn_are_a_sentence(
     monkeypatch: pytest.MonkeyPatch, result: Path, error: Exception
 ) -> None:
-    failing(monkeypatch, error)
-    with pytest.raises(render.Undrawable, match="cannot be drawn: "):
-        render.render([result], result.with_suffix(".png"))
+    with monkeypatch.context() as patch:
+        failing(patch, error)
+        with pytest.raises(render.Undrawable, match="cannot be drawn: "):
+            render.render([result], result.with_suffix(".png"))
+    failing(monkeypatch, error, experiments.reporting("route_codes"))
+    monkeypatch.setattr(render, "image", lambda *_: PIXEL)
+    with pytest.raises(StoreError, match=r"cannot be shown: .*; call: rigidpend run fig4"):
+        report.build([result])
 
 
 def test_a_fault_is_told_as_one(monkeypatch: pytest.MonkeyPatch, result: Path) -> None:

@@ -8,7 +8,7 @@ from typing import Any
 import pytest
 
 from rigidpend import experiments
-from rigidpend.config import names
+from rigidpend.config import catalogue
 from rigidpend.config.complaints import ConfigError
 from rigidpend.experiments.contract import Means
 from rigidpend.orbits.integrate.arithmetic import (
@@ -24,7 +24,7 @@ from rigidpend.results import store
 from rigidpend.runs import loading, runner
 from tests.config.samples import SMALL, changed, written
 
-CONFIGS = sorted(names.known().items())
+CONFIGS = sorted(catalogue.known().items())
 CHOICES = {"engine": "scipy", "tolerance": "1e-9", "precisions": "[53, 200]"}
 """A value of each setting that is not its default."""
 
@@ -70,7 +70,7 @@ def test_every_setting_of_numerics_arrives_or_is_refused(
 
 
 def test_a_closed_form_has_no_engine(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    path = written(tmp_path, names.known()["fig1"].read_text(encoding="utf-8"), "fig1.yaml")
+    path = written(tmp_path, catalogue.known()["fig1"].read_text(encoding="utf-8"), "fig1.yaml")
     assert means_of(path, [], monkeypatch).arithmetic is CLOSED_FORM
 
 

@@ -89,22 +89,6 @@ def test_any_content_is_refused(loads: Load, content: bytes) -> None:
     assert not loads(content)
 
 
-VALUES = st.one_of(
-    st.text(st.characters(codec="utf-8", exclude_characters="\n\r"), max_size=12),
-    st.sampled_from(PIECES),
-    st.floats().map(repr),
-    st.integers().map(str),
-)
-
-
-@pytest.mark.slow
-@repeatable(150)
-@given(key=st.sampled_from(["mu", "h0", "J1_0", "n_symbols", "A", "r"]), value=VALUES)
-def test_any_value_of_a_number_loads_or_is_refused(loads: Load, key: str, value: str) -> None:
-    lines = [f"  {key}: {value}" if f" {key}:" in line else line for line in TEXT.splitlines()]
-    loads("\n".join(lines).encode("utf-8", "surrogatepass"))
-
-
 @pytest.mark.slow
 def test_mutated_trees_load_or_are_refused(loads: Load) -> None:
     trees, loaded = mutations.trees(), 0
@@ -137,7 +121,3 @@ def test_the_largest_files_are_refused_in_time(loads: Load) -> None:
         assert not loads(TEXT.replace(old, unit * (much // len(unit))).encode())
     for unit in ("k:\n", "{}\n", "--- \n", "? \n", "- \n", "[", "*a ", "&a ", "'", '"\\x'):
         assert not loads((TEXT + unit * (much // len(unit))).encode())
-
-
-def test_the_unchanged_config_loads(loads: Load) -> None:
-    assert loads(TEXT.encode())

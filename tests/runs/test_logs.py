@@ -33,12 +33,6 @@ def test_each_name_has_its_own_log_as_it_goes(targets: dict[str, Path]) -> None:
     assert [x.name for x in targets["a"].parent.iterdir()] == ["a.log"]
 
 
-def test_a_name_may_hold_what_looks_like_the_end_of_one(targets: dict[str, Path]) -> None:
-    with Logs(targets, "run") as logs:
-        logs.hear("c: d", "computing")
-    assert lines(targets["c: d"].with_suffix(".log")) == ["run", "computing"]
-
-
 def test_the_log_is_that_of_the_last_run(targets: dict[str, Path]) -> None:
     for text in ("first", "second"):
         with Logs(targets, text) as logs:

@@ -141,9 +141,3 @@ def test_sweep_leaves_a_living_run_alone(tmp_path: Path) -> None:
         assert parts.keep("first", not_again).keys() == PART.keys()
     sweep(tmp_path / "fig.h5")
     assert list(tmp_path.iterdir()) == []
-
-
-def test_parts_are_counted_by_fingerprint(tmp_path: Path) -> None:
-    for name in ("first", "second"):
-        Parts(tmp_path / "fig.h5", "a").keep(name, lambda: PART)
-    assert [len(Parts(tmp_path / "fig.h5", x)) for x in "ab"] == [2, 0]

@@ -83,7 +83,7 @@ def _orbits(launch: Launch, orbits: DoublyAsymptotic, arcs: int, jobs: int) -> T
         ),
         "flight": orbits.flight,
         "theta3": orbits.theta3,
-        "residual": orbits.residual,
+        "residual": orbits.chain.residual,
         "moved": fine.moved,
         "error": fine.error,
         "arcs": arcs,

@@ -138,17 +138,15 @@ def _groups(layout: Layout, stored: Scope, fresh: Scope) -> list[Difference]:
     """The same for a group and those around it."""
     old, new = stored.maps[0], fresh.maps[0]
     nodes = {**{x: {} for x in (*old, *new)}, **declared(layout, (*old, *new))}
-    kept = [x for x, node in nodes.items() if not isinstance(node, Field) or node.within != ANY]
-    fields = {x: node for x in kept if isinstance(node := nodes[x], Field)}
-    found = keys({x: old[x] for x in kept if x in old}, {x: new[x] for x in kept if x in new})
-    for x, field in fields.items():
-        if not found and not (isinstance(field.within, Bound) and not field.within.sized):
+    kept = {x: node for x, node in nodes.items() if getattr(node, "within", None) != ANY}
+    found = keys([x for x in kept if x in old], [x for x in kept if x in new])
+    for x, node in kept.items():
+        if not found and isinstance(node, Field) and getattr(node.within, "sized", True):
             found += _shapes(x, np.shape(old[x]), np.shape(new[x]))
     # What is bounded by another field, or stands in a group, needs all of these.
     if found:
         return found
-    for x in kept:
-        node = nodes[x]
+    for x, node in kept.items():
         if not isinstance(node, Field):
             inner = stored.new_child(old[x]), fresh.new_child(new[x])
             found += inside(x, _groups(node, *inner))
@@ -182,9 +180,8 @@ def arrays(place: str, stored: Any, fresh: Any, allowed: Any = 0.0) -> list[Diff
     excess = _excess(a, b, np.broadcast_to(allowed, a.shape))
     if not excess.any():
         return []
-    at = np.unravel_index(np.argmax(excess), a.shape)
+    at, index = _worst(excess)
     limit = float(np.broadcast_to(allowed, a.shape)[at]) if a.dtype.kind == "f" else 0.0
-    index = f"[{', '.join(map(str, at))}]" if at else ""
     words = f": stored {shown(a[at])}, computed {shown(b[at])}{_aside(excess, limit)}"
     return [Difference(f"{place}{index}", a[at], b[at], limit, words)]
 
@@ -207,10 +204,16 @@ def beyond(place: str, stated: Any, declared: Any) -> list[Difference]:
     if not over.any():
         return []
     ratio = np.divide(errors, most, out=np.zeros(errors.shape), where=over)
-    at = np.unravel_index(np.argmax(np.nan_to_num(ratio, nan=np.inf)), errors.shape)
-    index, limit = f"[{', '.join(map(str, at))}]" if at else "", float(most[at])
+    at, index = _worst(np.nan_to_num(ratio, nan=np.inf))
+    limit = float(most[at])
     words = f": {shown(errors[at])} is stated, at most {limit:.2g} is declared"
     return [Difference(f"{place}{index}", limit, errors[at], limit, words)]
+
+
+def _worst(excess: Any) -> tuple[Any, str]:
+    """The index of the largest element, and as it is written behind a name."""
+    at = np.unravel_index(np.argmax(excess), excess.shape)
+    return at, f"[{', '.join(map(str, at))}]" if at else ""
 
 
 def _aside(excess: Any, limit: float) -> str:

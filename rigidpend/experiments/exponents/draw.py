@@ -8,7 +8,7 @@ from matplotlib.figure import Figure
 from matplotlib.ticker import MaxNLocator
 
 from rigidpend.experiments.data.tree import Data, Loaded
-from rigidpend.experiments.exponents.layout import LOG10_J1_0, THETA2_0
+from rigidpend.experiments.exponents.layout import LOG10_J1_0
 from rigidpend.experiments.plots import (
     BLUE,
     RED,
@@ -19,6 +19,7 @@ from rigidpend.experiments.plots import (
     draw_changes,
     title,
 )
+from rigidpend.experiments.route_layout import MEANING
 
 HEIGHT = 5.6
 """Height of the figure, inches."""
@@ -49,7 +50,7 @@ def _draw_plane(figure: Figure, axes: Axes, data: Data) -> None:
     figure.colorbar(shown, ax=axes, label="exponent per passage", extend="both", pad=0.01)
     draw_changes(axes, x, y, data["codes"], CHANGES)
     axes.axhline(float(data["marked"]), color="white", lw=0.8, ls=(0, (5, 3)))
-    axes.set(xlabel=axis_label(THETA2_0), ylabel=axis_label(LOG10_J1_0))
+    axes.set(xlabel=axis_label(MEANING["theta2_0"]), ylabel=axis_label(LOG10_J1_0))
     axes.set_ylim(*cell_ends(y))
     n = len(data["codes"])
     said = rf"exponents of {n} passages, Euclidean norm of $(M', \gamma)$; dashed: "

@@ -10,6 +10,7 @@ import numpy as np
 from rigidpend.experiments.data.bounds import ROUNDING, bound, of_largest, stated, where
 from rigidpend.experiments.data.layout import FLOAT, WHOLE, Field, Layout
 from rigidpend.experiments.data.tree import Data
+from rigidpend.experiments.route_layout import MEANING
 
 LOST = 1e-3
 """Allowed share of cells that are known in one of two results alone, where doubles round otherwise.
@@ -48,9 +49,6 @@ _cell = partial(_double, ("rows", "columns"), gaps=True, within=_rounded)
 _checked = partial(_double, ("checked",), gaps=True)
 _axis = partial(Field, FLOAT, within=of_largest(ROUNDING))
 
-THETA2_0 = _axis(
-    ("columns",), "rad", "initial phases of the columns", symbol=r"$\theta_2^0$", coordinate=True
-)
 LOG10_J1_0 = _axis(
     ("rows",),
     "1",
@@ -72,7 +70,9 @@ LAYOUT: Layout = {
         " not reach",
     ),
     "allowed": _cell(description="bound of the exponent's rounding, a power of two; NaN as above"),
-    "theta2_0": THETA2_0,
+    "theta2_0": MEANING["theta2_0"]._replace(
+        description="initial phases of the columns", within=of_largest(ROUNDING)
+    ),
     "log10_J1_0": LOG10_J1_0,
     "marked": _axis((), "1", "log10 of the config's own J1_0"),
     "growth": {

@@ -97,6 +97,5 @@ def _name_axes(axes: Axes, vertices: Any) -> None:
     axes.tick_params(axis="x", pad=18, length=0)
     axes.set_yticks([0, 1], ["$0$", "$1$"])
     axes.tick_params(axis="y", pad=14, length=0)
-    axes.set_xlabel(r"$\theta_1$ (rad, modulo $4\pi$)", labelpad=3)
     axes.set_ylabel("$J_1/J_2$", labelpad=2)
     axes.spines[:].set_visible(False)

@@ -44,6 +44,9 @@ def compute(config: Config, means: Means) -> Tree:
     body, axes = problem.body, view_axes(problem.view)
     orbits, separatrices = _orbits(problem), _separatrices(body, problem.points)
     means.report(f"{len(orbits.M)} orbits, {len(separatrices.M)} separatrices, closed form")
+    numbers = np.array(free_body.SEPARATRICES, dtype=np.uint8)
+    places = free_body.separatrix_theta1(body.alpha0, body.beta0)
+    places, phi = np.append(places, places[0] + 2 * TURN), np.linspace(0, TURN, problem.points)
     # In the order of `_orbits`: both sides of axis 2, then of axis 1, each with every height.
     heights = np.tile([float(x) for x in problem.heights], 4)
     families = np.repeat(np.array([2, 2, 1, 1], dtype=np.uint8), len(problem.heights))
@@ -51,11 +54,19 @@ def compute(config: Config, means: Means) -> Tree:
         "orbits": {**_group(orbits, body, axes), "height": heights, "around": families},
         "separatrices": {
             **_group(separatrices, body, axes),
-            "number": np.array(free_body.SEPARATRICES, dtype=np.uint8),
+            "number": numbers,
         },
         "centres": _group(_centres(body), body, axes),
-        "sphere": _sphere(axes, problem.points),
-        "plane": _plane(body),
+        "sphere": {
+            "outline": np.stack((np.cos(phi), np.sin(phi))),
+            "axis_feet": axes.copy(),
+            "axis_tips": AXIS * axes,
+        },
+        "plane": {
+            "window": places[[0, -1]],
+            "separatrix_theta1": places,
+            "separatrix": np.append(numbers, numbers[0]),
+        },
     }
     return datasets(LAYOUT, groups)
 
@@ -125,19 +136,3 @@ def _arrows(offsets: Any) -> Any:
     # A centre is a curve of one point, and bears no arrow.
     starts = offsets[:-1][sizes > 4]
     return np.ravel([starts + part * sizes[sizes > 4] // 4 for part in (1, 3)])
-
-
-def _sphere(axes: NDArray[np.float64], n: int) -> dict[str, Any]:
-    phi = np.linspace(0, TURN, n)
-    outline = np.stack((np.cos(phi), np.sin(phi)))
-    return {"outline": outline, "axis_feet": axes.copy(), "axis_tips": AXIS * axes}
-
-
-def _plane(body: Body) -> dict[str, Any]:
-    places = free_body.separatrix_theta1(body.alpha0, body.beta0)
-    places, numbers = np.append(places, places[0] + 2 * TURN), [*free_body.SEPARATRICES, 1]
-    return {
-        "window": places[[0, -1]],
-        "separatrix_theta1": places,
-        "separatrix": np.array(numbers, dtype=np.uint8),
-    }

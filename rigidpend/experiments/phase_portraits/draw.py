@@ -159,7 +159,6 @@ def _draw_plane(axes: Axes, data: Data) -> None:
     separatrix_ticks(axes, plane["separatrix_theta1"], digits=3)
     axes.set_ylim(0, 1)
     axes.set_yticks([0, 0.5, 1])
-    axes.set_xlabel(r"$\theta_1$ (rad, modulo $4\pi$)", labelpad=3)
     axes.set_ylabel(r"$J_1/J_2$", labelpad=1)
 
 

@@ -12,12 +12,15 @@ from rigidpend.experiments.data.tree import Data, Loaded
 from rigidpend.experiments.plots import (
     DOUBT,
     NO_RETURN,
-    SYMBOL_COLOURS,
-    SYMBOL_NORM,
     WIDTH,
+    axis_label,
+    column_edges,
+    draw_codes,
     entry,
+    mark_doubt,
     symbol_entries,
 )
+from rigidpend.experiments.route_layout import MEANING
 
 ROW, CELL, AROUND = 0.22, 0.1, 1.3
 """Heights of a row of intervals and of a row of columns, and room around both, inches."""
@@ -31,8 +34,6 @@ def draw(result: Loaded) -> Figure:
     above, below = figure.subplots(2, sharex=True, height_ratios=high)
     doubtful = _draw_columns(above, data["columns"])
     _draw_intervals(below, data["intervals"], data["shares"])
-    for axes in (above, below):
-        axes.set_ylabel("$i$", rotation=0, labelpad=6, va="center")
     entries: list[Artist] = [
         *symbol_entries(),
         Patch(facecolor=NO_RETURN, edgecolor="0.6", label="not proven"),
@@ -45,19 +46,11 @@ def draw(result: Loaded) -> Figure:
 
 def _draw_columns(axes: Axes, columns: Data) -> bool:
     """Draw a column for each start; whether a symbol is uncertain."""
-    phases, codes = columns["theta2_0"], columns["codes"]
-    # A single column has no spacing: any width shows it.
-    step = phases[1] - phases[0] if phases.size > 1 else 0.1
-    edges = np.append(phases, phases[-1] + step) - step / 2
-    rows = np.arange(len(codes) + 1) + 0.5
-    axes.pcolormesh(
-        edges, rows, codes, cmap=SYMBOL_COLOURS, norm=SYMBOL_NORM, edgecolors="0.6", linewidth=0.2
-    )
-    row, column = np.nonzero(~columns["certain"])
-    axes.plot(phases[column], row + 1, "x", color=DOUBT, ms=3, mew=0.9)
-    axes.set(yticks=[1, *range(5, len(codes) + 1, 5)])
+    phases, certain = columns["theta2_0"], columns["certain"]
+    draw_codes(axes, column_edges(phases), columns["codes"], edgecolors="0.6", linewidth=0.2)
+    mark_doubt(axes, phases, certain)
     axes.set_title("single starts", loc="left")
-    return bool(row.size)
+    return not certain.all()
 
 
 def _draw_intervals(axes: Axes, intervals: Data, shares: Data) -> None:
@@ -65,12 +58,9 @@ def _draw_intervals(axes: Axes, intervals: Data, shares: Data) -> None:
     codes = intervals["codes"]
     places = np.stack((intervals["place"], intervals["place"] + 1.0))
     ends = 2 * np.pi * places / 2.0 ** intervals["depth"]
-    rows = np.arange(len(codes) + 1) + 0.5
-    axes.pcolormesh(
-        np.append(ends[0], ends[1, -1]), rows, codes, cmap=SYMBOL_COLOURS, norm=SYMBOL_NORM,
-        edgecolors="0.6", linewidth=0.2,
-    )  # fmt: skip
-    axes.set(xlabel=r"$\theta_2^0$ (rad)", yticks=np.arange(len(codes)) + 1)
+    edges = np.append(ends[0], ends[1, -1])
+    draw_codes(axes, edges, codes, edgecolors="0.6", linewidth=0.2)
+    axes.set(xlabel=axis_label(MEANING["theta2_0"]), yticks=np.arange(len(codes)) + 1)
     axes.set_title("all starts of an interval, proven", loc="left")
     for row, share in enumerate(shares, 1):
         # Rounded down.

@@ -18,15 +18,17 @@ from rigidpend.experiments.plots import (
     LINES,
     WIDTH,
     ZOOM,
+    axis_label,
     cell_ends,
     draw_cells,
     draw_changes,
     entry,
     panel,
 )
+from rigidpend.experiments.route_layout import MEANING
 
 NAMES = {
-    "theta2_0": r"$\theta_2^0$ (rad)",
+    "theta2_0": axis_label(MEANING["theta2_0"]),
     "log10_J1_0": r"$\log_{10} J_1^0$",
     "mu": r"$\mu$",
     "h0": r"$h_0$",

@@ -112,7 +112,8 @@ class Abreast:
             solver.step()
             now = solver.y.reshape(shape)
             if solver.status != "running" or not np.isfinite(solver.y).all():
-                self._fail()
+                # They stay as they are told from the beginning: failed.
+                self.active = self.active[:0]
                 return solver.t, now[:, :0]
             crossed = np.flatnonzero(np.sign(before) * np.sign(now[2]) < 0)
             if crossed.size:
@@ -147,10 +148,6 @@ class Abreast:
             silent = Outcome.COMPLETE if done[lane] else silent_outcome(*now[:2, lane])
             self.found.outcome[self.active[lane]] = silent
         return ~(done | late)
-
-    def _fail(self) -> None:
-        self.found.outcome[self.active] = Outcome.FAILED
-        self.active = self.active[:0]
 
 
 def _zeros(

@@ -161,9 +161,6 @@ class PairArray:
             rows = _concatenate([total, rows[2 * half :]]) if len(rows) % 2 else total
         return rows[0]
 
-    def copy(self) -> PairArray:
-        return PairArray(self.parts.copy())
-
     def max(self) -> float:
         """The largest number, rounded to a double."""
         return float(self.parts[0].max())
@@ -353,7 +350,6 @@ UFUNCS: dict[Any, Callable[..., Any]] = {
 FUNCTIONS: dict[Any, Callable[..., Any]] = {
     np.atleast_1d: lambda x: x if x.ndim else x.reshape(1),
     np.shape: lambda x: x.shape,
-    np.ndim: lambda x: x.ndim,
     np.where: _where,
     np.stack: _gathered(np.stack),
     np.concatenate: _concatenate,
@@ -363,5 +359,4 @@ FUNCTIONS: dict[Any, Callable[..., Any]] = {
     np.ones_like: lambda x: PairArray.of(np.ones(x.shape)),
     np.repeat: lambda x, n, axis=0: PairArray(np.repeat(x.parts, n, axis=axis + 1)),
     np.tile: lambda x, n: PairArray(np.tile(x.parts, (1, n))),
-    np.moveaxis: lambda x, a, b: PairArray(np.moveaxis(x.parts, a % x.ndim + 1, b % x.ndim + 1)),
 }

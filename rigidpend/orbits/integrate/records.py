@@ -60,12 +60,7 @@ def no_crossings(n_crossings: int, n: int) -> Crossings:
 
 def joined(parts: list[Crossings]) -> Crossings:
     """Records of successive orbits as one."""
-    time, separatrix, outcome = zip(*parts, strict=True)
-    return Crossings(
-        np.concatenate(time, axis=1),
-        np.concatenate(separatrix, axis=1),
-        np.concatenate(outcome),
-    )
+    return Crossings(*(np.concatenate(x, axis=-1) for x in zip(*parts, strict=True)))
 
 
 def silent_outcome(Qp: Scalar, Qm: Scalar) -> Outcome:

@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 from rigidpend.machine.workers import side_by_side
 from rigidpend.mechanics.equations import AlignedCoefficients
 from rigidpend.numbers.doubles import Array
-from rigidpend.orbits.integrate.arithmetic import in_kernel, kernel_bits
+from rigidpend.orbits.integrate.arithmetic import PAIRS, in_kernel, kernel_bits
 from rigidpend.orbits.integrate.batch import Batch
 from rigidpend.orbits.integrate.kernel.tape import COMPONENTS
 from rigidpend.orbits.integrate.passages import UNDECIDED, Steps
@@ -62,7 +62,7 @@ def first_crossings(
     engine : str
         One of `integrate.ENGINES`; integers serve where its numbers end.
     bits : int
-        Working precision, 53 or more.
+        Working precision; the kernel takes pairs of doubles or longer numbers.
     tolerance : float
         Of a compiled Taylor series at 53 bits; every bit more halves it.
     jobs : int
@@ -120,12 +120,9 @@ def _in_parts(
     bits: int,
     tolerance: float,
 ) -> list[Crossing | None]:
-    """Find the crossings by the kernel, in doubles or in sums of them."""
-    kind, given = kernel_bits(bits), states
-    if kind == 53:
-        c = AlignedCoefficients(*map(float, c))
-        given = np.array(states, dtype=float).reshape(-1, len(COMPONENTS)).T  # type: ignore[assignment]
-    run = _ToCrossings(Orbits(c, given, 1, limit), kind, tolerance)
+    """Find the crossings by the kernel, in sums of doubles."""
+    kind = kernel_bits(max(bits, PAIRS))
+    run = _ToCrossings(Orbits(c, states, 1, limit), kind, tolerance)
     found: list[Crossing | None] = [None] * len(states)
     columns, steps, crossed = run.there()
     begins, lates = steps.field("time"), steps.field("late")

@@ -7,23 +7,66 @@ Experiments without such a module appear with their figure and provenance.
 
 from __future__ import annotations
 
+import base64
+import io
 from collections.abc import Sequence
 from pathlib import Path
 from typing import Any, NamedTuple
 
 from rigidpend import experiments
 from rigidpend.experiments.data.tree import Loaded
-from rigidpend.machine import files, words
+from rigidpend.machine import files, tables, words
 from rigidpend.machine.files import Absent
 from rigidpend.machine.tables import Table
 from rigidpend.machine.workers import check_stop
 from rigidpend.render.report.departures import DEPARTURES
-from rigidpend.render.report.page import ResultSection, html, picture, problem
 from rigidpend.results import store
 from rigidpend.runs import remedies
 from rigidpend.runs.certificate_files import beside, marked, results_in
 
-__all__ = ["build", "write"]
+HERE = Path(__file__).parent
+COLOURS = 128
+"""Colours of an image in the page."""
+
+
+class ResultSection(NamedTuple):
+    """A result's part of the page."""
+
+    name: str
+    figure: str = ""
+    experiment: str = ""
+    picture: str = ""
+    """Image as a data URI."""
+    caption: str = ""
+    """Sentences on what the figure shows."""
+    bodies: Sequence[str] = ()
+    """Phrases on the body, or on each of them."""
+    tables: Sequence[Table] = ()
+    provenance: Sequence[tuple[str, str]] = ()
+    problem: str = ""
+    """Reason why nothing is shown."""
+    doubt: str = ""
+    """Doubt about what is shown, or about what is missing beside it."""
+
+    @property
+    def title(self) -> str:
+        if self.problem:
+            return self.name
+        what = self.experiment.replace("_", " ")
+        if self.of_the_paper:
+            return f"Fig. {self.figure}: {what}"
+        named = "" if self.name == self.experiment else f": {self.name}"
+        return f"{what.capitalize()}{named}"
+
+    @property
+    def of_the_paper(self) -> bool:
+        """True if the paper has this figure: its number begins with a digit."""
+        return self.figure[:1].isdigit()
+
+    @property
+    def order(self) -> tuple[bool, str]:
+        """Sorting key: the paper's figures first, in their order."""
+        return not self.of_the_paper, f"{self.figure} {self.name}"
 
 
 class Page(NamedTuple):
@@ -80,14 +123,12 @@ def build(sources: Sequence[Path]) -> Page:
     if all(found.problem for found in sections):
         there = any(source.exists() for source in sources)
         raise (store.StoreError if there else Absent)("\n".join(problems))
-    page = html(sorted(sections, key=lambda found: found.order), DEPARTURES)
-    return Page(page, problems)
+    return Page(html(sorted(sections, key=lambda found: found.order)), problems)
 
 
 def _section(source: Path) -> ResultSection:
     """The part of a file; a sentence where it cannot be shown."""
     from rigidpend import render
-    from rigidpend.render import OF_VALUES, Undrawable
 
     check_stop()
     try:
@@ -95,15 +136,16 @@ def _section(source: Path) -> ResultSection:
         certificate, doubt = _certificate(source)
         drawn = render.kept(source.with_suffix(".png"), render.drawn_from([source]))
         return section(marked(result, certificate), drawn)._replace(doubt=doubt)
-    except Undrawable as error:
-        return problem(source.stem, remedies.told(Undrawable.of(source, str(error))))
+    except render.Undrawable as error:
+        said = store.StoreError.of(source, str(error))
     except store.StoreError as error:
-        return problem(source.stem, remedies.told(error))
+        said = error
     except MemoryError:
-        return problem(source.stem, f"{source}: not enough memory to show it")
-    except OF_VALUES as error:
+        said = store.StoreError(f"{source}: not enough memory to show it")
+    except render.OF_VALUES as error:
         # One file, whatever is in it, does not keep the others from being shown.
-        return problem(source.stem, f"{source}: cannot be shown: {words.error(error)}")
+        said = store.StoreError.of(source, f"cannot be shown: {words.error(error)}")
+    return ResultSection(source.stem, problem=remedies.told(said))
 
 
 def _certificate(source: Path) -> tuple[Loaded | None, str]:
@@ -121,6 +163,7 @@ def section(result: Any, drawn: bytes | None = None) -> ResultSection:
 
     attributes = result["attributes"]
     experiment = str(attributes["experiment"])
+    reporting = experiments.reporting(experiment)
     return ResultSection(
         name=str(attributes.get("name", "unnamed")),
         figure=str(attributes.get("figure", "")),
@@ -128,20 +171,9 @@ def section(result: Any, drawn: bytes | None = None) -> ResultSection:
         picture=picture(drawn or render.image([result], "png")),
         caption=captions.caption(experiment),
         bodies=captions.bodies(result),
-        tables=_tables(experiment, result),
+        tables=reporting.tables(result) if reporting else (),
         provenance=_provenance(result),
     )
-
-
-def _tables(experiment: str, result: Any) -> Sequence[Table]:
-    from rigidpend import render
-
-    reporting = experiments.reporting(experiment)
-    try:
-        return reporting.tables(result) if reporting else []
-    except render.OF_VALUES as error:
-        # As with drawing: a file may hold any values.
-        raise render.Undrawable(f"cannot be shown: {words.error(error)}") from error
 
 
 def _provenance(result: Any) -> list[tuple[str, str]]:
@@ -150,3 +182,39 @@ def _provenance(result: Any) -> list[tuple[str, str]]:
     rows = [(key, str(result["attributes"].get(key, ""))) for key in fingerprint]
     rows += [(key, str(value)) for key, value in result["provenance"].items()]
     return [(key.replace("_", " "), value) for key, value in rows]
+
+
+def picture(png: bytes) -> str:
+    """Encode an image as a data URI, so that the page needs no other file.
+
+    Its colours are reduced to a palette, by which it takes a third of the room: figures have few.
+    """
+    from PIL import Image
+
+    small = io.BytesIO()
+    with Image.open(io.BytesIO(png)) as full:
+        # Without dithering, whose noise in flat colours would not compress.
+        reduced = full.convert("RGB").quantize(COLOURS, dither=Image.Dither.NONE)
+        # The usual compression: the best takes five times as long for a twentieth of the room.
+        reduced.save(small, "png")
+    return f"data:image/png;base64,{base64.b64encode(small.getvalue()).decode('ascii')}"
+
+
+def html(sections: Sequence[ResultSection]) -> str:
+    """Write the whole page as HTML."""
+    from jinja2 import Environment, FileSystemLoader, StrictUndefined
+
+    environment = Environment(
+        loader=FileSystemLoader(HERE),
+        autoescape=True,
+        # A name that the template has and the page has not is an error, and no gap in the page.
+        undefined=StrictUndefined,
+        trim_blocks=True,
+        lstrip_blocks=True,
+    )
+    environment.filters["sheet"] = tables.html
+    style = (HERE / "page.css").read_text(encoding="utf-8")
+    caption = "Where the paper slips, or leaves a value open, and what is computed here"
+    slips = Table(caption, ("place", "as printed", "here"), DEPARTURES)
+    template = environment.get_template("page.html")
+    return template.render(sections=sections, departures=slips, style=style)

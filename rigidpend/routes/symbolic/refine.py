@@ -30,7 +30,7 @@ from rigidpend.orbits.integrate.arithmetic import LADDER
 from rigidpend.orbits.integrate.reference_orbit import rung
 from rigidpend.orbits.integrate.states import states_at
 from rigidpend.routes.start import Scales, start, states_exact
-from rigidpend.routes.symbolic.chain import NoOrbit, tangents
+from rigidpend.routes.symbolic.chain import NoOrbit, carried, tangents
 from rigidpend.routes.symbolic.integrated import crossing_states, doubles
 from rigidpend.routes.symbolic.shortest import Path
 from rigidpend.routes.symbolic.surface import STEP, Surface
@@ -87,14 +87,14 @@ class Refined(NamedTuple):
     crossing_time: Array
 
 
-def growth(orbits: Surface, solved: Solved, h_factor: float) -> Array:
+def growth(orbits: Surface, solved: Solved) -> Array:
     """Growth of a change of theta2_0 along a chain, its change of energy included.
 
     (n + 1,) log10 of the factor at its crossings, t' per radian.
     """
     chain, level = solved.path.chain, solved.level
-    slopes = tangents(level, chain)
-    theta = chain.unknown
+    slopes, theta = tangents(level, chain), chain.unknown
+    factor = abs(1 - solved.by_energy * orbits.energy_slope(theta))
     arrival = orbits.begin(level)(theta)
     at = arrival.crossing(level)
     early, late = orbits.first_time(level, theta + STEP * np.array([-1.0, 1.0]))
@@ -105,16 +105,9 @@ def growth(orbits: Surface, solved: Solved, h_factor: float) -> Array:
             (late - early) / (2 * STEP),
         ]
     )
-    found, scale = [], math.log10(abs(h_factor))
-    for k in range(len(slopes) + 1):
-        size = float(np.abs(change).max())
-        change, scale = change / size, scale + math.log10(size)
-        # A crossing moves by chi at a fixed time as much as by the time at a fixed chi.
-        found.append(scale + math.log10(abs(change[2])))
-        if k < len(slopes):
-            s = slopes[k]
-            change = np.array([s[0] @ change[:2], s[1] @ change[:2], change[2] + s[2] @ change[:2]])
-    return np.array(found)
+    changes, logs = carried(slopes, change)
+    # A crossing moves by chi at a fixed time as much as by the time at a fixed chi.
+    return np.asarray((logs + np.log(np.abs(changes[:, 2]))) / math.log(10) + math.log10(factor))
 
 
 def refined(orbits: Surface, solved: Solved, digits: int, jobs: int = 1) -> Refined:
@@ -126,8 +119,7 @@ def refined(orbits: Surface, solved: Solved, digits: int, jobs: int = 1) -> Refi
         Integration of the full equations does not follow the path.
     """
     chain, level = solved.path.chain, solved.level
-    factor = 1 - solved.by_energy * orbits.energy_slope(chain.unknown)
-    exponent = growth(orbits, solved, factor)
+    exponent = growth(orbits, solved)
     grown = np.maximum.accumulate(exponent)
     begun = float(orbits.first_time(level, np.array([chain.unknown]))[0])
     times = begun + np.concatenate(([0.0], np.cumsum(chain.time)))
@@ -206,9 +198,7 @@ class _Legs:
             # What the last correction has shown, and not what it is expected to have left.
             last = min(len(self.needed) - 1, int((self.needed > before).sum()))
             slopes = self._slopes(known, last, slopes)
-            # As few rounds as may be, and early ones short: their digits are integrated again.
-            further = (self._rounds(known, slopes.digits) - 1) * slopes.digits
-            aim = min(2 * known - CURVED, max(known + LEAST_DIGITS, self.most - further))
+            aim = self._aim(known, slopes.digits)
             note(lambda: f"theta2_0 to {known:.0f} of {self.most:.0f} digits")  # noqa: B023
             before = self._corrected(slopes, aim, last)
             if before < LEAST_DIGITS:
@@ -229,10 +219,8 @@ class _Legs:
         best = before
         for bits in LADDER[1:]:
             digits = min(known, bits / 2 / DIGIT - THIN)
-            later = rung(self._bits(min(known + digits, self.most)))
-            costly = LADDER[1] < bits >= later
-            fewer = best is None or self._rounds(known, digits) < self._rounds(known, best.digits)
-            if not costly and fewer:
+            costly = LADDER[1] < bits >= rung(self._bits(self._aim(known, digits)))
+            if not costly and (best is None or digits > 1.2 * best.digits):
                 best = _Slopes([], digits)
                 chosen = bits
         if best is before and before is not None:
@@ -240,9 +228,14 @@ class _Legs:
         assert best is not None
         return _Slopes(self._differences(chosen, last), best.digits)
 
-    def _rounds(self, known: float, digits: float) -> int:
-        """Rounds that are left if each gains so many digits."""
-        return max(1, math.ceil((self.most - known) / digits))
+    def _aim(self, known: float, gained: float) -> float:
+        """Digits to which legs are integrated next, where slopes allow to gain so many.
+
+        All that the kernel's numbers can tell comes first: integers take ten times as long.
+        """
+        aim = min(2 * known - CURVED, known + gained, self.most)
+        kernel = (LADDER[-1] - ACROSS - SPARE) / DIGIT
+        return min(aim, kernel) if known < kernel - LEAST_DIGITS else aim
 
     def _bits(self, digits: float) -> int:
         """Bits in which a leg is integrated whose end is told to so many digits."""

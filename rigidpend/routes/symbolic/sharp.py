@@ -229,58 +229,29 @@ def sharp(launch: Launch, orbits: DoublyAsymptotic, jobs: int = 1) -> Sharp:
     """
     begun, error = launch.anchors(orbits.b), FIRST_ERROR
     slope = orbits.I_slope * begun.b_slope
-    here = _exactly(launch, begun, [Fraction(float(x)) for x in begun.theta2])
-    known = [here]
+    theta2 = [Fraction(float(x)) for x in begun.theta2]
     for _ in range(ROUNDS):
+        states = launch.states(begun, theta2)
         distance = np.sqrt(np.abs(orbits.I_slope) * error).clip(NEAREST, FARTHEST)
-        step = -_invariant(launch, orbits, here.states, distance, jobs) / slope
+        step = -_invariant(launch, orbits, states, distance, jobs) / slope
         last = float(np.abs(step).max(initial=0.0))
         if last > 10 * error:
             raise NoOrbit(f"integration finds an orbit {last:.2g} rad from where the map has it")
-        theta2 = [x + Fraction(float(y)) for x, y in zip(here.theta2, step, strict=True)]
-        # Steps are so small behind the first that states are straight in them to 1e-38.
-        here = _ahead(known[0], known[1], theta2) if known[1:] else _exactly(launch, begun, theta2)
-        known = [*known, here][:2]
+        theta2 = [x + Fraction(float(y)) for x, y in zip(theta2, step, strict=True)]
         if last < FINEST:
             break
         error = max(last * GAINED, FINEST)
     else:
         raise NoOrbit(f"theta2_0 does not settle below {last:.2g} rad")
-    moved = [float(x - Fraction(float(y))) for x, y in zip(here.theta2, begun.theta2, strict=True)]
-    theta2_0 = launch.at_J1_0(begun, here.states, jobs)
-    return Sharp(theta2_0, here.states, np.array(moved), np.abs(step))
+    moved = [float(x - Fraction(float(y))) for x, y in zip(theta2, begun.theta2, strict=True)]
+    states = launch.states(begun, theta2)
+    return Sharp(launch.at_J1_0(begun, states, jobs), states, np.array(moved), np.abs(step))
 
 
 def carried(c: AlignedCoefficients, states: States, times: Array, jobs: int = 1) -> Any:
     """Orbits carried on in 106 bits, each for a time t' of its own: (6, n) Fractions."""
     exact_times = np.array([[Fraction(float(t)) for t in times]])
     return states_at(c, np.array(states).T, exact_times, PAIRS, jobs)[:, 0]
-
-
-class _Starts(NamedTuple):
-    """Phases and states where orbits begin."""
-
-    theta2: list[Fraction]
-    states: States
-
-
-def _exactly(launch: Launch, begun: Anchors, theta2: list[Fraction]) -> _Starts:
-    return _Starts(theta2, launch.states(begun, theta2))
-
-
-def _ahead(first: _Starts, second: _Starts, theta2: list[Fraction]) -> _Starts:
-    """The starts at theta2, on the straight lines through two that are known."""
-    found = []
-    for x, X, y, Y, z in zip(*first, *second, theta2, strict=True):
-        share = (z - y) / (y - x) if y != x else Fraction(0)
-        found.append([_rounded(b + share * (b - a)) for a, b in zip(X, Y, strict=True)])
-    return _Starts(theta2, found)
-
-
-def _rounded(x: Fraction) -> Fraction:
-    """The sum of two doubles next to a number."""
-    high = Fraction(float(x))
-    return high + Fraction(float(x - high))
 
 
 def _invariant(

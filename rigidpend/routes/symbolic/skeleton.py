@@ -28,7 +28,7 @@ from rigidpend.numbers.doubles import Array
 from rigidpend.orbits.return_map import SectionPoint
 from rigidpend.routes.symbolic.address import cells_of
 from rigidpend.routes.symbolic.chain import NoOrbit
-from rigidpend.routes.symbolic.tables import Level, Mask, Signs, columns
+from rigidpend.routes.symbolic.tables import Level, Mask, Signs, columns, onward
 
 TOGETHER = 2000
 """Orbits that are followed at a time, so that their tables stay in the processor's cache."""
@@ -89,18 +89,15 @@ def track(level: Level, b: Array, n: int) -> Track:
 
 def _track(level: Level, b: Array, n: int) -> Track:
     at = level.arriving(np.zeros_like(b), b)
-    d, chi, turned = at.d, at.chi, at.chi
-    whole, small, symbols, inside = [chi], [d], [], np.ones(len(b), dtype=bool)
-    for k in range(n):
-        passed = level.map_level.passage(SectionPoint(k % 2 == 0, d, chi))
-        inside = inside & passed.inside
-        turned, (_, d, chi) = turned + passed.turned, passed.point
-        whole.append(turned)
-        small.append(d)
-        symbols.append(passed.symbol)
-    found = np.array(symbols, dtype=np.uint8).reshape(n, len(b))
+    begin = SectionPoint(True, at.d, at.chi)
+    passed = list(onward(level.map_level, begin, n))
+    points = [begin, *(each.point for each in passed)]
     return Track(
-        np.array(whole), np.array(small), found, inside, unstable(level, n % 2 == 0, d, chi)
+        np.cumsum([at.chi, *(each.turned for each in passed)], axis=0),
+        np.array([point.d for point in points]),
+        np.array([each.symbol for each in passed], dtype=np.uint8).reshape(n, len(b)),
+        np.logical_and.reduce([np.full(len(b), True), *(each.inside for each in passed)]),
+        unstable(level, n % 2 == 0, points[-1].d, points[-1].chi),
     )
 
 

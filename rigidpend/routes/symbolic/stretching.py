@@ -27,9 +27,9 @@ from rigidpend.orbits.return_map.passage import EnergyLevel
 from rigidpend.orbits.return_map.poincare import section_state, section_tangents
 from rigidpend.orbits.return_map.precision import precision
 from rigidpend.orbits.return_map.reduced import Coefficients
-from rigidpend.routes.symbolic.chain import Chain, tangents
+from rigidpend.routes.symbolic.chain import Chain, carried, tangents
 from rigidpend.routes.symbolic.surface import Surface
-from rigidpend.routes.symbolic.tables import Level, Mask, widest_d
+from rigidpend.routes.symbolic.tables import Level, Mask, onward, widest_d
 
 ROUNDINGS = 3
 """Roundings of doubles in a passage by the map: those of its sums, some 80 terms, mostly cancel."""
@@ -50,12 +50,8 @@ def stretching(level: Level, chain: Chain) -> Array:
     The deviation begins along chi, and has turned to the growing direction behind the first
     passage, but for a share of 1/growth^2. There d changes by a share of chi of the order of mu.
     """
-    change, grown = np.array([0.0, 1.0]), []
-    for slope in tangents(level, chain)[:, :2]:
-        change = slope @ change
-        grown.append(np.log(np.abs(change[1])))
-        change = change / change[1]
-    return np.array(grown)
+    changes, logs = carried(tangents(level, chain), np.array([0.0, 1.0, 0.0]))
+    return np.asarray(np.diff(logs + np.log(np.abs(changes[:, 1]))))
 
 
 def most_stretched(slopes: Sequence[Array], frames: Sequence[Array]) -> Array:
@@ -148,19 +144,18 @@ def stretched(orbits: Surface, theta2_0: Array, J1_0: Array, n: int) -> Stretche
     n : int
     """
     level, begin = orbits.first_crossings(theta2_0, J1_0)
-    c, inside, time = orbits.made.coefficients, begin.inside, np.zeros(theta2_0.size)
+    c = orbits.made.coefficients
     # What lies outside of the tables may have no energy there.
-    first = begin.point._replace(d=np.where(inside, begin.point.d, 0.0))
-    point, frames = first, [frame(first, level.h, c)]
-    slopes, symbols = [], []
-    for _ in range(n):
-        passed = level.passage(point, slopes=True)
-        point, inside, time = passed.point, inside & passed.inside, time + passed.time
-        slopes.append(passed.slopes[:2])
-        frames.append(frame(point, level.h, c))
-        symbols.append(passed.symbol)
+    first = begin.point._replace(d=np.where(begin.inside, begin.point.d, 0.0))
+    passed = list(onward(level, first, n, slopes=True))
+    slopes = [each.slopes[:2] for each in passed]
+    frames = [frame(point, level.h, c) for point in (first, *(each.point for each in passed))]
+    time, inside = sum(each.time for each in passed), begin.inside
+    for each in passed:
+        inside = inside & each.inside
     growth = most_stretched(slopes, frames)
-    codes, allowed = np.array(symbols, dtype=np.uint8), rounding(slopes, widest_d(level))
+    codes = np.array([each.symbol for each in passed], dtype=np.uint8)
+    allowed = rounding(slopes, widest_d(level))
     return Stretched(level, c, first, time, codes, growth, allowed, inside)
 
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Iterator
 from typing import Any, NamedTuple, TypeAlias, TypeVar
 
 import numpy as np
@@ -10,7 +11,7 @@ from numpy.typing import NDArray
 
 from rigidpend.numbers.doubles import Array
 from rigidpend.numbers.generic import Scalar
-from rigidpend.orbits.return_map import EnergyLevel, ReturnMap
+from rigidpend.orbits.return_map import EnergyLevel, Passage, ReturnMap, SectionPoint
 from rigidpend.orbits.return_map.conjugacy import TorusRates, torus_rates
 
 Mask: TypeAlias = NDArray[np.bool_]
@@ -21,7 +22,7 @@ LOOKS = 128
 
 
 class PassageEnds(NamedTuple):
-    """Crossings as functions of I and an angle at an end of their passages, (N,) each."""
+    """Crossings as functions of I and an angle at an end of their passages, of one shape."""
 
     chi: Array
     """Radians, whole turns included."""
@@ -39,9 +40,28 @@ Record = TypeVar("Record", bound=tuple[Any, ...])
 
 def columns(record: Record, where: slice | Signs | Mask) -> Record:
     """Some of the columns of a record of arrays, or all in another order."""
-    found = [columns(x, where) if isinstance(x, tuple) else x[..., where] for x in record]
+    return _parts(record, (..., where))
+
+
+def rows_of(record: Record, where: slice | Signs) -> Record:
+    """Some of the rows."""
+    return _parts(record, (where,))
+
+
+def _parts(record: Record, where: tuple[Any, ...]) -> Record:
+    found = [_parts(x, where) if isinstance(x, tuple) else x[where] for x in record]
     make = getattr(record, "_make", type(record))
     return make(found)
+
+
+def onward(
+    level: EnergyLevel, point: SectionPoint, n: int, slopes: bool = False
+) -> Iterator[Passage]:
+    """The n passages that follow crossings, one after the other."""
+    for _ in range(n):
+        passed = level.passage(point, slopes=slopes)
+        yield passed
+        point = passed.point
 
 
 def widest_d(level: EnergyLevel) -> float:
@@ -73,25 +93,28 @@ class Level:
         self.shift = self._shift()
 
     def rates(self, I: Array) -> TorusRates:
-        """Lambda(I) and the mean dt'/dchi."""
-        return torus_rates(self.map_level.exponent, self.map_level.rotation, I)
+        """Lambda(I) and the mean dt'/dchi, in the shape of I."""
+        found = torus_rates(self.map_level.exponent, self.map_level.rotation, I.ravel())
+        return TorusRates(*(x.reshape(I.shape) for x in found))
 
     def crossings(self, rising: Mask, upper: Mask, I: Array, angle: Array) -> PassageEnds:
         """The crossings at one end of passages past the upper or the lower periodic orbit.
 
         Parameters
         ----------
-        rising : (N,) array
+        rising : array
             Whether the crossings are upward.
-        upper : (N,) array
+        upper : array
             Which orbit is passed. The lower one is the reversed upper one: angles change sign.
-        I, angle : (N,) arrays
+        I, angle : arrays
+            All four of shapes that fit each other.
         """
+        rising, upper, I, angle = np.broadcast_arrays(rising, upper, I, angle)
         side = np.where(upper, 1.0, -1.0)
-        value, by_I, by_angle = seen = np.empty((3, 4, len(I)))
+        value, by_I, by_angle = seen = np.empty((3, 4, *I.shape))
         for kind in (False, True):
-            here, level = np.flatnonzero(rising == kind), self.map_level
-            if here.size:
+            here, level = rising == kind, self.map_level
+            if here.any():
                 table = level.charts[kind].inverse
                 found = table.look_up_slopes(I[here], (side * angle)[here], level.a)
                 seen[..., here] = np.array(found)
@@ -105,10 +128,10 @@ class Level:
 
     def arriving(self, I: Array, b: Array) -> PassageEnds:
         """Upward crossings at the ends of passages past the lower periodic orbit."""
-        return self.crossings(np.ones(len(b), dtype=bool), np.zeros(len(b), dtype=bool), I, b)
+        return self.crossings(np.array(True), np.array(False), I, b)
 
     def invariants(self, signs: Signs, growth: Array) -> tuple[Array, Array]:
-        """I of passages in which the angle grows by `growth`, and its derivative; (N,) each.
+        """I of passages in which the angle grows by `growth`, and its derivative.
 
         Beyond the tables' range it is its border, so that an iteration may come back.
         """

@@ -1,8 +1,7 @@
-"""Orbits in time: against 60 digits, integration, and the curves without time."""
+"""Orbits in time against 60 digits; the inertia ellipsoid, which rolls without sliding."""
 
 from __future__ import annotations
 
-import math
 from typing import Any
 
 import numpy as np
@@ -11,7 +10,7 @@ from hypothesis import given
 
 from rigidpend.mechanics.body import Body
 from rigidpend.mechanics.coordinates import Aligned, aligned_from_body, scale
-from rigidpend.mechanics.equations import aligned_coefficients
+from rigidpend.mechanics.equations import energy
 from rigidpend.mechanics.jacobi import modulus
 from rigidpend.mechanics.poinsot import polhode as free
 from rigidpend.mechanics.poinsot.orbit import (
@@ -20,22 +19,22 @@ from rigidpend.mechanics.poinsot.orbit import (
     shape,
     through,
 )
-from rigidpend.orbits.integrate import FINEST_TOLERANCE, default_engine
-from rigidpend.orbits.integrate.states import states_at
 from tests.bodies import FREE
 from tests.mechanics.poinsot.reference import (
     EPS,
+    NOWHERE,
     aligned_components,
     bodies_and_orbits,
     orbits,
     textbook,
 )
-from tests.strategies import FINE, ROUNDING, relative, repeatable
+from tests.strategies import FINE, ROUNDING, momenta, relative, repeatable
 
 OTHER = Body(A=(2, "0.3", "1.8"), r=(1, 1, 0), mu=0)
 A = [float(x) for x in FREE.A]
 FAMILIES = [(axis, side) for axis in (1, 2) for side in (1, -1)]
 SMALL = [0.9, 1e-2, 1e-6, 1e-10, 1e-16]
+M0 = np.array([0.4, -0.3, 0.9])
 PARTS = np.array([-1.3, -0.49, -0.2, 0.01, 0.11, 0.26, 0.38, 0.7])
 """Of a period."""
 
@@ -49,47 +48,17 @@ def error(found: Any, expected: list[Any], u: float) -> float:
 @pytest.mark.slow
 @pytest.mark.parametrize("body", [FREE, OTHER])
 @pytest.mark.parametrize(("axis", "side"), FAMILIES)
-@pytest.mark.parametrize("coheight", SMALL)
-def test_agrees_with_60_digits_beside_the_separatrix_relative_to_each_component(
-    body: Body, axis: int, side: int, coheight: float
+@pytest.mark.parametrize("small", SMALL)
+@pytest.mark.parametrize("which", ["coheight", "height"])
+def test_agrees_with_60_digits_relative_to_each_component(
+    body: Body, axis: int, side: int, small: float, which: str
 ) -> None:
-    orbit = encircling(body, axis, side, G=1.5, coheight=coheight)
+    """Beside the separatrix, and beside a permanent rotation."""
+    orbit = encircling(body, axis, side, G=1.5, **{which: small})
+    coheight = small if which == "coheight" else FINE.sqrt(1 - FINE.mpf(small) ** 2)
     for t in PARTS * orbit.period:
         expected = textbook(body, orbit, coheight, t)
         assert error(free.momentum(orbit, t), expected, orbit.rate * t) < 40
-
-
-@pytest.mark.parametrize("body", [FREE, OTHER])
-@pytest.mark.parametrize(("axis", "side"), FAMILIES)
-@pytest.mark.parametrize("height", SMALL)
-def test_agrees_with_60_digits_beside_a_permanent_rotation(
-    body: Body, axis: int, side: int, height: float
-) -> None:
-    orbit = encircling(body, axis, side, G=0.7, height=height)
-    for t in PARTS * orbit.period:
-        expected = textbook(body, orbit, FINE.sqrt(1 - FINE.mpf(height) ** 2), t)
-        assert error(free.momentum(orbit, t), expected, orbit.rate * t) < 40
-
-
-@pytest.mark.parametrize(("axis", "side"), FAMILIES)
-@pytest.mark.parametrize("coheight", [0.5, 1e-5, 1e-10, 1e-12])
-def test_aligned_components_agree_with_integration_relative_to_each(
-    axis: int, side: int, coheight: float
-) -> None:
-    orbit = encircling(FREE, axis, side, coheight=coheight)
-    times = np.linspace(-0.24, 0.49, 74) * orbit.period
-    start = [*aligned_components(orbit, times[0]), 0.0, 0.0, 1.0]
-    coefficients = aligned_coefficients(FREE.angles(), math)
-    # The engine's own tolerance is relative to |M|: it leaves 1e-8 of a small Q at 1e-14.
-    finest = FINEST_TOLERANCE[default_engine()]
-    state = np.array(start)[:, None]
-    passed = (times - times[0]) * scale(A)
-    found = states_at(coefficients, state, passed, tolerance=finest)[:2, :, 0]
-    expected = aligned_components(orbit, times)[:2]
-    # Steps of DOP853 are chosen by |M| and leave about 1e-18 of that in a small component.
-    allowed = {"taylor": 1e-11, "scipy": 1e-11 + 1e-18 / coheight}
-    assert relative(found, expected) < allowed[default_engine()]
-    assert np.abs(expected).min() < 2 * coheight * scale(A)
 
 
 @given(orbit=orbits())
@@ -172,3 +141,40 @@ def test_rounding_takes_no_orbit_beside_the_separatrix_beyond_its_height(
 ) -> None:
     body = Body((2, "1.16", "1.86"), (1, 1, 0), "0.001")
     assert through(body, Aligned(Q, 1e-20, M3, 0, 0, 0))[0].height == 1
+
+
+@given(M=momenta())
+@repeatable(50)
+def test_eq_el_of_omega_is_twice_the_energy(M: Any) -> None:
+    twice = 2 * energy(M, NOWHERE, A, NOWHERE, 0)
+    assert free.ellipsoid(M / np.array(A), A) == pytest.approx(twice, rel=ROUNDING)
+
+
+def test_eq_el_is_1_at_the_ends_of_its_axes_and_at_the_pole() -> None:
+    ends = np.diag(1 / np.sqrt(A))
+    np.testing.assert_allclose(free.ellipsoid(ends, A), 1, rtol=ROUNDING)
+    assert free.ellipsoid(free.pole(M0 / np.array(A), A), A) == pytest.approx(1, rel=ROUNDING)
+
+
+def test_no_point_lies_beyond_the_plane_through_the_pole_across_M() -> None:
+    normal = M0 / np.linalg.norm(M0)
+    distance = normal @ free.pole(M0 / np.array(A), A)
+    z = np.linspace(-1, 1, 81)[:, None]
+    turn = np.linspace(-np.pi, np.pi, 161)
+    across = np.sqrt(1 - z * z)
+    sphere = [(across * np.cos(turn)).ravel(), (across * np.sin(turn)).ravel()]
+    points = np.stack([*sphere, (z + 0 * turn).ravel()]) / np.sqrt(A)[:, None]
+    assert (normal @ points <= distance * (1 + ROUNDING)).all()
+    assert (normal @ points).max() > 0.999 * distance
+
+
+@given(found=orbits())
+@repeatable(20)
+def test_invariant_the_plane_stays_across_M_at_its_distance(found: Orbit) -> None:
+    A = np.array(found.shape.A)[:, None]
+    omega = free.polhode(found, np.linspace(0, found.period, 41))
+    rho, M = free.pole(omega, found.shape.A), omega * A
+    # The plane touches where the gradient of the form, 2 A rho, has its direction.
+    normal = A * rho / np.linalg.norm(A * rho, axis=0)
+    np.testing.assert_allclose(normal, M / found.G, atol=2 * ROUNDING)
+    assert relative((normal * rho).sum(axis=0), np.sqrt(2 * found.h0) / found.G) < ROUNDING

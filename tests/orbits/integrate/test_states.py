@@ -214,8 +214,9 @@ def test_sums_of_doubles_agree_with_integers(bits: int, sense: int) -> None:
     numbers = AlignedCoefficients(*map(fraction, c)), exactly(begin), exactly(times)
     expected = states_at(*numbers, 430 + bits)
     assert np.abs(exactly(found) - expected).max() < 200 * Fraction(2) ** -bits
-    coarse = np.abs(exactly(states_at(c, begin, times, bits, tolerance=1e-12)) - expected).max()
-    assert 1e-22 < coarse < 1e-9
+    if bits == 106:
+        coarse = states_at(c, begin, times, bits, tolerance=1e-12)
+        assert 1e-22 < np.abs(exactly(coarse) - expected).max() < 1e-9
 
 
 @pytest.mark.parametrize("bits", [106, 212])

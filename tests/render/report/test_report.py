@@ -13,7 +13,6 @@ from rigidpend import experiments, render
 from rigidpend.experiments.asymptotic_surfaces import report as asymptotic_surfaces
 from rigidpend.experiments.herpolhodes import report as herpolhodes
 from rigidpend.render import report
-from rigidpend.render.report import page
 from rigidpend.render.report.departures import DEPARTURES
 from rigidpend.results import store
 from tests.experiments.trees import reference
@@ -95,7 +94,7 @@ def test_what_results_say_of_themselves_is_text_not_markup() -> None:
     result = reference("fig2")
     result["attributes"]["name"] = "<script>alert(1)</script>"
     result["provenance"]["system"] = "<b>bold</b>"
-    found = Parsed(page.html([report.section(result)], ()))
+    found = Parsed(report.html([report.section(result)]))
     assert {tag for tag, _ in found.tags} & {"script", "b"} == set()
     assert "<b>bold</b>" in found.words
 

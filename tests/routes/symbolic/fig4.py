@@ -1,18 +1,23 @@
-"""The body and energy of the tests of doubly asymptotic orbits: those of Fig. 4."""
+"""The body and energy of these tests, those of Fig. 4, and orbits of them."""
 
 from __future__ import annotations
 
 import functools
+from typing import Any
 
-from rigidpend.mechanics.body import Body
+import numpy as np
+
 from rigidpend.numbers.exact import exact
 from rigidpend.orbits.return_map import return_map
+from rigidpend.routes.symbolic.chain import Chain, System, on_surface, signs_of
 from rigidpend.routes.symbolic.doubly import DoublyAsymptotic, doubly_asymptotic
 from rigidpend.routes.symbolic.sharp import Launch
+from rigidpend.routes.symbolic.shortest import path
 from rigidpend.routes.symbolic.skeleton import Skeleton, skeleton
 from rigidpend.routes.symbolic.tables import Level
+from tests.bodies import FIG4
 
-BODY = Body(A=(2, 1, "3/2"), r=(1, 1, 0), mu="0.001")
+BODY = FIG4
 H, J1_0 = exact("1.3342"), exact("1e-8")
 HALF_TURNS = 10
 
@@ -39,3 +44,9 @@ def orbits(n: int) -> DoublyAsymptotic:
 def launch() -> Launch:
     """Their starts."""
     return Launch(BODY, level(), H, J1_0)
+
+
+def chain_of(symbols: Any) -> Chain:
+    """A chain from the unstable surface on, 11 half rotations a passage."""
+    system = System(level(), on_surface, signs_of(np.array(symbols)))
+    return path(system, 11 * np.arange(len(symbols) + 1), 0.0).chain

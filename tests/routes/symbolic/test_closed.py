@@ -10,21 +10,13 @@ import pytest
 
 from rigidpend.mechanics.floquet import periodic_orbit
 from rigidpend.numbers.doubles import Array
-from rigidpend.orbits.return_map import SectionPoint, return_map
+from rigidpend.orbits.return_map import SectionPoint
 from rigidpend.routes.symbolic import AddressError, NoOrbit, closed_orbit
-from rigidpend.routes.symbolic.chain import System, on_surface, signs_of, tangents
-from rigidpend.routes.symbolic.closed import (
-    ClosedOrbit,
-    closed,
-    lyapunov,
-    words,
-)
+from rigidpend.routes.symbolic.closed import ClosedOrbit, closed, lyapunov, words
 from rigidpend.routes.symbolic.integrated import closing
-from rigidpend.routes.symbolic.shortest import path
-from rigidpend.routes.symbolic.tables import Level
-from tests.orbits.integrate.problems import FIG4
+from rigidpend.routes.symbolic.stretching import stretching
+from tests.routes.symbolic.fig4 import BODY, H, chain_of, level
 
-H = "1.3342"
 TURNS = 11
 NEAR = 0.9
 """Radians from its cell's middle within which every crossing of these orbits lies.
@@ -35,17 +27,12 @@ SAMPLES = 300
 
 
 @pytest.fixture(scope="module")
-def level() -> Level:
-    return Level(return_map(FIG4, h=H), float(H))
-
-
-@pytest.fixture(scope="module")
-def orbits(level: Level) -> list[ClosedOrbit]:
+def orbits() -> list[ClosedOrbit]:
     """All of up to six symbols, with 11 half rotations a passage."""
-    return [closed(level, word, TURNS) for word in words(6)]
+    return [closed(level(), word, TURNS) for word in words(6)]
 
 
-def pieces(level: Level, n: int, first: int) -> Array:
+def pieces(n: int, first: int) -> Array:
     """Symbols (n, pieces) on the pieces of a curve that n passages take across a cell each.
 
     The curve consists of upward crossings: the unstable surface of the lower orbit, to some per
@@ -59,7 +46,7 @@ def pieces(level: Level, n: int, first: int) -> Array:
         at = SectionPoint(True, -6.31e-4 * np.cos(start) + 1.54e-4 * np.sin(start), start)
         inside, symbols, grown = np.ones(start.size, dtype=bool), [], start
         for _ in range(k):
-            passed = level.map_level.passage(at)
+            passed = level().map_level.passage(at)
             at, inside, grown = passed.point, inside & passed.inside, grown + passed.turned
             symbols.append(passed.symbol)
         near = inside & (np.abs(grown - math.pi * (first + TURNS * k)) < NEAR)
@@ -74,9 +61,9 @@ def pieces(level: Level, n: int, first: int) -> Array:
 @pytest.mark.parametrize("first", [0, 1])
 @pytest.mark.parametrize("n", [2, 4, pytest.param(6, marks=pytest.mark.slow)])
 def test_there_are_as_many_orbits_as_the_second_return_has_points(
-    level: Level, orbits: list[ClosedOrbit], n: int, first: int
+    orbits: list[ClosedOrbit], n: int, first: int
 ) -> None:
-    found = pieces(level, n, first)
+    found = pieces(n, first)
     assert found.shape[1] == len(np.unique(found, axis=1).T) == 2**n
     periods = [len(orbit.chain.b) for orbit in orbits]
     assert sum(period // 2 for period in periods if n % period == 0) == 2**n
@@ -96,54 +83,30 @@ def test_all_words_have_an_orbit(orbits: list[ClosedOrbit]) -> None:
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("word", [(1,), (0, 1), (1, 0), (0, 0, 1, 0, 1, 1)])
-def test_integration_closes_to_rounding(level: Level, word: tuple[int, ...]) -> None:
-    orbit = closed(level, word, TURNS)
-    found = closing(FIG4, orbit, level, h=H)
+@pytest.mark.parametrize("word", [(1,), (0, 0, 1, 0, 1, 1)])
+def test_integration_closes_to_rounding(word: tuple[int, ...]) -> None:
+    orbit = closed(level(), word, TURNS)
+    found = closing(BODY, orbit, level(), h=H)
     assert found.error < found.expected < 1e-17
     assert found.moved < 1e-11
     assert float(found.period) == pytest.approx(orbit.period, abs=1e-10)
 
 
-def test_multipliers_are_those_of_small_deviations(level: Level) -> None:
-    """The trace against differences of the map itself, followed round."""
-    orbit = closed(level, (0, 1), TURNS)
-    steps, columns = (1e-9, 1e-6), []
-    for k in range(2):
-        ends = []
-        for side in (1, -1):
-            point = orbit.chain.d[0], orbit.chain.chi[0]
-            moved = [np.array([x + side * steps[k] * (k == j)]) for j, x in enumerate(point)]
-            at = level.map_level.passage(SectionPoint(True, *moved))
-            turned, at = at.turned, level.map_level.passage(at.point)
-            ends.append([at.point.d[0], moved[1][0] + turned[0] + at.turned[0] - 22 * math.pi])
-        columns.append((np.array(ends[0]) - ends[1])[k] / (2 * steps[k]))
-    assert sum(columns) == pytest.approx(orbit.trace, rel=1e-4)
-
-
-def test_long_passages_have_the_multiplier_of_what_they_pass(level: Level) -> None:
+def test_long_passages_have_the_multiplier_of_what_they_pass() -> None:
     """Two half rotations more multiply each passage's stretching by the Floquet multiplier."""
-    few, many = (closed(level, (0,), n).trace for n in (18, 20))
-    floquet = periodic_orbit(FIG4.angles(), float(H), 2, 1).multiplier
+    few, many = (closed(level(), (0,), n).trace for n in (18, 20))
+    floquet = periodic_orbit(BODY.angles(), float(H), 2, 1).multiplier
     growth = max(abs(floquet), 1 / abs(floquet))
     assert many / few == pytest.approx(growth**2, rel=1e-3)
 
 
 @pytest.mark.slow
-def test_averages_over_cycles_are_those_of_a_long_orbit(
-    level: Level, orbits: list[ClosedOrbit]
-) -> None:
-    symbols = np.random.default_rng(0).integers(0, 2, 4000)
-    chain = path(System(level, on_surface, signs_of(symbols)), TURNS * np.arange(4001), 0.0).chain
-    change, grown = np.array([0.0, 1.0]), []
-    for slope in tangents(level, chain):
-        change = slope[:2] @ change
-        grown.append(math.log(np.linalg.norm(change)))
-        change = change / np.linalg.norm(change)
-    parts = [float(np.mean(part)) for part in np.array_split(grown, 20)]
+def test_averages_over_cycles_are_those_of_a_long_orbit(orbits: list[ClosedOrbit]) -> None:
+    grown = stretching(level(), chain_of(np.random.default_rng(0).integers(0, 2, 4000)))
+    parts = [float(np.mean(part)) for part in np.array_split(grown[1:], 20)]
     error = np.std(parts, ddof=1) / math.sqrt(20)
     for n in range(2, 7):
-        assert abs(lyapunov(orbits, n) - np.mean(grown)) < 3 * error < 0.015
+        assert abs(lyapunov(orbits, n) - np.mean(grown[1:])) < 3 * error < 0.015
     with pytest.raises(ValueError, match="points"):
         lyapunov(orbits[1:], 6)
 
@@ -166,9 +129,9 @@ def test_orbits_with_one_multiplier_are_each_other_reversed(orbits: list[ClosedO
             assert not alike or one.period == pytest.approx(other.period, abs=1e-11)
 
 
-def test_other_orbits_begin_in_the_other_cell(level: Level) -> None:
+def test_other_orbits_begin_in_the_other_cell() -> None:
     """With 0 and 1 exchanged they are alike to first order in mu, and no further."""
-    one, other = (closed_orbit(FIG4, word, h=H, half_turns=TURNS) for word in ("01", "b 10"))
+    one, other = (closed_orbit(BODY, word, h=H, half_turns=TURNS) for word in ("01", "b 10"))
     assert one.chain.chi[0] == pytest.approx(0, abs=1e-12)
     assert other.chain.chi[0] == pytest.approx(math.pi, abs=1e-12)
     assert 1e-5 < abs(one.trace / other.trace - 1) < 1e-3
@@ -176,9 +139,9 @@ def test_other_orbits_begin_in_the_other_cell(level: Level) -> None:
 
 def test_wrong_words_are_refused() -> None:
     with pytest.raises(AddressError, match="0 and 1"):
-        closed_orbit(FIG4, "012", h=H)
+        closed_orbit(BODY, "012", h=H)
     with pytest.raises(AddressError, match="without half rotations"):
-        closed_orbit(FIG4, "0^9", h=H)
+        closed_orbit(BODY, "0^9", h=H)
     with pytest.raises(NoOrbit):
-        closed_orbit(FIG4, "0011", h=H, half_turns=4)
-    assert closed_orbit(FIG4, "0011", h=H).half_turns < 12
+        closed_orbit(BODY, "0011", h=H, half_turns=4)
+    assert closed_orbit(BODY, "0011", h=H).half_turns < 12

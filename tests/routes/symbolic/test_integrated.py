@@ -31,7 +31,7 @@ def test_the_derivative_in_the_energy_is_the_period() -> None:
     np.testing.assert_allclose((high - low) / (2 * STEP), periods, rtol=1e-7)
 
 
-@pytest.mark.parametrize("word", [(0, 1), (1, 0), (0, 0, 1)])
+@pytest.mark.parametrize("word", [(0, 1), (0, 0, 1)])
 def test_the_action_is_the_integral_in_canonical_variables(word: tuple[int, ...]) -> None:
     """J1 dtheta1 + J2 dtheta2 along the paper's equations, through each passage."""
     chain = closed(level(), word, 11).chain

@@ -25,11 +25,10 @@ def scanned(low: float, high: float, count: int, n: int, half_turns: int) -> Arr
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize(("half_turns", "counts"), [(10, (2, 2, 22)), (11, (2, 6, 34))])
-def test_a_blind_scan_finds_the_same_orbits(half_turns: int, counts: tuple[int, ...]) -> None:
-    found = skeleton(level(), 2, half_turns)
-    for n, count in enumerate(counts):
-        blind = scanned(0.0, 2 * np.pi, 60_000, n, half_turns)
+def test_a_blind_scan_finds_the_same_orbits() -> None:
+    found = skeleton(level(), 2, 11)
+    for n, count in enumerate((2, 6, 34)):
+        blind = scanned(0.0, 2 * np.pi, 60_000, n, 11)
         b = np.sort(np.mod(found[n].b, 2 * np.pi))
         assert len(b) == count
         assert blind.size == count
@@ -37,10 +36,10 @@ def test_a_blind_scan_finds_the_same_orbits(half_turns: int, counts: tuple[int, 
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize(("n", "count"), [(3, 18), (4, 104), (5, 100)])
+@pytest.mark.parametrize(("n", "count"), [(3, 18), (4, 104)])
 def test_a_blind_scan_of_windows_finds_the_same_orbits(n: int, count: int) -> None:
     """Windows in the densest parts, where arcs turn back and zeros end in pairs."""
-    b = np.sort(np.mod(rough(5)[n].b, 2 * np.pi))
+    b = np.sort(np.mod(rough(4)[n].b, 2 * np.pi))
     assert len(b) == count
     gaps = np.diff(b)
     for k in np.argsort(gaps)[[0, len(gaps) // 8, len(gaps) // 2]]:
@@ -52,7 +51,7 @@ def test_a_blind_scan_of_windows_finds_the_same_orbits(n: int, count: int) -> No
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize(("per_cell", "half_turns"), [(3, 10), (3, 11), (25, 10)])
+@pytest.mark.parametrize(("per_cell", "half_turns"), [(3, 11), (25, 10)])
 def test_a_coarser_and_a_finer_grid_find_as_many(
     per_cell: int, half_turns: int, monkeypatch: pytest.MonkeyPatch
 ) -> None:

@@ -262,16 +262,9 @@ class Pairs(Expansions):
         return total, code.binary("fsub", rest, code.binary("fsub", total, head))
 
 
-def _of_parts(parts: int) -> type[Doubles]:
-    """The kind of numbers that are sums of more than two doubles."""
-    return type(f"Sums{parts}", (Expansions,), {"bits": 53 * parts, "parts": parts})
-
-
-KINDS: dict[int, type[Doubles]] = {
-    53: Doubles,
-    106: Pairs,
-    **{53 * parts: _of_parts(parts) for parts in range(3, 9)},
-}
+KINDS: dict[int, type[Doubles]] = {53: Doubles, 106: Pairs}
+for _n in range(3, 9):
+    KINDS[53 * _n] = type(f"Sums{_n}", (Expansions,), {"bits": 53 * _n, "parts": _n})
 """Kinds of numbers by their bits, 53 for each part."""
 
 

@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pytest
 
-from rigidpend.config import catalogue, names
+from rigidpend.config import catalogue
 from rigidpend.runs.loading import ConfigError
 from tests.config.samples import FIG4, SMALL, TEXT, written
 
@@ -28,19 +28,19 @@ def configs(here: Path) -> Path:
 
 def said(*given: str) -> str:
     with pytest.raises(ConfigError) as caught:
-        names.resolve(given)
+        catalogue.resolve(given)
     return str(caught.value)
 
 
 def test_the_shipped_configs_are_found_from_anywhere(here: Path) -> None:
-    assert names.known()["fig4"].samefile(FIG4)
-    [found] = names.resolve(("fig4",))
+    assert catalogue.known()["fig4"].samefile(FIG4)
+    [found] = catalogue.resolve(("fig4",))
     assert found.samefile(FIG4)
 
 
 def test_a_config_here_goes_before_the_shipped_one(configs: Path) -> None:
     written(configs, TEXT, "fig4.yaml")
-    [found] = names.resolve(("fig4",))
+    [found] = catalogue.resolve(("fig4",))
     assert found.samefile(configs / "fig4.yaml")
     assert not found.samefile(FIG4)
 
@@ -48,7 +48,7 @@ def test_a_config_here_goes_before_the_shipped_one(configs: Path) -> None:
 def test_a_config_here_adds_to_the_shipped_ones(configs: Path) -> None:
     written(configs, SMALL, "mine.yaml")
     written(configs, "no config", "notes.txt")
-    known = names.known()
+    known = catalogue.known()
     assert known["mine"].samefile(configs / "mine.yaml")
     assert known["fig4"].samefile(FIG4)
     assert "notes" not in known
@@ -62,15 +62,15 @@ def test_the_installed_package_s_configs_come_last(
     (package / "configs").mkdir(parents=True)
     written(package / "configs", TEXT, "fig4.yaml")
     monkeypatch.setattr(catalogue, "PACKAGE", package)
-    assert names.resolve(("fig4",)) == [package / "configs" / "fig4.yaml"]
+    assert catalogue.resolve(("fig4",)) == [package / "configs" / "fig4.yaml"]
     (here / "configs").mkdir()
     written(here / "configs", TEXT, "fig4.yaml")
-    assert names.resolve(("fig4",)) == [Path("configs", "fig4.yaml")]
+    assert catalogue.resolve(("fig4",)) == [Path("configs", "fig4.yaml")]
 
 
 def test_without_any_folder_nothing_is_known(here: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(catalogue, "PACKAGE", here / "site" / "rigidpend")
-    assert names.known() == {}
+    assert catalogue.known() == {}
     assert "fig4: no such config" in said("fig4")
 
 
@@ -78,12 +78,12 @@ def test_without_any_folder_nothing_is_known(here: Path, monkeypatch: pytest.Mon
 def test_a_path_is_taken_as_it_is(here: Path, name: str) -> None:
     (here / "sub").mkdir()
     written(here, SMALL, Path(name).name)
-    assert names.resolve((name,)) == [Path(name)]
+    assert catalogue.resolve((name,)) == [Path(name)]
 
 
 def test_a_path_goes_before_a_name(configs: Path) -> None:
     mine, other = written(configs.parent, SMALL, "fig4.yaml"), written(configs, TEXT, "fig4.yaml")
-    assert names.resolve(("fig4.yaml", "fig4")) == [
+    assert catalogue.resolve(("fig4.yaml", "fig4")) == [
         mine.relative_to(configs.parent),
         other.relative_to(configs.parent),
     ]
@@ -93,9 +93,9 @@ def test_each_file_comes_once_in_the_order_asked_for_and_all_is_every_known_one(
     configs: Path,
 ) -> None:
     written(configs, SMALL, "mine.yaml")
-    everything = list(filter(catalogue.in_all, names.known().values()))
-    assert names.resolve(("all",)) == names.resolve(("all", "mine", "all")) == everything
-    assert [path.stem for path in names.resolve(("mine", "fig4", "mine"))] == ["mine", "fig4"]
+    everything = list(filter(catalogue.in_all, catalogue.known().values()))
+    assert catalogue.resolve(("all",)) == catalogue.resolve(("all", "mine", "all")) == everything
+    assert [path.stem for path in catalogue.resolve(("mine", "fig4", "mine"))] == ["mine", "fig4"]
 
 
 @pytest.mark.parametrize(
@@ -122,9 +122,9 @@ def test_a_path_that_is_not_there_is_said(here: Path, name: str) -> None:
 def test_what_measures_the_machine_is_meant_by_its_name_only(configs: Path) -> None:
     (configs / "measure").mkdir()
     slow = written(configs / "measure", SMALL, "slow.yaml")
-    assert names.known()["slow"].samefile(slow)
-    assert not any(path.name == "slow.yaml" for path in names.resolve(("all",)))
-    [found] = names.resolve(("slow",))
+    assert catalogue.known()["slow"].samefile(slow)
+    assert not any(path.name == "slow.yaml" for path in catalogue.resolve(("all",)))
+    [found] = catalogue.resolve(("slow",))
     assert found.samefile(slow)
 
 
