@@ -38,7 +38,7 @@ def by_heyoka(kind: Any) -> Any:
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("bits", [113, 212, 425])
+@pytest.mark.parametrize("bits", [113, 212, 224])
 def test_fours_of_doubles_and_integers_agree_with_real128(bits: int) -> None:
     if not offers(113):
         pytest.skip("no real128 here")

@@ -16,7 +16,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 from dataclasses import replace
 from functools import partial
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -76,20 +76,6 @@ MAPS_CLAIMS = (
 )
 
 
-class Tally(NamedTuple):
-    """Symbols held against the truth."""
-
-    symbols: int
-    wrong: int
-    lies: int
-    """Wrong and called certain."""
-
-    @property
-    def said(self) -> str:
-        """Remark on the claim."""
-        return f"of {self.symbols} symbols {self.wrong} are wrong"
-
-
 def trials(asked: Any, way: Way) -> Iterator[Trial]:
     """A hard orbit, spoilt tolerances at each start, and spoilt maps of as many orbits."""
     sizes, n = asked.honesty, len(STARTS)
@@ -128,18 +114,18 @@ def trial(asked: Any, J1_0: str, orbits: int, checked: int, way: Way) -> Trial:
         alone = [
             scenes.routes(problem, phases, way, (53,), float(x), "integration") for x in tolerances
         ]
-        counts = [counted(x, true, known) for x in (*alone, default)]
+        compared, wrong, lies = np.transpose([counted(x, true, known) for x in (*alone, default)])
         spoilt = np.array(tolerances, dtype=float)
-        coarse = counts[int(np.argmax(spoilt))]
+        coarse = int(np.argmax(spoilt))
         values = [
-            *(count.lies for count in counts),
+            *lies,
             (default.codes[:, :checked] != true[:, :checked]).sum(),
             1 - default.certain.mean(),
-            1 - coarse.wrong / coarse.symbols,
+            1 - wrong[coarse] / compared[coarse],
         ]
-        compared, wrong, lies = np.array(counts[:-1], dtype=np.int64).T
-        curves = {"tolerance": spoilt, "symbols": compared, "wrong": wrong, "lies": lies}
-        return Findings(values, [x.said for x in counts], curves)
+        counts = {"symbols": compared[:-1], "wrong": wrong[:-1], "lies": lies[:-1]}
+        notes = [f"of {n} symbols {k} are wrong" for n, k in zip(compared, wrong, strict=True)]
+        return Findings(values, notes, {"tolerance": spoilt, **counts})
 
     return Trial("honesty", at, claims, measure, SPOILT)
 
@@ -176,17 +162,19 @@ def hard_trial(engine: str) -> Trial:
     def measure() -> Findings:
         phases = np.array([HARD_PHASE])
         found = scenes.routes(HARD, phases, Way(engine))
-        count = counted(found, *true_codes(HARD, phases, found.codes, 1, 1))
-        return Findings([count.lies], [count.said])
+        compared, wrong, lies = counted(found, *true_codes(HARD, phases, found.codes, 1, 1))
+        return Findings([lies], [f"of {compared} symbols {wrong} are wrong"])
 
     return Trial("honesty", "hard orbit", (HARD_CLAIM,), measure)
 
 
-def counted(found: RouteCodes, true: Codes, known: NDArray[np.bool_]) -> Tally:
-    """Symbols of the orbits whose truth is known, wrong ones, and wrong ones called certain."""
+def counted(found: RouteCodes, true: Codes, known: NDArray[np.bool_]) -> tuple[int, int, int]:
+    """Numbers of symbols of the orbits whose truth is known, of wrong ones, and of lies.
+
+    A lie is wrong and called certain.
+    """
     differ = (found.codes != true) & known
-    sums = int(known.sum()) * len(true), int(differ.sum()), int((differ & found.certain).sum())
-    return Tally(*sums)
+    return int(known.sum()) * len(true), int(differ.sum()), int((differ & found.certain).sum())
 
 
 def spoilt(made: ReturnMap, size: float, seed: int) -> ReturnMap:
