@@ -49,7 +49,7 @@ def command(
     settings: tuple[str, ...],
     name: str | None,
     folder: Path,
-    jobs: int | None,
+    jobs: int,
     scheduler: str | None,
     file: Path | None,
     force: bool,
@@ -71,13 +71,12 @@ def command(
         raise click.UsageError("give names of configs, or a certificate with --check")
     check_scheduler(scheduler)
     from rigidpend.config.catalogue import resolve
-    from rigidpend.machine.workers import cores
     from rigidpend.runs import certificates, loading
 
     # Told at the end, so that --json prints one document.
     told: dict[str, Sequence[Summary | Theorem]] = {}
     if file:
-        told[str(file)] = certificates.check(file, jobs=jobs or cores(), report=say)
+        told[str(file)] = certificates.check(file, jobs=jobs, report=say)
     paths = resolve(names)
     check_name(name, names, paths)
     groups = loading.load_groups(paths, settings, (), name)
@@ -85,7 +84,7 @@ def command(
         told[loaded.name] = certificates.certify(
             loaded,
             folder,
-            jobs=jobs or cores(),
+            jobs=jobs,
             report=partial(_say, loaded.name),
             force=force,
             scheduler=scheduler,

@@ -105,8 +105,20 @@ SWEEPS = click.option(
     shell_complete=complete.settings,
     help="A result for each of the values, and for each combination if given again.",
 )
+
+
+def _cores() -> int:
+    from rigidpend.machine import workers
+
+    return workers.cores()
+
+
 JOBS = click.option(
-    "-j", "--jobs", type=click.IntRange(1), help="Threads; all processors if not given."
+    "-j",
+    "--jobs",
+    type=click.IntRange(1),
+    default=_cores,
+    help="Threads; all processors if not given.",
 )
 SCHEDULER = click.option(
     "--scheduler",

@@ -81,7 +81,7 @@ def command(
     proof: Path | None,
     settings: tuple[str, ...],
     as_json: bool,
-    jobs: int | None,
+    jobs: int,
     scheduler: str | None,
 ) -> None:
     """Find the initial phase whose orbit has a given route code.
@@ -101,7 +101,6 @@ def command(
       rigidpend find fig4 --code "0^11 1^10 1^11" --digits 45 --json
     """
     check_scheduler(scheduler)
-    from rigidpend.machine.workers import cores
     from rigidpend.runs import loading
 
     path = the_one(name, "find")
@@ -110,7 +109,6 @@ def command(
     if not all(hasattr(problem, each) for each in ("body", "h0", "J1_0")):
         raise click.UsageError(f"{path} has not one body, h0 and J1_0, as fig4 and fig5 have")
     given = {name: getattr(problem, name) for name in ("body", "h0", "J1_0")}
-    many = jobs or cores()
     if proof and (decimals is not None or len(codes) > 1 or scheduler):
         raise click.UsageError("--proof is of one orbit, on this machine")
     if decimals is not None:
@@ -118,15 +116,15 @@ def command(
             raise click.UsageError("--decimals lists orbits, and --near chooses one: give one")
         if len(codes) > 1 or scheduler:
             raise click.UsageError("--decimals lists orbits of one code, on this machine")
-        _list(codes[0], decimals, given, as_json, many)
+        _list(codes[0], decimals, given, as_json, jobs)
         return
     given |= {"near": near, "digits": digits}
     if len(codes) > 1 or scheduler:
-        _many(list(dict.fromkeys(codes)), given, as_json, many, loaded.experiment, scheduler)
+        _many(list(dict.fromkeys(codes)), given, as_json, jobs, loaded.experiment, scheduler)
         return
     from rigidpend.routes.symbolic import find_orbit
 
-    found = find_orbit(code=codes[0], jobs=many, **given)
+    found = find_orbit(code=codes[0], jobs=jobs, **given)
     if as_json:
         print_json(_document(found))
     else:
@@ -134,7 +132,7 @@ def command(
     if proof:
         from rigidpend.runs import orbit_proofs
 
-        orbit_proofs.prove(loaded, found, proof, jobs=many, report=say)
+        orbit_proofs.prove(loaded, found, proof, jobs=jobs, report=say)
 
 
 def _many(
@@ -222,18 +220,11 @@ def _rows(found: FoundOrbit) -> list[tuple[str, str, str]]:
 
 def _document(found: FoundOrbit) -> dict[str, Any]:
     address = found.address
-    arrays = {name: getattr(found, name).tolist() for name in ("chi", "d", "I", "crossing_time")}
-    return {
+    plain = {k: x.tolist() if hasattr(x, "tolist") else x for k, x in found._asdict().items()}
+    return plain | {
         "theta2_0": str(found.theta2_0),
         "address": str(address),
         "first": address.first,
         "symbols": found.word,
         "half_turns": list(address.half_turns or ()),
-        **{
-            name: getattr(found, name)
-            for name in ("digits", "fixed", "confirmed", "bits", "delay", "passages")
-        },
-        "passage_error": found.passage_error,
-        "residual": found.residual,
-        **arrays,
     }

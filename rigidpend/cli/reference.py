@@ -26,7 +26,7 @@ from rigidpend.config.catalogue import REFERENCES
 )
 @JOBS
 @guarded
-def command(names: tuple[str, ...], reason: str, folder: Path, jobs: int | None) -> None:
+def command(names: tuple[str, ...], reason: str, folder: Path, jobs: int) -> None:
     """Compute references again, all if none is named, and keep the reason in each file.
 
     \b
@@ -34,7 +34,6 @@ def command(names: tuple[str, ...], reason: str, folder: Path, jobs: int | None)
       rigidpend reference fig4 --reason "n_symbols = 20"
     """
     from rigidpend.config.catalogue import resolve
-    from rigidpend.machine import workers
     from rigidpend.runs import loading, regression
 
     # Not `required` of the option, for blanks are no reason either.
@@ -44,5 +43,5 @@ def command(names: tuple[str, ...], reason: str, folder: Path, jobs: int | None)
     for path in paths:
         loaded = loading.load(path)
         target = folder / f"{loaded.name}.h5"
-        regression.renew(loaded, target, reason, jobs=jobs or workers.cores())
+        regression.renew(loaded, target, reason, jobs=jobs)
         say(f"{loaded.name}: {target} renewed")

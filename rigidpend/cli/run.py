@@ -95,7 +95,7 @@ def command(
     sweeps: tuple[str, ...],
     name: str | None,
     folder: Path,
-    jobs: int | None,
+    jobs: int,
     scheduler: str | None,
     force: bool,
     dry_run: bool,
@@ -130,7 +130,7 @@ def command(
     if quiet and verbose:
         raise click.UsageError("--quiet and --verbose exclude each other")
     from rigidpend.config.catalogue import resolve
-    from rigidpend.machine import progress, workers
+    from rigidpend.machine import progress
     from rigidpend.runs import recalled, runner
 
     paths = resolve(names, folder)
@@ -143,9 +143,8 @@ def command(
     outcomes = [outcome for _, outcome, _ in planned]
     code = max((code for *_, code in planned), default=DONE)
     waiting = [(plan, outcome) for plan, outcome, _ in planned if plan and plan.reason]
-    shared = jobs or workers.cores()
     # A cluster takes configs as they come; here one after the other has all threads.
-    at_once = min(len(waiting), CLUSTERED if scheduler else 1 if len(groups) > 1 else shared)
+    at_once = min(len(waiting), CLUSTERED if scheduler else 1 if len(groups) > 1 else jobs)
     expected = {x.name: cost for plan, x in waiting if (cost := runner.expected_seconds(plan))}
     course = progress.Course(len(waiting), expected, at_once)
     shown = progress.Progress(course, sys.stderr, begun, quiet=quiet, verbose=verbose)
@@ -154,7 +153,7 @@ def command(
         for outcome in outcomes:
             _tell_plan(outcome, shown, dry_run, expected.get(outcome.name))
         if not dry_run:
-            where = Where(shared, at_once, scheduler)
+            where = Where(jobs, at_once, scheduler)
             code = max(code, _compute(waiting, shown, where, keep_going))
     sys.exit(code)
 

@@ -33,7 +33,7 @@ def command(
     folder: Path,
     as_json: bool,
     settings: tuple[str, ...],
-    jobs: int | None,
+    jobs: int,
     force: bool,
 ) -> None:
     """Test long times, extreme bodies, symmetries, and whether certain symbols are true.
@@ -47,11 +47,9 @@ def command(
       rigidpend stress --set problem.honesty.orbits=1000000 --json
     """
     from rigidpend.experiments.stress import report
-    from rigidpend.machine import workers
     from rigidpend.results import store
 
-    many = jobs or workers.cores()
-    target = measured("stress", quick, settings, folder, force=force, jobs=many)
+    target = measured("stress", quick, settings, folder, force=force, jobs=jobs)
     machine, data = store.load(target)["provenance"], store.read_tree(target)
     if as_json:
         print_json({"machine": machine, **report.summary(data)})

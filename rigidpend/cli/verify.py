@@ -51,7 +51,7 @@ def command(
     results: Path | None,
     settings: tuple[str, ...],
     as_json: bool,
-    jobs: int | None,
+    jobs: int,
 ) -> None:
     """Compute experiments again, all if none is named, and compare with stored results.
 
@@ -119,17 +119,17 @@ def _compared(
     settings: tuple[str, ...],
     folders: Sequence[Path],
     results: Path | None,
-    jobs: int | None,
+    jobs: int,
     hear: Callable[[str], None],
 ) -> Any:
     """Compute one experiment and compare it, as plain data."""
-    from rigidpend.machine import files, workers
+    from rigidpend.machine import files
     from rigidpend.results import store
     from rigidpend.runs import certificate_files as storage
     from rigidpend.runs import loading, regression, remedies
 
     loaded = loading.load(path, settings)
-    given: dict[str, Any] = {"jobs": jobs or workers.cores(), "report": hear}
+    given: dict[str, Any] = {"jobs": jobs, "report": hear}
     stored = path if path.suffix == ".h5" else _stored(loaded.name, folders)
     read = results / stored.name if results else None
     outcome: dict[str, Any] = {"name": loaded.name, "reference": str(stored), "same": False}

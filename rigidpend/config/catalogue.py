@@ -7,7 +7,7 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Generic, NamedTuple, TypeVar
 
-from rigidpend.config.complaints import Complaint, ConfigError, Origin
+from rigidpend.config.complaints import Complaint, ConfigError, Origin, meant
 
 C = TypeVar("C", covariant=True)
 
@@ -143,10 +143,6 @@ def _file(name: str, by_name: dict[str, Path], folder: Path) -> Path:
 
 
 def _hint(name: str, by_name: dict[str, Path]) -> str:
-    import difflib
-
-    close = difflib.get_close_matches(name, [*by_name, *own()], 1)
-    if close:
-        return f"; did you mean {close[0]}?"
-    names = ", ".join([*by_name, *own()])
-    return f"; known are {names} and all, or give a FILE.yaml or a RESULT.h5"
+    names = [*by_name, *own()]
+    others = f"; known are {', '.join(names)} and all, or give a FILE.yaml or a RESULT.h5"
+    return meant(name, names, 0.6) or others

@@ -3,8 +3,11 @@
 from __future__ import annotations
 
 import unicodedata
+from collections.abc import Iterable
 from dataclasses import dataclass
 from typing import TypeAlias
+
+from rigidpend.machine.words import plain
 
 MAX_SHOWN = 20
 """Number of complaints that are shown; the rest are counted."""
@@ -36,7 +39,7 @@ class Origin:
             return ""
         # Of a long line the part around the place, so that the caret is never outside.
         first = max(0, self.column - 1 - MAX_LINE // 2) if len(self.text) > MAX_LINE else 0
-        shown = plain(self.text[first : first + MAX_LINE])
+        shown = plain(self.text[first : first + MAX_LINE], MAX_LINE)
         before = shown[: self.column - 1 - first]
         return f"\n    {shown}\n    {''.join(map(_blank, before))}^"
 
@@ -52,11 +55,11 @@ class Complaint:
     """Names of the configs that an option does not fit, where it fits others."""
 
     def __str__(self) -> str:
-        path = plain(clipped(".".join(map(str, self.place))))
+        place = ".".join(map(str, self.place))
+        said = (place, self.message, ", ".join(self.configs), str(self.origin))
+        path, message, configs, origin = (plain(text, MAX_MESSAGE) for text in said)
         middle = f" {path}:" if path else ""
-        message = plain(clipped(self.message))
-        configs = f"{plain(clipped(', '.join(self.configs)))}: " if self.configs else ""
-        where = f"{configs}{plain(clipped(str(self.origin)))}"
+        where = f"{configs}: {origin}" if configs else origin
         return f"{where}:{middle} {message}{self.origin.shown()}"
 
 
@@ -71,14 +74,17 @@ class ConfigError(ValueError):
         super().__init__("\n".join(said))
 
 
-def plain(text: str) -> str:
-    """Make a text safe for a terminal: what cannot be printed is shown as ?."""
-    return "".join(x if x.isprintable() or x == "\t" else "?" for x in text)
+def meant(word: str, known: Iterable[str], cutoff: float = 0.5) -> str:
+    """Suggest a known word for one that is not known, if one is close."""
+    close = closest(word, known, cutoff)
+    return f"; did you mean {close}?" if close else ""
 
 
-def clipped(text: str) -> str:
-    """Shorten a text to at most `MAX_MESSAGE` characters."""
-    return text if len(text) <= MAX_MESSAGE else f"{text[: MAX_MESSAGE - 3]}..."
+def closest(word: str, known: Iterable[str], cutoff: float) -> str:
+    """The known word that is closest to another; empty if none is as close as the cutoff."""
+    import difflib
+
+    return next(iter(difflib.get_close_matches(word, list(known), 1, cutoff)), "")
 
 
 def _blank(character: str) -> str:

@@ -8,6 +8,7 @@ that everything wrong is said at once.
 
 from __future__ import annotations
 
+import copy
 import re
 from collections.abc import Iterator
 from dataclasses import dataclass, field, replace
@@ -49,7 +50,7 @@ class Document:
         """A document that settings may change while this one stays."""
         return replace(
             self,
-            tree=_copied(self.tree),
+            tree=copy.deepcopy(self.tree),
             keys=dict(self.keys),
             values=dict(self.values),
             settings=dict(self.settings),
@@ -76,13 +77,6 @@ class Document:
                 held = length < len(place) and near in self.keys
                 return self.keys[near] if held else self.values[near]
         return self.values.get((), Origin(self.source))
-
-
-def _copied(node: Any) -> Any:
-    """Copy of plain data; its texts are shared."""
-    if isinstance(node, dict):
-        return {key: _copied(value) for key, value in node.items()}
-    return [_copied(value) for value in node] if isinstance(node, list) else node
 
 
 def read(path: Path) -> Document:

@@ -8,7 +8,6 @@ from __future__ import annotations
 
 import ast
 import contextlib
-import difflib
 import functools
 import inspect
 import math
@@ -36,6 +35,7 @@ from pydantic import (
 )
 from pydantic_core import CoreSchema, PydanticCustomError, core_schema
 
+from rigidpend.config.complaints import meant
 from rigidpend.mechanics.body import Body
 from rigidpend.numbers import checked
 from rigidpend.numbers.exact import FINEST, PRECISIONS, Exact, exact, exacts
@@ -83,9 +83,7 @@ def _whole(value: Any) -> int:
 def _engine(value: Any) -> Any:
     if value is not None and value not in ENGINES:
         known = f"{', '.join(ENGINES[:-1])} or {ENGINES[-1]}"
-        close = difflib.get_close_matches(str(value), ENGINES, 1, cutoff=0.5)
-        hint = f"; did you mean {close[0]}?" if close else ""
-        raise ValueError(f"expected {known}, got {value!r}{hint}")
+        raise ValueError(f"expected {known}, got {value!r}{meant(str(value), ENGINES)}")
     return value
 
 

@@ -2,11 +2,10 @@
 
 from __future__ import annotations
 
-import difflib
 from collections.abc import Iterable, Iterator, Sequence
 from typing import Any, get_args
 
-from rigidpend.config.complaints import Complaint, ConfigError, Place
+from rigidpend.config.complaints import Complaint, ConfigError, Place, closest, meant
 from rigidpend.config.reader import Document
 from rigidpend.config.schema import nested
 
@@ -41,12 +40,6 @@ def config_error(document: Document, model: Any, errors: Iterable[Any]) -> Confi
 def _passed_over(document: Document, place: Place) -> bool:
     # One cause, one complaint: of what the reader refused the schema need not speak.
     return any(place[:length] in document.unread for length in range(len(place) + 1))
-
-
-def meant(word: str, known: Iterable[str]) -> str:
-    """Suggest a known word for one that is not known, if one is close."""
-    close = difflib.get_close_matches(word, list(known), 1, cutoff=0.5)
-    return f"; did you mean {close[0]}?" if close else ""
 
 
 def among(words: Iterable[str]) -> str:
@@ -104,8 +97,8 @@ def _elsewhere(model: Any, word: str) -> str:
     """Suggest a key of another part of the config, if one is close."""
     known = {key.rpartition(".")[2]: key for key in _keys(model)}
     # Stricter than among siblings: of all keys of a schema some are always alike.
-    close = difflib.get_close_matches(word, known, 1, cutoff=0.7)
-    return f"; did you mean {known[close[0]]}?" if close else ""
+    close = closest(word, known, 0.7)
+    return f"; did you mean {known[close]}?" if close else ""
 
 
 def _keys(model: Any, prefix: str = "") -> Iterator[str]:

@@ -26,8 +26,8 @@ MEANING = {
     "plans": "what plans found out",
 }
 """The subfolders of this version; others are of another."""
-PLANS = 1_000_000
-"""Bytes of all that plans found out, of which each takes some 300."""
+PLANS = 500_000
+"""Bytes of all that plans found out, of which each takes some 500."""
 
 
 class Subfolder(NamedTuple):

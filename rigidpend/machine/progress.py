@@ -306,12 +306,8 @@ def shown(total: int, expected: Mapping[str, float] | None = None) -> Progress:
 
 def changes(stream: Any) -> bool:
     """True if a line of a stream can be changed: on a terminal, and in a notebook."""
-    return is_terminal(stream) or "ipykernel" in sys.modules
-
-
-def is_terminal(stream: Any) -> bool:
-    """True if a stream is a terminal, on which a line can be changed."""
-    return stream.isatty() and os.environ.get("TERM", "") != "dumb"
+    terminal = stream.isatty() and os.environ.get("TERM", "") != "dumb"
+    return terminal or "ipykernel" in sys.modules
 
 
 def duration(seconds: float) -> str:

@@ -8,9 +8,13 @@ MOST = 200
 
 def short(said: object, most: int = MOST) -> str:
     """The first line of what is said, clipped; what could move a cursor is shown as ?."""
-    first = next(iter(str(said).splitlines()), "")
-    clipped = first if len(first) <= most else f"{first[: most - 3]}..."
-    return "".join(x if x.isprintable() else "?" for x in clipped)
+    return plain(next(iter(str(said).splitlines()), "").expandtabs(1), most)
+
+
+def plain(text: str, most: int) -> str:
+    """A text, clipped; what cannot be printed, but for tabs, is shown as ?."""
+    clipped = text if len(text) <= most else f"{text[: most - 3]}..."
+    return "".join(x if x.isprintable() or x == "\t" else "?" for x in clipped)
 
 
 def error(kind: BaseException) -> str:

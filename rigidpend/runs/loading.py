@@ -16,7 +16,7 @@ from pydantic import ValidationError
 from rigidpend import experiments
 from rigidpend.config import catalogue, overrides, reader, validation
 from rigidpend.config.catalogue import Group
-from rigidpend.config.complaints import Complaint, ConfigError, Origin
+from rigidpend.config.complaints import Complaint, ConfigError, Origin, meant
 from rigidpend.config.overrides import Sweep
 from rigidpend.config.reader import Document
 from rigidpend.config.schema import ExperimentConfig
@@ -245,6 +245,6 @@ def _experiment(document: Document) -> str:
     if place not in document.unread:
         message = "required"
         if name is not None:
-            message = f"no such experiment: {name!r}{validation.meant(str(name), known)}"
+            message = f"no such experiment: {name!r}{meant(str(name), known)}"
         document.refuse(document.origin(place), place, f"{message} {validation.among(known)}")
     raise ConfigError(document.complaints)

@@ -40,21 +40,18 @@ class Logs:
                 with contextlib.suppress(OSError):
                     file.close()
 
-    def hear(self, name: str, text: str) -> None:
-        """Take a line into the log of a name."""
-        self._write(name, text)
-
     def path(self, name: str) -> Path | None:
         """The log of a name, if something was written to it."""
         return _beside(self._targets[name]) if self._files.get(name) else None
 
     def failure(self, name: str, error: BaseException) -> Path:
         """Write an error with its traceback; where, is returned."""
-        if self._write(name, _trace(error)):
+        if self.hear(name, _trace(error)):
             return _beside(self._targets[name])
         return elsewhere(error)
 
-    def _write(self, name: str, text: str) -> bool:
+    def hear(self, name: str, text: str) -> bool:
+        """Take a line into the log of a name; False where it cannot be written."""
         with self._lock:
             if name not in self._files:
                 self._files[name] = _opened(_beside(self._targets[name]))

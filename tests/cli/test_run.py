@@ -85,19 +85,6 @@ def test_no_result_depends_on_the_jobs(result: Path, forced: Path) -> None:
 
 
 @pytest.mark.slow
-def test_a_changed_config_is_run_again_with_the_reason(desk: Path, forced: Path) -> None:
-    setting = ("--set", "problem.n_symbols=2", "--set", "numerics.precisions=[53]")
-    done = call(desk, "run", "fig4", "--out", "forced", *setting)
-    assert done.returncode == 0
-    assert done.stderr.startswith(
-        "fig4: computing (its config changed: problem.n_symbols from 15 to 2, numerics.precisions"
-        " from [53, 106, 160] to [53]), "
-    )
-    with h5py.File(forced, "r") as file:
-        assert file["data/left/codes"].shape == (2, 63)
-
-
-@pytest.mark.slow
 def test_a_read_only_folder_of_configs_is_enough(tmp_path: Path) -> None:
     (tmp_path / "configs").mkdir()
     path = written(tmp_path / "configs", SMALL, "mine.yaml")

@@ -89,12 +89,6 @@ def test_what_goes_wrong_is_one_sentence_and_an_exit_code(
     assert done.stderr.count("rigidpend: ") == (0 if code == common.MISUSED else 1)
 
 
-def test_all_unknown_names_are_said_at_once(desk: Path) -> None:
-    done = call(desk, "run", "fig", "fig4", "none.yaml")
-    assert done.returncode == 2
-    assert [line.split(":")[0] for line in done.stderr.splitlines()] == ["fig", "none.yaml"]
-
-
 @pytest.mark.parametrize(
     ("arguments", "said"),
     [

@@ -8,8 +8,8 @@ from typing import Any
 
 import pytest
 
-from rigidpend.config import complaints
 from rigidpend.experiments.route_codes.schema import Config
+from rigidpend.machine.words import plain
 from rigidpend.runs import loading
 from tests.config.samples import FIG4, changed, content, refused, written
 
@@ -116,7 +116,7 @@ def test_a_wrong_setting_is_named_with_what_is_wrong(case: str) -> None:
 )
 def test_a_value_that_is_not_plain_yaml_is_refused(value: str, said: str) -> None:
     [problem] = refused(FIG4, [f"problem.mu={value}"])
-    assert str(problem).startswith(f"--set problem.mu={complaints.plain(value)}: ")
+    assert str(problem).startswith(f"--set problem.mu={plain(value, 99)}: ")
     assert said in problem.message
 
 

@@ -33,25 +33,6 @@ def test_an_array_s_name_must_be_a_short_word(tmp_path: Path, name: str) -> None
     assert problem.place[:2] == ("problem", "arrays")
 
 
-def test_errors_come_in_the_order_of_the_file(tmp_path: Path) -> None:
-    text = changed("engine: auto", "engine: turbo", changed("mu: 0.001", "mu: x"))
-    text = changed("n_symbols: 15", "zzz: 15", changed("A: [2, 1, 1.5]", "A: [2, x, y]", text))
-    found = refused(written(tmp_path, text))
-    lines = [(problem.origin.line, problem.origin.column) for problem in found]
-    assert lines == sorted(lines, key=lambda at: (at[0] or 0, at[1] or 0))
-    places = [problem.place for problem in found]
-    expected = [("A", 1), ("A", 2), ("mu",), ("zzz",)]
-    said = [place[1:] for place in places if place[1:] in expected]
-    assert said == expected
-    assert places[-1] == ("numerics", "engine")
-
-
-def test_broken_conditions_on_the_body_are_said_at_once(tmp_path: Path) -> None:
-    text = changed("A: [2, 1, 1.5]", "A: [1, 2, 1.5]", changed("mu: 0.001", "mu: -1"))
-    found = refused(written(tmp_path, changed("r: [1, 1, 0]", "r: [1, 1, 1]", text)))
-    assert [problem.place[1:] for problem in found] == [("A",), ("r",), ("mu",)]
-
-
 @pytest.mark.parametrize(
     ("step", "lost"), [("0", "doubles"), ("1e-400", "doubles"), ("-1e-17", "53 bits")]
 )

@@ -9,7 +9,6 @@ import random
 import resource
 import subprocess
 import sys
-import tempfile
 import time
 from collections.abc import Callable, Iterator
 from pathlib import Path
@@ -157,16 +156,6 @@ def test_a_file_in_the_place_of_a_folder_is_named(tmp_path: Path, act: Any) -> N
     assert (tmp_path / "file").read_text() == "mine"
 
 
-def test_a_read_only_folder_is_named(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    def refuse(**_: object) -> None:
-        raise OSError(errno.EROFS, "Read-only file system")
-
-    monkeypatch.setattr(tempfile, "mkstemp", refuse)
-    with pytest.raises(StoreError) as caught:
-        store.prepare(tmp_path / "x.h5")
-    assert f"{tmp_path} is not writable (Read-only file system)" in str(caught.value)
-
-
 def test_prepare_leaves_nothing_behind(tmp_path: Path) -> None:
     store.prepare(tmp_path / "new" / "x.h5")
     assert list((tmp_path / "new").iterdir()) == []
@@ -200,10 +189,6 @@ def test_an_absent_file_is_named(tmp_path: Path) -> None:
 def test_what_is_no_hdf5_is_refused(tmp_path: Path, content: bytes) -> None:
     (tmp_path / "x.h5").write_bytes(content)
     assert "not a readable HDF5 file" in refusal(tmp_path / "x.h5")
-
-
-def test_a_folder_is_no_result(tmp_path: Path) -> None:
-    assert "not a readable HDF5 file" in refusal(tmp_path)
 
 
 def test_a_cut_file_is_refused_wherever_it_was_cut(path: Path) -> None:

@@ -109,27 +109,6 @@ def test_only_the_paper_s_own_problem_has_the_name_of_its_figure(tmp_path: Path)
     assert loading.load(written(tmp_path, mine), ["problem.mu=0.01"]).content.figure == "mine"
 
 
-def test_all_errors_are_said_at_once(tmp_path: Path) -> None:
-    text = TEXT
-    for old, new in (
-        ("mu: 0.001", "mu: x"),
-        ("n_symbols: 15", "n_symbls: 15"),
-        ("count: 63", "count: 6.5"),
-        ("engine: auto", "engine: turbo"),
-        ("[53, 106, 160]", "[64, 53]"),
-    ):
-        text = changed(old, new, text)
-    found = refused(written(tmp_path, text))
-    assert {".".join(map(str, problem.place)) for problem in found} == {
-        "problem.mu",
-        "problem.n_symbls",
-        "problem.arrays.left.count",
-        "numerics.engine",
-        "numerics.precisions",
-    }
-    assert len(found) == 5
-
-
 def test_an_experiment_that_is_none_is_named_with_what_was_meant(tmp_path: Path) -> None:
     text = changed("experiment: route_codes", "experiment: route_code")
     message = refused_there(tmp_path, text, "route_code\n", "experiment")
@@ -153,8 +132,3 @@ def test_what_is_wrong_in_several_files_is_said_at_once(tmp_path: Path) -> None:
     assert [x.rpartition("/")[2] for x in origins] == [
         *("--set problem.h0=y", "a.yaml:8:7", "b.yaml:8:7")
     ]
-
-
-def test_several_good_files_are_loaded_in_order(tmp_path: Path) -> None:
-    again = written(tmp_path, TEXT, "again.yaml")
-    assert [one.name for one in loading.load_all([FIG4, again])] == ["fig4", "again"]

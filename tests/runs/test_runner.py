@@ -109,21 +109,6 @@ def test_another_engine_is_the_reason(
     assert runner.plan(loaded, out).reason == "the engine changed"
 
 
-@pytest.mark.slow
-@pytest.mark.parametrize("content", [b"", b"words", b"\x89HDF\r\n\x1a\n"])
-def test_a_file_that_cannot_be_read_is_not_overwritten(
-    loaded: loading.LoadedConfig, out: Path, content: bytes
-) -> None:
-    (out / "small.h5").write_bytes(content)
-    assert "not a readable HDF5 file" in refusal(loaded, out)
-
-
-def test_another_program_s_file_is_not_overwritten(loaded: loading.LoadedConfig, out: Path) -> None:
-    with h5py.File(out / "small.h5", "w") as file:
-        file["data"] = [1, 2]
-    assert "an HDF5 file, but not a result of rigidpend" in refusal(loaded, out)
-
-
 def test_a_damaged_result_is_not_overwritten(loaded: loading.LoadedConfig, out: Path) -> None:
     content = (out / "small.h5").read_bytes()
     (out / "small.h5").write_bytes(content[:-100])

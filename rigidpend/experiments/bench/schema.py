@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Annotated, Any, Literal
+from typing import Annotated, Any
 
 from pydantic import AfterValidator, Field
 
@@ -159,7 +159,6 @@ class Bodies(Part):
 class Config(ExperimentConfig):
     """A whole config."""
 
-    experiment: Literal["bench"]
     problem: Workload = Workload()
     search: Search
     meeting: Meeting

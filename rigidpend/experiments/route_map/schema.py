@@ -137,6 +137,5 @@ class Problem(RouteStart):
 class Config(ExperimentConfig):
     """A whole config of this experiment."""
 
-    experiment: Literal["route_map"]
     problem: Problem
     numerics: Numerics = Numerics()

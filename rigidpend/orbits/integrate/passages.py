@@ -17,7 +17,6 @@ from rigidpend.orbits.integrate.kernel.lane_numbers import KINDS
 from rigidpend.orbits.integrate.kernel.notes import FIELDS, MOMENTA
 from rigidpend.orbits.integrate.records import Crossings, Outcome
 from rigidpend.orbits.integrate.roots import (
-    UndecidedTouch,
     derivative,
     touch,
     value_at,
@@ -150,9 +149,9 @@ def crossings_of_series(
     """
     Qp, Qm, M3 = (x.tolist() for x in series)
     slopes = derivative(M3)
-    try:
-        for share in zeros(M3, depth, exactly):
-            rising = value_at(slopes, share) > 0
-            yield share, separatrix_beside(rising, value_at(Qp, share), value_at(Qm, share))
-    except UndecidedTouch as touch:
-        yield touch.at, UNDECIDED
+    for share, decided in zeros(M3, depth, exactly):
+        if not decided:
+            yield share, UNDECIDED
+            return
+        rising = value_at(slopes, share) > 0
+        yield share, separatrix_beside(rising, value_at(Qp, share), value_at(Qm, share))
