@@ -15,7 +15,6 @@ from rigidpend.mechanics.equations import hamiltonian_J3_0, height
 from rigidpend.numbers.exact import GUARD_BITS, Exact, exact
 from rigidpend.orbits.integrate.pair_arrays import PairArray
 from rigidpend.orbits.return_map.expansions import nodes
-from rigidpend.orbits.return_map.itinerary import enter
 from rigidpend.orbits.return_map.precision import Precision, precision
 from rigidpend.routes.certified.checker import Undecided
 from rigidpend.routes.certified.connections import check_middle
@@ -83,9 +82,8 @@ class LineStarts(NamedTuple):
         """Their first crossings by the return map."""
         a = precision(53)
         Qp = np.asarray(self.states(theta2, a))[0]
-        return enter(
-            self.setting.level_of(self.w), Qp, np.pi / 2 - self.setting.body.beta0 / 2 - theta2
-        )
+        phase = np.pi / 2 - self.setting.body.beta0 / 2 - theta2
+        return self.setting.level_of(self.w).enter(Qp, phase)
 
     def between(self, ends: Array) -> tuple[StartLine, Array]:
         """The line between two phases, radians, and its direction."""
