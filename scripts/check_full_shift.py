@@ -3,18 +3,22 @@
     .venv/bin/python -m scripts.check_full_shift FILE [--config FULL_SHIFT.yaml]
 
 It follows docs/full-shift.md from the definitions to C9, in Python's integers and fractions, with
-the intervals of scripts/check_certificate.py. Polynomials are dictionaries, multiplied term by
-term. It ends with 0 only if all eight covering relations and those of the line of starts are proven
-of the config's body, and says whether it is also proven that each sequence has one orbit (C7),
-what orbits do beside the sets (C8), and how the surfaces of the periodic orbits cross (C9).
+the intervals of scripts/check_certificate.py. Polynomials are dictionaries, multiplied as
+whole numbers. It ends with 0 only if all covering relations of its sets, and those of the line of
+starts and of its approach, are proven of the config's body, and says whether it is also proven that
+each sequence has one orbit (C7), what orbits do beside the sets (C8), and how the surfaces of the
+periodic orbits cross (C9).
 """
 
 from __future__ import annotations
 
+import functools
 import json
 import math
+import re
 import sys
 from collections.abc import Callable, Iterable, Iterator, Sequence
+from decimal import Decimal
 from fractions import Fraction
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -25,12 +29,14 @@ from scripts.check_certificate import (
     Interval,
     Refused,
     answered,
+    arctangent,
     bounded,
     check_against,
     exponential,
     hypotenuse,
     larger,
     number,
+    pi,
     sqrt,
 )
 
@@ -42,7 +48,7 @@ PARTS = 32
 """Parts of a step on which signs and rates are told."""
 ALONE, THIN, WIDEST = Fraction(1, 32), Fraction(1, 2**20), Fraction(1, 4096)
 """Distances within which a point of the section and one of a line is alone; radius of a tube."""
-MOST = {"steps": 4000, "work": 25 * 10**8, "degree": 100, "bits": 124, "curve": 20}
+MOST = {"sets": 32, "steps": 4000, "work": 25 * 10**8, "degree": 100, "bits": 124, "curve": 20}
 """Sizes of a proof at most; work is that of multiplying term by term, minutes."""
 STEEP = 64
 """Exponent of a bound's growth over a step at most."""
@@ -121,20 +127,54 @@ class Series:
 
     def __mul__(self, other: Any) -> Series:
         other = Series.of(other)
-        found: dict[Any, int] = {}
-        # T_i T_j is half the sum of T_{i+j} and T_{|i-j|}: a digit more.
-        for (i, k, l, m), c in self.terms.items():
-            for (j, n, o, p), x in other.terms.items():
-                product = c * x
-                for degree in (i + j, abs(i - j)):
-                    at = degree, k + n, l + o, m + p
-                    found[at] = found.get(at, 0) + product
         sizes = [sum(map(abs, each.terms.values())) for each in (self, other)]
+        # Bytes that hold any coefficient of the product, and of both, with a sign.
+        wide = (4 * max(sizes[0], 1) * max(sizes[1], 1)).bit_length() // 8 + 1
+        rows, others = self.rows(wide), other.rows(wide)
+        products: dict[Any, int] = {}
+        for at, x in rows.items():
+            for there, y in others.items():
+                powers = tuple(map(int.__add__, at, there))
+                products[powers] = products.get(powers, 0) + x * y
+        n = self.degree + other.degree
+        lift, half = lifted(wide, n), 1 << (8 * wide - 1)
+        found: dict[Any, int] = {}
+        for powers, product in products.items():
+            digits = (product + lift).to_bytes(wide * (2 * n + 1), "little")
+            for j in range(n + 1):
+                here = digits[wide * (n + j) : wide * (n + j + 1)]
+                if c := int.from_bytes(here, "little") - half:
+                    # A product of what is twice each is twice twice it: a digit more.
+                    found[j, *powers] = c if j else c // 2
         error = sizes[0] * other.error + sizes[1] * self.error + self.error * other.error
         most_of = self.joined(other, int.__add__)
         return Series(found, self.digits + other.digits + 1, 2 * error, most_of)
 
     __radd__, __rmul__ = __add__, __mul__
+
+    @property
+    def degree(self) -> int:
+        """Degree in x."""
+        return max((at[0] for at in self.terms), default=0)
+
+    def rows(self, wide: int) -> dict[Any, int]:
+        """For each u^k v^l w^m twice its polynomial, 2 T_j = z^j + z^-j, at z = 256^wide.
+
+        It is multiplied by z^degree, so that products of whole numbers are those of polynomials.
+        """
+        n, columns = self.degree, dict[Any, list[int]]()
+        for (j, *powers), c in self.terms.items():
+            column = columns.setdefault((*powers,), [0] * (2 * n + 1))
+            column[n + j] += c
+            column[n - j] += c
+        lift, half = lifted(wide, n), 1 << (8 * wide - 1)
+        return {
+            at: int.from_bytes(
+                b"".join([(c + half).to_bytes(wide, "little") for c in column]), "little"
+            )
+            - lift
+            for at, column in columns.items()
+        }
 
     def slope(self) -> Series:
         """The derivative in x."""
@@ -176,15 +216,30 @@ class Series:
         beside = self.most - Fraction(sum(map(abs, rows.values())), 1 << self.digits)
         # |T_j'| <= j^2, and from the middle of a part it is 1/PARTS to its end.
         beside += Fraction(sum(j * j * abs(w) for j, w in rows.items()), PARTS << self.digits)
-        found = []
+        n, found = self.degree, []
         for part in range(PARTS):
-            x = Fraction(2 * part + 1 - PARTS, PARTS)
-            before, here, total = Fraction(1), x, Fraction(rows.get(0, 0))
-            for j in range(1, max(rows, default=0) + 1):
-                total += rows.get(j, 0) * here
-                before, here = here, 2 * x * here - before
-            found.append(around(total / (1 << self.digits), beside))
+            values = middles(part, n)
+            total = sum(c * values[j] * PARTS ** (n - j) for j, c in rows.items())
+            found.append(around(Fraction(total, PARTS**n << self.digits), beside))
         return found
+
+
+@functools.cache
+def lifted(wide: int, n: int) -> int:
+    """A whole number that makes each of 2 n + 1 coefficients positive, of so many bytes each."""
+    return (1 << (8 * wide - 1)) * (
+        ((1 << (8 * wide * (2 * n + 1))) - 1) // ((1 << (8 * wide)) - 1)
+    )
+
+
+@functools.cache
+def middles(part: int, n: int) -> list[int]:
+    """T_j in the middle of a part, for j from 0 to n, over PARTS^j."""
+    x = 2 * part + 1 - PARTS
+    found = [1, x]
+    while len(found) <= n:
+        found.append(2 * x * found[-1] - PARTS**2 * found[-2])
+    return found
 
 
 ENERGY = Series.made({(0, 0, 0, 1): 1}, 0)
@@ -686,6 +741,64 @@ def check_relation(source: Arrival, quad: Quad, begin: Sequence[Interval]) -> No
         raise Fails("C6: the image is not between the sides of the set")
 
 
+def check_apart(one: Quad, other: Quad) -> None:
+    """The first part of Theorem 1: two sets of the same symbol have no point in common."""
+    d, g = one.place()
+    U = other.coordinates(d, g, ENERGY)[0].ball()
+    if max(U.low, -U.high) <= 1 << Interval.digits:
+        raise Fails("it has the symbol of another set, and is not shown to be apart from it")
+
+
+def prove_link(p: Problem, link: tuple[Any, list[Step]], after: tuple[Any, list[Step]]) -> int:
+    """The symbol of the passage from a set, or a line, that covers the next one, if there is one.
+
+    Raises Fails with what is not shown.
+    """
+    (source, steps), (target, following) = link, after
+    if not steps:
+        raise Fails("C2: a set has no steps")
+    # Nothing is asked of cones along a chain.
+    p = p._replace(along=())
+    found = arrival(p, source, steps)
+    if target is not None:
+        if target.rising != crosses_upward(source) or not following:
+            raise Fails("C6: the next set is not one of the section that is crossed")
+        begin, _ = beginning(p, target, following[0])
+        check_relation(found, target, begin)
+    return found.symbol
+
+
+def crosses_upward(source: Quad | Line) -> bool:
+    return isinstance(source, Line) or not source.rising
+
+
+def phases(p: Problem, line: Line, step: Step) -> Interval:
+    """theta2 of all starts of a line, radians."""
+    bound, *_ = line_beginning(p, line, step)
+    near = zip(step.states, p.apart(bound), strict=True)
+    _, _, M3, g1, g2, _ = (state.at(0, -1).ball(e) for state, e in near)
+    c, s = (1 / (2 * m) for m in p.to_M)
+    # The sine and cosine of theta1/2 + theta2, less alpha0/2, and less beta0/2.
+    sin, cos = c * g1 - s * g2, (s * g1 + c * g2) * ((2 * Interval.of(line.J1) - M3) / M3)
+    for x, y in ((c, s), p.mu):
+        sin, cos = sin * x - cos * y, cos * x + sin * y
+    turns = 0
+    # Turned back by quarters until it lies to the right.
+    while cos.low <= 0 or 2 * cos.low < sin.size.high:
+        sin, cos, turns = -cos, sin, turns + 1
+        if turns == 4:
+            raise Fails("C1: theta2 of the starts is not told")
+    found = arctangent(sin / cos) + turns * pi() / 2
+    return found if found.high > 0 else found + 2 * pi()
+
+
+def told(where: Interval) -> str:
+    """Nine decimals of both ends, rounded outward."""
+    ends = math.floor(Fraction(where.low, 1 << DIGITS) * 10**9), math.ceil(where.above * 10**9)
+    low, high = (Decimal(x).scaleb(-9) for x in ends)
+    return f"from {low} to {high}"
+
+
 def check_cone(source: Arrival, quad: Quad) -> None:
     """C7: differences of orbits grow along u, or shrink along v."""
     (U_u, V_u), *others = (quad.directions(source.g, source.w, *x) for x in source.slopes)
@@ -849,40 +962,70 @@ def farthest(quads: Sequence[Quad], found: Sequence[Arrival]) -> Fraction:
     return max(x.most for x in (*(q.place()[0] for q in quads), *(y.d for y in found)))
 
 
-def prove(
-    problem: dict[str, Any], quads: Sequence[Quad], line: Line, orbits: Sequence[list[Step]]
-) -> tuple[Fraction, Fraction, list[str]]:
-    """All that a full shift and its line of starts need: the least and largest time of a passage.
+class Proven(NamedTuple):
+    """Facts of a full shift and its line of starts."""
 
-    The texts say why Theorems 3, 4 and 8 are undecided, and are empty where these are proven too.
-    Raises Fails with what else is not shown.
+    times: list[Interval]
+    """Those of passages from each set."""
+    word: str
+    """Symbols of the approach from the line to the sets."""
+    theta2: Interval
+    """That of the line."""
+    doubts: list[str]
+    """Why Theorems 3, 4 and 8 are undecided; empty where these are proven too."""
+
+
+def prove(
+    problem: dict[str, Any],
+    quads: Sequence[Quad],
+    line: Line,
+    orbits: Sequence[list[Step]],
+    approach: Sequence[Quad] = (),
+) -> Proven:
+    """All that a full shift and its line of starts need; `orbits` are of sets, line and approach.
+
+    Raises Fails with what is not shown.
     """
-    if sorted(quad.rising for quad in quads) != [False, False, True, True]:
-        raise Fails("there are other sets than two on each section")
+    n = len(quads)
     if (
-        not all(quad.a and quad.b and quad.l1 for quad in quads)
+        not all(quad.a and quad.b and quad.l1 for quad in (*quads, *approach))
         or not all(orbits)
-        or len(orbits) != 5
+        or len(orbits) != n + 1 + len(approach)
     ):
         raise Fails("a set has no extent, or no steps")
     p = problem_of(problem)
     found = [_named(k, arrival, p, *of) for k, of in enumerate(zip(quads, orbits, strict=False))]
-    if len({(q.rising, x.symbol) for q, x in zip(quads, found, strict=True)}) < len(quads):
-        raise Fails("two sets of a section have the same symbol")
+    letters = [(q.rising, x.symbol) for q, x in zip(quads, found, strict=True)]
+    if set(letters) != {(up, symbol) for up in (False, True) for symbol in (0, 1)}:
+        raise Fails("a section has no sets of both symbols")
+    for k in range(n):
+        for j in range(k):
+            # Of different symbols they have no point in common.
+            if letters[j] == letters[k]:
+                _named(k, check_apart, quads[j], quads[k])
     for k, source in enumerate(found):
         for quad, other in zip(quads, found, strict=True):
             if quad.rising != quads[k].rising:
                 _named(k, check_relation, source, quad, other.begin)
-    start = _named("line", arrival, p, line, orbits[4])
-    for quad, other in zip(quads, found, strict=True):
-        if quad.rising:
-            _named("line", check_relation, start, quad, other.begin)
-    upward = [quad for quad in quads if quad.rising]
+    links: list[Any] = list(zip((line, *approach), orbits[n:], strict=True))
+    names = ["line", *(f"{k} of the approach" for k in range(1, len(links)))]
+    pairs = zip(names, links, links[1:], strict=False)
+    word = [_named(name, prove_link, p, *pair) for name, *pair in pairs][1:]
+    start = _named(names[-1], arrival, p, *links[-1])
+    crossed = [
+        each for each in zip(quads, found, strict=True)
+        if each[0].rising == crosses_upward(links[-1][0])
+    ]  # fmt: skip
+    for quad, other in crossed:
+        _named(names[-1], check_relation, start, quad, other.begin)
+    # The line has no symbol.
+    word += [start.symbol] if approach else []
     cones: list[tuple[int | str, Arrival, Quad]] = [
         *((k, x, q) for k, x in enumerate(found) for q in quads if q.rising != quads[k].rising),
-        *(("line", start, quad) for quad in upward),
+        # Nothing is claimed of how many starts have a code where they have an approach.
+        *(("line", start, quad) for quad, _ in crossed if not approach),
     ]
-    of_line = line, orbits[4][0], start
+    of_line = line, orbits[n][0], start
     doubts = [
         _doubt(lambda: [_named(k, check_cone, x, quad) for k, x, quad in cones]),
         _doubt(lambda: check_middle(p, farthest(quads, found))),
@@ -890,9 +1033,8 @@ def prove(
     ]
     # What else it needs.
     doubts[2] = doubts[0] or doubts[1] or doubts[2]
-    unit = 1 << Interval.digits
-    low, high = min(x.time.low for x in found), max(x.time.high for x in found)
-    return Fraction(low, unit), Fraction(high, unit), doubts
+    where = phases(p, line, orbits[n][0])
+    return Proven([x.time for x in found], "".join(map(str, word)), where, doubts)
 
 
 def _doubt(check: Callable[[], Any]) -> str:
@@ -911,7 +1053,7 @@ def _named(k: int | str, check: Callable[..., Any], *arguments: Any) -> Any:
 
 
 FURTHER = (
-    "each sequence has one orbit in the sets",
+    "each sequence of sets has one orbit in them",
     "every finite one has an orbit from T1 or T2 to T1 or T2",
     "S1- and S2+ cross transversally, in one orbit for each one of even length",
 )
@@ -932,6 +1074,7 @@ class Read(NamedTuple):
 
     config: dict[str, Any]
     quads: list[Quad]
+    approach: list[Quad]
     line: list[Any]
     """All of a Line but J1."""
     orbits: list[list[Step]]
@@ -956,39 +1099,44 @@ def read(path: Path) -> Read:
             }
             if "wide" in file["data/line"]:
                 along["wide"] = file["data/line/wide"][()]
-        moves = several.get("moves", [[]] * 4)
+            before = {k: file[f"data/approach/{k}"][()] for k in QUAD if "approach" in file["data"]}
+        moves = several.get("moves", [[]] * len(sets["a"]))
         shift, spread = (Fraction(float(several.get(k, 0))) for k in ("shift", "spread"))
         if len(moves[0]) > MOST["curve"] or spread < 0:
             raise Refused(
                 f"sets move by more than {MOST['curve']} powers of w, or by less than none"
             )
-        if not 0 < sets["p"].shape[1] <= MOST["curve"]:
-            raise Refused(f"a curve has no coefficients, or more than {MOST['curve']}")
-        quads = []
-        for k in range(4):
-            a, b, l0, l1, *p = (
-                Fraction(float(x))
-                for x in (*(sets[x][k] for x in ("a", "b", "l0", "l1")), *sets["p"][k])
-            )
-            curves = [[Fraction(float(x)) for x in curve] for curve in moves[k]]
-            quads.append(Quad(bool(sets["rising"][k]), a, b, l0, l1, p, curves))
+        quads = list(quads_of(sets, moves))
+        approach = list(quads_of(before, [[]] * len(before["a"]))) if before else []
         line = [Fraction(float(along[name])) for name in LINE]
         wide = Fraction(float(along.get("wide", 0)))
         line_moves = [Fraction(float(x)) for x in several.get("line", [])]
-        return Read(
-            config, quads, [*line, line_moves, wide], list(steps_of_sets(proof)), shift, spread
-        )
+        orbits = steps_of_sets(proof, len(quads) + 1 + len(approach))
+        return Read(config, quads, approach, [*line, line_moves, wide], orbits, shift, spread)
     except (OSError, KeyError, ValueError, TypeError, AttributeError, IndexError, OverflowError,
             RuntimeError) as error:  # fmt: skip
         raise Refused(f"it cannot be read: {str(error)[:200]}") from None
 
 
-def steps_of_sets(proof: dict[str, Any]) -> Iterable[list[Step]]:
-    """Steps of each set and of the line, as a file holds them, after checks of their sizes."""
+def quads_of(sets: dict[str, Any], moves: Any) -> Iterator[Quad]:
+    """Sets as a file holds them."""
+    if not 0 < sets["p"].shape[1] <= MOST["curve"]:
+        raise Refused(f"a curve has no coefficients, or more than {MOST['curve']}")
+    rows = (sets[name] for name in QUAD)
+    for (up, *numbers, p), curves in zip(zip(*rows, strict=True), moves, strict=True):
+        a, b, l0, l1 = (Fraction(float(x)) for x in numbers)
+        of = [[Fraction(float(x)) for x in curve] for curve in (p, *curves)]
+        yield Quad(bool(up), a, b, l0, l1, of[0], of[1:])
+
+
+def steps_of_sets(proof: dict[str, Any], n: int) -> list[list[Step]]:
+    """Steps of each of n sets or lines, as a file holds them, after checks of their sizes."""
+    if n > MOST["sets"]:
+        raise Refused(f"there are more than {MOST['sets']} sets")
     counts, bits = [int(x) for x in proof["terms"]], [int(x) for x in proof["bits"]]
     powers = [tuple(int(x) for x in row) for row in proof["powers"]]
     values = [[int(x) for x in row] for row in proof["coefficients"]]
-    orbits: list[list[Step]] = [[], [], [], [], []]
+    orbits: list[list[Step]] = [[] for _ in range(n)]
     of = [int(x) for x in proof["family"]]
     if not len(counts) == len(bits) == len(of) <= MOST["steps"] or min(counts) < 1:
         raise Refused("steps are not as many as they say")
@@ -1036,8 +1184,16 @@ def _stated(config: dict[str, Any]) -> dict[str, Any]:
     """What a config says of a proof; how many half rotations were asked for is no part of it."""
     given = {"around": "0"} | dict(config["problem"].items())
     left_out = (None, "null")
-    problem = {name: x for name, x in given.items() if name != "half_turns" and x not in left_out}
+    searched = ("half_turns", "lengths")
+    problem = {name: x for name, x in given.items() if name not in searched and x not in left_out}
     return {"experiment": config["experiment"], "problem": problem}
+
+
+def word_of(address: str) -> str:
+    """The symbols of an address such as a 0^8 1^9 (1^15)*2."""
+    repeated = re.compile(r"\(([01])\^[0-9]+\)\*([0-9]{1,3})(?![0-9])")
+    each = repeated.sub(lambda found: found[1] * int(found[2]), address)
+    return re.sub(r"\^[0-9]+|[ab ]", "", each)
 
 
 def _energies(found: Read) -> dict[str, Fraction]:
@@ -1081,16 +1237,28 @@ def check(path: Path, given: Path | None = None) -> str:
     J1 = number(action)
     if Interval.of(J1).low <= 0:
         raise Refused("J1_0 > 0 is broken, or cannot be told")
-    least, most, doubts = prove(problem, found.quads, Line(J1, *found.line), found.orbits)
+    asked = config["problem"].get("approach")
+    proven = prove(problem, found.quads, Line(J1, *found.line), found.orbits, found.approach)
+    if proven.word != (word_of(asked) if isinstance(asked, str) else ""):
+        raise Fails(
+            f"the symbols of the approach are {proven.word}, and its config asks for others"
+        )
+    unit = Fraction(10**4, 1 << DIGITS)
     # Rounded outward.
-    times = f"{math.floor(least * 10**4) / 10**4} to {math.ceil(most * 10**4) / 10**4}"
+    least = math.floor(min(x.low for x in proven.times) * unit) / 10**4
+    most = math.ceil(max(x.high for x in proven.times) * unit) / 10**4
     further = (
         f"; undecided: {doubt}" if doubt else f"; {theorem}"
-        for doubt, theorem in zip(doubts, FURTHER, strict=True)
+        for doubt, theorem in zip(proven.doubts, FURTHER, strict=True)
     )
+    up = sum(quad.rising for quad in found.quads)
+    count = 2 * up * (len(found.quads) - up)
+    behind = f", behind the symbols {proven.word}" if proven.word else ""
     return (
-        f"proven of {of}: eight covering relations, so every sequence is the code of an orbit, with"
-        f" {times} t' a passage; and a line of starts of J1_0 = {action}" + "".join(further)
+        f"proven of {of}: {count} covering relations, so every sequence is the code of an orbit,"
+        f" with {least} to {most} t' a passage, and the entropy at least"
+        f" ln({count // 2})/2 a passage; and of a line of starts of J1_0 = {action} with"
+        f" theta2_0 {told(proven.theta2)}{behind}" + "".join(further)
     )
 
 

@@ -141,7 +141,7 @@ def checked(part: tuple[dict[str, Any], int, int, list[int], dict[str, Any]]) ->
     Interval.digits = DIGITS
     given, place, depth, claimed, proof = part
     try:
-        found = prove(given, place, depth, next(iter(steps_of_sets(proof))))
+        found = prove(given, place, depth, steps_of_sets(proof, 1)[0])
     except Fails as error:
         return str(error)
     return "" if found[: len(claimed)] == claimed else f"the symbols are {found}"

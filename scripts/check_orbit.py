@@ -10,11 +10,9 @@ symbols of the code.
 from __future__ import annotations
 
 import json
-import math
 import sys
 from collections.abc import Iterator, Sequence
 from concurrent.futures import ProcessPoolExecutor
-from decimal import Decimal
 from fractions import Fraction
 from pathlib import Path
 from typing import Any
@@ -25,11 +23,9 @@ from scripts.check_certificate import (
     Interval,
     Refused,
     answered,
-    arctangent,
     bounded,
     check_against,
     number,
-    pi,
 )
 from scripts.check_full_shift import (
     DIGITS,
@@ -38,15 +34,12 @@ from scripts.check_full_shift import (
     PROOF,
     QUAD,
     Line,
-    Problem,
-    Quad,
-    Step,
-    arrival,
-    beginning,
-    check_relation,
-    line_beginning,
+    phases,
     problem_of,
+    prove_link,
+    quads_of,
     steps_of_sets,
+    told,
 )
 
 SETS = 10_000
@@ -55,51 +48,10 @@ GIVEN = ("A", "r", "mu", "h0", "J1_0")
 """What a config of Fig. 4's kind says of the starts."""
 
 
-def prove_link(p: Problem, link: tuple[Any, list[Step]], after: tuple[Any, list[Step]]) -> int:
-    """The symbol of the passage from a set, or a line, that covers the next one, if there is one.
-
-    Raises Fails with what is not shown.
-    """
-    (source, steps), (target, following) = link, after
-    if not steps:
-        raise Fails("C2: a set has no steps")
-    # Nothing is asked of cones along a chain.
-    p = p._replace(along=())
-    found = arrival(p, source, steps)
-    if target is not None:
-        if target.rising != (isinstance(source, Line) or not source.rising) or not following:
-            raise Fails("C6: the next set is not one of the section that is crossed")
-        begin, _ = beginning(p, target, following[0])
-        check_relation(found, target, begin)
-    return found.symbol
-
-
-def phases(p: Problem, line: Line, step: Step) -> Interval:
-    """theta2 of all starts of a line, radians."""
-    bound, *_ = line_beginning(p, line, step)
-    near = zip(step.states, p.apart(bound), strict=True)
-    _, _, M3, g1, g2, _ = (state.at(0, -1).ball(e) for state, e in near)
-    c, s = (1 / (2 * m) for m in p.to_M)
-    # The sine and cosine of theta1/2 + theta2, less alpha0/2, and less beta0/2.
-    sin, cos = c * g1 - s * g2, (s * g1 + c * g2) * ((2 * Interval.of(line.J1) - M3) / M3)
-    for x, y in ((c, s), p.mu):
-        sin, cos = sin * x - cos * y, cos * x + sin * y
-    turns = 0
-    # Turned back by quarters until it lies to the right.
-    while cos.low <= 0 or 2 * cos.low < sin.size.high:
-        sin, cos, turns = -cos, sin, turns + 1
-        if turns == 4:
-            raise Fails("C1: theta2 of the starts is not told")
-    found = arctangent(sin / cos) + turns * pi() / 2
-    return found if found.high > 0 else found + 2 * pi()
-
-
 def checked(problem: dict[str, Any], pair: Sequence[tuple[Any, dict[str, Any]]]) -> int:
     """The symbol of one set, or of the line, with the next, as they are stored."""
     Interval.digits = DIGITS
-    link, after = (
-        (source, next(iter(steps_of_sets(proof))) if proof else []) for source, proof in pair
-    )
+    link, after = ((source, steps_of_sets(proof, 1)[0] if proof else []) for source, proof in pair)
     return prove_link(problem_of(problem), link, after)
 
 
@@ -125,12 +77,7 @@ def read(path: Path) -> tuple[dict[str, Any], list[Any], dict[str, Any], dict[st
             energies = {k: exactly(file[f"data/energies/{k}"][()]) for k in ENERGIES[:2]}
         if len(sets["rising"]) > SETS or sets["p"].shape[1:] != (2,):
             raise Refused(f"there are more than {SETS} sets, or their curves are no lines")
-        names = ("a", "b", "l0", "l1")
-        rows = zip(sets["rising"], *(sets[x] for x in names), sets["p"], strict=True)
-        quads = [
-            Quad(bool(up), exactly(a), exactly(b), exactly(l0), exactly(l1), list(map(exactly, p)))
-            for up, a, b, l0, l1, p in rows
-        ]
+        quads = list(quads_of(sets, [[]] * len(sets["p"])))
         if not all(quad.a and quad.b and quad.l1 for quad in quads):
             raise Refused("a set has no extent")
         e1, e2, centre, half = (exactly(along[k]) for k in LINE)
@@ -153,10 +100,10 @@ def each(proof: dict[str, Any], which: Sequence[int], n: int) -> Iterator[dict[s
             last, end = last + 1, end + terms[last]
         if last == first:
             raise Refused(f"set {k - 1} has no steps, or they are out of order")
-        # As if of the first of five sets, of which five more are what is finer.
+        # As if of the first of one set, of which one more is what is finer.
         here = {name: proof[name][first:last] for name in ("bits", "terms")}
         rows = {name: proof[name][row:end] for name in ("powers", "coefficients")}
-        family = [0 if x == k else 5 for x in of[first:last]]
+        family = [0 if x == k else 1 for x in of[first:last]]
         yield {"family": family, **here, **rows}
         first, row = last, end
     if first < len(of):
@@ -196,10 +143,8 @@ def check(path: Path, given: Path | None = None, processes: int = 1) -> str:
             # What follows on the line has no symbol.
             if k and str(symbol) != code[k - 1]:
                 raise Fails(f"symbol {k} is {symbol}")
-    where = phases(problem_of(problem), sources[0], next(iter(steps_of_sets(links[0][1])))[0])
-    ends = math.floor(Fraction(where.low, 1 << DIGITS) * 10**9), math.ceil(where.above * 10**9)
-    low, high = (Decimal(x).scaleb(-9) for x in ends)
-    return f"proven of {of}: of the starts with theta2_0 from {low} to {high} one has {code}"
+    where = phases(problem_of(problem), sources[0], steps_of_sets(links[0][1], 1)[0][0])
+    return f"proven of {of}: of the starts with theta2_0 {told(where)} one has {code}"
 
 
 def main(arguments: Sequence[str] | None = None) -> int:

@@ -220,18 +220,11 @@ def _rows(found: FoundOrbit) -> list[tuple[str, str, str]]:
 
 def _document(found: FoundOrbit) -> dict[str, Any]:
     address = found.address
-    arrays = {name: getattr(found, name).tolist() for name in ("chi", "d", "I", "crossing_time")}
-    return {
+    plain = {k: x.tolist() if hasattr(x, "tolist") else x for k, x in found._asdict().items()}
+    return plain | {
         "theta2_0": str(found.theta2_0),
         "address": str(address),
         "first": address.first,
         "symbols": found.word,
         "half_turns": list(address.half_turns or ()),
-        **{
-            name: getattr(found, name)
-            for name in ("digits", "fixed", "confirmed", "bits", "delay", "passages")
-        },
-        "passage_error": found.passage_error,
-        "residual": found.residual,
-        **arrays,
     }

@@ -2,20 +2,17 @@
 
 from __future__ import annotations
 
-import functools
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from rigidpend.experiments.data.bounds import relative
 from rigidpend.experiments.data.layout import FLOAT, TEXT, Field
-from rigidpend.experiments.data.tree import Tree
 from rigidpend.numbers.doubles import Array
 
 if TYPE_CHECKING:
     from rigidpend.config.bodies import WeightedBodies
-    from rigidpend.experiments.contract import Means
 
 BODIES, EACH = ("bodies",), ("bodies", "mu")
 """Dimensions of what each body has, and of what it has at each weight."""
@@ -33,11 +30,6 @@ MU_OVER_H0 = Field(
 )
 SMALL = 1e-2
 """Largest mu/h0 at which slopes are fitted: above it the next order in mu shows."""
-
-
-def each(problem: WeightedBodies, compute: Callable[[str], Tree], means: Means) -> dict[str, Tree]:
-    """Compute the fields of every body, each as a part that an interrupted run keeps."""
-    return {name: means.part(name, functools.partial(compute, name)) for name in problem.bodies}
 
 
 def joined(found: Mapping[str, Any]) -> dict[str, Any]:

@@ -13,7 +13,6 @@ from itertools import chain
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, TypeVar
 
-import numpy as np
 from pydantic import ValidationError
 
 from rigidpend import experiments
@@ -68,16 +67,14 @@ def prove(
     stated = {key: config.resolved()["problem"][key] for key in PROBLEM}
     problem, J1 = _problem(file, stated)
     theta2, n = float(found.theta2_0), len(found.symbols)
-    setting = horseshoe.ShiftProblem(problem.body, problem.h0, 1, h0=problem.h0)
-    [shift] = horseshoe.LineStarts(setting, J1).energies(np.array([theta2]))
-    setting = setting._replace(h=problem.h0 + exact(float(shift)))
+    setting = horseshoe.of_start(problem.body, problem.h0, J1, theta2)
     links = chains.links(setting, J1, chains.OrbitCrossings(theta2, found.d, found.chi))
     parts = [(links[part.start : part.stop], whole) for part, whole in _parts(len(links))]
     arrays = _in_rounds(_made, (), parts, jobs, n, report)
     data = {
         "sets": pieces.packed_quads([link.of for link in links[1:]]),  # type: ignore[misc]
         "line": {name: float(getattr(links[0].of, name)) for name in LAYOUT["line"]},
-        "energies": {"shift": float(shift), "spread": float(links[0].setting.spread)},
+        "energies": {"shift": float(setting.shift), "spread": float(links[0].setting.spread)},
         "proof": pieces.joined(arrays, [len(part) - (not whole) for part, whole in parts]),
     }
     tree = {name: datasets(fields, data[name]) for name, fields in LAYOUT.items()}

@@ -223,7 +223,6 @@ def _in_guarded(
     s: UnstableSurface, states: Any, limit: float, arithmetic: Arithmetic, jobs: int
 ) -> tuple[Any, Any] | None:
     """The same of guarded numbers, integrated in the working precision."""
-    m = numbers(s.bits)
     found = first_crossings(
         coefficients(s),
         [[fraction(x, s.bits) for x in state] for state in states.T],
@@ -236,9 +235,8 @@ def _in_guarded(
     crossed = [one for one in found if one is not None]
     if len(crossed) < len(found):
         return None
-    rows = [(one.time, *one.state) for one in crossed]
-    time, *state = np.array([[m.mpf(x.numerator) / x.denominator for x in row] for row in rows]).T
-    return time, np.stack(state)
+    rows = guarded(s.bits).array([(one.time, *one.state) for one in crossed]).T
+    return rows[0], rows[1:]
 
 
 def section_angles(state: Numbers, alpha0: Scalar, m: Any) -> tuple[Any, Any]:

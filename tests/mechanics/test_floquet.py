@@ -18,7 +18,7 @@ from rigidpend.mechanics import (
 from rigidpend.mechanics.body import Angles
 from rigidpend.mechanics.equations import aligned, aligned_coefficients, eq1
 from rigidpend.mechanics.floquet import NotHyperbolic, PeriodicOrbit, periodic_orbit
-from rigidpend.mechanics.periodic import periodic_solution, riccati_coefficients
+from rigidpend.mechanics.periodic import periodic_solution
 from rigidpend.orbits.integrate.states import states_at
 from tests.strategies import bodies, numbers, repeatable
 
@@ -159,21 +159,6 @@ def test_invariant_the_exponents_of_a_pair_are_opposite(body: Body, share: float
         assert leaves(one) == (one.family == 1)
         assert leaves(other) == (other.family == 2)
         assert one.multiplier * other.multiplier == pytest.approx(1, rel=1e-12)
-
-
-@pytest.mark.parametrize(("family", "epsilon"), PAIRS)
-@pytest.mark.parametrize("share", [0.01, 0.3, 0.5])
-def test_agrees_the_exponent_with_the_mean_of_the_jacobian(
-    share: float, family: int, epsilon: int
-) -> None:
-    p = loaded(FIG4, share)
-    orbit = periodic_orbit(p, 1.0, family, epsilon)
-    a = riccati_coefficients(orbit.tau, p, 1.0, family, np)
-    speed = np.sqrt(2 * p.kappa * (1 - p.mu * np.sin(orbit.tau)))
-    # Equal steps of time of an analytic function: the plain mean is the integral.
-    slope = (a[2] - a[0]) * np.sin(orbit.theta1) + a[1] * np.cos(orbit.theta1)
-    mean = (slope * speed).mean()
-    assert orbit.exponent == pytest.approx(-mean / 2, rel=1e-13)
 
 
 @pytest.mark.parametrize("p", SPECIAL)

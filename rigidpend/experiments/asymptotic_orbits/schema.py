@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Annotated, Literal, Self
+from typing import Annotated, Self
 
 from pydantic import Field, model_validator
 
@@ -42,6 +42,5 @@ class Problem(HeavyBody):
 class Config(ExperimentConfig):
     """A whole config of this experiment."""
 
-    experiment: Literal["asymptotic_orbits"]
     problem: Problem
     numerics: DoubleNumerics = DoubleNumerics()

@@ -55,7 +55,12 @@ def _body(config: Config, checked: RouteProblem, means: Means) -> Tree:
 
 def describe(config: Config) -> list[Row]:
     """Table 1: the angles of each body."""
-    return [_body_row(name, checked) for name, checked in _problems(config.problem).items()]
+    rows = []
+    for name, checked in _problems(config.problem).items():
+        body, A = checked.body, ", ".join(map(str, checked.body.A))
+        angles = f"alpha0 = {body.alpha0:.5f}, gamma0 = {body.gamma0:.5f}, nu = {body.nu:.3f}"
+        rows.append(Row(f"body {name}", angles, f"rad, rad, 1; A = ({A})"))
+    return rows
 
 
 def _problems(problem: Problem) -> dict[str, RouteProblem]:
@@ -70,10 +75,3 @@ def _window(checked: RouteProblem, half_width: float) -> dict[str, Any]:
     # Surfaces are born with the swing Delta_1 of their periodic orbit (dt).
     born, window = centre + delta * sides, centre + half_width * delta * sides
     return dict(zip(WINDOW, (centre, delta, born, window, step), strict=True))
-
-
-def _body_row(name: str, checked: RouteProblem) -> Row:
-    body = checked.body
-    A = ", ".join(map(str, body.A))
-    angles = f"alpha0 = {body.alpha0:.5f}, gamma0 = {body.gamma0:.5f}, nu = {body.nu:.3f}"
-    return Row(f"body {name}", angles, f"rad, rad, 1; A = ({A})")

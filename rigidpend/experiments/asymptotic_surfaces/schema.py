@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Annotated, Literal
+from typing import Annotated
 
 from pydantic import AfterValidator, Field, model_validator
 
@@ -69,6 +69,5 @@ class Problem(Part):
 class Config(ExperimentConfig):
     """A whole config of this experiment."""
 
-    experiment: Literal["asymptotic_surfaces"]
     problem: Problem
     numerics: DoubleNumerics = DoubleNumerics()

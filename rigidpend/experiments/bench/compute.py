@@ -23,7 +23,7 @@ from rigidpend.orbits.integrate.arithmetic import EngineError
 if TYPE_CHECKING:
     from rigidpend.experiments.bench.schema import Config
 
-PATIENCE, GRACE = 4, 120
+PATIENCE, GRACE = 4, 240
 """A worker is ended after so many budgets, and so many seconds more."""
 COMPLETE = "complete"
 Line = dict[str, Any]
@@ -272,9 +272,9 @@ def _joined(parts: list[Any]) -> Any:
         return {
             name: _joined([part[name] for part in parts]) for part in parts[:1] for name in part
         }
-    first: Any = next((x for x in parts if x.values != COMPLETE), parts[0])
+    first: Any = parts[0]
     if isinstance(first.values, str):
-        return first
+        return next((x for x in parts if x.values != COMPLETE), first)
     return first._replace(values=np.concatenate([part.values for part in parts]))
 
 

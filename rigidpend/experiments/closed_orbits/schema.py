@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Annotated, Literal
+from typing import Annotated
 
 from pydantic import Field
 
@@ -28,5 +28,4 @@ class Problem(HeavyBody):
 class Config(ExperimentConfig):
     """A whole config of this experiment."""
 
-    experiment: Literal["closed_orbits"]
     problem: Problem

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Annotated, Literal, Self
+from typing import Annotated, Self
 
 from pydantic import Field, model_validator
 
@@ -29,7 +29,7 @@ class Problem(RouteStart):
     def _plane(self) -> Self:
         if self.n_symbols > MOST_SYMBOLS:
             raise ValueError(f"n_symbols must be at most {MOST_SYMBOLS}, got {self.n_symbols}")
-        from rigidpend.routes.rows import cell_problem
+        from rigidpend.routes.cells import cell_problem
 
         with physics():
             for value in self.log10_J1_0.ends:
@@ -43,6 +43,5 @@ class Problem(RouteStart):
 class Config(ExperimentConfig):
     """A whole config of this experiment."""
 
-    experiment: Literal["exponents"]
     problem: Problem
     numerics: Numerics = Numerics()

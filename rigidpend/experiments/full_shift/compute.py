@@ -14,29 +14,40 @@ from numpy.typing import NDArray
 from rigidpend.experiments.contract import Means
 from rigidpend.experiments.data.layout import datasets
 from rigidpend.experiments.data.tree import Data, Tree
-from rigidpend.experiments.full_shift.layout import DRAWN, ENERGIES, LINE, PROOF, QUADS, RELATIONS
+from rigidpend.experiments.full_shift.layout import (
+    APPROACH,
+    DRAWN,
+    ENERGIES,
+    LINE,
+    PROOF,
+    QUADS,
+    RELATIONS,
+)
 from rigidpend.numbers.exact import exact
 
 if TYPE_CHECKING:
     from rigidpend.experiments.full_shift.schema import Config
+    from rigidpend.routes.certified.chains import Link, OrbitCrossings
     from rigidpend.routes.certified.coverings import Numbers, Reached, Relation
     from rigidpend.routes.certified.families import Family
     from rigidpend.routes.certified.horseshoe import ShiftProblem
-    from rigidpend.routes.certified.pieces import Quad
+    from rigidpend.routes.certified.pieces import FamilyStep, Quad, StartLine
 
 Array = NDArray[np.float64]
 
 SIDE = 24
 """Points on a side of an outline."""
+NUMBERS_OF_LINE = ("e1", "e2", "centre", "half", "wide")
+"""Those of a line of starts that are stored."""
 SECONDS = 6.0
 """Seconds that a proof takes."""
 UNDECIDED = "undecided, nothing is proven"
 FURTHER = (
-    "all of them stretch one way and shrink the other: in the sets each sequence has one orbit",
+    "all of them stretch one way and shrink the other: each sequence of sets has one orbit in them",
     "beside the sets orbits return on one of two sides or tend to T1 or T2: every finite"
     " sequence is the code of an orbit from T1 to T1 or T2, and of one from T2",
-    "the surfaces S1- and S2+ cross transversally: every finite sequence of even length is the code"
-    " of one orbit from T1 to T2, and only one with its crossings in the sets",
+    "the surfaces S1- and S2+ cross transversally: every finite sequence of sets of even length"
+    " is that of one orbit from T1 to T2, and of only one",
 )
 """Theorems 3, 4 and 8, which a body may lack that has the first two."""
 OF_ENERGIES = "all of this of every energy that differs from h by at most {1!r}"
@@ -54,12 +65,11 @@ def compute(config: Config, means: Means) -> Tree:
 
     doubts = []
     try:
-        for setting in search.trials(_found(config), config.problem.half_turns):
-            means.report(
-                f"four sets are found, with passages of {setting.half_turns} half rotations"
-            )
+        approach = _approach(config)
+        for setting in search.trials(_found(config, approach), config.problem.half_turns):
+            means.report(f"sets are found, with passages of {setting.half_turns} half rotations")
             try:
-                return _proven(config, setting, means)
+                return _proven(config, setting, approach, means)
             except (MapError, ArithmeticError, Undecided) as doubt:
                 doubts.append(f"with {setting.half_turns} half rotations: {doubt}")
     except (MapError, ArithmeticError) as doubt:
@@ -67,34 +77,69 @@ def compute(config: Config, means: Means) -> Tree:
     raise ArithmeticError(f"{UNDECIDED}: {'; '.join(doubts)}")
 
 
-def _proven(config: Config, setting: ShiftProblem, means: Means) -> Tree:
-    from rigidpend.routes.certified import horseshoe, pieces
+def _proven(
+    config: Config, setting: ShiftProblem, approach: OrbitCrossings | None, means: Means
+) -> Tree:
+    from rigidpend.routes.certified import chains, horseshoe
+    from rigidpend.routes.certified.checker import Undecided
 
-    if config.problem.h0 is not None:
-        setting = horseshoe.widened(setting, _fraction(config))
+    J1 = _fraction(config)
+    if approach is not None:
+        links = chains.links(setting, J1, approach, horseshoe.quads(setting))
+        setting = setting._replace(spread=links[0].setting.spread)
+    elif config.problem.h0 is not None:
+        setting = horseshoe.widened(setting, J1)
     sets = horseshoe.quads(setting)
     orbits = [horseshoe.pieces(setting, quad) for quad in sets]
-    starts, theta2 = horseshoe.line(setting, _fraction(config), sets)
-    orbits.append(horseshoe.line_pieces(setting, starts, theta2))
-    quads, proof = pieces.packed_quads(sets), pieces.packed(orbits)
-    energies = None
+    if approach is not None:
+        return _stored(config, sets, orbits + chains.linked(links, True), links, means)
+    starts, ends = horseshoe.line(setting, J1, sets)
+    # Only Theorem 8 needs a strip about the line, which may be too wide to cross the sets.
+    for of in dict.fromkeys((starts, starts._replace(wide=Fraction(0)))):
+        link = chains.Link(of, setting, theta2=ends)
+        try:
+            return _stored(config, sets, [*orbits, link.pieces()], [link], means)
+        except Undecided as doubt:
+            reason = doubt
+    raise reason
+
+
+def _stored(
+    config: Config,
+    sets: Sequence[Quad],
+    orbits: Sequence[Sequence[FamilyStep]],
+    links: Sequence[Link],
+    means: Means,
+) -> Tree:
+    """The result, if its proof holds."""
+    from rigidpend.routes.certified import pieces
+
+    before: Any = [link.of for link in links[1:]]
+    starts: Any = links[0].of
+    setting = links[0].setting
+    data = {"sets": pieces.packed_quads(sets), "proof": pieces.packed(orbits)}
+    data["line"] = {name: float(getattr(starts, name)) for name in NUMBERS_OF_LINE}
     if setting.spread:
-        energies = pieces.packed_energies(setting.shift, setting.spread, sets, starts)
-    line = {name: float(getattr(starts, name)) for name in ("e1", "e2", "centre", "half", "wide")}
-    proven = checked(config, quads, line, proof, energies)
-    means.report("every code occurs: 8 of 8 covering relations are proven, and those of a line")
+        data["energies"] = pieces.packed_energies(setting.shift, setting.spread, sets, starts)
+    if before:
+        data["approach"] = pieces.packed_quads(before)
+    proven = checked(config, data)
+    count = sum(map(len, proven.relations))
+    means.report(f"every code occurs: {count} covering relations are proven, and those of a line")
+    symbols = {"symbol": np.array(proven.symbols, dtype=np.int64)}
     rows = [
         {name: [getattr(one, name) for one in pair] for name in RELATIONS}
         for pair in proven.relations
     ]
     return {
-        "sets": datasets(QUADS, quads | _of_sets(proven.arrivals)),
+        "sets": datasets(QUADS, data["sets"] | _of_sets(proven.arrivals)),
         "relations": datasets(
             RELATIONS, {name: np.array([row[name] for row in rows]) for name in RELATIONS}
         ),
-        "line": datasets(LINE, line | _of_line(proven, theta2)),
-        "proof": datasets(PROOF, proof),
-        **({"energies": datasets(ENERGIES, energies)} if energies else {}),
+        "line": datasets(LINE, data["line"] | _of_line(proven, links[0].theta2)),
+        "proof": datasets(PROOF, data["proof"]),
+        **({"energies": datasets(ENERGIES, data["energies"])} if setting.spread else {}),
+        **({"approach": datasets(APPROACH, data["approach"] | symbols)} if before else {}),
         "drawn": datasets(DRAWN, _drawn(sets, proven)),
     }
 
@@ -105,21 +150,25 @@ class Proven(NamedTuple):
     arrivals: list[Reached]
     relations: list[list[Relation]]
     start: Reached
+    """Crossings of the line, or of the last set of its approach."""
     crossed: list[Relation]
+    symbols: list[int]
+    """Those of the approach."""
+    theta2: tuple[float, float] | None
+    """Bounds on theta2_0 of the starts, radians, if they have an approach."""
     doubts: tuple[str, str, str]
     """Reasons for which Theorems 3, 4 and 8 are undecided; empty where they are proven."""
 
 
-def checked(
-    config: Config, quads: Data, line: Data, proof: Data, energies: Data | None = None
-) -> Proven:
+def checked(config: Config, data: Data) -> Proven:
     """Check the proof of a result without integration: what it proves.
 
     Parameters
     ----------
     config : Config
-    quads, line, proof, energies : Data
-        The groups `sets`, `line`, `proof` and `energies` of a result, which may lack the last.
+    data : Data
+        The groups `sets`, `line` and `proof` of a result, and `energies` and `approach` if it has
+        them.
 
     Raises
     ------
@@ -127,20 +176,29 @@ def checked(
         Something is not shown; the text says what.
     """
     from rigidpend.routes.certified import connections, coverings, pieces
+    from rigidpend.routes.certified.checker import Undecided
 
-    sets = pieces.unpacked_quads(quads, energies)
+    energies, approach = data.get("energies"), data.get("approach")
+    sets = pieces.unpacked_quads(data["sets"], energies)
+    before = pieces.unpacked_quads(approach) if approach else []
     numbers = _numbers(config, *pieces.unpacked_energies(energies))
-    orbits = pieces.unpacked(proof, len(sets) + 1)
-    starts = pieces.unpacked_line(_fraction(config), line, energies)
-    arrivals, relations = coverings.prove(numbers, sets, orbits[:-1])
-    start, crossed = coverings.prove_line(numbers, starts, orbits[-1], sets, arrivals)
-    both = [*itertools.chain(*relations), *crossed]
-    cones = _doubt(coverings.prove_cones, both)
+    orbits = pieces.unpacked(data["proof"], len(sets) + 1 + len(before))
+    starts = pieces.unpacked_line(_fraction(config), data["line"], energies)
+    arrivals, relations = coverings.prove(numbers, sets, orbits[: len(sets)])
+    links: list[tuple[Quad | StartLine, list[FamilyStep]]]
+    links = list(zip([starts, *before], orbits[len(sets) :], strict=True))
+    start, crossed, symbols = coverings.prove_line(numbers, links, sets, arrivals)
+    if tuple(symbols) != _asked(config):
+        raise Undecided("the symbols of the approach are others than its config asks for")
+    # Nothing is claimed of how many starts have a code where they have an approach.
+    cones = [*itertools.chain(*relations), *([] if before else crossed)]
+    cone = _doubt(coverings.prove_cones, cones)
     middle = _doubt(connections.prove_connections, numbers, sets, arrivals)
-    of_line = starts, orbits[-1], start
+    of_line = starts, links[0][1], start
     crossing = _doubt(connections.prove_transversal, numbers, of_line, sets, arrivals)
-    doubts = cones, middle, cones or middle or crossing
-    return Proven(arrivals, relations, start, crossed, doubts)
+    theta2 = coverings.phases(numbers, starts, links[0][1]) if before else None
+    doubts = cone, middle, cone or middle or crossing
+    return Proven(arrivals, relations, start, crossed, list(map(int, symbols)), theta2, doubts)
 
 
 def _doubt(check: Callable[..., Any], *of: Any) -> str:
@@ -159,14 +217,14 @@ def theorems(config: Config, data: Data) -> list[str]:
     from rigidpend.routes.certified.checker import Undecided
 
     try:
-        proven = checked(config, data["sets"], data["line"], data["proof"], data.get("energies"))
+        proven = checked(config, data)
     except Undecided as doubt:
         raise ArithmeticError(f"{UNDECIDED}: {doubt}") from None
     count, energies = sum(map(len, proven.relations)), data.get("energies")
     also = OF_ONE_J2 if config.problem.h is None else OF_ENERGIES
     return [
         f"{count} covering relations hold: every sequence of 0 and 1 is the code of an orbit",
-        "the line of starts crosses both upward sets: every one-sided sequence is a start's code",
+        _of_starts(proven),
         *(
             f"undecided: {doubt}" if doubt else sentence
             for doubt, sentence in zip(proven.doubts, FURTHER, strict=True)
@@ -175,15 +233,56 @@ def theorems(config: Config, data: Data) -> list[str]:
     ]
 
 
-def _found(config: Config) -> ShiftProblem:
+def _of_starts(proven: Proven) -> str:
+    """The sentence on the codes of a line of starts."""
+    every = "every one-sided sequence is a start's code"
+    if proven.theta2 is None:
+        return f"the line of starts crosses the upward sets: {every}"
+    # Rounded outward.
+    low, high = math.floor(proven.theta2[0] * 1e9) / 1e9, math.ceil(proven.theta2[1] * 1e9) / 1e9
+    word = "".join(map(str, proven.symbols))
+    starts = f"a line of starts with theta2_0 from {low:.9f} to {high:.9f}"
+    return f"{starts} crosses the sets after the symbols {word}: {every} behind these"
+
+
+def _asked(config: Config) -> tuple[int, ...]:
+    """The symbols of the approach that a config asks for."""
+    from rigidpend.routes.symbolic.address import parsed
+
+    asked = config.problem.approach
+    return () if asked is None else parsed(asked).symbols
+
+
+def _approach(config: Config) -> OrbitCrossings | None:
+    """The orbit along which starts come to the sets, if one is asked for."""
+    from rigidpend.routes.certified.chains import OrbitCrossings
+    from rigidpend.routes.symbolic import NoOrbit, find_orbit
+
+    problem = config.problem
+    if problem.approach is None:
+        return None
+    assert problem.h0 is not None
+    try:
+        found = find_orbit(problem.body, problem.approach, h0=problem.h0, J1_0=problem.J1_0)
+    except NoOrbit as reason:
+        raise ArithmeticError(f"there is no approach: {reason}") from None
+    return OrbitCrossings(float(found.theta2_0), found.d, found.chi)
+
+
+def _found(config: Config, approach: OrbitCrossings | None) -> ShiftProblem:
     """The body and its energy, or that of the middle of a line of starts of one J2_0."""
     from rigidpend.routes.certified import horseshoe
 
     problem = config.problem
     if problem.h is not None:
-        return horseshoe.ShiftProblem(problem.body, problem.h, 1, spread=_spread(config))
-    assert problem.h0 is not None
-    return horseshoe.of_one_J2(problem.body, problem.h0, _fraction(config))
+        found = horseshoe.ShiftProblem(problem.body, problem.h, 1, spread=_spread(config))
+    elif problem.h0 is not None and approach is not None:
+        of = problem.body, problem.h0, _fraction(config)
+        found = horseshoe.of_start(*of, approach.theta2)
+    else:
+        assert problem.h0 is not None
+        found = horseshoe.of_one_J2(problem.body, problem.h0, _fraction(config))
+    return found._replace(lengths=problem.lengths)
 
 
 def _spread(config: Config) -> Fraction:
@@ -249,7 +348,8 @@ def _drawn(sets: Sequence[Quad], proven: Proven) -> dict[str, Array]:
             chi, d = _in_chart(sets, rising, where, u, v)
             rows[f"{prefix}chi"].append(chi)
             rows[f"{prefix}d"].append(d)
-    line_chi, line_d = _in_chart(sets, True, (proven.start.d, proven.start.g), side, 0 * side)
+    rising = sets[proven.crossed[0].target].rising
+    line_chi, line_d = _in_chart(sets, rising, (proven.start.d, proven.start.g), side, 0 * side)
     outlines = {name: np.array(each) for name, each in rows.items()}
     return {**outlines, "line_chi": line_chi, "line_d": line_d}
 

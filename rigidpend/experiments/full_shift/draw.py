@@ -33,7 +33,7 @@ def draw(result: Loaded) -> Figure:
         title(whole, "ab"[column], f"{words} crossings")
         # At this scale a set has no width of its own to be seen by.
         _draw(whole, data, rising, 1.8)
-        if rising:
+        if data["sets"]["rising"][data["line"]["target"][0]] == rising:
             whole.plot(data["drawn"]["line_chi"], data["drawn"]["line_d"], color="0.2", lw=0.8)
         target = int(np.flatnonzero(data["sets"]["rising"] == rising)[-1])
         source = int(np.flatnonzero(data["sets"]["rising"] != rising)[0])

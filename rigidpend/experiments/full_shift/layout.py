@@ -6,7 +6,7 @@ from rigidpend.experiments.data.bounds import bound, of_largest, stated
 from rigidpend.experiments.data.layout import ANY, FLAG, FLOAT, WHOLE, Field, Layout, held
 from rigidpend.experiments.route_layout import STEPS
 
-SETS = ("sets",)
+SETS, COVERED, CROSSED = ("sets",), ("sets", "targets"), ("targets",)
 CLOSE = of_largest(1e-6)
 """Allowed difference of sets, of the largest: the map errs by 1e-16 in d, which is 1e-7 of a."""
 CURVE = bound(lambda *_: [1e-12, 1e-10, 1e-8, 1e-6, 1e-4])
@@ -38,21 +38,17 @@ QUADS = {
     "longest": Field(FLOAT, SETS, "t'", "largest time of a passage from it"),
 }
 RELATIONS = {
-    "target": Field(WHOLE, ("sets", 2), "1", "the sets that it covers, counted from 0"),
-    "orientation": Field(
-        WHOLE, ("sets", 2), "1", "1 or -1: end of the target beyond which u = 1 goes"
-    ),
+    "target": Field(WHOLE, COVERED, "1", "the sets that it covers, counted from 0"),
+    "orientation": Field(WHOLE, COVERED, "1", "1 or -1: end of the target beyond which u = 1 goes"),
     "edge": Field(
-        FLOAT, ("sets", 2), "1", "lower bound on |U| of the images of u = -1 and 1", within=ANY
+        FLOAT, COVERED, "1", "lower bound on |U| of the images of u = -1 and 1", within=ANY
     ),
-    "across": Field(
-        FLOAT, ("sets", 2), "1", "upper bound on |V| of the whole image", within=MARGIN
-    ),
+    "across": Field(FLOAT, COVERED, "1", "upper bound on |V| of the whole image", within=MARGIN),
     "stretch": Field(
-        FLOAT, ("sets", 2), "1", "lower bound on |dU/du| - |dU/dv| of the passage", within=ANY
+        FLOAT, COVERED, "1", "lower bound on |dU/du| - |dU/dv| of the passage", within=ANY
     ),
     "squeeze": Field(
-        FLOAT, ("sets", 2), "1", "upper bound on |dV/du| + |dV/dv| of the passage", within=SLOPES
+        FLOAT, COVERED, "1", "upper bound on |dV/du| + |dV/dv| of the passage", within=SLOPES
     ),
 }
 LINE = {
@@ -65,12 +61,22 @@ LINE = {
     "bound": Field(
         FLOAT, (), "1", "bound on the distance of the polynomials from the orbits", within=NEAR
     ),
-    "target": Field(WHOLE, (2,), "1", "the sets that it crosses, counted from 0"),
-    "edge": Field(FLOAT, (2,), "1", "lower bound on |U| at its ends", within=ANY),
-    "across": Field(FLOAT, (2,), "1", "upper bound on |V| of all of it", within=MARGIN),
-    "stretch": Field(FLOAT, (2,), "1", "lower bound on |dU/du| along it", within=ANY),
-    "squeeze": Field(FLOAT, (2,), "1", "upper bound on |dV/du| along it", within=SLOPES),
+    "target": Field(
+        WHOLE, CROSSED, "1", "the sets that it, or the last set of the approach, crosses, from 0"
+    ),
+    "edge": Field(FLOAT, CROSSED, "1", "lower bound on |U| at its ends", within=ANY),
+    "across": Field(FLOAT, CROSSED, "1", "upper bound on |V| of all of it", within=MARGIN),
+    "stretch": Field(FLOAT, CROSSED, "1", "lower bound on |dU/du| along it", within=ANY),
+    "squeeze": Field(FLOAT, CROSSED, "1", "upper bound on |dV/du| along it", within=SLOPES),
 }
+APPROACH = {
+    name: QUADS[name]._replace(dimensions=dimensions)
+    for name, dimensions in {
+        **dict.fromkeys(("rising", "a", "b", "l0", "l1", "symbol"), ("passages",)),
+        "p": ("passages", "coefficients"),
+    }.items()
+}
+"""Sets between the line of starts and those of the full shift, of which each covers the next."""
 ENERGIES = {
     "shift": Field(
         FLOAT, (), "1", "energies are h or h0 + shift + spread w, w from -1 to 1", within=CURVE
@@ -96,7 +102,7 @@ DRAWN = {
 PROOF = {
     **STEPS,
     "family": STEPS["family"]._replace(
-        description="the set of which a step is, counted from 0; 4: the line"
+        description="the set of which a step is, counted from 0; then the line, and its approach"
     ),
 }
 LAYOUT: Layout = {
@@ -104,6 +110,7 @@ LAYOUT: Layout = {
     "relations": RELATIONS,
     "line": held(CLOSE, LINE),
     "energies?": held(CLOSE, ENERGIES),
+    "approach?": held(CLOSE, APPROACH),
     "proof": PROOF,
     "drawn": held(CLOSE, DRAWN),
 }

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Annotated, Literal, Self
+from typing import Annotated, Self
 
 from pydantic import Field, model_validator
 
@@ -23,7 +23,10 @@ class Problem(HeavyBody):
     """Initial action of a line of starts, dimensionless, a decimal or fraction, J1_0 > 0."""
     half_turns: Annotated[Whole, Field(ge=1, le=100)] | None = None
     """Half rotations of every passage, by which sets are smaller; searched unless given."""
-
+    lengths: Annotated[Whole, Field(ge=1, le=4)] = 1
+    """Numbers of half rotations of each symbol: half_turns, 2 more, and so on, a set of each."""
+    approach: str | None = None
+    """Address of an orbit of h0 whose last crossing lies between the sets: passages before them."""
     around: Number = exact(0)
     """Share by which h may differ, dimensionless: one proof is of all these energies."""
 
@@ -39,6 +42,15 @@ class Problem(HeavyBody):
                 raise ParameterError(name, f"{name} > mu is broken: {level}, mu = {self.mu}")
             if self.h0 is not None and float(self.around):
                 raise ParameterError("around", "with h0 the energies are those of the line")
+            if self.approach is not None:
+                if self.h0 is None:
+                    raise ParameterError("approach", "an approach is of starts of one h0")
+                from rigidpend.routes.symbolic.address import AddressError, parsed
+
+                try:
+                    parsed(self.approach)
+                except AddressError as error:
+                    raise ParameterError("approach", str(error)) from None
             if not 0 <= float(self.around) < 0.1:
                 said = f"a number from 0 to less than 0.1 is wanted, got {self.around}"
                 raise ParameterError("around", said)
@@ -51,5 +63,4 @@ class Problem(HeavyBody):
 class Config(ExperimentConfig):
     """A whole config of this experiment."""
 
-    experiment: Literal["full_shift"]
     problem: Problem

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Annotated, Literal
+from typing import Annotated
 
 from pydantic import Field, model_validator
 
@@ -48,6 +48,5 @@ class HerpolhodeNumerics(Numerics):
 class Config(ExperimentConfig):
     """A whole config of this experiment."""
 
-    experiment: Literal["herpolhodes"]
     problem: Problem
     numerics: HerpolhodeNumerics = HerpolhodeNumerics()

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from typing import Literal
-
 from rigidpend.config.bodies import FreeBody
 from rigidpend.config.schema import ExperimentConfig
 
@@ -15,5 +13,4 @@ class Problem(FreeBody):
 class Config(ExperimentConfig):
     """A whole config of this experiment."""
 
-    experiment: Literal["heteroclinic_cycle"]
     problem: Problem

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Annotated, Literal
+from typing import Annotated
 
 from pydantic import AfterValidator, Field
 
@@ -47,5 +47,4 @@ class Problem(FreeBody):
 class Config(ExperimentConfig):
     """A whole config of this experiment."""
 
-    experiment: Literal["phase_portraits"]
     problem: Problem

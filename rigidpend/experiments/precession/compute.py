@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import itertools
 from collections.abc import Iterable
+from functools import partial
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -32,7 +33,9 @@ def compute(config: Config, means: Means) -> Tree:
         `mu_over_h0`; `drawn`, the place in it of the mu to be shown; `bodies`.
     """
     problem = config.problem
-    found = weight_series.each(problem, lambda name: _body(config, name, means), means)
+    found: dict[str, Any] = {
+        name: means.part(name, partial(_body, config, name, means)) for name in problem.bodies
+    }
     values = {
         "mu_over_h0": weight_series.mu_over_h0(problem),
         "drawn": problem.mu.index(problem.drawn),
@@ -118,12 +121,10 @@ def _slopes(mu_over_h0: Array, remainder: Array, error: Array) -> Array:
 
 def describe(config: Config) -> list[Row]:
     """The increments of each body by the first order."""
-    problem = config.problem
-    bodies = {name: shape.heavy(problem.drawn) for name, shape in problem.bodies.items()}
-    return [_body_row(name, body, float(problem.h0)) for name, body in bodies.items()]
-
-
-def _body_row(name: str, body: Body, h0: float) -> Row:
-    first = ", ".join(f"{x:+.5f}" for x in increments(body.angles(), h0))
-    meaning = f"rad, along 1, 2, 3, 4 by (tri1) at mu = {body.mu}; {regime(body)}"
-    return Row(f"body {name}", first, meaning)
+    problem, rows = config.problem, []
+    for name, shape in problem.bodies.items():
+        body = shape.heavy(problem.drawn)
+        first = ", ".join(f"{x:+.5f}" for x in increments(body.angles(), float(problem.h0)))
+        meaning = f"rad, along 1, 2, 3, 4 by (tri1) at mu = {body.mu}; {regime(body)}"
+        rows.append(Row(f"body {name}", first, meaning))
+    return rows

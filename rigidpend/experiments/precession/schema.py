@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Literal, Self
+from typing import Self
 
 from pydantic import model_validator
 
@@ -25,6 +25,5 @@ class Problem(WeightedBodies):
 class Config(ExperimentConfig):
     """A whole config of this experiment."""
 
-    experiment: Literal["precession"]
     problem: Problem
     numerics: DoubleNumerics = DoubleNumerics()

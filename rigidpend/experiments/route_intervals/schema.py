@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Annotated, Literal, Self
+from typing import Annotated, Self
 
 from pydantic import Field, model_validator
 
@@ -38,5 +38,4 @@ class Problem(RouteStart):
 class Config(ExperimentConfig):
     """A whole config of this experiment."""
 
-    experiment: Literal["route_intervals"]
     problem: Problem

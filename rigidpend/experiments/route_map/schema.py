@@ -104,7 +104,7 @@ class Problem(RouteStart):
 
     def _check_corners(self, axes: tuple[Axis, Axis], place: str) -> None:
         """Refuse ends that the problem excludes, where they are written."""
-        from rigidpend.routes.rows import cell_problem
+        from rigidpend.routes.cells import cell_problem
 
         keys = dict(zip(self.names, (self._across, "rows"), strict=True))
         for corner in product(*(axis.ends for axis in axes)):
@@ -137,6 +137,5 @@ class Problem(RouteStart):
 class Config(ExperimentConfig):
     """A whole config of this experiment."""
 
-    experiment: Literal["route_map"]
     problem: Problem
     numerics: Numerics = Numerics()

@@ -118,24 +118,21 @@ def _level(around: Neighbourhood, problem: Problem, bracket: Bracket, step: Exac
         raise NoChange(f"symbol {problem.symbol} is not certain beside {centre}: add a precision")
     left, right = (list(map(int, column)) for column in routes.codes[ends].T)
     check_change(left, right, bracket)
-    fields = {name: array[..., 2:] for name, array in routes._asdict().items()}
-    return datasets(LEVEL, {**fields, **_place(centre, phases, step)})
+    values = {
+        **{name: array[..., 2:] for name, array in routes._asdict().items()},
+        # A text reads back as the very number that was used.
+        "centre": centre.text,
+        "theta2_0": [phase.text for phase in phases],
+        "offset": np.array([float(phase - centre) for phase in phases]),
+        "step": float(step),
+    }
+    return datasets(LEVEL, values)
 
 
 def _phases(centre: Exact, problem: Problem, step: Exact) -> list[Exact]:
     """The columns' phases around a centre; rational ones as plain quotients."""
     grid = Grid(centre - step * (problem.count - 1) / 2, step, problem.count)
     return [phase if phase.fraction is None else exact(phase.fraction) for phase in grid]
-
-
-def _place(centre: Exact, phases: Sequence[Exact], step: Exact) -> dict[str, Any]:
-    """Places of a level's columns. A text reads back as the very number that was used."""
-    return {
-        "centre": centre.text,
-        "theta2_0": [phase.text for phase in phases],
-        "offset": np.array([float(phase - centre) for phase in phases]),
-        "step": float(step),
-    }
 
 
 def orbits(config: Config, stored: Callable[[], Data]) -> Routes:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from typing import Annotated, Literal, Self
+from typing import Annotated, Self
 
 from pydantic import Field, model_validator
 
@@ -55,6 +55,5 @@ class Problem(RouteStart):
 class Config(ExperimentConfig):
     """A whole config of this experiment."""
 
-    experiment: Literal["route_zoom"]
     problem: Problem
     numerics: Numerics = Numerics()

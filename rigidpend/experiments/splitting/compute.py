@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from functools import partial
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -40,7 +41,9 @@ def compute(config: Config, means: Means) -> Tree:
         along nu.
     """
     problem = config.problem
-    found = weight_series.each(problem, lambda name: _body(config, name, means), means)
+    found: dict[str, Any] = {
+        name: means.part(name, partial(_body, config, name, means)) for name in problem.bodies
+    }
     bodies = weight_series.joined(found)
     nu = np.linspace(0.5, np.ceil(bodies["nu"].max() + 1), 100)
     values = {
@@ -131,12 +134,11 @@ def _summary(found: list[SurfaceSplitting]) -> str:
 
 def describe(config: Config) -> list[Row]:
     """The distance of each body by Melnikov's integral."""
-    problem = config.problem
-    bodies = {name: shape.heavy(problem.mu[0]) for name, shape in problem.bodies.items()}
-    return [_body_row(name, body, problem) for name, body in bodies.items()]
-
-
-def _body_row(name: str, body: Body, problem: Problem) -> Row:
-    unit = float(amplitude(surface_orbits.surface(body, problem.h0, 53))) / float(body.mu)
-    said = f"nu = {body.nu:.3f}, distance = {unit:.4g} mu cos g"
-    return Row(f"body {name}", said, f"1, rad, by Melnikov; A = ({', '.join(map(str, body.A))})")
+    problem, rows = config.problem, []
+    for name, shape in problem.bodies.items():
+        body = shape.heavy(problem.mu[0])
+        unit = float(amplitude(surface_orbits.surface(body, problem.h0, 53))) / float(body.mu)
+        said = f"nu = {body.nu:.3f}, distance = {unit:.4g} mu cos g"
+        meaning = f"1, rad, by Melnikov; A = ({', '.join(map(str, body.A))})"
+        rows.append(Row(f"body {name}", said, meaning))
+    return rows

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Annotated, Literal, Self
+from typing import Annotated, Self
 
 from pydantic import Field, model_validator
 
@@ -27,6 +27,5 @@ class Problem(WeightedBodies):
 class Config(ExperimentConfig):
     """A whole config of this experiment."""
 
-    experiment: Literal["splitting"]
     problem: Problem
     numerics: Numerics = Numerics()

@@ -15,8 +15,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import replace
-from functools import partial
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -31,11 +30,12 @@ from rigidpend.numbers.exact import exact
 from rigidpend.orbits.integrate.arithmetic import resolve
 from rigidpend.orbits.return_map import ReturnMap
 from rigidpend.orbits.return_map.build import FIRST, Design
-from rigidpend.routes import mapped
-from rigidpend.routes.codes import RouteCodes, Run, in_threads
+from rigidpend.routes import choice, mapped
+from rigidpend.routes.codes import RouteCodes
 from rigidpend.routes.cycle import symbols
 from rigidpend.routes.phases import Phases
-from rigidpend.routes.problem import RouteProblem, phase_rate
+from rigidpend.routes.problem import RouteProblem
+from rigidpend.routes.run import Run
 
 Codes = NDArray[np.uint8]
 
@@ -76,20 +76,6 @@ MAPS_CLAIMS = (
 )
 
 
-class Tally(NamedTuple):
-    """Symbols held against the truth."""
-
-    symbols: int
-    wrong: int
-    lies: int
-    """Wrong and called certain."""
-
-    @property
-    def said(self) -> str:
-        """Remark on the claim."""
-        return f"of {self.symbols} symbols {self.wrong} are wrong"
-
-
 def trials(asked: Any, way: Way) -> Iterator[Trial]:
     """A hard orbit, spoilt tolerances at each start, and spoilt maps of as many orbits."""
     sizes, n = asked.honesty, len(STARTS)
@@ -128,18 +114,18 @@ def trial(asked: Any, J1_0: str, orbits: int, checked: int, way: Way) -> Trial:
         alone = [
             scenes.routes(problem, phases, way, (53,), float(x), "integration") for x in tolerances
         ]
-        counts = [counted(x, true, known) for x in (*alone, default)]
+        compared, wrong, lies = np.transpose([counted(x, true, known) for x in (*alone, default)])
         spoilt = np.array(tolerances, dtype=float)
-        coarse = counts[int(np.argmax(spoilt))]
+        coarse = int(np.argmax(spoilt))
         values = [
-            *(count.lies for count in counts),
+            *lies,
             (default.codes[:, :checked] != true[:, :checked]).sum(),
             1 - default.certain.mean(),
-            1 - coarse.wrong / coarse.symbols,
+            1 - wrong[coarse] / compared[coarse],
         ]
-        compared, wrong, lies = np.array(counts[:-1], dtype=np.int64).T
-        curves = {"tolerance": spoilt, "symbols": compared, "wrong": wrong, "lies": lies}
-        return Findings(values, [x.said for x in counts], curves)
+        counts = {"symbols": compared[:-1], "wrong": wrong[:-1], "lies": lies[:-1]}
+        notes = [f"of {n} symbols {k} are wrong" for n, k in zip(compared, wrong, strict=True)]
+        return Findings(values, notes, {"tolerance": spoilt, **counts})
 
     return Trial("honesty", at, claims, measure, SPOILT)
 
@@ -176,17 +162,19 @@ def hard_trial(engine: str) -> Trial:
     def measure() -> Findings:
         phases = np.array([HARD_PHASE])
         found = scenes.routes(HARD, phases, Way(engine))
-        count = counted(found, *true_codes(HARD, phases, found.codes, 1, 1))
-        return Findings([count.lies], [count.said])
+        compared, wrong, lies = counted(found, *true_codes(HARD, phases, found.codes, 1, 1))
+        return Findings([lies], [f"of {compared} symbols {wrong} are wrong"])
 
     return Trial("honesty", "hard orbit", (HARD_CLAIM,), measure)
 
 
-def counted(found: RouteCodes, true: Codes, known: NDArray[np.bool_]) -> Tally:
-    """Symbols of the orbits whose truth is known, wrong ones, and wrong ones called certain."""
+def counted(found: RouteCodes, true: Codes, known: NDArray[np.bool_]) -> tuple[int, int, int]:
+    """Numbers of symbols of the orbits whose truth is known, of wrong ones, and of lies.
+
+    A lie is wrong and called certain.
+    """
     differ = (found.codes != true) & known
-    sums = int(known.sum()) * len(true), int(differ.sum()), int((differ & found.certain).sum())
-    return Tally(*sums)
+    return int(known.sum()) * len(true), int(differ.sum()), int((differ & found.certain).sum())
 
 
 def spoilt(made: ReturnMap, size: float, seed: int) -> ReturnMap:
@@ -208,10 +196,10 @@ def spoilt(made: ReturnMap, size: float, seed: int) -> ReturnMap:
 class SpoiltMaps(mapped.Maps):
     """Maps of which one or all are spoilt."""
 
-    def __init__(self, problem: RouteProblem, phases: Phases, size: float, every: bool) -> None:
+    def __init__(self, run: Run, size: float, every: bool) -> None:
         # First, for the base class makes a map at once.
         self.size, self.every = size, every
-        super().__init__(problem, phases)
+        super().__init__(run)
 
     def made(self, design: Design, bits: int) -> ReturnMap:
         """The map of a design."""
@@ -248,18 +236,10 @@ def _flagged(
     """Flags of wrong symbols and of certain ones, (n_symbols, orbits and some of them again)."""
     some, wrong, certain = slice(None, None, CLIMBING), [], []
     for precisions, chosen in (((53,), slice(None)), ((53, 64), some), ((53, 64, 106), some)):
-        maps = SpoiltMaps(problem, Phases(phases[chosen]), size, every)
-        codes, flags = _codes(maps, precisions, jobs)
-        wrong.append(codes != true[:, chosen])
-        certain.append(flags)
+        arithmetic = resolve("taylor", None, precisions)
+        run = Run(problem, Phases(phases[chosen]), arithmetic, jobs)
+        # The integrated sample would discard such maps.
+        found = choice.decided_by(SpoiltMaps(run, size, every), sampled=False).decided
+        wrong.append(symbols(found.crossings.separatrix) != true[:, chosen])
+        certain.append(found.certain)
     return np.hstack(wrong), np.hstack(certain)
-
-
-def _codes(maps: mapped.Maps, precisions: tuple[int, ...], jobs: int) -> tuple[Any, Any]:
-    """The symbols and their flags in such precisions, without the sample."""
-    arithmetic = resolve("taylor", None, precisions)
-    run, share = Run(maps.problem, maps.phases, arithmetic, jobs), partial(in_threads, jobs)
-    rate, ladder = phase_rate(maps.problem), arithmetic.precisions
-    # The integrated sample would discard such maps.
-    found = mapped.decided_by(maps, run.crossings, rate, ladder, share, sampled=False).decided
-    return symbols(found.crossings.separatrix), found.certain

@@ -109,6 +109,5 @@ class Problem(HeavyBody):
 class Config(ExperimentConfig):
     """A whole config."""
 
-    experiment: Literal["stress"]
     problem: Problem
     numerics: EngineNumerics = EngineNumerics()

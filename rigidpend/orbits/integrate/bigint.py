@@ -32,6 +32,8 @@ SHRINK = math.exp(-GAIN)
 """Step over radius of convergence."""
 LONGEST = 2.0
 """The logarithm of the largest radius that is believed: a series may end in zeros."""
+LENGTH_BITS = 40
+"""Bits of a step's length behind the point: it is a double too."""
 SHORT = 16
 """Orders that are summed term by term: below some 300 bits products of fewer take longer."""
 
@@ -54,6 +56,11 @@ class IntegerStep(NamedTuple):
     def time(self, since: int) -> Fraction:
         """Time t' since the orbit's start, from one since the step's beginning."""
         return Fraction(self.begin + since, 1 << self.P) / self.unit
+
+    def parts(self, count: int) -> list[int]:
+        """Times from the beginning to the ends of so many parts, which are doubles too."""
+        coarse = self.P - LENGTH_BITS
+        return [self.length * k // count >> coarse << coarse for k in range(1, count + 1)]
 
     def since_begin(self, time: Fraction) -> int:
         """The inverse of :meth:`time`."""
@@ -224,7 +231,7 @@ class _Flow:
             math.exp(min(LONGEST, -_log(max(abs(int(s[k])) for s in series), self.P) / k))
             for k in (self.order - 1, self.order)
         )
-        return int(radius * SHRINK * 2**40) << (self.P - 40)
+        return int(radius * SHRINK * 2**LENGTH_BITS) << (self.P - LENGTH_BITS)
 
 
 def _log(x: int, P: int) -> float:

@@ -242,8 +242,7 @@ class ReferenceOrbit:
         from rigidpend.orbits.integrate import bigint
 
         taken = islice(bigint.steps(self.coefficients, state, bits), BLOCK)
-        ends = [(step, step.length * k // PARTS) for step in taken for k in range(1, PARTS + 1)]
-        return [(step.time(at), step.at(at)) for step, at in ends]
+        return [(step.time(at), step.at(at)) for step in taken for at in step.parts(PARTS)]
 
     def _carry_tangent(self, k: int) -> None:
         """Carry the tangent over step k, and note what the orbit crosses there."""

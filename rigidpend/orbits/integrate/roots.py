@@ -23,19 +23,13 @@ def touch(bits: int) -> float:
     return TOUCH * 2.0 ** min(0, 64 - bits)
 
 
-class UndecidedTouch(ArithmeticError):
-    """A polynomial turns so near to zero that its arithmetic cannot tell whether it crosses it."""
-
-    def __init__(self, at: float) -> None:
-        super().__init__(at)
-        self.at = at
-        """Place of the root, as a share of the step."""
-
-
 def zeros(
     c: Sequence[float], depth: float, exactly: Callable[[float], Any] | None = None
-) -> Iterator[float]:
-    """The zeros of sum c_k x^k in (0, 1], in order.
+) -> Iterator[tuple[float, bool]]:
+    """The zeros of sum c_k x^k in (0, 1], in order, each with True.
+
+    Where the polynomial turns so near to zero that its arithmetic cannot tell whether it crosses
+    it, comes the turn with False.
 
     Parameters
     ----------
@@ -44,11 +38,6 @@ def zeros(
         A turning point that is no farther from zero is not decided.
     exactly : callable, optional
         The polynomial in its own arithmetic, where that is finer than a double's.
-
-    Raises
-    ------
-    UndecidedTouch
-        When the iteration comes to such a turning point.
     """
     if abs(c[0]) > depth + sum(map(abs, c[1:])):
         return
@@ -83,14 +72,14 @@ class _Polynomial:
         """The derivative."""
         return float(value_at(self.slopes, x))
 
-    def between(self, a: float, b: float) -> Iterator[float]:
+    def between(self, a: float, b: float) -> Iterator[tuple[float, bool]]:
         middle, half = (a + b) / 2, (b - a) / 2
         if abs(value_at(self.c, middle)) > self.steepest * half + self.depth:
             return
         if abs(self.slope(middle)) > self.bend * half:
             left, right = value_at(self.c, a), value_at(self.c, b)
             if left * right < 0 or right == 0:
-                yield self._bisected(a, b)
+                yield self._bisected(a, b), True
             return
         if half < FINEST:
             yield from self._at_turn(a, b)
@@ -98,7 +87,7 @@ class _Polynomial:
         yield from self.between(a, middle)
         yield from self.between(middle, b)
 
-    def _at_turn(self, a: float, b: float) -> Iterator[float]:
+    def _at_turn(self, a: float, b: float) -> Iterator[tuple[float, bool]]:
         """The zeros beside a turning point, if its depth can be told."""
         ends = [self.slope(x) for x in (a, b)]
         turn = _sign_change(self.slope, a, b) if ends[0] * ends[1] < 0 else (a + b) / 2
@@ -106,10 +95,11 @@ class _Polynomial:
         bend = abs(value_at(derivative(self.slopes), turn))
         blur = (2.0**-52 * self.steepest) ** 2 / bend if bend else math.inf
         if abs(self.exactly(turn)) <= max(self.depth, blur):
-            raise UndecidedTouch(turn)
+            yield turn, False
+            return
         for low, high in ((a, turn), (turn, b)):
             if (self.exactly(low) > 0) != (self.exactly(high) > 0):
-                yield self._bisected(low, high)
+                yield self._bisected(low, high), True
 
     def _bisected(self, a: float, b: float) -> float:
         found = _sign_change(self.exactly, a, b)

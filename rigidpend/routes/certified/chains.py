@@ -23,6 +23,7 @@ from rigidpend.routes.certified.checker import Undecided
 from rigidpend.routes.certified.coverings import Numbers, prove_link
 from rigidpend.routes.certified.horseshoe import (
     BEYOND,
+    OVERSHOOT,
     LineStarts,
     ShiftProblem,
     line_pieces,
@@ -104,6 +105,12 @@ class _Frame(NamedTuple):
         d = self.d[k] + self.shrunk[k] * away + x
         return SectionPoint(k % 2 == 0, d, np.pi - chi if self.turned(k) else chi)
 
+    def stretch(self, k: int, by_g: Array, slope: Array) -> float:
+        """Growth of the distance from the line of what shrinks, over a passage."""
+        g = 1 / (self.along[k] - self.shrunk[k])
+        d, chi = slope @ np.array([1 + self.shrunk[k] * g, by_g[0] * g])
+        return abs(float(d - self.shrunk[k + 1] * chi / by_g[1]))
+
     def quad(self, k: int, a: float, b: float) -> Quad:
         lean = self.along[k] - self.shrunk[k]
         curve = self.d[k] - self.shrunk[k] * self.g[k], self.shrunk[k]
@@ -114,8 +121,13 @@ class _Frame(NamedTuple):
         return abs(self.along[k] - self.shrunk[k]) * (1 - abs(self.g[k]))
 
 
-def links(setting: ShiftProblem, J1: Fraction, orbit: OrbitCrossings) -> list[Link]:
-    """A line of starts, and the sets along an orbit of so many crossings but the last."""
+def links(
+    setting: ShiftProblem, J1: Fraction, orbit: OrbitCrossings, ahead: Sequence[Quad] = ()
+) -> list[Link]:
+    """A line of starts, and the sets along an orbit of so many crossings but the last.
+
+    The image of the last set reaches across those `ahead`, between which the orbit's end lies.
+    """
     level, starts, n = setting.level, LineStarts(setting, J1), len(orbit.d) - 1
     slopes, time = _slopes(setting, orbit)
     beside = starts.entered(orbit.theta2 + STEP * np.array([-1.0, 1.0])).point
@@ -125,6 +137,14 @@ def links(setting: ShiftProblem, J1: Fraction, orbit: OrbitCrossings) -> list[Li
     frame = _Frame(orbit.d, orbit.chi, *(by_g * each for each in _directions(slopes, begun)))
     away = 1 / (float(level.exponent[0, 0]) * np.abs(slopes[:, 1, 0]))
     most = [min(SHARE * float(away[k]), WIDE * frame.wide(k)) for k in range(n)]
+    end = LOOSE
+    if ahead := [quad for quad in ahead if quad.rising == (n % 2 == 0)]:
+        reach = max(float((abs(quad.l0) + quad.a + quad.b) / abs(quad.l1)) for quad in ahead)
+        # chi of the end grows so much with the distance from what shrinks.
+        most[-1] = OVERSHOOT * reach / abs(float(slopes[-1, 1, 0]))
+        for k in range(n - 2, -1, -1):
+            most[k] = OVER * most[k + 1] / frame.stretch(k, by_g[k : k + 2], slopes[k])
+        end = min(float(quad.b) for quad in ahead)
     # The line, and the first set as wide as its image.
     rate = abs(begun[0] - frame.shrunk[0] * begun[1] / by_g[0]) / (2 * STEP)
     ends = orbit.theta2 + REACH * most[0] / rate * np.array([-1.0, 1.0])
@@ -134,17 +154,18 @@ def links(setting: ShiftProblem, J1: Fraction, orbit: OrbitCrossings) -> list[Li
     starts = starts._replace(setting=setting)
     a, (_, y) = most[0], frame.off(0, reached.point)
     b = max(WIDTH * float(np.abs(y).max()), a)
-    fine = _fine(setting, b / 2**OF_LINE, float(reached.time.max()), (SHARE, 0.0))
+    fine = _fine(setting, b / 2**OF_LINE, float(reached.time.max()), (SHARE, 0.0), SHARE)
     found = [Link(starts.between(ends)[0], fine, theta2=(float(ends[0]), float(ends[1])))]
     u, v = (each.ravel() for each in np.meshgrid([-1.0, 0.0, 1.0], [-1.0, 0.0, 1.0]))
     for k in range(n):
-        quad, wide, least = frame.quad(k, a, b), (a / frame.wide(k), b / frame.wide(k)), LOOSE
+        quad, wide, least = frame.quad(k, a, b), (a / frame.wide(k), b / frame.wide(k)), end
+        share = max(SHARE, a / float(away[k]))
         if k < n - 1:
             x, y = frame.off(k + 1, level.passage(frame.points(k, a * u, b * v)).point)
             a = min(most[k + 1], float(np.abs(x[u != 0]).min()) / OVER)
             b = max(WIDTH * float(np.abs(y).max()), a)
             least = a
-        found.append(Link(quad, _fine(setting, least, time[k], wide), frame.turned(k)))
+        found.append(Link(quad, _fine(setting, least, time[k], wide, share), frame.turned(k)))
     return found
 
 
@@ -188,15 +209,15 @@ def _proven(
 
 
 def _fine(
-    setting: ShiftProblem, least: float, time: float, wide: tuple[float, float]
+    setting: ShiftProblem, least: float, time: float, wide: tuple[float, float], share: float
 ) -> ShiftProblem:
     """Bits with which a bound stays small beside `least` for a time, and nodes in u and v.
 
-    In u and v functions change by such shares, at the beginning, and by SHARE at the end."""
+    In u and v functions change by `wide`, at the beginning, and in u by `share` at the end."""
     end = FINER - math.log2(least)
     bits = min(MOST_BITS, math.ceil(end + GAIN * setting.rate * time))
     in_u, in_v = (math.ceil(bits / -math.log2(x)) if x else 1 for x in wide)
-    return setting._replace(bits=bits, orders=(max(in_u, math.ceil(end / -math.log2(SHARE))), in_v))
+    return setting._replace(bits=bits, orders=(max(in_u, math.ceil(end / -math.log2(share))), in_v))
 
 
 def _slopes(setting: ShiftProblem, orbit: OrbitCrossings) -> tuple[Array, Array]:

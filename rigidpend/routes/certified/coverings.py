@@ -10,7 +10,7 @@ import math
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from fractions import Fraction
-from itertools import pairwise
+from itertools import combinations, pairwise
 from typing import NamedTuple
 
 from flint import arb, arb_mat
@@ -643,33 +643,35 @@ def prove_cones(relations: Iterable[Relation]) -> None:
 def prove(
     numbers: Numbers, quads: Sequence[Quad], orbits: Sequence[Sequence[FamilyStep]]
 ) -> tuple[list[Reached], list[list[Relation]]]:
-    """Check the full shift: two sets on each section, each covers both of the other section.
+    """Check the full shift: sets of each symbol on each section, which cover all of the other one.
 
     Parameters
     ----------
     numbers : Numbers
-    quads : 4 Quad
-    orbits : 4 sequences of FamilyStep
+    quads : n Quad
+    orbits : n sequences of FamilyStep
 
     Returns
     -------
-    arrivals : 4 Reached
-    relations : 4 pairs of Relation
+    arrivals : n Reached
+    relations : n lists of Relation
 
     Raises
     ------
     Undecided
         The first that is not shown; the text names the set.
     """
-    if sorted(quad.rising for quad in quads) != [False, False, True, True]:
-        raise Undecided("there are other sets than two on each section")
     arrivals = []
     for k, (quad, pieces) in enumerate(zip(quads, orbits, strict=True)):
         with _of_set(k):
             arrivals.append(arrival(numbers, quad, pieces))
-    symbols = {(quad.rising, found.right) for quad, found in zip(quads, arrivals, strict=True)}
-    if len(symbols) < len(quads):
-        raise Undecided("two sets of a section have the same symbol")
+    letters = [(quad.rising, found.right) for quad, found in zip(quads, arrivals, strict=True)]
+    if len(set(letters)) < 4:
+        raise Undecided("a section has no sets of both symbols")
+    for j, k in combinations(range(len(quads)), 2):
+        # Of different symbols they have no point in common.
+        if letters[j] == letters[k]:
+            _check_apart(quads[j], quads[k], f"sets {j} and {k}")
     relations = []
     for k, (quad, found) in enumerate(zip(quads, arrivals, strict=True)):
         others = [j for j, other in enumerate(quads) if other.rising != quad.rising]
@@ -678,25 +680,62 @@ def prove(
     return arrivals, relations
 
 
+def _check_apart(one: Quad, other: Quad, names: str) -> None:
+    """Refuse sets that may have a point in common: |U| of one is more than 1 in the other."""
+    with precision(SCALARS):
+        if not abs(coordinates(other, *place(one))[0].range) > 1:
+            raise Undecided(f"{names} have the same symbol, and are not shown to be apart")
+
+
 def prove_line(
     numbers: Numbers,
-    line: StartLine,
-    pieces: Sequence[FamilyStep],
+    links: Sequence[tuple[Quad | StartLine, Sequence[FamilyStep]]],
     quads: Sequence[Quad],
     arrivals: Sequence[Reached],
-) -> tuple[Reached, list[Relation]]:
-    """Check that a line of starts crosses both sets of upward crossings, as an image does.
+) -> tuple[Reached, list[Relation], list[bool]]:
+    """Check that a line of starts crosses the sets of a section, as an image does.
+
+    Parameters
+    ----------
+    numbers : Numbers
+    links : sequence of StartLine and Quad, with their FamilyStep
+        The line, and sets of which each has to cover the next one, the last one those of a full
+        shift: an approach. Without any the line itself crosses the upward ones.
+    quads : n Quad
+    arrivals : n Reached
+
+    Returns
+    -------
+    end : Reached
+        The next crossings of the last link.
+    crossed : list of Relation
+    symbols : list of bool
+        Those of the passages up to there.
 
     Raises
     ------
     Undecided
     """
-    try:
-        found = arrival(numbers, line, pieces)
-        upward = [k for k, quad in enumerate(quads) if quad.rising]
-        return found, [relation(found, quads[k], arrivals[k].begin, k) for k in upward]
-    except Undecided as doubt:
-        raise Undecided(f"line of starts: {doubt}") from None
+    symbols = []
+    for k, link in enumerate(links):
+        try:
+            if k + 1 < len(links):
+                symbols.append(prove_link(numbers, link, links[k + 1]))
+                continue
+            end, upward = arrival(numbers, *link), crosses_upward(link[0])
+            targets = [j for j, quad in enumerate(quads) if quad.rising == upward]
+            crossed = [relation(end, quads[j], arrivals[j].begin, j) for j in targets]
+            # A line of starts has no symbol.
+            return end, crossed, [*symbols, end.right][1:]
+        except Undecided as doubt:
+            name = f"set {k} of the approach" if k else "line of starts"
+            raise Undecided(f"{name}: {doubt}") from None
+    raise ValueError("there is no line of starts")
+
+
+def crosses_upward(source: Quad | StartLine) -> bool:
+    """Whether the next crossings of a set, or of a line of starts, are upward."""
+    return isinstance(source, StartLine) or not source.rising
 
 
 def prove_link(
@@ -721,8 +760,7 @@ def prove_link(
     found = arrival(numbers, *link)
     if after is not None:
         (source, _), (target, pieces) = link, after
-        upward = isinstance(source, StartLine) or not source.rising
-        if isinstance(target, StartLine) or target.rising != upward or not pieces:
+        if isinstance(target, StartLine) or target.rising != crosses_upward(source) or not pieces:
             raise Undecided("C6: the next set is not one of the section that is crossed")
         with precision(SCALARS):
             growth = LogarithmicNorm.of(numbers.field)

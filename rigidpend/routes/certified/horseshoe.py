@@ -1,10 +1,10 @@
-"""Four sets that passages stretch across each other, and the polynomials of their orbits.
+"""Sets that passages stretch across each other, and the polynomials of their orbits.
 
 Nothing here is proven, and nothing needs to be: :mod:`rigidpend.routes.certified.coverings`
 decides. The sets lie beside the heteroclinic orbits at chi = 0 or pi, on either side of the stable
-surface of the next periodic orbit, one with each symbol on each section. They are so far from it
-that a passage takes so many half rotations. Their lines of constant U are those from which the
-passage ends at one chi; their lines of constant V run along the unstable surface.
+surface of the next periodic orbit, with each symbol on each section, so far from it that a passage
+takes so many half rotations. Their lines of constant U are those from which the passage ends at one
+chi; their lines of constant V run along the unstable surface.
 """
 
 from __future__ import annotations
@@ -28,7 +28,6 @@ from rigidpend.orbits.integrate.pair_arrays import PairArray
 from rigidpend.orbits.integrate.states import states_at
 from rigidpend.orbits.return_map import EnergyLevel, SectionPoint, return_map
 from rigidpend.orbits.return_map.expansions import chebyshev_analysis, nodes
-from rigidpend.orbits.return_map.itinerary import enter
 from rigidpend.orbits.return_map.poincare import state_of
 from rigidpend.orbits.return_map.precision import Precision, precision
 from rigidpend.orbits.return_map.reduced import Coefficients, coefficients
@@ -61,7 +60,7 @@ BESIDE, THIN, IN_ASIDE = 1.5, 0.2, 4
 """Width of a strip over the least, of its image over a set's at most, and nodes across it."""
 STEADY = 14
 """Iterations of what converges steadily."""
-WIDEST = 0.8
+WIDEST = 0.97
 """Largest |gamma3| in a set."""
 IN_TIME, IN_U, IN_V = 40, 5, 11
 """Nodes in time and in both parameters, of coefficients of so many bits as BITS is."""
@@ -90,6 +89,8 @@ class ShiftProblem(NamedTuple):
     """The energies are h + spread w, |w| <= 1."""
     h0: Exact | None = None
     """Starts have J2_0 = sqrt(2 h0/kappa); if None, they have the energy h."""
+    lengths: int = 1
+    """Sets of each symbol on a section: of half_turns, and of ever 2 more."""
 
     @property
     def shift(self) -> Fraction:
@@ -204,27 +205,29 @@ def angles(setting: ShiftProblem) -> list[float]:
 
 
 def quads(setting: ShiftProblem) -> list[Quad]:
-    """The four sets: symbols 0 and 1 of upward crossings, then of downward ones."""
-    half_turns, level = setting.half_turns, setting.level
+    """The sets: of symbols 0 and 1 of upward crossings, then of downward ones."""
+    level = setting.level
     sections, tilts = _sections(setting), angles(setting)
     zero = np.zeros(1)
-    # Distances in d: of sets from the stable surface, and of images from the unstable one.
+    # Distances in d: of sets from the stable surface, and of images from the unstable one. Those
+    # of more half rotations are nearer.
     away, images = [], []
     for section, other in zip(sections, sections[::-1], strict=True):
-        begin = section.reaching(zero, half_turns, 0.0, 1)
+        begin = section.reaching(zero, setting.half_turns, 0.0, 1)
         away.append(abs(float((begin - section.surface(zero))[0])))
         passed = level.passage(SectionPoint(section.rising, begin, section.chi + zero))
         images.append(abs(float((passed.point.d - other.surface(zero, mirrored=True))[0])))
     found = []
+    turns = [setting.half_turns + 2 * k for k in range(setting.lengths)]
     for at, section in enumerate(sections):
         reach = OVERSHOOT * (away[1 - at] + images[at]) / tilts[1 - at]
         across = WIDTH * images[1 - at]
         widest = (away[at] + across) / tilts[at]
         chi = widest * np.cos(np.pi * (np.arange(POINTS) + 0.5) / POINTS)
-        for right in (False, True):
+        for right, half_turns in itertools.product((False, True), turns):
             side = 1 if right == section.rising else -1
             d, g = section.reaching(chi, half_turns, 0.0, side), -np.sin(section.chi + chi)
-            curve, *moves = _curves(setting, at, side, chi)
+            curve, *moves = _curves(setting._replace(half_turns=half_turns), at, side, chi)
             edges = [section.reaching(zero, half_turns, end * reach, side)[0] for end in (-1, 1)]
             line = polynomial.polyfit(g, section.surface(chi, mirrored=True) - d, 1)
             if not (a := abs(edges[1] - edges[0]) / 2) > 0:
@@ -450,9 +453,8 @@ class LineStarts(NamedTuple):
         """Their first crossings by the return map."""
         a = precision(53)
         Qp = np.asarray(self.states(theta2, a))[0]
-        return enter(
-            self.setting.level_of(self.w), Qp, np.pi / 2 - self.setting.body.beta0 / 2 - theta2
-        )
+        phase = np.pi / 2 - self.setting.body.beta0 / 2 - theta2
+        return self.setting.level_of(self.w).enter(Qp, phase)
 
     def between(self, ends: Array) -> tuple[StartLine, Array]:
         """The line between two phases, radians, and its direction."""
@@ -568,11 +570,17 @@ def of_one_J2(body: Body, h0: Exact, J1: Fraction) -> ShiftProblem:
     """The problem at the energy of the start of J2_0 = sqrt(2 h0/kappa) that crosses at chi = 0."""
     theta2, setting = np.zeros(1), ShiftProblem(body, h0, 1, h0=h0)
     for _ in range(ITERATIONS):
-        starts = LineStarts(setting, J1)
-        chi = starts.entered(theta2).point.chi
+        chi = LineStarts(setting, J1).entered(theta2).point.chi
         theta2 = theta2 - (np.mod(chi + np.pi, 2 * np.pi) - np.pi)
-        setting = setting._replace(h=h0 + exact(float(starts.energies(theta2)[0])))
+        setting = of_start(body, h0, J1, float(theta2[0]))
     return setting
+
+
+def of_start(body: Body, h0: Exact, J1: Fraction, theta2: float) -> ShiftProblem:
+    """The problem at the energy of the start of J2_0 = sqrt(2 h0/kappa) with a phase, radians."""
+    setting = ShiftProblem(body, h0, 1, h0=h0)
+    [shift] = LineStarts(setting, J1).energies(np.array([theta2]))
+    return setting._replace(h=h0 + exact(float(shift)))
 
 
 def widened(setting: ShiftProblem, J1: Fraction) -> ShiftProblem:

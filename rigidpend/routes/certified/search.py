@@ -63,5 +63,8 @@ def trials(of: ShiftProblem, half_turns: int | None = None) -> Iterator[ShiftPro
 
 
 def _with_bits(setting: ShiftProblem, sets: list[Quad]) -> ShiftProblem:
-    away = min(float(quad.b) for quad in sets) / WIDTH
+    # Images of sets of few half rotations are as far from a surface as these are from theirs; the
+    # others are nearer by a factor for each half rotation.
+    further = 2 * (setting.lengths - 1) * math.pi * float(setting.level.exponent[0, 0])
+    away = min(float(quad.b) for quad in sets) / WIDTH * math.exp(-further)
     return setting._replace(bits=min(MOST_BITS, max(BITS, math.ceil(SPARE - 2 * math.log2(away)))))

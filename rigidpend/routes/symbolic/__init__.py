@@ -1,13 +1,14 @@
 """Symbolic dynamics: orbits from their codes, and the codes' addresses.
 
 An address is a sequence of symbols with the half rotations between crossings. Which orbit has a
-given one, the chain of its passages tells, solved all at once.
+given one, the chain of its passages tells, solved all at once: from a start of Fig. 4 on, closed,
+or from one asymptotic surface to another.
 
 Chain parts
 -----------
 address    codes and addresses as texts
 tables     the return map's inverse charts at one energy, with slopes
-chain      the equations of a chain of passages, open or closed, by Newton's method
+chain      the equations of chains of passages, whatever their ends, by Newton's method
 shortest   chains with given half rotations, or with few
 surface    the orbits of Fig. 4 as the beginning of a chain
 follow     the address of a given orbit, round phases that have a code
@@ -17,7 +18,7 @@ closed     the periodic orbit of a word, its multiplier
 integrated passages integrated alone, actions, closed orbits that close
 stretching growth of deviations, finite-time Lyapunov exponents
 skeleton   the doubly asymptotic orbits with short codes, from tracks by the map
-doubly     the same to rounding, what theta3 gains along them
+doubly     the same as chains, what theta3 gains along them
 sharp      their phases to 30 digits, from starts on the unstable surface itself
 """
 

@@ -23,12 +23,7 @@ from rigidpend.routes.symbolic.chain import NoOrbit, System, signs_of
 from rigidpend.routes.symbolic.follow import followed
 from rigidpend.routes.symbolic.integrated import passages
 from rigidpend.routes.symbolic.refine import Refined, Solved, refined
-from rigidpend.routes.symbolic.shortest import (
-    Path,
-    exactly,
-    in_cells,
-    shortest,
-)
+from rigidpend.routes.symbolic.shortest import Path, exactly, in_cells, shortest
 from rigidpend.routes.symbolic.surface import Surface, surface
 from rigidpend.routes.symbolic.tables import Level
 
@@ -151,8 +146,24 @@ def find_orbit(
     near = None if near is None else checked.number("near", near, ProblemError)
     orbits = surface(problem)
     solved = _solved(orbits, address, near)
-    fine = refined(orbits, solved, digits, jobs)
-    return _record(body, solved, address, fine, _confirmed(problem, address, fine, jobs), digits)
+    made, fine = solved.path, refined(orbits, solved, digits, jobs)
+    alone = passages(body, solved.level, made.chain)
+    return FoundOrbit(
+        fine.theta2_0,
+        Address(int(made.cells[0]) % 2, address.symbols, made.half_turns),
+        digits,
+        fine.fixed,
+        _confirmed(problem, address, fine, jobs),
+        fine.bits,
+        fine.delay,
+        int(alone.right.sum()),
+        float(alone.error[alone.right].max(initial=0.0)),
+        made.chain.chi,
+        made.chain.d,
+        made.chain.I,
+        fine.crossing_time,
+        float(made.chain.residual),
+    )
 
 
 def _confirmed(problem: RouteProblem, address: Address, fine: Refined, jobs: int) -> int:
@@ -175,30 +186,6 @@ def _confirmed(problem: RouteProblem, address: Address, fine: Refined, jobs: int
     return int(np.logical_and.accumulate(routes.certain[:, 0] & right).sum())
 
 
-def _record(
-    body: Body, solved: Solved, address: Address, fine: Refined, confirmed: int, digits: int
-) -> FoundOrbit:
-    made = solved.path
-    alone = passages(body, solved.level, made.chain)
-    first = int(made.cells[0]) % 2
-    return FoundOrbit(
-        fine.theta2_0,
-        Address(first, address.symbols, made.half_turns),
-        digits,
-        fine.fixed,
-        confirmed,
-        fine.bits,
-        fine.delay,
-        int(alone.right.sum()),
-        float(alone.error[alone.right].max(initial=0.0)),
-        made.chain.chi,
-        made.chain.d,
-        made.chain.I,
-        fine.crossing_time,
-        made.chain.residual,
-    )
-
-
 def _solved(orbits: Surface, address: Address, near: Exact | None) -> Solved:
     """The path of an address at its own energy, which depends on theta2_0."""
     h = float(orbits.problem.h0) if near is None else orbits.energy(float(near))
@@ -206,16 +193,14 @@ def _solved(orbits: Surface, address: Address, near: Exact | None) -> Solved:
     if near is None:
         return _at_own_energy(orbits, _either(orbits, level, address, math.pi), h, level)
     other, beside = followed(orbits, float(near), len(address.symbols))
-    asked = _nearby(address, other)
-    for k, each in enumerate(asked):
+    for each in _nearby(address, other):
         own = beside if (each.symbols, each.half_turns) == other[1:] else None
         try:
             made = _either(orbits, level, each, float(near), own)
             return _at_own_energy(orbits, made, h, level)
-        except NoOrbit:
-            if k == len(asked) - 1:
-                raise
-    raise AssertionError
+        except NoOrbit as error:
+            reason = error
+    raise reason
 
 
 def _nearby(address: Address, other: Address) -> list[Address]:

@@ -20,16 +20,17 @@ from numpy.typing import NDArray
 from rigidpend.mechanics.body import Body
 from rigidpend.numbers import checked
 from rigidpend.numbers.doubles import Array
-from rigidpend.numbers.exact import PRECISIONS, Exact
+from rigidpend.numbers.exact import PRECISIONS
 from rigidpend.numbers.generic import Scalar
 from rigidpend.orbits.integrate.states import states_at
 from rigidpend.orbits.return_map import MapError, SectionPoint
 from rigidpend.orbits.return_map.precision import precision
-from rigidpend.orbits.return_map.reduced import coefficients
 from rigidpend.routes.codes import route_codes
 from rigidpend.routes.problem import ProblemError, RouteProblem
 from rigidpend.routes.start import Scales, start, states_exact
 from rigidpend.routes.symbolic.address import Address, AddressError, parsed
+from rigidpend.routes.symbolic.chain import alternating
+from rigidpend.routes.symbolic.integrated import doubles, section_points
 from rigidpend.routes.symbolic.surface import Surface, surface
 from rigidpend.routes.symbolic.tables import Level, onward
 
@@ -40,16 +41,6 @@ IN_DOUBLES = 53
 MOST_DECIMALS = 4
 """At most 62,832 phases are tried."""
 MOST_SYMBOLS = 50
-
-
-class SectionCrossings(NamedTuple):
-    """SectionCrossings of one orbit as points of the section, (k,) each."""
-
-    rising: NDArray[np.bool_]
-    d: Array
-    """Dimensionless: the small one of Qm (rising) and Qp."""
-    chi: Array
-    """Radians in (-pi, pi]."""
 
 
 def address_of(
@@ -92,19 +83,23 @@ def address_of(
     n = int(np.logical_and.accumulate(routes.certain[:, 0] & (routes.codes[:, 0] < 2)).sum())
     if not n:
         raise MapError("the orbit has no certain symbol")
-    times = routes.crossing_time[: n + 1, 0]
+    # The crossings again, by integration to their times.
+    times = [Fraction(float(t)) for t in routes.crossing_time[: n + 1, 0]]
     bits = max(LEAST_BITS, int(routes.bits[0]))
-    points = crossings_of(problem, phase, [Fraction(float(t)) for t in times], bits)
+    begin = start(problem, bits, Scales())
+    states = np.array(states_exact(begin, [phase], bits)).T
+    there = states_at(begin.coefficients, states, times, bits)[..., 0].astype(float)
     orbits = surface(problem)
     level = orbits.level(orbits.energy(float(phase)))
+    points = section_points(there, doubles(body), precision(53))
     return _addressed(level, points, routes.codes[:n, 0])
 
 
-def _addressed(level: Level, points: SectionCrossings, symbols: NDArray[np.uint8]) -> Address:
+def _addressed(level: Level, points: SectionPoint, symbols: NDArray[np.uint8]) -> Address:
     """The address of crossings, each followed by the map through one passage alone."""
     turned = np.zeros(len(symbols))
     for rising in (True, False):
-        here = np.flatnonzero(points.rising[:-1] == rising)
+        here = np.flatnonzero(alternating(len(symbols), symbols) == rising)
         if here.size:
             passed = level.map_level.passage(SectionPoint(rising, points.d[here], points.chi[here]))
             wrong = ~passed.inside | (passed.symbol != symbols[here])
@@ -116,28 +111,6 @@ def _addressed(level: Level, points: SectionCrossings, symbols: NDArray[np.uint8
     # Each end anew: what turned errs by does not add up.
     at = points.chi + 2 * np.pi * np.rint((chi - points.chi) / (2 * np.pi))
     return Address.of(at, symbols)
-
-
-def crossings_of(
-    problem: RouteProblem, theta2: Exact, times: Sequence[Fraction], bits: int
-) -> SectionCrossings:
-    """The crossings of an orbit by integration, where their times t' are known."""
-    begin = start(problem, bits, Scales())
-    states = np.array(states_exact(begin, [theta2], bits)).T
-    found = states_at(begin.coefficients, states, times, bits)[..., 0]
-    return section_points(problem.body, found.astype(float))
-
-
-def section_points(body: Body, states: Array) -> SectionCrossings:
-    """Points of the section M3 = 0 from aligned components (6, k), the inverse of section_state."""
-    c = coefficients(body.angles(), "1", precision(53))
-    rising = np.abs(states[0]) > np.abs(states[1])
-    mirrored = np.where(rising, states[0], states[1]) < 0
-    sign = np.where(mirrored, -1.0, 1.0)
-    Qp, Qm = sign * states[0], sign * states[1]
-    M1, M2 = (Qp + Qm) * c.to_M1, (Qp - Qm) * c.to_M2
-    cos = (states[4] * M1 - states[3] * M2) / np.hypot(M1, M2)
-    return SectionCrossings(rising, np.where(rising, Qm, Qp), np.arctan2(-sign * states[5], cos))
 
 
 def followed(orbits: Surface, theta2: float, n: int) -> tuple[Address, Array]:

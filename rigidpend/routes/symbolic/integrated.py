@@ -21,12 +21,13 @@ from rigidpend.mechanics.body import Body
 from rigidpend.mechanics.equations import AlignedCoefficients, aligned
 from rigidpend.numbers.doubles import Array
 from rigidpend.numbers.exact import GUARD_BITS, context, exact, fraction
-from rigidpend.numbers.generic import Scalar
+from rigidpend.numbers.generic import Numbers, Scalar
 from rigidpend.orbits import integrate
 from rigidpend.orbits.integrate.records import Orbits
 from rigidpend.orbits.integrate.states import states_at
+from rigidpend.orbits.return_map import SectionPoint
 from rigidpend.orbits.return_map.poincare import section_state
-from rigidpend.orbits.return_map.precision import precision
+from rigidpend.orbits.return_map.precision import Precision, precision
 from rigidpend.orbits.return_map.reduced import Coefficients, coefficients
 from rigidpend.routes.cycle import symbols
 from rigidpend.routes.symbolic.chain import Chain, NoOrbit, corrections, tangents
@@ -93,6 +94,21 @@ def crossing_states(c: Coefficients, level: Level, chain: Chain) -> Array:
         here = rising == side
         states[:, here] = section_state(side, chain.d[here], chain.chi[here], level.h, c, a)
     return states
+
+
+def section_points(states: Numbers, c: Coefficients, a: Precision) -> SectionPoint:
+    """Points of the section from aligned components (6, N): the inverse of section_state.
+
+    `rising` is an array as well, and chi lies in (-pi, pi].
+    """
+    rising = np.abs(states[0]) > np.abs(states[1])
+    large, small = (np.where(rising, states[k], states[1 - k]) for k in (0, 1))
+    # What lies beside separatrix 4 or 1 is described by its mirror image.
+    sign = np.where(large < 0, -1, 1)
+    M1 = sign * (states[0] + states[1]) * c.to_M1
+    M2 = sign * (states[0] - states[1]) * c.to_M2
+    cos = (states[4] * M1 - states[3] * M2) / a.sqrt(M1 * M1 + M2 * M2)
+    return SectionPoint(rising, sign * small, a.atan2(-sign * states[5], cos))
 
 
 def _next(c: AlignedCoefficients, states: Array, limit: float) -> tuple[Array, NDArray[np.uint8]]:
@@ -209,56 +225,41 @@ class _Trip:
     """Integration from a point of the section through the passages of an orbit."""
 
     def __init__(self, body: Body, orbit: ClosedOrbit, h: Any, bits: int) -> None:
-        self.m, self.bits = context(bits + GUARD), bits
-        self.a = precision(bits + GUARD)
+        self.bits, self.a = bits, precision(bits + GUARD)
         p = body.angles(bits + GUARD + GUARD_BITS)
         self.c: Coefficients = coefficients(p, "1", self.a)
         self.fractions = AlignedCoefficients(*(fraction(x, bits) for x in self.c.aligned))
-        self.h = h.in_context(self.m)
-        self.orbit = orbit
-        P = len(orbit.chain.b)
-        pairs = zip(orbit.chain.d[:P], orbit.chain.chi[:P], strict=True)
+        self.h = h.in_context(context(bits + GUARD))
+        pairs = zip(orbit.chain.d[:-1], orbit.chain.chi[:-1], strict=True)
         self.begin = [Fraction(float(x)) for pair in pairs for x in pair]
 
     def gaps(self, places: Sequence[Fraction], times: list[Fraction]) -> list[Fraction]:
         """d and chi behind each passage less those of the next crossing; times are corrected."""
-        P, found = len(times), []
-        for k in range(P):
-            after = (k + 1) % P
-            there = places[2 * after : 2 * after + 2]
-            mirrored = bool(self.orbit.chain.I[k] < 0)
-            off, late = self._gap(k % 2 == 0, places[2 * k : 2 * k + 2], there, times[k], mirrored)
+        found, next_places = list[Fraction](), [*places[2:], *places[:2]]
+        for k, time in enumerate(times):
+            here, there = places[2 * k : 2 * k + 2], next_places[2 * k : 2 * k + 2]
+            off, late = self._gap(k % 2 == 0, here, there, time)
             times[k] += late
             found += off
         return found
 
     def once_round(self, place: Sequence[Fraction], period: Fraction) -> float:
         """Distance in d and chi after the whole period."""
-        off, _ = self._gap(True, place, place, period, self.orbit.mirrored, len(self.begin) // 2)
+        off, _ = self._gap(True, place, place, period)
         return max(abs(float(x)) for x in off)
 
     def _gap(
-        self,
-        rising: bool,
-        here: Sequence[Fraction],
-        there: Sequence[Fraction],
-        time: Fraction,
-        mirrored: bool,
-        passages: int = 1,
+        self, rising: bool, here: Sequence[Fraction], there: Sequence[Fraction], time: Fraction
     ) -> tuple[list[Fraction], Fraction]:
-        m, array = self.m, self.a.array
-        d, chi, d_there, chi_there = (m.mpf(x.numerator) / x.denominator for x in (*here, *there))
-        state = section_state(rising, array([d]), array([chi]), array([self.h]), self.c, self.a)
+        a = self.a
+        d, chi = (a.array([x]) for x in here)
+        state = section_state(rising, d, chi, a.array([self.h]), self.c, a)
         rounded = np.array([[fraction(x, self.bits)] for x in state[:, 0]])
         reached = states_at(self.fractions, rounded, [time], self.bits)[:, 0, 0]
         rates = aligned(reached, self.fractions)
         late = -reached[2] / rates[2]
-        end = [x + late * rate for x, rate in zip(reached, rates, strict=True)]
-        sign = -1 if mirrored else 1
-        Qp, Qm, _, gamma1, gamma2, gamma3 = (m.mpf(x.numerator) / x.denominator for x in end)
-        M1, M2 = sign * (Qp + Qm) * self.c.to_M1, sign * (Qp - Qm) * self.c.to_M2
-        cos, sin = (gamma2 * M1 - gamma1 * M2) / m.sqrt(M1 * M1 + M2 * M2), -sign * gamma3
-        c, s = m.cos(chi_there), m.sin(chi_there)
-        turn = m.atan2(sin * c - cos * s, cos * c + sin * s)
-        small = sign * (Qm if rising == (passages % 2 == 0) else Qp)
-        return [fraction(small - d_there, m.prec), fraction(turn, m.prec)], late
+        end = a.array([[x + late * rate] for x, rate in zip(reached, rates, strict=True)])
+        point = section_points(end, self.c, a)
+        off, turned = point.d[0] - a.number(there[0]), point.chi[0] - a.number(there[1])
+        turned -= 2 * a.pi * a.number(round(float(turned / (2 * a.pi))))
+        return [fraction(off, a.bits), fraction(turned, a.bits)], late

@@ -11,12 +11,7 @@ import numpy as np
 
 from rigidpend.numbers.doubles import Array
 from rigidpend.routes.symbolic.address import cells_of
-from rigidpend.routes.symbolic.chain import (
-    Arrival,
-    Chain,
-    NoOrbit,
-    System,
-)
+from rigidpend.routes.symbolic.chain import Arrival, Chain, NoOrbit, System
 from rigidpend.routes.symbolic.tables import Level, Signs
 
 APART = 4

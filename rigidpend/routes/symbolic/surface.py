@@ -13,11 +13,9 @@ from rigidpend.mechanics.equations import hamiltonian_J3_0
 from rigidpend.numbers.doubles import Array
 from rigidpend.orbits.return_map import MapError, ReturnMap, return_map
 from rigidpend.orbits.return_map.conjugacy import inverted
-from rigidpend.orbits.return_map.itinerary import Entered, enter
-from rigidpend.orbits.return_map.passage import EnergyLevel
+from rigidpend.orbits.return_map.passage import EnergyLevel, Entered
 from rigidpend.routes.mapped import start_Qp
 from rigidpend.routes.problem import RouteProblem
-from rigidpend.routes.start import Scales, start
 from rigidpend.routes.symbolic.chain import Arrival
 from rigidpend.routes.symbolic.tables import Level
 
@@ -49,7 +47,7 @@ class Surface(NamedTuple):
         """The first crossings of orbits with other J1_0, and the map at the energy of each."""
         level = self.made.at(self.energies(theta2, J1_0))
         Qp = start_Qp(self.problem, "1", 53, J1_0)
-        return level, enter(level, Qp, _phase(self.problem, theta2))
+        return level, level.enter(Qp, self._phase(theta2))
 
     def energy_slope(self, theta2: float) -> float:
         """Its derivative, per radian."""
@@ -59,34 +57,29 @@ class Surface(NamedTuple):
         """The arrival of the orbit of a phase, at a given energy."""
 
         def arrival(theta2: float) -> Arrival:
-            I, b, _ = self._entered(level, theta2 + STEP * np.array([-1.0, 0.0, 1.0]))
-            return Arrival(
-                float(I[1]),
-                float(b[1]),
-                float(I[2] - I[0]) / (2 * STEP),
-                float(b[2] - b[0]) / (2 * STEP),
-            )
+            I, b = self._entered(level, theta2 + STEP * np.array([-1.0, 0.0, 1.0]))
+            return Arrival(I[1], b[1], (I[2] - I[0]) / (2 * STEP), (b[2] - b[0]) / (2 * STEP))
 
         return arrival
 
     def first_time(self, level: Level, theta2: Array) -> Array:
         """t' of the first crossings."""
-        I, b, tau = self._entered(level, theta2)
-        at = level.arriving(I, b)
-        phase = _phase(self.problem, theta2)
-        found: Array = tau - at.constant + level.rates(I).rotation * (at.chi + phase)
-        return found
+        entered = level.map_level.enter(start_Qp(self.problem, "1", 53), self._phase(theta2))
+        return np.asarray(entered.time)
 
-    def _entered(self, level: Level, theta2: Array) -> tuple[Array, Array, Array]:
-        """I, b and the oscillating part of the time, of the mirrored starts."""
-        map_level, zero = level.map_level, 0 * theta2
-        phase = _phase(self.problem, theta2)
-        Qp = float(start(self.problem, 53, Scales()).Qp)
-        at = inverted(map_level.nf, map_level.weights, phase, zero + Qp, zero, map_level.a)
-        if np.abs(at.v).max() > map_level.nf.radius:
+    def _entered(self, level: Level, theta2: Array) -> tuple[Array, Array]:
+        """I and b of the mirrored starts."""
+        made, phase, zero = level.map_level, self._phase(theta2), 0 * theta2
+        Qp = start_Qp(self.problem, "1", 53)
+        at = inverted(made.nf, made.weights, phase, zero + Qp, zero, made.a)
+        if np.abs(at.v).max() > made.nf.radius:
             raise MapError(f"J1_0 = {self.problem.J1_0} lies outside of the normal form")
         I = at.u * at.v
-        return I, -(phase + np.log(at.v) / level.rates(I).exponent), at.tau
+        return I, -(phase + np.log(at.v) / level.rates(I).exponent)
+
+    def _phase(self, theta2: Array) -> Array:
+        found: Array = math.pi / 2 - self.problem.body.angles().beta0 / 2 - theta2
+        return found
 
 
 @functools.lru_cache(maxsize=8)
@@ -99,8 +92,3 @@ def surface(problem: RouteProblem) -> Surface:
         They have none; the message gives the reason.
     """
     return Surface(problem, return_map(problem.body, h=problem.energies))
-
-
-def _phase(problem: RouteProblem, theta2: Array) -> Array:
-    found: Array = math.pi / 2 - problem.body.angles().beta0 / 2 - theta2
-    return found

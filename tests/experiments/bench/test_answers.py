@@ -21,7 +21,6 @@ from rigidpend.experiments.bench.protocol import compared, made
 from rigidpend.experiments.bench.solvers import Crossed, Solver, time_unit
 from rigidpend.experiments.principal_axes import initial
 from rigidpend.mechanics.coordinates import Aligned, aligned_from_body, body_from_aligned
-from rigidpend.mechanics.hodograph import field as aligned_with_angles
 from rigidpend.numbers.exact import context, exact
 from rigidpend.routes.start import Scales, start, states_double
 from tests.orbits.integrate.problems import FIG4, GENERIC, needs_heyoka
@@ -200,15 +199,6 @@ def test_the_start_in_principal_axes_is_that_of_the_aligned_components() -> None
     random = problems.random_routes(task.routes, 4)
     one_by_one = initial(random.routes, [exact(float(x)) for x in random.theta2_0])
     np.testing.assert_allclose(random.states, np.array(one_by_one, dtype=float).T, atol=2e-16)
-
-
-def test_the_field_with_angles_is_that_of_the_aligned_components() -> None:
-    state = np.array([0.5, 0.4, 1.2, 0.48, 0.6, 0.64])
-    s = time_unit(GENERIC)
-    aligned = [*aligned_from_body(state[:3], state[3:], GENERIC.alpha0, s), 0.1, 0.2]
-    expected = s * np.array(aligned_with_angles(GENERIC)(aligned, np)[6:], dtype=float)
-    found = solvers.field_of(GENERIC, angles=True)([*state, 0.1, 0.2])[6:]
-    np.testing.assert_allclose(found, expected, rtol=1e-13)
 
 
 STATE = [0.5, 0.4, 1.2, 0.48, 0.6, 0.64, 0.1, -0.2]

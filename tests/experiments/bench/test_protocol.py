@@ -14,7 +14,7 @@ from rigidpend.experiments.bench import protocol, worker
 from rigidpend.experiments.bench.methods import METHODS, Method
 from rigidpend.experiments.bench.problems import LOOKS
 from rigidpend.experiments.bench.protocol import Stage
-from rigidpend.experiments.bench.solvers import Solver, Task, in_looks, shared_out
+from rigidpend.experiments.bench.solvers import Solver, Task, in_looks
 from tests.orbits.integrate.problems import FIG4
 
 SIZES: dict[str, Any] = {
@@ -155,12 +155,6 @@ def test_who_has_spent_his_time_misses_the_rounds_that_are_left(napping: Any) ->
     found = protocol.met(stage(), entries, 1, 4, 0.05, {})
     assert np.isnan(found["slow"]["rounds"]).tolist() == [False, False, True, True]
     assert found["quick"]["rounds"] == pytest.approx([0.001] * 4), "half the way, told for all"
-
-
-def test_threads_share_the_orbits_and_give_the_same() -> None:
-    task = stage(orbits=7).task
-    solve = shared_out(lambda part: lambda: part.states * 2, task, 3)
-    np.testing.assert_array_equal(solve(), task.states * 2)
 
 
 @pytest.mark.slow

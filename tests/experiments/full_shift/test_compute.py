@@ -59,12 +59,12 @@ def test_all_eight_relations_are_proven_of_what_is_stored(
     monkeypatch.setattr(full_shift, "checked", checked)
     config = typed(Config, CONFIG, changes)
     data = plain(full_shift.compute(config, Means()))
-    [((_, *groups), proven)] = found
+    [((_, groups), proven)] = found
     # What is checked is what is stored.
-    for name, group in zip(("sets", "line", "proof", "energies"), groups, strict=True):
-        for key, values in (group or {}).items():
+    for name, group in groups.items():
+        for key, values in group.items():
             np.testing.assert_array_equal(values, data[name][key])
-    assert ("energies" in data) == (groups[3] is not None)
+    assert ("energies" in data) == ("energies" in groups)
     assert [len(pair) for pair in proven.relations] == [2, 2, 2, 2]
     assert len(proven.crossed) == 2
     assert data["relations"]["edge"].min() > 1
@@ -154,11 +154,30 @@ def test_a_free_body_is_refused_where_it_stands() -> None:
         ("problem.mu=0", "mu > 0"),
         ("problem.h=0.0005", "h > mu"),
         ("problem.around=-1e-15", "a number from 0"),
+        ("problem.approach=b 0^15", "of starts of one h0"),
         ("problem.A=[2, 1.5, 1.5]", "A1 > A3 > A2 is broken"),
         ("problem.r=[1, 1, 0.1]", "r3 = 0 is broken"),
     ):
         with pytest.raises((ValueError, ParameterError), match=word):
             typed(Config, CONFIG, [change])
+
+
+def test_an_approach_is_an_address() -> None:
+    with pytest.raises(ValueError, match="symbols are 0 and 1"):
+        typed(Config, CONFIG, [*OWN, "problem.approach=a 0^8 2^9"])
+
+
+@pytest.mark.slow
+def test_symbols_of_an_approach_are_those_that_the_config_asks_for() -> None:
+    """The stored line has none, and an address that no orbit has is undecided."""
+    data = reference("full_shift")["data"]
+    config = typed(Config, CONFIG, [])
+    problem = config.problem.model_copy(update={"approach": "0^15"})
+    config = config.model_copy(update={"problem": problem})
+    with pytest.raises(ArithmeticError, match="symbols of the approach are others"):
+        full_shift.theorems(config, data)
+    with pytest.raises(ArithmeticError, match="there is no approach"):
+        full_shift.compute(typed(Config, CONFIG, [*OWN, "problem.approach=a 0^90"]), Means())
 
 
 def test_results_are_told_apart() -> None:
@@ -211,6 +230,9 @@ def test_bounds_are_rounded_outward() -> None:
         assert 0 <= proven["shortest"][k] - low < 1e-4
         assert 0 <= high - proven["longest"][k] < 1e-4
         assert proven["bound"][k] <= float(row[2]) < 1.1 * proven["bound"][k]
+    assert "at least ln(4)/2 a passage" in sets.note
     stated = float(sets.note.split()[-5])
-    assert 0 < np.log(2) / result["data"]["sets"]["longest"].max() - stated < 1e-5
+    times = result["data"]["sets"]["longest"].reshape(2, 2)
+    assert np.exp(-stated * times).sum(axis=1).prod() > 1
+    assert np.exp(-(stated + 1e-5) * times).sum(axis=1).prod() < 1
     assert coverings.ALONE

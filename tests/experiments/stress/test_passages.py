@@ -28,7 +28,7 @@ def test_geometric_mean_of_a_normal_error() -> None:
 
 @pytest.mark.slow
 def test_errors_are_as_predicted_and_others_are_noticed(monkeypatch: pytest.MonkeyPatch) -> None:
-    trial = passages.growth_trial(SCENE, 1e-6, 6, 8)
+    trial = passages.growth_trial(SCENE, 1e-6, 4, 8)
     made: Any = tried(trial)
     assert failed(made) == set()
     assert 1.5 < made["curves"]["growth_predicted"].values < 5
@@ -41,7 +41,7 @@ def test_decided_symbols_are_as_predicted_and_right_and_a_wrong_one_is_found(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
     """Also where the higher precision is not sure of itself."""
-    trial, computed = passages.decided_trial(SCENE, problem(60), 53, 24, 1, 6), []
+    trial, computed = passages.decided_trial(SCENE, problem(60), 53, 16, 1, 4), []
 
     def kept(*given: Any, right: Any = scenes.routes) -> Any:
         computed.append(right(*given))

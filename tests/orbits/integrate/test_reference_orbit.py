@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import functools
 from fractions import Fraction
-from itertools import islice
+from itertools import islice, pairwise
 from types import SimpleNamespace
 from typing import Any
 
@@ -59,6 +59,15 @@ def test_the_tangent_is_the_derivative_along_the_phase() -> None:
     apart = [float((x - y - late * rate) * 10**40) for x, y, rate in states]
     assert np.allclose(one.tangents[k], apart, rtol=1e-9, atol=1e-12)
     assert one.growth[k] == float(one.size(one.tangents[k][:, None])[0])
+
+
+@pytest.mark.parametrize("bits", [113, 212, 600])
+def test_the_length_of_a_step_is_a_double(bits: int) -> None:
+    """So that differences are carried exactly as far as the reference."""
+    found = orbit("4.7", bits)
+    assert found.reaches(7)
+    for before, after in pairwise(found.points[:8]):
+        assert after.exact_time - before.exact_time == Fraction(after.step) > 0
 
 
 @pytest.mark.slow

@@ -30,11 +30,13 @@ from rigidpend.routes.certified.pieces import (
     CLOCK,
     FamilyStep,
     Quad,
+    StartLine,
     made,
     packed,
     unpacked,
     unpacked_quads,
 )
+from rigidpend.routes.symbolic.address import parsed
 from rigidpend.routes.symbolic.closed import closed, words
 from rigidpend.routes.symbolic.tables import Level
 from scripts import check_full_shift as script
@@ -482,8 +484,8 @@ def test_cones_and_the_middle_are_asked_of_all(
         monkeypatch.setattr(coverings, "_cone", Mock(side_effect=cones))
         cone = Mock(side_effect=[Fails("C7") if k == bad else None for k in range(10)])
         monkeypatch.setattr(script, "check_cone", cone)
-        found = full_shift.checked(config, data["sets"], data["line"], data["proof"]).doubts
-        theirs = script.prove(*of_script)[2]
+        found = full_shift.checked(config, data).doubts
+        theirs = script.prove(*of_script).doubts
         # What else Theorem 8 needs is named in its place.
         assert [found[0][:2], found[2], found[1]] == ["C7", found[0], ""]
         assert [theirs[0][-2:], theirs[2], theirs[1]] == ["C7", theirs[0], ""]
@@ -539,13 +541,95 @@ def test_functions_of_which_only_values_are_bounded_have_no_derivative() -> None
 # ---- The stored proof.
 
 
-def test_sets_that_are_not_two_and_two_prove_nothing(stored: Stored) -> None:
-    quads, orbits = stored.quads, stored.orbits
-    for kept in ([0, 1, 2], [0, 2], [0, 1, 2, 0]):
-        some = [quads[k] for k in kept]
-        mine = said(coverings.prove, stored.numbers, some, [orbits[k] for k in kept])
-        theirs = said(script.prove, GIVEN, list(map(quad_of, some)), script.Line(*stored.line), [])
-        assert mine == theirs == "there are other sets than two on each section"
+@pytest.mark.slow
+@pytest.mark.parametrize(
+    ("kept", "reason"),
+    [
+        ([0, 1, 2], "a section has no sets of both symbols"),
+        ([0, 2], "a section has no sets of both symbols"),
+        ([0, 1, 2, 0], "a section has no sets of both symbols"),
+        ([0, 1, 2, 3, 0], "the symbol"),
+    ],
+)
+def test_a_section_has_sets_of_both_symbols_that_lie_apart(
+    stored: Stored, followed: None, kept: list[int], reason: str
+) -> None:
+    some = [stored.quads[k] for k in kept]
+    mine = said(coverings.prove, stored.numbers, some, [stored.orbits[k] for k in kept])
+    steps = [list(map(step, stored.orbits[k][:1])) for k in (*kept, 4)]
+    line = script.Line(*stored.line)
+    theirs = said(script.prove, GIVEN, list(map(quad_of, some)), line, steps)
+    assert reason in mine.replace("same ", "")
+    assert reason in theirs
+
+
+@pytest.mark.parametrize(("factor", "apart"), [(1 + BARELY, True), (1 - BARELY, False)])
+@pytest.mark.parametrize("side", [1, -1])
+def test_sets_of_one_symbol_are_apart_by_both_their_widths(
+    stored: Stored, factor: float, apart: bool, side: int
+) -> None:
+    """Beside each other in d, both of half-width a."""
+    one = stored.quads[0]
+    by = side * 2 * one.a * Fraction(factor)
+    other = one._replace(p=(one.p[0] + by, *one.p[1:]))
+    reasons = [
+        said(coverings._check_apart, one, other, "they"),
+        said(script.check_apart, quad_of(one), quad_of(other)),
+    ]
+    assert [reason == "" for reason in reasons] == [apart, apart]
+
+
+@pytest.mark.slow
+def test_a_line_comes_to_the_sets_by_those_between(
+    stored: Stored, followed: None, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Each covers the next, the last one the sets of its section; the line has no symbol."""
+    before, orbits = [stored.quads[0], stored.quads[2]], stored.orbits
+    links: Any = list(zip((stored.line, *before), (orbits[4], orbits[0], orbits[2]), strict=True))
+    end, crossed, symbols = coverings.prove_line(
+        stored.numbers, links, stored.quads, stored.arrivals
+    )
+    assert end is stored.arrivals[2]
+    assert [one.target for one in crossed] == [0, 1]
+    assert symbols == [stored.arrivals[0].right, stored.arrivals[2].right]
+    each = Mock(return_value=True)
+    monkeypatch.setattr(coverings, "prove_link", each)
+    coverings.prove_line(stored.numbers, links, stored.quads, stored.arrivals)
+    assert [x.args[1:] for x in each.mock_calls] == [(links[0], links[1]), (links[1], links[2])]
+    # One that is not crossed, and one that is not covered by the one before.
+    for at, name in ((1, "line of starts"), (2, "set 1 of the approach")):
+        far = links[at][0]._replace(b=links[at][0].b / 1000)
+        other = [*links[:at], (far, links[at][1]), *links[at + 1 :]]
+        monkeypatch.undo()
+        monkeypatch.setattr(coverings, "arrival", lambda _, start, __: known(stored, start))
+        of = stored.numbers, other, stored.quads, stored.arrivals
+        assert said(coverings.prove_line, *of).startswith(f"{name}: C6: ")
+        starts = script.Line(*stored.line)
+        monkeypatch.setattr(script, "arrival", lambda _, start, __: known(stored, start, True))
+        mine = [step(x) for x in orbits[0][:1]]
+        theirs = said(
+            script.prove, GIVEN, list(map(quad_of, stored.quads)), starts,
+            [*([mine] * 4), *([step(x) for x in pieces[:1]] for _, pieces in links)],
+            [quad_of(x) for x, _ in other[1:]],
+        )  # fmt: skip
+        assert theirs.startswith(f"set {'line' if at == 1 else '1 of the approach'}: C6: ")
+
+
+def known(stored: Stored, start: Any, theirs: bool = False) -> Any:
+    """What follows a set, whatever its width."""
+    if isinstance(start, (StartLine, script.Line)):
+        k = 4
+    else:
+        k = next(k for k, quad in enumerate(stored.quads) if quad.p == tuple(start.p))
+    return (stored.theirs if theirs else stored.arrivals)[k]
+
+
+@pytest.mark.parametrize(
+    ("address", "word"),
+    [("a 0^8 1^9 1^15", "011"), ("0110", "0110"), ("b (0^11)*3 (1^11)*2 0^9", "000110")],
+)
+def test_the_second_checker_reads_the_symbols_of_an_address(address: str, word: str) -> None:
+    assert script.word_of(address) == word == "".join(map(str, parsed(address).symbols))
 
 
 @pytest.mark.slow
@@ -554,7 +638,8 @@ def test_the_stored_proof_holds_in_both_checkers(
 ) -> None:
     numbers, quads, data = stored.numbers, stored.quads, stored.data
     arrivals, relations = coverings.prove(numbers, quads, stored.orbits[:4])
-    _, crossed = coverings.prove_line(numbers, stored.line, stored.orbits[4], quads, arrivals)
+    links = [(stored.line, stored.orbits[4])]
+    _, crossed, _ = coverings.prove_line(numbers, links, quads, arrivals)
     for name in ("target", "orientation", "edge", "across", "stretch", "squeeze"):
         found = [[getattr(one, name) for one in pair] for pair in relations]
         np.testing.assert_allclose(found, data["relations"][name], rtol=1e-6)
@@ -590,7 +675,7 @@ def test_the_stored_proof_holds_in_both_checkers(
     shifted = [*quads[:2], quads[2]._replace(p=(2 * quads[2].a, *quads[2].p[1:])), quads[3]]
     assert said(coverings.prove, numbers, shifted, stored.orbits[:4]).startswith("set 0: C6: ")
     far = [quads[0]._replace(b=quads[0].b / 1000), *quads[1:]]
-    of_line = numbers, stored.line, stored.orbits[4], far, arrivals
+    of_line = numbers, links, far, arrivals
     assert said(coverings.prove_line, *of_line).startswith("line of starts: C6: ")
 
 
@@ -621,7 +706,7 @@ def test_numbers_of_more_bits_than_a_word_are_stored_whole(stored: Stored) -> No
     steps[1] = stored.orbits[1][:3]
     again = packed(steps)
     assert set(again["family"]) > {0, 1, 5}
-    found, theirs = unpacked(again, 5), script.steps_of_sets(again)
+    found, theirs = unpacked(again, 5), script.steps_of_sets(again, 5)
     assert [[each.bits for each in of] for of in found] == [[x.bits for x in of] for of in steps]
     for mine, others, wanted in zip(found, theirs, steps, strict=True):
         for one, other, piece in zip(mine, others, wanted, strict=True):
@@ -644,10 +729,9 @@ def test_digits_that_are_added_to_nothing_are_refused(stored: Stored, how: str) 
     with pytest.raises(ValueError, match="what is added to a step is"):
         unpacked(again, 1)
     if how != "not finer":
-        # The other reader counts five sets, and takes units of any order.
-        again["family"] = again["family"] * 5
+        # The other reader takes units of any order.
         with pytest.raises(Refused, match="what is added to a step is"):
-            script.steps_of_sets(again)
+            script.steps_of_sets(again, 1)
 
 
 def test_what_is_no_set_or_no_step_is_refused(stored: Stored) -> None:
@@ -760,8 +844,8 @@ def test_the_second_checker_imports_nothing_of_the_package() -> None:
         elif isinstance(node, ast.ImportFrom):
             found.add(node.module or "")
         assert not (isinstance(node, ast.Name) and node.id in ("__import__", "exec", "eval"))
-    standard = {"__future__", "argparse", "collections.abc", "fractions", "json", "math"}
-    standard |= {"pathlib", "sys"}
+    standard = {"__future__", "argparse", "collections.abc", "decimal", "fractions", "functools"}
+    standard |= {"json", "math", "pathlib", "re", "sys"}
     assert found <= standard | {"typing", "h5py", "yaml", "scripts.check_certificate"}
 
 

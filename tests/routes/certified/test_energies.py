@@ -14,14 +14,14 @@ from flint import arb
 from rigidpend.experiments.full_shift import compute as full_shift
 from rigidpend.experiments.full_shift.schema import Config
 from rigidpend.numbers.exact import exact
-from rigidpend.routes.certified import coverings, horseshoe
+from rigidpend.routes.certified import chains, coverings, horseshoe
 from rigidpend.routes.certified.balls import enclosed
 from rigidpend.routes.certified.families import Family
 from rigidpend.routes.certified.growth import LogarithmicNorm
 from rigidpend.routes.certified.pieces import FamilyStep, Quad, StartLine, made
 from rigidpend.routes.problem import RouteProblem
+from rigidpend.routes.symbolic import find_orbit
 from scripts import check_full_shift as script
-from scripts import check_orbit
 from scripts.check_certificate import Interval, Refused
 from tests.attacks import lot
 from tests.config.samples import content as typed
@@ -82,6 +82,67 @@ def found() -> Found:
     line, theta2 = horseshoe.line(setting, J1, quads)
     pieces = {k: horseshoe.pieces(setting, quads[k]) for k in (0, 2)}
     return Found(setting, quads, pieces, line, horseshoe.line_pieces(setting, line, theta2))
+
+
+def covered(
+    numbers: coverings.Numbers,
+    problem: script.Problem,
+    source: tuple[Quad, list[FamilyStep]],
+    targets: Sequence[tuple[Quad, FamilyStep]],
+) -> list[list[str]]:
+    """What both say of the relations of a set to others, of which the first steps are given."""
+    growth, told = LogarithmicNorm.of(numbers.field), []
+    mine = coverings.arrival(numbers, *source)
+    theirs = script.arrival(problem, quad_of(source[0]), [step(x) for x in source[1]])
+    for quad, first in targets:
+        begin, _ = coverings.beginning(numbers, quad, first, growth)
+        balls = [interval(x) for x in begin]
+        told.append(
+            [
+                said(coverings.relation, mine, quad, begin, 0)[:2],
+                said(script.check_relation, theirs, quad_of(quad), balls)[:2],
+            ]
+        )
+    return told
+
+
+@pytest.mark.slow
+def test_an_approach_ends_across_both_sets_of_its_section() -> None:
+    """The last set of an approach in the window of Fig. 4's right array, after 01 and before 1."""
+    found = find_orbit(BODY, "a 0^8 1^9 1^15", h0=H0, J1_0=exact(J1))
+    assert 3 * math.pi / 40 < found.theta2_0 < 3 * math.pi / 40 + 0.31
+    orbit = chains.OrbitCrossings(float(found.theta2_0), found.d, found.chi)
+    setting = horseshoe.of_start(BODY, H0, J1, orbit.theta2)._replace(half_turns=14)
+    *_, link = chains.links(setting, J1, orbit, horseshoe.quads(setting))
+    setting = setting._replace(spread=link.setting.spread)
+    targets = [quad for quad in horseshoe.quads(setting) if not quad.rising]
+    each = [(quad, horseshoe.pieces(setting, quad)[0]) for quad in targets]
+    given = {name: x for name, x in GIVEN.items() if name != "h"}
+    given |= {"h0": "1.3342", "shift": setting.shift, "spread": setting.spread}
+    of = coverings.Numbers.of(BODY, setting.h, setting.spread, H0), script.problem_of(given)
+    few = of[0]._replace(along=""), of[1]._replace(along=())
+    assert isinstance(link.of, Quad)
+    # Of sets so high that the image does not reach from end to end.
+    each += [(quad._replace(a=1000 * quad.a), first) for quad, first in each]
+    told = covered(*few, (link.of, link.pieces()), each)
+    assert told == [["", ""]] * 2 + [["C6", "C6"]] * 2
+
+
+@pytest.mark.slow
+def test_sets_of_more_half_rotations_cover_all_of_the_other_section() -> None:
+    """Of each symbol two, of 14 and 16 half rotations, as far apart as the map tells."""
+    setting = horseshoe.ShiftProblem(BODY, exact(GIVEN["h"]), 14, lengths=2)
+    quads = horseshoe.quads(setting)
+    assert [quad.rising for quad in quads] == [True] * 4 + [False] * 4
+    for k in (0, 2, 4, 6):
+        one, other = quads[k : k + 2]
+        assert said(coverings._check_apart, one, other, "they") == ""
+        assert said(script.check_apart, quad_of(one), quad_of(other)) == ""
+    targets = [(quad, horseshoe.pieces(setting, quad)[0]) for quad in quads[4:]]
+    source = quads[1], horseshoe.pieces(setting, quads[1])
+    numbers = coverings.Numbers.of(BODY, setting.h)._replace(along="")
+    few = script.problem_of(GIVEN)._replace(along=())
+    assert covered(numbers, few, source, targets) == [["", ""]] * 4
 
 
 class Arrived(NamedTuple):
@@ -227,7 +288,7 @@ def test_a_proof_is_of_the_energies_of_its_config(
     name = "h0" if changes == OWN else "h"
     given |= {name: GIVEN["h"], "around": "1e-6" if len(changes) == 1 else "0"}
     read = script.Read(
-        {"experiment": "full_shift", "problem": given}, [], [], [], Fraction(shift), spread
+        {"experiment": "full_shift", "problem": given}, [], [], [], [], Fraction(shift), spread
     )
     if reason:
         with pytest.raises(Refused, match="energies"):
@@ -283,7 +344,7 @@ def test_phases_of_a_line_are_told_in_every_quarter(
     numbers = coverings.Numbers.of(BODY, setting.h, spread, H0)
     given = {**GIVEN, "h0": "1.3342", "shift": shift, "spread": spread}
     problem = script.problem_of({name: x for name, x in given.items() if name != "h"})
-    theirs = check_orbit.phases(problem, script.Line(*line[:5]), step(first))
+    theirs = script.phases(problem, script.Line(*line[:5]), step(first))
     bounds = Fraction(theirs.low, 1 << script.DIGITS), theirs.above
     for low, high in (coverings.phases(numbers, line, [first]), map(float, bounds)):
         assert low <= ends[0] + 1e-12 < ends[1] - 1e-12 <= high

@@ -59,7 +59,7 @@ def pieces(n: int, first: int) -> Array:
 
 
 @pytest.mark.parametrize("first", [0, 1])
-@pytest.mark.parametrize("n", [4, pytest.param(6, marks=pytest.mark.slow)])
+@pytest.mark.parametrize("n", [2, 4, pytest.param(6, marks=pytest.mark.slow)])
 def test_there_are_as_many_orbits_as_the_second_return_has_points(
     orbits: list[ClosedOrbit], n: int, first: int
 ) -> None:

@@ -17,8 +17,7 @@ from rigidpend.orbits.return_map.precision import precision
 from rigidpend.routes.problem import RouteProblem
 from rigidpend.routes.symbolic.chain import tangents
 from rigidpend.routes.symbolic.closed import closed
-from rigidpend.routes.symbolic.follow import section_points
-from rigidpend.routes.symbolic.integrated import doubles
+from rigidpend.routes.symbolic.integrated import doubles, section_points
 from rigidpend.routes.symbolic.stretching import (
     INTEGRATED,
     Stretched,
@@ -56,7 +55,7 @@ def test_slopes_are_those_of_the_variational_equations(k: int) -> None:
         moved = end[6:] - flow * end[8] / flow[2]
         step = STEP / np.abs(moved).max()
         beside = np.stack((end[:6] - step * moved, end[:6] + step * moved), axis=1)
-        points = section_points(BODY, beside)
+        points = section_points(beside, c, precision(53))
         found[:, column] = [np.diff(x)[0] / (2 * step) for x in (points.d, points.chi)]
     # d is as if on separatrix 2 or 3: of an orbit on 4 or 1 it has the other sign.
     np.testing.assert_allclose(found, tangents(level(), chain)[k, :2], rtol=2e-6, atol=1e-8)
