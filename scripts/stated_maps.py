@@ -58,7 +58,7 @@ def ratios(made: ReturnMap) -> tuple[Any, Any]:
         there = inverse.look_up(I, chi, a)
         back = true(there[0], chi + there[1])
         rates = weights[1] @ finer.exponent, weights[1] @ finer.rotation
-        I_back, s_back, _ = kept(bool(rising), back, chi + there[1], *rates, a)
+        I_back, s_back, *_ = kept(bool(rising), back, chi + there[1], *rates, a)
         off = [(I_back - I) / inverse.width, s_back - chi, *((back - there)[2:] / scale[2:])]
         # An inverse chart states what it errs by beside the chart's table.
         stated = made.errors.inverse + made.errors.charts

@@ -10,7 +10,7 @@ import pytest
 from rigidpend import certify_codes, find_orbit
 from rigidpend.experiments.route_zoom import report
 from rigidpend.numbers.exact import exact
-from rigidpend.orbits.return_map import build, return_map
+from rigidpend.orbits.return_map import return_map, storage
 from rigidpend.routes.certified import codes
 from rigidpend.routes.problem import RouteProblem
 from rigidpend.routes.symbolic import closed, find, follow
@@ -54,7 +54,7 @@ LIMITS: dict[str, tuple[Callable[[int], Any], int, int]] = {
 def test_an_argument_is_accepted_up_to_its_limits_and_not_beyond(
     call: Callable[[int], Any], least: int, most: int, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(build, "_kept", reached)
+    monkeypatch.setattr(storage, "_kept", reached)
     monkeypatch.setattr(find, "surface", reached)
     monkeypatch.setattr(codes, "side_by_side", reached)
     monkeypatch.setattr(closed, "return_map", reached)

@@ -69,9 +69,8 @@ class Decided(NamedTuple):
 Columns: TypeAlias = NDArray[np.intp]
 Compute: TypeAlias = Callable[[int, Scales, Any], Crossings]
 Both: TypeAlias = Callable[[Columns], Sequence[Crossings]]
-Share: TypeAlias = Callable[
-    [Callable[[Columns], Decided], Columns, int], list[tuple[Columns, Decided]]
-]
+Work: TypeAlias = Callable[[Columns], Decided]
+Share: TypeAlias = Callable[[Work, Columns, int], list[tuple[Columns, Decided]]]
 
 
 def agreement(a: Crossings, b: Crossings, rate: float, limit: float) -> NDArray[np.bool_]:
@@ -192,9 +191,7 @@ def climb(
         replace(found, columns, _further(compute, found, rate, bits, columns))
 
 
-def undivided(
-    work: Callable[[Columns], Decided], columns: Columns, _: int
-) -> list[tuple[Columns, Decided]]:
+def undivided(work: Work, columns: Columns, _: int) -> list[tuple[Columns, Decided]]:
     """All columns decided at once: what `share` is where nothing is shared."""
     return [(columns, work(columns))]
 

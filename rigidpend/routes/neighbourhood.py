@@ -22,9 +22,11 @@ from rigidpend.orbits.integrate.neighbours import Neighbours
 from rigidpend.orbits.integrate.records import Crossings
 from rigidpend.orbits.integrate.reference_orbit import ReferenceOrbit, followed, reference_bits
 from rigidpend.routes import certainty
-from rigidpend.routes.codes import RouteCodes, routes_of, tolerance_of
+from rigidpend.routes.choice import Mapped
+from rigidpend.routes.codes import RouteCodes, routes_of
 from rigidpend.routes.phases import Phases
 from rigidpend.routes.problem import RouteProblem, passage_limit, phase_rate
+from rigidpend.routes.run import tolerance_of
 from rigidpend.routes.start import Scales, start, states_exact
 
 
@@ -69,7 +71,7 @@ class Neighbourhood:
 
         rate, n = phase_rate(self.problem), len(taken)
         known = certainty.decide(compute, n, rate, self.arithmetic.precisions)
-        return routes_of(taken, *known, by_map=np.zeros(n, dtype=bool))
+        return routes_of(taken, Mapped(known, np.zeros(n, dtype=bool)))
 
     def crossings(self, bits: int, scales: Scales, phases: Sequence[Exact]) -> Crossings:
         """The crossings of some phases in `bits` bits, relative to their distances, in t'."""

@@ -133,9 +133,23 @@ def passage_rotations(problem: RouteProblem) -> float:
     if not p.mu:
         return math.inf
     depth = float(m.log(2 * problem.h0.in_context(m) / problem.body.mu.in_context(m)))
+    return max(1.0, (depth + min(narrowness(p.nu), 53 * math.log(2))) * p.nu / math.pi**2)
+
+
+def narrowness(nu: float) -> float:
+    """ln(sinh(nu)/nu): by how much less surfaces are split than both are displaced."""
     # Far from overflow sinh(nu) is exp(nu)/2.
-    narrow = math.log(math.sinh(p.nu) / p.nu) if p.nu < 50 else p.nu
-    return max(1.0, (depth + min(narrow, 53 * math.log(2))) * p.nu / math.pi**2)
+    return math.log(math.sinh(nu) / nu) if nu < 50 else nu
+
+
+def whisker_growth(nu: float) -> float:
+    """The mean growth of an error a passage where phases are as good as random.
+
+    A passage at distance q lasts (2/u) ln(1/q) and turns the phase by (2 nu/pi) ln(1/q), and
+    q is made anew by Melnikov's sine: the phase's derivative is 1 - (2 nu/pi) cot(phase),
+    whose logarithm has the mean ln sqrt(1 + (2 nu/pi)^2).
+    """
+    return math.hypot(1, 2 * nu / math.pi)
 
 
 def passage_limit(problem: RouteProblem, bits: int) -> float:

@@ -147,16 +147,6 @@ def sigma(number: int, p: Angles, m: Elementary = np) -> Any:
     return 2 * m.sin(p.alpha0) * m.sin(theta1(number, p, m) / 2) / p.kappa
 
 
-def whisker_growth(nu: float) -> float:
-    """The mean growth of an error a passage where phases are as good as random.
-
-    A passage at distance q lasts (2/u) ln(1/q) and turns the phase by (2 nu/pi) ln(1/q), and
-    q is made anew by Melnikov's sine: the phase's derivative is 1 - (2 nu/pi) cot(phase),
-    whose logarithm has the mean ln sqrt(1 + (2 nu/pi)^2).
-    """
-    return math.hypot(1, 2 * nu / math.pi)
-
-
 def zeros(problem: RouteProblem, number: int = 2) -> tuple[float, ...]:
     """Phases theta2_0 in [0, 2 pi) at which Melnikov's integral vanishes.
 

@@ -98,30 +98,37 @@ def test_agreement_is_certain_that_an_asymptotic_orbit_has_no_symbol() -> None:
     assert certain(ended, late) == [False] * 3
 
 
-class Fake:
-    """Columns that agree from a certain computation on; it writes down what it is asked."""
+class Noted:
+    """Computations of columns, each late by its own time; it writes down what it is asked."""
 
-    def __init__(self, settled_from: list[int]) -> None:
-        self.settled_from = np.array(settled_from)
+    def __init__(self, **late: Any) -> None:
+        scales = {"first": FIRST, "second": SECOND, "third": THIRD}
+        split = {key.partition("_"): by for key, by in late.items()}
+        self.late = {
+            (int(bits), scales[name]): np.atleast_1d(by) for (name, _, bits), by in split.items()
+        }
         self.asked: list[tuple[int, Scales, list[int]]] = []
 
     def __call__(self, bits: int, scales: Scales, columns: Any) -> Crossings:
-        turn = len(self.asked)
         self.asked.append((bits, scales, list(columns)))
-        columns = np.asarray(columns)
-        # Until a column settles every computation finds another time.
-        off = np.where(turn < self.settled_from[columns], turn + 1.0, 0.0)
-        time = np.array(BASE)[:, None] + off
-        separatrix = np.tile(np.array([2, 1, 4, 3], dtype=np.uint8)[:, None], columns.size)
-        return Crossings(time, separatrix, np.zeros(columns.size, dtype=np.uint8))
+        time = np.array(BASE)[:, None] + self.late[bits, scales][np.asarray(columns)]
+        separatrix = np.tile(np.array([2, 1, 4, 3], dtype=np.uint8)[:, None], time.shape[1])
+        return Crossings(time, separatrix, np.zeros(time.shape[1], dtype=np.uint8))
 
 
 def test_decide_climbs_with_what_is_uncertain_alone() -> None:
     # Column 0 agrees at once, 1 from the first computation in 64 bits, 2 within 64 bits,
     # 3 only in the last precision, 4 never.
-    fake = Fake([0, 1, 2, 4, 99])
-    decided = decide(fake, 5, 1.0, (53, 64, 113))
-    assert fake.asked == [
+    noted = Noted(
+        first_53=[0, 1, 1, 1, 1],
+        second_53=[0, 0, 2, 2, 2],
+        first_64=[0, 0, 0, 3, 3],
+        second_64=[0, 0, 0, 4, 4],
+        first_113=[0, 0, 0, 0, 5],
+        second_113=[0, 0, 0, 0, 6],
+    )
+    decided = decide(noted, 5, 1.0, (53, 64, 113))
+    assert noted.asked == [
         (53, FIRST, [0, 1, 2, 3, 4]),
         (53, SECOND, [0, 1, 2, 3, 4]),
         (64, FIRST, [1, 2, 3, 4]),
@@ -133,74 +140,9 @@ def test_decide_climbs_with_what_is_uncertain_alone() -> None:
     assert decided.certain.all(axis=0).tolist() == [True, True, True, True, False]
     assert decided.crossings.time[:, 3].tolist() == BASE
     assert decided.crossings.time[0, 4] == BASE[0] + 6, "the last computation is kept"
-
-
-def test_decide_asks_no_more_than_it_needs() -> None:
-    fake = Fake([0, 0])
-    decided = decide(fake, 2, 1.0, (53, 64, 113))
-    assert [asked[:2] for asked in fake.asked] == [(53, FIRST), (53, SECOND)]
-    assert decided.certain.all()
-    assert decided.bits.tolist() == [53, 53]
-
-
-def test_decide_compares_two_computations_in_one_precision_too() -> None:
-    fake = Fake([0, 1, 2])
-    decided = decide(fake, 3, 1.0, (113,))
-    assert [asked[:2] for asked in fake.asked] == [(113, FIRST), (113, SECOND)]
-    assert decided.certain.all(axis=0).tolist() == [True, False, False]
-
-
-class Late:
-    """Computations of one column, each late by its own time; it writes down what it is asked."""
-
-    def __init__(self, **late: float) -> None:
-        scales = {"first": FIRST, "second": SECOND, "third": THIRD}
-        self.late = {
-            (int(bits), scales[name]): by
-            for key, by in late.items()
-            for name, bits in [key.split("_")]
-        }
-        self.asked: list[tuple[int, Scales]] = []
-
-    def __call__(self, bits: int, scales: Scales, columns: Any) -> Crossings:
-        self.asked.append((bits, scales))
-        found = record(BASE)
-        return found._replace(time=found.time + self.late[bits, scales])
-
-
-def test_decide_wants_a_third_computation_where_two_are_not_close() -> None:
-    late = Late(first_53=0.0, second_53=CLOSE / 2)
-    assert decide(late, 1, 1.0, (53,)).certain.all()
-    assert len(late.asked) == 2
-    for third, established in ((0.0, True), (1.4 * AGREEMENT, False), (-0.6 * AGREEMENT, False)):
-        late = Late(first_53=0.0, second_53=AGREEMENT / 2, third_53=third)
-        assert decide(late, 1, 1.0, (53,)).certain.all() == established, third
-        assert late.asked == [(53, FIRST), (53, SECOND), (53, THIRD)]
-
-
-def test_decide_asks_for_no_third_computation_that_cannot_help() -> None:
-    late = Late(first_53=0.0, second_53=2 * AGREEMENT)
-    assert not decide(late, 1, 1.0, (53,)).certain.any()
-    assert len(late.asked) == 2
-
-
-def test_decide_judges_two_precisions_by_another_limit_than_one() -> None:
-    between = (AGREEMENT * LINEAR) ** 0.5
-    assert not decide(Late(first_53=0.0, second_53=between), 1, 1.0, (53,)).certain.any()
-    late = Late(first_53=0.0, second_53=between, first_64=0.0)
-    decided = decide(late, 1, 1.0, (53, 64))
-    assert decided.certain.all()
-    assert decided.bits.tolist() == [64]
-
-
-def test_decide_keeps_what_two_establish_and_doubts_what_comes_after() -> None:
-    """The third computation is asked for the symbols that two leave open, and no others."""
-
-    def compute(bits: int, scales: Scales, columns: Any) -> Crossings:
-        late = {FIRST: 0.0, SECOND: AGREEMENT / 2, THIRD: 2 * AGREEMENT}[scales]
-        return shifted(0.0, 0.0, late, late)
-
-    assert decide(compute, 1, 1.0, (53,)).certain[:, 0].tolist() == [True, False, False]
+    nothing = Noted(first_53=[0, 0], second_53=[0, 0])
+    assert decide(nothing, 2, 1.0, (53, 64, 113)).bits.tolist() == [53, 53]
+    assert len(nothing.asked) == 2, "no more than it needs"
 
 
 def test_limits_are_in_the_order_of_what_they_must_guard_against() -> None:
@@ -214,34 +156,41 @@ def test_scales_of_the_computations_differ_by_no_power_of_two(pair: Any) -> None
         assert mantissa != 0.5
 
 
-@pytest.mark.parametrize(("apart", "computations"), [(0.9e-6, 2), (1.1e-6, 3)])
-def test_a_millionth_of_a_radian_is_the_most_that_two_computations_settle(
-    apart: float, computations: int
+@pytest.mark.parametrize(
+    ("late", "settled", "computations"),
+    [
+        # A millionth of a radian is the most that two computations settle,
+        ({"second_53": 0.9e-6}, True, 2),
+        ({"second_53": 1.1e-6, "third_53": 0.0}, True, 3),
+        # a thousandth the most that three do, which all must agree,
+        ({"second_53": 0.9e-3, "third_53": 0.45e-3}, True, 3),
+        ({"second_53": 1.1e-3}, False, 2),
+        ({"second_53": 0.45e-3, "third_53": 0.9e-3}, True, 3),
+        ({"second_53": 0.55e-3, "third_53": 1.1e-3}, False, 3),
+        ({"second_53": 0.55e-3, "third_53": -0.6e-3}, False, 3),
+        # and a hundredth the most that two precisions do.
+        ({"second_53": 2e-3, "first_64": 1.1e-2}, True, 3),
+        ({"second_53": 2e-3, "first_64": 1.3e-2, "second_64": 1.0}, False, 4),
+    ],
+)
+def test_limits_settle_what_is_below_them_and_nothing_beyond(
+    late: dict[str, float], settled: bool, computations: int
 ) -> None:
-    late = Late(first_53=0.0, second_53=apart, third_53=0.0)
-    assert decide(late, 1, 1.0, (53,)).certain.all()
-    assert len(late.asked) == computations
+    noted = Noted(first_53=0.0, **late)
+    precisions = (53, 64) if "first_64" in late else (53,)
+    decided = decide(noted, 1, 1.0, precisions)
+    assert (bool(decided.certain.all()), len(noted.asked)) == (settled, computations)
+    assert decided.bits.tolist() == [precisions[-1]]
 
 
-@pytest.mark.parametrize(("apart", "settled"), [(0.9e-3, True), (1.1e-3, False)])
-def test_a_thousandth_of_a_radian_is_the_most_that_three_settle(
-    apart: float, settled: bool
-) -> None:
-    for late in (
-        Late(first_53=0.0, second_53=apart, third_53=apart / 2),
-        Late(first_53=0.0, second_53=apart / 2, third_53=apart),
-    ):
-        assert decide(late, 1, 1.0, (53,)).certain.all() == settled
+def test_decide_keeps_what_two_establish_and_doubts_what_comes_after() -> None:
+    """The third computation is asked for the symbols that two leave open, and no others."""
 
+    def compute(bits: int, scales: Scales, columns: Any) -> Crossings:
+        late = {FIRST: 0.0, SECOND: AGREEMENT / 2, THIRD: 2 * AGREEMENT}[scales]
+        return shifted(0.0, 0.0, late, late)
 
-@pytest.mark.parametrize(("apart", "settled"), [(0.9e-2, True), (1.1e-2, False)])
-def test_a_hundredth_of_a_radian_is_the_most_that_two_precisions_settle(
-    apart: float, settled: bool
-) -> None:
-    late = Late(first_53=0.0, second_53=2e-3, first_64=2e-3 + apart, second_64=1.0)
-    decided = decide(late, 1, 1.0, (53, 64))
-    assert decided.certain.all() == settled
-    assert len(late.asked) == 3 + (not settled)
+    assert decide(compute, 1, 1.0, (53,)).certain[:, 0].tolist() == [True, False, False]
 
 
 def test_two_asymptotic_ends_after_different_crossings_establish_nothing_more() -> None:
@@ -257,18 +206,8 @@ def test_a_third_computation_decides_its_own_column_and_no_other() -> None:
     """
     second = np.array([0.0, 10 * CLOSE, 0.0, 10 * AGREEMENT, 10 * CLOSE])
     third = np.array([0.0, 10 * AGREEMENT, 0.0, 0.0, 0.0])
-    asked: list[list[int]] = []
-
-    def compute(bits: int, scales: Scales, columns: Any) -> Crossings:
-        columns = np.asarray(columns)
-        off = {FIRST: np.zeros(5), SECOND: second, THIRD: third}[scales]
-        if scales == THIRD:
-            asked.append(columns.tolist())
-        time = np.array(BASE)[:, None] + off[columns]
-        separatrix = np.tile(np.array([2, 1, 4, 3], dtype=np.uint8)[:, None], columns.size)
-        return Crossings(time, separatrix, np.zeros(columns.size, dtype=np.uint8))
-
-    found = decide(compute, 5, 1.0, (53,))
-    assert asked == [[1, 4]]
+    noted = Noted(first_53=np.zeros(5), second_53=second, third_53=third)
+    found = decide(noted, 5, 1.0, (53,))
+    assert noted.asked[2:] == [(53, THIRD, [1, 4])]
     assert found.certain.all(axis=0).tolist() == [True, False, True, False, True]
     assert not found.certain[:, [1, 3]].any()

@@ -11,7 +11,7 @@ from rigidpend import Body, route_codes
 from rigidpend.numbers.exact import Exact, exact
 from rigidpend.orbits.integrate.arithmetic import resolve
 from rigidpend.routes import change
-from rigidpend.routes.change import AT_ONCE, Bracket, NoChange, bisect, narrowed
+from rigidpend.routes.change import Bracket, NoChange, bisect, narrowed
 from rigidpend.routes.problem import RouteProblem
 
 BODY = Body(A=(2, 1, 1.5), r=(1, 1, 0), mu="0.001")
@@ -30,17 +30,6 @@ def test_every_half_holds_the_change_and_the_last_is_as_narrow_as_asked(width: f
         assert {half.low, half.high} & {whole.low, whole.high}
         assert float(half.low - CHANGE) <= 0 < float(half.high - CHANGE)
     assert path[-1].width <= width < path[-2].width
-
-
-def test_many_phases_are_asked_at_a_time() -> None:
-    asked: list[int] = []
-
-    def counted(phases: Sequence[Exact]) -> list[list[int]]:
-        asked.append(len(phases))
-        return threshold(phases)
-
-    bisect(counted, Bracket(exact("0"), exact("1")), 2.0 ** -(3 * AT_ONCE))
-    assert asked == [2, *[2**AT_ONCE - 1] * 3]
 
 
 def test_irrational_ends_are_halved_too() -> None:

@@ -6,13 +6,10 @@ import math
 
 import numpy as np
 import pytest
-from hypothesis import given
-from hypothesis import strategies as st
 
 from rigidpend.numbers.alphabet import NO_SYMBOL
 from rigidpend.routes.cycle import TURNS, symbols
 from tests.routes.reference import fig4_left, vertex_theta1
-from tests.strategies import repeatable
 
 UPWARDS, DOWNWARDS = (2, 4), (1, 3)
 
@@ -27,14 +24,6 @@ def way(arriving: int, leaving: int) -> float:
     """From one separatrix to the other, the shorter way around 4 pi."""
     place = vertex_theta1([arriving, leaving])
     return float((place[1] - place[0] + 2 * math.pi) % (4 * math.pi) - 2 * math.pi)
-
-
-def test_turns_are_all_ways_from_up_to_down_and_back() -> None:
-    expected = {(a, b) for a in UPWARDS for b in DOWNWARDS} | {
-        (a, b) for a in DOWNWARDS for b in UPWARDS
-    }
-    assert {(turn.arriving, turn.leaving) for turn in TURNS} == expected
-    assert len(TURNS) == len(expected)
 
 
 @pytest.mark.parametrize("turn", TURNS)
@@ -63,20 +52,6 @@ def test_symbols_follow_theta1_along_the_reference_orbits() -> None:
     # theta1 is followed through all turns: that it rose is symbol 1.
     found = symbols(1 + distance.argmin(axis=0))
     np.testing.assert_array_equal(found, np.diff(theta1, axis=0) > 0)
-
-
-@given(st.lists(st.booleans(), min_size=1, max_size=30), st.sampled_from([1, 2, 3, 4]))
-@repeatable(100)
-def test_symbols_of_a_walk_give_the_walk(code: list[bool], first: int) -> None:
-    walk = [first]
-    for right in code:
-        walk.append(next(b for b in (1, 2, 3, 4) if neighbours(walk[-1], b, right)))
-    assert [bool(z) for z in symbols(walk)] == code
-
-
-def neighbours(arriving: int, leaving: int, right: bool) -> bool:
-    crosses = (arriving in UPWARDS) != (leaving in UPWARDS)
-    return crosses and (way(arriving, leaving) > 0) == right
 
 
 @pytest.mark.parametrize("walk", [[2, 0], [0, 0], [0, 2], [2, 2], [2, 4], [1, 3], [1, 1]])

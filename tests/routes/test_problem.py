@@ -8,6 +8,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from scipy.integrate import quad
 
 from rigidpend import Body
 from rigidpend.mechanics.equations import eq1
@@ -22,10 +23,10 @@ from rigidpend.routes.problem import (
     passage_rotations,
     phase_rate,
     rotation_period,
+    whisker_growth,
 )
 from rigidpend.runs import loading
 from tests.orbits.integrate.problems import FIG4
-from tests.routes.reference import fig4_left
 
 ROOT = Path(__file__).resolve().parents[2]
 PENDULA = [
@@ -104,19 +105,6 @@ def test_passage_limit_grows_with_bits_and_with_depth() -> None:
     assert deep == sorted(set(deep))
 
 
-def test_passage_limit_is_what_a_distance_of_one_last_bit_takes_and_more() -> None:
-    """A distance of 2^-bits grows to one within bits ln(2)/u."""
-    for bits in (53, 113):
-        u = math.sqrt(2.0013) * math.sin(FIG4.alpha0)
-        assert 1 < passage_limit(problem(), bits) / (bits * math.log(2) / u) < 10
-
-
-def test_passage_limit_covers_measured_passages() -> None:
-    times = fig4_left().crossing_time
-    longest = max(np.diff(times, axis=0).max(), times[0].max())
-    assert longest < passage_limit(problem(), 53) / 4
-
-
 @pytest.mark.parametrize("bits", [53, 113])
 @pytest.mark.parametrize(
     ("J1_0", "smaller"), [("1e-8", 1e-8), ("sqrt(2*1.3342*3/4) - 1e-20", 1e-20)]
@@ -165,3 +153,15 @@ def test_a_passage_takes_a_rotation_at_least() -> None:
     """With a heavy body of small exponents the estimate would be a share of one."""
     heavy = Body((2, "0.25", "1.8"), (1, 1, 0), "0.99")
     assert passage_rotations(problem(heavy, "1", J1_0="1e-2")) == 1.0
+
+
+def test_whisker_growth_is_the_mean_over_random_phases() -> None:
+    nu = 4.4
+    a = 2 * nu / math.pi
+    zero = math.atan(a)
+
+    def logarithm(x: float) -> float:
+        return math.log(abs(1 - a / math.tan(x)))
+
+    found = quad(logarithm, 0, math.pi, points=[zero], limit=500, epsabs=1e-9)[0] / math.pi
+    assert math.log(whisker_growth(nu)) == pytest.approx(found, abs=1e-6)

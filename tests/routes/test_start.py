@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from fractions import Fraction
 from typing import Any
 
 import numpy as np
@@ -84,21 +83,6 @@ def test_invariant_constraints_of_exact_states_to_their_last_bits(bits: int) -> 
         assert abs(sum(x * y for x, y in zip(M, gamma, strict=True))) < 8 * 2.0**-bits
 
 
-@pytest.mark.parametrize("bits", [64, 113])
-def test_exact_states_are_numbers_of_their_precision(bits: int) -> None:
-    begin = start(problem(), bits, SECOND)
-    numbers = [*begin.coefficients, begin.Qp, begin.M3]
-    for state in states_exact(begin, PHASES.exactly([0, 2]), bits):
-        numbers += state
-    assert all(isinstance(x, Fraction) for x in numbers)
-    # Odd part of the numerator in `bits` bits, over a power of two.
-    for x in filter(None, numbers):
-        odd = abs(x.numerator) // (abs(x.numerator) & -abs(x.numerator))
-        assert odd.bit_length() <= bits
-        assert x.denominator & (x.denominator - 1) == 0
-    assert max(abs(x.numerator).bit_length() for x in numbers) > bits - 8
-
-
 @pytest.mark.parametrize("scales", [FIRST, SECOND])
 @pytest.mark.parametrize("J1_0", J1_0S)
 def test_agrees_doubles_with_exact_states(J1_0: str, scales: Scales) -> None:
@@ -141,9 +125,8 @@ def test_scales_change_crossing_times_by_rounding_alone(engine: str) -> None:
     assert (first != second).any(), "they must round differently"
 
 
-@pytest.mark.slow
 def test_scales_change_nothing_in_many_bits() -> None:
-    first, second = (scaled_times(scales, "scipy", 113) for scales in (FIRST, SECOND))
+    first, second = (scaled_times(scales, "taylor", 113) for scales in (FIRST, SECOND))
     np.testing.assert_allclose(first, second, rtol=3e-16)
 
 

@@ -228,15 +228,3 @@ def test_between_the_zeros_the_first_symbol_follows_the_cosine_s_sign() -> None:
     # cos(delta + theta2_0) is sin(theta2_0 - z) for the zero z where it starts to be positive.
     rising = next(z for z in zeros if integral(problem(), z + 0.1) < 0)
     assert routes.codes[0].tolist() == [int(math.sin(x - rising) > 0) for x in phases]
-
-
-def test_whisker_growth_is_the_mean_over_random_phases() -> None:
-    nu = 4.4
-    a = 2 * nu / math.pi
-    zero = math.atan(a)
-
-    def logarithm(x: float) -> float:
-        return math.log(abs(1 - a / math.tan(x)))
-
-    found = quad(logarithm, 0, math.pi, points=[zero], limit=500, epsabs=1e-9)[0] / math.pi
-    assert math.log(melnikov.whisker_growth(nu)) == pytest.approx(found, abs=1e-6)

@@ -36,6 +36,7 @@ from rigidpend.routes.certainty import FIRST
 from rigidpend.routes.cycle import symbols
 from rigidpend.routes.herpolhode import alpha_at, initial_state
 from rigidpend.routes.phases import Phases
+from rigidpend.routes.run import Run
 
 
 def answered(
@@ -77,7 +78,7 @@ def route_codes(task: Task, threads: int, method: str) -> Solver:
 def one_computation(task: Task, tolerance: float | None, threads: int, bits: int) -> Solver:
     """Symbols from the first of those two alone, by default at the tolerance of the package."""
     arithmetic = Arithmetic("taylor", tolerance or DEFAULT_TOLERANCE["taylor"], (bits,))
-    run = codes.Run(task.routes, Phases(task.theta2_0), arithmetic, threads)
+    run = Run(task.routes, Phases(task.theta2_0), arithmetic, threads)
     every = range(len(run.phases))
     return Solver(
         lambda: run.crossings(bits, FIRST, every),

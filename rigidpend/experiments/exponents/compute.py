@@ -17,8 +17,8 @@ from rigidpend.machine.progress import PartDone
 from rigidpend.numbers.alphabet import NO_SYMBOL
 from rigidpend.numbers.doubles import Array
 from rigidpend.numbers.exact import exact
-from rigidpend.routes.mapped import UNKEPT
-from rigidpend.routes.plane import Plane
+from rigidpend.routes import choice
+from rigidpend.routes.cells import cells_of_starts
 from rigidpend.routes.symbolic.stretching import INTEGRATED, integrated, stretched
 from rigidpend.routes.symbolic.surface import Surface, surface
 
@@ -51,8 +51,7 @@ def compute(config: Config, means: Means) -> Tree:
     theta2, J1 = np.tile(x, y.size), np.repeat(10.0**y, x.size)
     ends = float(J1[0]), float(J1[-1])
     n, shape = problem.n_symbols, (y.size, x.size)
-    plane = Plane(problem.body, problem.h0, ends, n, means.arithmetic, theta2.size, means.jobs)
-    codes = plane.cells(theta2, J1)
+    codes = cells_of_starts(problem.routes, theta2, J1, means.arithmetic, means.jobs)
     orbits = surface(replace(problem.routes, J1_0=exact(ends[1])))
     grown, followed, allowed = _followed(orbits, theta2, J1, n, means)
     # A growth is told of the orbit that has the established code, and of no other.
@@ -130,4 +129,5 @@ def cost(config: Config) -> float:
     """Estimate the seconds that a config takes."""
     problem = config.problem
     cells = problem.theta2_0.count * problem.log10_J1_0.count
-    return UNKEPT + problem.n_symbols * (cells * CELL + problem.checked * CHECK)
+    tables = choice.expected_seconds(problem.routes, cells)
+    return tables + problem.n_symbols * (cells * CELL + problem.checked * CHECK)

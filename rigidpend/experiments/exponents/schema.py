@@ -29,7 +29,7 @@ class Problem(RouteStart):
     def _plane(self) -> Self:
         if self.n_symbols > MOST_SYMBOLS:
             raise ValueError(f"n_symbols must be at most {MOST_SYMBOLS}, got {self.n_symbols}")
-        from rigidpend.routes.rows import cell_problem
+        from rigidpend.routes.cells import cell_problem
 
         with physics():
             for value in self.log10_J1_0.ends:

@@ -6,7 +6,6 @@ import math
 import time
 from collections.abc import Callable, Sequence
 from functools import partial
-from itertools import pairwise
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -18,28 +17,22 @@ from rigidpend.experiments.route_codes.layout import LAYOUT, ROUTES
 from rigidpend.machine import progress, workers
 from rigidpend.numbers.alphabet import NO_SYMBOL
 from rigidpend.numbers.exact import Exact
-from rigidpend.routes.codes import MANY, RouteCodes, codes_of
+from rigidpend.routes.choice import expected_seconds
+from rigidpend.routes.codes import RouteCodes, codes_of
+from rigidpend.routes.costs import at_stake
 from rigidpend.routes.phases import Grid
 from rigidpend.routes.problem import passage_rotations
 from rigidpend.surfaces import melnikov
 
 if TYPE_CHECKING:
     from rigidpend.experiments.contract import Routes
-    from rigidpend.experiments.route_codes.schema import Config, Problem
+    from rigidpend.experiments.route_codes.schema import Config
 
 
 BEGIN = 0.3
 """Seconds of a whole run besides its orbits."""
-ROTATION = {53: 4e-6, 64: 2.4e-4, 106: 9e-5, 113: 8e-3}
-"""Seconds that a rotation of an orbit takes on one core, twice computed in so many bits.
-
-Measured on orbits of 15 to 200 symbols of Fig. 4, four and a half rotations a passage."""
-BEYOND = 1.7e-2
-"""The same in more bits, and where a precision is none of these; 160 bits were measured."""
-SPARE = 7
-"""Bits that a symbol needs to be established: two computations agree to 1e-2 at least."""
-MAPPED = 65_536
-"""Number of columns at a time where return maps serve."""
+MAPPED, FEWEST_MAPPED = 65_536, 800
+"""Columns at a time where return maps serve, and the fewest of a part that is made so long."""
 PART = 2.0
 """Seconds on one core that columns take which are kept together if a run is interrupted."""
 LANES = 8
@@ -83,20 +76,21 @@ def compute(config: Config, means: Means) -> Tree:
 def _in_parts(name: str, phases: Grid, config: Config, means: Means) -> RouteCodes:
     """Compute the routes of all phases in parts of some seconds, by what the last one took."""
     found: list[RouteCodes] = []
-    first, seconds = 0, column_cost(config)
-    mapped = means.arithmetic.precisions[0] == 53 and len(phases) >= MANY
+    first, seconds = 0, column_cost(config, len(phases))
+    mapped = at_stake(config.problem.routes, len(phases), means.arithmetic.precisions)
     while first < len(phases):
         fewest = LANES if seconds < SLOW else 1
         at_once = max(fewest * means.jobs, int(PART * means.jobs / seconds))
         # Maps serve many columns at once. Where a column is slow parts stay short, maps or not.
-        if mapped and at_once >= MANY // 10:
+        if mapped and at_once >= FEWEST_MAPPED:
             at_once = max(at_once, MAPPED)
         columns = [phases[k] for k in range(first, min(first + at_once, len(phases)))]
         if len(phases) > at_once:
             text = f"{name}: {first} of {len(phases)} orbits"
             means.report(progress.PartDone(text, first, len(phases)))
         begun = time.perf_counter()
-        tree: Any = means.part(f"{name}.{first:08d}", partial(_part, columns, config, means))
+        work = partial(_part, columns, len(phases), config, means)
+        tree: Any = means.part(f"{name}.{first:08d}", work)
         found.append(RouteCodes(*(tree[field].values for field in RouteCodes._fields)))
         # A part that was kept may be of another size.
         count = len(found[-1].bits)
@@ -112,47 +106,31 @@ def _joined(routes: Sequence[RouteCodes]) -> RouteCodes:
 
 def cost(config: Config) -> float:
     """Estimate of the seconds that a config takes on two cores."""
-    columns = sum(grid.count for grid in config.problem.arrays.values())
-    return BEGIN + columns * column_cost(config) / 2
+    counts = [grid.count for grid in config.problem.arrays.values()]
+    return BEGIN + sum(count * column_cost(config, count) for count in counts) / 2
 
 
-def column_cost(config: Config) -> float:
-    """Estimate of the seconds that a column takes on one core."""
-    problem = config.problem
-    rotations = passage_rotations(problem.routes) if problem.routes.body.angles().mu else 1.0
-    first, *_ = ladder = config.numerics.precisions
-    seconds = ROTATION.get(first, BEYOND) + sum(
-        _share_open(problem, before) * ROTATION.get(bits, BEYOND)
-        for before, bits in pairwise(ladder)
-    )
-    return seconds * rotations * (problem.n_symbols + 1)
+def column_cost(config: Config, columns: int) -> float:
+    """Estimate of the seconds of a core that each of so many columns of an array takes."""
+    routes, precisions = config.problem.routes, config.numerics.precisions
+    return expected_seconds(routes, columns, precisions) / columns
 
 
-def _share_open(problem: Problem, bits: int) -> float:
-    """Estimate of the share of columns that so many bits do not decide to their ends.
-
-    An error grows by a factor a passage, whose mean tells how many passages the bits last; orbits
-    of 200 symbols of Fig. 4 lasted for half of that number to twice as many.
-    """
-    growth = math.log(melnikov.whisker_growth(problem.routes.body.nu))
-    # The passages that are asked for, over those that the bits last.
-    used = problem.n_symbols * growth / ((bits - SPARE) * math.log(2))
-    return min(1.0, max(0.0, used - 0.5))
-
-
-def _part(phases: Sequence[Exact], config: Config, means: Means) -> Tree:
+def _part(phases: Sequence[Exact], of: int, config: Config, means: Means) -> Tree:
     """Routes of some columns; few of them are shared among threads by the lanes they fill."""
     # Eight or less fill one thread's lanes; what they need beyond doubles, all threads share.
     few = LANES < len(phases) <= LANES * means.jobs and means.arithmetic.engine == "taylor"
     if not few:
-        return datasets(ROUTES, _routes(phases, config, means, means.jobs)._asdict())
+        return datasets(ROUTES, _routes(phases, of, config, means, means.jobs)._asdict())
     pieces = [phases[k : k + LANES] for k in range(0, len(phases), LANES)]
-    found = workers.side_by_side(_routes, (config, means, 1), False, pieces, means.jobs)
+    found = workers.side_by_side(_routes, (of, config, means, 1), False, pieces, means.jobs)
     return datasets(ROUTES, _joined(found)._asdict())
 
 
-def _routes(phases: Sequence[Exact], config: Config, means: Means, jobs: int) -> RouteCodes:
-    return codes_of(config.problem.routes, phases, means.arithmetic, jobs)
+def _routes(
+    phases: Sequence[Exact], of: int, config: Config, means: Means, jobs: int
+) -> RouteCodes:
+    return codes_of(config.problem.routes, phases, means.arithmetic, jobs, of=of)
 
 
 def orbits(config: Config, stored: Callable[[], Data]) -> Routes:

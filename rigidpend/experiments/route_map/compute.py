@@ -19,11 +19,8 @@ from rigidpend.experiments.route_map.layout import LAYOUT, OF_COLUMNS, PLANE
 from rigidpend.machine.progress import PartDone
 from rigidpend.numbers.doubles import Array
 from rigidpend.orbits.integrate.arithmetic import Arithmetic
-from rigidpend.routes.bodies import cells_of_each
-from rigidpend.routes.codes import MANY
-from rigidpend.routes.mapped import expected_seconds
-from rigidpend.routes.plane import Cells, Plane
-from rigidpend.routes.rows import cell_problem
+from rigidpend.routes import choice
+from rigidpend.routes.cells import Cells, cell_problem, cells_of_each, cells_of_starts
 
 if TYPE_CHECKING:
     from rigidpend.config.axes import Axis
@@ -153,11 +150,8 @@ def cells_of(x: Array, y: Array, problem: Problem, arithmetic: Arithmetic, jobs:
     # What is left has one value in all of the tile.
     common = cell_problem(problem.routes, {name: float(v[0]) for name, v in values.items()})
     J1 = np.full(theta2.size, float(common.J1_0)) if logarithms is None else 10.0**logarithms
-    ends, orbits = (float(J1.min()), float(J1.max())), theta2.size
-    if not values:
-        ends, orbits = _common_starts(problem)
-    plane = Plane(common.body, common.h0, ends, common.n_symbols, arithmetic, orbits, jobs)
-    return plane.cells(theta2, J1)
+    ends, orbits = (None, None) if values else _common_starts(problem)
+    return cells_of_starts(common, theta2, J1, arithmetic, jobs, ends=ends, orbits=orbits)
 
 
 def _shares_maps(problem: Problem) -> bool:
@@ -196,6 +190,4 @@ def _cost(columns: int, rows: int, problem: Problem) -> float:
     axis = problem.planes[""][1 if across else 0]
     middle = {} if arrays == 1 else {problem.names[1 if across else 0]: sum(axis.ends) / 2}
     one, orbits = cell_problem(problem.routes, middle), cells // arrays
-    if orbits < MANY:
-        return cells * share * BY_INTEGRATION
-    return arrays * expected_seconds(one, orbits)
+    return arrays * choice.expected_seconds(one, orbits)

@@ -104,7 +104,7 @@ class Problem(RouteStart):
 
     def _check_corners(self, axes: tuple[Axis, Axis], place: str) -> None:
         """Refuse ends that the problem excludes, where they are written."""
-        from rigidpend.routes.rows import cell_problem
+        from rigidpend.routes.cells import cell_problem
 
         keys = dict(zip(self.names, (self._across, "rows"), strict=True))
         for corner in product(*(axis.ends for axis in axes)):

@@ -15,7 +15,6 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import replace
-from functools import partial
 from typing import Any
 
 import numpy as np
@@ -31,11 +30,12 @@ from rigidpend.numbers.exact import exact
 from rigidpend.orbits.integrate.arithmetic import resolve
 from rigidpend.orbits.return_map import ReturnMap
 from rigidpend.orbits.return_map.build import FIRST, Design
-from rigidpend.routes import mapped
-from rigidpend.routes.codes import RouteCodes, Run, in_threads
+from rigidpend.routes import choice, mapped
+from rigidpend.routes.codes import RouteCodes
 from rigidpend.routes.cycle import symbols
 from rigidpend.routes.phases import Phases
-from rigidpend.routes.problem import RouteProblem, phase_rate
+from rigidpend.routes.problem import RouteProblem
+from rigidpend.routes.run import Run
 
 Codes = NDArray[np.uint8]
 
@@ -196,10 +196,10 @@ def spoilt(made: ReturnMap, size: float, seed: int) -> ReturnMap:
 class SpoiltMaps(mapped.Maps):
     """Maps of which one or all are spoilt."""
 
-    def __init__(self, problem: RouteProblem, phases: Phases, size: float, every: bool) -> None:
+    def __init__(self, run: Run, size: float, every: bool) -> None:
         # First, for the base class makes a map at once.
         self.size, self.every = size, every
-        super().__init__(problem, phases)
+        super().__init__(run)
 
     def made(self, design: Design, bits: int) -> ReturnMap:
         """The map of a design."""
@@ -236,18 +236,10 @@ def _flagged(
     """Flags of wrong symbols and of certain ones, (n_symbols, orbits and some of them again)."""
     some, wrong, certain = slice(None, None, CLIMBING), [], []
     for precisions, chosen in (((53,), slice(None)), ((53, 64), some), ((53, 64, 106), some)):
-        maps = SpoiltMaps(problem, Phases(phases[chosen]), size, every)
-        codes, flags = _codes(maps, precisions, jobs)
-        wrong.append(codes != true[:, chosen])
-        certain.append(flags)
+        arithmetic = resolve("taylor", None, precisions)
+        run = Run(problem, Phases(phases[chosen]), arithmetic, jobs)
+        # The integrated sample would discard such maps.
+        found = choice.decided_by(SpoiltMaps(run, size, every), sampled=False).decided
+        wrong.append(symbols(found.crossings.separatrix) != true[:, chosen])
+        certain.append(found.certain)
     return np.hstack(wrong), np.hstack(certain)
-
-
-def _codes(maps: mapped.Maps, precisions: tuple[int, ...], jobs: int) -> tuple[Any, Any]:
-    """The symbols and their flags in such precisions, without the sample."""
-    arithmetic = resolve("taylor", None, precisions)
-    run, share = Run(maps.problem, maps.phases, arithmetic, jobs), partial(in_threads, jobs)
-    rate, ladder = phase_rate(maps.problem), arithmetic.precisions
-    # The integrated sample would discard such maps.
-    found = mapped.decided_by(maps, run.crossings, rate, ladder, share, sampled=False).decided
-    return symbols(found.crossings.separatrix), found.certain

@@ -20,8 +20,7 @@ from rigidpend.experiments.stress.layout import DECIDED, GROWTH
 from rigidpend.experiments.stress.scenes import Scene, Way, random_phases
 from rigidpend.numbers.doubles import Array
 from rigidpend.routes.codes import RouteCodes
-from rigidpend.routes.problem import RouteProblem
-from rigidpend.surfaces.melnikov import whisker_growth
+from rigidpend.routes.problem import RouteProblem, whisker_growth
 
 FACTOR = 3.0
 """Allowed factor between a measured error and the predicted one."""
@@ -32,7 +31,7 @@ LOG_NORMAL = math.pi / math.sqrt(8)
 LOG_PASSAGE = math.pi / 2
 """Standard deviation of ln of the growth a passage, if phases were random.
 
-It is that of ln of the size of a Cauchy variable, see `melnikov.whisker_growth`."""
+It is that of ln of the size of a Cauchy variable, see `routes.problem.whisker_growth`."""
 UNDECIDED = 1e-3
 """Radians by which two computations differ where a symbol is no longer decided by them."""
 GEOMETRIC = math.exp(-(np.euler_gamma + math.log(2)) / 2)

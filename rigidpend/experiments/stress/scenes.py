@@ -23,9 +23,10 @@ from rigidpend.orbits.integrate import DEFAULT_TOLERANCE, Crossings, Orbits
 from rigidpend.orbits.integrate.arithmetic import resolve
 from rigidpend.orbits.integrate.states import states_at
 from rigidpend.routes.certainty import FIRST
-from rigidpend.routes.codes import RouteCodes, Run, codes_of
+from rigidpend.routes.codes import RouteCodes, codes_of
 from rigidpend.routes.phases import Phases
 from rigidpend.routes.problem import RouteProblem
+from rigidpend.routes.run import Run
 
 BITS = 113
 """Precision of the truth about what fewer bits decided."""

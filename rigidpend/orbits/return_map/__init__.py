@@ -14,24 +14,22 @@ normal_form   Moser's normal form, found degree by degree
 conjugacy     the normal form evaluated and inverted
 poincare      the section M3 = 0 in coordinates (d, chi)
 charts        from the section to the normal form and back, as tables
-passage       one passage, forward and backward, with its derivatives
-itinerary     many passages; orbits that begin beside the lower periodic orbit
+passage       one passage, forward and backward, with its derivatives, and the first
 starts        starts in the normal form, as a table
-rates         rates of the normal form, and how deep orbits go into it
-legs          from crossing to crossing, by the significant terms of tables
 program       a finished map as data for the kernel
 kernel        many orbits through any map, in machine code
 kernel_sums   tables and polynomials summed in lanes
 orders        sizes of the tables, from a first look at the splitting
 checks        errors at held-out points
 build         maps built, checked and refused
-storage       maps kept on disk
+storage       maps asked for: kept in memory and on disk, or built
 """
 
 from __future__ import annotations
 
-from rigidpend.orbits.return_map.build import ReturnMap, return_map
+from rigidpend.orbits.return_map.build import ReturnMap
 from rigidpend.orbits.return_map.normal_form import MapError
 from rigidpend.orbits.return_map.passage import EnergyLevel, Passage, SectionPoint
+from rigidpend.orbits.return_map.storage import return_map
 
 __all__ = ["EnergyLevel", "MapError", "Passage", "ReturnMap", "SectionPoint", "return_map"]

@@ -4,21 +4,16 @@ from __future__ import annotations
 
 import functools
 import math
-import threading
 from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any, NamedTuple
 
 from rigidpend.mechanics import floquet
 from rigidpend.mechanics.body import Body
-from rigidpend.numbers import checked
-from rigidpend.numbers.exact import FINEST, GUARD_BITS, Exact, exact
-from rigidpend.numbers.expressions import named
+from rigidpend.numbers.exact import GUARD_BITS, Exact, exact
 from rigidpend.numbers.generic import Scalar
-from rigidpend.numbers.parameters import ParameterError
 from rigidpend.orbits import UNITS
 from rigidpend.orbits.integrate.arithmetic import PAIRS
-from rigidpend.orbits.return_map import storage
 from rigidpend.orbits.return_map.charts import (
     Chart,
     Charts,
@@ -28,7 +23,6 @@ from rigidpend.orbits.return_map.charts import (
 )
 from rigidpend.orbits.return_map.checks import Errors, held_out, tails
 from rigidpend.orbits.return_map.expansions import Interval
-from rigidpend.orbits.return_map.legs import legs
 from rigidpend.orbits.return_map.normal_form import MapError, NormalForm, normal_form
 from rigidpend.orbits.return_map.orders import (
     Layer,
@@ -155,8 +149,8 @@ class ReturnMap:
             # Terms far below the tables' errors are left out.
             finest = bits if bits == 53 else table_bits(self.bits)
             threshold = max(2.0 ** -(finest + 2), self.errors.charts / 16)
-            stages = legs(self.normal_form, self.charts, starts, threshold, precision(self.bits))
-            self._programs[key] = program(starts, stages, 53 if bits == 53 else PAIRS)
+            given = self.normal_form, self.charts, starts, threshold, precision(self.bits)
+            self._programs[key] = program(*given, 53 if bits == 53 else PAIRS)
         return self._programs[key]
 
     @functools.cached_property
@@ -171,132 +165,6 @@ class ReturnMap:
     @property
     def _unit(self) -> Any:
         return _number(exact(self.design.unit), precision(self.bits))
-
-
-def return_map(
-    body: Body,
-    *,
-    h: Scalar,
-    bits: int = 53,
-    design: Design = FIRST,
-    budget: float = math.inf,
-) -> ReturnMap:
-    """The return map of a body, built or taken from the cache.
-
-    Parameters
-    ----------
-    body : Body
-    h : number or pair of numbers
-        The energy (kappa J2^2/2 + ... of eq. h0_new, dimensionless), or the least and the largest.
-        Text, Fraction and Decimal are exact, floats are the doubles that they are.
-    bits : int, optional
-        Precision: 53, 64, 113 or any other from 53 on.
-    design : Design, optional
-        Another design gives an independent map of the same orbits.
-    budget : float, optional
-        Seconds of a core that building it may take, as they are expected: what is refused follows
-        from the body, and neither from the machine nor from what is kept.
-
-    Returns
-    -------
-    ReturnMap
-
-    Raises
-    ------
-    MapError
-        The orbits are not resolved: an elliptic periodic orbit, too large a mu, a negative
-        multiplier; the message gives the reason. Or building takes more than the budget.
-    ParameterError
-        Energies that are no numbers or don't ascend, or bits that are not 53 to `FINEST`.
-
-    Examples
-    --------
-    >>> body = Body(A=(2, 1, 1.5), r=(1, 1, 0), mu="0.001")
-    >>> level = return_map(body, h="1.3342").at(1.3342)
-    """
-    checked.of_kind("body", body, Body)
-    checked.of_kind("design", design, Design)
-    bits = checked.whole("bits", bits, 53, FINEST)
-    ends = list(h) if isinstance(h, (tuple, list)) else [h, h]
-    if len(ends) != 2:
-        raise ParameterError("h", f"h must be an energy or a pair of energies, got {named(h)}")
-    low, high = (checked.number("h", x) for x in ends)
-    if float(high - low) < 0:
-        raise ParameterError("h", f"the energies must ascend, got {low} and {high}")
-    return _kept(body, low, high, bits, design).within(budget)
-
-
-def is_kept(body: Body, low: Exact, high: Exact, bits: int, design: Design) -> bool:
-    """True if a map was built before, by whichever process, and is there to be used."""
-    return _kept(body, low, high, bits, design).is_there
-
-
-@functools.lru_cache(maxsize=16)
-def _kept(body: Body, low: Exact, high: Exact, bits: int, design: Design) -> _Kept:
-    return _Kept(body, low, high, bits, design)
-
-
-class _Kept:
-    """A map, or the reason why there is none, in memory and on disk."""
-
-    def __init__(self, body: Body, low: Exact, high: Exact, bits: int, design: Design) -> None:
-        self._task = body, low, high, bits, design
-        self._of = storage.followed(body, low, high, bits, design, table_bits(bits))
-        self._lock, self._known = threading.Lock(), self._stored()
-
-    @property
-    def is_there(self) -> bool:
-        """True if there is a map, and no refusal."""
-        return isinstance(self._known, ReturnMap)
-
-    def within(self, budget: float) -> ReturnMap:
-        """The map, if it is to be had for a budget; else MapError."""
-        # Threads ask for the same map: one makes it, and the others wait.
-        with self._lock:
-            known = self._known
-            if known is None or (isinstance(known, Costly) and known.needed <= budget):
-                self._known = known = self._made(budget)
-        if isinstance(known, Costly):
-            raise Costly(known.needed, budget)
-        if isinstance(known, MapError):
-            raise MapError(str(known))
-        if known.cost > budget:
-            raise Costly(known.cost, budget)
-        return known
-
-    def _made(self, budget: float) -> ReturnMap | MapError:
-        try:
-            made = build(*self._task, budget)
-        except MapError as refused:
-            needed = refused.needed if isinstance(refused, Costly) else None
-            storage.save_refusal(self._of, {"refused": str(refused), "needed": needed})
-            return refused
-        facts = {"orders": made.orders._asdict(), "errors": made.errors._asdict()}
-        storage.save(self._of, made.normal_form, made.charts, {**facts, "cost": made.cost})
-        return made
-
-    def _stored(self) -> ReturnMap | MapError | None:
-        body, low, high, bits, design = self._task
-        stored = storage.load(self._of, bits)
-        if stored is None:
-            return None
-        nf, charts, facts = stored
-        if nf is None:
-            needed = facts["needed"]
-            return MapError(facts["refused"]) if needed is None else Costly(needed, 0.0)
-        p = body.angles(precision(bits).bits + GUARD_BITS)
-        return ReturnMap(
-            body,
-            bits,
-            (float(low), float(high)),
-            Errors(**facts["errors"]),
-            Orders(**facts["orders"]),
-            design,
-            coefficients(p, design.unit, precision(bits)),
-            nf,
-            charts,
-            facts["cost"],
-        )
 
 
 def expected_cost(body: Body, low: Exact, high: Exact, bits: int, design: Design) -> float:

@@ -37,7 +37,7 @@ from rigidpend.orbits.return_map.expansions import (
 )
 from rigidpend.orbits.return_map.normal_form import MapError, NormalForm
 from rigidpend.orbits.return_map.poincare import rotation_phase, section_state
-from rigidpend.orbits.return_map.precision import Precision, precision, product
+from rigidpend.orbits.return_map.precision import Precision, correction, precision, product
 from rigidpend.orbits.return_map.reduced import Coefficients, theta3_rate
 
 MOST_ITERATIONS = 30
@@ -76,20 +76,24 @@ class LevelTable(NamedTuple):
 
     def look_up(self, x: Scalar, phase: Scalar, a: Precision) -> Any:
         """The four functions at points, (4, N)."""
-        return self._summed(x, phase, a, "")
+        T = chebyshev_basis(x / self.width, self.n_x, a)
+        return self._over_phase(T, fourier_basis(phase, self.n_phase, a))[0]
 
     def look_up_slopes(self, x: Scalar, phase: Scalar, a: Precision) -> Looked:
         """The four functions at points, with the derivatives."""
-        return Looked(*(self._summed(x, phase, a, slope) for slope in ("", "x", "phase")))
+        T = chebyshev_basis(x / self.width, self.n_x, a)
+        dT = chebyshev_basis(x / self.width, self.n_x, a, slope=True) / self.width
+        F, dF = (fourier_basis(phase, self.n_phase, a, slope=slope) for slope in (False, True))
+        value, by_phase = self._over_phase(T, F, dF)
+        return Looked(value, self._over_phase(dT, F)[0], by_phase)
 
-    def _summed(self, x: Scalar, phase: Scalar, a: Precision, slope: str) -> Any:
-        T = chebyshev_basis(x / self.width, self.n_x, a, slope=slope == "x")
-        F = fourier_basis(phase, self.n_phase, a, slope=slope == "phase")
-        if slope == "x":
-            T = T / self.width
-        products = T[:, :, None] * F[:, None, :]
-        groups = products.reshape(len(self.values), -1, self.n_x * self.n_phase)
-        return product(groups, self.values).reshape(-1, 4).T
+    def _over_phase(self, T: Any, *F: Any) -> list[Any]:
+        """Sums over the polynomials of x, each then over functions of the phase: (4, N)."""
+        levels = len(self.values)
+        rows = product(
+            T.reshape(levels, -1, self.n_x), self.values.reshape(levels, self.n_x, -1)
+        ).reshape(len(T), self.n_phase, 4)
+        return [product(f[:, None, :], rows)[:, 0].T for f in F]
 
 
 class ChartTable(NamedTuple):
@@ -274,13 +278,15 @@ Charts: TypeAlias = tuple[Chart[ChartTable], Chart[ChartTable]]
 
 
 class Invariants(NamedTuple):
-    """I, s and their derivatives in d and chi, with the rates on the torus; (N,) each."""
+    """I and s, which no passage changes, with the rates on the torus; (N,) each."""
 
     I: Any
     s: Any
-    I_slopes: tuple[Any, Any]
-    s_slopes: tuple[Any, Any]
     rates: TorusRates
+    by_d: Any = None
+    """The derivatives of I and s in d, where they are asked for,"""
+    by_chi: Any = None
+    """and in chi."""
 
 
 def forward_table(
@@ -337,8 +343,8 @@ def _solved(
     d, chi = (a.array(x) for x in begin)
     for _ in range(MOST_ITERATIONS):
         value = forward.look_up(d, chi, a)
-        I, s, _ = kept(rising, value, chi, *rates, a)
-        step, turn = _correction(at, I - goal[0], s - goal[1])
+        I, s, *_ = kept(rising, value, chi, *rates, a)
+        step, turn = correction(at.by_d, at.by_chi, (I - goal[0], s - goal[1]))
         d, chi = d - step, chi - turn
         # The slopes in doubles leave 2^-40 of a correction.
         if _size(step, turn, low, a) * 2.0**-40 < a.epsilon:
@@ -353,25 +359,17 @@ def _newton(
     a = precision(53)
     d, chi = 0 * goal[0], goal[1] + 0
     # Where passages are long chi and s are many turns apart, the same at nearly all points.
-    _, s, _ = kept(rising, table.look_up(d, chi, a), chi, *rates, a)
-    chi = chi - (s - goal[1])
+    chi = chi - (kept(rising, table.look_up(d, chi, a), chi, *rates, a).s - goal[1])
     for _ in range(MOST_ITERATIONS):
         seen = table.look_up_slopes(d, chi, a)
         at = invariants(rising, seen, chi, *rates, a)
-        step, turn = _correction(at, at.I - goal[0], at.s - goal[1])
+        step, turn = correction(at.by_d, at.by_chi, (at.I - goal[0], at.s - goal[1]))
         d, chi = np.clip(d - step, -2 * table.width, 2 * table.width), chi - turn
         if _size(step, turn, table, a) < SETTLED:
             if a.largest(d) <= table.width:
                 return (d, chi), seen, at
             break
     raise MapError(UNCOVERED)
-
-
-def _correction(at: Invariants, off: Any, late: Any) -> tuple[Any, Any]:
-    """Newton's correction of d and of chi, where I and s are off by so much."""
-    (I_d, I_chi), (s_d, s_chi) = at.I_slopes, at.s_slopes
-    determinant = I_d * s_chi - I_chi * s_d
-    return (off * s_chi - I_chi * late) / determinant, (I_d * late - off * s_d) / determinant
 
 
 def _size(step: Any, turn: Any, table: LevelTable, a: Precision) -> float:
@@ -394,21 +392,21 @@ def invariants(
         Coefficients of Lambda and of the mean dt'/dpsi.
     """
     (U, V), which, side = seen.value[:2], int(by_v), 1 if by_v else -1
-    I, s, rates = kept(by_v, seen.value, chi, exponent, rotation, a)
+    I, s, rates, *_ = kept(by_v, seen.value, chi, exponent, rotation, a)
     W, depth = seen.value[which], s - chi
-    I_slopes = tuple(U * by[1] + V * by[0] for by in (seen.by_x, seen.by_phase))
-    by_d, by_chi = (
-        side * by[which] / (W * rates.exponent) - depth * rates.exponent_slope / rates.exponent * of
-        for by, of in zip((seen.by_x, seen.by_phase), I_slopes, strict=True)
-    )
-    return Invariants(I, s, I_slopes, (by_d, 1 + by_chi), rates)
+    slopes = []
+    for own, by in enumerate((seen.by_x, seen.by_phase)):
+        of_I = U * by[1] + V * by[0]
+        of_depth = side * by[which] / W - depth * rates.exponent_slope * of_I
+        slopes.append((of_I, own + of_depth / rates.exponent))
+    return Invariants(I, s, rates, *slopes)
 
 
 def kept(
     by_v: bool, value: Any, chi: Scalar, exponent: Scalar, rotation: Scalar, a: Precision
-) -> tuple[Any, Any, TorusRates]:
-    """I and s, which no passage changes, and the rates there: see :func:`invariants`."""
+) -> Invariants:
+    """:func:`invariants` without the derivatives."""
     I = value[0] * value[1]
     rates = torus_rates(exponent, rotation, I)
     depth = a.log(np.abs(value[int(by_v)])) / rates.exponent
-    return I, chi + depth if by_v else chi - depth, rates
+    return Invariants(I, chi + depth if by_v else chi - depth, rates)

@@ -15,7 +15,7 @@ import numpy as np
 from rigidpend.numbers.generic import Numbers, Scalar
 from rigidpend.orbits.return_map.expansions import fourier_basis
 from rigidpend.orbits.return_map.normal_form import MapError, NormalForm, powers
-from rigidpend.orbits.return_map.precision import Precision, precision, product
+from rigidpend.orbits.return_map.precision import Precision, correction, precision, product
 
 MOST_ITERATIONS = 12
 """Most corrections with all terms; each doubles the digits, where the series converges at all."""
@@ -144,12 +144,9 @@ def _inverted(
     head = TorusSeries(nf, weights, psi, a, most=low)
     tail = series.part(low + 1)
     u, v = a.array(u), a.array(v)
-    determinant = by_u[0] * by_v[1] - by_v[0] * by_u[1]
     for _ in range(MOST_ITERATIONS):
         values = head.values(u, v) + tail.values(a.floats(u), a.floats(v))
-        p, m = values[0] - Q[0], values[1] - Q[1]
-        du = (p * by_v[1] - by_v[0] * m) / determinant
-        dv = (by_u[0] * m - p * by_u[1]) / determinant
+        du, dv = correction(by_u, by_v, (values[0] - Q[0], values[1] - Q[1]))
         u, v = u - du, v - dv
         # The slopes in doubles leave 2^-40 of a correction.
         if _relative(du, dv, u, v, a) * 2.0**-40 < 4 * a.epsilon:
@@ -165,10 +162,7 @@ def _newton(series: TorusSeries, Qp: Any, Qm: Any) -> tuple[Any, Any]:
     with np.errstate(over="ignore", invalid="ignore", divide="ignore"):
         while late < MOST_ITERATIONS:
             (p, m), by_u, by_v = series.part(0, degree).slopes(u, v)
-            p, m = p - Qp, m - Qm
-            determinant = by_u[0] * by_v[1] - by_v[0] * by_u[1]
-            du = (p * by_v[1] - by_v[0] * m) / determinant
-            dv = (by_u[0] * m - p * by_u[1]) / determinant
+            du, dv = correction(by_u, by_v, (p - Qp, m - Qm))
             u, v = u - du, v - dv
             off = _relative(du, dv, u, v, precision(53))
             if degree >= series.degree and off < SETTLED:

@@ -24,8 +24,7 @@ from rigidpend.orbits.integrate.kernel.lane_numbers import Value
 from rigidpend.orbits.integrate.kernel.writer import LANES
 from rigidpend.orbits.integrate.pair_arrays import in_doubles
 from rigidpend.orbits.return_map.kernel_sums import Sums
-from rigidpend.orbits.return_map.legs import FUNCTIONS
-from rigidpend.orbits.return_map.program import STAGE, Program
+from rigidpend.orbits.return_map.program import FUNCTIONS, STAGE, Program
 
 AT_ONCE = 2**15
 """Passages of a call: some 0.01 s in doubles, 0.2 s in pairs."""

@@ -5,7 +5,7 @@ from __future__ import annotations
 from rigidpend.orbits.integrate.kernel.functions import Functions
 from rigidpend.orbits.integrate.kernel.lane_numbers import KINDS, Value
 from rigidpend.orbits.integrate.kernel.writer import Writer
-from rigidpend.orbits.return_map.legs import FUNCTIONS
+from rigidpend.orbits.return_map.program import FUNCTIONS
 
 
 class Sums:

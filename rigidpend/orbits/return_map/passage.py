@@ -22,6 +22,7 @@ from rigidpend.orbits.return_map.charts import (
     invariants,
     kept,
 )
+from rigidpend.orbits.return_map.conjugacy import inverted, torus_rates
 from rigidpend.orbits.return_map.normal_form import NormalForm
 from rigidpend.orbits.return_map.precision import Precision
 
@@ -57,6 +58,18 @@ class Passage(NamedTuple):
     """(4, 2, N) the derivatives of d, chi, time and theta3 in d and chi; None if not asked for."""
 
 
+class Entered(NamedTuple):
+    """First crossings of orbits from beside the lower periodic orbit."""
+
+    point: SectionPoint
+    time: Any
+    """(N,) t' from the start."""
+    theta3: Any
+    """(N,) radians, growth from the start."""
+    inside: Any
+    """(N,), whether the tables reach so far."""
+
+
 class EnergyLevel:
     """The return map at one energy, or at one of its own for each orbit.
 
@@ -82,6 +95,35 @@ class EnergyLevel:
         self.weights = nf.energies.basis(self.h, a)
         self.exponent, self.rotation = self.weights @ nf.exponent, self.weights @ nf.rotation
         self.charts = [Chart(*(table.at(self.weights) for table in chart)) for chart in charts]
+
+    def enter(self, Qp: Scalar, phase: Scalar) -> Entered:
+        """Orbits that start at Qp > 0, Qm = 0, M3 < 0, and first cross beside separatrix 2.
+
+        Parameters
+        ----------
+        Qp : number
+            Dimensionless.
+        phase : (N,) array
+            pi/2 - beta0/2 - theta2: psi of the mirrored state, radians.
+
+        Raises
+        ------
+        MapError
+            Qp lies outside of the range of the normal form.
+        """
+        a, nf = self.a, self.nf
+        zero = 0 * phase
+        at = inverted(nf, self.weights, phase, zero + Qp, zero, a)
+        inverse = self.charts[True].inverse
+        I = at.u * at.v
+        rates = torus_rates(self.exponent, self.rotation, I)
+        s = phase + a.log(at.v) / rates.exponent
+        inside = (np.abs(I) <= inverse.width) & (np.abs(at.v) <= nf.radius)
+        seen = inverse.look_up(np.where(inside, I, zero), s, a)
+        chi = s + seen[1]
+        time = at.tau + seen[2] - rates.rotation * (chi - phase)
+        point = SectionPoint(True, seen[0], reduced_angle(-chi, a))
+        return Entered(point, time, at.sigma + seen[3], inside)
 
     def passage(
         self, point: SectionPoint, *, backward: bool = False, slopes: bool = False
@@ -119,13 +161,17 @@ class EnergyLevel:
         forward, inverse = self.charts[rising].forward, self.charts[not rising].inverse
         inside = np.abs(point.d) <= forward.width
         d = np.where(inside, point.d, 0 * point.d)
-        seen = self._seen(forward, d, point.chi, slopes)
+        seen = _seen(forward, d, point.chi, slopes, a)
+        rates = self.exponent, self.rotation
         with np.errstate(divide="ignore", invalid="ignore"):
-            at = self._invariants(not rising, seen, point.chi)
+            if slopes:
+                at = invariants(not rising, seen, point.chi, *rates, a)
+            else:
+                at = kept(not rising, seen.value, point.chi, *rates, a)
         other = seen.value[0 if rising else 1]
         inside = inside & (np.abs(at.I) <= inverse.width) & (other != 0)
         I, s = (np.where(inside, x, 0 * d) for x in (at.I, at.s))
-        there = self._seen(inverse, I, s, slopes)
+        there = _seen(inverse, I, s, slopes, a)
         right = other > 0
         chi = s + there.value[1]
         turned, side = chi - point.chi, np.where(right, 1, -1)
@@ -140,23 +186,18 @@ class EnergyLevel:
             _chained(seen, there, at, turned, side) if slopes else None,
         )
 
-    def _seen(self, table: LevelTable, x: Scalar, phase: Scalar, slopes: bool) -> Looked:
-        if slopes:
-            return table.look_up_slopes(x, phase, self.a)
-        return Looked(table.look_up(x, phase, self.a), None, None)
 
-    def _invariants(self, by_v: bool, seen: Looked, chi: Scalar) -> Invariants:
-        if seen.by_x is not None:
-            return invariants(by_v, seen, chi, self.exponent, self.rotation, self.a)
-        I, s, rates = kept(by_v, seen.value, chi, self.exponent, self.rotation, self.a)
-        return Invariants(I, s, (), (), rates)  # type: ignore[arg-type]
+def _seen(table: LevelTable, x: Scalar, phase: Scalar, slopes: bool, a: Precision) -> Looked:
+    if slopes:
+        return table.look_up_slopes(x, phase, a)
+    return Looked(table.look_up(x, phase, a), None, None)
 
 
 def _chained(seen: Looked, there: Looked, at: Invariants, turned: Scalar, side: Any) -> Any:
     """The derivatives (4, 2, N) of d, chi, time and theta3 in d and chi."""
     columns = []
     for k, by in enumerate((seen.by_x, seen.by_phase)):
-        I, s = at.I_slopes[k], at.s_slopes[k]
+        I, s = (at.by_d, at.by_chi)[k]
         d, chi, time, theta3 = there.by_x * I + there.by_phase * s
         chi = chi + s
         rotation, growth = at.rates.rotation, at.rates.rotation_slope * I

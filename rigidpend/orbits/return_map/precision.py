@@ -114,3 +114,10 @@ def product(x: Scalar, y: Scalar) -> Any:
     """
     plain = isinstance(x, np.ndarray) and x.dtype == float
     return np.einsum("...ij,...jk->...ik", x, y) if plain else np.matmul(x, y)
+
+
+def correction(by_x: Any, by_y: Any, off: Any) -> tuple[Any, Any]:
+    """Newton's correction of x and y, where two functions of slopes `by_x`, `by_y` are `off`."""
+    determinant = by_x[0] * by_y[1] - by_y[0] * by_x[1]
+    x = (off[0] * by_y[1] - by_y[0] * off[1]) / determinant
+    return x, (by_x[0] * off[1] - off[0] * by_x[1]) / determinant

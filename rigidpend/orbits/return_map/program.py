@@ -1,23 +1,40 @@
-"""Tables of a finished map as the kernel reads them: its significant terms, one after the other.
+"""A finished map as the kernel reads it: three legs, each the significant terms of its tables.
 
-A table is a staircase: for each Chebyshev polynomial of d or I the harmonics up to the last that
-is significant, and for each of these a sum over as many polynomials of the energy.
+A leg leads from one crossing of M3 = 0 to the next: from the starts, past the upper orbit from
+upward crossings, and from downward ones. Units are such that d and I go from -1 to 1 and that W is
+near 1; signs such that all legs are alike: what follows a downward crossing is run backward and
+mirrored, and so is the way from a start.
+
+A table over (x, phase, energy) holds the product of its orders; but its terms shrink with the sum
+of these, so that most lie below rounding. What is left is summed as it stands: some 80 of 640 terms
+a function with the body of Fig. 4. It is a staircase: for each Chebyshev polynomial of d or I the
+harmonics up to the last that is significant, and for each of these a sum over as many polynomials
+of the energy.
+
+Phases are kept sharper than in `passage`: ln|W|/Lambda is tens of radians, of which all but
+ln|W/scale|/Lambda is a smooth function of I and h, reduced by whole turns before it is rounded.
 """
 
 from __future__ import annotations
 
+import math
+from fractions import Fraction
 from typing import Any, NamedTuple
 
 import numpy as np
 
+from rigidpend.numbers.exact import context, fraction
 from rigidpend.orbits.integrate.kernel.lane_numbers import KINDS
-from rigidpend.orbits.integrate.pair_arrays import in_doubles
-from rigidpend.orbits.return_map.legs import Leg
-from rigidpend.orbits.return_map.rates import radians
+from rigidpend.orbits.integrate.pair_arrays import PairArray, in_doubles
+from rigidpend.orbits.return_map.charts import Charts, ChartTable
+from rigidpend.orbits.return_map.normal_form import NormalForm
+from rigidpend.orbits.return_map.precision import Precision
 from rigidpend.orbits.return_map.starts import Entry
 
+FUNCTIONS = 3
+"""Functions of a chart that codes and times follow from: all but that of theta3."""
 STAGE = 10
-"""Whole numbers that describe a stage: two tables and the rates.
+"""Whole numbers that describe a leg: two tables and the rates.
 
 Of a table: its rows, the place of its first coefficients, the place of its list of harmonics and
 the most of them. Of the rates: how many powers of I, and the place of the first."""
@@ -44,14 +61,37 @@ class Program(NamedTuple):
     """(3, 3): of each stage the largest |W|, and its turns in radians as a sum of two doubles."""
 
 
-def program(starts: Entry, stages: tuple[Leg, Leg, Leg], bits: int) -> Program:
-    """The program of three legs, in doubles (53 bits) or pairs of them (106)."""
+class Leg(NamedTuple):
+    """From one crossing to the next: into the normal form and out of it.
+
+    Tables are (energies, n_x, n_phase, 3) coefficients, 0 where a term is left out.
+    """
+
+    into: Any
+    """W, the other and the time, over d (or the place of a start) and a phase."""
+    out: Any
+    """d, chi - s and the time, over I and s."""
+    rates: Any
+    """(energies, K, 3): coefficients of I in 1/Lambda, the rest of the depth, and dt'/dpsi.
+
+    A depth is ln|W|/Lambda less whole turns."""
+    largest: float
+    """Largest |W|."""
+    turns: float
+    """Whole turns that depths are short of."""
+
+
+def program(
+    nf: NormalForm, charts: Charts, starts: Entry, threshold: float, a: Precision, bits: int
+) -> Program:
+    """The program of a map, in doubles (53 bits) or pairs of them (106).
+
+    Terms of tables below `threshold`, relative to the largest, are left out.
+    """
+    stages = legs(nf, charts, starts, threshold, a)
     writer = _Writer(KINDS[bits].parts)
-    rows = [
-        [*writer.table(stage.into), *writer.table(stage.out), *writer.rates(stage.rates)]
-        for stage in stages
-    ]
-    limits = [[stage.largest, *radians(stage.turns)] for stage in stages]
+    rows = [[*writer.table(x.into), *writer.table(x.out), *writer.rates(x.rates)] for x in stages]
+    limits = [[x.largest, *radians(x.turns)] for x in stages]
     return Program(
         starts,
         bits,
@@ -63,6 +103,98 @@ def program(starts: Entry, stages: tuple[Leg, Leg, Leg], bits: int) -> Program:
         np.concatenate(writer.values, axis=1),
         np.array(limits, dtype=float),
     )
+
+
+def legs(
+    nf: NormalForm, charts: Charts, starts: Entry, threshold: float, a: Precision
+) -> tuple[Leg, Leg, Leg]:
+    """From the starts, and past the upper orbit from upward and from downward crossings."""
+
+    def leg(into: Any, back: int, sides: tuple[int, int], size: float, largest: float) -> Leg:
+        forward, inverse = charts[back]
+        scale, turns, rates = _rates(nf, size, inverse.width, threshold, a)
+        # d in units of the width of the table that comes next.
+        out = _scaled(significant(inverse, threshold), (1 / forward.width, 1, sides[1]))
+        into = _scaled(into, (1 / scale, scale / inverse.width, sides[0]))
+        return Leg(into, out, sides[1] * rates, largest / scale, sides[1] * turns)
+
+    def passage(rising: bool) -> Leg:
+        # What follows a downward crossing is run backward and mirrored.
+        side = 1 if rising else -1
+        # W is U beside upward crossings, V beside downward ones.
+        order = [*((0, 1) if rising else (1, 0)), 2]
+        into = significant(charts[rising].forward, threshold)[..., order]
+        return leg(into, not rising, (side, side), float(np.abs(into[..., 0]).max()), math.inf)
+
+    up, down = passage(True), passage(False)
+    begin, size = significant(starts.table, threshold), float(starts.centre + starts.half_width)
+    # It leaves as from a downward crossing, by the same table.
+    return leg(begin, True, (1, -1), size, nf.radius)._replace(out=down.out), up, down
+
+
+def significant(table: ChartTable, threshold: float) -> Any:
+    """The terms of a table above `threshold`, relative to the largest of each function."""
+    count = len(table.values)
+    values = table.values.reshape(count, table.n_x, table.n_phase, -1)[..., :FUNCTIONS]
+    sizes = np.abs(values.astype(float))
+    sizes = sizes / np.maximum(sizes.max(axis=(0, 1, 2)), 1e-300)
+    return np.where(sizes > threshold, values, 0)
+
+
+def _scaled(values: Any, factors: tuple[Any, Any, Any]) -> Any:
+    """A table with each function times a factor."""
+    several = np.stack if isinstance(values, PairArray) else np.array
+    return values * several(factors)
+
+
+def _rates(
+    nf: NormalForm, size: float, reach: Any, threshold: float, a: Precision
+) -> tuple[float, float, Any]:
+    """Rates of a leg where |W| is of the order of `size`, for |I| <= reach.
+
+    The scale by which W is divided, whole turns of the depth, and the coefficients
+    (energies, K, 3) of powers of I/reach.
+    """
+    scale = 2.0 ** round(math.log2(size))
+    reciprocal = reciprocal_of(nf.energies.basis(nf.energies.nodes(a), a) @ nf.exponent)
+    deep = a.log(a.number(scale)) * reciprocal
+    turns = float(np.round(float(deep[0, 0]) / (2 * math.pi)))
+    for part in radians(turns):
+        deep[:, 0] = deep[:, 0] - part
+    back, far = nf.energies.analysis(a), float(reach)
+    found = [shortened(x, far, threshold) for x in (back @ reciprocal, back @ deep, nf.rotation)]
+    most = max(x.shape[1] for x in found)
+    joined = np.zeros_like(found[0], shape=(len(found[0]), most, FUNCTIONS))
+    for j, x in enumerate(found):
+        joined[:, : x.shape[1], j] = x
+    power = reach
+    for k in range(1, most):
+        joined[:, k] = joined[:, k] * power
+        power = power * reach
+    return scale, turns, joined
+
+
+def radians(turns: float) -> tuple[float, float]:
+    """Whole turns in radians, as a sum of two doubles."""
+    exactly = fraction(2 * context(160).pi * int(turns), 160)
+    return float(exactly), float(exactly - Fraction(float(exactly)))
+
+
+def shortened(coefficients: Any, reach: float, threshold: float) -> Any:
+    """Coefficients of powers of x, |x| <= reach, without terms below `threshold` of the largest."""
+    sizes = np.abs(coefficients.astype(float)) * reach ** np.arange(coefficients.shape[1])
+    kept = sizes > threshold * sizes.max()
+    return np.where(kept, coefficients, 0)[:, : 1 + np.flatnonzero(kept.any(axis=0)).max(initial=0)]
+
+
+def reciprocal_of(series: Any) -> Any:
+    """Coefficients (nodes, K) of one over a power series."""
+    found = np.zeros_like(series)
+    found[:, 0] = 1 / series[:, 0]
+    for k in range(1, series.shape[1]):
+        known = sum(series[:, j] * found[:, k - j] for j in range(1, k + 1))
+        found[:, k] = -known * found[:, 0]
+    return found
 
 
 class _Writer:

@@ -1,8 +1,9 @@
-"""Storage of finished maps: one file each, in the user's cache, with all that it follows from.
+"""Return maps that are asked for: in memory, on disk, or built now; and why there is none.
 
-That is the body, the energies, the precision, the design and this version of the code that
-builds. It is compared when a map is read, so a stored map is the one that would be built. Numbers
-of any precision are stored as sums of doubles, without loss.
+A map is kept in one file, in the user's cache, with all that it follows from: the body, the
+energies, the precision, the design and this version of the code that builds. That is compared
+when a map is read, so a stored map is the one that would be built. Numbers of any precision are
+stored as sums of doubles, without loss.
 """
 
 from __future__ import annotations
@@ -10,6 +11,9 @@ from __future__ import annotations
 import functools
 import io
 import json
+import math
+import threading
+from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
@@ -19,16 +23,153 @@ from rigidpend import __version__
 from rigidpend.machine import cache
 from rigidpend.machine.code_hash import code_hash_of
 from rigidpend.mechanics.body import Body
-from rigidpend.numbers.exact import Exact
+from rigidpend.numbers import checked
+from rigidpend.numbers.exact import FINEST, GUARD_BITS, Exact
+from rigidpend.numbers.expressions import named
 from rigidpend.numbers.generic import Scalar
+from rigidpend.numbers.parameters import ParameterError
 from rigidpend.orbits.integrate.pair_arrays import PairArray
-from rigidpend.orbits.return_map.charts import Chart, Charts, ChartTable
+from rigidpend.orbits.return_map.build import (
+    FIRST,
+    Costly,
+    Design,
+    ReturnMap,
+    build,
+    table_bits,
+)
+from rigidpend.orbits.return_map.charts import Chart, ChartTable
+from rigidpend.orbits.return_map.checks import Errors
 from rigidpend.orbits.return_map.expansions import Interval
-from rigidpend.orbits.return_map.normal_form import NormalForm
+from rigidpend.orbits.return_map.normal_form import MapError, NormalForm
+from rigidpend.orbits.return_map.orders import Orders
 from rigidpend.orbits.return_map.precision import Precision, precision
+from rigidpend.orbits.return_map.reduced import coefficients
 
 MOST = 500_000_000
 """Bytes of all kept maps: one of Fig. 4 takes half a million, of a nearly symmetric body 50."""
+RECORDS = {x.__name__: x for x in (NormalForm, Interval, Chart, ChartTable, Orders, Errors)}
+"""What a stored map is made of."""
+
+
+def return_map(
+    body: Body,
+    *,
+    h: Scalar,
+    bits: int = 53,
+    design: Design = FIRST,
+    budget: float = math.inf,
+) -> ReturnMap:
+    """The return map of a body, built or taken from the cache.
+
+    Parameters
+    ----------
+    body : Body
+    h : number or pair of numbers
+        The energy (kappa J2^2/2 + ... of eq. h0_new, dimensionless), or the least and the largest.
+        Text, Fraction and Decimal are exact, floats are the doubles that they are.
+    bits : int, optional
+        Precision: 53, 64, 113 or any other from 53 on.
+    design : Design, optional
+        Another design gives an independent map of the same orbits.
+    budget : float, optional
+        Seconds of a core that building it may take, as they are expected: what is refused follows
+        from the body, and neither from the machine nor from what is kept.
+
+    Returns
+    -------
+    ReturnMap
+
+    Raises
+    ------
+    MapError
+        The orbits are not resolved: an elliptic periodic orbit, too large a mu, a negative
+        multiplier; the message gives the reason. Or building takes more than the budget.
+    ParameterError
+        Energies that are no numbers or don't ascend, or bits that are not 53 to `FINEST`.
+
+    Examples
+    --------
+    >>> body = Body(A=(2, 1, 1.5), r=(1, 1, 0), mu="0.001")
+    >>> level = return_map(body, h="1.3342").at(1.3342)
+    """
+    checked.of_kind("body", body, Body)
+    checked.of_kind("design", design, Design)
+    bits = checked.whole("bits", bits, 53, FINEST)
+    ends = list(h) if isinstance(h, (tuple, list)) else [h, h]
+    if len(ends) != 2:
+        raise ParameterError("h", f"h must be an energy or a pair of energies, got {named(h)}")
+    low, high = (checked.number("h", x) for x in ends)
+    if float(high - low) < 0:
+        raise ParameterError("h", f"the energies must ascend, got {low} and {high}")
+    return _kept(body, low, high, bits, design).within(budget)
+
+
+def is_kept(body: Body, low: Exact, high: Exact, bits: int, design: Design) -> bool:
+    """True if a map was built before, by whichever process, and is there to be used."""
+    return isinstance(_kept(body, low, high, bits, design).known, ReturnMap)
+
+
+@functools.lru_cache(maxsize=16)
+def _kept(body: Body, low: Exact, high: Exact, bits: int, design: Design) -> _Kept:
+    return _Kept(body, low, high, bits, design)
+
+
+class _Kept:
+    """A map, or the reason why there is none, in memory and on disk."""
+
+    def __init__(self, body: Body, low: Exact, high: Exact, bits: int, design: Design) -> None:
+        self._task = body, low, high, bits, design
+        self._of = followed(body, low, high, bits, design, table_bits(bits))
+        self._lock, self.known = threading.Lock(), self._stored()
+
+    def within(self, budget: float) -> ReturnMap:
+        """The map, if it is to be had for a budget; else MapError."""
+        # Threads ask for the same map: one makes it, and the others wait.
+        with self._lock:
+            known = self.known
+            if known is None or (isinstance(known, Costly) and known.needed <= budget):
+                self.known = known = self._made(budget)
+        if isinstance(known, Costly):
+            raise Costly(known.needed, budget)
+        if isinstance(known, MapError):
+            raise MapError(str(known))
+        if known.cost > budget:
+            raise Costly(known.cost, budget)
+        return known
+
+    def _made(self, budget: float) -> ReturnMap | MapError:
+        try:
+            made = build(*self._task, budget)
+        except MapError as refused:
+            needed = refused.needed if isinstance(refused, Costly) else None
+            self._save([str(refused), needed])
+            return refused
+        self._save([made.normal_form, *made.charts, made.orders, made.errors, made.cost])
+        return made
+
+    def _save(self, facts: list[Any]) -> None:
+        arrays: list[Any] = []
+        text = json.dumps([_described(x, arrays) for x in facts])
+        content = io.BytesIO()
+        np.savez(content, *arrays, text=np.array(text))
+        cache.save(cache.folder() / "maps", self._of, content.getvalue(), MOST)
+
+    def _stored(self) -> ReturnMap | MapError | None:
+        body, low, high, bits, design = self._task
+        content = cache.load(cache.folder() / "maps", self._of)
+        if content is None:
+            return None
+        a = precision(bits)
+        with np.load(io.BytesIO(content)) as stored:
+            parts = (joined(stored[f"arr_{k}"], a) for k in range(len(stored.files) - 1))
+            facts = [_restored(x, parts) for x in json.loads(str(stored["text"]))]
+        if len(facts) == 2:
+            reason, needed = facts
+            return MapError(reason) if needed is None else Costly(needed, 0.0)
+        nf, down, up, orders, errors, cost = facts
+        own = coefficients(body.angles(a.bits + GUARD_BITS), design.unit, a)
+        ends = float(low), float(high)
+        return ReturnMap(body, bits, ends, errors, orders, design, own, nf, (down, up), cost)
 
 
 def followed(body: Body, low: Exact, high: Exact, bits: int, design: Any, table: int) -> bytes:
@@ -44,81 +185,24 @@ def _code() -> str:
     return code_hash_of(Path(__file__).with_name("build.py"))
 
 
-def save(
-    of: bytes,
-    nf: NormalForm,
-    charts: Charts,
-    facts: dict[str, Any],
-) -> None:
-    """Keep a map with what it follows from."""
-    arrays = {f"nf_{k}": _split(x) for k, x in _numbers(nf).items()}
-    for rising, chart in enumerate(charts):
-        for which, table in zip(Chart._fields, chart, strict=True):
-            arrays[f"{which}_{rising}"] = _split(table.values)
-            arrays[f"{which}_{rising}_width"] = _split(table.width)
-    sizes = [[[table.n_x, table.n_phase] for table in chart] for chart in charts]
-    text = {
-        "nf": [nf.degree, nf.n, nf.energies.n, nf.radius, nf.disagreement],
-        "sizes": sizes,
-        **facts,
-    }
-    content = io.BytesIO()
-    np.savez(content, text=np.array(json.dumps(text)), **arrays)
-    cache.save(_folder(), of, content.getvalue(), MOST)
+def _described(x: Any, arrays: list[Any]) -> Any:
+    """A value as JSON: a record by its name and fields, a number of tables as a place in a list."""
+    if type(x).__name__ in RECORDS:
+        return [type(x).__name__, *(_described(each, arrays) for each in x)]
+    if x is None or isinstance(x, (str, int, float)):
+        return x
+    arrays.append(split(x))
+    return {}
 
 
-def save_refusal(of: bytes, facts: dict[str, Any]) -> None:
-    """Keep why there is no map, with what that follows from."""
-    content = io.BytesIO()
-    np.savez(content, text=np.array(json.dumps({"nf": None, **facts})))
-    cache.save(_folder(), of, content.getvalue(), MOST)
+def _restored(x: Any, arrays: Iterator[Any]) -> Any:
+    """The value that was described, its arrays in the order of the list."""
+    if isinstance(x, list):
+        return RECORDS[x[0]](*(_restored(each, arrays) for each in x[1:]))
+    return next(arrays)[()] if isinstance(x, dict) else x
 
 
-def load(of: bytes, bits: int) -> tuple[NormalForm | None, Any, dict[str, Any]] | None:
-    """The normal form and the charts of the map that was kept, and the facts.
-
-    The facts alone where a refusal was kept; None where there is nothing that fits.
-    """
-    content = cache.load(_folder(), of)
-    if content is None:
-        return None
-    a = precision(bits)
-    with np.load(io.BytesIO(content)) as stored:
-        text = json.loads(str(stored["text"]))
-        take = {key: _joined(stored[key], a) for key in stored.files if key != "text"}
-    sizes_of_nf = text.pop("nf")
-    if sizes_of_nf is None:
-        return None, None, text
-    degree, n, count, *measured = sizes_of_nf
-    sizes = text.pop("sizes")
-    energies = Interval(take["nf_centre"][()], take["nf_half_width"][()], count)
-    nf = NormalForm(
-        energies,
-        degree,
-        n,
-        *(take[f"nf_{k}"] for k in ("odd", "even", "exponent", "rotation")),
-        *measured,
-    )
-    charts = []
-    for rising in (0, 1):
-        tables = []
-        for which, (n_x, n_phase) in zip(Chart._fields, sizes[rising], strict=True):
-            key = f"{which}_{rising}"
-            tables.append(ChartTable(take[f"{key}_width"][()], n_x, n_phase, take[key]))
-        charts.append(Chart(*tables))
-    return nf, (charts[0], charts[1]), text
-
-
-def _numbers(nf: NormalForm) -> dict[str, Any]:
-    found = {k: getattr(nf, k) for k in ("odd", "even", "exponent", "rotation")}
-    return {**found, "centre": nf.energies.centre, "half_width": nf.energies.half_width}
-
-
-def _folder() -> Path:
-    return cache.folder() / "maps"
-
-
-def _split(x: Scalar) -> Any:
+def split(x: Scalar) -> Any:
     """Numbers of any precision as a sum of doubles, (terms, ...)."""
     if isinstance(x, PairArray):
         return x.parts
@@ -130,8 +214,8 @@ def _split(x: Scalar) -> Any:
     return np.stack(parts[:-1] or parts)
 
 
-def _joined(parts: Any, a: Precision) -> Any:
-    """The numbers that :func:`_split` has split, for the last part first."""
+def joined(parts: Any, a: Precision) -> Any:
+    """The numbers that :func:`split` has split, for the last part first."""
     if a.in_pairs:
         return PairArray(parts)
     total = a.array(parts[-1])

@@ -28,7 +28,6 @@ from rigidpend.orbits.integrate.pair_arrays import PairArray
 from rigidpend.orbits.integrate.states import states_at
 from rigidpend.orbits.return_map import EnergyLevel, SectionPoint, return_map
 from rigidpend.orbits.return_map.expansions import chebyshev_analysis, nodes
-from rigidpend.orbits.return_map.itinerary import enter
 from rigidpend.orbits.return_map.poincare import state_of
 from rigidpend.orbits.return_map.precision import Precision, precision
 from rigidpend.orbits.return_map.reduced import Coefficients, coefficients
@@ -454,9 +453,8 @@ class LineStarts(NamedTuple):
         """Their first crossings by the return map."""
         a = precision(53)
         Qp = np.asarray(self.states(theta2, a))[0]
-        return enter(
-            self.setting.level_of(self.w), Qp, np.pi / 2 - self.setting.body.beta0 / 2 - theta2
-        )
+        phase = np.pi / 2 - self.setting.body.beta0 / 2 - theta2
+        return self.setting.level_of(self.w).enter(Qp, phase)
 
     def between(self, ends: Array) -> tuple[StartLine, Array]:
         """The line between two phases, radians, and its direction."""

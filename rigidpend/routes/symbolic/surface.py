@@ -13,8 +13,7 @@ from rigidpend.mechanics.equations import hamiltonian_J3_0
 from rigidpend.numbers.doubles import Array
 from rigidpend.orbits.return_map import MapError, ReturnMap, return_map
 from rigidpend.orbits.return_map.conjugacy import inverted
-from rigidpend.orbits.return_map.itinerary import Entered, enter
-from rigidpend.orbits.return_map.passage import EnergyLevel
+from rigidpend.orbits.return_map.passage import EnergyLevel, Entered
 from rigidpend.routes.mapped import start_Qp
 from rigidpend.routes.problem import RouteProblem
 from rigidpend.routes.symbolic.chain import Arrival
@@ -48,7 +47,7 @@ class Surface(NamedTuple):
         """The first crossings of orbits with other J1_0, and the map at the energy of each."""
         level = self.made.at(self.energies(theta2, J1_0))
         Qp = start_Qp(self.problem, "1", 53, J1_0)
-        return level, enter(level, Qp, self._phase(theta2))
+        return level, level.enter(Qp, self._phase(theta2))
 
     def energy_slope(self, theta2: float) -> float:
         """Its derivative, per radian."""
@@ -65,7 +64,7 @@ class Surface(NamedTuple):
 
     def first_time(self, level: Level, theta2: Array) -> Array:
         """t' of the first crossings."""
-        entered = enter(level.map_level, start_Qp(self.problem, "1", 53), self._phase(theta2))
+        entered = level.map_level.enter(start_Qp(self.problem, "1", 53), self._phase(theta2))
         return np.asarray(entered.time)
 
     def _entered(self, level: Level, theta2: Array) -> tuple[Array, Array]:

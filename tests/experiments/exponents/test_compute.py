@@ -11,7 +11,7 @@ import pytest
 from rigidpend.experiments.exponents import compute as exponents
 from rigidpend.experiments.exponents.report import tables
 from rigidpend.numbers.exact import exact
-from rigidpend.routes.plane import Cells, Plane
+from rigidpend.routes.cells import Cells, cells_of_starts
 from rigidpend.routes.problem import RouteProblem
 from rigidpend.routes.symbolic.stretching import stretched
 from rigidpend.routes.symbolic.surface import surface
@@ -80,20 +80,18 @@ def test_tables_and_the_estimate_tell_what_is_asked(data: Any) -> None:
     assert 5 < exponents.cost(asked("exponents")) < 20
 
 
-class Doubted(Plane):
-    """A plane of which one cell is not certain, and another has a code that no map finds."""
-
-    def cells(self, theta2_0: Any, J1_0: Any) -> Cells:
-        found = super().cells(theta2_0, J1_0)
-        found.certain[7] -= 1
-        found.codes[0, 9] ^= 1
-        return found
+def doubted(*given: Any) -> Cells:
+    """Cells of which one is not certain, and another has a code that no map finds."""
+    found = cells_of_starts(*given)
+    found.certain[7] -= 1
+    found.codes[0, 9] ^= 1
+    return found
 
 
 def test_without_an_established_code_a_cell_stays_blank(
     data: Any, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(exponents, "Plane", Doubted)
+    monkeypatch.setattr(exponents, "cells_of_starts", doubted)
     other = plain(computed(asked("exponents", *SMALL)))
     blank = np.isnan(other["exponent"]) & np.isfinite(data["exponent"])
     np.testing.assert_array_equal(np.flatnonzero(blank), [7, 9])

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -13,6 +14,7 @@ from rigidpend.experiments.route_layout import crossing_tolerance
 from rigidpend.numbers.alphabet import NO_SYMBOL
 from rigidpend.orbits.integrate.arithmetic import default_engine, resolve
 from rigidpend.routes.codes import route_codes as compute_codes
+from rigidpend.routes.costs import integration
 from rigidpend.routes.problem import RouteProblem
 from rigidpend.runs import loading
 from rigidpend.surfaces import melnikov
@@ -89,7 +91,7 @@ def test_orbits_that_stay_are_named() -> None:
 def test_numerics_reach_the_computation(content: Any, monkeypatch: pytest.MonkeyPatch) -> None:
     seen: list[Any] = []
 
-    def stop(*given: Any) -> Any:
+    def stop(*given: Any, **_: Any) -> Any:
         seen.append(given)
         raise InterruptedError
 
@@ -209,22 +211,24 @@ def test_crossing_times_may_differ_by_a_declared_bound_that_no_setting_moves() -
 def test_what_maps_decided_is_told_where_there_was_a_choice(
     content: Any, data: Data, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr("rigidpend.routes.codes.MANY", 1)
-    monkeypatch.setattr("rigidpend.routes.mapped.budget", lambda *_: float("inf"))
+    monkeypatch.setattr("rigidpend.routes.costs.LEAST", 0.0)
+    monkeypatch.setattr("rigidpend.routes.costs.budget", lambda *_: float("inf"))
     mapped = result(content, arithmetic=resolve(default_engine(), None, (53,)))
     assert mapped["only"]["by_map"].all()
     assert differences("route_codes", data, mapped) == []
 
 
 def test_an_estimate_counts_the_bits_that_long_codes_take() -> None:
-    """63 and 32 columns; of 15 symbols doubles decide nearly all, of 5,000 no bits are enough."""
+    """63 and 32 columns; of 15 symbols doubles decide most, of 5,000 no bits are enough."""
 
     def seconds(*settings: str) -> float:
         return route_codes.cost(asked("fig4", *settings))
 
     doubles = "numerics.precisions=[53]"
     assert seconds("problem.n_symbols=15") < 1.2 * seconds("problem.n_symbols=15", doubles)
+    content: Any = asked("fig4")
+    each = integration(replace(content.problem.routes, n_symbols=300), (53, 106))
     assert seconds("problem.n_symbols=300", "numerics.precisions=[53, 106]") == pytest.approx(
-        95 * 301 * 4.5 * 9.4e-5 / 2, rel=0.2
+        route_codes.BEGIN + 95 * each / 2, rel=0.01
     )
-    assert seconds("problem.n_symbols=5000") > 3600 > seconds("problem.n_symbols=5000", doubles)
+    assert seconds("problem.n_symbols=5000") > 60 * seconds("problem.n_symbols=5000", doubles)

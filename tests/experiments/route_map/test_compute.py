@@ -7,10 +7,10 @@ from typing import Any
 
 import numpy as np
 import pytest
+from rigidpend.routes.plane import Plane
 
 from rigidpend import Body, route_codes
 from rigidpend.experiments.route_map import compute as route_map
-from rigidpend.routes.plane import Plane
 from tests.experiments.trees import asked, computed, differences, plain
 
 SMALL = (

@@ -20,10 +20,10 @@ from rigidpend.orbits.integrate.records import Crossings
 from rigidpend.results import store
 from rigidpend.routes import certainty
 from rigidpend.routes.change import Bracket, NoChange, narrowed
-from rigidpend.routes.codes import Run
 from rigidpend.routes.cycle import symbols
 from rigidpend.routes.phases import Phases
 from rigidpend.routes.problem import RouteProblem
+from rigidpend.routes.run import Run
 from rigidpend.surfaces import melnikov
 from scripts import check_certificate
 from tests.bodies import FIG4

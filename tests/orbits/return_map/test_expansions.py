@@ -18,7 +18,7 @@ from rigidpend.orbits.return_map.expansions import (
 )
 from rigidpend.orbits.return_map.jets import Jet, Reciprocal
 from rigidpend.orbits.return_map.precision import precision
-from rigidpend.orbits.return_map.storage import _joined, _split
+from rigidpend.orbits.return_map.storage import joined, split
 
 BITS = [53, 64, 113, 160]
 
@@ -50,7 +50,7 @@ def test_numbers_are_rounded_once_and_stored_without_loss(bits: int) -> None:
     a = precision(bits)
     third = a.array([Fraction(1, 3), Fraction(-1, 7), 0])
     assert a.largest(third * 21 - a.array([7, -3, 0])) <= 8 * a.epsilon
-    assert (_joined(_split(third), a) == third).all()
+    assert (joined(split(third), a) == third).all()
     if bits > 53:
         assert a.largest(third - a.array(third.astype(float))) > a.epsilon, "more than doubles"
 

@@ -3,19 +3,25 @@
 from __future__ import annotations
 
 from dataclasses import replace
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 import pytest
 
 from rigidpend.machine.signals import Stopped
 from rigidpend.orbits.integrate.kernel.writer import LANES
+from rigidpend.orbits.integrate.pair_arrays import PairArray
 from rigidpend.orbits.return_map import ReturnMap, kernel, return_map
 from rigidpend.orbits.return_map.expansions import chebyshev_basis, fourier_basis
-from rigidpend.orbits.return_map.itinerary import Itinerary, enter, follow
 from rigidpend.orbits.return_map.kernel import Followed
-from rigidpend.orbits.return_map.legs import significant
 from rigidpend.orbits.return_map.precision import in_pairs, precision
+from rigidpend.orbits.return_map.program import (
+    radians,
+    reciprocal_of,
+    shortened,
+    significant,
+)
+from rigidpend.orbits.return_map.starts import Entry
 from tests.orbits.integrate.problems import FIG4, GENERIC
 
 ENERGIES = ("1.3332", "1.3352")
@@ -52,9 +58,27 @@ def followed(
     return kernel.follow(program, Qp, phase, e, CROSSINGS)
 
 
-def in_full(made: ReturnMap, phase: Any, e: Any) -> Itinerary:
+class Full(NamedTuple):
+    """Crossings by the map in full, (CROSSINGS, N) each."""
+
+    time: Any
+    separatrix: Any
+    inside: Any
+
+
+def in_full(made: ReturnMap, phase: Any, e: Any) -> Full:
     a, level = precision(made.bits), made.at(energy(made, e))
-    return follow(level, enter(level, a.number(QP), a.array(phase)), CROSSINGS - 1)
+    begin = level.enter(a.number(QP), a.array(phase))
+    point, time, inside, image = begin.point, begin.time, begin.inside, np.zeros(N, dtype=bool)
+    found = []
+    for k in range(CROSSINGS):
+        # Upward beside 2 or its image 4, downward beside 3 or its image 1.
+        beside = np.where(image, 1, 3) if k % 2 else np.where(image, 4, 2)
+        found.append((time, beside, inside))
+        passed = level.passage(point)
+        time, inside = time + passed.time, inside & passed.inside
+        point, image = passed.point, image ^ passed.mirrored
+    return Full(*(np.stack(x) for x in zip(*found, strict=True)))
 
 
 @pytest.mark.parametrize("bits", BITS)
@@ -140,3 +164,33 @@ def test_the_kernel_follows_in_pieces_between_which_it_may_be_stopped(
     monkeypatch.setattr(kernel, "check_stop", lambda: count(14))
     with pytest.raises(Stopped):
         followed(made, bits, phase, e)
+
+
+@pytest.mark.parametrize(("last", "terms"), [(1.001, 4), (0.999, 2)])
+def test_terms_below_the_threshold_are_left_out(last: float, terms: int) -> None:
+    """They are weighed at the end of the range, against the largest of all."""
+    series = np.array([[0.5, 0.0, 0.0, 0.0], [8.0, 1.0, 0.0, last * 2.0**-7 / 4**3]])
+    kept = shortened(series, reach=4.0, threshold=2.0**-10)
+    np.testing.assert_array_equal(kept, series[:, :terms])
+
+
+def test_a_series_times_its_reciprocal_is_one() -> None:
+    series = np.array([[2.0, -0.3, 0.7, 0.1], [0.5, 3.0, -1.0, 2.0]])
+    found = [np.convolve(*pair)[:4] for pair in zip(series, reciprocal_of(series), strict=True)]
+    np.testing.assert_allclose(found, np.tile([1, 0, 0, 0], (2, 1)), atol=1e-13)
+
+
+def test_turns_are_told_in_two_doubles() -> None:
+    high, low = radians(7.0)
+    assert (high, abs(low) < 2.0**-48) == (float(14 * np.pi), True)
+    assert low != 0
+
+
+@pytest.mark.parametrize("kind", [np.asarray, lambda x: PairArray(np.stack((x, 0 * x)))])
+def test_starts_have_places_from_end_to_end(kind: Any) -> None:
+    Qp = kind(np.array([0.0, 1.0, 2.0, 3.0, 3.0001]))
+    table: Any = None
+    found = Entry(kind(np.array(2.0)), kind(np.array(1.0)), table).place(Qp)
+    np.testing.assert_array_equal(np.asarray(found.astype(float)), [-1, -1, 0, 1, 1])
+    at_once = Entry(kind(np.array(2.0)), kind(np.array(0.0)), table).place(Qp)
+    assert not np.asarray(at_once.astype(float)).any()

@@ -1,0 +1,199 @@
+"""Route codes of many orbits, each of which may have parameters of its own: cells of a plane."""
+
+from __future__ import annotations
+
+import functools
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+from typing import Any, NamedTuple, TypeAlias
+
+import numpy as np
+from numpy.typing import NDArray
+
+from rigidpend.machine.workers import side_by_side, spread
+from rigidpend.mechanics.body import Body, BodyError
+from rigidpend.numbers.exact import exact, function
+from rigidpend.numbers.generic import Scalar
+from rigidpend.orbits.integrate.arithmetic import Arithmetic
+from rigidpend.routes import choice
+from rigidpend.routes.choice import Mapped
+from rigidpend.routes.cycle import symbols
+from rigidpend.routes.phases import Phases
+from rigidpend.routes.problem import RouteProblem
+from rigidpend.routes.run import Run, Starts, longest_wait
+
+OF_BODY = ("mu", "beta0", "alpha0")
+AXES = ("log10_J1_0", "h0", *OF_BODY)
+"""Parameters that may change from cell to cell, beside theta2_0."""
+SHARES = 4
+"""Parts of the bodies that each process gets: few, for each is sent to it."""
+
+Values: TypeAlias = NDArray[np.float64]
+Group: TypeAlias = tuple[dict[str, Values], Values]
+
+
+class Cells(NamedTuple):
+    """Codes of n orbits, as a plane's cells keep them."""
+
+    codes: NDArray[np.uint8]
+    """(n_symbols, n): 0 left, 1 right, 255 no symbol."""
+    certain: NDArray[np.uint8]
+    """(n,), the number of first symbols that are certain."""
+    by_map: NDArray[np.bool_]
+    """(n,), whether return maps found the orbit, not integration."""
+
+
+def cell_problem(problem: RouteProblem, values: Mapping[str, Scalar]) -> RouteProblem:
+    """The problem with other values of some parameters, taken as exact.
+
+    Parameters
+    ----------
+    problem : RouteProblem
+    values : mapping of number
+        By names of `AXES`; beta0 and alpha0 in radians, the rest dimensionless.
+
+    Raises
+    ------
+    ParameterError
+        A value that the problem or the body excludes.
+    """
+    h0, J1_0 = problem.h0, problem.J1_0
+    if "log10_J1_0" in values:
+        J1_0 = exact(10.0 ** float(values["log10_J1_0"]))
+    if "h0" in values:
+        h0 = exact(values["h0"])
+    of_body = tuple((name, values[name]) for name in OF_BODY if name in values)
+    return RouteProblem(_changed(problem.body, of_body), h0, J1_0, problem.n_symbols)
+
+
+@functools.lru_cache(maxsize=256)
+def _changed(body: Body, values: tuple[tuple[str, Scalar], ...]) -> Body:
+    """A body with other values; kept, for many cells have the same."""
+    A, r, mu = body.A, body.r, body.mu
+    for name, value in values:
+        half = exact(value) / 2
+        cos = function("cos", half)
+        if name == "mu":
+            mu = exact(value)
+        elif name == "beta0":
+            # r = (cos, sin) of beta0/2, by (phi).
+            r = cos, function("sin", half), exact(0)
+        else:
+            if not 0 < float(value) < math.pi:
+                raise BodyError("alpha0", f"pi > alpha0 > 0 is broken: alpha0 = {value}")
+            A1, A2, _ = A
+            # The A3 between A1 and A2 at which (phi) gives this alpha0.
+            A = A1, A2, A1 * A2 / (A2 + (A1 - A2) * cos**2)
+    return Body(A, r, mu) if values else body
+
+
+def cells_of_starts(
+    problem: RouteProblem,
+    theta2_0: Values,
+    J1_0: Values,
+    arithmetic: Arithmetic,
+    jobs: int = 1,
+    *,
+    ends: tuple[float, float] | None = None,
+    orbits: int | None = None,
+) -> Cells:
+    """Route codes of orbits of one body and h0, by maps or by integration.
+
+    Parameters
+    ----------
+    problem : RouteProblem
+        What is common to all.
+    theta2_0, J1_0 : (n,) arrays
+        Radians, and dimensionless; the doubles are taken as exact.
+    arithmetic : Arithmetic
+    jobs : int, optional
+        Threads. No result depends on it.
+    ends : 2 floats, optional
+        The least and the largest J1_0 of all orbits, if these are a part: so all share one map.
+    orbits : int, optional
+        How many there are in all, if these are a part.
+
+    Raises
+    ------
+    ParameterError
+        A value that the problem excludes.
+    Contradiction
+        Maps and integration call different symbols of an orbit certain.
+    """
+    least, largest = ends or (float(J1_0.min()), float(J1_0.max()))
+    lowest, common = (replace(problem, J1_0=exact(x)) for x in (least, largest))
+    run = Run(common, Phases(theta2_0), arithmetic, jobs, Starts(J1_0, lowest), of=orbits)
+    return _cells(choice.decided(run))
+
+
+def cells_of_each(
+    problem: RouteProblem,
+    values: Mapping[str, Values],
+    theta2_0: Values,
+    arithmetic: Arithmetic,
+    jobs: int = 1,
+) -> Cells:
+    """Route codes of orbits of several bodies, all of them integrated.
+
+    Orbits of one body go side by side, whatever their energies and actions.
+
+    Parameters
+    ----------
+    problem : RouteProblem
+        What is common to all.
+    values : mapping of (n,) arrays
+        What is not, as for :func:`cell_problem`.
+    theta2_0 : (n,) array
+        Radians; the doubles are taken as exact.
+    arithmetic : Arithmetic
+    jobs : int, optional
+        Processes, for most of the work is to begin the orbits. No result depends on it.
+
+    Raises
+    ------
+    ParameterError
+        A value that the problem or the body excludes.
+    """
+    groups = _bodies(values, theta2_0.size)
+    shares = spread(np.arange(len(groups)), jobs * SHARES, 0)
+    parts: list[list[Group]] = [
+        [({name: x[here] for name, x in values.items()}, theta2_0[here]) for here in share]
+        for share in ([groups[k] for k in numbers] for numbers in shares)
+    ]
+    found = side_by_side(_of_bodies, (problem, arithmetic), True, parts, jobs)
+    back = np.argsort(np.concatenate(groups))
+    whole = zip(*(cells for part in found for cells in part), strict=True)
+    return Cells(*(np.concatenate(x, axis=-1)[..., back] for x in whole))
+
+
+def _bodies(values: Mapping[str, Values], n: int) -> list[NDArray[np.intp]]:
+    """The numbers of the orbits of each body."""
+    bodies: dict[tuple[float, ...], list[int]] = {}
+    of_body = [values[name].tolist() for name in OF_BODY if name in values]
+    for k in range(n):
+        bodies.setdefault(tuple(x[k] for x in of_body), []).append(k)
+    return [np.array(columns) for columns in bodies.values()]
+
+
+def _of_bodies(
+    groups: Sequence[Group], problem: RouteProblem, arithmetic: Arithmetic
+) -> list[Cells]:
+    return [_of_one_body(*group, problem, arithmetic) for group in groups]
+
+
+def _of_one_body(
+    values: Mapping[str, Values], theta2_0: Values, problem: RouteProblem, arithmetic: Arithmetic
+) -> Cells:
+    each: Any = zip(*(x.tolist() for x in values.values()), strict=True)
+    problems = [cell_problem(problem, dict(zip(values, cell, strict=True))) for cell in each]
+    patient = max(problems, key=lambda one: longest_wait(one, arithmetic.precisions[0]))
+    run = Run(patient, Phases(theta2_0), arithmetic, each=problems)
+    return _cells(choice.decided(run, "integration"))
+
+
+def _cells(found: Mapped) -> Cells:
+    """The part of decided orbits that a plane keeps."""
+    # Behind an uncertain symbol none is certain, so that their number says which.
+    certain = found.decided.certain.sum(axis=0).astype(np.uint8)
+    return Cells(symbols(found.decided.crossings.separatrix), certain, found.by_map)

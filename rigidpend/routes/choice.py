@@ -1,0 +1,226 @@
+"""Maps or integration: which of them decides the orbits of a call, and what maps leave open."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import TYPE_CHECKING, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from rigidpend.numbers import checked
+from rigidpend.numbers.exact import PRECISIONS
+from rigidpend.orbits.integrate.records import Crossings, Outcome, no_crossings
+from rigidpend.routes import certainty, costs
+from rigidpend.routes.certainty import Columns, Compute, Decided
+from rigidpend.routes.cycle import symbols
+from rigidpend.routes.problem import ProblemError, RouteProblem
+from rigidpend.routes.run import Run, in_pieces
+from rigidpend.routes.start import Scales
+
+if TYPE_CHECKING:
+    from rigidpend.routes.mapped import Maps
+
+METHODS = ("auto", "map", "integration")
+"""Ways in which codes are computed in double precision."""
+PIECE = 2048
+"""Columns of a piece where maps serve: they round alike where the pieces are."""
+OFTEN = 0.1
+"""Seconds of integration of a problem in all calls of a process, after which its kept maps serve
+few orbits, too.
+
+To read them takes as long. Of each so many further ones a sample is integrated as well: the same
+share of few orbits as of many."""
+PROBLEMS = 1_000
+"""Problems whose seconds are counted; then the count begins anew."""
+SAMPLE = 64
+"""Number of orbits that are integrated as well in doubles, and compared, unless maps are kept."""
+ABREAST = 4
+"""Neighbours that are taken together into a sample."""
+LEAST_SAMPLE = 8
+"""Number of them in each part of the orbits, at least, and of those in one more precision."""
+
+
+class Mapped(NamedTuple):
+    """What was decided, and by which way."""
+
+    decided: Decided
+    by_map: NDArray[np.bool_]
+    """(n,), False where an orbit was integrated, for some or all of its way."""
+
+
+def expected_seconds(
+    problem: RouteProblem, orbits: int, precisions: Sequence[int] = PRECISIONS
+) -> float:
+    """Seconds of a core that so many orbits of one body are expected to take.
+
+    By maps that are not kept yet, tables included, where these are chosen; else by integration.
+    """
+    if costs.at_stake(problem, orbits, precisions):
+        from rigidpend.routes.mapped import expected_tables
+
+        tables = expected_tables(problem, orbits)
+        if tables <= costs.budget(problem, orbits, precisions):
+            return tables + orbits * costs.by_maps(problem, precisions)
+    return orbits * costs.integration(problem, precisions)
+
+
+def decided(run: Run, method: str = "auto", *, kept: bool = False) -> Mapped:
+    """Decide all orbits of a run, by maps where these are expected to take less time.
+
+    Parameters
+    ----------
+    run : Run
+    method : {"auto", "map", "integration"}, optional
+    kept : bool, optional
+        Whether few orbits may take maps that are there from before, if their problem is asked for
+        often. What is stored does without: a result hangs on no cache.
+
+    Raises
+    ------
+    ProblemError
+        A method that is not known, or maps without doubles.
+    MapError
+        The method is "map" and the orbits have none.
+    Contradiction
+        Maps and integration call different symbols of an orbit certain.
+    """
+    checked.choice("method", method, METHODS, ProblemError)
+    ladder = run.arithmetic.precisions
+    if method == "map" and ladder[0] != 53:
+        message = f"the maps are in double precision: precisions must begin with 53, got {ladder}"
+        raise ProblemError("precisions", message)
+    few = method == "auto" and not costs.at_stake(run.problem, run.orbits, ladder)
+    likely, sampled = _counted(run) if few and kept and ladder[0] == 53 else (not few, True)
+    if method == "map" or (method == "auto" and likely):
+        from rigidpend.orbits.return_map import MapError
+        from rigidpend.routes.mapped import Maps
+
+        try:
+            maps = Maps(run, least_time=method == "auto" and not few, kept=few)
+            return decided_by(maps, sampled=sampled)
+        except MapError as reason:
+            # What was asked for by name is not replaced in silence.
+            if method == "map":
+                raise
+            if not few:
+                costs.told(run.problem, run.orbits, str(reason))
+    return Mapped(run.decided(), np.zeros(len(run.phases), dtype=bool))
+
+
+_asked: dict[RouteProblem, float] = {}
+"""Seconds of integration that were asked for, a few orbits at a time."""
+
+
+def _counted(run: Run) -> tuple[bool, bool]:
+    """True if few orbits may take kept maps, after all before them; and if they need a sample."""
+    if len(_asked) >= PROBLEMS:
+        _asked.clear()
+    before = _asked.get(run.problem, 0.0)
+    now = _asked[run.problem] = before + run.orbits * costs.integration(run.problem)
+    return now >= OFTEN, now // OFTEN > before // OFTEN
+
+
+def decided_by(maps: Maps, *, sampled: bool = True) -> Mapped:
+    """Decide as `certainty.decide`, with maps in the places of integrations.
+
+    What maps leave open is integrated if the precisions go beyond theirs, and compared with what
+    they found last. A sample is integrated as well, unless the flags alone are on trial.
+
+    Raises
+    ------
+    Contradiction
+        A certain symbol is another one by integration.
+    """
+    run = maps.run
+    n, rate, precisions = len(run.phases), run.rate, run.arithmetic.precisions
+    within = tuple(p for p in maps.ladder(precisions) if p <= maps.table_bits)
+    compute, left = with_maps(maps, run.crossings, n, precisions)
+
+    def share(work: certainty.Work, columns: Columns, bits: int) -> list[tuple[Columns, Decided]]:
+        # What is left is decided at once, for how much it is tells whether further maps pay.
+        if bits > 53:
+            return certainty.undivided(work, columns, bits)
+        return in_pieces(work, columns, PIECE, run.jobs)
+
+    known = certainty.decide(compute, n, rate, within, share)
+    open_ = np.flatnonzero(~known.certain.all(axis=0))
+    if open_.size and maps.sharpen(open_.size / n, precisions):
+        certainty.climb(compute, known, open_, rate, (maps.table_bits,))
+        open_ = np.flatnonzero(~known.certain.all(axis=0))
+    beyond = tuple(p for p in precisions if p > maps.table_bits)
+    if open_.size and beyond:
+        left[open_] = True
+        # Parts of a plane would say so again and again.
+        if n == run.orbits:
+            reason = f"their symbols ask for more than the {maps.table_bits} bits of the maps"
+            costs.warned(run.problem, open_.size, n, costs.beyond_maps(run.problem), reason)
+        certainty.climb(run.crossings, known, open_, rate, beyond)
+    if sampled:
+        # Doubles decide at least the first symbols of each; what is beyond them takes long.
+        samples = (SAMPLE, precisions[:1]), (LEAST_SAMPLE, precisions[:2])
+        for size, ladder in samples[maps.kept :]:
+            here = max(LEAST_SAMPLE, -(-size * n // run.orbits))
+            wrong = contradicted(known, run.crossings, rate, ladder, here)
+            if wrong.size:
+                raise certainty.Contradiction(_alarm(run, wrong))
+    return Mapped(known, (known.bits <= maps.table_bits) & ~left)
+
+
+def with_maps(
+    maps: Maps, integrated: Compute, n: int, precisions: tuple[int, ...]
+) -> tuple[Compute, NDArray[np.bool_]]:
+    """Computations of n columns by maps, and by integration where these do not serve.
+
+    Nothing is integrated but in the precisions that are given. The second result tells, when all
+    is done, which columns were integrated for leaving tables.
+    """
+    left = np.zeros(n, dtype=bool)
+
+    def compute(bits: int, scales: Scales, columns: Columns) -> Crossings:
+        if not maps.serve(bits, scales):
+            if scales != certainty.THIRD or bits >= max(precisions):
+                return integrated(bits, scales, columns)
+            if bits < maps.table_bits or not maps.add_third(len(columns) / n):
+                # The next precision settles them, by one computation.
+                return no_crossings(maps.problem.n_symbols + 1, len(columns))
+        found = maps.crossings(bits, scales, columns)
+        outside = np.flatnonzero(found.outcome != Outcome.COMPLETE)
+        if outside.size and bits in precisions:
+            left[columns[outside]] = True
+            certainty.put(found, outside, integrated(bits, scales, columns[outside]))
+        return found
+
+    return compute, left
+
+
+def _alarm(run: Run, wrong: NDArray[np.intp]) -> str:
+    """Sentence about orbits of a sample of which maps and integration find other symbols."""
+    first = wrong[0]
+    J1 = run.starts.J1_0[first] if run.starts else run.problem.J1_0
+    return (
+        "return maps and integration call different symbols certain, so that neither is to be"
+        f" believed: of a sample {wrong.size} differ, the first at theta2_0 ="
+        f" {run.phases.high[first]} and J1_0 = {J1}; please report it (precisions that do not"
+        " begin with 53 do without maps)"
+    )
+
+
+def contradicted(
+    known: Decided, integrated: Compute, rate: float, precisions: tuple[int, ...], size: int
+) -> NDArray[np.intp]:
+    """Integrate a sample of the columns; those of which a certain symbol is another one."""
+    n = len(known.bits)
+    # Spread evenly and not by lot: the same sample in every run. Neighbours have their J1_0 in
+    # common where that differs, and most of what a single orbit takes is to begin it.
+    first = np.linspace(0, max(0, n - ABREAST), -(-min(n, size) // ABREAST)).astype(int)
+    sample = np.unique(np.minimum(first[:, None] + np.arange(ABREAST), n - 1))
+    again = certainty.decide(
+        lambda bits, scales, columns: integrated(bits, scales, sample[columns]),
+        sample.size,
+        rate,
+        precisions,
+    )
+    both = again.certain & known.certain[:, sample]
+    differ = symbols(again.crossings.separatrix) != symbols(known.crossings.separatrix[:, sample])
+    return sample[(both & differ).any(axis=0)]

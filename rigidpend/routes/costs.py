@@ -1,0 +1,157 @@
+"""What routes cost: seconds of a core by integration and by return maps, and which is less.
+
+One model serves all who ask: `route_codes` when it chooses, a run's estimate, and the warning of
+orbits that take long. It follows from the body alone, so that no result hangs on a machine or on
+what is kept. A wrong guess costs time and no symbol.
+"""
+
+from __future__ import annotations
+
+import math
+import warnings
+from collections.abc import Sequence
+
+from rigidpend.numbers.exact import PRECISIONS
+from rigidpend.orbits.integrate.arithmetic import PAIRS, kernel_bits
+from rigidpend.routes.problem import RouteProblem, narrowness, passage_rotations, whisker_growth
+
+SYMBOL, ROTATION, MAPPED = 3e-6, 1e-6, 0.5e-6
+"""Seconds of a core a symbol takes: by integration, beside what each rotation takes; by maps.
+
+Measured on 17 bodies drawn by lot, twice in doubles, at 1.4 to 151 rotations a passage, on a busy
+machine: integration took some 0.8 to 1.4 times as long."""
+FACTORS = {53: 1.0, PAIRS: 11.0, 212: 110.0}
+"""Factor by which deciding an orbit takes longer in more bits.
+
+In pairs of doubles it was 8.5 to 12.6 with 6 bodies, and in quadruples ten times that."""
+BEYOND = 4_000.0
+"""The same in more bits: integers of 160 bits were measured."""
+SHARPER, SHARPEST = 64, 80
+"""Bits of the maps that decide what those in doubles leave open, in pairs of doubles.
+
+Those of most bits are made where the others leave so many orbits open that this pays, and at once
+where this is expected."""
+DEEP = 9.5
+"""Rotations in a passage from which on it is.
+
+Of 35 bodies drawn by lot maps of 64 bits left 0.2 to 7 % of the orbits open at 9 to 14 rotations,
+and 0 to 0.5 % below, where sharper tables, which cost twice as much, would not pay."""
+SPREAD = 10.0
+"""Standard deviation of the logarithm of what an orbit's error grows by, natural.
+
+With 14 bodies drawn by lot, where errors grow by 2^20 to 2^80 in the mean, 2 to 97 % of 256 orbits
+stayed open in doubles; this has each within a factor of 1.7."""
+FURTHER = 4
+"""Factor by which orbits that maps leave open take longer than one computation in pairs.
+
+Of 446 and 623 such orbits of two bodies 15 to 23 % took two or three computations, and 7 and 19 %
+quadruples of doubles besides, ten times as slow: 4.4 and 3.5 times as long in all."""
+STAKE = 2
+"""Time that tables may take over that which they are expected to save.
+
+They are kept: the next calls with the same body have them for nothing."""
+LEAST = 1.0
+"""Seconds of integration from which on it is asked whether maps pay.
+
+The question takes some 0.05 s with a new body. With that of Fig. 4 5,000 orbits of 15 symbols are
+at stake: on one core they take 0.12 ms each by integration and 0.004 ms by maps, whose tables
+take 0.8 s where they are not kept yet."""
+SLOW, LONG = 100e-6 / 15, 1.0
+"""Seconds a symbol, and in all, from which on it is said that orbits are integrated."""
+
+
+class SlowRoutesWarning(UserWarning):
+    """Warning of many orbits that are integrated, with the reason."""
+
+
+def integration(problem: RouteProblem, precisions: Sequence[int] = PRECISIONS) -> float:
+    """Seconds of a core that an orbit takes by integration, up the given precisions (bits)."""
+    further = _further(problem, precisions, share_open(problem, precisions[0]))
+    return _once(problem) * (_factor(precisions[0]) + further)
+
+
+def by_maps(problem: RouteProblem, precisions: Sequence[int] = PRECISIONS) -> float:
+    """Seconds of a core that an orbit takes by maps that are made, and beyond their bits."""
+    most = wanted(problem)[0]
+    ladder = [most, *(bits for bits in precisions if bits > most)]
+    # In a map all is told in units of the splitting.
+    open_ = share_open(problem, most, displaced=False)
+    return MAPPED * problem.n_symbols + _once(problem) * _further(problem, ladder, open_)
+
+
+def _once(problem: RouteProblem) -> float:
+    """Seconds of a core that an orbit takes twice in doubles."""
+    rotations = passage_rotations(problem)
+    # Without weight it crosses once, and never again.
+    return problem.n_symbols * (SYMBOL + ROTATION * (rotations if rotations < math.inf else 1.0))
+
+
+def _further(problem: RouteProblem, precisions: Sequence[int], open_: float) -> float:
+    """Further computations in doubles that those take which the first precision leaves open."""
+    found = 0.0
+    for bits in precisions[1:]:
+        found, open_ = found + open_ * _factor(bits), share_open(problem, bits)
+    return found
+
+
+def _factor(bits: int) -> float:
+    return FACTORS.get(kernel_bits(bits), BEYOND) if bits <= max(FACTORS) else BEYOND
+
+
+def share_open(problem: RouteProblem, bits: int, *, displaced: bool = True) -> float:
+    """Estimate of the share of orbits that so many bits do not decide to their ends.
+
+    An error grows by a factor a passage; and at first, where orbits are `displaced`, it is one of
+    what both surfaces are displaced by, which is more than what they are split by.
+    """
+    nu = problem.body.angles().nu
+    nats = displaced * narrowness(nu) + problem.n_symbols * math.log(whisker_growth(nu))
+    return math.erfc((bits * math.log(2) - nats) / (math.sqrt(2) * SPREAD)) / 2
+
+
+def in_pairs(problem: RouteProblem) -> float:
+    """Seconds of a core that an orbit takes in pairs of doubles."""
+    return integration(problem, (PAIRS,))
+
+
+def beyond_maps(problem: RouteProblem) -> float:
+    """Seconds of a core that an orbit takes whose symbols ask for more bits than maps have."""
+    return FURTHER * in_pairs(problem)
+
+
+def at_stake(problem: RouteProblem, orbits: int, precisions: Sequence[int] = PRECISIONS) -> bool:
+    """True if orbits in doubles and beyond take so long that it is asked whether maps pay."""
+    return precisions[0] == 53 and orbits * integration(problem, precisions) >= LEAST
+
+
+def wanted(problem: RouteProblem) -> tuple[int, ...]:
+    """Bits of the tables that a problem's orbits ask for; fewer where these do not settle."""
+    more = (SHARPEST,) if passage_rotations(problem) >= DEEP else ()
+    return *more, SHARPER, 53
+
+
+def budget(problem: RouteProblem, orbits: int, precisions: Sequence[int] = PRECISIONS) -> float:
+    """Seconds of a core that the tables of all designs may take, if they are to pay."""
+    return STAKE * orbits * (integration(problem, precisions) - by_maps(problem, precisions))
+
+
+def budget_in_pairs(problem: RouteProblem, orbits: float) -> float:
+    """The same for orbits that would be integrated in pairs of doubles."""
+    return STAKE * orbits * in_pairs(problem)
+
+
+def told(problem: RouteProblem, orbits: int, reason: str) -> None:
+    """Say at once why many orbits take long, if integrating them is expected to."""
+    each = integration(problem)
+    warned(problem, orbits, orbits, each, f"there are no return maps: {reason}")
+
+
+def warned(problem: RouteProblem, orbits: int, of: int, each: float, reason: str) -> None:
+    """Warn if some of all orbits, of so many seconds each, make all of them slow."""
+    if orbits * each > max(LONG, SLOW * problem.n_symbols * of):
+        warnings.warn(
+            f"{orbits} of {of} orbits are integrated, {1e6 * each:.2g} microseconds each on a core,"
+            f" some {orbits * each:.2g} s in all: {reason}",
+            SlowRoutesWarning,
+            stacklevel=2,
+        )

@@ -1,0 +1,190 @@
+"""Integration of the orbits of one call, in any precision."""
+
+from __future__ import annotations
+
+import functools
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from rigidpend.machine.workers import side_by_side
+from rigidpend.numbers.exact import exact
+from rigidpend.orbits import integrate
+from rigidpend.orbits.integrate.arithmetic import Arithmetic
+from rigidpend.orbits.integrate.kernel.writer import LANES
+from rigidpend.orbits.integrate.records import Crossings, Orbits
+from rigidpend.routes import certainty
+from rigidpend.routes.certainty import Columns, Decided, Work
+from rigidpend.routes.phases import Phases
+from rigidpend.routes.problem import RouteProblem, passage_limit, phase_rate
+from rigidpend.routes.start import Scales, Start, start, states_double, states_exact
+
+FEWEST, MOST, PIECES = 256, 1024, 8
+"""Columns of a piece at least and at most, and pieces that each thread gets."""
+SHARPENING = 100
+"""Factor by which further computations are finer, in doubles while these allow it."""
+
+longest_wait = functools.lru_cache(maxsize=32)(passage_limit)
+"""`passage_limit`, which takes mpmath and is the same for all columns of a run."""
+
+
+class Starts(NamedTuple):
+    """Starts whose J1_0 differ."""
+
+    J1_0: NDArray[np.float64]
+    """(n,), exact doubles in the place of the problem's, which is the largest."""
+    least: RouteProblem
+    """The problem with the least J1_0 of all, which waits longest for a crossing."""
+
+
+@dataclass(frozen=True, eq=False)
+class Run:
+    """One call's orbits and means; computes any columns in any precision.
+
+    Attributes
+    ----------
+    problem : RouteProblem
+        What is common to all; without `starts` it says how long to wait for a crossing.
+    phases : Phases
+        theta2_0 of the orbits.
+    arithmetic : Arithmetic
+    jobs : int
+        Threads, or processes where Python itself computes. No result depends on it.
+    starts : Starts, optional
+        J1_0 of each orbit.
+    each : sequence of RouteProblem, optional
+        The problem of each orbit: of one body, with energies and J1_0 of their own.
+    of : int, optional
+        Number of orbits in all, if these are a part: many take return maps.
+    """
+
+    problem: RouteProblem
+    phases: Phases
+    arithmetic: Arithmetic
+    jobs: int = 1
+    starts: Starts | None = None
+    each: Sequence[RouteProblem] | None = None
+    of: int | None = None
+
+    @property
+    def orbits(self) -> int:
+        """The number of orbits in all."""
+        return self.of or len(self.phases)
+
+    @property
+    def rate(self) -> float:
+        """The fastest rate of all orbits, radians per unit of t'."""
+        return max(map(phase_rate, self.each or [self.problem]))
+
+    def crossings(self, bits: int, scales: Scales, columns: Any) -> Crossings:
+        """The crossings of those columns in `bits` bits, in t'."""
+        begin, states = self.begin(bits, scales, columns)
+        unit = float(begin.time_unit)
+        patient = self.starts.least if self.starts else self.problem
+        limit = longest_wait(patient, bits) / unit
+        found = integrate.crossings(
+            Orbits(begin.coefficients, states, self.problem.n_symbols + 1, limit),
+            engine=self.arithmetic.engine,
+            bits=bits,
+            tolerance=tolerance_of(self.arithmetic, bits, scales),
+            jobs=self.jobs,
+        )
+        return found._replace(time=found.time * unit)
+
+    def begin(self, bits: int, scales: Scales, columns: Any) -> tuple[Start, Any]:
+        """The start in those units, and the states of those columns.
+
+        Where orbits differ it is that of the first: its coefficients and units are the body's.
+        """
+        keys: NDArray[Any]
+        problem_of: Callable[[Any], RouteProblem]
+        if self.starts is not None:
+            keys, problem_of = self.starts.J1_0, functools.partial(_with_action, self.problem)
+        elif self.each is not None:
+            keys, problem_of = np.arange(len(self.each)), self.each.__getitem__
+        else:
+            return self._begun(self.problem, bits, scales, columns)
+        alike, which = np.unique(keys[columns], return_inverse=True)
+        groups = [np.flatnonzero(which == k) for k in range(len(alike))]
+        begun = [
+            self._begun(problem_of(key), bits, scales, columns[here])
+            for key, here in zip(alike, groups, strict=True)
+        ]
+        back = np.argsort(np.concatenate(groups))
+        if bits == 53:
+            return begun[0][0], np.concatenate([x for _, x in begun], axis=1)[:, back]
+        states = [state for _, part in begun for state in part]
+        return begun[0][0], [states[k] for k in back]
+
+    def _begun(
+        self, problem: RouteProblem, bits: int, scales: Scales, columns: Any
+    ) -> tuple[Start, Any]:
+        begin = start(problem, bits, scales)
+        if bits == 53:
+            return begin, states_double(begin, self.phases.high[columns], self.phases.rest[columns])
+        return begin, states_exact(begin, self.phases.exactly(columns), bits)
+
+    def decided(self) -> Decided:
+        """Decide all columns by integration.
+
+        Where a precision is compiled, threads share the columns and decide their own to its end;
+        else processes share the orbits of each computation.
+        """
+        # Threads that share the columns start none of their own.
+        alone, precisions = replace(self, jobs=1), self.arithmetic.precisions
+
+        def in_own(bits: int) -> bool:
+            return integrate.in_kernel(self.arithmetic.engine, bits)
+
+        def compute(bits: int, scales: Scales, columns: Any) -> Crossings:
+            return (alone if in_own(bits) else self).crossings(bits, scales, columns)
+
+        def share(work: Work, columns: Columns, bits: int) -> list[tuple[Columns, Decided]]:
+            if not in_own(bits):
+                return certainty.undivided(work, columns, bits)
+            fewest = LANES if bits > 53 else FEWEST
+            size = min(MOST, max(fewest, -(-len(columns) // (PIECES * self.jobs))))
+            return in_pieces(work, columns, size, self.jobs)
+
+        compiled, n = in_own(precisions[0]), len(self.phases)
+        # Where threads or processes would have no columns of their own to share.
+        few = self.jobs > 1 and n <= (LANES if compiled else self.jobs // 2)
+
+        def both(columns: Columns) -> list[Crossings]:
+            given = alone if compiled or few else self, precisions[0], columns
+            scales, jobs = (certainty.FIRST, certainty.SECOND), 2 if few else 1
+            return side_by_side(_in_scales, given, not compiled, scales, jobs)
+
+        return certainty.decide(compute, n, self.rate, precisions, share, both)
+
+
+@functools.lru_cache(maxsize=64)
+def _with_action(problem: RouteProblem, J1_0: float) -> RouteProblem:
+    """The problem with another J1_0, kept for the next computation in other scales."""
+    return replace(problem, J1_0=exact(float(J1_0)))
+
+
+def _in_scales(scales: Scales, run: Run, bits: int, columns: Any) -> Crossings:
+    """One computation of those that go side by side."""
+    return run.crossings(bits, scales, columns)
+
+
+def in_pieces(work: Work, columns: Columns, size: int, jobs: int) -> list[tuple[Columns, Decided]]:
+    """Let threads decide columns, so many at a time."""
+    parts = [columns[k : k + size] for k in range(0, len(columns), size)] or [columns]
+    return list(zip(parts, side_by_side(work, (), False, parts, jobs), strict=True))
+
+
+def tolerance_of(arithmetic: Arithmetic, bits: int, scales: Scales) -> float:
+    """The tolerance of a computation, at 53 bits.
+
+    The first one has a tolerance of its own: what a series leaves out is alike.
+    """
+    engine, tolerance, _ = arithmetic
+    first, finest = scales == certainty.FIRST, integrate.FINEST_TOLERANCE[engine]
+    if bits > 53:
+        return finest if first else finest / SHARPENING
+    return tolerance if first else max(tolerance / SHARPENING, finest)

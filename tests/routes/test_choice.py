@@ -1,0 +1,319 @@
+"""Maps or integration: who is asked, what maps leave open, and that they agree."""
+
+from __future__ import annotations
+
+import math
+import pickle
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+import pytest
+
+from rigidpend import Body, RouteCodes, route_codes
+from rigidpend.experiments.stress.honesty import spoilt
+from rigidpend.numbers.exact import exact
+from rigidpend.orbits.integrate import Crossings, Outcome
+from rigidpend.orbits.integrate.arithmetic import resolve
+from rigidpend.orbits.return_map import MapError, ReturnMap, return_map
+from rigidpend.orbits.return_map.build import FIRST
+from rigidpend.routes import certainty, choice, codes, costs, mapped
+from rigidpend.routes.cells import cells_of_starts
+from rigidpend.routes.certainty import Contradiction
+from rigidpend.routes.problem import ProblemError, RouteProblem
+from rigidpend.routes.start import Scales
+from tests.orbits.integrate.problems import FIG4, GENERIC
+
+LIGHT = Body((2, 1, "1.5"), (1, 1, 0), "1e-6")
+HEAVY = Body((2, 1, "1.5"), (1, 1, 0), "0.005")
+FIG5 = Body((2, "1.5", "1.8"), (0, 1, 0), "0.01")
+PHASES = np.linspace(0.01, 6.27, 120)
+PROBLEM = RouteProblem(FIG4, exact("1.3342"), exact("1e-8"), 3)
+
+
+def found(body: Body, phases: Any = PHASES, **more: Any) -> RouteCodes:
+    task = {"h0": "1.3342", "J1_0": "1e-8", "n_symbols": 15, **more}
+    return route_codes(body, phases, **task)
+
+
+@pytest.mark.parametrize(
+    ("body", "J1_0", "more"),
+    [
+        pytest.param(FIG4, "1e-8", {}, id="Fig. 4"),
+        pytest.param(FIG4, "1e-4", {}, id="J1 large", marks=pytest.mark.slow),
+        pytest.param(LIGHT, "1e-12", {}, id="mu and J1 small"),
+        pytest.param(HEAVY, "1e-6", {}, id="mu large", marks=pytest.mark.slow),
+        pytest.param(GENERIC, "1e-8", {}, id="generic", marks=pytest.mark.slow),
+        pytest.param(FIG5, "1e-9", {"n_symbols": 3}, id="Fig. 5", marks=pytest.mark.slow),
+    ],
+)
+def test_agrees_codes_and_times_with_integration(
+    body: Body, J1_0: str, more: dict[str, Any]
+) -> None:
+    by_map = found(body, PHASES[::4], J1_0=J1_0, method="map", **more)
+    by_time = found(body, PHASES[::4], J1_0=J1_0, method="integration", **more)
+    both = by_map.certain & by_time.certain
+    assert both.mean() > 0.99
+    assert (by_map.codes == by_time.codes)[both].all()
+    assert by_map.by_map.mean() > 0.5, "not all left to integration"
+    assert not by_time.by_map.any()
+    np.testing.assert_allclose(by_map.crossing_time[0], by_time.crossing_time[0], atol=1e-12)
+    late = np.abs(by_map.crossing_time - by_time.crossing_time)
+    after = np.vstack((both[:1], both))
+    assert late[after].max() < 20 * certainty.AGREEMENT
+
+
+def test_nothing_is_integrated_but_the_sample_and_what_stays_open(integrations: list[Any]) -> None:
+    random = np.random.default_rng(5).uniform(0, 6.28, 600)
+    record = found(FIG4, random, n_symbols=6, method="map")
+    left = int((~record.by_map).sum())
+    assert record.by_map.mean() > 0.98
+    # Two computations of each orbit of the sample, and up to three of what is left.
+    sample = choice.SAMPLE + choice.LEAST_SAMPLE
+    assert sum(x["orbits"] for x in integrations) <= 2 * sample + 3 * left, "of 600 orbits"
+
+
+def test_few_orbits_take_maps_that_are_kept_where_a_problem_is_asked_for_often(
+    integrations: list[Any], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(choice, "_asked", {})
+    problem, phases = RouteProblem(FIG4, exact("1.3342"), exact("1e-8"), 6), PHASES
+    each = costs.integration(problem) * len(phases)
+    monkeypatch.setattr(choice, "OFTEN", 2.9 * each)
+    kept = found(FIG4, phases, n_symbols=6, method="map")
+    calls = []
+    for _ in range(4):
+        integrations.clear()
+        record = found(FIG4, phases, n_symbols=6)
+        calls.append((record, sum(x["orbits"] for x in integrations)))
+    assert [bool(record.by_map.any()) for record, _ in calls] == [False, False, True, True]
+    left = int((~kept.by_map).sum())
+    assert left <= calls[3][1] <= 3 * left < calls[2][1] <= 3 * (choice.LEAST_SAMPLE + left)
+    assert all((record.codes == kept.codes).all() for record, _ in calls)
+    # What is stored hangs on no cache, and without maps there is nothing to take.
+    assert not codes.codes_of(problem, phases, resolve(None, None, (53, 106))).by_map.any()
+    monkeypatch.setattr(mapped, "is_kept", lambda *_: False)
+    assert not found(FIG4, phases, n_symbols=6).by_map.any()
+
+
+def test_maps_are_taken_where_seconds_are_at_stake_and_they_pay(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    assert not found(FIG4, PHASES[:3], n_symbols=2).by_map.any()
+    monkeypatch.setattr(costs, "LEAST", 0.0)
+    assert not found(FIG4, PHASES[:3], n_symbols=2).by_map.any(), "tables would not pay"
+    monkeypatch.setattr(costs, "budget", lambda *_: math.inf)
+    assert found(FIG4, PHASES[:3], n_symbols=2).by_map.all()
+    monkeypatch.undo()
+    whole = costs.LEAST / costs.integration(PROBLEM)
+    for of, pays in ((0.99 * whole, False), (10 * whole, True)):
+        arithmetic = resolve(None, None, (53,))
+        part = codes.codes_of(PROBLEM, PHASES[:3], arithmetic, of=int(of))
+        assert part.by_map.all() == pays, "a part is decided as all would be"
+
+
+def test_where_maps_of_more_bits_do_not_settle_their_columns_are_integrated(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    asked: list[int] = []
+
+    def in_doubles_only(*args: Any, **more: Any) -> ReturnMap:
+        asked.append(more["bits"])
+        if more["bits"] > 53:
+            raise MapError("the tables do not settle")
+        return return_map(*args, **more)
+
+    monkeypatch.setattr(mapped, "return_map", in_doubles_only)
+    given: dict[str, Any] = {"J1_0": "1e-6", "n_symbols": 15, "precisions": (53, 106)}
+    phases = np.linspace(0, 6.2, 40)
+    record = found(FIG4, phases, method="map", **given)
+    risen = record.bits > 53
+    assert risen.any()
+    assert max(asked) > 53
+    assert not record.by_map[risen].any()
+    assert record.certain.all()
+    assert (record.codes == found(FIG4, phases, method="integration", **given).codes).all()
+
+
+@pytest.fixture(scope="module")
+def true() -> tuple[Any, Any]:
+    """Phases, and their symbols by integration."""
+    phases = np.random.default_rng(11).uniform(0, 6.28, 300)
+    record = found(FIG4, phases, method="integration", precisions=(53, 64))
+    assert record.certain.mean() > 0.99
+    return phases, record.codes
+
+
+@pytest.mark.parametrize(
+    ("which", "size"), [("first", 1e-15), ("first", 1e-12), ("second", 1e-10), ("both", 1e-12)]
+)
+def test_no_wrong_symbol_is_certain_where_tables_are_spoilt(
+    which: str, size: float, true: tuple[Any, Any], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def damaged(*args: Any, **more: Any) -> ReturnMap:
+        made, first = return_map(*args, **more), more["design"] == FIRST
+        hit = which == "both" or (which == "first") == first
+        return spoilt(made, size, 1 + first) if hit else made
+
+    monkeypatch.setattr(mapped, "return_map", damaged)
+    monkeypatch.setattr(choice, "contradicted", lambda *_: np.array([], dtype=int))
+    monkeypatch.setattr(certainty, "AGREEMENT", certainty.CLOSE)
+    record = found(FIG4, true[0], method="map", precisions=(53,))
+    assert not (record.certain & (record.codes != true[1])).any()
+    # What the tables are off by shows as a smaller share of certain symbols, nowhere else.
+    assert (record.certain.mean() > 0.5) == (size < 1e-14)
+
+
+def test_where_passages_are_long_what_maps_leave_open_goes_to_sharper_ones(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    slow = Body(("2.908", "1.682", "1.764"), ("0.6", "0.8", 0), "0.0002")
+    phases = np.random.default_rng(2).uniform(0, 6.28, 60)
+    at_once = found(slow, phases, method="map")
+    assert set(at_once.bits) == {53, costs.SHARPEST}
+    monkeypatch.setattr(costs, "DEEP", math.inf)
+    monkeypatch.setattr(costs, "SLOW", 0.0)
+    monkeypatch.setattr(costs, "LONG", 0.0)
+    said = r"of 60 orbits are integrated, .* more than the 64 bits of the maps"
+    with pytest.warns(costs.SlowRoutesWarning, match=said):
+        by_maps = found(slow, phases, method="map")
+    assert (at_once.codes == by_maps.codes)[at_once.certain & by_maps.certain].all()
+    open_ = by_maps.bits > costs.SHARPER
+    assert open_.any()
+    assert (by_maps.bits[open_] > costs.SHARPEST).all(), "for so few they do not pay"
+    monkeypatch.setattr(costs, "budget_in_pairs", lambda *_: math.inf)
+    sharper = found(slow, phases, method="map")
+    assert sharper.by_map[sharper.bits == costs.SHARPEST].all()
+    assert (sharper.codes == by_maps.codes)[sharper.certain & by_maps.certain].all()
+    assert sharper.certain.all()
+    no_sharper = found(slow, phases, method="map", precisions=(53, costs.SHARPER))
+    assert no_sharper.bits.max() <= costs.SHARPER, "more bits are not asked for"
+
+
+def test_what_doubles_leave_open_is_decided_at_once(monkeypatch: pytest.MonkeyPatch) -> None:
+    """How much it is tells whether a third map pays; pieces would each see a share of it."""
+    deep, asked = Body(("2.629", "1.488", "1.731"), (1, 1, 0), "0.00016"), []
+    real = mapped.Maps.crossings
+
+    def noted(self: mapped.Maps, bits: int, scales: Scales, columns: Any) -> Any:
+        asked.append((bits, scales, len(columns)))
+        return real(self, bits, scales, columns)
+
+    monkeypatch.setattr(mapped.Maps, "crossings", noted)
+    monkeypatch.setattr(choice, "PIECE", 16)
+    found(deep, PHASES[:64], h0=1, method="map", precisions=(53, costs.SHARPER))
+    [left] = [n for bits, scales, n in asked if (bits, scales) == (64, certainty.FIRST)]
+    assert left > 16
+    assert sum(n == 16 for bits, *_, n in asked if bits == 53) >= 8
+
+
+def test_orbits_without_a_map_are_integrated_or_refused(monkeypatch: pytest.MonkeyPatch) -> None:
+    heavy = Body((2, 1, "1.5"), (1, 1, 0), "0.5")
+    symmetric = Body(("2.673", "2.520", "2.527"), (1, 1, 0), "0.004")
+    with pytest.raises(MapError):
+        found(heavy, PHASES[:2], n_symbols=2, method="map")
+    with pytest.raises(ProblemError, match="auto, map, integration"):
+        found(FIG4, PHASES[:2], method="guess")
+    with pytest.raises(ProblemError, match="begin with 53"):
+        found(FIG4, PHASES[:2], method="map", precisions=(64, 113))
+    with pytest.raises(MapError, match="outside of the normal form"):
+        found(FIG4, PHASES[:2], n_symbols=2, J1_0="0.3", method="map")
+    monkeypatch.setattr(costs, "LEAST", 0.0)
+    assert not found(heavy, PHASES[:2], n_symbols=2).by_map.any()
+    monkeypatch.setattr(costs, "LONG", 0.0)
+    with pytest.warns(costs.SlowRoutesWarning, match="nearly symmetric: its surfaces are split"):
+        found(symmetric, PHASES[:1], h0=1, n_symbols=1, precisions=(53,))
+
+
+def test_a_sample_of_all_orbits_is_integrated_in_doubles_and_of_few_in_more_bits(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    asked: list[tuple[int, tuple[int, ...]]] = []
+
+    def compared(*given: Any) -> Any:
+        asked.append((given[-1], given[-2]))
+        return np.array([], dtype=int)
+
+    monkeypatch.setattr(choice, "contradicted", compared)
+    found(FIG4, PHASES, method="map")
+    assert asked == [(choice.SAMPLE, (53,)), (choice.LEAST_SAMPLE, (53, 106))]
+
+
+def whole(_: int, __: Scales, columns: Any) -> Crossings:
+    """Crossings of orbits that are all alike."""
+    n = len(columns)
+    return Crossings(
+        np.ones((2, n)), np.full((2, n), 2, dtype=np.uint8), np.full(n, Outcome.COMPLETE)
+    )
+
+
+@pytest.mark.parametrize(
+    ("n", "size", "expected"),
+    [
+        (1, 5, [0]),
+        (11, 8, [0, 1, 2, 3, 7, 8, 9, 10]),
+        (11, 5, [0, 1, 2, 3, 7, 8, 9, 10]),
+        (21, 12, [0, 1, 2, 3, 8, 9, 10, 11, 17, 18, 19, 20]),
+        (4, 9, [0, 1, 2, 3]),
+        (6, 6, [0, 1, 2, 3, 4, 5]),
+    ],
+)
+def test_the_sample_reaches_from_the_first_orbit_to_the_last(
+    n: int, size: int, expected: list[int]
+) -> None:
+    asked: set[int] = set()
+
+    def integrated(bits: int, scales: Scales, columns: Any) -> Crossings:
+        asked.update(columns.tolist())
+        return whole(bits, scales, columns)
+
+    bits = np.full(n, 53, dtype=np.uint16)
+    known = certainty.Decided(whole(53, Scales(), range(n)), np.ones((1, n), dtype=bool), bits)
+    assert not choice.contradicted(known, integrated, 1.0, (53,), size).size
+    assert sorted(asked) == expected
+
+
+@pytest.fixture
+def mirrored(monkeypatch: pytest.MonkeyPatch) -> None:
+    """All maps find the mirror image of every orbit: they err alike, so that they agree."""
+    real = mapped.Maps.crossings
+
+    def alike(self: mapped.Maps, bits: int, scales: Scales, columns: Any) -> Any:
+        right = real(self, bits, scales, columns)
+        image = np.array([0, 1, 4, 3, 2], dtype=np.uint8)[right.separatrix]
+        return right._replace(separatrix=image)
+
+    monkeypatch.setattr(mapped.Maps, "crossings", alike)
+    monkeypatch.setattr(costs, "budget", lambda *_: math.inf)
+    monkeypatch.setattr(costs, "LEAST", 0.0)
+
+
+def by_codes(method: str) -> Any:
+    return found(FIG4, np.linspace(0.5, 6, 10), n_symbols=3, method=method, jobs=2)
+
+
+def by_cells() -> Any:
+    phases, J1_0 = np.linspace(0.5, 6, 10), np.full(10, 1e-9)
+    return cells_of_starts(PROBLEM, phases, J1_0, resolve(None, None, (53,)), ends=(1e-9, 1e-8))
+
+
+@pytest.mark.usefixtures("mirrored")
+@pytest.mark.parametrize(
+    ("call", "said"),
+    [
+        (lambda: by_codes("auto"), r"10 differ, the first at theta2_0 = 0\.5 and J1_0 = 1e-8"),
+        (lambda: by_codes("map"), "10 differ"),
+        (by_cells, r"theta2_0 = 0\.5 and J1_0 = 1e-09"),
+    ],
+    ids=["codes", "codes by maps", "cells"],
+)
+def test_what_contradicts_is_not_given(call: Callable[[], Any], said: str) -> None:
+    with pytest.raises(Contradiction, match=said):
+        call()
+
+
+def test_a_contradiction_comes_unchanged_from_processes_and_clusters() -> None:
+    again = pickle.loads(pickle.dumps(Contradiction("said")))
+    assert (type(again), str(again)) == (Contradiction, "said")
+    # Nobody who catches what a computation may refuse takes it for that.
+    assert not issubclass(Contradiction, ArithmeticError | ValueError | RuntimeError | LookupError)

@@ -1,0 +1,122 @@
+"""The model of what routes cost: its shape, its limits from both sides, and the warning."""
+
+from __future__ import annotations
+
+import math
+import warnings
+from typing import Any
+
+import numpy as np
+import pytest
+
+from rigidpend import Body
+from rigidpend.numbers.exact import exact
+from rigidpend.routes import choice, costs, mapped
+from rigidpend.routes.problem import RouteProblem
+from tests.orbits.integrate.problems import FIG4
+
+SYMMETRIC = Body(("2.673", "2.520", "2.527"), (1, 1, 0), "0.004")
+
+
+def problem(body: Body = FIG4, n_symbols: int = 15, h0: Any = "1.3342") -> RouteProblem:
+    return RouteProblem(body, exact(h0), exact("1e-8"), n_symbols)
+
+
+SLOW = problem(Body((2, "1.9", "1.95"), FIG4.r, "0.001"))
+
+
+def test_tables_pay_for_more_orbits_of_longer_passages() -> None:
+    assert costs.budget(problem(), 20_000) == pytest.approx(20 * costs.budget(problem(), 1000))
+    assert costs.budget(SLOW, 1000) > 3 * costs.budget(problem(), 1000)
+    longer = costs.budget_in_pairs(problem(n_symbols=45), 1000)
+    assert longer == pytest.approx(3 * costs.budget_in_pairs(problem(), 1000)), "symbols are alike"
+
+
+def test_what_is_at_stake_is_seconds_and_no_number_of_orbits(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    for one in (problem(), SLOW):
+        enough = math.ceil(costs.LEAST / costs.integration(one))
+        assert [costs.at_stake(one, n) for n in (enough - 1, enough)] == [False, True]
+    assert costs.at_stake(SLOW, 400), "a deep body's orbits take milliseconds"
+    assert not costs.at_stake(problem(), 4000)
+
+
+@pytest.mark.parametrize(
+    ("A", "mu", "h0", "share"),
+    [
+        # Of 256 orbits by integration: 0.195, 0.418, 0.48, 0.379, 0.105 and 0.684.
+        (("2.629", "1.488", "1.731"), "0.00016", 1, 0.195),
+        (("2.214", "1.528", "2.042"), "0.0048", 1, 0.418),
+        (("2.731", "0.384", "2.719"), "0.00096", 1, 0.48),
+        (("2.728", "1.400", "2.635"), "0.0037", 1, 0.379),
+        (("1.602", "0.826", "1.029"), "0.00057", 1, 0.105),
+        (("2.598", "1.762", "2.518"), "0.0011", 1, 0.684),
+    ],
+)
+def test_the_share_that_doubles_leave_open_is_near_what_was_measured(
+    A: Any, mu: str, h0: Any, share: float
+) -> None:
+    assert 1 / 1.7 < costs.share_open(problem(Body(A, (1, 1, 0), mu), h0=h0), 53) / share < 1.7
+
+
+def test_an_orbit_costs_what_each_precision_takes_of_those_left_open() -> None:
+    doubles, both = (costs.integration(SLOW, ladder) for ladder in ((53,), (53, 106)))
+    open_ = costs.share_open(SLOW, 53)
+    assert 0.1 < open_ < 1
+    assert both == pytest.approx(doubles + open_ * costs.in_pairs(SLOW))
+    assert costs.integration(SLOW, (160,)) == pytest.approx(110 * doubles)
+    assert costs.integration(SLOW, (425,)) == pytest.approx(4000 * doubles)
+    # Measured of orbits that maps left open: 3.5 and 4.4 computations in pairs.
+    assert 3.5 <= costs.beyond_maps(SLOW) / costs.in_pairs(SLOW) <= 4.4
+
+
+def test_maps_save_nothing_of_what_lies_beyond_their_bits() -> None:
+    """Of orbits of 300 symbols these decide none to its end; without more bits they save all."""
+    long = problem(n_symbols=300)
+    assert costs.by_maps(long) == pytest.approx(
+        300 * costs.MAPPED + costs.integration(long, (106, 160)), rel=1e-3
+    )
+    assert costs.by_maps(long, (53,)) == 300 * costs.MAPPED
+    assert costs.by_maps(problem()) < 0.1 * costs.integration(problem())
+
+
+@pytest.mark.parametrize("orbits", [1000, 20_000])
+def test_orbits_are_expected_to_take_the_cheaper_way(
+    orbits: int, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    integrated = orbits * costs.integration(problem())
+    by_maps = orbits * costs.by_maps(problem())
+    most = costs.budget(problem(), orbits)
+    for tables, pays in ((0.99 * most, True), (1.01 * most, False)):
+        monkeypatch.setattr(mapped, "expected_tables", lambda *_, tables=tables: tables)
+        expected = tables + by_maps if pays and orbits > 10_000 else integrated
+        assert choice.expected_seconds(problem(), orbits) == pytest.approx(expected)
+    assert choice.expected_seconds(problem(), orbits, (106,)) > 5 * integrated
+
+
+def heard(*given: Any) -> list[str]:
+    with warnings.catch_warnings(record=True) as said:
+        warnings.simplefilter("always")
+        costs.warned(*given)
+    return [str(one.message) for one in said]
+
+
+def test_slow_orbits_come_with_the_reason_where_they_make_all_slow() -> None:
+    each = 1.1 * costs.LONG / 10
+    (told,) = heard(problem(), 10, 10, each, "because")
+    assert told == (
+        f"10 of 10 orbits are integrated, {1e6 * each:.2g} microseconds each on a core,"
+        f" some {10 * each:.2g} s in all: because"
+    )
+    assert not heard(problem(), 10, 10, each / 1.2, "because"), "less than a second in all"
+    many = int(10 * each / 100e-6)
+    assert heard(problem(), 10, int(0.99 * many), each, "because")
+    assert not heard(problem(), 10, int(1.01 * many), each, "because"), "0.1 ms of each of all"
+    with pytest.warns(costs.SlowRoutesWarning, match="s in all: there are no return maps: because"):
+        costs.told(problem(SYMMETRIC, h0=1), 20_000, "because")
+
+
+def test_without_weight_an_orbit_is_short() -> None:
+    free = problem(Body(FIG4.A, FIG4.r, 0))
+    assert np.isfinite(costs.integration(free))
