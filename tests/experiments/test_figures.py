@@ -90,6 +90,11 @@ def test_fig2_edges_are_arrows_to_their_ends_with_their_symbols_beside_them() ->
         if not edges["again"][k]:
             looks.add((symbol, to_hex(look.get_edgecolor()), str(look.get_linestyle())))
     assert len(looks) == 3
+    vertices = result["data"]["vertices"]
+    rings: list[Any] = [x.get_bbox_patch() for x in axes.texts if x.get_bbox_patch()]
+    # What is there again is grey.
+    grey = [to_hex(ring.get_edgecolor()) == "#999999" for ring in rings]
+    assert grey == vertices["again"].tolist()
 
 
 def test_fig3_S2_plus_is_above_S1_minus_and_bodies_stand_side_by_side() -> None:
