@@ -173,6 +173,8 @@ def test_remainders_are_beside_guides_of_their_order() -> None:
     for axes, order, names in zip(panels, (2, 2, 3), gone, strict=True):
         low, high = np.asarray(axes.lines[-1].get_ydata())
         assert np.log(high / low) / np.log(ratios[-1] / ratios[0]) == pytest.approx(order)
+        # Above all curves, so that nothing but its slope is read.
+        assert high > max(np.asarray(line.get_ydata())[-1] for line in axes.lines[:-1])
         noted = [f"{names}) no increment: rounding"] * bool(names)
         assert [text.get_text() for text in axes.texts] == [f"slope {order}", *noted]
 
