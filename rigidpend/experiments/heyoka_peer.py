@@ -7,7 +7,6 @@ from __future__ import annotations
 
 import functools
 import importlib.util
-from fractions import Fraction
 from typing import Any
 
 import numpy as np
@@ -47,13 +46,4 @@ def typed(x: Scalar, kind: Any) -> Any:
     total, rest = kind(0), x
     while head := float(rest):
         total, rest = total + kind(head), rest - type(x)(head)
-    return total
-
-
-def exactly(x: Scalar) -> Fraction:
-    """The value of a number of such a type, as the sum of doubles that it is."""
-    total, head, kind = Fraction(0), float(x), type(x)
-    while head:
-        total, x = total + Fraction(head), x - kind(head)
-        head = float(x)
     return total

@@ -29,51 +29,29 @@ KICK = 3
 """The fourth part, the potential; 0, 1 and 2 are the turns about the axes."""
 
 
-class Scheme(NamedTuple):
-    """A symmetric composition of the step of order 2."""
-
-    order: int
-    outer: tuple[str, ...]
-    """The weights up to the middle one, decimal; empty for order 2."""
-    source: str
-
-    def weights(self, number: Any = float) -> list[Any]:
-        """All weights, of sum 1, in numbers that `number` makes of text."""
-        outer = [number(w) for w in self.outer]
-        middle = 1 - 2 * sum(outer)
-        return [*outer, middle, *reversed(outer)]
-
-
-SCHEMES = {
-    2: Scheme(2, (), "Strang (1968)"),
-    # 1/(4 - 4^(1/3)), twice.
-    4: Scheme(4, ("0.41449077179437573714235406286076385",) * 2, "Suzuki (1990)"),
-    6: Scheme(
-        6,
-        (
-            "0.39216144400731413927925056",
-            "0.33259913678935943859974864",
-            "-0.70624617255763935980996482",
-            "0.082213596293550800230149045",
-        ),
-        "Kahan & Li (1997), s9odr6a",
+SCHEMES: dict[int, tuple[str, ...]] = {
+    2: (),
+    # 1/(4 - 4^(1/3)), twice [2]_.
+    4: ("0.41449077179437573714235406286076385",) * 2,
+    # s9odr6a, then s17odr8a [3]_.
+    6: (
+        "0.39216144400731413927925056",
+        "0.33259913678935943859974864",
+        "-0.70624617255763935980996482",
+        "0.082213596293550800230149045",
     ),
-    8: Scheme(
-        8,
-        (
-            "0.13020248308889008087881763",
-            "0.56116298177510838456196441",
-            "-0.38947496264484728640807860",
-            "0.15884190655515560089621075",
-            "-0.39590389413323757733623154",
-            "0.18453964097831570709183254",
-            "0.25837438768632204729397911",
-            "0.29501172360931029887096624",
-        ),
-        "Kahan & Li (1997), s17odr8a",
+    8: (
+        "0.13020248308889008087881763",
+        "0.56116298177510838456196441",
+        "-0.38947496264484728640807860",
+        "0.15884190655515560089621075",
+        "-0.39590389413323757733623154",
+        "0.18453964097831570709183254",
+        "0.25837438768632204729397911",
+        "0.29501172360931029887096624",
     ),
 }
-"""The scheme of each order."""
+"""Weights of each order up to the middle one, decimal: the sum of all is 1."""
 
 
 class Splitting(NamedTuple):
@@ -144,7 +122,8 @@ def splitting(A: Numbers, r: Numbers, mu: Scalar, order: int, number: Any = floa
         Makes a number of a text: `float`, or that of an mpmath context.
     """
     substeps: list[tuple[int, Any]] = [(KICK, 0 * number("1"))]
-    for weight in SCHEMES[order].weights(number):
+    outer = [number(w) for w in SCHEMES[order]]
+    for weight in (*outer, 1 - 2 * sum(outer), *reversed(outer)):
         half = weight / 2
         parts = [(KICK, half), (0, half), (1, half), (2, weight), (1, half), (0, half)]
         # Neighbours of one kind are one substep.
@@ -155,4 +134,4 @@ def splitting(A: Numbers, r: Numbers, mu: Scalar, order: int, number: Any = floa
 
 def stages(order: int) -> int:
     """Number of steps of order 2 in a step."""
-    return 2 * len(SCHEMES[order].outer) + 1
+    return 2 * len(SCHEMES[order]) + 1

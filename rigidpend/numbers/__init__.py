@@ -6,4 +6,7 @@ exact        rational numbers and pi, kept exact; functions of them in any preci
 expressions  texts such as 3*pi/40, read for any kind of number
 parameters   the errors of values
 checked      arguments of functions, taken or refused in a sentence
+generic      types of numbers of any kind, and of their functions; doubles: arrays of them
+decimals     decimal forms, as a person writes them
+alphabet     the symbols of route codes as numbers
 """

@@ -51,9 +51,10 @@ class Phases:
         # A range may be of any length, and each of its numbers would be made.
         if isinstance(values, Sequence) and len(values) > MOST_PHASES:
             raise ExactError(f"theta2_0 has {len(values)} phases; {MOST_PHASES} are the most")
-        if np.ma.is_masked(values):
-            raise ExactError("theta2_0 has masked values; give those that are to be computed")
-        if isinstance(values, np.ma.MaskedArray):
+        # NumPy imports its masked arrays where they are named first: here it need not.
+        if isinstance(values, np.ndarray) and hasattr(values, "mask"):
+            if np.ma.is_masked(values):
+                raise ExactError("theta2_0 has masked values; give those that are to be computed")
             values = values.data
         if isinstance(values, np.ndarray) and values.dtype == np.float64:
             # An array of doubles is exact as it is: no object for each of many phases.

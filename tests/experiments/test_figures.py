@@ -151,6 +151,14 @@ def test_orbits_stand_in_the_row_above_their_symbols() -> None:
         np.testing.assert_allclose(middles, int(name) + 1)
 
 
+def test_a_level_of_a_zoom_tells_what_share_is_as_before() -> None:
+    result = first_of("fig4_zoom", "levels", members=3)
+    codes = [level["codes"] for level in result["data"]["levels"].values()]
+    shares = [np.count_nonzero(a == b) / a.size for a, b in pairwise(codes)]
+    said = [axes.get_title(loc="right") for axes in drawn(result).axes]
+    assert said == ["", *(f"{round(100 * share)} % as before" for share in shares)]
+
+
 @pytest.mark.slow
 def test_remainders_are_beside_guides_of_their_order() -> None:
     result = reference("precession")
@@ -185,13 +193,13 @@ def test_splitting_is_drawn_where_it_is_resolved_and_crossed_out_where_not() -> 
     assert upper[0] < lower[0]
 
 
-def first_of(name: str, *path: str) -> Loaded:
-    """A reference of which a group has only its first member."""
+def first_of(name: str, *path: str, members: int = 1) -> Loaded:
+    """A reference of which a group has only its first members."""
     result = reference(name)
     group = result["data"]
     for step in path:
         group = group[step]
-    for member in list(group)[1:]:
+    for member in list(group)[members:]:
         del group[member]
     return result
 

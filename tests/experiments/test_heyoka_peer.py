@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from rigidpend.experiments.heyoka_peer import exactly, heyoka, offers, typed, working_type
+from rigidpend.experiments.heyoka_peer import heyoka, offers, typed, working_type
 from rigidpend.mechanics.equations import AlignedCoefficients, aligned
 from rigidpend.orbits.integrate.states import states_at
 from tests.orbits.integrate.problems import GENERIC, fan, needs_heyoka, task
@@ -17,6 +17,15 @@ pytestmark = needs_heyoka("it is compared with")
 
 ORBIT = task(fan(1, GENERIC, J1=1e-8), 113, body=GENERIC)
 TIMES = [Fraction(1, 2), Fraction(10), Fraction(30)]
+
+
+def exactly(x: Any) -> Fraction:
+    """The value of a number of such a type, as the sum of doubles that it is."""
+    total, head, kind = Fraction(0), float(x), type(x)
+    while head:
+        total, x = total + Fraction(head), x - kind(head)
+        head = float(x)
+    return total
 
 
 def by_heyoka(kind: Any) -> Any:

@@ -7,7 +7,7 @@ import re
 import pytest
 
 from tests.config.samples import refused
-from tests.experiments.trees import CONFIGS
+from tests.experiments.trees import CONFIGS, asked
 
 PLANE = (
     "problem.theta2_0=1.2 problem.columns={axis: h0, ends: [1, 2], count: 3}"
@@ -36,14 +36,16 @@ REFUSED = {
         "problem.M_0=0.01": "problem.M_0: h0 = M_0^2/(2 A3) > mu is broken",
         "problem.J1_0=0.9": "problem.J1_0: J1_0 < J2_0/2 is broken",
         "problem.half_width=1": "problem.half_width: half_width must be more than 1",
-        "problem.theta2_0.count=20000": "problem.theta2_0: at most 10000 orbits",
+        "problem.half_width=100.1": "problem.half_width: half_width must be more than 1",
+        "problem.theta2_0.count=10001": "problem.theta2_0: at most 10000 orbits",
         "numerics.precisions=[53, 64]": "numerics.precisions: unknown key",
     },
     "fig4_zoom": {
         "problem.symbol=16": "symbol 16 is beyond n_symbols = 15",
         "problem.step=0": "step must be greater than 0, got 0",
         "problem.step=1e-190": "the last level's step would be 1e-201, below 1e-200",
-        "problem.factor=1.5": "factor must be from 2 to 1000000, in at most 20 characters, got",
+        "problem.factor=1.999": "factor must be from 2 to 1000000, in at most 20 characters, got",
+        "problem.factor=1000001": "factor must be from 2 to 1000000",
         "problem.factor=9.22061431681464812345": "in at most 20 characters",
     },
     "fig5": {"problem.n_wound=6": "problem.n_wound: n_wound = 6 is more than n_symbols = 5"},
@@ -91,3 +93,20 @@ def test_what_has_no_meaning_is_refused_where_it_is_written(name: str, setting: 
     settings = re.split(r" (?=problem\.|numerics\.)", setting)
     [found] = refused(CONFIGS / f"{name}.yaml", settings)
     assert REFUSED[name][setting] in str(found)
+
+
+ACCEPTED = {
+    "exponents": ["problem.n_symbols=10"],
+    "fig1": ["problem.view.elevation=pi/2", "problem.points=9", "problem.heights=[0.001, 0.999]"],
+    "fig3": ["problem.half_width=1.001", "problem.half_width=100", "problem.theta2_0.count=10000"],
+    "fig4_zoom": ["problem.symbol=15", "problem.factor=2", "problem.step=1e-188"],
+    "fig5": ["problem.n_wound=5"],
+    "route_map": ["problem.n_symbols=250"],
+    "splitting": ["problem.phases=9"],
+}
+"""What is just within the bounds."""
+
+
+@pytest.mark.parametrize(("name", "setting"), [(x, y) for x in ACCEPTED for y in ACCEPTED[x]])
+def test_what_is_just_within_a_bound_is_accepted(name: str, setting: str) -> None:
+    assert asked(name, setting) != asked(name)

@@ -32,8 +32,10 @@ CHUNK = 250
 """Random phases in one call."""
 PILOT = 16
 """Orbits of a body by which the time of a peer's orbit is told."""
-DEARER = 40.0
-"""Time of an orbit in principal axes in 113 bits, over that in 64."""
+TRUTH = 4.0
+"""Time of the truth at a body, over that of a peer."""
+DEARER = 30.0
+"""Time of an orbit in principal axes in 113 bits, over that in 64: 20 to 37 on four bodies."""
 
 
 def random_phases(entries: dict[str, Setting], orbits: int, seconds: float) -> Iterator[Line]:
@@ -100,13 +102,13 @@ def bodies(
     The first method, ours, follows all orbits; a peer as many of them as it can in its time, with
     the horizon that ours told. Where two methods differ principal axes tell who is right.
 
-    A peer has so many `seconds` of solving at a body, and the truth as many; no further body is
-    begun when ours has taken the `longest` time, on average. A line, of a body, has its numbers
+    A peer has so many `seconds` of solving at a body, the truth four times as many; no further body
+    is begun when ours has taken the `longest` time, on average. A line, of a body, has its numbers
     as ``body``, and by method ``first`` and ``again``, seconds, ``orbits`` and the counts of
     :func:`judged`.
     """
     own, *peers = entries
-    spent, budget = 0.0, bodies * (longest + seconds * len(entries))
+    spent, budget = 0.0, bodies * (longest + seconds * (len(peers) + TRUTH * bool(peers)))
     # What any body needs is compiled before the clock runs.
     for n in (1, orbits):
         made(own, random_routes(FIG4, n), entries[own], threads).solve()
@@ -136,7 +138,7 @@ def _with_body(
     for name in peers:
         make = partial(made, name, entry=entries[name], threads=threads)
         found[name], answers[name] = _in_its_time(make, task, repeats, seconds)
-    settled, true = _settled(task, answers, seconds)
+    settled, true = _settled(task, answers, TRUTH * seconds)
     for name, answer in answers.items():
         found[name] |= judged(answer, true[:, : min(settled, answer.codes.shape[1])])
     return found

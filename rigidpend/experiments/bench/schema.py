@@ -149,7 +149,9 @@ class Bodies(Part):
     repeats: Annotated[Whole, Field(ge=1, le=100)] = 3
     """Calls again with each body; their median counts."""
     seconds: Seconds
-    """Time of a peer at a body, seconds of solving: it follows fewer orbits where it is slow."""
+    """Time of a peer at a body, seconds of solving: it follows fewer orbits where it is slow.
+
+    The truth, where two methods differ, has four times as much."""
     longest: Annotated[Whole, Field(ge=1, le=3600)] = 6
     """Time of ours at a body on average, seconds: the list is cut where it takes longer."""
 

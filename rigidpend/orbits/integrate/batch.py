@@ -28,7 +28,6 @@ from rigidpend.orbits.integrate.passages import (
     Found,
     Steps,
     crossings_on,
-    no_crossing_found,
 )
 from rigidpend.orbits.integrate.records import (
     Crossings,
@@ -87,12 +86,10 @@ class Batch:
         self.initial = _initial(orbits, bits)
         self.n = self.initial.shape[1]
         self.width = min(TOGETHER[bits], -(-self.n // LANES) * LANES)
-        self.found, self.seen = no_crossings(orbits.n_crossings, self.n), [no_crossing_found()]
+        self.found, self.seen = no_crossings(orbits.n_crossings, self.n), [Found.of([])]
         self.parameters = in_parts(orbits.coefficients, bits)
-        self.states, self.times = (
-            np.zeros((len(self.initial), self.width)),
-            np.zeros((2, self.width)),
-        )
+        self.states = np.zeros((len(self.initial), self.width))
+        self.times = np.zeros((2, self.width))
         self.notes = np.empty((STEPS[bits] * self.width, notes.width_of_note(order, bits, noted)))
         none = np.zeros(0, dtype=np.int64)
         self.columns, self.counts, self.silence = none, none.copy(), none.copy()

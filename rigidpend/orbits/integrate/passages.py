@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from fractions import Fraction
 from typing import Any, NamedTuple
 
@@ -63,6 +63,12 @@ class Found(NamedTuple):
     separatrix: NDArray[np.int64]
 
     @staticmethod
+    def of(rows: Sequence[tuple[int, float, int]]) -> Found:
+        """Crossings from a row for each."""
+        columns, times, separatrix = np.array(rows, dtype=float).reshape(-1, 3).T
+        return Found(columns.astype(np.int64), times, separatrix.astype(np.int64))
+
+    @staticmethod
     def joined(parts: list[Found]) -> Found:
         """All crossings of several records."""
         return Found(*(np.concatenate(x) for x in zip(*parts, strict=True)))
@@ -91,12 +97,6 @@ class Found(NamedTuple):
         found.outcome[columns[kept & (row == len(found.time) - 1)]] = Outcome.COMPLETE
         found.time[row[kept], columns[kept]] = times[kept]
         found.separatrix[row[kept], columns[kept]] = separatrix[kept]
-
-
-def no_crossing_found() -> Found:
-    """A record without any."""
-    none = np.zeros(0, dtype=np.int64)
-    return Found(none, np.zeros(0), none)
 
 
 def crossings_on(steps: Steps) -> Found:
@@ -128,10 +128,7 @@ def _isolated(steps: Steps) -> Found:
         exactly = _exactly(series[2], length) if steps.bits > 53 else None
         for share, separatrix in crossings_of_series(shares[:MOMENTA], depth, exactly):
             seen.append((int(lane), time + share * length, separatrix))
-    if not seen:
-        return no_crossing_found()
-    columns, times, beside = zip(*seen, strict=True)
-    return Found(np.array(columns), np.array(times, dtype=float), np.array(beside))
+    return Found.of(seen)
 
 
 def _exactly(series: Array, length: float) -> Callable[[float], float]:

@@ -81,13 +81,15 @@ def states_at(
     ArithmeticError
         An orbit did not reach the last of its times.
     ValueError
-        The times neither ascend nor descend from 0, or a tolerance that is not above 0.
+        The times neither ascend nor descend from 0, a tolerance that is not above 0, or another
+        field than the aligned one in more than 53 bits.
     """
     if tolerance is not None and not 0 < tolerance < float("inf"):
         raise ValueError(f"tolerance must be a number above 0, got {tolerance}")
     if bits == 53:
         return _in_doubles(field, states, times, check_engine(engine), tolerance)
-    assert isinstance(field, AlignedCoefficients)
+    if not isinstance(field, AlignedCoefficients):
+        raise ValueError(f"{bits} bits follow the aligned field alone: give its coefficients")
     if isinstance(states, PairArray):
         exact = AlignedCoefficients(*(x.exactly() for x in field))
         return PairArray(_in_parts(exact, states.parts, times.parts, bits, tolerance))

@@ -22,7 +22,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from rigidpend.machine.workers import note
+from rigidpend.machine.workers import note, side_by_side
 from rigidpend.mechanics.equations import AlignedCoefficients, aligned
 from rigidpend.numbers.doubles import Array
 from rigidpend.numbers.exact import context, exact, fraction
@@ -292,18 +292,24 @@ class _Legs:
         self, legs: Sequence[int], begun: Sequence[Any], bits: Sequence[int]
     ) -> tuple[list[Any], list[Any]]:
         """Ends of legs, on M3 = 0, and by how much later they are than their times say."""
-        ends: list[Any] = [None] * len(legs)
-        late: list[Any] = [None] * len(legs)
-        kinds = [rung(x) for x in bits]
-        for kind in sorted(set(kinds)):
-            here = [i for i, x in enumerate(kinds) if x == kind]
-            states = np.array([begun[i] for i in here]).T
-            times = np.array([[self.times[legs[i]] for i in here]])
-            reached = states_at(self.c, states, times, kind, self.jobs)[:, 0]
-            for i, state in zip(here, reached.T, strict=True):
-                ends[i], late[i] = self._on_section(state)
-                if self.mirrored[legs[i]]:
-                    ends[i][[0, 1, 5]] *= -1
+        reached: list[Any] = [None] * len(legs)
+        for kind in LADDER[1:]:
+            here = [i for i, x in enumerate(bits) if kind == rung(x)]
+            if here:
+                states = np.array([begun[i] for i in here]).T
+                times = np.array([[self.times[legs[i]] for i in here]])
+                found = states_at(self.c, states, times, kind, self.jobs)[:, 0]
+                for i, state in zip(here, found.T, strict=True):
+                    reached[i] = state
+        here = [i for i, x in enumerate(bits) if x > LADDER[-1]]
+        tasks = [(fractions(begun[i]), fraction(self.times[legs[i]]), bits[i]) for i in here]
+        exact_ends = side_by_side(_in_integers, (self.begin.coefficients,), True, tasks, self.jobs)
+        for i, state in zip(here, exact_ends, strict=True):
+            reached[i] = np.array([self._number(x) for x in state])
+        ends, late = map(list, zip(*(self._on_section(state) for state in reached), strict=True))
+        for end, leg in zip(ends, legs, strict=True):
+            if self.mirrored[leg]:
+                end[[0, 1, 5]] *= -1
         return ends, late
 
     def _on_section(self, state: Any) -> tuple[Any, Any]:
@@ -317,6 +323,16 @@ class _Legs:
         end = state + late * (rates + late * bend)
         end[2] *= 0
         return end, late
+
+
+fractions = np.frompyfunc(fraction, 1, 1)
+"""The exact numbers of an array."""
+
+
+def _in_integers(task: tuple[Any, Fraction, int], c: AlignedCoefficients) -> Any:
+    """The end of a leg from a state after a time, in so many bits."""
+    state, time, bits = task
+    return states_at(c, state[:, None], [time], bits)[:, 0, 0]
 
 
 def _decimal(theta: Fraction, digits: int) -> Decimal:

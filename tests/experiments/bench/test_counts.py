@@ -119,7 +119,7 @@ def lines(monkeypatch: pytest.MonkeyPatch, clock: list[float]) -> Callable[..., 
 def test_where_two_methods_differ_more_bits_tell_which_is_right(
     lines: Any, wrong: str, rough: bool
 ) -> None:
-    [line], called = lines("ours peer", 40, 2, 0.061, 1.0, wrong=wrong, rough=rough, dear=1e-3)
+    [line], called = lines("ours peer", 40, 2, 0.061, 1.0, wrong=wrong, rough=rough, dear=8e-3)
     # Sixteen orbits of a pilot take 32 ms: 61 ms are enough for thirty.
     assert (line["ours"]["orbits"], line["peer"]["orbits"]) == (40, 30)
     other = "peer" if wrong == "ours" else "ours"
@@ -139,8 +139,9 @@ def test_where_two_methods_differ_more_bits_tell_which_is_right(
     "more",
     [
         {"seconds": -1.0},
-        # Forty times 10 ms, in 113 bits, are more than 0.3 s; and 113 bits may not be offered.
-        {"seconds": 0.3, "rough": True},
+        # Thirty times 41 ms, in 113 bits, are more than four times 0.3 s.
+        {"seconds": 0.3, "rough": True, "dear": 0.041},
+        # 113 bits may not be offered, nor 64.
         {"seconds": 1.0, "rough": True, "bits": (64,)},
         {"seconds": 1.0, "bits": ()},
     ],

@@ -7,6 +7,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from rigidpend.routes.plane import Plane
 
 from rigidpend import Body, route_codes
 from rigidpend.experiments.route_map import compute as route_map
@@ -160,6 +161,20 @@ def test_tiles_are_kept_and_none_is_computed_twice(
     again = plain(computed(given, pieces=pieces))
     assert np.array_equal(first["codes"], again["codes"])
     assert not differences("route_map", data, first)
+
+
+def test_planes_share_the_tables_of_all_their_starts(monkeypatch: pytest.MonkeyPatch) -> None:
+    asked: list[Any] = []
+
+    class Noted(Plane):
+        def __init__(self, *given: Any) -> None:
+            asked.append((given[2], given[5]))
+            super().__init__(*given)
+
+    monkeypatch.setattr(route_map, "Plane", Noted)
+    computed(content(ONE_ZOOM))
+    # Twice 20 cells, from the lowest row of the plane to its highest.
+    assert asked == [(pytest.approx((10**-9.375, 10**-5.625)), 40)] * 2
 
 
 def test_cells_of_their_own_bodies_cost_most() -> None:

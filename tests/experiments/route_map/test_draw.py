@@ -56,6 +56,12 @@ def test_zooms_are_framed_in_the_smallest_plane_around_them() -> None:
         [(patch.get_x(), patch.get_width()) for patch in axes.patches] for axes in figure.axes
     ]
     assert framed == [[(1, 2)], [(1.5, 0.5)], []]
+    # One may reach to the plane's ends.
+    high = {
+        part: {**plane(low, 6), "y": plane(low, 6)["x"] + 1} for part, low in (("", 0), ("a", 3))
+    }
+    figure = figure_of(**high[""], zooms={"a": high["a"]})
+    assert [len(axes.patches) for axes in figure.axes] == [1, 0]
 
 
 @pytest.mark.parametrize("doubtful", [True, False])

@@ -55,7 +55,7 @@ def test_matrix_products_are_those_of_fractions(a: Any, b: Any) -> None:
     assert (off <= ROUNDING * np.matmul(abs(exactly(x)), abs(exactly(y)))).all()
 
 
-@pytest.mark.parametrize(("a", "b"), [((3, 4, 5), (6, 4, 5)), ((5, 4, 1), (2, 4, 3))])
+@pytest.mark.parametrize(("a", "b"), [((3, 1, 5), (6, 4, 1)), ((5, 4, 1), (2, 1, 3))])
 def test_products_of_polynomials_are_those_of_fractions(a: Any, b: Any) -> None:
     p, q = made(*a), made(*b, seed=2)
     found, x, y = exactly(pair_arrays.convolved(p, q)), exactly(p), exactly(q)

@@ -28,8 +28,7 @@ def written(*crossings: tuple[int, float, int], rows: int = 3, before: int) -> C
     """A record of two orbits into which crossings (orbit, time, separatrix) are written."""
     found = no_crossings(rows, 2)
     found.outcome[:] = before
-    columns, times, separatrix = zip(*crossings, strict=True)
-    Found(np.array(columns), np.array(times), np.array(separatrix)).write(found, LIMIT)
+    Found.of(crossings).write(found, LIMIT)
     return found
 
 
@@ -74,8 +73,7 @@ def test_the_wait_of_one_orbit_is_not_counted_from_another() -> None:
 
 def test_no_crossings_change_nothing() -> None:
     found = no_crossings(2, 1)
-    none = np.zeros(0, dtype=np.int64)
-    Found(none, np.zeros(0), none).write(found, LIMIT)
+    Found.of([]).write(found, LIMIT)
     assert found.outcome.tolist() == [Outcome.FAILED]
 
 

@@ -195,6 +195,11 @@ def test_no_tolerance_but_one_above_0_is_taken(tolerance: float) -> None:
         states_at(rotor, [0.1, 0.2], [1.0], tolerance=tolerance)
 
 
+def test_more_bits_follow_the_aligned_field_alone() -> None:
+    with pytest.raises(ValueError, match="106 bits follow the aligned field alone"):
+        states_at(rotor, np.ones((2, 1)), [1.0], 106)
+
+
 def given(bits: int, sense: int, n: int = 3) -> tuple[AlignedCoefficients, Any, Any]:
     """Coefficients, states and times of so many bits; the times are no doubles."""
     a = precision(bits)
