@@ -7,10 +7,10 @@ from typing import Any
 
 import numpy as np
 import pytest
-from rigidpend.routes.plane import Plane
 
 from rigidpend import Body, route_codes
 from rigidpend.experiments.route_map import compute as route_map
+from rigidpend.routes.cells import Cells, cells_of_starts
 from tests.experiments.trees import asked, computed, differences, plain
 
 SMALL = (
@@ -166,12 +166,11 @@ def test_tiles_are_kept_and_none_is_computed_twice(
 def test_planes_share_the_tables_of_all_their_starts(monkeypatch: pytest.MonkeyPatch) -> None:
     asked: list[Any] = []
 
-    class Noted(Plane):
-        def __init__(self, *given: Any) -> None:
-            asked.append((given[2], given[5]))
-            super().__init__(*given)
+    def noted(*given: Any, ends: Any, orbits: Any) -> Cells:
+        asked.append((ends, orbits))
+        return cells_of_starts(*given, ends=ends, orbits=orbits)
 
-    monkeypatch.setattr(route_map, "Plane", Noted)
+    monkeypatch.setattr(route_map, "cells_of_starts", noted)
     computed(content(ONE_ZOOM))
     # Twice 20 cells, from the lowest row of the plane to its highest.
     assert asked == [(pytest.approx((10**-9.375, 10**-5.625)), 40)] * 2
