@@ -53,11 +53,12 @@ def main(arguments: Sequence[str] | None = None) -> None:
                 (*drawn.values(), f"{angle:.1e}", *tried(drawn, Path(folder), given.second))
             )
         print(*rows[-1], sep=" | ", file=sys.stderr, flush=True)
+        # After each, so that what was found before an interruption stands.
+        lines = "\n".join(markdown(table(rows, others, given.seed)))
+        text = PAGE.read_text(encoding="utf-8")
+        PAGE.write_text(replaced(PAGE.name, text, "random bodies", lines), encoding="utf-8")
         if len(rows) == given.count:
             break
-    lines = "\n".join(markdown(table(rows, others, given.seed)))
-    text = PAGE.read_text(encoding="utf-8")
-    PAGE.write_text(replaced(PAGE.name, text, "random bodies", lines), encoding="utf-8")
 
 
 def bodies(chance: random.Random) -> Iterator[dict[str, str]]:

@@ -18,8 +18,12 @@ from rigidpend.cli.common import (
     guarded,
     say,
     sentence,
+    settle_warnings,
 )
 from rigidpend.config import catalogue
+
+FEW = 3
+"""Figures that are drawn one after the other; more share the processors."""
 
 
 @click.command("render")
@@ -54,21 +58,29 @@ def command(
       rigidpend render fig4 --sweep problem.mu=1e-4,1e-3 --out swept
     """
     from rigidpend.config.catalogue import resolve
+    from rigidpend.machine.workers import cores, side_by_side
 
     absent: dict[Path, list[Path]] = {}
-    every: list[bool] = []
+    alone: dict[Path, str] = {}
+    together: list[tuple[list[Path], str]] = []
     for path in resolve(names, folder):
         title, members = _members(path, sweeps)
         sources = [folder_of(path, folder) / f"{name}.h5" for name in members]
         lacking = [source for source in sources if not os.path.lexists(source)]
         if lacking:
             absent[path] = lacking
-        there = [source for source in sources if source not in lacking]
-        drawn = [_drawn([source], source.stem, suffix, force) for source in there]
-        # Together they are drawn only if none is left out.
-        if len(sources) > 1 and not lacking and all(drawn):
-            drawn.append(_drawn(sources, title, suffix, force))
-        every += drawn
+        elif len(sources) > 1:
+            together.append((sources, title))
+        alone |= {source: source.stem for source in sources if source not in lacking}
+    tasks = [([source], name) for source, name in alone.items()]
+    # To import what draws takes a process as long as some figures.
+    new = sum(force or not source.with_suffix(f".{suffix}").exists() for source in alone)
+    jobs = cores() if new > FEW else 1
+    drawn = dict(zip(alone, side_by_side(_drawn, (suffix, force), True, tasks, jobs), strict=True))
+    every = list(drawn.values())
+    # Together they are drawn only if none is left out.
+    whole = [task for task in together if all(drawn[source] for source in task[0])]
+    every += [_drawn(task, suffix, force) for task in whole]
     if absent:
         _tell_absent(absent, sweeps, folder)
     if not all(every):
@@ -77,12 +89,14 @@ def command(
         sys.exit(ABSENT)
 
 
-def _drawn(sources: list[Path], name: str, suffix: str, force: bool) -> bool:
-    """Draw a result, or several together; where that fails say why."""
+def _drawn(task: tuple[list[Path], str], suffix: str, force: bool) -> bool:
+    """Draw a result, or several together, under a name; where that fails say why."""
     from rigidpend import render as drawing
     from rigidpend.machine.files import StoreError
     from rigidpend.machine.workers import check_stop
 
+    settle_warnings()
+    sources, name = task
     check_stop()
     target = sources[0].parent / f"{name}.{suffix}"
     try:

@@ -59,7 +59,11 @@ def prove(
     ------
     Undecided, StoreError, ConfigError
     """
-    from rigidpend.routes.certified import chains, horseshoe, pieces
+    from rigidpend.routes.certified import (
+        chains,
+        pieces,
+        start_lines,
+    )
 
     if not is_proof(file):
         raise store.StoreError(f"{file}: a proof is named X{SUFFIX}")
@@ -67,7 +71,7 @@ def prove(
     stated = {key: config.resolved()["problem"][key] for key in PROBLEM}
     problem, J1 = _problem(file, stated)
     theta2, n = float(found.theta2_0), len(found.symbols)
-    setting = horseshoe.of_start(problem.body, problem.h0, J1, theta2)
+    setting = start_lines.of_start(problem.body, problem.h0, J1, theta2)
     links = chains.links(setting, J1, chains.OrbitCrossings(theta2, found.d, found.chi))
     parts = [(links[part.start : part.stop], whole) for part, whole in _parts(len(links))]
     arrays = _in_rounds(_made, (), parts, jobs, n, report)
@@ -97,7 +101,7 @@ def check(file: Path, jobs: int, report: Report) -> str:
     StoreError
         It is none, or does not prove what it says.
     """
-    from rigidpend.routes.certified import coverings, pieces
+    from rigidpend.routes.certified import beginnings, pieces, sections
 
     stored = store.load(file, LAYOUT, ratio=certificate_files.RATIO)
     stated, data = stored["config"], stored["data"]
@@ -117,9 +121,9 @@ def check(file: Path, jobs: int, report: Report) -> str:
         # The first is the line of starts, which has no symbol.
         if (symbols := "".join(str(int(x)) for x in [*proven][1:])) != code:
             raise Undecided(f"the code is {symbols}")
-        numbers = coverings.Numbers.of(*of)
+        numbers = sections.Numbers.of(*of)
         [begin] = pieces.unpacked(pieces.of_some(data["proof"], len(sources), range(1)), 1)
-        low, high = coverings.phases(numbers, line, begin)
+        low, high = beginnings.phases(numbers, line, begin)
     except (ValueError, Undecided) as error:
         raise store.StoreError(f"{file}: not proven: {short(error)}") from None
     # Rounded outward.
@@ -163,10 +167,10 @@ def _checked(
     *of: Any,
 ) -> list[bool]:
     """The symbols of a part; its last set, unless it is the last of all, is only covered."""
-    from rigidpend.routes.certified import coverings, pieces
+    from rigidpend.routes.certified import coverings, pieces, sections
 
     first, sources, proof, whole = part
-    numbers, found = coverings.Numbers.of(*of), []
+    numbers, found = sections.Numbers.of(*of), []
     links = list(zip(sources, pieces.unpacked(proof, len(sources)), strict=True))
     for k, link in enumerate(links if whole else links[:-1]):
         try:

@@ -15,6 +15,7 @@ from click.testing import CliRunner
 
 from rigidpend import cli
 from rigidpend.cli import common
+from rigidpend.machine import workers
 from rigidpend.machine.workers import WorkerError
 from rigidpend.orbits.integrate import arithmetic
 from rigidpend.results import store
@@ -316,6 +317,17 @@ def test_one_bad_result_keeps_no_other_from_being_drawn(tmp_path: Path) -> None:
     assert call(tmp_path, "render", "all").returncode == 0
     assert call(tmp_path, "render", "fig2", "fig1").returncode == 3
     assert call(tmp_path, "render", "all", "--out", "none").returncode == 3
+
+
+@pytest.mark.slow
+def test_many_figures_are_drawn_side_by_side_and_a_bad_one_fails(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    damaged(tmp_path / "results", "fig1", "fig2", "fig4")
+    monkeypatch.setattr("rigidpend.cli.render.FEW", 2)
+    monkeypatch.setattr(workers, "cores", lambda: 2)
+    assert call(tmp_path, "render", "all").returncode == 1
+    assert {x.name for x in tmp_path.glob("results/*.png")} == {"fig2.png", "fig4.png"}
 
 
 def test_a_damaged_result_is_said_with_its_remedy_by_whoever_reads_it(tmp_path: Path) -> None:

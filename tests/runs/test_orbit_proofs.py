@@ -15,11 +15,11 @@ import numpy as np
 import pytest
 
 from rigidpend.results import store
-from rigidpend.routes.certified import coverings, pieces
+from rigidpend.routes.certified import beginnings, coverings, pieces
 from rigidpend.runs import certificates, orbit_proofs
+from scripts import check_full_shift
 from scripts import check_orbit as script
 from scripts.check_certificate import Fails, Refused
-from scripts.check_full_shift import DIGITS
 from tests.cli.calls import call
 from tests.experiments.trees import reference
 from tests.remembered import remembered
@@ -57,7 +57,7 @@ def once() -> Iterator[None]:
     """Orbits that are the same in all proofs are followed once by each checker."""
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(script, "ProcessPoolExecutor", Inline)
-        for module in (coverings, script):
+        for module in (coverings, check_full_shift):
             for name in ("arrival", "beginning"):
                 patch.setattr(module, name, remembered(getattr(module, name)))
         yield
@@ -94,8 +94,8 @@ def test_parts_meet_and_ends_are_rounded_outward(
     """Four sources are two parts of two, each with the first of the next."""
     monkeypatch.setattr(orbit_proofs, "AT_ONCE", 2)
     ends = Fraction("0.1234567891"), Fraction("0.1234567899")
-    monkeypatch.setattr(coverings, "phases", lambda *_: tuple(map(float, ends)))
-    where = SimpleNamespace(low=round(ends[0] * (1 << DIGITS)), above=ends[1])
+    monkeypatch.setattr(beginnings, "phases", lambda *_: tuple(map(float, ends)))
+    where = SimpleNamespace(low=round(ends[0] * (1 << check_full_shift.DIGITS)), above=ends[1])
     monkeypatch.setattr(script, "phases", lambda *_: where)
     for believed, text in said_by_both(file):
         assert believed, text

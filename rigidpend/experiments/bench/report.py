@@ -80,10 +80,7 @@ def interval(sample: Any) -> tuple[float, float]:
     """
     ordered = np.sort(np.asarray(sample, dtype=float))
     n, k, missed = ordered.size, 0, 2.0 ** (1 - ordered.size)
-    while k < (n - 1) // 2:
-        missed += 2.0 ** (1 - n) * math.comb(n, k + 1)
-        if missed > 1 - COVERED:
-            break
+    while (missed := missed + 2.0 ** (1 - n) * math.comb(n, k + 1)) <= 1 - COVERED:
         k += 1
     return float(ordered[k]), float(ordered[-1 - k])
 

@@ -28,10 +28,12 @@ from rigidpend.numbers.exact import exact
 if TYPE_CHECKING:
     from rigidpend.experiments.full_shift.schema import Config
     from rigidpend.routes.certified.chains import Link, OrbitCrossings
-    from rigidpend.routes.certified.coverings import Numbers, Reached, Relation
+    from rigidpend.routes.certified.coverings import Relation
     from rigidpend.routes.certified.families import Family
     from rigidpend.routes.certified.horseshoe import ShiftProblem
+    from rigidpend.routes.certified.passages import Reached
     from rigidpend.routes.certified.pieces import FamilyStep, Quad, StartLine
+    from rigidpend.routes.certified.sections import Numbers
 
 Array = NDArray[np.float64]
 
@@ -80,28 +82,31 @@ def compute(config: Config, means: Means) -> Tree:
 def _proven(
     config: Config, setting: ShiftProblem, approach: OrbitCrossings | None, means: Means
 ) -> Tree:
-    from rigidpend.routes.certified import chains, horseshoe
-    from rigidpend.routes.certified.checker import Undecided
+    from rigidpend.routes.certified import (
+        chains,
+        family_orbits,
+        horseshoe,
+        start_lines,
+    )
 
     J1 = _fraction(config)
     if approach is not None:
         links = chains.links(setting, J1, approach, horseshoe.quads(setting))
         setting = setting._replace(spread=links[0].setting.spread)
     elif config.problem.h0 is not None:
-        setting = horseshoe.widened(setting, J1)
+        setting = start_lines.widened(setting, J1)
     sets = horseshoe.quads(setting)
-    orbits = [horseshoe.pieces(setting, quad) for quad in sets]
+    orbits = [family_orbits.pieces(setting, quad) for quad in sets]
     if approach is not None:
         return _stored(config, sets, orbits + chains.linked(links, True), links, means)
-    starts, ends = horseshoe.line(setting, J1, sets)
+    starts, ends = start_lines.line(setting, J1, sets)
+    link = chains.Link(starts, setting, theta2=ends)
+    begun = link.pieces()
     # Only Theorem 8 needs a strip about the line, which may be too wide to cross the sets.
-    for of in dict.fromkeys((starts, starts._replace(wide=Fraction(0)))):
-        link = chains.Link(of, setting, theta2=ends)
-        try:
-            return _stored(config, sets, [*orbits, link.pieces()], [link], means)
-        except Undecided as doubt:
-            reason = doubt
-    raise reason
+    if starts.wide and not chains.crosses(link, begun, sets):
+        link = link._replace(of=starts._replace(wide=Fraction(0)))
+        begun = link.pieces()
+    return _stored(config, sets, [*orbits, begun], [link], means)
 
 
 def _stored(
@@ -175,7 +180,12 @@ def checked(config: Config, data: Data) -> Proven:
     Undecided
         Something is not shown; the text says what.
     """
-    from rigidpend.routes.certified import connections, coverings, pieces
+    from rigidpend.routes.certified import (
+        beginnings,
+        connections,
+        coverings,
+        pieces,
+    )
     from rigidpend.routes.certified.checker import Undecided
 
     energies, approach = data.get("energies"), data.get("approach")
@@ -196,7 +206,7 @@ def checked(config: Config, data: Data) -> Proven:
     middle = _doubt(connections.prove_connections, numbers, sets, arrivals)
     of_line = starts, links[0][1], start
     crossing = _doubt(connections.prove_transversal, numbers, of_line, sets, arrivals)
-    theta2 = coverings.phases(numbers, starts, links[0][1]) if before else None
+    theta2 = beginnings.phases(numbers, starts, links[0][1]) if before else None
     doubts = cone, middle, cone or middle or crossing
     return Proven(arrivals, relations, start, crossed, list(map(int, symbols)), theta2, doubts)
 
@@ -271,17 +281,20 @@ def _approach(config: Config) -> OrbitCrossings | None:
 
 def _found(config: Config, approach: OrbitCrossings | None) -> ShiftProblem:
     """The body and its energy, or that of the middle of a line of starts of one J2_0."""
-    from rigidpend.routes.certified import horseshoe
+    from rigidpend.routes.certified import (
+        horseshoe,
+        start_lines,
+    )
 
     problem = config.problem
     if problem.h is not None:
         found = horseshoe.ShiftProblem(problem.body, problem.h, 1, spread=_spread(config))
     elif problem.h0 is not None and approach is not None:
         of = problem.body, problem.h0, _fraction(config)
-        found = horseshoe.of_start(*of, approach.theta2)
+        found = start_lines.of_start(*of, approach.theta2)
     else:
         assert problem.h0 is not None
-        found = horseshoe.of_one_J2(problem.body, problem.h0, _fraction(config))
+        found = start_lines.of_one_J2(problem.body, problem.h0, _fraction(config))
     return found._replace(lengths=problem.lengths)
 
 
@@ -294,7 +307,7 @@ def _spread(config: Config) -> Fraction:
 def _numbers(config: Config, shift: Fraction, spread: Fraction) -> Numbers:
     """The body and the energies of which a proof is."""
     from rigidpend.routes.certified.checker import Undecided
-    from rigidpend.routes.certified.coverings import Numbers
+    from rigidpend.routes.certified.sections import Numbers
 
     problem = config.problem
     if problem.h is not None:
@@ -335,7 +348,7 @@ def _of_sets(found: Sequence[Reached]) -> dict[str, Any]:
 
 def _drawn(sets: Sequence[Quad], proven: Proven) -> dict[str, Array]:
     """Outlines of the sets and of their images, as the polynomials have them."""
-    from rigidpend.routes.certified.coverings import place
+    from rigidpend.routes.certified.sections import place
 
     side, one = np.linspace(-1, 1, SIDE), np.ones(SIDE)
     u, v = np.concatenate((side, one, -side, -one)), np.concatenate((-one, side, one, -side))

@@ -184,7 +184,8 @@ def spoilt(made: ReturnMap, size: float, seed: int) -> ReturnMap:
     for chart in made.charts:
         tables = []
         for table in chart:
-            values = table.values + 0
+            # A copy, of doubles or of pairs of them.
+            values = table.values + 0.0
             # The lowest coefficients alone: an error that is smooth, as a
             # wrong series has it, and no noise.
             values[0, :3] += size * random.normal(size=values[0, :3].shape) * np.abs(values).max()

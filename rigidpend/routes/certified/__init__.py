@@ -1,8 +1,25 @@
-"""Certified route codes: a rigorous a-posteriori proof of every symbol, for the exact problem.
+"""Proofs for the exact problem: of the symbols of route codes, and of sets that cover each other.
 
-`docs/certified.md` states the theorem and proves it; it names the function that checks each
-hypothesis. `checker` is the proof, with `growth` (logarithmic norm), `signs`, `models`
-(polynomials with integer coefficients) and `balls` (enclosures of the problem's numbers) under
-it. `approximation` finds the polynomials and need not be trusted; `proofs` brings both
-together, `codes` makes route codes of them, `certificates`, `steps` and `storage` certificates.
+`docs/certified.md` and `docs/full-shift.md` state the theorems and prove them; they name the
+function that checks each hypothesis.
+
+What proves
+-----------
+balls, growth, signs, models, families, precision
+             enclosures of the problem's numbers, logarithmic norm, polynomials over the integers
+steps, pieces
+             data of proofs: steps of an orbit, and of families, with the sets they begin in
+checker      symbols of one orbit
+intervals    those of all orbits that start on an interval
+sections, beginnings, passages, coverings, connections
+             sets, where their orbits begin, next cross, what that covers, and what follows beside
+
+What finds, and need not be trusted
+-----------------------------------
+approximation, proofs, codes, progress
+             polynomials of an orbit, both together, route codes made of them
+interval_search
+             intervals with their polynomials
+horseshoe, family_orbits, start_lines, chains, search
+             sets, their orbits, lines of starts, sets along an orbit, bodies tried
 """

@@ -20,16 +20,13 @@ from numpy.typing import NDArray
 from rigidpend.machine.workers import check_stop
 from rigidpend.orbits.return_map import SectionPoint
 from rigidpend.routes.certified.checker import Undecided
-from rigidpend.routes.certified.coverings import Numbers, prove_link
-from rigidpend.routes.certified.horseshoe import (
-    BEYOND,
-    OVERSHOOT,
-    LineStarts,
-    ShiftProblem,
-    line_pieces,
-    pieces,
-)
+from rigidpend.routes.certified.coverings import prove_link, relation
+from rigidpend.routes.certified.family_orbits import pieces
+from rigidpend.routes.certified.horseshoe import OVERSHOOT, ShiftProblem
+from rigidpend.routes.certified.passages import arrival
 from rigidpend.routes.certified.pieces import FamilyStep, Quad, StartLine, made
+from rigidpend.routes.certified.sections import Numbers
+from rigidpend.routes.certified.start_lines import BEYOND, LineStarts, line_pieces
 
 Array = NDArray[np.float64]
 
@@ -192,6 +189,20 @@ def linked(part: Sequence[Link], whole: bool) -> list[list[FamilyStep]]:
     for link, after in reversed(list(pairwise(part))):
         found.insert(0, _proven(numbers, link, (after.of, found[0])))
     return found if whole else found[:-1]
+
+
+def crosses(link: Link, found: Sequence[FamilyStep], quads: Sequence[Quad]) -> bool:
+    """Whether a line of starts, or a strip about it, crosses all upward sets."""
+    of = link.setting
+    numbers = Numbers.of(of.body, of.h, of.spread, of.h0)._replace(along="")
+    try:
+        end = arrival(numbers, link.of, found)
+        for quad in quads:
+            if quad.rising:
+                relation(end, quad, end.box, 0)
+    except Undecided:
+        return False
+    return True
 
 
 def _proven(

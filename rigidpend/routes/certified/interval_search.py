@@ -21,19 +21,18 @@ from rigidpend.orbits.integrate.pair_arrays import PairArray
 from rigidpend.orbits.return_map.expansions import nodes
 from rigidpend.orbits.return_map.precision import precision
 from rigidpend.routes.certified.checker import Undecided
-from rigidpend.routes.certified.horseshoe import (
+from rigidpend.routes.certified.family_orbits import (
     GROWTH,
     LENGTH,
-    NUMBERS,
     FamilyOrbits,
-    LineStarts,
-    ShiftProblem,
     fitted,
     grid_of,
     values_at,
 )
+from rigidpend.routes.certified.horseshoe import NUMBERS, ShiftProblem
 from rigidpend.routes.certified.intervals import EnclosedStarts, PhaseInterval, symbols
 from rigidpend.routes.certified.pieces import CLOCK, FamilyStep, Powers
+from rigidpend.routes.certified.start_lines import LineStarts
 from rigidpend.routes.codes import route_codes
 
 NODES = 20

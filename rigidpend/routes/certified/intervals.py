@@ -21,11 +21,12 @@ from rigidpend.mechanics.separatrices import separatrix_beside
 from rigidpend.numbers.exact import Exact
 from rigidpend.routes.certified.balls import BALLS, angles
 from rigidpend.routes.certified.checker import LARGEST, SCALARS, Undecided
-from rigidpend.routes.certified.coverings import BITS, distances, on_parts, tube
 from rigidpend.routes.certified.families import Family
 from rigidpend.routes.certified.growth import LogarithmicNorm
+from rigidpend.routes.certified.passages import on_parts, tube
 from rigidpend.routes.certified.pieces import CLOCK, FamilyStep
 from rigidpend.routes.certified.precision import precision
+from rigidpend.routes.certified.sections import BITS, distances
 
 MOST_TERMS = 100
 """Terms of cosine and sine on an interval at most."""

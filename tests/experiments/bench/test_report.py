@@ -11,7 +11,7 @@ import pytest
 from rigidpend.experiments.bench import report as reading
 from rigidpend.machine.tables import Table, terminal
 from scripts import readme_tables
-from tests.experiments.bench.data import data, many, with_bodies
+from tests.experiments.bench.data import counted, data, many, with_bodies
 from tests.results.loaded import loaded
 
 
@@ -99,7 +99,10 @@ def test_cross_checks_are_compared_with_ours() -> None:
 
 
 def test_wrong_symbols_are_per_million() -> None:
-    table = reading.phases_table(data())
+    changed = data()
+    more = {**counted(0), "symbols": 9000}
+    changed["random_phases"]["J1_0_1e-10"] |= {"aligned_batch": more}
+    table = reading.phases_table(changed)
     assert row(table, "heyoka, Euler")[1:] == ("2,000", "0", "200 us")
     assert row(table, "route_codes")[1] == "0"
     assert table.header[1] == "wrong, J1_0 = 1e-10"

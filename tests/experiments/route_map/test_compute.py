@@ -166,9 +166,9 @@ def test_tiles_are_kept_and_none_is_computed_twice(
 def test_planes_share_the_tables_of_all_their_starts(monkeypatch: pytest.MonkeyPatch) -> None:
     asked: list[Any] = []
 
-    def noted(*given: Any, ends: Any, orbits: Any) -> Cells:
-        asked.append((ends, orbits))
-        return cells_of_starts(*given, ends=ends, orbits=orbits)
+    def noted(*given: Any, **common: Any) -> Cells:
+        asked.append((common["ends"], common["orbits"]))
+        return cells_of_starts(*given, **common)
 
     monkeypatch.setattr(route_map, "cells_of_starts", noted)
     computed(content(ONE_ZOOM))

@@ -21,7 +21,7 @@ from rigidpend.orbits.integrate.states import states_at
 from rigidpend.orbits.return_map.poincare import state_of
 from rigidpend.orbits.return_map.precision import precision
 from rigidpend.orbits.return_map.reduced import coefficients
-from rigidpend.routes.certified import coverings, steps
+from rigidpend.routes.certified import beginnings, passages, sections, steps
 from rigidpend.routes.certified.checker import Undecided
 from rigidpend.routes.certified.families import Family
 from rigidpend.routes.certified.growth import LogarithmicNorm
@@ -118,13 +118,13 @@ def arrived(rows: Sequence[Mapping[Any, int]], box: Sequence[arb]) -> tuple[Any,
     slopes = [[each.partial(name) for name in "uvw"] for each in (at, up)]
     Q, gamma1, gamma2 = box
     there = Q, gamma1, gamma2
-    mine = coverings.Reached(at, up, True, there, 0.0, 0.0, (1.0, 1.0), list(box), slopes)
+    mine = passages.Reached(at, up, True, there, 0.0, 0.0, (1.0, 1.0), list(box), slopes)
     d, g = (series(row, BITS) for row in rows)
     along = [(d.along(i), g.along(i), script.Series.of(i == 3)) for i in script.ALONG]
     return mine, script.Arrival(d, g, 1, [interval(x) for x in box], [], Interval.of(0), along)
 
 
-def beginnings(piece: FamilyStep) -> list[Family]:
+def begun(piece: FamilyStep) -> list[Family]:
     """The states of a step at its beginning."""
     return [Family.of(terms, piece.bits).at("z", -1) for terms in piece.terms]
 
@@ -203,19 +203,19 @@ class Stored:
         return unpacked(self.data["proof"], 5)
 
     @cached_property
-    def numbers(self) -> coverings.Numbers:
-        return coverings.Numbers.of(BODY, exact(GIVEN["h"]))
+    def numbers(self) -> sections.Numbers:
+        return sections.Numbers.of(BODY, exact(GIVEN["h"]))
 
     @cached_property
     def growth(self) -> LogarithmicNorm:
         return LogarithmicNorm.of(self.numbers.field)
 
     @cached_property
-    def arrivals(self) -> list[coverings.Reached]:
+    def arrivals(self) -> list[passages.Reached]:
         """Those of the four sets and of the line."""
         starts: list[Quad | StartLine] = [*self.quads, self.line]
         of = zip(starts, self.orbits, strict=True)
-        return [coverings.arrival(self.numbers, *each) for each in of]
+        return [passages.arrival(self.numbers, *each) for each in of]
 
     @cached_property
     def theirs(self) -> list[script.Arrival]:
@@ -230,9 +230,9 @@ class Stored:
 
         def by_package() -> list[float]:
             if isinstance(start, StartLine):
-                _, bounds = coverings.line_beginning(self.numbers, start, piece, self.growth)
+                _, bounds = beginnings.line_beginning(self.numbers, start, piece, self.growth)
             else:
-                _, bounds = coverings.beginning(self.numbers, start, piece, self.growth)
+                _, bounds = beginnings.beginning(self.numbers, start, piece, self.growth)
             return [float(x.upper()) for x in bounds]
 
         def by_script() -> list[float]:
@@ -248,9 +248,9 @@ class Stored:
         """What both say of the orbits of a set, of the stored body and energy or of another."""
         given = GIVEN | other
         body = Body(A=given["A"], r=given["r"], mu=given["mu"])
-        numbers, again = coverings.Numbers.of(body, exact(given["h"])), [step(x) for x in pieces]
+        numbers, again = sections.Numbers.of(body, exact(given["h"])), [step(x) for x in pieces]
         return [
-            said(coverings.arrival, numbers, quad, pieces),
+            said(passages.arrival, numbers, quad, pieces),
             said(script.arrival, problem(**other), quad_of(quad), again),
         ]
 

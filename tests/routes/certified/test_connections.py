@@ -22,7 +22,7 @@ from rigidpend.orbits.integrate.states import states_at
 from rigidpend.orbits.return_map.poincare import state_of
 from rigidpend.orbits.return_map.precision import precision
 from rigidpend.orbits.return_map.reduced import coefficients
-from rigidpend.routes.certified import connections, coverings
+from rigidpend.routes.certified import connections, passages, sections
 from rigidpend.routes.certified.pieces import FamilyStep
 from scripts import check_full_shift as script
 from scripts.check_certificate import Interval
@@ -32,7 +32,7 @@ from tests.routes.certified.offered import (
     GIVEN,
     Stored,
     arrived,
-    beginnings,
+    begun,
     problem,
     quad_of,
     said,
@@ -105,7 +105,7 @@ def by_both(A: Any, r: Any, weight: float) -> list[str]:
     """C8 of a body, for sets within 1/1000, by both checkers."""
     mu = Fraction(weight).limit_denominator(10**9)
     given = {"A": A, "r": r, "mu": f"{mu.numerator}/{mu.denominator}", "h": GIVEN["h"]}
-    numbers = coverings.Numbers.of(Body(A=A, r=r, mu=given["mu"]), exact(GIVEN["h"]))
+    numbers = sections.Numbers.of(Body(A=A, r=r, mu=given["mu"]), exact(GIVEN["h"]))
     p = script.problem_of(given)
     return [
         said(connections.check_middle, numbers, arb(1e-3)),
@@ -157,7 +157,7 @@ FIELDS = connections.Middle._fields[1:]
 """Numbers of C8, in the order of both checkers."""
 
 
-def middles(numbers: coverings.Numbers, **changed: float) -> tuple[Any, Any, dict[str, float]]:
+def middles(numbers: sections.Numbers, **changed: float) -> tuple[Any, Any, dict[str, float]]:
     """Those of Fig. 4's body, some of them changed, for both and in doubles."""
     mine = connections.check_middle(numbers, arb(1e-3))
     other = {name: float(getattr(mine, name)) for name in FIELDS} | changed
@@ -220,7 +220,7 @@ def is_graph(m: dict[str, float], norm: Norm) -> bool:
     return graph(m, norm) < 1
 
 
-def sides(numbers: coverings.Numbers, name: str, good: Good, **held: float) -> Iterator[Any]:
+def sides(numbers: sections.Numbers, name: str, good: Good, **held: float) -> Iterator[Any]:
     """The numbers for both just before and just beyond where a number of them ends what is good."""
     mine, _, m = middles(numbers, **held)
     norm = norm_of(mine)
@@ -250,7 +250,7 @@ def test_C9_a_graph_over_gamma3(stored: Stored, name: str) -> None:
         assert reason.startswith("C9: the")
 
 
-def heaviest(numbers: coverings.Numbers) -> float:
+def heaviest(numbers: sections.Numbers) -> float:
     """The weight up to which there is a graph."""
     return float(next(sides(numbers, "mu", is_graph))[0].mu)
 
@@ -318,7 +318,7 @@ def strip(stored: Stored) -> Strip:
     line, piece = stored.line, stored.orbits[4][0]
     norm = norm_of(middles(stored.numbers)[0])
     weights = [1, 0, norm.upright, *[1 / norm.weight] * 3]
-    begin = beginnings(piece)
+    begin = begun(piece)
     slopes = sum(
         math.hypot(*(x * float(y.partial(name).bound) for x, y in zip(weights, begin, strict=True)))
         for name in "uv"
@@ -524,7 +524,7 @@ def test_C9_without_its_sides_a_strip_beside_the_surface_is_believed(stored: Sto
     """So short that the surface is flat: backward the orbits of both sides leave on one side."""
     guard, (first, *_) = "not middle.share * momentum < wide", stored.orbits[4]
     line, [piece] = smaller(stored.line, [first], 2.0**-10, 2.0**-10)
-    assert set(leaves(beginnings(piece), 0.0, np.array([-1.0, 1.0]))) == {1.0}
+    assert set(leaves(begun(piece), 0.0, np.array([-1.0, 1.0]))) == {1.0}
     of = stored.numbers, middles(stored.numbers)[0], line, piece
     assert said(weakened(connections, (guard, "False")).check_strip, *of) == ""
     assert "between the strip's sides" in said(connections.check_strip, *of)
@@ -537,10 +537,10 @@ def test_C9_without_its_reach_half_a_strip_is_believed(stored: Stored) -> None:
     """In 113 bits its image ends at |gamma3| = 0.0029, and images of sets at 0.0055."""
     guard = "not any(low < -reach and high > reach for low, high in (ends, ends[::-1]))"
     line, pieces = smaller(stored.line, stored.orbits[4], along=0.5)
-    begin, images = beginnings(pieces[0]), stored.arrivals[2:4]
+    begin, images = begun(pieces[0]), stored.arrivals[2:4]
     ends = [crossed(strip_states(begin, u, np.array([0.0])))[1] for u in (-1.0, 1.0)]
     assert max(map(abs, ends)) < 0.55 * min(float(abs(x.g.at("u", 1).range)) for x in images)
-    strip = line, pieces, coverings.arrival(stored.numbers, line, pieces)
+    strip = line, pieces, passages.arrival(stored.numbers, line, pieces)
     of = stored.numbers, strip, stored.quads, stored.arrivals[:4]
     assert said(weakened(connections, (guard, "False")).prove_transversal, *of) == ""
     assert "to reach as far" in said(connections.prove_transversal, *of)
@@ -569,7 +569,7 @@ def test_C9_is_asked_of_all_of_a_proof(stored: Stored, monkeypatch: pytest.Monke
     assert [float(x.rad()) >= 2.0**-5 for x in sheets] == [False] * 3 + [True] * 2
     middle = connections.prove_connections(numbers, quads, [*arrivals, start])
     assert 0.000632 <= float(middle.small) < 0.000633
-    extents = [float(coverings.place(quad)[1].bound) for quad in quads[:2]]
+    extents = [float(sections.place(quad)[1].bound) for quad in quads[:2]]
     extents += [float(x.g.bound) for x in images]
     assert float(reach) == max(extents) > 0.0055
     held = numbers._replace(h0=numbers.h)
@@ -610,7 +610,7 @@ def test_the_unstable_surface_is_where_C9_says_in_113_bits(stored: Stored) -> No
     the proof encloses.
     """
 
-    slope, begin = connections.slope_of(stored.arrivals[4]), beginnings(stored.orbits[4][0])
+    slope, begin = connections.slope_of(stored.arrivals[4]), begun(stored.orbits[4][0])
     found = []
     for u in (-0.9, 0.1, 0.8):
         low, high = -1.0, 1.0

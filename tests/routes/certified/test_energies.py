@@ -14,7 +14,16 @@ from flint import arb
 from rigidpend.experiments.full_shift import compute as full_shift
 from rigidpend.experiments.full_shift.schema import Config
 from rigidpend.numbers.exact import exact
-from rigidpend.routes.certified import chains, coverings, horseshoe
+from rigidpend.routes.certified import (
+    beginnings,
+    chains,
+    coverings,
+    family_orbits,
+    horseshoe,
+    passages,
+    sections,
+    start_lines,
+)
 from rigidpend.routes.certified.balls import enclosed
 from rigidpend.routes.certified.families import Family
 from rigidpend.routes.certified.growth import LogarithmicNorm
@@ -32,7 +41,7 @@ from tests.routes.certified.offered import (
     CONFIG,
     GIVEN,
     J1,
-    beginnings,
+    begun,
     crossings,
     interval,
     moved,
@@ -64,9 +73,9 @@ class Found(NamedTuple):
         assert off is not None
         return off
 
-    def numbers(self, wider: float = 1.0) -> coverings.Numbers:
+    def numbers(self, wider: float = 1.0) -> sections.Numbers:
         spread = self.setting.spread * Fraction(wider)
-        return coverings.Numbers.of(BODY, self.setting.h, spread, H0)
+        return sections.Numbers.of(BODY, self.setting.h, spread, H0)
 
     def problem(self, wider: float = 1.0) -> script.Problem:
         given = {name: x for name, x in GIVEN.items() if name != "h"}
@@ -76,26 +85,26 @@ class Found(NamedTuple):
 
 @pytest.fixture(scope="module")
 def found() -> Found:
-    setting = horseshoe.of_one_J2(BODY, H0, J1)._replace(half_turns=14)
-    setting = horseshoe.widened(setting, J1)
+    setting = start_lines.of_one_J2(BODY, H0, J1)._replace(half_turns=14)
+    setting = start_lines.widened(setting, J1)
     quads = horseshoe.quads(setting)
-    line, theta2 = horseshoe.line(setting, J1, quads)
-    pieces = {k: horseshoe.pieces(setting, quads[k]) for k in (0, 2)}
-    return Found(setting, quads, pieces, line, horseshoe.line_pieces(setting, line, theta2))
+    line, theta2 = start_lines.line(setting, J1, quads)
+    pieces = {k: family_orbits.pieces(setting, quads[k]) for k in (0, 2)}
+    return Found(setting, quads, pieces, line, start_lines.line_pieces(setting, line, theta2))
 
 
 def covered(
-    numbers: coverings.Numbers,
+    numbers: sections.Numbers,
     problem: script.Problem,
     source: tuple[Quad, list[FamilyStep]],
     targets: Sequence[tuple[Quad, FamilyStep]],
 ) -> list[list[str]]:
     """What both say of the relations of a set to others, of which the first steps are given."""
     growth, told = LogarithmicNorm.of(numbers.field), []
-    mine = coverings.arrival(numbers, *source)
+    mine = passages.arrival(numbers, *source)
     theirs = script.arrival(problem, quad_of(source[0]), [step(x) for x in source[1]])
     for quad, first in targets:
-        begin, _ = coverings.beginning(numbers, quad, first, growth)
+        begin, _ = beginnings.beginning(numbers, quad, first, growth)
         balls = [interval(x) for x in begin]
         told.append(
             [
@@ -112,14 +121,14 @@ def test_an_approach_ends_across_both_sets_of_its_section() -> None:
     found = find_orbit(BODY, "a 0^8 1^9 1^15", h0=H0, J1_0=exact(J1))
     assert 3 * math.pi / 40 < found.theta2_0 < 3 * math.pi / 40 + 0.31
     orbit = chains.OrbitCrossings(float(found.theta2_0), found.d, found.chi)
-    setting = horseshoe.of_start(BODY, H0, J1, orbit.theta2)._replace(half_turns=14)
+    setting = start_lines.of_start(BODY, H0, J1, orbit.theta2)._replace(half_turns=14)
     *_, link = chains.links(setting, J1, orbit, horseshoe.quads(setting))
     setting = setting._replace(spread=link.setting.spread)
     targets = [quad for quad in horseshoe.quads(setting) if not quad.rising]
-    each = [(quad, horseshoe.pieces(setting, quad)[0]) for quad in targets]
+    each = [(quad, family_orbits.pieces(setting, quad)[0]) for quad in targets]
     given = {name: x for name, x in GIVEN.items() if name != "h"}
     given |= {"h0": "1.3342", "shift": setting.shift, "spread": setting.spread}
-    of = coverings.Numbers.of(BODY, setting.h, setting.spread, H0), script.problem_of(given)
+    of = sections.Numbers.of(BODY, setting.h, setting.spread, H0), script.problem_of(given)
     few = of[0]._replace(along=""), of[1]._replace(along=())
     assert isinstance(link.of, Quad)
     # Of sets so high that the image does not reach from end to end.
@@ -138,9 +147,9 @@ def test_sets_of_more_half_rotations_cover_all_of_the_other_section() -> None:
         one, other = quads[k : k + 2]
         assert said(coverings._check_apart, one, other, "they") == ""
         assert said(script.check_apart, quad_of(one), quad_of(other)) == ""
-    targets = [(quad, horseshoe.pieces(setting, quad)[0]) for quad in quads[4:]]
-    source = quads[1], horseshoe.pieces(setting, quads[1])
-    numbers = coverings.Numbers.of(BODY, setting.h)._replace(along="")
+    targets = [(quad, family_orbits.pieces(setting, quad)[0]) for quad in quads[4:]]
+    source = quads[1], family_orbits.pieces(setting, quads[1])
+    numbers = sections.Numbers.of(BODY, setting.h)._replace(along="")
     few = script.problem_of(GIVEN)._replace(along=())
     assert covered(numbers, few, source, targets) == [["", ""]] * 4
 
@@ -148,7 +157,7 @@ def test_sets_of_more_half_rotations_cover_all_of_the_other_section() -> None:
 class Arrived(NamedTuple):
     """The next crossings of set 2 by both checkers, and where set 0 begins."""
 
-    mine: coverings.Reached
+    mine: passages.Reached
     theirs: script.Arrival
     begin: Sequence[arb]
 
@@ -170,10 +179,10 @@ def arrived(found: Found) -> Arrived:
     Interval.digits = script.DIGITS
     numbers, steps = found.numbers(), found.pieces[2]
     growth = LogarithmicNorm.of(numbers.field)
-    begin, _ = coverings.beginning(numbers, found.quads[0], found.pieces[0][0], growth)
+    begin, _ = beginnings.beginning(numbers, found.quads[0], found.pieces[0][0], growth)
     again = [step(x) for x in steps]
     theirs = script.arrival(found.problem(), quad_of(found.quads[2]), again)
-    return Arrived(coverings.arrival(numbers, found.quads[2], steps), theirs, begin)
+    return Arrived(passages.arrival(numbers, found.quads[2], steps), theirs, begin)
 
 
 @pytest.mark.slow
@@ -190,7 +199,7 @@ def test_a_set_covers_another_one_at_every_energy(found: Found, arrived: Arrived
 @pytest.mark.parametrize(("component", "at"), [(3, (0, 0, 0, 1)), (2, (2, 0, 1, 1))])
 def test_a_changed_term_of_the_energy_proves_nothing(found: Found, component: int, at: Any) -> None:
     steps = [moved(found.pieces[2][0], component, at, 1e-5), *found.pieces[2][1:]]
-    mine = said(coverings.arrival, found.numbers(), found.quads[2], steps)
+    mine = said(passages.arrival, found.numbers(), found.quads[2], steps)
     quad, again = quad_of(found.quads[2]), [step(x) for x in steps]
     assert [mine[:2], said(script.arrival, found.problem(), quad, again)[:2]] == ["C3", "C3"]
 
@@ -224,10 +233,10 @@ def test_starts_have_energies_of_which_sets_are_known(
     found: Found, factor: float, reason: str
 ) -> None:
     """The largest w along the line, in doubles, beside 1."""
-    theta2 = horseshoe.line(found.setting, J1, found.quads)[1]
-    energies = horseshoe.LineStarts(found.setting, J1).energies(np.linspace(*theta2, 99))
+    theta2 = start_lines.line(found.setting, J1, found.quads)[1]
+    energies = start_lines.LineStarts(found.setting, J1).energies(np.linspace(*theta2, 99))
     most = float(np.abs(energies - float(found.shift)).max() / float(found.setting.spread))
-    other = coverings.arrival, found.numbers(most * factor), found.line, found.starts
+    other = passages.arrival, found.numbers(most * factor), found.line, found.starts
     steps = [step(x) for x in found.starts]
     theirs = script.arrival, found.problem(most * factor), script.Line(*found.line), steps
     assert [said(*other)[:2], said(*theirs)[:2]] == [reason, reason]
@@ -237,8 +246,8 @@ def test_starts_have_energies_of_which_sets_are_known(
 def test_the_line_of_starts_is_that_of_fig_4(found: Found) -> None:
     """Its polynomials begin at the starts of route codes, and w is that of their energies."""
     problem = RouteProblem(BODY, H0, exact(J1), 1)
-    arrival = coverings.arrival(found.numbers(), found.line, found.starts)
-    begin = beginnings(found.starts[0])
+    arrival = passages.arrival(found.numbers(), found.line, found.starts)
+    begin = begun(found.starts[0])
     for theta2 in (Fraction("1.56"), Fraction("1.5625"), Fraction("1.564")):
         start = enclosed(problem, exact(theta2), 160)
         Qp, Qm, M3, *gamma = (float(x.mid()) for x in start.state)
@@ -260,7 +269,7 @@ def test_the_line_of_starts_is_that_of_fig_4(found: Found) -> None:
 def test_energies_are_those_within_their_spread(by: str, inside: bool, sign: int) -> None:
     spread, h = Fraction("1e-6"), Fraction(GIVEN["h"])
     energy = h + sign * Fraction(by) * spread
-    mine = coverings.Numbers.of(BODY, exact(GIVEN["h"]), spread).energies.range
+    mine = sections.Numbers.of(BODY, exact(GIVEN["h"]), spread).energies.range
     assert mine.contains(arb(energy.numerator) / energy.denominator) is inside
     theirs = script.problem_of({**GIVEN, "spread": spread}).energies.ball()
     assert (theirs.low <= Interval.of(energy).low <= theirs.high) is inside
@@ -321,7 +330,7 @@ def test_energies_along_a_line_are_off_by_the_weight_where_gamma_is(found: Found
 
     def sizes(*apart: float) -> Any:
         bounds = list(map(arb, apart))
-        w, slopes = coverings._energies_along(numbers, held, found.starts[0], bounds, growth)
+        w, slopes = passages._energies_along(numbers, held, found.starts[0], bounds, growth)
         return np.array([float(x.bound) for x in (w, *slopes)])
 
     for k, grown in enumerate(np.eye(4)):
@@ -336,28 +345,28 @@ def test_phases_of_a_line_are_told_in_every_quarter(
     """By both checkers, between 0 and 2 pi, and not ten times as wide as the line."""
     setting = horseshoe.ShiftProblem(BODY, H0, 1, h0=H0)
     ends = theta2 + np.array([-1e-6, 1e-6])
-    shifts = horseshoe.LineStarts(setting, J1).energies(ends)
+    shifts = start_lines.LineStarts(setting, J1).energies(ends)
     shift, spread = Fraction(float(shifts.mean())), Fraction(float(np.abs(np.diff(shifts))[0]))
     setting = setting._replace(h=H0 + exact(shift), spread=spread)
-    line, _ = horseshoe.LineStarts(setting, J1).between(ends)
-    first, *_ = horseshoe.line_pieces(setting, line, (float(ends[0]), float(ends[1])))
-    numbers = coverings.Numbers.of(BODY, setting.h, spread, H0)
+    line, _ = start_lines.LineStarts(setting, J1).between(ends)
+    first, *_ = start_lines.line_pieces(setting, line, (float(ends[0]), float(ends[1])))
+    numbers = sections.Numbers.of(BODY, setting.h, spread, H0)
     given = {**GIVEN, "h0": "1.3342", "shift": shift, "spread": spread}
     problem = script.problem_of({name: x for name, x in given.items() if name != "h"})
     theirs = script.phases(problem, script.Line(*line[:5]), step(first))
     bounds = Fraction(theirs.low, 1 << script.DIGITS), theirs.above
-    for low, high in (coverings.phases(numbers, line, [first]), map(float, bounds)):
+    for low, high in (beginnings.phases(numbers, line, [first]), map(float, bounds)):
         assert low <= ends[0] + 1e-12 < ends[1] - 1e-12 <= high
         assert 2e-6 - 1e-12 < high - low < 2e-5
     # How far the polynomials are from the starts counts.
-    beginning = coverings.line_beginning
+    beginning = beginnings.line_beginning
 
     def loose(*given: Any) -> Any:
         reached, (bound, *others) = beginning(*given)
         return reached, (bound + arb(1e-3), *others)
 
-    monkeypatch.setattr(coverings, "line_beginning", loose)
-    low, high = coverings.phases(numbers, line, [first])
+    monkeypatch.setattr(beginnings, "line_beginning", loose)
+    low, high = beginnings.phases(numbers, line, [first])
     assert high - low > 1e-4
 
 
@@ -383,7 +392,7 @@ def test_C7_where_energies_differ(U_w: float, V_w: float, w_u: float, reason: st
     at, up, w = (Family.of(row, BITS) for row in rows)
     by_d, by_g, by_w = ([each.partial(name) for name in "uvw"] for each in (at, up, w))
     sheet = (arb(1), arb(1), arb(1))
-    source = coverings.Reached(at, up, True, sheet, 0.0, 0.0, (1.0, 1.0), [], [by_d, by_g], w, by_w)
+    source = passages.Reached(at, up, True, sheet, 0.0, 0.0, (1.0, 1.0), [], [by_d, by_g], w, by_w)
     stretch, squeeze = coverings._cone(source, quad)
     assert stretch == pytest.approx(2.1 - U_w / 64 - 64 * abs(w_u), abs=1e-9)
     assert squeeze == pytest.approx(0.5 + V_w / 64, abs=1e-9)

@@ -93,7 +93,9 @@ def test_a_thousand_symbols() -> None:
 def test_longer_passages_lie_between_shorter_ones() -> None:
     """Beside every change of a symbol further rotations accumulate, at the Floquet rate."""
     addresses = [f"a 0^{n}" for n in range(11, 23, 2)]
-    phases = [float(find_orbit(FIG4, a, **START, digits=12).theta2_0) for a in addresses]
+    found = [find_orbit(FIG4, each, **START, digits=12) for each in (*addresses, "b 0^11")]
+    assert [str(one.address) for one in found] == [*addresses, "b 0^11"]
+    phases = [float(one.theta2_0) for one in found[:-1]]
     ratios = np.diff(phases)[:-1] / np.diff(phases)[1:]
     # One rotation is a factor exp(2 pi Lambda_0) = 9.22.
     np.testing.assert_allclose(ratios[-2:], 9.22, rtol=2e-2)
