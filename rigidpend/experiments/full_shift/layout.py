@@ -13,6 +13,8 @@ CURVE = bound(lambda *_: [1e-12, 1e-10, 1e-8, 1e-6, 1e-4])
 """Allowed difference of the coefficients of a curve, over |gamma3| of a hundredth."""
 MARGIN = 0.05
 """Allowed difference of a bound on |V|, which is less than 1 or nothing is proven."""
+PHASE = 1e-13
+"""Allowed difference of the middle of a line, of which the map tells the phase to some 1e-14."""
 SLOPES = 0.2
 """Allowed difference of a bound on its slopes, less than 1 too, to which all roundings add."""
 NEAR = stated(2.0**-12)
@@ -54,7 +56,7 @@ RELATIONS = {
 LINE = {
     "e1": Field(FLOAT, (), "1", "e1 gamma1 + e2 gamma2 = centre + half u, u from -1 to 1"),
     "e2": Field(FLOAT, (), "1", "see e1"),
-    "centre": Field(FLOAT, (), "1", "see e1"),
+    "centre": Field(FLOAT, (), "1", "see e1", within=PHASE),
     "half": Field(FLOAT, (), "1", "see e1"),
     "wide": Field(FLOAT, (), "1", "Qm = wide v, v from -1 to 1, on a strip about it"),
     "theta2": Field(FLOAT, (2,), "rad", "theta2 at its ends, about"),
