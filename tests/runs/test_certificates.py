@@ -217,6 +217,7 @@ def test_a_single_route_is_held_against_its_proof_too(folder: Path) -> None:
 @pytest.mark.slow
 def test_a_figure_marks_what_is_proven(folder: Path) -> None:
     from rigidpend import experiments
+    from rigidpend.experiments.route_codes.draw import PROVEN
 
     result = store.load(folder / "tiny.h5")
     marked = storage.marked(result, storage.beside(folder / "tiny.h5"))
@@ -224,7 +225,7 @@ def test_a_figure_marks_what_is_proven(folder: Path) -> None:
     assert "proven" not in result["data"]["only"]
     figure = experiments.drawing("route_codes").draw(marked)
     assert "proven symbol" in [text.get_text() for text in figure.legends[0].get_texts()]
-    [dots] = [line for line in figure.axes[0].get_lines() if line.get_label() == "proven"]
+    [dots] = [line for line in figure.axes[0].get_lines() if line.get_color() == PROVEN]
     assert np.size(dots.get_xdata()) == 4
     config = copy.deepcopy(result["config"])
     config["problem"]["mu"] = "1/999"
