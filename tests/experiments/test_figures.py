@@ -90,6 +90,11 @@ def test_fig2_edges_are_arrows_to_their_ends_with_their_symbols_beside_them() ->
         if not edges["again"][k]:
             looks.add((symbol, to_hex(look.get_edgecolor()), str(look.get_linestyle())))
     assert len(looks) == 3
+    vertices = result["data"]["vertices"]
+    rings: list[Any] = [x.get_bbox_patch() for x in axes.texts if x.get_bbox_patch()]
+    # What is there again is grey.
+    grey = [to_hex(ring.get_edgecolor()) == "#999999" for ring in rings]
+    assert grey == vertices["again"].tolist()
 
 
 def test_fig3_S2_plus_is_above_S1_minus_and_bodies_stand_side_by_side() -> None:
@@ -168,6 +173,8 @@ def test_remainders_are_beside_guides_of_their_order() -> None:
     for axes, order, names in zip(panels, (2, 2, 3), gone, strict=True):
         low, high = np.asarray(axes.lines[-1].get_ydata())
         assert np.log(high / low) / np.log(ratios[-1] / ratios[0]) == pytest.approx(order)
+        # Above all curves, so that nothing but its slope is read.
+        assert high > max(np.asarray(line.get_ydata())[-1] for line in axes.lines[:-1])
         noted = [f"{names}) no increment: rounding"] * bool(names)
         assert [text.get_text() for text in axes.texts] == [f"slope {order}", *noted]
 

@@ -48,6 +48,8 @@ def test_legends_stay_where_they_are_above_a_foot_of_any_height() -> None:
     ]
     with matplotlib.rc_context({"savefig.dpi": 50}):
         render._image(figure, "png", {"experiment": "fig4"}, ["word " * 300])
+    # Its lines are as long as the figure is wide.
+    assert 55 < max(map(len, figure.texts[0].get_text().splitlines())) <= 65
     whole, part = (one.get_bbox_to_anchor().bounds for one in legends)
     wide, high = figure.bbox.size
     assert whole == pytest.approx((0, 0, wide, high))

@@ -89,6 +89,13 @@ def test_another_text_other_settings_and_another_name_are_other_configs(
     assert counted.count("load") == 4
 
 
+def test_a_new_config_is_read_beside_one_that_is_known(made: Path) -> None:
+    plan(made.parent)
+    paths = [made.parent / "small.yaml", made.parent / "other.yaml"]
+    shutil.copy(*paths)
+    assert [group.path for group in recalled.load_groups(paths)] == paths
+
+
 def test_a_damaged_result_and_one_of_another_config_are_noticed(made: Path) -> None:
     plan(made.parent)
     content = bytearray(made.read_bytes())

@@ -75,6 +75,7 @@ def test_cells_that_are_no_longer_known_are_a_difference(data: Any) -> None:
 def test_tables_and_the_estimate_tell_what_is_asked(data: Any) -> None:
     [table] = tables(cast("Any", {"data": data}))
     assert len(table.rows) == 3
+    assert [x.partition(" %")[0] for x in table.header] == ["passages", "5", "25", "50", "75", "95"]
     assert "of 24 cells are known" in table.note
     # Measured: 7 s from nothing, 3 s where the maps are kept.
     assert 5 < exponents.cost(asked("exponents")) < 20

@@ -18,7 +18,14 @@ from rigidpend.experiments.full_shift.layout import LAYOUT
 from rigidpend.experiments.full_shift.schema import Config
 from rigidpend.numbers.parameters import ParameterError
 from rigidpend.results import store
-from rigidpend.routes.certified import beginnings, chains, family_orbits, horseshoe, search
+from rigidpend.routes.certified import (
+    beginnings,
+    chains,
+    coverings,
+    family_orbits,
+    horseshoe,
+    search,
+)
 from rigidpend.routes.certified.pieces import FamilyStep
 from rigidpend.runs import certificates
 from tests.config.samples import content as typed
@@ -185,8 +192,12 @@ def test_an_approach_is_an_address() -> None:
 
 
 @pytest.mark.slow
-def test_symbols_of_an_approach_are_those_that_the_config_asks_for() -> None:
+def test_symbols_of_an_approach_are_those_that_the_config_asks_for(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
     """The stored line has none, and an address that no orbit has is undecided."""
+    monkeypatch.setattr(coverings, "prove", lambda *_: ([], []))
+    monkeypatch.setattr(coverings, "prove_line", lambda *_: (None, [], []))
     data = reference("full_shift")["data"]
     config = typed(Config, CONFIG, [])
     problem = config.problem.model_copy(update={"approach": "0^15"})

@@ -112,6 +112,9 @@ def test_what_is_magnified_is_framed_in_the_colour_of_what_magnifies_it(data: Da
     apart = drawn({"a": array(LEFT[:20]), "b": array(LEFT[30:50])})
     assert not any(axes.patches for axes in (*apart.axes, right))
     assert "magnified part" not in legend(apart)
+    # What ends where the whole does is inside it.
+    both = {"a": array(np.arange(8)), "b": array(5.125 + np.arange(10) / 4)}
+    assert len(drawn(both).axes[0].patches) == 1
 
 
 def test_uncertain_and_proven_cells_and_no_others_are_marked(data: Data) -> None:

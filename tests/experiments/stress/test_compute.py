@@ -89,16 +89,16 @@ def test_differences_are_in_claims_and_verdicts_not_in_values() -> None:
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize(("value", "code"), [(0.5, 0), (2.0, 1)])
+@pytest.mark.parametrize(("value", "told", "code"), [(0.5, 0.5, 0), (float("inf"), "inf", 1)])
 def test_command_draws_tells_and_ends_as_the_claims_do(
-    value: float, code: int, monkeypatch: pytest.MonkeyPatch, tmp_path: Path
+    value: float, told: Any, code: int, monkeypatch: pytest.MonkeyPatch, tmp_path: Path
 ) -> None:
     monkeypatch.setattr(stress, "trials", lambda *_: [trial("a", "first", "x", value)])
     monkeypatch.setattr(render, "render", lambda _, target: target.write_text("drawn"))
     result = CliRunner().invoke(command, ["--quick", "--json", "--out", str(tmp_path)])
     assert result.exit_code == code, result.output
     found = json.loads(result.stdout)
-    assert found["claims"][0]["value"] == value
+    assert found["claims"][0]["value"] == told
     assert found["counts"]["FAILED"] == code
     assert "1/1: a, first" in result.stderr
     assert store.load(tmp_path / "stress_quick.h5")["attributes"]["experiment"] == "stress"

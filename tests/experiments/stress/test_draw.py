@@ -66,6 +66,7 @@ def test_the_stored_trials_do_not_leave_their_page(data: Any) -> None:
     powers = ", ".join(f"{x:.2f}" for x in data["long_time"]["curves"]["taylor_2.2e-16"]["power"])
     assert f"taylor 2.2e-16: {powers}" in said
     assert len(panel(made, "b").lines) == 3 * 4, "splittings have their own panel"
+    assert min(line.get_xdata()[0] for line in panel(made, "d").lines) == 1, "the first crossing"
 
 
 def test_every_claim_is_a_point_at_its_ratio_and_what_is_beyond_is_named() -> None:

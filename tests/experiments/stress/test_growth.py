@@ -59,6 +59,11 @@ def test_a_long_passage_is_divided_backwards() -> None:
     assert 115.0 not in times
 
 
+def test_symbols_are_decided_up_to_the_first_large_error() -> None:
+    errors = np.array([1e-9, 1e-6, 1e-3, 1e-7, 1.0])
+    assert [growth.decided(errors, limit) for limit in (1e-4, 2.0, 1e-12)] == [1, 4, 0]
+
+
 def test_the_jacobian_agrees_with_finite_differences_in_60_digits() -> None:
     """Also where a component is small beside the unit step that stands for a derivative."""
     c = scene(GENERIC, 1.0).c

@@ -103,6 +103,13 @@ def test_the_hard_orbit_tells_where_a_computation_is_compared_with_itself(
     assert failures(honesty.hard_trial("taylor")) == {"lies on a hard orbit"}
 
 
+def test_lies_are_counted_where_the_truth_is_known() -> None:
+    codes, certain = (np.array([x]) for x in ([0, 1, 1, 0, 1], [1, 1, 0, 0, 1]))
+    spoilt: Any = RouteCodes(codes, codes, certain > 0, *[codes] * 4)
+    known, true = np.array([True] * 4 + [False]), np.zeros((1, 5), dtype=np.uint8)
+    assert honesty.counted(spoilt, true, known) == (4, 2, 1)
+
+
 @pytest.mark.slow
 @needs_heyoka("orbits in principal axes")
 def test_no_flag_lies_where_maps_are_spoilt_but_one_that_asks_for_no_agreement(

@@ -23,7 +23,12 @@ from rigidpend.orbits.integrate import (
     neighbours,
 )
 from rigidpend.orbits.integrate.records import Outcome
-from rigidpend.orbits.integrate.reference_orbit import ReferenceOrbit, reference_bits, rung
+from rigidpend.orbits.integrate.reference_orbit import (
+    BLOCK,
+    ReferenceOrbit,
+    reference_bits,
+    rung,
+)
 from rigidpend.routes.problem import RouteProblem
 from rigidpend.routes.start import Scales, start, states_exact
 
@@ -125,6 +130,7 @@ def test_an_orbit_that_does_not_cross_ends() -> None:
     short = orbit("4.7", 113, longest=5.0)
     assert short.reaches(8)
     assert not short.reaches(1000)
+    assert short.points[-1 - BLOCK].time <= 5 < short.points[-1].time
     assert short.last_below(1e300) == len(short.points) - 1
 
 

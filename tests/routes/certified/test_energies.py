@@ -121,15 +121,14 @@ def test_an_approach_ends_across_both_sets_of_its_section() -> None:
     found = find_orbit(BODY, "a 0^8 1^9 1^15", h0=H0, J1_0=exact(J1))
     assert 3 * math.pi / 40 < found.theta2_0 < 3 * math.pi / 40 + 0.31
     orbit = chains.OrbitCrossings(float(found.theta2_0), found.d, found.chi)
+    # At the energy of the middle alone.
     setting = start_lines.of_start(BODY, H0, J1, orbit.theta2)._replace(half_turns=14)
-    *_, link = chains.links(setting, J1, orbit, horseshoe.quads(setting))
-    setting = setting._replace(spread=link.setting.spread)
-    targets = [quad for quad in horseshoe.quads(setting) if not quad.rising]
-    each = [(quad, family_orbits.pieces(setting, quad)[0]) for quad in targets]
-    given = {name: x for name, x in GIVEN.items() if name != "h"}
-    given |= {"h0": "1.3342", "shift": setting.shift, "spread": setting.spread}
-    of = sections.Numbers.of(BODY, setting.h, setting.spread, H0), script.problem_of(given)
-    few = of[0]._replace(along=""), of[1]._replace(along=())
+    quads = horseshoe.quads(setting)
+    *_, link = chains.links(setting, J1, orbit, quads)
+    link = link._replace(setting=link.setting._replace(spread=Fraction(0)))
+    each = [(quad, family_orbits.pieces(setting, quad)[0]) for quad in quads if not quad.rising]
+    numbers = sections.Numbers.of(BODY, setting.h)._replace(along="")
+    few = numbers, script.problem_of(GIVEN | {"h": str(setting.h.fraction)})._replace(along=())
     assert isinstance(link.of, Quad)
     # Of sets so high that the image does not reach from end to end.
     each += [(quad._replace(a=1000 * quad.a), first) for quad, first in each]
