@@ -150,7 +150,6 @@ def decided_by(maps: Maps, *, sampled: bool = True) -> Mapped:
         open_ = np.flatnonzero(~known.certain.all(axis=0))
     beyond = tuple(p for p in precisions if p > maps.table_bits)
     if open_.size and beyond:
-        left[open_] = True
         # Parts of a plane would say so again and again.
         if n == run.orbits:
             reason = f"their symbols ask for more than the {maps.table_bits} bits of the maps"
@@ -164,6 +163,7 @@ def decided_by(maps: Maps, *, sampled: bool = True) -> Mapped:
             wrong = contradicted(known, run.crossings, rate, ladder, here)
             if wrong.size:
                 raise certainty.Contradiction(_alarm(run, wrong))
+    # What was integrated for being open has more bits than maps have.
     return Mapped(known, (known.bits <= maps.table_bits) & ~left)
 
 

@@ -6,7 +6,6 @@ starts, sets along the orbit, and the polynomials that prove that each covers th
 
 from __future__ import annotations
 
-import math
 from collections.abc import Callable, Mapping, Sequence
 from fractions import Fraction
 from itertools import chain
@@ -126,10 +125,9 @@ def check(file: Path, jobs: int, report: Report) -> str:
         low, high = beginnings.phases(numbers, line, begin)
     except (ValueError, Undecided) as error:
         raise store.StoreError(f"{file}: not proven: {short(error)}") from None
-    # Rounded outward.
-    ends = f"{math.floor(low * 1e9) / 1e9:.9f} to {math.ceil(high * 1e9) / 1e9:.9f}"
     return (
-        f"of the starts with h0 = {problem.h0}, J1_0 = {problem.J1_0} and theta2_0 from {ends}"
+        f"of the starts with h0 = {problem.h0}, J1_0 = {problem.J1_0} and"
+        f" {beginnings.told(low, high)}"
         f" one has these {len(code)} symbols: {code}"
     )
 
@@ -170,15 +168,9 @@ def _checked(
     from rigidpend.routes.certified import coverings, pieces, sections
 
     first, sources, proof, whole = part
-    numbers, found = sections.Numbers.of(*of), []
-    links = list(zip(sources, pieces.unpacked(proof, len(sources)), strict=True))
-    for k, link in enumerate(links if whole else links[:-1]):
-        try:
-            found.append(coverings.prove_link(numbers, link, next(iter(links[k + 1 :]), None)))
-        except Undecided as doubt:
-            name = f"set {first + k}" if first + k else "line of starts"
-            raise Undecided(f"{name}: {doubt}") from None
-    return found
+    links: list[Any] = list(zip(sources, pieces.unpacked(proof, len(sources)), strict=True))
+    links += [None] if whole else []
+    return coverings.prove_chain(sections.Numbers.of(*of), links, first=first)
 
 
 def _problem(file: Path, stated: Any) -> tuple[Any, Fraction]:

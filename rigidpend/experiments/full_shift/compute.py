@@ -248,11 +248,11 @@ def _of_starts(proven: Proven) -> str:
     every = "every one-sided sequence is a start's code"
     if proven.theta2 is None:
         return f"the line of starts crosses the upward sets: {every}"
-    # Rounded outward.
-    low, high = math.floor(proven.theta2[0] * 1e9) / 1e9, math.ceil(proven.theta2[1] * 1e9) / 1e9
-    word = "".join(map(str, proven.symbols))
-    starts = f"a line of starts with theta2_0 from {low:.9f} to {high:.9f}"
-    return f"{starts} crosses the sets after the symbols {word}: {every} behind these"
+    from rigidpend.routes.certified.beginnings import told
+
+    word, starts = "".join(map(str, proven.symbols)), told(*proven.theta2)
+    after = f"crosses the sets after the symbols {word}: {every} behind these"
+    return f"a line of starts with {starts} {after}"
 
 
 def _asked(config: Config) -> tuple[int, ...]:

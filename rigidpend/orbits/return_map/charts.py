@@ -76,24 +76,20 @@ class LevelTable(NamedTuple):
 
     def look_up(self, x: Scalar, phase: Scalar, a: Precision) -> Any:
         """The four functions at points, (4, N)."""
-        T = chebyshev_basis(x / self.width, self.n_x, a)
-        return self._over_phase(T, fourier_basis(phase, self.n_phase, a))[0]
+        return self._summed(x, phase, a, "")
 
     def look_up_slopes(self, x: Scalar, phase: Scalar, a: Precision) -> Looked:
         """The four functions at points, with the derivatives."""
-        T = chebyshev_basis(x / self.width, self.n_x, a)
-        dT = chebyshev_basis(x / self.width, self.n_x, a, slope=True) / self.width
-        F, dF = (fourier_basis(phase, self.n_phase, a, slope=slope) for slope in (False, True))
-        value, by_phase = self._over_phase(T, F, dF)
-        return Looked(value, self._over_phase(dT, F)[0], by_phase)
+        return Looked(*(self._summed(x, phase, a, slope) for slope in ("", "x", "phase")))
 
-    def _over_phase(self, T: Any, *F: Any) -> list[Any]:
-        """Sums over the polynomials of x, each then over functions of the phase: (4, N)."""
-        levels = len(self.values)
-        rows = product(
-            T.reshape(levels, -1, self.n_x), self.values.reshape(levels, self.n_x, -1)
-        ).reshape(len(T), self.n_phase, 4)
-        return [product(f[:, None, :], rows)[:, 0].T for f in F]
+    def _summed(self, x: Scalar, phase: Scalar, a: Precision, slope: str) -> Any:
+        T = chebyshev_basis(x / self.width, self.n_x, a, slope=slope == "x")
+        F = fourier_basis(phase, self.n_phase, a, slope=slope == "phase")
+        if slope == "x":
+            T = T / self.width
+        products = T[:, :, None] * F[:, None, :]
+        groups = products.reshape(len(self.values), -1, self.n_x * self.n_phase)
+        return product(groups, self.values).reshape(-1, 4).T
 
 
 class ChartTable(NamedTuple):

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping, Sequence
 from fractions import Fraction
 
@@ -204,3 +205,8 @@ def phases(numbers: Numbers, line: StartLine, pieces: Sequence[FamilyStep]) -> t
             raise Undecided("C1: theta2 of the starts is not told")
         found = found + 2 * arb.pi() if found < 0 else found
         return -double_above(-found), double_above(found)
+
+
+def told(low: float, high: float) -> str:
+    """Words on phases between two numbers, of which nine digits are rounded outward."""
+    return f"theta2_0 from {math.floor(low * 1e9) / 1e9:.9f} to {math.ceil(high * 1e9) / 1e9:.9f}"

@@ -9,7 +9,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterable, Iterator, Sequence
 from contextlib import contextmanager
-from itertools import combinations
+from itertools import combinations, pairwise
 from typing import NamedTuple
 
 from flint import arb
@@ -137,7 +137,7 @@ def prove(
     """
     arrivals = []
     for k, (quad, pieces) in enumerate(zip(quads, orbits, strict=True)):
-        with _of_set(k):
+        with _named(f"set {k}"):
             arrivals.append(arrival(numbers, quad, pieces))
     letters = [(quad.rising, found.right) for quad, found in zip(quads, arrivals, strict=True)]
     if len(set(letters)) < 4:
@@ -149,7 +149,7 @@ def prove(
     relations = []
     for k, (quad, found) in enumerate(zip(quads, arrivals, strict=True)):
         others = [j for j, other in enumerate(quads) if other.rising != quad.rising]
-        with _of_set(k):
+        with _named(f"set {k}"):
             relations.append([relation(found, quads[j], arrivals[j].begin, j) for j in others])
     return arrivals, relations
 
@@ -190,21 +190,41 @@ def prove_line(
     ------
     Undecided
     """
+    symbols, last = prove_chain(numbers, links, " of the approach"), links[-1]
+    with _named(_link(len(links) - 1, " of the approach")):
+        end, upward = arrival(numbers, *last), crosses_upward(last[0])
+        targets = [j for j, quad in enumerate(quads) if quad.rising == upward]
+        crossed = [relation(end, quads[j], arrivals[j].begin, j) for j in targets]
+    # A line of starts has no symbol.
+    return end, crossed, [*symbols, end.right][1:]
+
+
+def prove_chain(
+    numbers: Numbers,
+    links: Sequence[tuple[Quad | StartLine, Sequence[FamilyStep]] | None],
+    of: str = "",
+    first: int = 0,
+) -> list[bool]:
+    """Check that each link covers the next: the symbols of all but the last one.
+
+    A last one that is None asks nothing of where the one before it goes. `first` is the number of
+    the first link, 0 of a line of starts, and `of` what their names end with.
+
+    Raises
+    ------
+    Undecided
+        The first that is not shown; the text names the link.
+    """
     symbols = []
-    for k, link in enumerate(links):
-        try:
-            if k + 1 < len(links):
-                symbols.append(prove_link(numbers, link, links[k + 1]))
-                continue
-            end, upward = arrival(numbers, *link), crosses_upward(link[0])
-            targets = [j for j, quad in enumerate(quads) if quad.rising == upward]
-            crossed = [relation(end, quads[j], arrivals[j].begin, j) for j in targets]
-            # A line of starts has no symbol.
-            return end, crossed, [*symbols, end.right][1:]
-        except Undecided as doubt:
-            name = f"set {k} of the approach" if k else "line of starts"
-            raise Undecided(f"{name}: {doubt}") from None
-    raise ValueError("there is no line of starts")
+    for k, (link, after) in enumerate(pairwise(links), first):
+        assert link is not None
+        with _named(_link(k, of)):
+            symbols.append(prove_link(numbers, link, after))
+    return symbols
+
+
+def _link(k: int, of: str) -> str:
+    return f"set {k}{of}" if k else "line of starts"
 
 
 def crosses_upward(source: Quad | StartLine) -> bool:
@@ -244,9 +264,9 @@ def prove_link(
 
 
 @contextmanager
-def _of_set(k: int) -> Iterator[None]:
+def _named(what: str) -> Iterator[None]:
     """Name the set in what is undecided."""
     try:
         yield
     except Undecided as doubt:
-        raise Undecided(f"set {k}: {doubt}") from None
+        raise Undecided(f"{what}: {doubt}") from None
