@@ -192,7 +192,7 @@ def linked(part: Sequence[Link], whole: bool) -> list[list[FamilyStep]]:
 
 
 def crosses(link: Link, found: Sequence[FamilyStep], quads: Sequence[Quad]) -> bool:
-    """Whether a line of starts, or a strip about it, crosses all upward sets."""
+    """True if a line of starts, or a strip about it, crosses all upward sets."""
     of = link.setting
     numbers = Numbers.of(of.body, of.h, of.spread, of.h0)._replace(along="")
     try:

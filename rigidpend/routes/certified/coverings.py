@@ -228,7 +228,7 @@ def _link(k: int, of: str) -> str:
 
 
 def crosses_upward(source: Quad | StartLine) -> bool:
-    """Whether the next crossings of a set, or of a line of starts, are upward."""
+    """True if the next crossings of a set, or of a line of starts, are upward."""
     return isinstance(source, StartLine) or not source.rising
 
 

@@ -40,7 +40,7 @@ FURTHER = 1.05
 BESIDE, THIN, IN_ASIDE = 1.5, 0.2, 4
 """Width of a strip over the least, of its image over a set's at most, and nodes across it."""
 LINE_BITS = 8
-"""By how many fewer bits coefficients have at the beginning than those of a set."""
+"""Bits that coefficients have at the beginning fewer than those of a set."""
 STEADY = 14
 """Iterations of what converges steadily."""
 
