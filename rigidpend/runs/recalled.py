@@ -75,8 +75,8 @@ def load_groups(
 ) -> Sequence[Group[AnyConfig]]:
     """Recall several configs, or else read them all (see `runs.loading.load_groups`)."""
     given = tuple(settings)
-    # A config in a result is read as that result is; a sweep stands for many.
-    keys = {x: _key(x, x.stem, given) for x in paths if x.suffix != ".h5" and name is None}
+    # A sweep stands for many, and a name of one's own for another result.
+    keys = {x: _key(x, x.stem, given) for x in paths if name is None}
     if not sweeps:
         found = {path: entry for path, key in keys.items() if (entry := cache.recall(key))}
         if len(found) == len(paths):

@@ -94,6 +94,8 @@ def test_a_new_config_is_read_beside_one_that_is_known(made: Path) -> None:
     paths = [made.parent / "small.yaml", made.parent / "other.yaml"]
     shutil.copy(*paths)
     assert [group.path for group in recalled.load_groups(paths)] == paths
+    [named] = recalled.load_groups(paths[:1], name="mine")
+    assert [config.name for config in named.members] == ["mine"]
 
 
 def test_a_damaged_result_and_one_of_another_config_are_noticed(made: Path) -> None:

@@ -56,7 +56,7 @@ def test_the_orbit_returns_on_its_own_way() -> None:
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize(("word", "fewer", "more"), [("0011" * 6, 33, 42), ("0011", 30, 140)])
+@pytest.mark.parametrize(("word", "fewer", "more"), [("0011" * 6, 33, 42), ("01", 30, 125)])
 def test_more_digits_agree_with_fewer(word: str, fewer: int, more: int) -> None:
     """A crossing that drops out before it is known well enough spoils the last ones.
 
