@@ -217,7 +217,7 @@ def test_a_single_route_is_held_against_its_proof_too(folder: Path) -> None:
 @pytest.mark.slow
 def test_a_figure_marks_what_is_proven(folder: Path) -> None:
     from rigidpend import experiments
-    from rigidpend.experiments.route_codes.draw import PROVEN
+    from rigidpend.experiments.plots import PROVEN
 
     result = store.load(folder / "tiny.h5")
     marked = storage.marked(result, storage.beside(folder / "tiny.h5"))
