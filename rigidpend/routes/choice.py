@@ -26,8 +26,7 @@ METHODS = ("auto", "map", "integration")
 PIECE = 2048
 """Columns of a piece where maps serve: they round alike where the pieces are."""
 OFTEN = 0.1
-"""Seconds of integration of a problem in all calls of a process, after which its kept maps serve
-few orbits, too.
+"""Seconds of integration of a problem, in all calls, after which kept maps serve few orbits too.
 
 To read them takes as long. Of each so many further ones a sample is integrated as well: the same
 share of few orbits as of many."""
@@ -42,7 +41,7 @@ LEAST_SAMPLE = 8
 
 
 class Mapped(NamedTuple):
-    """What was decided, and by which way."""
+    """Orbits decided, and by which way."""
 
     decided: Decided
     by_map: NDArray[np.bool_]

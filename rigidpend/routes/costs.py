@@ -1,4 +1,4 @@
-"""What routes cost: seconds of a core by integration and by return maps, and which is less.
+"""Costs of routes: seconds of a core by integration and by return maps, and which is less.
 
 One model serves all who ask: `route_codes` when it chooses, a run's estimate, and the warning of
 orbits that take long. It follows from the body alone, so that no result hangs on a machine or on

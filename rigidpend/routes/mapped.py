@@ -247,13 +247,13 @@ def start_Qp(problem: RouteProblem, unit: str, bits: int, J1_0: Any = None) -> A
 
 
 class Beginning(NamedTuple):
-    """What the starts of a design have in common, or those of one J1_0."""
+    """Common part of the starts of a design, or of those of one J1_0."""
 
     Qp: Any
     along: Any
-    """The energy less h0 over mu is linear in the cosine of the shifted phase"""
+    """Energy less h0 over mu, by the cosine of the shifted phase: its factor."""
     across: Any
-    """and in its sine."""
+    """The same by its sine."""
 
 
 def beginning(problem: RouteProblem, design: Design, bits: int, J1_0: Any = None) -> Beginning:

@@ -190,7 +190,7 @@ def searched(lines: list[Line], ended: str, problem: str, planned: int) -> Tree:
 
 
 def _cut(wrong: str, done: int, planned: int) -> str:
-    """How a measurement ended: complete, at its budget, or by what went wrong."""
+    """End of a measurement: complete, at its budget, or by what went wrong."""
     cut = wrong or ("cut at the budget" if done < planned else "")
     return f"{cut}: {done} of {planned}" if cut else COMPLETE
 

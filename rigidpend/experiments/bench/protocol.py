@@ -112,7 +112,7 @@ class Stage(NamedTuple):
         return self.task._replace(times=share * self.task.times)
 
     def told(self, entry: Setting, part: float, answer: Any) -> Line:
-        """What an answer errs by, with its knob and the part of the way that it went."""
+        """Error of an answer, with its knob and the part of the way that it went."""
         errors, orbits = self.error(answer, self.truth), self.task.states.shape[1]
         knob = float(entry["knob"] or np.nan)
         return {"knob": knob, **errors, "orbits": float(orbits), "part": part}

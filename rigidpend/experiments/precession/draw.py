@@ -48,7 +48,7 @@ REST = (
     ("remainder", 0, 2, "separatrices 1 and 3"),
     ("mean_remainder", 1, 3, "2 and 4, mean of the two orbits"),
 )
-"""What is drawn of the remainders: field, separatrix from 0, power of mu, title."""
+"""Drawn of the remainders: field, separatrix from 0, power of mu, title."""
 
 
 def draw(result: Loaded) -> Figure:

@@ -74,4 +74,4 @@ def _of(plane: Layout) -> Layout:
 
 LAYOUT = _of(PLANE)
 OF_COLUMNS = _of({**PLANE, "x": _axis(("columns",), "see x_axis", "values of the columns")})
-"""What it is of a result whose config gives columns."""
+"""Layout of a result whose config gives columns."""

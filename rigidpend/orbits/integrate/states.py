@@ -128,7 +128,7 @@ def _in_doubles(
 
 
 def _leads_away(times: Array) -> Any:
-    """Of each orbit, whether its times ascend from 0 on, or descend."""
+    """True of each orbit whose times ascend from 0 on, or descend."""
     steps = np.diff(times, axis=0)
     ahead = (times[0] >= 0) & (steps > 0).all(axis=0)
     return ahead | ((times[0] <= 0) & (steps < 0).all(axis=0))

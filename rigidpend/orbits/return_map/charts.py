@@ -280,9 +280,9 @@ class Invariants(NamedTuple):
     s: Any
     rates: TorusRates
     by_d: Any = None
-    """The derivatives of I and s in d, where they are asked for,"""
+    """Derivatives of I and s in d, where they are asked for."""
     by_chi: Any = None
-    """and in chi."""
+    """The same in chi."""
 
 
 def forward_table(

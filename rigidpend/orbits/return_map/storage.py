@@ -48,7 +48,7 @@ from rigidpend.orbits.return_map.reduced import coefficients
 MOST = 500_000_000
 """Bytes of all kept maps: one of Fig. 4 takes half a million, of a nearly symmetric body 50."""
 RECORDS = {x.__name__: x for x in (NormalForm, Interval, Chart, ChartTable, Orders, Errors)}
-"""What a stored map is made of."""
+"""Content of a stored map."""
 
 
 def return_map(
