@@ -39,7 +39,7 @@ from rigidpend.numbers.doubles import Array
 from rigidpend.routes.phases import Phases
 
 
-class System(NamedTuple):
+class Equations(NamedTuple):
     """Equations for heyoka."""
 
     names: list[Any]
@@ -90,24 +90,24 @@ def _by_eq1(task: Task, tolerance: float, threads: int, lanes: int, parameters: 
     return Solver(solve, lambda found: np.array([_from_eq1(y, body) for y in found]))
 
 
-def _principal(body: Body, size: int, parameters: bool) -> System:
+def _principal(body: Body, size: int, parameters: bool) -> Equations:
     hy, make = heyoka(), with_angles if size == 8 else euler_poisson_field
     names = [hy.make_vars(f"x{i}") for i in range(size)]
     A, r, mu = body.floats()
     if not parameters:
-        return System(names, list(make(A, r, mu)(names)))
+        return Equations(names, list(make(A, r, mu)(names)))
     numbers = (*A, mu * r[0], mu * r[1])
     field = make([hy.par[i] for i in range(3)], [hy.par[3], hy.par[4], 0.0], 1.0)
-    return System(names, list(field(names)), numbers)
+    return Equations(names, list(field(names)), numbers)
 
 
-def _eq1(body: Body, parameters: bool) -> System:
+def _eq1(body: Body, parameters: bool) -> Equations:
     hy, p = heyoka(), body.angles()
     names, numbers = hy.make_vars("theta1", "J1", "theta2", "J2"), list(map(float, p))
     # Symbols throughout: heyoka's cosine takes nothing else.
     symbols = [hy.par[k] if parameters else hy.expression(x) for k, x in enumerate(numbers)]
     rates = eq1(names, type(p)(*symbols), hy)
-    return System(names, list(rates), numbers if parameters else ())
+    return Equations(names, list(rates), numbers if parameters else ())
 
 
 def _eq1_start(task: Task) -> Task:
@@ -138,7 +138,7 @@ def _by_side(found: Array) -> Crossed:
     return Crossed(np.where(np.isnan(step), NO_SYMBOL, step > 0).astype(np.uint8), time)
 
 
-def _compiled(system: System, tolerance: float, lanes: int, **events: Any) -> Any:
+def _compiled(system: Equations, tolerance: float, lanes: int, **events: Any) -> Any:
     make, rates = heyoka().taylor_adaptive_batch, zip(system.names, system.rates, strict=True)
     made = make(list(rates), np.zeros((len(system.names), lanes)), tol=tolerance, **events)
     if system.numbers:
@@ -146,7 +146,7 @@ def _compiled(system: System, tolerance: float, lanes: int, **events: Any) -> An
     return made
 
 
-def _ends(system: System, tolerance: float, lanes: int) -> Ends:
+def _ends(system: Equations, tolerance: float, lanes: int) -> Ends:
     """Give a function that carries orbits (d, n) on, as many at once as there are lanes."""
     made = _compiled(system, tolerance, lanes)
 
@@ -169,7 +169,7 @@ class Follower:
 
     def __init__(
         self,
-        system: System,
+        system: Equations,
         section: Any,
         kept: tuple[int, ...],
         task: Task,

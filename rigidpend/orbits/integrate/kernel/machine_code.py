@@ -27,7 +27,7 @@ _locks: dict[str, threading.Lock] = {}
 """A lock for each text: threads ask for the same code, and one makes it while the others wait."""
 
 
-class Address(ctypes.c_void_p):
+class ArrayPointer(ctypes.c_void_p):
     """Kind of an argument that is an array: the address of its first number."""
 
     @classmethod
@@ -44,7 +44,7 @@ def function(text: str, name: str, *arguments: Any) -> Any:
     ----------
     text : str
     name : str
-    arguments : ctypes types, or `Address`
+    arguments : ctypes types, or `ArrayPointer`
     """
     with _locks.setdefault(text, threading.Lock()):
         return ready(text, name, *arguments)

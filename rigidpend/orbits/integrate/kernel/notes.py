@@ -57,7 +57,7 @@ def text(order: int, bits: int, noted: int = MOMENTA) -> str:
 @functools.cache
 def function(order: int, bits: int, noted: int = MOMENTA) -> Any:
     """The compiled kernel (see :func:`text`)."""
-    array, count, number = machine_code.Address, ctypes.c_int64, ctypes.c_double
+    array, count, number = machine_code.ArrayPointer, ctypes.c_int64, ctypes.c_double
     kinds = (array, count, array, array, number, count, count, array)
     return machine_code.function(text(order, bits, noted), "carry", *kinds)
 

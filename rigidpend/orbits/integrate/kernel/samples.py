@@ -35,7 +35,7 @@ def text(order: int, bits: int, field: TracedField = ALIGNED, lanes: int = LANES
 @functools.cache
 def function(order: int, bits: int, field: TracedField = ALIGNED, lanes: int = LANES) -> Any:
     """The compiled kernel (see :func:`text`)."""
-    array, count, number = machine_code.Address, ctypes.c_int64, ctypes.c_double
+    array, count, number = machine_code.ArrayPointer, ctypes.c_int64, ctypes.c_double
     state = (array, count, array, array)
     kinds = (*state, array, count, count, count, array, number, count, count, array)
     return machine_code.function(text(order, bits, field, lanes), "sample", *kinds)
