@@ -16,7 +16,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from rigidpend import Body
-from rigidpend.mechanics.body import BodyError
+from rigidpend.mechanics.body import BodyError, angles_from_moments
 from rigidpend.numbers.exact import exact
 from rigidpend.routes.problem import ProblemError
 from tests.bodies import FIG4
@@ -66,6 +66,12 @@ def test_eq_phi_keeps_the_paper_s_inequalities_and_kappa(body: Body) -> None:
     in_angles = FINE.sin(p.alpha0) ** 2 / (2 * (FINE.cos(p.gamma0) - FINE.cos(p.alpha0)))
     assert largest_difference(p.kappa, in_angles) < 1e-50
     assert largest_difference(p.nu * FINE.sin(p.alpha0) / p.kappa, FINE.pi) < 1e-50
+
+
+def test_eq_phi_of_moments_in_doubles_is_that_of_the_body() -> None:
+    r = (math.sqrt(0.5), math.sqrt(0.5), 0.0)
+    found = angles_from_moments((2.0, 1.0, 1.5), (1.0, 0.5, 0.5), r, 0.001, math)
+    assert tuple(found) == pytest.approx(tuple(FIG4.angles()), rel=4e-16)
 
 
 @pytest.mark.slow
