@@ -69,11 +69,11 @@ def compute(config: Config, means: Means) -> Tree:
     try:
         approach = _approach(config)
         for setting in search.trials(_found(config, approach), config.problem.half_turns):
-            means.report(f"sets are found, with passages of {setting.half_turns} half rotations")
+            means.report(f"sets are found, with passages of {setting.described}")
             try:
                 return _proven(config, setting, approach, means)
             except (MapError, ArithmeticError, Undecided) as doubt:
-                doubts.append(f"with {setting.half_turns} half rotations: {doubt}")
+                doubts.append(f"with {setting.described}: {doubt}")
     except (MapError, ArithmeticError) as doubt:
         doubts.append(str(doubt))
     raise ArithmeticError(f"{UNDECIDED}: {'; '.join(doubts)}")

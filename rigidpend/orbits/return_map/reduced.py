@@ -66,11 +66,11 @@ def reduced(Q: Scalar, turn: Scalar, size: Any, c: Coefficients) -> ReducedRates
 
     Parameters
     ----------
-    Q : 2 numbers or series
+    Q : 2 numbers or power series
         Qp and Qm.
     turn : 2 numbers
         cos(psi), sin(psi).
-    size : 4 numbers or series
+    size : 4 numbers or power series
         J2, M3, 1/J2 and 1/S.
     c : Coefficients
 

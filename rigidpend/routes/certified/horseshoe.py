@@ -62,6 +62,14 @@ class ShiftProblem(NamedTuple):
     """Starts have J2_0 = sqrt(2 h0/kappa); if None, they have the energy h."""
     lengths: int = 1
     """Sets of each symbol on a section: of half_turns, and of ever 2 more."""
+    width: float = WIDTH
+    """Width of a set over that of the images in it: images that are bent ask for more."""
+
+    @property
+    def described(self) -> str:
+        """Words for what is tried, beside the body and its energies."""
+        wider = ", in wider sets" if self.width > WIDTH else ""
+        return f"{self.half_turns} half rotations{wider}"
 
     @property
     def shift(self) -> Fraction:
@@ -192,7 +200,7 @@ def quads(setting: ShiftProblem) -> list[Quad]:
     turns = [setting.half_turns + 2 * k for k in range(setting.lengths)]
     for at, section in enumerate(sections):
         reach = OVERSHOOT * (away[1 - at] + images[at]) / tilts[1 - at]
-        across = WIDTH * images[1 - at]
+        across = setting.width * images[1 - at]
         widest = (away[at] + across) / tilts[at]
         chi = widest * np.cos(np.pi * (np.arange(POINTS) + 0.5) / POINTS)
         for right, half_turns in itertools.product((False, True), turns):

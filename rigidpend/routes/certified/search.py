@@ -14,7 +14,9 @@ from rigidpend.routes.certified.pieces import Quad
 NARROW = 0.12
 """Largest |gamma3| in sets: polynomials of wider ones would have too many terms."""
 TRIALS = 4
-"""Numbers of half rotations that are tried."""
+"""Numbers of half rotations that are tried, in sets of each width."""
+WIDER = 2.2
+"""Width of sets that are tried where those of `WIDTH` prove nothing."""
 MOST_TURNS = 100
 """Half rotations of a passage at most."""
 LEAST = 1e-8
@@ -41,9 +43,20 @@ def trials(of: ShiftProblem, half_turns: int | None = None) -> Iterator[ShiftPro
         said = f"the surfaces of the periodic orbits cross at an angle of {angle:.2g}"
         told = f"as far as the return map tells, and of {LEAST:g} or less no sets are tried"
         raise ArithmeticError(f"{said}, {told}")
+    least, tried = math.log(1 / angle), 0
+    for width in (WIDTH, WIDER):
+        for setting in _of_width(first._replace(width=width), least):
+            tried += 1
+            yield setting
+    if not tried:
+        raise ArithmeticError(f"with up to {MOST_TURNS} half rotations no sets are small enough")
+
+
+def _of_width(first: ShiftProblem, least: float) -> Iterator[ShiftProblem]:
+    """Ways with sets of one width, whose distance shrinks by e to the power of `least` or more."""
     # A half rotation takes an orbit beside the stable surface so much further from it.
     turn, tried = math.pi * float(first.level.exponent[0, 0]), 0
-    n = math.ceil(math.log(1 / angle) / turn)
+    n = math.ceil(least / turn)
     while tried < TRIALS and n <= MOST_TURNS:
         setting = first._replace(half_turns=n)
         n += 1
@@ -58,13 +71,11 @@ def trials(of: ShiftProblem, half_turns: int | None = None) -> Iterator[ShiftPro
             continue
         tried += 1
         yield _with_bits(setting, sets)
-    if not tried:
-        raise ArithmeticError(f"with up to {MOST_TURNS} half rotations no sets are small enough")
 
 
 def _with_bits(setting: ShiftProblem, sets: list[Quad]) -> ShiftProblem:
     # Images of sets of few half rotations are as far from a surface as these are from theirs; the
     # others are nearer by a factor for each half rotation.
     further = 2 * (setting.lengths - 1) * math.pi * float(setting.level.exponent[0, 0])
-    away = min(float(quad.b) for quad in sets) / WIDTH * math.exp(-further)
+    away = min(float(quad.b) for quad in sets) / setting.width * math.exp(-further)
     return setting._replace(bits=min(MOST_BITS, max(BITS, math.ceil(SPARE - 2 * math.log2(away)))))

@@ -23,7 +23,6 @@ from rigidpend.routes.certified.horseshoe import (
     ITERATIONS,
     NUMBERS,
     OVERSHOOT,
-    WIDTH,
     Array,
     ShiftProblem,
     energies_of,
@@ -105,7 +104,7 @@ def line(
     reach = OVERSHOOT * max(size[0] for size in sizes)
     if setting.h0 is None:
         # As far as all sets and images.
-        reach = FURTHER * max(max(sum(x), OVERSHOOT * (x[0] + x[2] / WIDTH)) for x in sizes)
+        reach = FURTHER * max(max(sum(x), OVERSHOOT * (x[0] + x[2] / setting.width)) for x in sizes)
     ends, half = [middle + np.array([-reach, reach]) for middle in middles], len(ws) // 2
     found, e = every[half].between(ends[half])
     at = [starts.states(x, precision(53)) for starts, x in zip(every, ends, strict=True)]
