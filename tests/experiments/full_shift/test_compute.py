@@ -115,6 +115,19 @@ def test_smaller_angles_and_more_lengths_ask_for_more_bits() -> None:
 
 
 @pytest.mark.slow
+def test_sets_are_tried_wider_where_the_others_prove_nothing() -> None:
+    config = typed(Config, CONFIG, OTHER)
+    every = list(search.trials(full_shift._found(config, None)))
+    narrow, wide = every[: search.TRIALS], every[search.TRIALS :]
+    assert len(narrow) == len(wide) == search.TRIALS
+    assert {x.described.partition(" half")[2] for x in narrow} == {" rotations"}
+    assert {x.described.partition(" half")[2] for x in wide} == {" rotations, in wider sets"}
+    turns = wide[0].half_turns
+    widths = [horseshoe.quads(x._replace(half_turns=turns))[0].b for x in (narrow[0], wide[0])]
+    assert widths[1] / widths[0] == pytest.approx(search.WIDER / horseshoe.WIDTH)
+
+
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("changes", "said"),
     [
