@@ -25,6 +25,8 @@ from rigidpend.experiments.bench.protocol import Line, Make, made, timed, timed_
 from rigidpend.experiments.bench.solvers import Crossed, Task, time_unit
 from rigidpend.numbers.doubles import Array
 from rigidpend.numbers.exact import exact
+from rigidpend.routes.choice import expected_seconds
+from rigidpend.routes.problem import RouteProblem
 
 STORED = Path(__file__).parent / "random_phases_113bit.json"
 """2,000 phases for each of two starts J1_0, with codes of 15 symbols and the last crossing's t'."""
@@ -99,11 +101,12 @@ def bodies(
 ) -> Iterator[Line]:
     """Call each method with bodies drawn by lot that it has not seen before, and again.
 
-    The first method, ours, follows all orbits; a peer as many of them as it can in its time, with
-    the horizon that ours told. Where two methods differ principal axes tell who is right.
+    The first method, ours, follows all orbits, fewer where it is expected to take longer than the
+    `longest` time; a peer as many of them as it can in its time, with the horizon that ours told.
+    Where two methods differ principal axes tell who is right.
 
     A peer has so many `seconds` of solving at a body, the truth four times as many; no further body
-    is begun when ours has taken the `longest` time, on average. A line, of a body, has its numbers
+    is begun when the time of all is spent. A line, of a body, has its numbers
     as ``body``, and by method ``first`` and ``again``, seconds, ``orbits`` and the counts of
     :func:`judged`.
     """
@@ -117,11 +120,18 @@ def bodies(
     for problem in drawn(seed, bodies):
         if spent > budget:
             return
-        task = random_routes(problem, orbits)
+        task = random_routes(problem, _in_time(problem, orbits, longest))
         taken, found = timed(partial(_with_body, task, entries, threads, repeats, seconds))
         spent += taken
         (A, r, mu), starts = problem.body.floats(), (float(problem.h0), float(problem.J1_0))
         yield {"body": [*A, *r[:2], mu, *starts], **found}
+
+
+def _in_time(problem: RouteProblem, orbits: int, seconds: float) -> int:
+    """As many of the orbits as ours is expected to follow in so many seconds of a core."""
+    while orbits > PILOT and expected_seconds(problem, orbits) > seconds:
+        orbits //= 2
+    return orbits
 
 
 def _with_body(

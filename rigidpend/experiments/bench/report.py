@@ -188,10 +188,13 @@ def bodies_table(data: Data) -> Table:
         *("again, an orbit", "90 %", "worst", "times ours", "wrong", "not decided"),
     )
     orbits = data["bodies"][own]["orbits"]
+    slow = int((orbits < max(orbits)).sum())
     note = (
         f"{orbits.size} bodies: shapes, directions, energies, weights (mu/h0 from 1e-4 to 2e-2)"
         " and starts (J1_0 from 1e-12 to 1e-6) by lot;"
-        f" {max(orbits):,.0f} orbits of 15 symbols each, up to two threads. A peer follows fewer,"
+        f" {max(orbits):,.0f} orbits of 15 symbols each, up to two threads; fewer of the"
+        f" {slow} bodies"
+        " with which ours is expected to take long. A peer follows fewer,"
         " and its time is scaled. Medians over the bodies, then what 90 % of them stay below."
         " Symbols per million: wrong ones that a method vouches for, all wrong ones where it"
         " vouches for none. Where two methods differ principal axes tell, in up to 113 bits; what"

@@ -135,7 +135,7 @@ class Bodies(Part):
     """Bodies drawn by lot: the first call with each, and the same call again."""
 
     methods: Annotated[Methods, Field(min_length=1)] = OF_BODIES
-    """Names of the methods; the first, ours, follows all orbits."""
+    """Names of the methods; the first is ours."""
     kept: Annotated[Whole, Field(ge=0, le=1000)] = 40
     """Number of bodies that are the same in every run."""
     drawn: Annotated[Whole, Field(ge=0, le=1000)] = 20
@@ -153,7 +153,7 @@ class Bodies(Part):
 
     The truth, where two methods differ, has four times as much."""
     longest: Annotated[Whole, Field(ge=1, le=3600)] = 6
-    """Time of ours at a body on average, seconds: the list is cut where it takes longer."""
+    """Time of ours at a body, seconds: it follows fewer orbits where more would take longer."""
 
 
 class Config(ExperimentConfig):

@@ -170,6 +170,16 @@ def test_no_further_body_is_begun_when_the_time_of_all_is_spent(
     assert len(lines("ours", 20, 1, 0.0, longest, problems=[SHORT] * 3)[0]) == done
 
 
+@pytest.mark.parametrize(("longest", "n"), [(0.04, 40), (0.039, 20), (1e-3, 10)])
+def test_ours_follows_as_many_orbits_as_it_is_expected_to_in_its_time(
+    lines: Any, monkeypatch: pytest.MonkeyPatch, longest: float, n: int
+) -> None:
+    """An orbit is expected to take 1 ms; few are followed in any case."""
+    monkeypatch.setattr(counts, "expected_seconds", lambda _, orbits: 1e-3 * orbits)
+    [line], _ = lines("ours", 40, 1, 9.0, longest)
+    assert line["ours"]["orbits"] == n
+
+
 def test_symbols_of_random_phases_are_held_against_113_bits(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
