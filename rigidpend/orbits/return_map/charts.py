@@ -214,7 +214,7 @@ def section_chart(
     """
     begin = section_state(rising, d, chi, h, c, a)
     side = 1 if rising else -1
-    shares, parts = _fejer(quadrature_points(float(length), c, float(h[0]), a.bits), a)
+    shares, parts = _gauss(quadrature_points(float(length), c, float(h[0]), a.bits), a)
     times = side * length * np.append(shares, a.number(1))
     path = states_at(c.aligned, begin, times, a.bits)
     end = path[:, -1]
@@ -247,14 +247,23 @@ def quadrature_points(length: float, c: Coefficients, h: float, bits: int) -> in
     weight = math.hypot(float(k.mu_r1), float(k.mu_r2)) / h
     # In complex time the weight's share grows with the rotation, up to order one.
     height = min(STRIP / (float(k.half_sigma) * J2), -math.log(weight) / (float(k.kappa) * J2))
-    return 8 + math.ceil(bits * math.log(2) / math.asinh(height * 2 / length))
+    return math.ceil(bits * math.log(2) / 2 / math.asinh(height * 2 / length))
 
 
 @functools.lru_cache(maxsize=16)
-def _fejer(n: int, a: Precision) -> tuple[Any, Any]:
-    """The n points, ascending, and the weights of Fejer's rule on (0, 1)."""
-    moments = [a.number(0 if k % 2 else Fraction(1, 1 - k * k)) for k in range(n)]
-    return (1 - nodes(n, a)) / 2, a.array(moments) @ chebyshev_analysis(n, a)
+def _gauss(n: int, a: Precision) -> tuple[Any, Any]:
+    """The n points, ascending, and the weights of Gauss's rule on (0, 1)."""
+    x = a.array(np.polynomial.legendre.leggauss(n)[0])
+    # Newton's method from doubles on; the last time for the weights.
+    for _ in range(1 + math.ceil(math.log2(a.bits / 53))):
+        before, last = np.ones_like(x), x
+        for k in range(2, n + 1):
+            share = a.number(Fraction((k - 1) ** 2, (2 * k - 1) * (2 * k - 3)))
+            before, last = last, x * last - share * before
+        slope = (a.number(Fraction(n * n, 2 * n - 1)) * before - n * x * last) / (1 - x * x)
+        x = x - last / slope
+    weights = (1 - x * x) / (before * before)
+    return (1 + x) / 2, weights / weights.sum(axis=0)
 
 
 Kind = TypeVar("Kind")
