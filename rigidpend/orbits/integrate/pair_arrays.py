@@ -17,7 +17,7 @@ from typing import Any
 import numpy as np
 
 from rigidpend.orbits.integrate.kernel.lane_numbers import as_doubles
-from rigidpend.orbits.integrate.kernel.pair_loops import convolution, elementwise, products
+from rigidpend.orbits.integrate.kernel.pair_loops import WIDE, convolution, elementwise, products
 from rigidpend.orbits.integrate.kernel.writer import LANES
 
 _Memory = ctypes.c_char * 1
@@ -263,12 +263,12 @@ def convolved(a: Sequence[PairArray], b: Sequence[PairArray]) -> PairArray:
     shape, rows = a[0].shape[1:], len(a[0]) + len(b[0]) - 1
     width = math.prod(shape)
     factors = [[_rows(x, width) for x in each] for each in (a, b)]
-    wide = max(width, LANES)
+    wide = max(width, WIDE)
     out = np.empty((2, rows, wide))
     tables = [
         *(np.array([x.ctypes.data for x in each]) for each in factors),
         np.array([len(x) for x in a]),
-        np.empty((3, rows, 2, LANES)),
+        np.empty((3, rows, 2, WIDE)),
     ]
     convolution()(*map(_address, (out, *tables)), len(a), rows, wide)
     return PairArray(out[..., :width].reshape(2, rows, *shape))
@@ -277,7 +277,7 @@ def convolved(a: Sequence[PairArray], b: Sequence[PairArray]) -> PairArray:
 def _rows(x: PairArray, width: int) -> Any:
     """The parts of a polynomial as the kernel reads them, (2, p, width or more)."""
     rows = np.ascontiguousarray(x.parts).reshape(2, len(x), width)
-    return rows if width >= LANES else _widened(rows, LANES)
+    return rows if width >= WIDE else _widened(rows, WIDE)
 
 
 def in_doubles(values: Any, parts: int) -> Any:

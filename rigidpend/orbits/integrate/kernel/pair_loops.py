@@ -18,6 +18,8 @@ from rigidpend.orbits.integrate.kernel.functions import Functions
 from rigidpend.orbits.integrate.kernel.lane_numbers import Pairs, Value
 from rigidpend.orbits.integrate.kernel.writer import LANES, Writer
 
+WIDE = 2 * LANES
+"""Lanes of sums of products: those of two vectors, for each waits for the one before it."""
 OPERATIONS: dict[str, Callable[[Pairs, Value, Value], Value]] = {
     "add": lambda n, a, b: n.plus(a, b),
     "subtract": lambda n, a, b: n.minus(a, b),
@@ -107,21 +109,21 @@ def convolution() -> Any:
 
     `a` and `b` hold the addresses of `count` arrays each, `a_rows` how many rows each of a has;
     each of b has `rows` + 1 less that. out[r, c] is the sum of a[k, c] b[r - k, c] over all of them
-    and over k; `width` is at least `LANES`. `work` has room for 3 `rows` pairs of vectors: what
+    and over k; `width` is at least `WIDE`. `work` has room for 3 `rows` pairs of vectors: what
     belongs to some columns lies far apart, and is brought together there.
     """
-    code = Writer()
+    code = Writer(WIDE)
     n = Pairs(code)
     total = code.variable(n.rows(2))
     all_ = code("mul i64 %rows, %width")
     sums, left, right = (code.at("%work", code(f"mul i64 %rows, {2 * k}")) for k in range(3))
-    groups = code(f"udiv i64 {code(f'add i64 %width, {LANES - 1}')}, {LANES}")
+    groups = code(f"udiv i64 {code(f'add i64 %width, {WIDE - 1}')}, {WIDE}")
 
     def row(base: str, place: str) -> Value:
-        return _loaded(code, base, code(f"mul i64 {place}, {2 * LANES}"), str(LANES))
+        return _loaded(code, base, code(f"mul i64 {place}, {2 * WIDE}"), str(WIDE))
 
     def keep(value: Value, base: str, place: str) -> None:
-        _keep(code, value, base, code(f"mul i64 {place}, {2 * LANES}"), str(LANES))
+        _keep(code, value, base, code(f"mul i64 {place}, {2 * WIDE}"), str(WIDE))
 
     def gather(base: str, rows: str, to: str, column: str) -> None:
         apart = code(f"mul i64 {rows}, %width")
@@ -165,7 +167,7 @@ def convolution() -> Any:
 
 def _first(code: Writer, group: str, count: str) -> str:
     """The first element of a group of lanes, of which the last one ends with the elements."""
-    first, last = code(f"mul i64 {group}, {LANES}"), code(f"sub i64 {count}, {LANES}")
+    first, last = code(f"mul i64 {group}, {code.lanes}"), code(f"sub i64 {count}, {code.lanes}")
     return code(f"select i1 {code(f'icmp slt i64 {first}, {last}')}, i64 {first}, i64 {last}")
 
 
