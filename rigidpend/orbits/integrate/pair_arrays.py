@@ -17,9 +17,17 @@ from typing import Any
 import numpy as np
 
 from rigidpend.orbits.integrate.kernel.lane_numbers import as_doubles
-from rigidpend.orbits.integrate.kernel.pair_loops import WIDE, convolution, elementwise, products
+from rigidpend.orbits.integrate.kernel.pair_loops import (
+    WIDE,
+    convolution,
+    elementwise,
+    held,
+    products,
+)
 from rigidpend.orbits.integrate.kernel.writer import LANES
 
+SHORT = 20_000
+"""Products of numbers, 20 microseconds of them, for which the interpreter is not given away."""
 _Memory = ctypes.c_char * 1
 
 
@@ -228,7 +236,8 @@ def matmul(a: Any, b: Any) -> PairArray:
     wide = right.shape[-1]
     out = np.empty((2, *outer, rows, wide))
     sets = math.prod(outer)
-    products()(
+    loop = products() if sets * rows * terms * wide > SHORT else held(products)
+    loop(
         *map(_address, (out, left, right)),
         *(rows, terms, wide, sets),
         *(z.ndim > 2 for z in (x, y)),
@@ -251,7 +260,9 @@ def convolved(a: Sequence[PairArray], b: Sequence[PairArray]) -> PairArray:
         np.array([len(x) for x in a]),
         np.empty((3, rows, 2, WIDE)),
     ]
-    convolution()(*map(_address, (out, *tables)), len(a), rows, wide)
+    many = sum(len(x) * len(y) for x, y in zip(a, b, strict=True)) * wide
+    loop = convolution() if many > SHORT else held(convolution)
+    loop(*map(_address, (out, *tables)), len(a), rows, wide)
     return PairArray(out[..., :width].reshape(2, rows, *shape))
 
 

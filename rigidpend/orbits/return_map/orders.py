@@ -24,7 +24,6 @@ from rigidpend.orbits.return_map.charts import (
 from rigidpend.orbits.return_map.expansions import Interval, phases
 from rigidpend.orbits.return_map.normal_form import (
     MapError,
-    NormalForm,
     normal_form,
     powers,
 )

@@ -183,10 +183,10 @@ def products() -> Any:
 
 @functools.cache
 def convolution() -> Any:
-    """The function ``f(out, a, b, a_rows, work, count, rows, width)``, a sum of polynomials' products.
+    """The function ``f(out, a, b, a_rows, work, count, rows, width)``, products of polynomials.
 
     `a` and `b` hold the addresses of `count` arrays each, `a_rows` how many rows each of a has;
-    each of b has `rows` + 1 less that. out[r, c] is the sum of a[k, c] b[r - k, c] over all of them
+    each of b has `rows` + 1 less that. out[r, c] is the sum of a[k, c] b[r - k, c] over all arrays
     and over k; `width` is at least `WIDE`. `work` has room for 3 `rows` pairs of vectors: what
     belongs to some columns lies far apart, and is brought together there.
     """
@@ -241,6 +241,14 @@ def convolution() -> Any:
     )
     kinds = (*(ctypes.c_void_p,) * 5, *(ctypes.c_int64,) * 3)
     return machine_code.function(code.function(head, "0"), "convolution", *kinds)
+
+
+@functools.cache
+def held(loop: Callable[[], Any]) -> Any:
+    """A loop that keeps the interpreter, for short arrays: to get it back would take longer."""
+    free = loop()
+    address = ctypes.cast(free, ctypes.c_void_p).value
+    return ctypes.PYFUNCTYPE(ctypes.c_int64, *free.argtypes)(address)
 
 
 def _first(code: Writer, group: str, count: str) -> str:
