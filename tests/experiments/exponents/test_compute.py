@@ -13,8 +13,8 @@ from rigidpend.experiments.exponents.report import tables
 from rigidpend.numbers.exact import exact
 from rigidpend.routes.cells import Cells, cells_of_starts
 from rigidpend.routes.problem import RouteProblem
+from rigidpend.routes.symbolic.levels import surface
 from rigidpend.routes.symbolic.stretching import stretched
-from rigidpend.routes.symbolic.surface import surface
 from tests.experiments.trees import asked, computed, differences, plain
 from tests.routes.symbolic.fig4 import BODY, H
 
