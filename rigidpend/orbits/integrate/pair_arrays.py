@@ -17,6 +17,7 @@ from typing import Any
 import numpy as np
 
 from rigidpend.orbits.integrate.kernel.lane_numbers import as_doubles
+from rigidpend.orbits.integrate.kernel.machine_code import LANES
 from rigidpend.orbits.integrate.kernel.pair_loops import (
     WIDE,
     convolution,
@@ -24,7 +25,6 @@ from rigidpend.orbits.integrate.kernel.pair_loops import (
     held,
     products,
 )
-from rigidpend.orbits.integrate.kernel.writer import LANES
 
 SHORT = 20_000
 """Products of numbers, 20 microseconds of them, for which the interpreter is not given away."""

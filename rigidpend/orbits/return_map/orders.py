@@ -221,9 +221,9 @@ class Shrinking(NamedTuple):
 
     by_degree: Any
     """Of the normal form, of degrees 1, 3, ..."""
-    by_x: list[Any]
+    by_x: tuple[Any, ...]
     """Of the charts and the inverse charts, downward and upward, by polynomials of d or I."""
-    by_phase: list[Any]
+    by_phase: tuple[Any, ...]
     """The same by harmonics."""
 
 

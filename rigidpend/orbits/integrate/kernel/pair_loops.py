@@ -19,7 +19,7 @@ import numpy as np
 from rigidpend.orbits.integrate.kernel import machine_code
 from rigidpend.orbits.integrate.kernel.functions import Functions
 from rigidpend.orbits.integrate.kernel.lane_numbers import Pairs, Value
-from rigidpend.orbits.integrate.kernel.writer import LANES, Writer
+from rigidpend.orbits.integrate.kernel.machine_code import LANES, Writer
 
 WIDE = 2 * LANES
 """Lanes of sums of products: those of two vectors, for each waits for the one before it."""
@@ -247,8 +247,7 @@ def convolution() -> Any:
 def held(loop: Callable[[], Any]) -> Any:
     """A loop that keeps the interpreter, for short arrays: to get it back would take longer."""
     free = loop()
-    address = ctypes.cast(free, ctypes.c_void_p).value
-    return ctypes.PYFUNCTYPE(ctypes.c_int64, *free.argtypes)(address)
+    return ctypes.cast(free, ctypes.PYFUNCTYPE(ctypes.c_int64, *free.argtypes))
 
 
 def _first(code: Writer, group: str, count: str) -> str:
