@@ -22,7 +22,7 @@ cli/         the command line, a thin module for each command; `notebook` is its
 render/      figures from stored results, and in report/ one page of all of them
 runs/        from configs to results: plans, parts, progress, provenance
 results/     HDF5 files of results: written whole, opened as data only, safe
-experiments/ one folder each: schema, layout, computation, drawing, report; with
+experiments/ one folder each: layout, schema, computation and drawing; with
              the contract that they keep, and plots/ that they share
 config/      YAML configs, read and checked with the place of every value
 surfaces/    asymptotic surfaces S1- and S2+: Melnikov, splitting, heteroclinic

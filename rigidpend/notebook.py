@@ -24,7 +24,7 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from rigidpend.config.description import Row
-    from rigidpend.experiments.data.tree import Loaded
+    from rigidpend.experiments.data import Loaded
     from rigidpend.mechanics.body import Body
 
 POINTS = 60

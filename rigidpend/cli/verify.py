@@ -163,7 +163,7 @@ def _compared(
 
 def _parts(difference: Any) -> dict[str, Any]:
     """Convert a difference to plain data; values that JSON does not know become words."""
-    from rigidpend.experiments.data.compare import shown
+    from rigidpend.experiments.compare import shown
 
     told = {"said": str(difference)}
     # An experiment may say a difference in a mere sentence.

@@ -98,11 +98,11 @@ def render(sources: Sequence[Path], target: Path, *, force: bool = False) -> boo
 def drawn_from(sources: Sequence[Path]) -> str:
     """Fingerprint of all that an image of some results depends on."""
     experiment = str(store.attributes(sources[0]).get("experiment", ""))
-    drawing = [inside("experiments", experiment, f"{part}.py") for part in ("draw", "report")]
+    drawing = inside("experiments", experiment, "draw.py")
     own = [inside("render", name) for name in ("__init__.py", "captions.py")]
     certificates = map(storage.certificate_of, sources)
     parts = [files.content(each) if each.is_file() else b"" for each in (*sources, *certificates)]
-    parts += [STYLE.read_bytes(), code_hash_of(*filter(Path.is_file, (*drawing, *own))).encode()]
+    parts += [STYLE.read_bytes(), code_hash_of(drawing, *own).encode()]
     parts += [installed.version(name).encode() for name in LIBRARIES]
     digests = (hashlib.sha256(part).digest() for part in parts)
     return hashlib.sha256(b"".join(digests)).hexdigest()

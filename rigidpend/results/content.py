@@ -8,8 +8,7 @@ from typing import Any
 import numpy as np
 
 from rigidpend import experiments
-from rigidpend.experiments.data.layout import FLOAT, NUMBER, Layout, fields
-from rigidpend.experiments.data.tree import Loaded
+from rigidpend.experiments.data import FLOAT, NUMBER, Layout, Loaded, fields
 from rigidpend.results.structure import Unfit
 
 LONGEST, DEEPEST = 2**22, 32

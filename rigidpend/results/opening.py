@@ -17,7 +17,7 @@ import numpy as np
 from h5py import h5g
 
 from rigidpend import experiments
-from rigidpend.experiments.data.layout import Layout
+from rigidpend.experiments.data import Layout
 from rigidpend.machine import files
 from rigidpend.machine.files import Absent, StoreError
 from rigidpend.machine.words import short

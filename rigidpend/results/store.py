@@ -20,8 +20,7 @@ from typing import Any, NamedTuple, Self, TypeAlias
 import h5py
 import numpy as np
 
-from rigidpend.experiments.data.layout import Layout
-from rigidpend.experiments.data.tree import Coming, Dataset, Loaded, Streamed, Tree
+from rigidpend.experiments.data import Coming, Dataset, Layout, Loaded, Streamed, Tree
 from rigidpend.machine import files
 from rigidpend.machine.files import StoreError, prepare, sealed
 from rigidpend.results import content

@@ -20,7 +20,7 @@ from typing import Any, NamedTuple
 from urllib.parse import urlsplit
 
 from rigidpend.experiments.contract import Piece
-from rigidpend.experiments.data.tree import Tree
+from rigidpend.experiments.data import Tree
 from rigidpend.machine import words
 from rigidpend.machine.code_hash import code_hash_of, digest, inside
 from rigidpend.machine.progress import PartDone

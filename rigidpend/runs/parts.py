@@ -14,7 +14,7 @@ from rigidpend.machine.workers import check_stop
 
 if TYPE_CHECKING:
     from rigidpend.experiments.contract import Piece
-    from rigidpend.experiments.data.tree import Tree
+    from rigidpend.experiments.data import Tree
 
 
 class Parts:

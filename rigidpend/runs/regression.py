@@ -11,8 +11,8 @@ from pathlib import Path
 from typing import Any, NamedTuple, TypeAlias
 
 from rigidpend import experiments
-from rigidpend.experiments.data import compare
-from rigidpend.experiments.data.tree import Loaded
+from rigidpend.experiments import compare
+from rigidpend.experiments.data import Loaded
 from rigidpend.machine import files, words
 from rigidpend.machine.progress import tell_nobody
 from rigidpend.numbers.exact import exact

@@ -157,7 +157,7 @@ def test_what_is_no_regular_file_makes_room_or_is_left_alone(
 
 
 def test_a_folder_elsewhere_gets_no_parts(tmp_path: Path) -> None:
-    from rigidpend.experiments.data.tree import Dataset
+    from rigidpend.experiments.data import Dataset
     from rigidpend.machine import kept
     from rigidpend.runs.parts import Parts
 

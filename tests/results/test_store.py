@@ -19,14 +19,15 @@ import numpy as np
 import pytest
 
 from rigidpend import experiments
-from rigidpend.experiments.data.layout import (
+from rigidpend.experiments.data import (
     FLAG,
     FLOAT,
     WHOLE,
+    Dataset,
     Field,
     Layout,
+    Tree,
 )
-from rigidpend.experiments.data.tree import Dataset, Tree
 from rigidpend.machine import files, locks
 from rigidpend.results import content, damage, store
 from rigidpend.results.store import OtherVersion, Result, StoreError

@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from rigidpend.experiments.data.tree import Dataset, Tree
+from rigidpend.experiments.data import Dataset, Tree
 from rigidpend.machine import kept
 from rigidpend.machine.files import StoreError
 from rigidpend.machine.kept import KeptFileWarning

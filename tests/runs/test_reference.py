@@ -13,8 +13,8 @@ from click.testing import CliRunner
 
 from rigidpend import experiments
 from rigidpend.cli import reference
+from rigidpend.experiments import compare
 from rigidpend.experiments.contract import Means
-from rigidpend.experiments.data import compare
 from rigidpend.orbits.integrate.arithmetic import resolve
 from rigidpend.results import store
 from rigidpend.runs import loading, regression

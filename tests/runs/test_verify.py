@@ -15,7 +15,7 @@ from click.testing import CliRunner
 
 from rigidpend.cli import verify
 from rigidpend.config import catalogue
-from rigidpend.experiments.route_layout import APART, crossing_tolerance
+from rigidpend.experiments.shared import APART, crossing_tolerance
 from rigidpend.mechanics.body import Body
 from rigidpend.numbers.exact import exact
 from rigidpend.results import store

@@ -9,7 +9,7 @@ from functools import partial
 from typing import TYPE_CHECKING, Any
 
 from rigidpend.experiments.contract import Means
-from rigidpend.experiments.data.tree import Tree
+from rigidpend.experiments.data import Tree
 from rigidpend.experiments.stress import (
     addresses,
     extremes,

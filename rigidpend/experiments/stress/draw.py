@@ -10,8 +10,11 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.ticker import MaxNLocator
 
-from rigidpend.experiments.data.tree import Data, Loaded
+from rigidpend.experiments.data import Data, Loaded
 from rigidpend.experiments.plots import BLUE, GREEN, ORANGE, PINK, RED, WIDTH, entry, title
+from rigidpend.experiments.stress.report import CAPTION, tables
+
+__all__ = ["CAPTION", "draw", "tables"]
 
 HEIGHT = 8.8
 """Inches."""

@@ -20,10 +20,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from rigidpend.experiments import heyoka_peer, principal_axes
-from rigidpend.experiments.stress import scenes
+from rigidpend.experiments import principal_axes
+from rigidpend.experiments.stress import SPOILT, scenes
 from rigidpend.experiments.stress.claims import Claim, Findings, Trial
-from rigidpend.experiments.stress.layout import SPOILT
 from rigidpend.experiments.stress.scenes import Way, random_phases
 from rigidpend.mechanics.body import Body
 from rigidpend.numbers.exact import exact
@@ -140,7 +139,7 @@ def true_codes(
     those, in integers of 113 bits.
     """
     known = np.ones(phases.size, dtype=bool)
-    if not heyoka_peer.installed():
+    if not principal_axes.installed():
         known[checked:] = False
         true = doubted.copy()
         integers = Way("scipy", jobs)
@@ -150,7 +149,7 @@ def true_codes(
     true = principal_axes.codes(problem, phases, bits=53, jobs=jobs)
     differ = (true != doubted).any(axis=0)
     true[:, differ], _ = principal_axes.settled(problem, phases[differ], doubted[:, differ], jobs)
-    if checked and heyoka_peer.offers(scenes.BITS):
+    if checked and principal_axes.offers(scenes.BITS):
         first = phases[:checked]
         true[:, :checked] = principal_axes.codes(problem, first, bits=scenes.BITS, jobs=jobs)
     return true, known

@@ -10,10 +10,9 @@ from typing import Any
 import numpy as np
 
 from rigidpend.experiments.lie_poisson import SCHEMES, splitting, stages
-from rigidpend.experiments.stress import scenes
+from rigidpend.experiments.stress import DRIFT, PENDULUM, scenes
 from rigidpend.experiments.stress.claims import Claim, Findings, Trial
 from rigidpend.experiments.stress.growth import ROUNDING, noise, step
-from rigidpend.experiments.stress.layout import DRIFT, PENDULUM
 from rigidpend.experiments.stress.scenes import Scene, Way
 from rigidpend.machine.workers import side_by_side, spread
 from rigidpend.mechanics.body import Body

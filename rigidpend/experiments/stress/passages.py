@@ -13,10 +13,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from rigidpend.experiments.stress import growth, scenes
+from rigidpend.experiments.stress import DECIDED, GROWTH, growth, scenes
 from rigidpend.experiments.stress.claims import Claim, Findings, Trial
 from rigidpend.experiments.stress.growth import compared
-from rigidpend.experiments.stress.layout import DECIDED, GROWTH
 from rigidpend.experiments.stress.scenes import Scene, Way, random_phases
 from rigidpend.numbers.doubles import Array
 from rigidpend.routes.codes import RouteCodes

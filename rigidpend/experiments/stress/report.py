@@ -6,8 +6,8 @@ from collections import Counter
 from collections.abc import Iterator
 from typing import Any
 
-from rigidpend.experiments.data.tree import Data, Loaded
-from rigidpend.experiments.stress.layout import FAILED, LIMIT, PASSED
+from rigidpend.experiments.data import Data, Loaded
+from rigidpend.experiments.stress import FAILED, LIMIT, PASSED
 from rigidpend.machine.tables import Table, terminal
 
 CAPTION = (

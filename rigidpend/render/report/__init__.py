@@ -1,8 +1,8 @@
 """One self-contained HTML page from a folder of results: figures beside numbers.
 
-An experiment's ``report.py`` says what stands beside its figure: ``tables(result)``
+The ``draw.py`` of an experiment says what stands beside its figure: ``tables(result)``
 gives the numbers that the paper prints next to those computed, from the stored result alone.
-Experiments without such a module appear with their figure and provenance.
+Experiments without tables appear with their figure and provenance.
 """
 
 from __future__ import annotations
@@ -14,7 +14,7 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 from rigidpend import experiments
-from rigidpend.experiments.data.tree import Loaded
+from rigidpend.experiments.data import Loaded
 from rigidpend.machine import files, tables, words
 from rigidpend.machine.files import Absent
 from rigidpend.machine.tables import Table
@@ -163,7 +163,6 @@ def section(result: Any, drawn: bytes | None = None) -> ResultSection:
 
     attributes = result["attributes"]
     experiment = str(attributes["experiment"])
-    reporting = experiments.reporting(experiment)
     return ResultSection(
         name=str(attributes.get("name", "unnamed")),
         figure=str(attributes.get("figure", "")),
@@ -171,7 +170,7 @@ def section(result: Any, drawn: bytes | None = None) -> ResultSection:
         picture=picture(drawn or render.image([result], "png")),
         caption=captions.caption(experiment),
         bodies=captions.bodies(result),
-        tables=reporting.tables(result) if reporting else (),
+        tables=experiments.tables(experiment, result),
         provenance=_provenance(result),
     )
 

@@ -13,7 +13,7 @@ import pytest
 from click.testing import CliRunner
 
 from rigidpend.cli import bench as command
-from rigidpend.experiments import heyoka_peer
+from rigidpend.experiments import principal_axes
 from rigidpend.experiments.bench import compute as bench
 from rigidpend.experiments.bench import report as reading
 from rigidpend.experiments.bench import worker
@@ -205,7 +205,7 @@ def test_a_larger_error_and_a_wrong_symbol_are_found(data: Any) -> None:
 
 
 def test_without_heyoka_there_is_no_reference(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(heyoka_peer, "installed", lambda: False)
+    monkeypatch.setattr(principal_axes, "installed", lambda: False)
     means = Means(CLOSED_FORM, 1, lambda _: None)
     with pytest.raises(EngineError, match="heyoka"):
         bench.compute(typed(Config, QUICK), means)

@@ -9,9 +9,8 @@ from typing import Any
 
 import pytest
 
-from rigidpend.experiments.stress import report
+from rigidpend.experiments.stress import FAILED, LIMIT, PASSED, report
 from rigidpend.experiments.stress.claims import Claim, Findings, Trial, tried
-from rigidpend.experiments.stress.layout import FAILED, LIMIT, PASSED
 from rigidpend.results import store
 from rigidpend.routes.problem import ProblemError
 from tests.experiments.stress.verdicts import verdicts

@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from rigidpend.experiments import heyoka_peer
+from rigidpend.experiments import principal_axes
 from rigidpend.experiments.stress import honesty, scenes
 from rigidpend.experiments.stress.claims import tried
 from rigidpend.numbers.exact import exact
@@ -84,7 +84,7 @@ def test_a_computation_that_is_never_sure_fails_and_one_that_never_errs_shows_no
 def test_without_heyoka_the_orbits_checked_are_followed_in_integers(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
-    monkeypatch.setattr(heyoka_peer, "installed", lambda: False)
+    monkeypatch.setattr(principal_axes, "installed", lambda: False)
     problem = RouteProblem(FIG4, exact("1.3342"), exact("1e-6"), 2)
     doubted = np.full((2, 3), 9, dtype=np.uint8)
     true, known = honesty.true_codes(problem, np.array([0.4, 1.1, 2.0]), doubted, 1, 1)
