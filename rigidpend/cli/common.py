@@ -250,30 +250,6 @@ def folder_of(path: Path, folder: Path) -> Path:
     return path.parent if path.suffix == ".h5" else folder
 
 
-def measured(
-    name: str, quick: bool, settings: Sequence[str], folder: Path, *, force: bool, jobs: int
-) -> Path:
-    """Run a measurement unless it is up to date, and draw it; its result."""
-    from rigidpend import render
-    from rigidpend.config.catalogue import resolve
-    from rigidpend.runs import loading, runner
-
-    [path] = resolve((f"{name}_quick" if quick else name,))
-    planned = runner.plan(loading.load(path, settings), folder, force=force)
-
-    def tell(text: str) -> None:
-        say(f"{planned.config.name}: {text}")
-
-    if planned.reason:
-        runner.follow(planned, jobs=jobs, say=tell)
-    else:
-        tell(f"{planned.target} is up to date")
-    picture = planned.target.with_suffix(".png")
-    render.render([planned.target], picture)
-    tell(f"{picture} drawn")
-    return planned.target
-
-
 def say(text: str) -> None:
     """Write a message on stderr, so that stdout holds data only; a full disk loses the message."""
     try:

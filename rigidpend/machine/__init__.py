@@ -3,8 +3,7 @@
 Modules
 -------
 files       files written whole or not at all, sealed with a digest
-cache       what can be made again, in the user's folder
-memory      what was found out before, kept on disk
+cache       kept files, each with what it is of, and the user's folder of them
 locks       folders and files held together with other runs
 workers     threads and processes side by side
 signals     signal handling (SIGTERM, SIGINT)

@@ -10,7 +10,7 @@ from pathlib import Path
 
 import pytest
 
-from rigidpend.machine import cache, files, kept
+from rigidpend.machine import cache, files
 
 
 @pytest.fixture
@@ -43,12 +43,12 @@ def test_those_used_longest_ago_make_room(folder: Path) -> None:
     maps = folder / "maps"
     for k, of in enumerate((b"a", b"b", b"c")):
         cache.save(maps, of, bytes(1000), 10_000)
-        os.utime(maps / kept.name_of(of), (k, k))
+        os.utime(maps / cache.name_of(of), (k, k))
     # To be used counts: so it is not the oldest any more.
     assert cache.load(maps, b"a") == bytes(1000)
     cache.save(maps, b"d", bytes(1000), 4000)
     left = {path.name for path in maps.iterdir()}
-    assert left == {kept.name_of(of) for of in (b"a", b"c", b"d")}
+    assert left == {cache.name_of(of) for of in (b"a", b"c", b"d")}
 
 
 def test_a_folder_that_cannot_be_written_is_told_once(
@@ -59,7 +59,7 @@ def test_a_folder_that_cannot_be_written_is_told_once(
 
     monkeypatch.setattr(files, "replace", full)
     said = rf"^{folder}: nothing can be kept there \(No space left on device\)"
-    with pytest.warns(kept.KeptFileWarning, match=said):
+    with pytest.warns(cache.KeptFileWarning, match=said):
         cache.save(folder / "maps", b"a", b"content", 999)
     # A second warning would be an error here.
     cache.save(folder / "kernels", b"a", b"content", 999)
@@ -71,8 +71,8 @@ def test_every_subfolder_is_told_with_what_is_damaged(folder: Path) -> None:
     cache.save(folder / "maps", b"a", b"content", 999)
     cache.save(folder / "integrators", b"b", b"content", 999)
     cache.save(folder / "kernels", b"a", b"content", 999)
-    (folder / "integrators" / kept.name_of(b"b")).write_bytes(b"something")
-    shutil.copy(folder / "maps" / kept.name_of(b"a"), folder / "kernels" / kept.name_of(b"c"))
+    (folder / "integrators" / cache.name_of(b"b")).write_bytes(b"something")
+    shutil.copy(folder / "maps" / cache.name_of(b"a"), folder / "kernels" / cache.name_of(b"c"))
     (folder / "old").mkdir()
     (folder / "old" / "cache.db").write_bytes(b"12345")
     found = {one.path.name: one for one in cache.subfolders()}

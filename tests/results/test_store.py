@@ -29,7 +29,7 @@ from rigidpend.experiments.data import (
     Tree,
 )
 from rigidpend.machine import files, locks
-from rigidpend.results import content, damage, store
+from rigidpend.results import damage, opening, store
 from rigidpend.results.store import OtherVersion, Result, StoreError
 
 CODES = np.arange(60, dtype=np.uint8).reshape(6, 10) % 2
@@ -262,9 +262,9 @@ def test_a_config_has_no_more_brackets_inside_each_other_than_are_read(
     text = json.dumps({"a": inner})
     if refused:
         with pytest.raises(StoreError, match="more than 32 brackets inside each other"):
-            content.config(text)
+            opening.read_config(text)
     else:
-        assert content.config(text) == {"a": inner}
+        assert opening.read_config(text) == {"a": inner}
 
 
 def damaged(content: bytes, chance: random.Random) -> bytes:

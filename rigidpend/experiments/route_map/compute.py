@@ -22,7 +22,7 @@ from rigidpend.routes import choice
 from rigidpend.routes.cells import Cells, cell_problem, cells_of_each, cells_of_starts
 
 if TYPE_CHECKING:
-    from rigidpend.config.axes import Axis
+    from rigidpend.config.bodies import Axis
     from rigidpend.experiments.route_map.schema import Config, Problem
 
 PIECES = True

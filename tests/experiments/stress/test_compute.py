@@ -11,7 +11,7 @@ import pytest
 from click.testing import CliRunner
 
 from rigidpend import render
-from rigidpend.cli.stress import command
+from rigidpend.cli.measure import stress_command
 from rigidpend.config import catalogue
 from rigidpend.experiments.contract import Means
 from rigidpend.experiments.stress import claims, extremes, scenes
@@ -95,7 +95,7 @@ def test_command_draws_tells_and_ends_as_the_claims_do(
 ) -> None:
     monkeypatch.setattr(stress, "trials", lambda *_: [trial("a", "first", "x", value)])
     monkeypatch.setattr(render, "render", lambda _, target: target.write_text("drawn"))
-    result = CliRunner().invoke(command, ["--quick", "--json", "--out", str(tmp_path)])
+    result = CliRunner().invoke(stress_command, ["--quick", "--json", "--out", str(tmp_path)])
     assert result.exit_code == code, result.output
     found = json.loads(result.stdout)
     assert found["claims"][0]["value"] == told
@@ -103,7 +103,7 @@ def test_command_draws_tells_and_ends_as_the_claims_do(
     assert "1/1: a, first" in result.stderr
     assert store.load(tmp_path / "stress_quick.h5")["attributes"]["experiment"] == "stress"
     assert (tmp_path / "stress_quick.png").read_bytes() == b"drawn"
-    again = CliRunner().invoke(command, ["--quick", "--out", str(tmp_path)])
+    again = CliRunner().invoke(stress_command, ["--quick", "--out", str(tmp_path)])
     assert "is up to date" in again.stderr
     assert f"{code} FAILED" in again.stdout
 

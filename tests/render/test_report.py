@@ -13,11 +13,11 @@ from rigidpend import experiments, render
 from rigidpend.experiments.asymptotic_surfaces import draw as asymptotic_surfaces
 from rigidpend.experiments.herpolhodes import draw as herpolhodes
 from rigidpend.render import report
-from rigidpend.render.report.departures import DEPARTURES
+from rigidpend.render.report import DEPARTURES
 from rigidpend.results import store
 from tests.experiments.trees import reference
 
-REFERENCE = Path(__file__).resolve().parents[3] / "results" / "reference"
+REFERENCE = Path(__file__).resolve().parents[2] / "results" / "reference"
 SMALL = ("fig2", "fig4")
 VOID = {"meta", "img", "br"}
 
