@@ -13,7 +13,7 @@ from rigidpend.cli import common
 COMMANDS = {
     "run": "run",
     **dict.fromkeys(("render", "report"), "render"),
-    **dict.fromkeys(("list", "describe", "theory"), "show"),
+    **dict.fromkeys(("list", "describe"), "show"),
     **{name: name for name in ("find", "certify")},
     **dict.fromkeys(("verify", "reference"), "verify"),
     **dict.fromkeys(("bench", "stress"), "measure"),

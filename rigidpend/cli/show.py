@@ -1,4 +1,4 @@
-"""`rigidpend list`, `describe`, `theory`: configs, and what follows from them without computing."""
+"""`rigidpend list`, `describe`: configs, and what follows from them without computing."""
 
 from __future__ import annotations
 
@@ -23,7 +23,6 @@ from rigidpend.cli.common import (
     print_rows,
     print_table,
     row_document,
-    the_one,
 )
 from rigidpend.config.catalogue import MEASURE
 
@@ -181,34 +180,3 @@ def _document(loaded: Any) -> dict[str, Any]:
         "config": loaded.resolved(),
         "rows": [row_document(row) for row in _rows(loaded)],
     }
-
-
-@click.command("theory")
-@click.argument("name", default="fig4", metavar=f"[{NAMED}]", shell_complete=complete.names)
-@SETTINGS
-@JSON
-@guarded
-def theory_command(name: str, settings: tuple[str, ...], as_json: bool) -> None:
-    """Print the theory's values for the body of a config.
-
-    Angles, Melnikov's zeros, increments of theta3, multipliers of the periodic orbits.
-
-    NAME is a config with one body and an energy constant h0; fig4 if not given.
-
-    \b
-    Examples:
-      rigidpend theory
-      rigidpend theory fig5 --json
-      rigidpend theory --set problem.mu=0.01 --set problem.h0=10/9
-    """
-    from rigidpend.config.theory import of
-    from rigidpend.runs import loading
-
-    path = the_one(name, "theory")
-    rows = of(loading.load(path, settings).content.problem)
-    if not rows:
-        raise click.UsageError(f"{path} has not one body and one h0, as fig4 and fig5 have")
-    if as_json:
-        print_json([row_document(row) for row in rows])
-    else:
-        print_rows(rows)

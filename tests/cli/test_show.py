@@ -171,17 +171,13 @@ def test_a_run_of_the_resolved_config_has_the_same_hash(desk: Path, tmp_path: Pa
 
 
 @pytest.mark.slow
-def test_theory_is_of_any_config_with_a_body_and_an_energy(desk: Path) -> None:
-    by_default, named = call(desk, "theory"), call(desk, "theory", "fig4")
-    assert by_default.returncode == 0, by_default.stderr
-    assert by_default.stdout == named.stdout
-    heavier = call(desk, "theory", "small.yaml", "--set", "problem.mu=0.01", "--json")
-    rows = {row["name"]: row for row in json.loads(heavier.stdout)}
+def test_describe_has_the_theory_of_a_body_at_an_energy(desk: Path) -> None:
+    heavier = call(desk, "describe", "small.yaml", "--set", "problem.mu=0.01", "--json")
+    rows = {row["name"]: row for row in json.loads(heavier.stdout)[0]["rows"]}
     assert rows["mu"]["value"] == "0.01"
     assert rows["alpha0"]["number"] == pytest.approx(1.9106332362490186, rel=1e-15)
-    without = call(desk, "theory", "fig1")
-    assert without.returncode == 2
-    assert "has not one body and one h0" in without.stderr
+    assert "Melnikov zeros" in rows
+    assert "Melnikov zeros" not in call(desk, "describe", "fig1").stdout
 
 
 @pytest.mark.slow
