@@ -11,7 +11,7 @@ from typing import Any
 
 from rigidpend.experiments.data import datasets
 from rigidpend.experiments.route_map import PLANE, compute
-from rigidpend.machine.tables import Table, seconds
+from rigidpend.machine.wording import Table, seconds
 from rigidpend.orbits.integrate.arithmetic import resolve
 from rigidpend.results import store
 from rigidpend.runs import loading

@@ -20,7 +20,7 @@ from rigidpend.experiments.bench import report as reading
 from rigidpend.experiments.bench.methods import METHODS, OWN, PROBLEMS
 from rigidpend.experiments.data import Data, Loaded
 from rigidpend.experiments.stress import report as trials
-from rigidpend.machine.tables import (
+from rigidpend.machine.wording import (
     Table,
     markdown,
     seconds,

@@ -25,7 +25,7 @@ from rigidpend import Body, find_orbit, route_codes
 from rigidpend.experiments.closed_orbits import ORBITS
 from rigidpend.experiments.compare import ROUNDING
 from rigidpend.experiments.precession.compute import uncertainty, unit_of
-from rigidpend.machine.tables import Table, markdown
+from rigidpend.machine.wording import Table, markdown
 from rigidpend.mechanics.equations import AlignedCoefficients, aligned
 from rigidpend.mechanics.floquet import periodic_orbit
 from rigidpend.mechanics.precession import turning_rate

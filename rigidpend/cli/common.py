@@ -20,7 +20,7 @@ import click
 
 from rigidpend.cli import complete
 from rigidpend.config.catalogue import RESULTS
-from rigidpend.machine import signals, words
+from rigidpend.machine import signals, wording
 
 DONE, FAILED, MISUSED, ABSENT, INTERNAL = 0, 1, 2, 3, 4
 """Exit codes of the commands.
@@ -175,7 +175,7 @@ def exit_code(error: BaseException) -> int:
     """Exit code of an error, by its class."""
     # A module of our own that is absent is a broken installation, no extra to be installed.
     if isinstance(error, ImportError):
-        return ABSENT if words.library(error) else INTERNAL
+        return ABSENT if wording.library(error) else INTERNAL
     # The nearest class that is known decides, so that a kind may differ from what it derives from.
     names = (kind.__name__ for kind in type(error).__mro__)
     return next((KINDS[name] for name in names if name in KINDS), INTERNAL)
@@ -190,7 +190,9 @@ def sentence(error: BaseException, log: Callable[[BaseException], Path] | None =
     if type(error) is ModuleNotFoundError and code == ABSENT:
         return f"{error.name} is needed and not installed"
     if type(error) is ImportError and code == ABSENT:
-        return f"{words.library(error)} cannot be loaded ({words.short(error)}): install it anew"
+        return (
+            f"{wording.library(error)} cannot be loaded ({wording.short(error)}): install it anew"
+        )
     if isinstance(error, OSError):
         named = f"{str(error.filename)[:MOST]}: " if error.filename else ""
         return f"{named}{error.strerror or error}"
@@ -306,7 +308,7 @@ def print_rows(rows: Sequence[Any], margin: str = "") -> None:
 
 def print_table(rows: Sequence[Sequence[str]], margin: str = "") -> None:
     """Print rows in columns that fit the terminal, or 80 characters where there is none."""
-    from rigidpend.machine import tables
+    from rigidpend.machine import wording
 
-    for line in tables.columns(rows, shutil.get_terminal_size().columns, margin):
+    for line in wording.columns(rows, shutil.get_terminal_size().columns, margin):
         click.echo(line)

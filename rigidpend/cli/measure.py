@@ -44,7 +44,7 @@ def bench_command(
       rigidpend bench --set search.seconds=1 --json
     """
     from rigidpend.experiments.bench import report
-    from rigidpend.machine import tables
+    from rigidpend.machine import wording
     from rigidpend.results import store
 
     # One at a time: whatever runs beside a timing disturbs it.
@@ -55,7 +55,7 @@ def bench_command(
         return
     click.echo(f"{machine['processor']}, {machine['system']}; {machine['created']}\n")
     for table in report.tables(result):
-        for line in tables.terminal(table):
+        for line in wording.terminal(table):
             click.echo(line)
 
 

@@ -16,7 +16,7 @@ if TYPE_CHECKING:
     from rigidpend.config.schema import ExperimentConfig
     from rigidpend.experiments.contract import Computation, Drawing
     from rigidpend.experiments.data import Layout, Loaded
-    from rigidpend.machine.tables import Table
+    from rigidpend.machine.wording import Table
 
 FOLDER = Path(__file__).parent
 """Folder of the experiments, each in one of its own."""

@@ -7,6 +7,5 @@ cache       kept files, each with what it is of, and the user's folder of them
 locks       folders and files held together with other runs
 workers     threads and processes side by side
 signals     signal handling (SIGTERM, SIGINT)
-words       words from a file or an error, fit for a message
-tables      one table, for a terminal, in Markdown or HTML
+wording     words fit for a message; tables for a terminal, in Markdown or HTML
 """

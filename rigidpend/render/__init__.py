@@ -19,7 +19,7 @@ from typing import TYPE_CHECKING, Any
 
 from rigidpend import experiments
 from rigidpend.config import changes
-from rigidpend.machine import files, words
+from rigidpend.machine import files, wording
 from rigidpend.machine.code_hash import code_hash_of, inside
 from rigidpend.render import captions
 from rigidpend.results import store
@@ -165,7 +165,7 @@ def _undrawable() -> Iterator[None]:
     try:
         yield
     except OF_VALUES as error:
-        raise Undrawable(f"cannot be drawn: {words.error(error)}") from error
+        raise Undrawable(f"cannot be drawn: {wording.error(error)}") from error
 
 
 def _image(figure: Figure, suffix: str, attributes: Any, foot: Sequence[str]) -> bytes:

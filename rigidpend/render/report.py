@@ -15,9 +15,9 @@ from typing import Any, NamedTuple
 
 from rigidpend import experiments
 from rigidpend.experiments.data import Loaded
-from rigidpend.machine import files, tables, words
+from rigidpend.machine import files, wording
 from rigidpend.machine.files import Absent
-from rigidpend.machine.tables import Table
+from rigidpend.machine.wording import Table
 from rigidpend.machine.workers import check_stop
 from rigidpend.results import store
 from rigidpend.runs import remedies
@@ -143,7 +143,7 @@ def _section(source: Path) -> ResultSection:
         said = store.StoreError(f"{source}: not enough memory to show it")
     except render.OF_VALUES as error:
         # One file, whatever is in it, does not keep the others from being shown.
-        said = store.StoreError.of(source, f"cannot be shown: {words.error(error)}")
+        said = store.StoreError.of(source, f"cannot be shown: {wording.error(error)}")
     return ResultSection(source.stem, problem=remedies.told(said))
 
 
@@ -210,7 +210,7 @@ def html(sections: Sequence[ResultSection]) -> str:
         trim_blocks=True,
         lstrip_blocks=True,
     )
-    environment.filters["sheet"] = tables.html
+    environment.filters["sheet"] = wording.html
     style = (HERE / "page.css").read_text(encoding="utf-8")
     caption = "Where the paper slips, or leaves a value open, and what is computed here"
     slips = Table(caption, ("place", "as printed", "here"), DEPARTURES)

@@ -21,7 +21,7 @@ from rigidpend import experiments
 from rigidpend.experiments.data import FLOAT, NUMBER, Layout, Loaded, fields
 from rigidpend.machine import files
 from rigidpend.machine.files import Absent, StoreError
-from rigidpend.machine.words import short
+from rigidpend.machine.wording import short
 from rigidpend.results.damage import grant, intact, tried
 from rigidpend.results.structure import Checker, Unfit, attributes, told
 

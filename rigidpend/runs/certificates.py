@@ -18,7 +18,7 @@ from rigidpend.experiments.data import TEXT, Data, Field, Loaded, Tree, datasets
 from rigidpend.machine.code_hash import code_hash_of
 from rigidpend.machine.files import Absent
 from rigidpend.machine.progress import PartDone, tell_nobody
-from rigidpend.machine.words import short
+from rigidpend.machine.wording import short
 from rigidpend.numbers.alphabet import NO_SYMBOL
 from rigidpend.numbers.decimals import as_written
 from rigidpend.numbers.exact import Exact, exact

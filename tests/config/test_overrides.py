@@ -9,7 +9,7 @@ from typing import Any
 import pytest
 
 from rigidpend.experiments.route_codes.schema import Config
-from rigidpend.machine.words import plain
+from rigidpend.machine.wording import plain
 from rigidpend.runs import loading
 from tests.config.samples import FIG4, changed, content, refused, written
 

@@ -29,7 +29,7 @@ from rigidpend.experiments.plots import (
     symbol_entries,
     title,
 )
-from rigidpend.machine.tables import Table
+from rigidpend.machine.wording import Table
 
 HEIGHT = 5.4
 """Height of the figure, inches."""

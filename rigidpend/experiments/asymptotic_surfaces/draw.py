@@ -15,7 +15,7 @@ from matplotlib.figure import Figure
 from rigidpend.experiments.asymptotic_surfaces import CURVES
 from rigidpend.experiments.data import Data, Loaded
 from rigidpend.experiments.plots import BLUE, RED, WIDTH, axis_label, entry, panel
-from rigidpend.machine.tables import Column, Table
+from rigidpend.machine.wording import Column, Table
 
 COLUMN, ROW = 0.87, 2.35
 """Largest width and the height of a panel, inches."""

@@ -23,7 +23,7 @@ from rigidpend.experiments.plots import (
     title,
 )
 from rigidpend.experiments.shared import MEANING
-from rigidpend.machine.tables import Column, Table
+from rigidpend.machine.wording import Column, Table
 
 HEIGHT = 5.6
 """Height of the figure, inches."""

@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 
 from rigidpend.experiments.data import Data, Loaded
 from rigidpend.experiments.plots import BLUE, RED, WIDTH, entry, title
-from rigidpend.machine.tables import Table
+from rigidpend.machine.wording import Table
 
 Array: TypeAlias = NDArray[Any]
 

@@ -18,7 +18,7 @@ from rigidpend.experiments.data import Data, Loaded
 from rigidpend.experiments.herpolhodes import ALPHA
 from rigidpend.experiments.plots import SEPARATRIX as COLOUR
 from rigidpend.experiments.plots import WIDTH, axis_label, entry, label_hodograph
-from rigidpend.machine.tables import Column, Table
+from rigidpend.machine.wording import Column, Table
 from rigidpend.numbers.generic import Scalar
 
 ROW = 2.75

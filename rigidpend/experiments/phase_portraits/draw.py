@@ -14,7 +14,7 @@ from matplotlib.figure import Figure
 
 from rigidpend.experiments.data import Data, Loaded
 from rigidpend.experiments.plots import BLUE, GREEN, PINK, RED, WIDTH, entry, separatrix_ticks
-from rigidpend.machine.tables import Column, Table
+from rigidpend.machine.wording import Column, Table
 from rigidpend.numbers.generic import Scalar
 
 HEIGHT = 3.3

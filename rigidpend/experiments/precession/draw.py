@@ -27,7 +27,7 @@ from rigidpend.experiments.plots import (
     title,
 )
 from rigidpend.experiments.shared import MU_OVER_H0
-from rigidpend.machine.tables import Column, Table
+from rigidpend.machine.wording import Column, Table
 
 HEIGHT = 5.4
 """Height of the figure, inches."""

@@ -33,7 +33,7 @@ from rigidpend.experiments.plots import (
     symbol_entries,
 )
 from rigidpend.experiments.shared import MEANING
-from rigidpend.machine.tables import Table
+from rigidpend.machine.wording import Table
 from rigidpend.numbers.alphabet import NO_SYMBOL
 
 LARGEST = 0.12

@@ -26,7 +26,7 @@ from rigidpend.experiments.plots import (
     symbol_entries,
 )
 from rigidpend.experiments.shared import MEANING
-from rigidpend.machine.tables import Table
+from rigidpend.machine.wording import Table
 
 ROW, CELL, AROUND = 0.22, 0.1, 1.3
 """Heights of a row of intervals and of a row of columns, and room around both, inches."""

@@ -29,7 +29,7 @@ from rigidpend.experiments.plots import (
     panel,
 )
 from rigidpend.experiments.shared import MEANING
-from rigidpend.machine.tables import Table
+from rigidpend.machine.wording import Table
 
 NAMES = {
     "theta2_0": axis_label(MEANING["theta2_0"]),

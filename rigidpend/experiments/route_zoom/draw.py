@@ -27,7 +27,7 @@ from rigidpend.experiments.plots import (
     mark_doubt,
     symbol_entries,
 )
-from rigidpend.machine.tables import Table
+from rigidpend.machine.wording import Table
 from rigidpend.numbers.alphabet import NO_SYMBOL
 
 NEW = ("#A04000", "#FFD0A0")

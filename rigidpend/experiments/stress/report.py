@@ -8,7 +8,7 @@ from typing import Any
 
 from rigidpend.experiments.data import Data, Loaded
 from rigidpend.experiments.stress import FAILED, LIMIT, PASSED
-from rigidpend.machine.tables import Table, terminal
+from rigidpend.machine.wording import Table, terminal
 
 CAPTION = (
     "Each trial goes to a limit, and its value stays below the bound that was stated before it"
