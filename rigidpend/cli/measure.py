@@ -85,17 +85,17 @@ def stress_command(
       rigidpend stress --quick
       rigidpend stress --set problem.honesty.orbits=1000000 --json
     """
-    from rigidpend.experiments.stress import report
+    from rigidpend.experiments.stress import draw
     from rigidpend.results import store
 
     target = measured("stress", quick, settings, folder, force=force, jobs=jobs)
     machine, data = store.load(target)["provenance"], store.read_tree(target)
     if as_json:
-        print_json({"machine": machine, **report.summary(data)})
+        print_json({"machine": machine, **draw.summary(data)})
     else:
         click.echo(f"{machine['processor']}, {machine['system']}; {machine['created']}")
-        click.echo("\n".join(report.text(data)))
-    sys.exit(FAILED if report.counts(data)["FAILED"] else DONE)
+        click.echo("\n".join(draw.text(data)))
+    sys.exit(FAILED if draw.counts(data)["FAILED"] else DONE)
 
 
 def measured(

@@ -2,9 +2,8 @@
 
 Modules
 -------
-files       files written whole or not at all, sealed with a digest
+files       files written whole or not at all, sealed, locked while somebody is at work
 cache       kept files, each with what it is of, and the user's folder of them
-locks       folders and files held together with other runs
 workers     threads and processes side by side
 signals     signal handling (SIGTERM, SIGINT)
 wording     words fit for a message; tables for a terminal, in Markdown or HTML

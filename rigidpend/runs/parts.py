@@ -9,7 +9,7 @@ from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Self
 
-from rigidpend.machine import cache, files, locks
+from rigidpend.machine import cache, files
 from rigidpend.machine.workers import check_stop
 
 if TYPE_CHECKING:
@@ -104,21 +104,21 @@ class Parts:
             try:
                 for folder in (self._whole, self._folder):
                     _make(folder)
-                handle = os.open(self._whole, os.O_RDONLY | locks.NOT_WAITING)
+                handle = os.open(self._whole, os.O_RDONLY | files.NOT_WAITING)
             except FileNotFoundError:
                 # Another run has just removed it.
                 continue
             except OSError as error:
                 raise files.StoreError(f"{self._whole}: {error.strerror}") from None
-            locks.share(handle)
-            if locks.is_at(handle, self._whole):
+            files.share(handle)
+            if files.is_at(handle, self._whole):
                 self._handle = handle
             else:
-                locks.release(handle)
+                files.release(handle)
 
     def _leave(self) -> None:
         if self._handle is not None:
-            locks.release(self._handle)
+            files.release(self._handle)
         self._handle = None
 
 
@@ -140,6 +140,6 @@ def _folder(target: Path) -> Path:
 
 
 def _remove(folder: Path) -> None:
-    with locks.deserted(folder) as free:
+    with files.deserted(folder) as free:
         if free:
             shutil.rmtree(folder, ignore_errors=True)

@@ -149,7 +149,7 @@ def test_a_plan_changes_with_each_module_that_is_imported_and_with_no_other(
 
 
 CONFIG_OF = {"exponents": "exponents.yaml", "heteroclinic_cycle": "fig2.yaml"}
-DRAWING = ("/draw.py", "bench/report.py", "stress/report.py")
+DRAWING = ("/draw.py", "bench/report.py")
 """Files of an experiment that compute nothing."""
 
 

@@ -11,7 +11,7 @@ passages    growth of errors a passage; how many symbols a precision decides
 honesty     flags `certain` where the tolerance, or the tables of return maps, are spoilt
 addresses   orbits found from random codes of random bodies, read back
 long_time   integrals over up to 1e6 rotations, and the period of the pendulum
-compute, layout, report, draw
+compute, draw
             the experiment: all trials in their order, stored, told and drawn
 """
 
