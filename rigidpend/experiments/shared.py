@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from rigidpend.experiments.compare import ROUNDING, bound, relative, where
 from rigidpend.experiments.data import ANY, FLAG, FLOAT, TEXT, WHOLE, Bound, Data, Field
-from rigidpend.numbers.doubles import Array
+from rigidpend.numbers.generic import Array
 
 if TYPE_CHECKING:
     from rigidpend.config.bodies import WeightedBodies

@@ -19,7 +19,7 @@ from pathlib import Path
 from typing import Self
 
 from rigidpend.machine import signals
-from rigidpend.numbers.parameters import ParameterError
+from rigidpend.numbers.checked import ParameterError
 
 try:
     import fcntl

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from rigidpend.numbers import checked
 from rigidpend.numbers.exact import PRECISIONS
-from rigidpend.orbits.integrate.records import Crossings, Outcome, no_crossings
+from rigidpend.orbits.integrate import Crossings, Outcome, no_crossings
 from rigidpend.routes import certainty, costs
 from rigidpend.routes.certainty import Columns, Compute, Decided
 from rigidpend.routes.cycle import symbols

@@ -12,7 +12,7 @@ from rigidpend.config.description import Row
 from rigidpend.experiments.asymptotic_surfaces import ANGLES, BODY, LAYOUT, WINDOW
 from rigidpend.experiments.contract import Means
 from rigidpend.experiments.data import Tree, datasets
-from rigidpend.mechanics.periodic import Delta_1
+from rigidpend.mechanics.pendulum import Delta_1
 from rigidpend.routes.phases import Phases
 from rigidpend.routes.problem import RouteProblem
 from rigidpend.surfaces import curves as surfaces

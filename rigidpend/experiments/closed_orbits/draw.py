@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from rigidpend.experiments.data import Data, Loaded
 from rigidpend.experiments.plots import BLUE, RED, WIDTH, title
 from rigidpend.machine.wording import Column, Table
-from rigidpend.numbers.alphabet import NO_SYMBOL
+from rigidpend.numbers.expressions import NO_SYMBOL
 
 Array: TypeAlias = NDArray[Any]
 

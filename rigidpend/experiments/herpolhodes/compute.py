@@ -11,8 +11,8 @@ from numpy.typing import NDArray
 from rigidpend.experiments.contract import Means
 from rigidpend.experiments.data import Data, Tree, datasets
 from rigidpend.experiments.herpolhodes import CASE, LAYOUT
-from rigidpend.mechanics.precession import plateaus
-from rigidpend.numbers.doubles import Array
+from rigidpend.mechanics.in_space import plateaus
+from rigidpend.numbers.generic import Array
 from rigidpend.routes.codes import RouteCodes, codes_of
 from rigidpend.routes.herpolhode import RouteOrbit, follow, samples, separatrices, vertices
 from rigidpend.routes.problem import rotation_period

@@ -15,8 +15,8 @@ from rigidpend.experiments.contract import Means
 from rigidpend.experiments.data import Tree, datasets
 from rigidpend.experiments.precession import BODIES, LAYOUT, SLOPE, UNCERTAINTY
 from rigidpend.mechanics.body import Body
-from rigidpend.mechanics.precession import increments, regime
-from rigidpend.numbers.doubles import Array
+from rigidpend.mechanics.in_space import increments, regime
+from rigidpend.numbers.generic import Array
 from rigidpend.surfaces import heteroclinic
 
 if TYPE_CHECKING:

@@ -34,7 +34,7 @@ from rigidpend.experiments.plots import (
 )
 from rigidpend.experiments.shared import MEANING
 from rigidpend.machine.wording import Table
-from rigidpend.numbers.alphabet import NO_SYMBOL
+from rigidpend.numbers.expressions import NO_SYMBOL
 
 LARGEST = 0.12
 """Largest side of a cell, inches."""

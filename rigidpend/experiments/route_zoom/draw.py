@@ -28,7 +28,7 @@ from rigidpend.experiments.plots import (
     symbol_entries,
 )
 from rigidpend.machine.wording import Table
-from rigidpend.numbers.alphabet import NO_SYMBOL
+from rigidpend.numbers.expressions import NO_SYMBOL
 
 NEW = ("#A04000", "#FFD0A0")
 """Colours of symbols 0 and 1 that differ from those of the array before."""

@@ -13,7 +13,7 @@ from rigidpend.experiments.data import Tree, datasets
 from rigidpend.experiments.shared import joined, mu_over_h0, slope
 from rigidpend.experiments.splitting import BODIES, LAYOUT, admitted
 from rigidpend.mechanics.body import Body
-from rigidpend.numbers.doubles import Array
+from rigidpend.numbers.generic import Array
 from rigidpend.orbits.integrate.arithmetic import DEFAULT_TOLERANCE
 from rigidpend.surfaces import surface_orbits
 from rigidpend.surfaces.splitting import FEWEST, SurfaceSplitting, amplitude, distance, measure

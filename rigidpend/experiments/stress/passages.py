@@ -17,7 +17,7 @@ from rigidpend.experiments.stress import DECIDED, GROWTH, growth, scenes
 from rigidpend.experiments.stress.claims import Claim, Findings, Trial
 from rigidpend.experiments.stress.growth import compared
 from rigidpend.experiments.stress.scenes import Scene, random_phases
-from rigidpend.numbers.doubles import Array
+from rigidpend.numbers.generic import Array
 from rigidpend.routes.codes import RouteCodes
 from rigidpend.routes.problem import RouteProblem, whisker_growth
 

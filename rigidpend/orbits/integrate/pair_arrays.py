@@ -10,15 +10,15 @@ import ctypes
 import functools
 import math
 import operator
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from fractions import Fraction
 from typing import Any
 
 import numpy as np
 
 from rigidpend.orbits.integrate.kernel.lane_numbers import as_doubles
+from rigidpend.orbits.integrate.kernel.machine_code import LANES
 from rigidpend.orbits.integrate.kernel.pair_loops import convolution, elementwise, products
-from rigidpend.orbits.integrate.kernel.writer import LANES
 
 _Memory = ctypes.c_char * 1
 
@@ -255,15 +255,29 @@ def matmul(a: Any, b: Any) -> PairArray:
     return PairArray(out[..., :width])
 
 
-def convolved(a: PairArray, b: PairArray) -> PairArray:
-    """The product of polynomials, (p, ...) and (q, ...) coefficients: (p + q - 1, ...)."""
-    shape = np.broadcast_shapes(a.shape[1:], b.shape[1:])
-    parts = [_broadcast(x, (len(x), *shape)).parts.reshape(2, len(x), -1) for x in (a, b)]
-    width = parts[0].shape[-1]
-    left, right = (np.ascontiguousarray(x if width >= LANES else _widened(x, LANES)) for x in parts)
-    out = np.empty((2, len(a) + len(b) - 1, left.shape[-1]))
-    convolution()(*map(_address, (out, left, right)), len(a), len(b), left.shape[-1])
-    return PairArray(out[..., :width].reshape(2, -1, *shape))
+def convolved(a: Sequence[PairArray], b: Sequence[PairArray]) -> PairArray:
+    """The sum of the products a[0] b[0] + a[1] b[1] + ... of polynomials, all of one degree.
+
+    Polynomials are (p, ...) and (q, ...) coefficients of one shape, the sum is (p + q - 1, ...).
+    """
+    shape, rows = a[0].shape[1:], len(a[0]) + len(b[0]) - 1
+    width = math.prod(shape)
+    factors = [[_rows(x, width) for x in each] for each in (a, b)]
+    wide = max(width, LANES)
+    out = np.empty((2, rows, wide))
+    tables = [
+        *(np.array([x.ctypes.data for x in each]) for each in factors),
+        np.array([len(x) for x in a]),
+        np.empty((3, rows, 2, LANES)),
+    ]
+    convolution()(*map(_address, (out, *tables)), len(a), rows, wide)
+    return PairArray(out[..., :width].reshape(2, rows, *shape))
+
+
+def _rows(x: PairArray, width: int) -> Any:
+    """The parts of a polynomial as the kernel reads them, (2, p, width or more)."""
+    rows = np.ascontiguousarray(x.parts).reshape(2, len(x), width)
+    return rows if width >= LANES else _widened(rows, LANES)
 
 
 def in_doubles(values: Any, parts: int) -> Any:

@@ -21,7 +21,7 @@ from rigidpend.machine.workers import check_stop
 from rigidpend.numbers.generic import Scalar
 from rigidpend.orbits.integrate.kernel import machine_code
 from rigidpend.orbits.integrate.kernel.lane_numbers import Value
-from rigidpend.orbits.integrate.kernel.writer import LANES
+from rigidpend.orbits.integrate.kernel.machine_code import LANES
 from rigidpend.orbits.integrate.pair_arrays import in_doubles
 from rigidpend.orbits.return_map.kernel_sums import Sums
 from rigidpend.orbits.return_map.program import FUNCTIONS, STAGE, Program

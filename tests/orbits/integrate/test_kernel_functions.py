@@ -13,7 +13,7 @@ from rigidpend.numbers.exact import context
 from rigidpend.orbits.integrate.kernel import machine_code
 from rigidpend.orbits.integrate.kernel.functions import Functions
 from rigidpend.orbits.integrate.kernel.lane_numbers import KINDS, Value
-from rigidpend.orbits.integrate.kernel.writer import LANES, Writer
+from rigidpend.orbits.integrate.kernel.machine_code import LANES, Writer
 
 ROUNDINGS = {53: 2.0, 106: 3.0}
 """Errors allowed, in units of 2^-bits of an angle above 1 and of any other result."""

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from rigidpend.machine.signals import Stopped
-from rigidpend.orbits.integrate.kernel.writer import LANES
+from rigidpend.orbits.integrate.kernel.machine_code import LANES
 from rigidpend.orbits.integrate.pair_arrays import PairArray
 from rigidpend.orbits.return_map import ReturnMap, kernel, program, return_map
 from rigidpend.orbits.return_map.expansions import chebyshev_basis, fourier_basis

@@ -16,7 +16,7 @@ from typing import Any
 from rigidpend.orbits.integrate.kernel import machine_code
 from rigidpend.orbits.integrate.kernel.functions import Functions
 from rigidpend.orbits.integrate.kernel.lane_numbers import Pairs, Value
-from rigidpend.orbits.integrate.kernel.writer import LANES, Writer
+from rigidpend.orbits.integrate.kernel.machine_code import LANES, Writer
 
 OPERATIONS: dict[str, Callable[[Pairs, Value, Value], Value]] = {
     "add": lambda n, a, b: n.plus(a, b),
@@ -103,40 +103,63 @@ def products() -> Any:
 
 @functools.cache
 def convolution() -> Any:
-    """The function ``f(out, a, b, a_rows, b_rows, width)``, the product of two polynomials.
+    """The function ``f(out, a, b, a_rows, work, count, rows, width)``, a sum of polynomials' products.
 
-    out[r, c] is the sum of a[k, c] b[r - k, c]; `width` is at least `LANES`.
+    `a` and `b` hold the addresses of `count` arrays each, `a_rows` how many rows each of a has;
+    each of b has `rows` + 1 less that. out[r, c] is the sum of a[k, c] b[r - k, c] over all of them
+    and over k; `width` is at least `LANES`. `work` has room for 3 `rows` pairs of vectors: what
+    belongs to some columns lies far apart, and is brought together there.
     """
     code = Writer()
     n = Pairs(code)
     total = code.variable(n.rows(2))
-    rows = code(f"sub i64 {code('add i64 %a_rows, %b_rows')}, 1")
-    a_all, b_all, all_ = (code(f"mul i64 {x}, %width") for x in ("%a_rows", "%b_rows", rows))
-    last_b = code("sub i64 %b_rows, 1")
+    all_ = code("mul i64 %rows, %width")
+    sums, left, right = (code.at("%work", code(f"mul i64 %rows, {2 * k}")) for k in range(3))
     groups = code(f"udiv i64 {code(f'add i64 %width, {LANES - 1}')}, {LANES}")
-    with code.loop(rows) as r, code.loop(groups) as group:
+
+    def row(base: str, place: str) -> Value:
+        return _loaded(code, base, code(f"mul i64 {place}, {2 * LANES}"), str(LANES))
+
+    def keep(value: Value, base: str, place: str) -> None:
+        _keep(code, value, base, code(f"mul i64 {place}, {2 * LANES}"), str(LANES))
+
+    def gather(base: str, rows: str, to: str, column: str) -> None:
+        apart = code(f"mul i64 {rows}, %width")
+        with code.loop(rows) as k:
+            place = code(f"add i64 {code(f'mul i64 {k}, %width')}, {column}")
+            keep(_loaded(code, base, place, apart), to, k)
+
+    with code.loop(groups) as group:
         column = _first(code, group, "%width")
-        n.store(_zero(code), total, 0)
-        least = code(f"sub i64 {r}, {last_b}")
-        least = code(f"select i1 {code(f'icmp sgt i64 {least}, 0')}, i64 {least}, i64 0")
-        end = code(f"add i64 {r}, 1")
-        end = code(f"select i1 {code(f'icmp slt i64 {end}, %a_rows')}, i64 {end}, i64 %a_rows")
-        with code.loop(end, least) as k:
-            a, b = (
-                _loaded(code, base, code(f"add i64 {code(f'mul i64 {row}, %width')}, {column}"), x)
-                for base, row, x in (
-                    ("%a", k, a_all),
-                    ("%b", code(f"sub i64 {r}, {k}"), b_all),
-                )
+        with code.loop("%rows") as r:
+            keep(_zero(code), sums, r)
+        with code.loop("%count") as one:
+            a, b, a_rows = (
+                code.load(code.at(base, one, kind), kind, 8)
+                for base, kind in (("%a", "ptr"), ("%b", "ptr"), ("%a_rows", "i64"))
             )
-            n.store(n.with_product(n.load(total, 0), a, b), total, 0)
-        place = code(f"add i64 {code(f'mul i64 {r}, %width')}, {column}")
-        _keep(code, n.settled(n.load(total, 0)), "%out", place, all_)
+            b_last = code(f"sub i64 %rows, {a_rows}")
+            gather(a, a_rows, left, column)
+            gather(b, code(f"add i64 {b_last}, 1"), right, column)
+            with code.loop("%rows") as r:
+                n.store(row(sums, r), total, 0)
+                least = code(f"sub i64 {r}, {b_last}")
+                least = code(f"select i1 {code(f'icmp sgt i64 {least}, 0')}, i64 {least}, i64 0")
+                end = code(f"add i64 {r}, 1")
+                fewer = code(f"icmp slt i64 {end}, {a_rows}")
+                end = code(f"select i1 {fewer}, i64 {end}, i64 {a_rows}")
+                with code.loop(end, least) as k:
+                    x, y = row(left, k), row(right, code(f"sub i64 {r}, {k}"))
+                    n.store(n.with_product(n.load(total, 0), x, y), total, 0)
+                keep(n.load(total, 0), sums, r)
+        with code.loop("%rows") as r:
+            place = code(f"add i64 {code(f'mul i64 {r}, %width')}, {column}")
+            _keep(code, n.settled(row(sums, r)), "%out", place, all_)
     head = (
-        "define i64 @convolution(ptr noalias %out, ptr %a, ptr %b, i64 %a_rows, i64 %b_rows,"
-        " i64 %width) {"
+        "define i64 @convolution(ptr noalias %out, ptr %a, ptr %b, ptr %a_rows, ptr noalias %work,"
+        " i64 %count, i64 %rows, i64 %width) {"
     )
-    kinds = (*(ctypes.c_void_p,) * 3, *(ctypes.c_int64,) * 3)
+    kinds = (*(ctypes.c_void_p,) * 5, *(ctypes.c_int64,) * 3)
     return machine_code.function(code.function(head, "0"), "convolution", *kinds)
 
 
