@@ -145,7 +145,7 @@ def test_a_plan_changes_with_each_module_that_is_imported_and_with_no_other(
         edited = file.relative_to(code_hash.PACKAGE).as_posix()
         changed |= {edited} if runner.plan(config, tmp_path).fingerprint != before else set()
     assert changed == set(hashed(experiment))
-    assert ("config/bodies.py" in changed) == (experiment == "exponents")
+    assert ("routes/cells.py" in changed) == (experiment == "exponents")
 
 
 CONFIG_OF = {"exponents": "exponents.yaml", "heteroclinic_cycle": "fig2.yaml"}
