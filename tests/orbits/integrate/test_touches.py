@@ -83,8 +83,8 @@ def found(depth: str, bits: int, wanted: int = 2, limit: float = 2 * BACK) -> Cr
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("bits", [53, 64, 106, 113, 160])
-@pytest.mark.parametrize("size", ["1e-2", "1e-3", "1e-4"])
+@pytest.mark.parametrize("bits", [53, 106, 160])
+@pytest.mark.parametrize("size", ["1e-2", "1e-4"])
 def test_a_pair_of_crossings_beside_a_touch_is_found_and_none_where_it_misses(
     bits: int, size: str
 ) -> None:
