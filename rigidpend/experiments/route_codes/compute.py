@@ -142,9 +142,9 @@ def orbits(config: Config, stored: Callable[[], Data]) -> Routes:
 def _summary(routes: RouteCodes) -> str:
     n, uncertain = routes.bits.size, int((~routes.certain).sum())
     maps = int(routes.by_map.sum())
-    counts = ", ".join(
-        f"{int((routes.bits == bits).sum())} in {bits} bits" for bits in np.unique(routes.bits)
-    )
+    # np.unique would import masked arrays, a thirtieth of a run of fig4.
+    columns = enumerate(np.bincount(routes.bits))
+    counts = ", ".join(f"{count} in {bits} bits" for bits, count in columns if count)
     doubt = f"; {uncertain} symbols uncertain" if uncertain else ""
     by_map = f", {maps} by return maps" if maps else ""
     return f"{n} orbits, {counts}{by_map}{doubt}{_staying(routes)}"
