@@ -5,10 +5,10 @@ What another file tests stands there:
 =================================================== =========================================
 place                                               test
 =================================================== =========================================
-(tt), theta2 of T2                                  tests/mechanics/test_periodic.py
-the Riccati equation at J1 = J2                     tests/mechanics/test_periodic.py
+(tt), theta2 of T2                                  tests/mechanics/test_pendulum.py
+the Riccati equation at J1 = J2                     tests/mechanics/test_pendulum.py
 (gamma_dep), arcsin and arctan                      tests/mechanics/test_coordinates.py
-Grioli's bounds, which are right                    tests/mechanics/test_precession.py
+Grioli's bounds, which are right                    tests/mechanics/test_in_space.py
 (Im), Legendre's integral, which is right           tests/surfaces/test_melnikov.py
 =================================================== =========================================
 """
