@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 
 import rigidpend
-from rigidpend.numbers.parameters import ParameterError
+from rigidpend.numbers.checked import ParameterError
 
 BODY = rigidpend.Body(A=(2, 1, "3/2"), r=(1, 1, 0), mu="0.001")
 START = {"h0": "1.3342", "J1_0": "1e-8"}

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Annotated, Self, TypeAlias
 from pydantic import Field, model_validator
 
 from rigidpend.config.schema import Number, Part, Whole, physics
-from rigidpend.numbers.parameters import ParameterError
+from rigidpend.numbers.checked import ParameterError
 
 if TYPE_CHECKING:
     import numpy as np

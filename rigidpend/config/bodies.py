@@ -11,8 +11,8 @@ from pydantic import AfterValidator, Field, model_validator
 
 from rigidpend.config.schema import Direction, Moments, Number, Part, Weight, Whole, Word, physics
 from rigidpend.mechanics.body import Body
+from rigidpend.numbers.checked import ParameterError
 from rigidpend.numbers.exact import Exact
-from rigidpend.numbers.parameters import ParameterError
 
 if TYPE_CHECKING:
     from rigidpend.routes.problem import RouteProblem

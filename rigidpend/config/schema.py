@@ -38,8 +38,8 @@ from pydantic_core import CoreSchema, PydanticCustomError, core_schema
 from rigidpend.config.complaints import meant
 from rigidpend.mechanics.body import Body
 from rigidpend.numbers import checked
+from rigidpend.numbers.checked import ParameterError
 from rigidpend.numbers.exact import FINEST, PRECISIONS, Exact, exact, exacts
-from rigidpend.numbers.parameters import ParameterError
 
 if TYPE_CHECKING:
     from rigidpend.routes.phases import Grid

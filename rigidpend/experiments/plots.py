@@ -19,7 +19,7 @@ from matplotlib.patches import Patch
 from numpy.typing import ArrayLike, NDArray
 
 from rigidpend.experiments.data.layout import Field
-from rigidpend.numbers.alphabet import NO_SYMBOL
+from rigidpend.numbers.expressions import NO_SYMBOL
 
 WIDTH = 7.2
 """Width of a page, inches."""

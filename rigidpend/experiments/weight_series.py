@@ -9,7 +9,7 @@ import numpy as np
 
 from rigidpend.experiments.data.bounds import relative
 from rigidpend.experiments.data.layout import FLOAT, TEXT, Field
-from rigidpend.numbers.doubles import Array
+from rigidpend.numbers.generic import Array
 
 if TYPE_CHECKING:
     from rigidpend.config.bodies import WeightedBodies

@@ -12,7 +12,7 @@ from pathlib import Path
 from typing import Self
 
 from rigidpend.machine import locks, signals
-from rigidpend.numbers.parameters import ParameterError
+from rigidpend.numbers.checked import ParameterError
 
 CERTIFICATE = ".certificate"
 """Ending of the name of a certificate, behind that of its result."""

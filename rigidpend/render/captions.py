@@ -7,7 +7,7 @@ from typing import Any
 
 from rigidpend import experiments
 from rigidpend.experiments.data.tree import Loaded
-from rigidpend.numbers.decimals import as_written
+from rigidpend.numbers.expressions import as_written
 
 SHARED = ("beta0", "mu", "h", "h0", "half_turns", "M_0", "J1_0", "theta2_0")
 """Keys of a problem that are told beside the body, in this order, if one value is given."""

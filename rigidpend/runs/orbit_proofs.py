@@ -22,7 +22,7 @@ from rigidpend.machine.workers import side_by_side
 from rigidpend.numbers.exact import exact
 from rigidpend.results import store
 from rigidpend.routes.certified.checker import Undecided
-from rigidpend.routes.certified.progress import Report
+from rigidpend.routes.certified.proofs import Report
 from rigidpend.runs import certificate_files, provenance
 from rigidpend.runs.loading import LoadedConfig
 
@@ -58,11 +58,7 @@ def prove(
     ------
     Undecided, StoreError, ConfigError
     """
-    from rigidpend.routes.certified import (
-        chains,
-        pieces,
-        start_lines,
-    )
+    from rigidpend.routes.certified import chains, pieces, start_lines
 
     if not is_proof(file):
         raise store.StoreError(f"{file}: a proof is named X{SUFFIX}")

@@ -10,15 +10,11 @@ import pytest
 from hypothesis import assume, given
 
 from rigidpend import Body
-from rigidpend.mechanics import (
-    coordinates,
-    floquet,
-    pendulum,
-)
+from rigidpend.mechanics import coordinates, floquet, pendulum
 from rigidpend.mechanics.body import Angles
 from rigidpend.mechanics.equations import aligned, aligned_coefficients, eq1
 from rigidpend.mechanics.floquet import NotHyperbolic, PeriodicOrbit, periodic_orbit
-from rigidpend.mechanics.periodic import periodic_solution
+from rigidpend.mechanics.pendulum import periodic_solution
 from rigidpend.orbits.integrate.states import states_at
 from tests.strategies import bodies, numbers, repeatable
 

@@ -61,7 +61,7 @@ def test_invariant_points_of_an_orbit_satisfy_both_integrals(
 @repeatable(20)
 def test_invariant_a_separatrix_has_the_energy_of_the_middle_axis(body: Body) -> None:
     for number in free_body.SEPARATRICES:
-        M = free_body.separatrix(body.alpha0, number, HALF)
+        M = free_body.half_circle(body.alpha0, number, HALF)
         np.testing.assert_allclose((M**2).sum(axis=0), 1, rtol=ROUNDING)
         np.testing.assert_allclose(kinetic(body, M) * float(body.A[2]), 1, rtol=ROUNDING)
 
@@ -94,11 +94,11 @@ def test_agrees_with_the_integrated_orbit(family: Family, height: float, side: i
 
 @pytest.mark.parametrize("number", free_body.SEPARATRICES)
 def test_agrees_with_the_integrated_separatrix(number: int) -> None:
-    M = free_body.separatrix(FREE.alpha0, number, np.array([-0.9]))[:, 0]
+    M = free_body.half_circle(FREE.alpha0, number, np.array([-0.9]))[:, 0]
     found = orbit(FREE, M, np.linspace(0, 4, 41))
     phi = np.arcsin(found[2] * (1 if number in (2, 4) else -1))
     assert (np.diff(phi) > 0).all()
-    np.testing.assert_allclose(found, free_body.separatrix(FREE.alpha0, number, phi), atol=1e-10)
+    np.testing.assert_allclose(found, free_body.half_circle(FREE.alpha0, number, phi), atol=1e-10)
 
 
 @given(body=bodies())
@@ -113,7 +113,7 @@ def test_the_separatrices_in_the_plane_are_where_the_paper_has_them(body: Body) 
 
 @pytest.mark.parametrize("number", free_body.SEPARATRICES)
 def test_a_separatrix_on_the_sphere_is_the_one_of_that_number_in_the_plane(number: int) -> None:
-    M = free_body.separatrix(FREE.alpha0, number, HALF)
+    M = free_body.half_circle(FREE.alpha0, number, HALF)
     start = FREE.beta0 - FREE.alpha0 - 0.1
     theta1, _ = free_body.in_plane(M, FREE.beta0, start)
     expected = free_body.separatrix_theta1(FREE.alpha0, FREE.beta0)[number - 1]

@@ -17,7 +17,7 @@ from rigidpend.mechanics.coordinates import (
     scale,
 )
 from rigidpend.mechanics.equations import cross, euler_poisson
-from rigidpend.mechanics.hodograph import (
+from rigidpend.mechanics.in_space import (
     alpha_ahead,
     angular_velocity,
     field,

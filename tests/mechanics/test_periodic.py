@@ -12,7 +12,7 @@ from hypothesis import given
 from rigidpend import Body
 from rigidpend.mechanics.body import Angles
 from rigidpend.mechanics.equations import eq1
-from rigidpend.mechanics.periodic import (
+from rigidpend.mechanics.pendulum import (
     Delta_1,
     periodic_solution,
     riccati_coefficients,

@@ -20,15 +20,15 @@ from rigidpend.mechanics.coordinates import (
     scale,
 )
 from rigidpend.mechanics.equations import theta3_rate
-from rigidpend.mechanics.hodograph import field
-from rigidpend.mechanics.precession import (
+from rigidpend.mechanics.free_body import SeparatrixMotion, separatrix
+from rigidpend.mechanics.in_space import (
     Regime,
+    field,
     increments,
     plateaus,
     regime,
     turning_rate,
 )
-from rigidpend.mechanics.separatrices import SeparatrixMotion, separatrix
 from rigidpend.orbits.integrate.states import states_at
 from tests.orbits.integrate.problems import on_separatrix
 from tests.strategies import bodies, numbers, repeatable

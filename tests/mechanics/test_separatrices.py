@@ -9,11 +9,10 @@ import pytest
 from hypothesis import assume, given
 
 from rigidpend import Body
-from rigidpend.mechanics import free_body, separatrices
+from rigidpend.mechanics import free_body
 from rigidpend.mechanics.coordinates import aligned_from_canonical, momentum, scale
 from rigidpend.mechanics.equations import euler_poisson
-from rigidpend.mechanics.free_body import SEPARATRICES
-from rigidpend.mechanics.separatrices import SeparatrixMotion, separatrix, unperturbed
+from rigidpend.mechanics.free_body import SEPARATRICES, SeparatrixMotion, separatrix, unperturbed
 from tests.bodies import GENERIC
 from tests.strategies import (
     DERIVATIVE,
@@ -54,7 +53,7 @@ def assert_solves(number: int) -> None:
         at = [FINE.mpf(t)]
         rate = unperturbed(state(at), p, FINE)
         assert largest_difference(along(state, at, [1]), rate) < DERIVATIVE
-        assert (rate[1] > 0) == (separatrices.direction(number) == 1)
+        assert (rate[1] > 0) == (free_body.direction(number) == 1)
         aligned = aligned_from_canonical(
             separatrix(at[0], motion, p, FINE), p.alpha0, p.beta0, FINE
         )
@@ -140,7 +139,7 @@ def test_both_actions_keep_their_relative_precision(
 @pytest.mark.parametrize("number", SEPARATRICES)
 def test_the_limits_in_time_are_the_vertices(number: int) -> None:
     p = GENERIC.angles()
-    motion, corners = SeparatrixMotion(number, 0.3, 0.5, 0.0), separatrices.vertices(p)
+    motion, corners = SeparatrixMotion(number, 0.3, 0.5, 0.0), free_body.vertices(p)
     assert sorted(corners) == ["1", "1*", "2", "2*", "3", "3*", "4", "4*"]
     ends = {1: (f"{number}*", f"{number}"), 2: (f"{number}", f"{number}*")}[2 - number % 2]
     for t, name in zip((-1500.0, 1500.0), ends, strict=True):
@@ -156,27 +155,27 @@ def test_v_is_how_far_the_middle_is_in_time(body: Body, share: float) -> None:
     assume(abs(share - 0.5) > 1e-3)
     for number in SEPARATRICES:
         motion = fine_motion(number, share)
-        rate = separatrices.u(motion, p, FINE)
-        middle = separatrices.direction(number) * separatrices.v(motion, FINE) / rate
+        rate = free_body.u(motion, p, FINE)
+        middle = free_body.direction(number) * free_body.v(motion, FINE) / rate
         c = separatrix(middle, motion, p, FINE)
         assert abs(c.J1 - c.J2mJ1) < 1e-55
         # u is the rate at which J1 falls or rises where it is small.
-        before = separatrix(middle - separatrices.direction(number) * 100 / rate, motion, p, FINE)
+        before = separatrix(middle - free_body.direction(number) * 100 / rate, motion, p, FINE)
         assert abs(before.J1 / motion.J2_0 * FINE.exp(100) - 1) < 1e-40
 
 
 def test_theta1_is_that_of_the_free_body_in_any_precision() -> None:
     p, fine = GENERIC.angles(), fine_angles(GENERIC)
-    plain = [separatrices.theta1(number, p) for number in SEPARATRICES]
+    plain = [free_body.theta1(number, p) for number in SEPARATRICES]
     np.testing.assert_allclose(plain, free_body.separatrix_theta1(p.alpha0, p.beta0), rtol=ROUNDING)
     for number, x in zip(SEPARATRICES, plain, strict=True):
-        assert apart(x, float(separatrices.theta1(number, fine, FINE)), 100) < ROUNDING
+        assert apart(x, float(free_body.theta1(number, fine, FINE)), 100) < ROUNDING
         # The turn of 3 and 4 is one in all digits.
-        again = separatrices.theta1((number + 1) % 4 + 1, fine, FINE)
-        assert abs(FINE.sin((again - separatrices.theta1(number, fine, FINE)) / 2)) < 1e-58
+        again = free_body.theta1((number + 1) % 4 + 1, fine, FINE)
+        assert abs(FINE.sin((again - free_body.theta1(number, fine, FINE)) / 2)) < 1e-58
 
 
 @pytest.mark.parametrize("number", [0, 5, -1])
 def test_there_are_four_separatrices(number: int) -> None:
     with pytest.raises(ValueError, match="numbered 1 to 4"):
-        separatrices.theta1(number, GENERIC.angles())
+        free_body.theta1(number, GENERIC.angles())

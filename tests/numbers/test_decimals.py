@@ -8,8 +8,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from rigidpend.numbers.decimals import as_written, everywhere
 from rigidpend.numbers.exact import exact
+from rigidpend.numbers.expressions import as_written, everywhere
 
 
 @pytest.mark.parametrize(

@@ -13,7 +13,7 @@ import numpy as np
 import pytest
 
 from rigidpend.results import store
-from rigidpend.routes.certified.steps import Step
+from rigidpend.routes.certified.pieces import Step
 from rigidpend.runs import certificate_files as storage
 from tests.cli.calls import call
 from tests.config.samples import SMALL, changed, written

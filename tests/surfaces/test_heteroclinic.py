@@ -12,8 +12,8 @@ from scipy.optimize import brentq
 from rigidpend import Body
 from rigidpend.mechanics.coordinates import Canonical, aligned_from_canonical
 from rigidpend.mechanics.equations import aligned_coefficients, hamiltonian_J3_0
-from rigidpend.mechanics.hodograph import field
-from rigidpend.mechanics.precession import increments as first_order
+from rigidpend.mechanics.in_space import field
+from rigidpend.mechanics.in_space import increments as first_order
 from rigidpend.numbers.exact import exact
 from rigidpend.orbits.integrate.arithmetic import default_engine, resolve
 from rigidpend.orbits.integrate.states import states_at

@@ -12,9 +12,9 @@ from hypothesis import strategies as st
 from scipy.integrate import quad
 
 from rigidpend import Body, route_codes
+from rigidpend.mechanics import free_body
 from rigidpend.mechanics.equations import hamiltonian_J3_0
-from rigidpend.mechanics.free_body import SEPARATRICES
-from rigidpend.mechanics.separatrices import SeparatrixMotion, separatrix
+from rigidpend.mechanics.free_body import SEPARATRICES, SeparatrixMotion, separatrix
 from rigidpend.numbers.exact import exact
 from rigidpend.routes.problem import RouteProblem
 from rigidpend.surfaces import melnikov
@@ -47,6 +47,20 @@ def nearly_round(nu: float) -> Body:
     """A body of about the given nu; the nearer to a sphere, the larger it is."""
     spread = 2 * math.pi / nu
     return Body(A=(2, 2 - spread, 2 - spread / 2), r=(1, 3, 0), mu=0)
+
+
+def summed(motion: SeparatrixMotion, p: Any, eps: float = 1e-15) -> Any:
+    """The integrand by the trapezoid rule, to a part `eps` of the integral, in 60 digits.
+
+    On the whole line the rule errs by the integrand's Fourier transform at 2 pi/step.
+    """
+    m, nats = FINE, 3 - math.log(eps)
+    rate = free_body.u(motion, p, m)
+    step = 2 * m.pi**2 / (2 * p.nu + nats)
+    reach = math.ceil((nats + p.nu) / step)
+    middle = free_body.direction(motion.number) * free_body.v(motion, m) / rate
+    times = (middle + k * step / rate for k in range(-reach, reach + 1))
+    return sum(melnikov.integrand(t, motion, p, m) for t in times) * step / rate
 
 
 def bracket_of_slopes(x: Any, p: Any) -> Any:
@@ -98,9 +112,9 @@ def test_eq_Im_is_the_sum_of_the_integrand_for_any_nu(number: int, nu: float) ->
     body = nearly_round(nu)
     assert body.nu == pytest.approx(nu, rel=0.3)
     p, motion = fine_angles(body), fine_motion(number)
-    by_sum = melnikov.quadrature(motion, p, FINE, 1e-20)
+    by_sum = summed(motion, p, 1e-20)
     assert abs(by_sum / melnikov.integral(motion, p, FINE) - 1) < 1e-19
-    finer = melnikov.quadrature(motion, p, FINE, 1e-30)
+    finer = summed(motion, p, 1e-30)
     assert abs(finer / melnikov.integral(motion, p, FINE) - 1) < 1e-29
 
 
@@ -115,7 +129,6 @@ def test_eq_Im_is_adaptive_quadrature_of_the_bracket(number: int, phase: float) 
 
     found = quad(rate, -40, 40, epsabs=1e-14, limit=500)[0]
     assert melnikov.integral(motion, p) == pytest.approx(found, abs=1e-12)
-    assert melnikov.quadrature(motion, p) == pytest.approx(found, abs=1e-12)
 
 
 @pytest.mark.parametrize("nu", [8, 20])
@@ -166,9 +179,7 @@ def test_zeros_are_where_the_sum_vanishes_on_each_separatrix(number: int) -> Non
     assert len(found) == 2
     for phase in found:
         at, beside = (
-            melnikov.quadrature(
-                SeparatrixMotion(number, J1, J2 - J1, FINE.mpf(phase) + more), q, FINE
-            )
+            summed(SeparatrixMotion(number, J1, J2 - J1, FINE.mpf(phase) + more), q)
             for more in (0, FINE.pi / 2)
         )
         assert abs(at) < 1e-14 * abs(beside)

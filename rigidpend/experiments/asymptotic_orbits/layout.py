@@ -22,8 +22,10 @@ ORBITS = {
     "half_turns": _symbols("half rotations of each passage"),
     "first": _whole("1", "parity of the first crossing's cell: 0 is a, 1 is b"),
     "theta2_0": _double("rad", "theta2 where J1 = J1_0 on the unstable surface, ascending"),
-    # A phase of 30 digits decides its double: what may differ is in the rest.
-    "theta2_0_rest": _double("rad", "what theta2_0 leaves: their sum has 30 digits", within=DIGIT),
+    # A phase of 30 digits decides its double: what may differ is in the rest, by the errors of two.
+    "theta2_0_rest": _double(
+        "rad", "what theta2_0 leaves: their sum has 30 digits", within=2 * DIGIT
+    ),
     # Times and angles err by some 1e-13 a crossing.
     "flight": _double("t'", "time from the first crossing to the last", within=1e-10),
     "theta3": _double("rad", "growth of theta3 from one end to the other", within=1e-12),

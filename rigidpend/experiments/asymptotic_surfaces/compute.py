@@ -13,7 +13,7 @@ from rigidpend.experiments.asymptotic_surfaces.layout import ANGLES, BODY, LAYOU
 from rigidpend.experiments.contract import Means
 from rigidpend.experiments.data.layout import datasets
 from rigidpend.experiments.data.tree import Tree
-from rigidpend.mechanics.periodic import Delta_1
+from rigidpend.mechanics.pendulum import Delta_1
 from rigidpend.routes.phases import Phases
 from rigidpend.routes.problem import RouteProblem
 from rigidpend.surfaces import curves as surfaces

@@ -23,8 +23,8 @@ from rigidpend.experiments.bench.methods import Setting
 from rigidpend.experiments.bench.problems import FIG4, drawn, from_phases, judged, random_routes
 from rigidpend.experiments.bench.protocol import Line, Make, made, timed, timed_solver
 from rigidpend.experiments.bench.solvers import Crossed, Task, time_unit
-from rigidpend.numbers.doubles import Array
 from rigidpend.numbers.exact import exact
+from rigidpend.numbers.generic import Array
 from rigidpend.routes.choice import expected_seconds
 from rigidpend.routes.problem import RouteProblem
 

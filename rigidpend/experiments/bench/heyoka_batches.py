@@ -34,8 +34,8 @@ from rigidpend.mechanics.coordinates import (
     canonical_from_andoyer,
 )
 from rigidpend.mechanics.equations import eq1
-from rigidpend.numbers.alphabet import NO_SYMBOL
-from rigidpend.numbers.doubles import Array
+from rigidpend.numbers.expressions import NO_SYMBOL
+from rigidpend.numbers.generic import Array
 from rigidpend.routes.phases import Phases
 
 

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from rigidpend.experiments.data.tree import Data, Loaded
 from rigidpend.experiments.plots import BLUE, RED, WIDTH, title
-from rigidpend.numbers.alphabet import NO_SYMBOL
+from rigidpend.numbers.expressions import NO_SYMBOL
 
 Array: TypeAlias = NDArray[Any]
 

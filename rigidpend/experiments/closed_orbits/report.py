@@ -6,7 +6,7 @@ import numpy as np
 
 from rigidpend.experiments.data.tree import Loaded
 from rigidpend.machine.tables import Column, Table
-from rigidpend.numbers.alphabet import NO_SYMBOL
+from rigidpend.numbers.expressions import NO_SYMBOL
 
 CAPTION = (
     "Each word of symbols has a periodic orbit that repeats it (left), and averages over all"

@@ -17,6 +17,8 @@ LOST = 1e-3
 
 As many may move a quantile by the distance of neighbours: `QUANTILE`."""
 QUANTILE = 1e-3
+MARGIN = 2
+"""Allowed difference of two results, in units of the bound of each one's rounding."""
 
 
 def _both(stored: Data, fresh: Data, name: str) -> Any:
@@ -29,16 +31,16 @@ _KNOWN = where(lambda stored, fresh: _both(stored, fresh, "exponent"))
 
 @bound
 def _rounded(name: str, stored: Data, fresh: Data) -> Any:
-    """Exponents differ by the stored bound of their rounding where both are known."""
+    """Exponents differ by the stored bounds of two roundings where both are known."""
     both = _both(stored, fresh, "exponent")
     lost = np.isfinite(stored["exponent"]) & ~both
     # Hardly any is known no more: else all these are told.
     held = both | lost if lost.mean() > LOST else both
-    return np.where(held, stored["allowed"], np.inf)
+    return np.where(held, MARGIN * stored["allowed"], np.inf)
 
 
 def _grown(stored: Data, fresh: Data) -> Any:
-    """The stored bound of the growth's rounding, where both are known."""
+    """The stored bound of growths by two ways together, of which the map's is a small part."""
     return np.where(_both(stored, fresh, "growth"), stored["allowed"], np.inf)
 
 
@@ -91,7 +93,7 @@ LAYOUT: Layout = {
         "growth": _checked(
             description="ln of the growth through all passages; NaN as above", within=OF_GROWTH
         ),
-        # What it is off from the variational equations is within as much.
+        # The errors of both ways are of one result.
         "difference": _checked(
             description="that by the variational equations, integrated, less it",
             within=stated(_grown),

@@ -13,7 +13,7 @@ from rigidpend.experiments.data.tree import Tree
 from rigidpend.experiments.heteroclinic_cycle.layout import LAYOUT, START
 from rigidpend.mechanics.coordinates import TURN
 from rigidpend.mechanics.free_body import SEPARATRICES, separatrix_theta1
-from rigidpend.numbers.alphabet import NO_SYMBOL
+from rigidpend.numbers.expressions import NO_SYMBOL
 from rigidpend.routes.cycle import TURNS, Turn
 
 if TYPE_CHECKING:

@@ -9,7 +9,7 @@ from matplotlib.figure import Figure
 
 from rigidpend.experiments.data.tree import Loaded
 from rigidpend.experiments.plots import BLUE, RED, WIDTH, entry, separatrix_ticks
-from rigidpend.numbers.alphabet import NO_SYMBOL
+from rigidpend.numbers.expressions import NO_SYMBOL
 
 HEIGHT = 3.4
 """Height of the figure, inches."""

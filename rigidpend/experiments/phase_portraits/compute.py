@@ -102,7 +102,7 @@ def _curves(body: Body, M: list[NDArray[np.float64]]) -> PortraitCurves:
 def _separatrices(body: Body, n: int) -> PortraitCurves:
     """Separatrices from pole to pole; theta1 is not defined there, but its limit is."""
     phi = np.linspace(-TURN / 4, TURN / 4, n)
-    M = [free_body.separatrix(body.alpha0, number, phi) for number in free_body.SEPARATRICES]
+    M = [free_body.half_circle(body.alpha0, number, phi) for number in free_body.SEPARATRICES]
     places = free_body.separatrix_theta1(body.alpha0, body.beta0)
     return PortraitCurves(M, [np.full(n, x) for x in places], [(1 + points[2]) / 2 for points in M])
 

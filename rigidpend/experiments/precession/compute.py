@@ -16,8 +16,8 @@ from rigidpend.experiments.data.layout import datasets
 from rigidpend.experiments.data.tree import Tree
 from rigidpend.experiments.precession.layout import BODIES, LAYOUT, SLOPE, UNCERTAINTY
 from rigidpend.mechanics.body import Body
-from rigidpend.mechanics.precession import increments, regime
-from rigidpend.numbers.doubles import Array
+from rigidpend.mechanics.in_space import increments, regime
+from rigidpend.numbers.generic import Array
 from rigidpend.surfaces import heteroclinic
 
 if TYPE_CHECKING:

@@ -15,8 +15,8 @@ from rigidpend.experiments.data.layout import datasets
 from rigidpend.experiments.data.tree import Data, Tree
 from rigidpend.experiments.route_codes.layout import LAYOUT, ROUTES
 from rigidpend.machine import progress, workers
-from rigidpend.numbers.alphabet import NO_SYMBOL
 from rigidpend.numbers.exact import Exact
+from rigidpend.numbers.expressions import NO_SYMBOL
 from rigidpend.routes.choice import expected_seconds
 from rigidpend.routes.codes import RouteCodes, codes_of
 from rigidpend.routes.costs import at_stake

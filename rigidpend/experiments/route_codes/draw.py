@@ -30,7 +30,7 @@ from rigidpend.experiments.plots import (
     symbol_entries,
 )
 from rigidpend.experiments.route_layout import MEANING
-from rigidpend.numbers.alphabet import NO_SYMBOL
+from rigidpend.numbers.expressions import NO_SYMBOL
 
 LARGEST = 0.12
 """Largest side of a cell, inches."""

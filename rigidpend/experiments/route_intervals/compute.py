@@ -17,7 +17,7 @@ from rigidpend.experiments.data.tree import Data, Tree
 from rigidpend.experiments.route_intervals.layout import COLUMNS, INTERVALS, PROOF, SHARES
 from rigidpend.machine import progress
 from rigidpend.machine.workers import cores, side_by_side
-from rigidpend.numbers.alphabet import NO_SYMBOL
+from rigidpend.numbers.expressions import NO_SYMBOL
 
 if TYPE_CHECKING:
     from rigidpend.experiments.route_intervals.schema import Config, Problem

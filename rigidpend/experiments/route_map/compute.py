@@ -17,7 +17,7 @@ from rigidpend.experiments.data.layout import datasets
 from rigidpend.experiments.data.tree import Coming, Streamed, Tree
 from rigidpend.experiments.route_map.layout import LAYOUT, OF_COLUMNS, PLANE
 from rigidpend.machine.progress import PartDone
-from rigidpend.numbers.doubles import Array
+from rigidpend.numbers.generic import Array
 from rigidpend.orbits.integrate.arithmetic import Arithmetic
 from rigidpend.routes import choice
 from rigidpend.routes.cells import Cells, cell_problem, cells_of_each, cells_of_starts

@@ -20,7 +20,7 @@ from rigidpend.config.schema import (
     physics,
 )
 from rigidpend.machine import files
-from rigidpend.numbers.parameters import ParameterError
+from rigidpend.numbers.checked import ParameterError
 
 
 class PlaneAxis(Axis):

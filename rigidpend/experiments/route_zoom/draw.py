@@ -20,7 +20,7 @@ from rigidpend.experiments.plots import (
     symbol_entries,
 )
 from rigidpend.experiments.route_zoom.report import same, share
-from rigidpend.numbers.alphabet import NO_SYMBOL
+from rigidpend.numbers.expressions import NO_SYMBOL
 
 NEW = ("#A04000", "#FFD0A0")
 """Colours of symbols 0 and 1 that differ from those of the array before."""

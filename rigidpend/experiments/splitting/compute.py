@@ -15,7 +15,7 @@ from rigidpend.experiments.data.tree import Tree
 from rigidpend.experiments.splitting.layout import BODIES, LAYOUT, admitted
 from rigidpend.experiments.weight_series import mu_over_h0, slope
 from rigidpend.mechanics.body import Body
-from rigidpend.numbers.doubles import Array
+from rigidpend.numbers.generic import Array
 from rigidpend.orbits.integrate.arithmetic import DEFAULT_TOLERANCE
 from rigidpend.surfaces import surface_orbits
 from rigidpend.surfaces.splitting import FEWEST, SurfaceSplitting, amplitude, distance, measure

@@ -18,8 +18,8 @@ from rigidpend.experiments.stress.claims import Claim, Findings, Trial
 from rigidpend.experiments.stress.growth import DEVIATIONS, compared
 from rigidpend.experiments.stress.scenes import PHASES, Place, Scene, Way, state
 from rigidpend.mechanics.body import Body
-from rigidpend.numbers.doubles import Array
 from rigidpend.numbers.exact import exact, exacts
+from rigidpend.numbers.generic import Array
 from rigidpend.orbits.integrate import Crossings
 from rigidpend.routes.codes import RouteCodes
 from rigidpend.routes.problem import RouteProblem, phase_rate

@@ -16,8 +16,7 @@ import numpy as np
 
 from rigidpend.experiments.stress.scenes import BITS, Scene, followed, phase_errors
 from rigidpend.mechanics.equations import AlignedCoefficients, aligned
-from rigidpend.numbers.doubles import Array
-from rigidpend.numbers.generic import Numbers, Scalar
+from rigidpend.numbers.generic import Array, Numbers, Scalar
 from rigidpend.orbits.integrate import DEFAULT_TOLERANCE, Orbits
 from rigidpend.orbits.integrate.states import states_at
 

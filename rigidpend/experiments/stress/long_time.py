@@ -19,9 +19,8 @@ from rigidpend.machine.workers import side_by_side, spread
 from rigidpend.mechanics.body import Body
 from rigidpend.mechanics.coordinates import Aligned, body_from_aligned, scale
 from rigidpend.mechanics.equations import energy
-from rigidpend.numbers.doubles import Array
 from rigidpend.numbers.exact import exact
-from rigidpend.numbers.generic import Scalar
+from rigidpend.numbers.generic import Array, Scalar
 from rigidpend.orbits.integrate import DEFAULT_TOLERANCE, FINEST_TOLERANCE
 from rigidpend.routes.problem import RouteProblem, rotation_period
 

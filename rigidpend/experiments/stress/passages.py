@@ -18,7 +18,7 @@ from rigidpend.experiments.stress.claims import Claim, Findings, Trial
 from rigidpend.experiments.stress.growth import compared
 from rigidpend.experiments.stress.layout import DECIDED, GROWTH
 from rigidpend.experiments.stress.scenes import Scene, Way, random_phases
-from rigidpend.numbers.doubles import Array
+from rigidpend.numbers.generic import Array
 from rigidpend.routes.codes import RouteCodes
 from rigidpend.routes.problem import RouteProblem, whisker_growth
 

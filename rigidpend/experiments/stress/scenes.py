@@ -15,9 +15,9 @@ import numpy as np
 from rigidpend.mechanics.body import Body
 from rigidpend.mechanics.coordinates import Canonical, aligned_from_canonical
 from rigidpend.mechanics.equations import AlignedCoefficients, aligned_coefficients
-from rigidpend.mechanics.separatrices import exponent, fastest_rate, theta1
-from rigidpend.numbers.doubles import Array
+from rigidpend.mechanics.free_body import exponent, fastest_rate, theta1
 from rigidpend.numbers.exact import PRECISIONS
+from rigidpend.numbers.generic import Array
 from rigidpend.orbits import integrate
 from rigidpend.orbits.integrate import DEFAULT_TOLERANCE, Crossings, Orbits
 from rigidpend.orbits.integrate.arithmetic import resolve

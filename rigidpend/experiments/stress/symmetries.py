@@ -22,8 +22,8 @@ from rigidpend.experiments.stress.growth import (
 )
 from rigidpend.experiments.stress.scenes import Place, Scene, Way, followed, sampled, state
 from rigidpend.mechanics.equations import AlignedCoefficients
-from rigidpend.numbers.doubles import Array
 from rigidpend.numbers.exact import PI, exact
+from rigidpend.numbers.generic import Array
 from rigidpend.orbits.integrate import Crossings, Orbits
 from rigidpend.orbits.integrate.states import states_at
 from rigidpend.routes.cycle import MIRRORED

@@ -17,8 +17,8 @@ from typing import Any
 import numpy as np
 
 from rigidpend.orbits.integrate.kernel.lane_numbers import as_doubles
+from rigidpend.orbits.integrate.kernel.machine_code import LANES
 from rigidpend.orbits.integrate.kernel.pair_loops import convolution, elementwise, products
-from rigidpend.orbits.integrate.kernel.writer import LANES
 
 _Memory = ctypes.c_char * 1
 

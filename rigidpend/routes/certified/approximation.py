@@ -22,9 +22,9 @@ from flint import arb, fmpz_poly
 
 from rigidpend.machine.workers import check_stop
 from rigidpend.mechanics.equations import AlignedCoefficients, aligned
-from rigidpend.numbers.doubles import Array
+from rigidpend.numbers.generic import Array
 from rigidpend.routes.certified.models import Model
-from rigidpend.routes.certified.steps import CLOCK, Step
+from rigidpend.routes.certified.pieces import ORBIT_CLOCK, Step
 
 GAIN = 35
 """Bits that an iteration wins: what the linear equation is solved to, in doubles."""
@@ -149,7 +149,7 @@ class Approximation:
         half, states = self._in_doubles([x / 2**bits for x in begin])
         series, n = self._start(states, bits)
         # The step's length is this whole number from here on, also for the checker.
-        whole = round(half * 2**CLOCK)
+        whole = round(half * 2**ORBIT_CLOCK)
         linear = _Linear(series @ rule(n).values.T, self.doubles, half)
         known = DOUBLE
         P = [_whole(row, bits) for row in series]
@@ -206,7 +206,7 @@ class Approximation:
         rates = aligned(models, numbers)
         found, rest = [], [0] * (len(P[0]) - n)
         for w, rate, x in zip(rows, rates, begin, strict=True):
-            r = [whole * c >> CLOCK for c in rate.series[: n + 1]]
+            r = [whole * c >> ORBIT_CLOCK for c in rate.series[: n + 1]]
             r += [0] * (n + 1 - len(r))
             integral = [(r[j - 1] - r[j + 1]) // (2 * j) for j in range(1, n)]
             # T_j(-1) = (-1)^j: the constant term that makes the integral begin at the start.

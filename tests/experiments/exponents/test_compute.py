@@ -13,8 +13,8 @@ from rigidpend.experiments.exponents.report import tables
 from rigidpend.numbers.exact import exact
 from rigidpend.routes.cells import Cells, cells_of_starts
 from rigidpend.routes.problem import RouteProblem
+from rigidpend.routes.symbolic.levels import surface
 from rigidpend.routes.symbolic.stretching import stretched
-from rigidpend.routes.symbolic.surface import surface
 from tests.experiments.trees import asked, computed, differences, plain
 from tests.routes.symbolic.fig4 import BODY, H
 
@@ -70,6 +70,22 @@ def test_cells_that_are_no_longer_known_are_a_difference(data: Any) -> None:
     [found] = differences("exponents", data, other)
     assert found.startswith(f"exponent[1, 1]: stored {data['exponent'][1, 1]:.17g}")
     assert "computed nan" in found
+
+
+@pytest.mark.parametrize(("share", "found"), [(0.99, 0), (1.01, 1)])
+@pytest.mark.parametrize(
+    ("group", "name", "at", "errors"),
+    [("", "exponent", (1, 1), 2), ("checked", "growth", 2, 1), ("checked", "difference", 2, 1)],
+)
+def test_results_may_differ_by_the_errors_of_both(
+    data: Any, group: str, name: str, at: Any, errors: int, share: float, found: int
+) -> None:
+    """A bound of the check is that of two ways already, and of their difference alone."""
+    other = copy.deepcopy(data)
+    values, allowed = (other[group] if group else other)[name], (data[group] if group else data)
+    begin = 0.0 if name == "difference" else values[at]
+    values[at] = begin + share * errors * allowed["allowed"][at]
+    assert len(differences("exponents", data, other)) == found
 
 
 def test_tables_and_the_estimate_tell_what_is_asked(data: Any) -> None:

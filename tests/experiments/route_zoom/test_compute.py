@@ -14,9 +14,8 @@ from rigidpend.experiments.route_zoom import compute as route_zoom
 from rigidpend.experiments.route_zoom import report
 from rigidpend.mechanics import floquet
 from rigidpend.numbers.exact import context, exact
-from rigidpend.orbits.integrate import neighbours
+from rigidpend.orbits.integrate import Crossings, neighbours
 from rigidpend.orbits.integrate.arithmetic import resolve
-from rigidpend.orbits.integrate.records import Crossings
 from rigidpend.results import store
 from rigidpend.routes import certainty
 from rigidpend.routes.change import Bracket, NoChange, narrowed

@@ -13,10 +13,10 @@ from rigidpend.numbers.exact import context
 from rigidpend.orbits.integrate.kernel import machine_code
 from rigidpend.orbits.integrate.kernel.functions import Functions
 from rigidpend.orbits.integrate.kernel.lane_numbers import KINDS, Value
-from rigidpend.orbits.integrate.kernel.writer import LANES, Writer
+from rigidpend.orbits.integrate.kernel.machine_code import LANES, Writer
 
-ROUNDINGS = {53: 2.0, 106: 40.0}
-"""Errors allowed, in units of 2^-bits: each function takes some ten operations."""
+ROUNDINGS = {53: 2.0, 106: 3.0}
+"""Errors allowed, in units of 2^-bits of an angle above 1 and of any other result."""
 M = context(300)
 BITS = pytest.mark.parametrize("bits", [53, 106])
 
@@ -50,17 +50,21 @@ def numbers_between(low: float, high: float, seed: int, bits: int) -> tuple[Any,
 
 
 @BITS
-@pytest.mark.parametrize("ends", [(-40, 40), (-1e-8, 1e-8), (1.57, 1.5708), (-3.15, -3.14)])
+@pytest.mark.parametrize(
+    "ends", [(-40, 40), (-1e-8, 1e-8), (0.78, 0.7854), (1.57, 1.5708), (-3.15, -3.14)]
+)
 def test_agrees_cosine_and_sine_with_mpmath(bits: int, ends: tuple[float, float]) -> None:
     x, true = numbers_between(*ends, 5, bits)
     for which, function in enumerate((M.cos, M.sin)):
         found = values(bits, lambda f, z, which=which: f.cos_sin(z)[which], x)  # type: ignore[misc]
-        apart = max(abs(one - function(z)) for one, z in zip(found, true, strict=True))
-        assert apart < ROUNDINGS[bits] * 2.0**-bits, apart
+        for one, z in zip(found, true, strict=True):
+            assert abs(one - function(z)) < ROUNDINGS[bits] * 2.0**-bits * max(1, abs(z)), z
 
 
 @BITS
-@pytest.mark.parametrize("ends", [(0.5, 2), (1 - 1e-9, 1 + 1e-9), (-1e-30, -1e-31), (1e9, 1e10)])
+@pytest.mark.parametrize(
+    "ends", [(0.5, 2), (1.41, 1.414), (1 - 1e-9, 1 + 1e-9), (-1e-30, -1e-31), (1e9, 1e10)]
+)
 def test_agrees_the_logarithm_with_mpmath(bits: int, ends: tuple[float, float]) -> None:
     x, true = numbers_between(*ends, 6, bits)
     found = values(bits, Functions.logarithm_of_size, x)

@@ -19,7 +19,7 @@ from rigidpend.orbits.integrate.kernel.lane_numbers import (
     Value,
     as_doubles,
 )
-from rigidpend.orbits.integrate.kernel.writer import LANES, Writer
+from rigidpend.orbits.integrate.kernel.machine_code import LANES, Writer
 
 OPERATIONS: dict[str, tuple[Callable[[Doubles, Value, Value], Value], Any]] = {
     "plus": (lambda n, a, b: n.plus(a, b), lambda a, b: a + b),

@@ -8,16 +8,16 @@ import numpy as np
 import pytest
 
 from rigidpend.mechanics.equations import aligned, aligned_coefficients
-from rigidpend.mechanics.separatrices import separatrix_beside
-from rigidpend.orbits.integrate import neighbours
-from rigidpend.orbits.integrate.passages import UNDECIDED, Found
-from rigidpend.orbits.integrate.records import (
+from rigidpend.mechanics.free_body import separatrix_beside
+from rigidpend.orbits.integrate import (
     Crossings,
     Outcome,
     in_turn,
     joined,
+    neighbours,
     no_crossings,
 )
+from rigidpend.orbits.integrate.passages import UNDECIDED, Found
 from rigidpend.orbits.integrate.reference_orbit import Passed
 from tests.orbits.integrate.problems import FREE, on_separatrix
 

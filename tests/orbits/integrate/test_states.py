@@ -15,7 +15,7 @@ from rigidpend.mechanics.equations import AlignedCoefficients, aligned, aligned_
 from rigidpend.numbers.exact import context, fraction
 from rigidpend.orbits.integrate import states
 from rigidpend.orbits.integrate.kernel import machine_code, samples
-from rigidpend.orbits.integrate.kernel.writer import FEW, LANES
+from rigidpend.orbits.integrate.kernel.machine_code import FEW, LANES
 from rigidpend.orbits.integrate.states import states_at
 from rigidpend.orbits.return_map.precision import precision
 from tests.orbits.integrate.problems import ENGINES, FIG4, GENERIC, fan, task

@@ -22,7 +22,7 @@ from rigidpend.orbits.integrate import (
     Outcome,
     crossings,
 )
-from rigidpend.orbits.integrate.roots import zeros
+from rigidpend.orbits.integrate.passages import zeros
 from rigidpend.orbits.integrate.sections import first_crossings
 from rigidpend.orbits.integrate.states import states_at
 

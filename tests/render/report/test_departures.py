@@ -30,13 +30,13 @@ from rigidpend.mechanics.equations import (
     hamiltonian_J3_0,
     theta3_rate,
 )
-from rigidpend.mechanics.precession import increments, regime
-from rigidpend.mechanics.separatrices import (
+from rigidpend.mechanics.free_body import (
     SeparatrixMotion,
     separatrix,
     theta1,
     u,
 )
+from rigidpend.mechanics.in_space import increments, regime
 from rigidpend.orbits.integrate.states import states_at
 from rigidpend.surfaces import melnikov
 from tests.bodies import GENERIC

@@ -546,6 +546,56 @@ def test_C9_without_its_reach_half_a_strip_is_believed(stored: Stored) -> None:
     assert "to reach as far" in said(connections.prove_transversal, *of)
 
 
+def test_C9_without_its_last_condition_of_a_strip_the_surface_may_go_across(
+    stored: Stored, strip: Strip
+) -> None:
+    """Twice as long: points farther apart across than along, with less slope than there may be."""
+    guard = "not middle.slant_at(momentum) * (by_u + bounds[1] + by_v + bounds[2]) < wide"
+    line, [piece] = smaller(stored.line, stored.orbits[4][:1], along=2.0)
+    mine, theirs, _ = middles(stored.numbers)
+    of = stored.numbers, mine, line, piece
+    assert said(weakened(connections, (guard, "False")).check_strip, *of) == ""
+    apart = np.array([value(x, 0.9, 1.0) - value(x, 0.0, 0.0) for x in begun(piece)])
+    norm = norm_of(mine)
+    weights = np.array([1, 0, norm.upright, *[1 / norm.weight] * 3])
+    zeta = float(mine.slant_at(arb(strip.momentum)))
+    assert abs(apart[1]) < zeta * np.linalg.norm(weights * apart)
+    assert "lie along" in said(connections.check_strip, *of)
+    of_script = problem(), theirs, script.Line(*line), step(piece)
+    assert "lie along" in said(script.check_strip, *of_script)
+
+
+def test_C9_without_its_graph_two_points_of_one_gamma3_are_believed(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """Two points of the section of one energy, with no more slope than the surface may have."""
+    body, h, g, steep = Body((2, 1, "1.9"), (0, 1, 0), "1e-3"), 1.3342, 0.3, 1.3
+    numbers = sections.Numbers.of(body, exact("1.3342"))
+    c, to_M = numbers.field, (float(numbers.to_M1), float(numbers.to_M2))
+    mine = connections.check_middle(numbers, arb(1e-3))
+
+    def point(q: float) -> Any:
+        """Qp, Qm and gamma where M3 = 0."""
+        p = 1.0
+        for _ in range(50):
+            M = np.array([p + q, p - q]) * to_M
+            gamma = math.sqrt(1 - g * g) / np.hypot(*M) * np.array([-M[1], M[0]])
+            height = float(c.mu_r1) * gamma[0] + float(c.mu_r2) * gamma[1]
+            left = h - float(c.kappa) / 2 * M @ M + p * q / 2 - height
+            p += left / (float(c.kappa) * M @ np.array(to_M) - q / 2)
+        assert abs(left) < 1e-12
+        return np.array([p, q, *gamma / float(mine.growth.weight)])
+
+    p, q, *gamma = np.abs(point(1e-3) - point(0.0))
+    assert 1 < q / math.hypot(p, *gamma) < steep
+    # All of what the surface leans at the end is taken for what it may lean at the beginning.
+    monkeypatch.setattr(connections.Middle, "slant", lambda *_: arb(steep))
+    guard = "not steep * (1 + 2 * turned * (pushed + 1 / self.growth.weight) / left) < 1"
+    mine = mine._replace(time=arb(0))
+    assert "a graph over gamma3" in said(mine.check_graph)
+    assert said(weakened(connections, (guard, "False")).Middle.check_graph, mine) == ""
+
+
 @pytest.mark.slow
 def test_C9_is_asked_of_all_of_a_proof(stored: Stored, monkeypatch: pytest.MonkeyPatch) -> None:
     """Starts of one J2_0 have none; else sets, images, the strip and its own image, by both."""

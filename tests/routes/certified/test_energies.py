@@ -24,9 +24,8 @@ from rigidpend.routes.certified import (
     sections,
     start_lines,
 )
-from rigidpend.routes.certified.balls import enclosed
+from rigidpend.routes.certified.balls import LogarithmicNorm, enclosed
 from rigidpend.routes.certified.families import Family
-from rigidpend.routes.certified.growth import LogarithmicNorm
 from rigidpend.routes.certified.pieces import FamilyStep, Quad, StartLine, made
 from rigidpend.routes.problem import RouteProblem
 from rigidpend.routes.symbolic import find_orbit

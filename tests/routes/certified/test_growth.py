@@ -11,7 +11,7 @@ from flint import arb
 from rigidpend import Body
 from rigidpend.mechanics.equations import AlignedCoefficients, aligned, aligned_coefficients
 from rigidpend.routes.certified.approximation import jacobian
-from rigidpend.routes.certified.growth import LogarithmicNorm
+from rigidpend.routes.certified.balls import LogarithmicNorm
 
 BODIES = {
     "fig4": Body((2, 1, "3/2"), (1, 1, 0), "0.001"),

@@ -8,9 +8,8 @@ from fractions import Fraction
 import pytest
 from flint import arb
 
-from rigidpend.routes.certified.models import Model
-from rigidpend.routes.certified.precision import precision
-from rigidpend.routes.certified.signs import BITS, Values
+from rigidpend.routes.certified.balls import precision
+from rigidpend.routes.certified.models import VALUE_BITS, Model, Values
 from scripts import check_certificate
 
 UNIT = 40
@@ -111,7 +110,7 @@ def test_bounds_on_parts_hold_between_their_ends(parts: int, offset: int) -> Non
     for k in range(parts):
         for t in range(9):
             x = Fraction(2 * k - parts, parts) + Fraction(2 * t, 8 * parts)
-            true = value(Model.of_series(series, UNIT), x) * 2 ** (BITS - UNIT)
+            true = value(Model.of_series(series, UNIT), x) * 2 ** (VALUE_BITS - UNIT)
             assert found.least(k) <= abs(true) <= found.most(k)
     assert (min(map(found.least, range(parts))) > 0) == (offset > 0)
 
