@@ -75,10 +75,8 @@ def first_crossings(
     if (seen.outcome != Outcome.COMPLETE).any():
         return None
     late: Any = seen.time[0]
-    times, local = (
-        np.zeros(len(late), dtype=states.dtype),
-        tolerance * 2.0 ** (53 - whole if exact else 0),
-    )
+    local = tolerance * 2.0 ** (53 - whole if exact else 0)
+    times = np.zeros(len(late), dtype=states.dtype)
     for _ in range(2 + bits // GAINED):
         steps = np.array([Fraction(t) for t in late]) if exact else late
         given = coefficients, states, steps[None], whole if exact else 53, jobs
