@@ -12,7 +12,7 @@ from rigidpend import render
 from rigidpend.render import report
 from scripts import browser, look
 
-REFERENCE = Path(__file__).resolve().parents[3] / "results" / "reference"
+REFERENCE = Path(__file__).resolve().parents[2] / "results" / "reference"
 LOOK = """page => ({
   inner: page.documentElement.clientWidth, content: page.documentElement.scrollWidth,
   pictures: [...page.images].map(i => i.complete && i.naturalWidth),

@@ -1,4 +1,4 @@
-"""`rigidpend list`: the configs that can be named, with the state of their results."""
+"""`rigidpend list`, `describe`: configs, and what follows from them without computing."""
 
 from __future__ import annotations
 
@@ -9,15 +9,20 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
+from rigidpend.cli import complete
 from rigidpend.cli.common import (
     INTERNAL,
     JSON,
+    NAMED,
     OUT,
+    SETTINGS,
     exit_code,
     folder_of,
     guarded,
     print_json,
+    print_rows,
     print_table,
+    row_document,
 )
 from rigidpend.config.catalogue import MEASURE
 
@@ -29,7 +34,7 @@ if TYPE_CHECKING:
 @OUT
 @JSON
 @guarded
-def command(folder: Path, as_json: bool) -> None:
+def list_command(folder: Path, as_json: bool) -> None:
     """List the configs that can be named, with the state of their results.
 
     Name, experiment, status of the result and what is uncertain in it, by the folder of the
@@ -122,3 +127,56 @@ def _row(entry: dict[str, Any]) -> list[str]:
     doubt = f"; {entry['doubt']}" if entry["doubt"] else ""
     by_name = " (by name only)" if Path(entry["config"]).parent.name == MEASURE else ""
     return [entry["name"], entry["experiment"] or "-", f"{said}{doubt}{by_name}"]
+
+
+@click.command("describe")
+@click.argument("name", metavar=NAMED, shell_complete=complete.names)
+@SETTINGS
+@click.option("--resolved", is_flag=True, help="Print the whole config as YAML, defaults included.")
+@JSON
+@guarded
+def describe_command(name: str, settings: tuple[str, ...], resolved: bool, as_json: bool) -> None:
+    """Print the parameters of a config, and what follows from them by the paper's theory.
+
+    With --resolved it is the config itself, every default and every setting in its place: a
+    file that gives the same result. NAME may be all, but not with --resolved.
+
+    \b
+    Examples:
+      rigidpend describe fig4 --set problem.mu=0.01
+      rigidpend describe fig4 --resolved > mine.yaml
+      rigidpend describe all --json
+    """
+    from rigidpend.config.catalogue import resolve
+    from rigidpend.runs import loading
+
+    paths = resolve((name,))
+    if resolved and len(paths) > 1:
+        raise click.UsageError("--resolved prints one config, not all")
+    loaded = loading.load_all(paths, settings)
+    if as_json:
+        print_json([_document(each) for each in loaded])
+    elif resolved:
+        click.echo(loading.resolved_yaml(loaded[0]), nl=False)
+    else:
+        for path, each in zip(paths, loaded, strict=True):
+            if path != paths[0]:
+                click.echo()
+            click.echo(f"{each.name}: experiment {each.experiment}, {path}")
+            print_rows(_rows(each), "  ")
+
+
+def _rows(loaded: Any) -> list[Any]:
+    from rigidpend import experiments
+
+    return experiments.describe(loaded.experiment, loaded.content)
+
+
+def _document(loaded: Any) -> dict[str, Any]:
+    return {
+        "name": loaded.name,
+        "experiment": loaded.experiment,
+        "config_hash": loaded.config_hash,
+        "config": loaded.resolved(),
+        "rows": [row_document(row) for row in _rows(loaded)],
+    }

@@ -9,24 +9,22 @@ from typing import Any
 import numpy as np
 import pytest
 
-from rigidpend.experiments.data.bounds import (
-    bound,
-    modulo,
-    of_field,
-    of_largest,
-    relative,
-    stated,
-)
-from rigidpend.experiments.data.compare import (
+from rigidpend.experiments.compare import (
     Difference,
     attributes,
     beyond,
+    bound,
     differences,
     inside,
+    modulo,
+    of_field,
+    of_largest,
     outlines,
     plain,
+    relative,
+    stated,
 )
-from rigidpend.experiments.data.layout import ANY, FLOAT, TEXT, WHOLE, Field, Layout
+from rigidpend.experiments.data import ANY, FLOAT, TEXT, WHOLE, Field, Layout
 
 LAYOUT: Layout = {
     "a": {

@@ -10,14 +10,14 @@ from typing import Any
 import pytest
 
 from rigidpend import experiments, render
-from rigidpend.experiments.asymptotic_surfaces import report as asymptotic_surfaces
-from rigidpend.experiments.herpolhodes import report as herpolhodes
+from rigidpend.experiments.asymptotic_surfaces import draw as asymptotic_surfaces
+from rigidpend.experiments.herpolhodes import draw as herpolhodes
 from rigidpend.render import report
-from rigidpend.render.report.departures import DEPARTURES
+from rigidpend.render.report import DEPARTURES
 from rigidpend.results import store
 from tests.experiments.trees import reference
 
-REFERENCE = Path(__file__).resolve().parents[3] / "results" / "reference"
+REFERENCE = Path(__file__).resolve().parents[2] / "results" / "reference"
 SMALL = ("fig2", "fig4")
 VOID = {"meta", "img", "br"}
 
@@ -141,9 +141,8 @@ def test_every_experiment_has_a_caption_and_numbers() -> None:
 def first_rows(name: str) -> list[list[str]]:
     """The first rows of the tables of a reference."""
     result = reference(name)
-    reporting = experiments.reporting(result["attributes"]["experiment"])
-    assert reporting
-    return [list(table.rows[0]) for table in reporting.tables(result)]
+    drawing: Any = experiments.drawing(result["attributes"]["experiment"])
+    return [list(table.rows[0]) for table in drawing.tables(result)]
 
 
 ROWS = {

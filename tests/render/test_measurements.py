@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from rigidpend.experiments.bench import report as bench
-from rigidpend.experiments.stress import report as stress
+from rigidpend.experiments.stress import draw as stress
 from tests.experiments.bench.data import data
 from tests.results.loaded import loaded
 

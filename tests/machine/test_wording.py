@@ -6,7 +6,7 @@ import math
 
 import pytest
 
-from rigidpend.machine.tables import (
+from rigidpend.machine.wording import (
     Column,
     Table,
     columns,

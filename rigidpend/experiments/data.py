@@ -1,4 +1,4 @@
-"""Layouts of results, by which they are written, checked, and compared with others.
+"""Data of results: named arrays in groups, and layouts, by which they are written and checked.
 
 A layout names the fields of a group and the groups inside it::
 
@@ -13,14 +13,73 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Collection, Iterator, Mapping
-from typing import TYPE_CHECKING, Any, NamedTuple, TypeAlias
+from typing import TYPE_CHECKING, Any, NamedTuple, TypeAlias, TypedDict
 
 import numpy as np
 
-from rigidpend.experiments.data.tree import Data, Dataset, Streamed
-
 if TYPE_CHECKING:
-    from rigidpend.experiments.data.compare import Difference
+    from rigidpend.experiments.compare import Difference
+
+
+class Dataset(NamedTuple):
+    """An array or a text to be stored, with its unit and meaning."""
+
+    values: Any
+    units: str
+    description: str
+    dimensions: tuple[int | str, ...] = ()
+    """Names of its dimensions, as the layout has them; empty where it declares none."""
+    coordinate: bool = False
+    """True if it is the coordinate along its dimension."""
+
+
+class Coming(NamedTuple):
+    """An array that comes in blocks, in the place of its values."""
+
+    shape: tuple[int, ...]
+    dtype: Any
+    block: tuple[int, ...]
+    """Shape of the largest of its blocks."""
+
+    @property
+    def ndim(self) -> int:
+        return len(self.shape)
+
+
+class Streamed(dict[str, Any]):
+    """A group some arrays of which come in blocks, for memory need not hold them as a whole.
+
+    Parameters
+    ----------
+    members : mapping
+        What comes has :class:`Coming` in the place of its values.
+    blocks : iterator
+        Blocks by the names of their arrays: where each belongs, and its values. They may be
+        computed when they are asked for, once.
+    """
+
+    def __init__(
+        self, members: Mapping[str, Any], blocks: Iterator[Mapping[str, tuple[Any, Any]]]
+    ) -> None:
+        super().__init__(members)
+        self.blocks = blocks
+
+
+Tree: TypeAlias = Mapping[str, "Dataset | Tree"]
+Data: TypeAlias = Mapping[str, Any]
+"""Group of a stored result, loaded: arrays, texts and groups by name."""
+
+
+class Loaded(TypedDict):
+    """A result file as plain data."""
+
+    attributes: dict[str, Any]
+    config: dict[str, Any]
+    """The resolved config, as plain data; numbers are texts, exact, or whole."""
+    provenance: dict[str, Any]
+    data: dict[str, Any]
+    """Arrays, texts and groups by name."""
+
 
 FLOAT, WHOLE, FLAG, TEXT = "double", "whole", "flag", "text"
 NUMBER = "number"

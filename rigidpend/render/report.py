@@ -1,8 +1,8 @@
 """One self-contained HTML page from a folder of results: figures beside numbers.
 
-An experiment's ``report.py`` says what stands beside its figure: ``tables(result)``
+The ``draw.py`` of an experiment says what stands beside its figure: ``tables(result)``
 gives the numbers that the paper prints next to those computed, from the stored result alone.
-Experiments without such a module appear with their figure and provenance.
+Experiments without tables appear with their figure and provenance.
 """
 
 from __future__ import annotations
@@ -14,12 +14,11 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 from rigidpend import experiments
-from rigidpend.experiments.data.tree import Loaded
-from rigidpend.machine import files, tables, words
+from rigidpend.experiments.data import Loaded
+from rigidpend.machine import files, wording
 from rigidpend.machine.files import Absent
-from rigidpend.machine.tables import Table
-from rigidpend.machine.workers import check_stop
-from rigidpend.render.report.departures import DEPARTURES
+from rigidpend.machine.wording import Table
+from rigidpend.machine.workers import check_stop, cores, side_by_side
 from rigidpend.results import store
 from rigidpend.runs import remedies
 from rigidpend.runs.certificate_files import beside, marked, results_in
@@ -27,6 +26,8 @@ from rigidpend.runs.certificate_files import beside, marked, results_in
 HERE = Path(__file__).parent
 COLOURS = 128
 """Colours of an image in the page."""
+FEW = 3
+"""Results whose images are reduced one after the other; more share the processors."""
 
 
 class ResultSection(NamedTuple):
@@ -117,7 +118,8 @@ def build(sources: Sequence[Path]) -> Page:
     StoreError
         None of them can be shown; Absent where none is there.
     """
-    sections = [_section(source) for source in sources]
+    jobs = cores() if len(sources) > FEW else 1
+    sections = side_by_side(_section, (), True, sources, jobs)
     problems = [said for found in sections if (said := found.problem or found.doubt)]
     # A page of nothing but complaints is no report.
     if all(found.problem for found in sections):
@@ -144,7 +146,7 @@ def _section(source: Path) -> ResultSection:
         said = store.StoreError(f"{source}: not enough memory to show it")
     except render.OF_VALUES as error:
         # One file, whatever is in it, does not keep the others from being shown.
-        said = store.StoreError.of(source, f"cannot be shown: {words.error(error)}")
+        said = store.StoreError.of(source, f"cannot be shown: {wording.error(error)}")
     return ResultSection(source.stem, problem=remedies.told(said))
 
 
@@ -163,7 +165,6 @@ def section(result: Any, drawn: bytes | None = None) -> ResultSection:
 
     attributes = result["attributes"]
     experiment = str(attributes["experiment"])
-    reporting = experiments.reporting(experiment)
     return ResultSection(
         name=str(attributes.get("name", "unnamed")),
         figure=str(attributes.get("figure", "")),
@@ -171,7 +172,7 @@ def section(result: Any, drawn: bytes | None = None) -> ResultSection:
         picture=picture(drawn or render.image([result], "png")),
         caption=captions.caption(experiment),
         bodies=captions.bodies(result),
-        tables=reporting.tables(result) if reporting else (),
+        tables=experiments.tables(experiment, result),
         provenance=_provenance(result),
     )
 
@@ -212,9 +213,78 @@ def html(sections: Sequence[ResultSection]) -> str:
         trim_blocks=True,
         lstrip_blocks=True,
     )
-    environment.filters["sheet"] = tables.html
+    environment.filters["sheet"] = wording.html
     style = (HERE / "page.css").read_text(encoding="utf-8")
     caption = "Where the paper slips, or leaves a value open, and what is computed here"
     slips = Table(caption, ("place", "as printed", "here"), DEPARTURES)
     template = environment.get_template("page.html")
     return template.render(sections=sections, departures=slips, style=style)
+
+
+class Departure(NamedTuple):
+    """One departure: its place in the paper, what is printed there and what is computed here."""
+
+    place: str
+    """Label in the paper's TeX source, or a figure."""
+    printed: str
+    here: str
+
+
+DEPARTURES = (
+    Departure("section 1, (cond_P)", "A2 + A3 > A1", "equality admitted: body a of Table 1 has it"),
+    Departure("(gamma_dep)", "arcsin and arctan, which lose the quadrant", "atan2 forms"),
+    Departure(
+        "section 3",
+        "h0 is the energy, and also kappa J2_0^2/2",
+        "they differ by mu sin(theta2_0); which is meant is said at each place",
+    ),
+    Departure(
+        "section 3",
+        "kappa J2_0^2/2 > mu is enough for rotation",
+        "only where sin(theta2_0) >= 0; at every phase 2 mu is",
+    ),
+    Departure(
+        "sections 1 and 5",
+        "pendulum motions unstable at any h0 > mu",
+        "elliptic for some bodies, such as that of Fig. 5 for mu/h0 from 0.589 to 0.868",
+    ),
+    Departure(
+        "(eq_Ric1) at J1 = J2",
+        '"the similar Riccati equation", coefficients not printed',
+        "its own coefficients: -a0, -a1, -a2 at pi - tau",
+    ),
+    Departure(
+        "(tt), theta2 of T2",
+        "ends with cos(theta2*)",
+        "ends with cos(beta0 + epsilon alpha0 + theta2*)",
+    ),
+    Departure("(Im)", "the closed form's sign", "opposite, as its bracket says; its zeros stand"),
+    Departure("(Im)", "a divergent improper integral", "converges absolutely, like sech^2"),
+    Departure(
+        "(Im)",
+        "the phase is added to theta2*, which holds theta2_0 already",
+        "the phase is theta2_0 itself",
+    ),
+    Departure(
+        "section 5, Hess case",
+        "a countable set of orbits in which S2- and S1+ meet",
+        "the two are one surface there",
+    ),
+    Departure(
+        "section 6, Hess case",
+        "alpha gains along each separatrix",
+        "nothing along 1 and 3, as (trieq) has it",
+    ),
+    Departure(
+        "(tri1), items 1 and 3",
+        "theta1_0 = alpha0 - beta0 (+ 2 pi)",
+        "beta0 - alpha0 (+ 2 pi), as in (sol_1), (sol_12)",
+    ),
+    Departure("Fig. 4", 'J1_0 "approximately 0"', "1e-8"),
+    Departure(
+        "Fig. 5",
+        "h0 = 1.1111, no J1_0",
+        "10/9 and 2.39205e-9, at which both published routes come out",
+    ),
+)
+"""All departures, in the paper's order; `test_departures.py` has a test for each."""
