@@ -18,7 +18,7 @@ from rigidpend.experiments.data import Loaded
 from rigidpend.machine import files, wording
 from rigidpend.machine.files import Absent
 from rigidpend.machine.wording import Table
-from rigidpend.machine.workers import check_stop
+from rigidpend.machine.workers import check_stop, cores, side_by_side
 from rigidpend.results import store
 from rigidpend.runs import remedies
 from rigidpend.runs.certificate_files import beside, marked, results_in
@@ -26,6 +26,8 @@ from rigidpend.runs.certificate_files import beside, marked, results_in
 HERE = Path(__file__).parent
 COLOURS = 128
 """Colours of an image in the page."""
+FEW = 3
+"""Results whose images are reduced one after the other; more share the processors."""
 
 
 class ResultSection(NamedTuple):
@@ -116,7 +118,8 @@ def build(sources: Sequence[Path]) -> Page:
     StoreError
         None of them can be shown; Absent where none is there.
     """
-    sections = [_section(source) for source in sources]
+    jobs = cores() if len(sources) > FEW else 1
+    sections = side_by_side(_section, (), True, sources, jobs)
     problems = [said for found in sections if (said := found.problem or found.doubt)]
     # A page of nothing but complaints is no report.
     if all(found.problem for found in sections):

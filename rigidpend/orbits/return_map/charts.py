@@ -170,9 +170,7 @@ def fitted(
         if level:
             known = newton[level : level + 1, :level] @ found[:level].reshape(level, -1)
             known = chebyshev_synthesis(few_x, n_x, a) @ known.reshape(n_x, -1)
-            known = np.matmul(
-                fourier_synthesis(few, n_phase, a), known.reshape(few_x, n_phase, 4)
-            )
+            known = np.matmul(fourier_synthesis(few, n_phase, a), known.reshape(few_x, n_phase, 4))
             own = (own - known) / newton[level, level]
         own = np.matmul(fourier_analysis(few, a), own).reshape(few_x, -1)
         found[level, :few_x, : few * 4] = chebyshev_analysis(few_x, a) @ own

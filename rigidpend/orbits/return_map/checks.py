@@ -79,7 +79,11 @@ def held_out(
     energy = np.append(random.uniform(-1, 1, POINTS // ABREAST), ends)
     levels = nf.energies.centre + nf.energies.half_width * a.array(energy)
     weights = nf.energies.basis(levels, a)
-    chi, h, d = a.array(turn) * a.pi, np.repeat(levels, counts), chart.forward.width * a.array(share)
+    chi, h, d = (
+        a.array(turn) * a.pi,
+        np.repeat(levels, counts),
+        chart.forward.width * a.array(share),
+    )
     longer = length * a.number(LONGER)
     direct = section_chart(rising, d, chi, h, weights, nf, c, longer, a, counts)
     forward, inverse = (table.at(weights, counts) for table in chart)

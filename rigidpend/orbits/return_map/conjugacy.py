@@ -20,8 +20,10 @@ MOST_ITERATIONS = 12
 """Most corrections with all terms; each doubles the digits, where the series converges at all."""
 GUARD = 2.0**-8
 """Share of a rounding that terms in doubles leave of one in more bits."""
-SETTLED = 1e-14
-"""Relative correction in doubles after which the next one would be rounding."""
+SETTLED = 1e-8
+"""Relative correction in doubles after which the next one, its square, would be rounding."""
+SLOPES = 2.0**-44
+"""Share of a correction that slopes in doubles leave."""
 BEYOND = (
     "the series of the normal form cannot be inverted at the ends of the section's arcs, for it"
     " does not reach so far; a smaller mu brings them within reach"
@@ -147,8 +149,7 @@ def _inverted(
         values = head.values(u, v) + tail.values(a.floats(u), a.floats(v))
         du, dv = correction(by_u, by_v, (values[0] - Q[0], values[1] - Q[1]))
         u, v = u - du, v - dv
-        # The slopes in doubles leave 2^-40 of a correction.
-        if _relative(du, dv, u, v, a) * 2.0**-40 < 4 * a.epsilon:
+        if _relative(du, dv, u, v, a) * SLOPES < 4 * a.epsilon:
             sigma, tau = (values[k] - by_u[k] * du - by_v[k] * dv for k in (2, 3))
             return u, v, tau, sigma
     raise MapError(BEYOND)
@@ -244,29 +245,26 @@ class TorusSeries:
 
     def values(self, u: Scalar, v: Scalar) -> Any:
         """Qp, Qm, sigma and tau, (4, N)."""
-        found = [
-            np.matmul(c, self._monomials(u, v, powers_)[:, :, None])[..., 0]
-            for c, powers_ in zip((self.odd, self.even[:, None]), self.powers, strict=True)
-        ]
+        of_u, of_v = (_powers(x, self.degree + 1) for x in (u, v))
+        found = []
+        for c, powers_ in zip((self.odd, self.even[:, None]), self.powers, strict=True):
+            j, k = powers_.T
+            found.append(np.matmul(c, (of_u[:, j] * of_v[:, k])[:, :, None])[..., 0])
         return np.concatenate(found, axis=1).T
 
     def slopes(self, u: Scalar, v: Scalar, *, every: bool = False) -> tuple[Any, Any, Any]:
         """Qp and Qm, or all of `values`, with their derivatives in u and in v, (2 or 4, N) each."""
         given = [(self.odd, 0), (self.even[:, None], 1)] if every else [(self.odd[:, :2], 0)]
+        of_u, of_v = (_powers(x, self.degree + 1) for x in (u, v))
         found = []
         for c, parity in given:
-            (j, k), many = self.powers[parity].T, self.degree + 1
-            of_u, of_v = _powers(u, many), _powers(v, many)
+            j, k = self.powers[parity].T
             by_u, by_v = j * of_u[:, np.maximum(j - 1, 0)], k * of_v[:, np.maximum(k - 1, 0)]
-            of_u, of_v = of_u[:, j], of_v[:, k]
-            terms = np.stack((of_u * of_v, by_u * of_v, of_u * by_v), axis=2)
+            at_u, at_v = of_u[:, j], of_v[:, k]
+            terms = np.stack((at_u * at_v, by_u * at_v, at_u * by_v), axis=2)
             found.append(np.matmul(c, terms))
         value, along_u, along_v = np.concatenate(found, axis=1).T
         return value, along_u, along_v
-
-    def _monomials(self, u: Scalar, v: Scalar, exponents: Any) -> Any:
-        j, k = exponents.T
-        return _powers(u, self.degree + 1)[:, j] * _powers(v, self.degree + 1)[:, k]
 
 
 def _range(exponents: Any, least: int, most: int) -> slice:

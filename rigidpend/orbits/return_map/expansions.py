@@ -148,7 +148,7 @@ def in_blocks(counts: Sequence[int]) -> Iterator[tuple[slice, slice, list[int]]]
 def grouped(rows: Any, matrices: Any, counts: Any = None) -> Any:
     """Rows (N, K) times matrices (E, K, M): (N, M).
 
-    The rows come in E groups, each with a matrix of its own: `counts` of them, or all of one length.
+    The rows come in E groups, each with a matrix of its own, of `counts` rows or of one length.
     """
     many, terms, width = matrices.shape
     if counts is None or len(set(counts)) == 1:
