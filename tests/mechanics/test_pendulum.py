@@ -280,10 +280,13 @@ def test_invariant_the_small_action_grows_as_theta1_contracts(
 ) -> None:
     p, (x, phase) = fine_angles(body), fine(theta1, tau)
     h = p.mu + 1
-    _, clock, growth = beside(x, phase, p, h, family, FINE.mpf("1e-30"))
+    action = FINE.mpf("1e-30")
+    _, clock, growth = beside(x, phase, p, h, family, action)
     a = riccati_coefficients(phase, p, h, family, FINE)
     slope = along(lambda z: [theta1_rate(z[0], a, FINE)], [x], [1])[0]
-    assert abs(growth / clock + slope) < 1e-28
+    # What is left out is of first order in the action; with 1,200 bodies it was 1.6 times that by
+    # the square of the coefficients, which are large for a flat body.
+    assert abs(growth / clock + slope) < 4 * action * (1 + sum(x * x for x in a))
 
 
 @pytest.mark.parametrize("gap", [1e-3, 1e-6, 1e-9])
