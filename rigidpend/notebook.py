@@ -24,7 +24,7 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from rigidpend.config.description import Row
-    from rigidpend.experiments.data.tree import Loaded
+    from rigidpend.experiments.data import Loaded
     from rigidpend.mechanics.body import Body
 
 POINTS = 60
@@ -144,12 +144,12 @@ class TheoryTable(tuple["Row", ...]):
         return found[0].value if found[0].number is None else found[0].number
 
     def __repr__(self) -> str:
-        from rigidpend.machine.tables import columns
+        from rigidpend.machine.wording import columns
 
         return "\n".join(columns([row[:3] for row in self], 100))
 
     def _repr_html_(self) -> str:
-        from rigidpend.machine.tables import Table, html
+        from rigidpend.machine.wording import Table, html
 
         return str(html(Table("", ("name", "value", "meaning"), [row[:3] for row in self])))
 

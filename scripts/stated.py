@@ -22,10 +22,10 @@ from unittest import mock
 import numpy as np
 
 from rigidpend import Body, find_orbit, route_codes
-from rigidpend.experiments.closed_orbits.layout import ORBITS
-from rigidpend.experiments.data.bounds import ROUNDING
+from rigidpend.experiments.closed_orbits import ORBITS
+from rigidpend.experiments.compare import ROUNDING
 from rigidpend.experiments.precession.compute import uncertainty, unit_of
-from rigidpend.machine.tables import Table, markdown
+from rigidpend.machine.wording import Table, markdown
 from rigidpend.mechanics.equations import AlignedCoefficients, aligned
 from rigidpend.mechanics.floquet import periodic_orbit
 from rigidpend.mechanics.free_body import u

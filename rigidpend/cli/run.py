@@ -94,7 +94,7 @@ class Where(NamedTuple):
 @click.option("-v", "--verbose", is_flag=True, help="Print more: times, hashes, files.")
 @JSON
 @guarded
-def command(
+def run_command(
     names: tuple[str, ...],
     settings: tuple[str, ...],
     sweeps: tuple[str, ...],

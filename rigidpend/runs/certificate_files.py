@@ -14,8 +14,7 @@ from typing import Any
 
 import numpy as np
 
-from rigidpend.experiments.data.layout import TEXT, WHOLE, Field, Layout
-from rigidpend.experiments.data.tree import Data, Loaded
+from rigidpend.experiments.data import TEXT, WHOLE, Data, Field, Layout, Loaded
 from rigidpend.machine.files import CERTIFICATE
 from rigidpend.numbers.exact import exact
 from rigidpend.numbers.expressions import NO_SYMBOL

@@ -14,12 +14,11 @@ from pydantic import ValidationError
 from rigidpend import experiments
 from rigidpend.config.complaints import Complaint, ConfigError, Origin
 from rigidpend.experiments.contract import Piece
-from rigidpend.experiments.data.layout import TEXT, Field, datasets
-from rigidpend.experiments.data.tree import Data, Loaded, Tree
+from rigidpend.experiments.data import TEXT, Data, Field, Loaded, Tree, datasets
 from rigidpend.machine.code_hash import code_hash_of
 from rigidpend.machine.files import Absent
 from rigidpend.machine.progress import PartDone, tell_nobody
-from rigidpend.machine.words import short
+from rigidpend.machine.wording import short
 from rigidpend.numbers.exact import Exact, exact
 from rigidpend.numbers.expressions import NO_SYMBOL, ExactError, as_written
 from rigidpend.results import store

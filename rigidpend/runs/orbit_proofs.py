@@ -15,9 +15,9 @@ from typing import TYPE_CHECKING, Any, TypeVar
 from pydantic import ValidationError
 
 from rigidpend import experiments
-from rigidpend.experiments.data.layout import WHOLE, Field, datasets
-from rigidpend.experiments.full_shift.layout import ENERGIES, LINE, PROOF, QUADS
-from rigidpend.machine.words import short
+from rigidpend.experiments.data import WHOLE, Field, datasets
+from rigidpend.experiments.full_shift import ENERGIES, LINE, PROOF, QUADS
+from rigidpend.machine.wording import short
 from rigidpend.machine.workers import side_by_side
 from rigidpend.numbers.exact import exact
 from rigidpend.results import store

@@ -110,7 +110,8 @@ def test_the_error_told_holds_against_more_steps(monkeypatch: pytest.MonkeyPatch
 
 
 @pytest.mark.slow
-def test_agrees_engines() -> None:
+def test_agrees_engines(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(heteroclinic, "DEPTH", 20.0)
     found = increments(HESS, H0, resolve("scipy", 3e-14)).gained
     np.testing.assert_allclose(found, increments(HESS, H0, ARITHMETIC).gained, rtol=0, atol=1e-13)
 

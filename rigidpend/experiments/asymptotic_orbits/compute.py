@@ -8,10 +8,9 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from rigidpend.experiments.asymptotic_orbits.layout import LAYOUT, ORBITS, PLANE
+from rigidpend.experiments.asymptotic_orbits import LAYOUT, ORBITS, PLANE
 from rigidpend.experiments.contract import Means
-from rigidpend.experiments.data.layout import datasets
-from rigidpend.experiments.data.tree import Tree
+from rigidpend.experiments.data import Tree, datasets
 from rigidpend.mechanics import in_space
 from rigidpend.orbits.integrate.states import states_at
 from rigidpend.orbits.return_map import return_map

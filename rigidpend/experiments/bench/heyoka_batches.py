@@ -23,8 +23,7 @@ from rigidpend.experiments.bench.solvers import (
     time_unit,
     with_angles,
 )
-from rigidpend.experiments.heyoka_peer import heyoka
-from rigidpend.experiments.principal_axes import euler_poisson_field
+from rigidpend.experiments.principal_axes import euler_poisson_field, heyoka
 from rigidpend.mechanics.body import Body
 from rigidpend.mechanics.coordinates import (
     andoyer_from_body,

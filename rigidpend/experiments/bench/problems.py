@@ -13,7 +13,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from rigidpend.experiments.bench.solvers import Crossed, Task, time_unit, with_angles
-from rigidpend.experiments.data.tree import Data
+from rigidpend.experiments.data import Data
 from rigidpend.experiments.principal_axes import carry, euler_poisson_field, initial, integrator
 from rigidpend.mechanics.body import Body
 from rigidpend.mechanics.equations import cross, energy

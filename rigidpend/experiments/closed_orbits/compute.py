@@ -9,10 +9,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rigidpend.config.description import Row
-from rigidpend.experiments.closed_orbits.layout import LAYOUT
+from rigidpend.experiments.closed_orbits import LAYOUT
 from rigidpend.experiments.contract import Means
-from rigidpend.experiments.data.layout import datasets
-from rigidpend.experiments.data.tree import Tree
+from rigidpend.experiments.data import Tree, datasets
 from rigidpend.numbers.expressions import NO_SYMBOL
 from rigidpend.orbits.return_map import return_map
 from rigidpend.routes.symbolic.chain import System, on_surface, signs_of

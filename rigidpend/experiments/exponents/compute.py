@@ -10,9 +10,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rigidpend.experiments.contract import Means
-from rigidpend.experiments.data.layout import FLOAT, WHOLE, Field, datasets
-from rigidpend.experiments.data.tree import Tree
-from rigidpend.experiments.exponents.layout import LAYOUT
+from rigidpend.experiments.data import FLOAT, WHOLE, Field, Tree, datasets
+from rigidpend.experiments.exponents import LAYOUT
 from rigidpend.machine.progress import PartDone
 from rigidpend.numbers.exact import exact
 from rigidpend.numbers.expressions import NO_SYMBOL

@@ -12,9 +12,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rigidpend.experiments.contract import Means
-from rigidpend.experiments.data.layout import datasets
-from rigidpend.experiments.data.tree import Data, Tree
-from rigidpend.experiments.full_shift.layout import (
+from rigidpend.experiments.data import Data, Tree, datasets
+from rigidpend.experiments.full_shift import (
     APPROACH,
     DRAWN,
     ENERGIES,

@@ -9,9 +9,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rigidpend.experiments.contract import Means
-from rigidpend.experiments.data.layout import datasets
-from rigidpend.experiments.data.tree import Data, Tree
-from rigidpend.experiments.herpolhodes.layout import CASE, LAYOUT
+from rigidpend.experiments.data import Data, Tree, datasets
+from rigidpend.experiments.herpolhodes import CASE, LAYOUT
 from rigidpend.mechanics.in_space import plateaus
 from rigidpend.numbers.generic import Array
 from rigidpend.routes.codes import RouteCodes, codes_of

@@ -8,9 +8,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rigidpend.experiments.contract import Means
-from rigidpend.experiments.data.layout import datasets
-from rigidpend.experiments.data.tree import Tree
-from rigidpend.experiments.phase_portraits.layout import LAYOUT
+from rigidpend.experiments.data import Tree, datasets
+from rigidpend.experiments.phase_portraits import LAYOUT
 from rigidpend.mechanics import free_body
 from rigidpend.mechanics.body import Body
 from rigidpend.mechanics.coordinates import TURN

@@ -11,9 +11,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from rigidpend.experiments.contract import Means
-from rigidpend.experiments.data.layout import datasets
-from rigidpend.experiments.data.tree import Data, Tree
-from rigidpend.experiments.route_codes.layout import LAYOUT, ROUTES
+from rigidpend.experiments.data import Data, Tree, datasets
+from rigidpend.experiments.route_codes import LAYOUT, ROUTES
 from rigidpend.machine import progress, workers
 from rigidpend.numbers.exact import Exact
 from rigidpend.numbers.expressions import NO_SYMBOL

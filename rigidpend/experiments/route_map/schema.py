@@ -8,8 +8,7 @@ from typing import Annotated, Any, Literal, Self
 
 from pydantic import Discriminator, Field, Tag, model_validator
 
-from rigidpend.config.axes import Axis, Range, distinct
-from rigidpend.config.bodies import RouteStart
+from rigidpend.config.bodies import Axis, Range, RouteStart, distinct
 from rigidpend.config.schema import (
     AUTO,
     ExperimentConfig,

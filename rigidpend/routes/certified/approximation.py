@@ -23,6 +23,7 @@ from flint import arb, fmpz_poly
 from rigidpend.machine.workers import check_stop
 from rigidpend.mechanics.equations import AlignedCoefficients, aligned
 from rigidpend.numbers.generic import Array
+from rigidpend.orbits.integrate.states import states_at
 from rigidpend.routes.certified.models import Model
 from rigidpend.routes.certified.pieces import ORBIT_CLOCK, Step
 
@@ -175,7 +176,9 @@ class Approximation:
         share = 1.0
         while True:
             half = share * self.longest / 2
-            states = _refined(_runge_kutta(begin, half, self.doubles), half, self.doubles)
+            times = half * (1 + rule(FIRST_NODES).nodes[1:])
+            ahead = states_at(self.doubles, np.array(begin), times)
+            states = np.column_stack((begin, ahead))
             # A step does not end near M3 = 0, for the checker must tell its sign at both ends (H4).
             if abs(states[2, -1]) > CLEAR * self.size or share < SHORTEST:
                 return half, states
@@ -267,36 +270,6 @@ def _fundamental(J: Array, middle: Array, lengths: Array) -> Array:
     for k, step in enumerate(steps):
         np.matmul(step, Y[k], out=Y[k + 1])
     return Y
-
-
-def _runge_kutta(begin: Sequence[float], half: float, c: AlignedCoefficients) -> Array:
-    """Values at the nodes of the first rule, (6, n), to some six digits."""
-    found = [tuple(begin)]
-    for dx in np.diff(rule(FIRST_NODES).nodes):
-        h, x = half * float(dx), found[-1]
-        a = aligned(x, c)
-        b = aligned([u + h / 2 * v for u, v in zip(x, a, strict=True)], c)
-        d = aligned([u + h / 2 * v for u, v in zip(x, b, strict=True)], c)
-        e = aligned([u + h * v for u, v in zip(x, d, strict=True)], c)
-        slopes = zip(a, b, d, e, strict=True)
-        found.append(
-            tuple(
-                u + h / 6 * (p + 2 * q + 2 * r + s)
-                for u, (p, q, r, s) in zip(x, slopes, strict=True)
-            )
-        )
-    return np.array(found).T
-
-
-def _refined(states: Array, half: float, c: AlignedCoefficients) -> Array:
-    """The same values to the rounding of doubles, by Newton's iteration."""
-    linear = _Linear(states, c, half)
-    begin, integral = states[:, :1], half * linear.rule.integral.T
-    # Each step squares the error: of the six digits at first two make all that doubles hold.
-    for _ in range(2):
-        residual = begin + np.array(aligned(states, c)) @ integral - states
-        states = states + linear.solve(residual.T[..., None])[..., 0].T
-    return states
 
 
 def _corrected(

@@ -10,7 +10,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from rigidpend.machine.words import short
+from rigidpend.machine.wording import short
 from rigidpend.mechanics.body import Body
 from rigidpend.numbers import checked
 from rigidpend.numbers.exact import Exact

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from rigidpend.experiments.exponents import compute as exponents
-from rigidpend.experiments.exponents.report import tables
+from rigidpend.experiments.exponents.draw import tables
 from rigidpend.numbers.exact import exact
 from rigidpend.routes.cells import Cells, cells_of_starts
 from rigidpend.routes.problem import RouteProblem

@@ -9,12 +9,11 @@ from typing import Any
 import numpy as np
 import pytest
 
+from rigidpend.experiments.compare import differences
 from rigidpend.experiments.contract import Means
-from rigidpend.experiments.data.compare import differences
-from rigidpend.experiments.data.layout import datasets
+from rigidpend.experiments.data import datasets
+from rigidpend.experiments.full_shift import LAYOUT, draw
 from rigidpend.experiments.full_shift import compute as full_shift
-from rigidpend.experiments.full_shift import report
-from rigidpend.experiments.full_shift.layout import LAYOUT
 from rigidpend.experiments.full_shift.schema import Config
 from rigidpend.numbers.checked import ParameterError
 from rigidpend.results import store
@@ -249,7 +248,7 @@ def coverings_quads(data: Any) -> list[Any]:
 
 def test_bounds_are_rounded_outward() -> None:
     result = reference("full_shift")
-    [relations, sets] = report.tables(result)
+    [relations, sets] = draw.tables(result)
     assert len(relations.rows) == 8
     proven = result["data"]["relations"]
     for at, above, below in ((2, "edge", "across"), (4, "stretch", "squeeze")):

@@ -13,7 +13,7 @@ import numpy as np
 import pytest
 
 from rigidpend.machine import cache
-from rigidpend.machine.kept import KeptFileWarning
+from rigidpend.machine.cache import KeptFileWarning
 from rigidpend.machine.workers import side_by_side
 from rigidpend.mechanics.equations import AlignedCoefficients
 from rigidpend.orbits.integrate import bigint
