@@ -194,6 +194,27 @@ def test_symbols_of_random_phases_are_held_against_113_bits(
         assert made["last_crossing"] < 1e-6
 
 
+@pytest.mark.parametrize(("seconds", "orbits"), [(5.9, 30), (6.1, 40)])
+def test_no_further_chunk_of_random_phases_is_begun_after_the_time_that_there_is(
+    monkeypatch: pytest.MonkeyPatch, clock: list[float], seconds: float, orbits: int
+) -> None:
+    """An orbit takes 0.2 s; what is solved before the clock runs does not count."""
+
+    def made(_: str, task: Task, __: Any) -> Solver:
+        n = task.states.shape[1]
+
+        def solve() -> Crossed:
+            clock[0] += 0.2 * n
+            return Crossed(np.zeros((15, n), dtype=np.uint8), np.zeros((16, n)), None)
+
+        return Solver(solve)
+
+    monkeypatch.setattr(counts, "CHUNK", 10)
+    monkeypatch.setattr(counts, "made", made)
+    for line in counts.random_phases({"x": {}}, 50, seconds):
+        assert (line["orbits"], line["seconds"]) == (orbits, pytest.approx(0.2 * orbits))
+
+
 def test_random_orbits_are_the_same_in_every_run() -> None:
     one, more = random_routes(SHORT, 5), random_routes(SHORT, 9)
     np.testing.assert_array_equal(one.states, more.of(np.arange(5)).states)

@@ -11,6 +11,8 @@ from rigidpend.orbits.return_map.orders import (
     LARGEST_RADIUS,
     Orders,
     arc_length,
+    border_of,
+    cost,
     first_look,
     radius,
 )
@@ -53,6 +55,7 @@ def test_arcs_end_where_both_components_are_equal(rough: Coefficients) -> None:
     J2 = math.sqrt(2 * H / c.kappa)
     x, Q = arc_length(rough, H, d) * J2 * c.half_sigma, J2 * 2 * c.half_sigma
     assert d * math.exp(x) / 2 == pytest.approx(2 * Q * math.exp(-x))
+    assert border_of(rough, H, d) == pytest.approx(d * math.exp(x) / 2)
 
 
 @pytest.mark.parametrize(
@@ -70,3 +73,12 @@ def test_only_orders_that_were_too_small_are_raised_by_a_fifth(
     """Those of the normal form and of phases to odd numbers."""
     asked = {name: name in raised for name in ("inner", "x", "phase", "energy")}
     assert Orders(21, 31, 10, 41, 51, 5, 2.5).larger(**asked) == (*expected, 2.5)
+
+
+@pytest.mark.parametrize("name", Orders._fields)
+def test_a_map_of_larger_orders_costs_more(rough: Coefficients, name: str) -> None:
+    """And not more than the largest power of them in the number of operations."""
+    orders = Orders(21, 31, 20, 81, 91, 5, 2.5)
+    twice = orders._replace(**{name: 2 * getattr(orders, name)})
+    share = cost(twice, rough, H, 53) / cost(orders, rough, H, 53)
+    assert 1.02 < share < 8

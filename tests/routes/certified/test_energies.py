@@ -67,12 +67,6 @@ class Found(NamedTuple):
     line: StartLine
     starts: list[FamilyStep]
 
-    @property
-    def shift(self) -> Fraction:
-        off = (self.setting.h - H0).fraction
-        assert off is not None
-        return off
-
     def numbers(self, wider: float = 1.0) -> sections.Numbers:
         spread = self.setting.spread * Fraction(wider)
         return sections.Numbers.of(BODY, self.setting.h, spread, H0)
@@ -80,7 +74,9 @@ class Found(NamedTuple):
     def problem(self, wider: float = 1.0) -> script.Problem:
         given = {name: x for name, x in GIVEN.items() if name != "h"}
         spread = self.setting.spread * Fraction(wider)
-        return script.problem_of({**given, "h0": "1.3342", "shift": self.shift, "spread": spread})
+        return script.problem_of(
+            {**given, "h0": "1.3342", "shift": self.setting.shift, "spread": spread}
+        )
 
 
 @pytest.fixture(scope="module")
@@ -234,7 +230,7 @@ def test_starts_have_energies_of_which_sets_are_known(
     """The largest w along the line, in doubles, beside 1."""
     theta2 = start_lines.line(found.setting, J1, found.quads)[1]
     energies = start_lines.LineStarts(found.setting, J1).energies(np.linspace(*theta2, 99))
-    most = float(np.abs(energies - float(found.shift)).max() / float(found.setting.spread))
+    most = float(np.abs(energies - float(found.setting.shift)).max() / float(found.setting.spread))
     other = passages.arrival, found.numbers(most * factor), found.line, found.starts
     steps = [step(x) for x in found.starts]
     theirs = script.arrival, found.problem(most * factor), script.Line(*found.line), steps
@@ -258,9 +254,15 @@ def test_the_line_of_starts_is_that_of_fig_4(found: Found) -> None:
         # kappa J2_0^2/2 is h0, and so the energy is more than it by the weight alone.
         c = start.coefficients
         height = unit**2 * (float(c.mu_r1.mid()) * gamma[0] + float(c.mu_r2.mid()) * gamma[1])
-        w = (height - float(found.shift)) / float(found.setting.spread)
+        w = (height - float(found.setting.shift)) / float(found.setting.spread)
         assert value(arrival.w, u, 0.0) == pytest.approx(w, abs=1e-6)
         assert abs(w) < 1
+
+
+@pytest.mark.parametrize(("wider", "said"), [(1.0, ""), (1.01, ", in wider sets")])
+def test_what_is_tried_is_said(wider: float, said: str) -> None:
+    setting = horseshoe.ShiftProblem(BODY, H0, 14, width=wider * horseshoe.WIDTH)
+    assert setting.described == f"14 half rotations{said}"
 
 
 @pytest.mark.parametrize(("by", "inside"), [("99/100", True), ("101/100", False)])
@@ -292,6 +294,9 @@ def test_a_proof_is_of_the_energies_of_its_config(
     spread = Fraction(1.3342e-6 * by)
     assert said(full_shift._numbers, config, Fraction(shift), spread).startswith(reason)
     assert bool(said(full_shift._numbers, config, Fraction(shift), spread)) is bool(reason)
+    if not reason:
+        found = full_shift._numbers(config, Fraction(shift), spread)
+        assert (found.h0 is None, found.spread) == (changes != OWN, spread)
     given = {"A": GIVEN["A"], "r": GIVEN["r"], "mu": GIVEN["mu"], "J1_0": "1e-8"}
     name = "h0" if changes == OWN else "h"
     given |= {name: GIVEN["h"], "around": "1e-6" if len(changes) == 1 else "0"}

@@ -5,9 +5,11 @@ from __future__ import annotations
 import random
 from fractions import Fraction
 
+import numpy as np
 import pytest
 from flint import arb
 
+from rigidpend.routes.certified.approximation import rule
 from rigidpend.routes.certified.models import Model
 from rigidpend.routes.certified.precision import precision
 from rigidpend.routes.certified.signs import BITS, Values
@@ -127,3 +129,14 @@ def test_the_precision_is_left_as_it_was() -> None:
         with pytest.raises(ZeroDivisionError), precision(200):
             raise ZeroDivisionError
         assert len(str(arb(1) / 3)) < 40
+
+
+def test_a_rule_is_exact_for_polynomials() -> None:
+    """At its nodes, halfway between them in angle, and of the integral from -1."""
+    of, p = rule(9), np.polynomial.Polynomial([3, -1, 4, 1, -5, 9, 2, -6])
+    values, halfway = p(of.nodes), -np.cos(np.pi * (np.arange(8) + 0.5) / 8)
+    np.testing.assert_allclose(of.middles @ values, p(halfway), rtol=1e-13)
+    np.testing.assert_allclose(of.integral @ values, p.integ(lbnd=-1)(of.nodes), atol=1e-13)
+    doubled = np.polynomial.chebyshev.poly2cheb(p.coef) * [2, *[1] * 7]
+    np.testing.assert_allclose(of.series @ values, [*doubled, 0], atol=1e-13)
+    np.testing.assert_allclose(of.values @ [*doubled, 0], values, rtol=1e-13)

@@ -107,7 +107,7 @@ def test_averages_over_cycles_are_those_of_a_long_orbit(orbits: list[ClosedOrbit
     error = np.std(parts, ddof=1) / math.sqrt(20)
     for n in range(2, 7):
         assert abs(lyapunov(orbits, n) - np.mean(grown[1:])) < 3 * error < 0.015
-    with pytest.raises(ValueError, match="points"):
+    with pytest.raises(ValueError, match="points of period 6 instead of 64"):
         lyapunov(orbits[1:], 6)
 
 
