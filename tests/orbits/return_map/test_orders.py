@@ -6,7 +6,9 @@ import math
 
 import pytest
 
+from rigidpend.numbers.exact import exact
 from rigidpend.orbits.return_map import MapError, orders
+from rigidpend.orbits.return_map.build import FIRST, expected_cost
 from rigidpend.orbits.return_map.orders import (
     LARGEST_RADIUS,
     Orders,
@@ -82,3 +84,16 @@ def test_a_map_of_larger_orders_costs_more(rough: Coefficients, name: str) -> No
     twice = orders._replace(**{name: 2 * getattr(orders, name)})
     share = cost(twice, rough, H, 53) / cost(orders, rough, H, 53)
     assert 1.02 < share < 8
+
+
+def test_a_normal_form_costs_as_the_square_of_its_degree(rough: Coefficients) -> None:
+    """Where charts cost little."""
+    few, many = (cost(Orders(n, 99, 2, 3, 3, 9, 2.5), rough, H, 53) for n in (50, 100))
+    assert 3.5 < many / few < 4.2
+
+
+def test_a_map_in_more_bits_is_expected_to_cost_more() -> None:
+    h = exact("1.3342")
+    costs = [expected_cost(FIG4, h, h, bits, FIRST) for bits in (53, 64, 106, 113)]
+    assert costs == sorted(costs)
+    assert costs[-1] < 4 * costs[0]
