@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 from rigidpend import experiments
+from rigidpend.experiments.asymptotic_surfaces.layout import CURVES
 from rigidpend.orbits.integrate.arithmetic import resolve
 from tests.experiments.trees import asked, computed, differences, plain, with_change
 
@@ -81,3 +82,10 @@ def test_samples_at_other_times_are_no_agreement(data: Any) -> None:
     later = with_change(data, lambda d: d["bodies"]["a"]["S1_minus"]["sample"].__iadd__(10000))
     [found] = differences("asymptotic_surfaces", data, later)
     assert "same times" in found
+
+
+@pytest.mark.parametrize(("off", "told"), [(0.9e-11, 0), (1.1e-11, 1)])
+def test_phases_at_the_cut_are_near_each_other(off: float, told: int) -> None:
+    within: Any = CURVES["S1_minus"]["theta2_0"].within
+    stored, fresh = ({"theta2_0": np.array([x])} for x in (0.0, 2 * np.pi - off))
+    assert len(within.apart("theta2_0", stored, fresh)) == told
