@@ -89,3 +89,13 @@ def test_phases_at_the_cut_are_near_each_other(off: float, told: int) -> None:
     within: Any = CURVES["S1_minus"]["theta2_0"].within
     stored, fresh = ({"theta2_0": np.array([x])} for x in (0.0, 2 * np.pi - off))
     assert len(within.apart("theta2_0", stored, fresh)) == told
+
+
+@pytest.mark.parametrize(("off", "told"), [(0.9e-12, 0), (1.1e-12, 1)])
+def test_points_are_compared_where_both_results_have_one(off: float, told: int) -> None:
+    """The fresh one lacks the second of four; at J1 = J2/2 an error has not grown."""
+    within: Any = CURVES["S1_minus"]["theta1"].within
+    stored = {"sample": np.arange(4), "theta1": np.arange(4.0), "offsets": np.array([0, 4])}
+    fresh = {"sample": np.array([0, 2, 3]), "theta1": np.array([0.0, 2.0, 3.0 + off])}
+    both = stored | {"J1_over_J2": np.full(4, 0.5)}, fresh | {"offsets": np.array([0, 3])}
+    assert len(within.apart("theta1", *both)) == told
