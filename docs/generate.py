@@ -26,7 +26,7 @@ from rigidpend.config import catalogue
 from rigidpend.config.schema import ExperimentConfig, comment, nested
 from rigidpend.numbers.exact import Exact
 from rigidpend.render import captions
-from rigidpend.render.report.departures import DEPARTURES
+from rigidpend.render.report import DEPARTURES
 from rigidpend.runs import loading
 
 COMMON = ("figure", "experiment")

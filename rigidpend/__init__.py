@@ -19,10 +19,10 @@ from the bottom upwards. A folder's own docstring lists what is in it.
 ============ ===================================================================
 cli/         the command line, a thin module for each command; `notebook` is its
              twin for Python
-render/      figures from stored results, and in report/ one page of all of them
+render/      figures from stored results, and one page of all of them
 runs/        from configs to results: plans, parts, progress, provenance
 results/     HDF5 files of results: written whole, opened as data only, safe
-experiments/ one folder each: schema, layout, computation, drawing, report; with
+experiments/ one folder each: layout, schema, computation and drawing; with
              the contract that they keep, and plots/ that they share
 config/      YAML configs, read and checked with the place of every value
 surfaces/    asymptotic surfaces S1- and S2+: Melnikov, splitting, heteroclinic

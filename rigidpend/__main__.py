@@ -1,5 +1,6 @@
 """Entry point of the process, as ``rigidpend`` and as ``python -m rigidpend``."""
 
+import atexit
 import gc
 import os
 import signal
@@ -12,7 +13,9 @@ def main() -> None:
     if signal.getsignal(signal.SIGINT) is signal.default_int_handler:
         signal.signal(signal.SIGINT, signal.SIG_DFL)
     # To look for garbage among what was just imported is a tenth of a start.
-    gc.set_threshold(50_000)
+    gc.set_threshold(200_000)
+    # And so is the same look once more when the process ends, which gives its memory back anyway.
+    atexit.register(gc.freeze)
     settle_streams()
     from rigidpend.machine import signals
 

@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 from rigidpend.config.catalogue import RESULTS
 from rigidpend.numbers import checked
-from rigidpend.numbers.parameters import ParameterError
+from rigidpend.numbers.checked import ParameterError
 
 if TYPE_CHECKING:
     import numpy as np
@@ -24,7 +24,7 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from rigidpend.config.description import Row
-    from rigidpend.experiments.data.tree import Loaded
+    from rigidpend.experiments.data import Loaded
     from rigidpend.mechanics.body import Body
 
 POINTS = 60
@@ -63,7 +63,7 @@ class StoredResult:
     @property
     def words(self) -> dict[str, list[str]]:
         """Route codes as texts, one an orbit, for each array of them: ``?`` if uncertain."""
-        from rigidpend.numbers.alphabet import words
+        from rigidpend.numbers.expressions import words
 
         groups = self.values.get("levels", self.values).items()
         held = {name: x for name, x in groups if isinstance(x, Mapping) and "certain" in x}
@@ -144,12 +144,12 @@ class TheoryTable(tuple["Row", ...]):
         return found[0].value if found[0].number is None else found[0].number
 
     def __repr__(self) -> str:
-        from rigidpend.machine.tables import columns
+        from rigidpend.machine.wording import columns
 
         return "\n".join(columns([row[:3] for row in self], 100))
 
     def _repr_html_(self) -> str:
-        from rigidpend.machine.tables import Table, html
+        from rigidpend.machine.wording import Table, html
 
         return str(html(Table("", ("name", "value", "meaning"), [row[:3] for row in self])))
 
@@ -298,7 +298,7 @@ def orbit(
     """
     import numpy as np
 
-    from rigidpend.mechanics import hodograph
+    from rigidpend.mechanics import in_space
     from rigidpend.numbers.exact import PRECISIONS
     from rigidpend.orbits.integrate.arithmetic import resolve
     from rigidpend.orbits.integrate.states import states_at
@@ -311,7 +311,7 @@ def orbit(
     times = _samples(time, period / POINTS if step is None else step, period)
     arithmetic = resolve(engine, None, PRECISIONS)
     states = states_at(
-        hodograph.field_without_alpha(body),
+        in_space.field_without_alpha(body),
         herpolhode.initial_state(problem, float(checked.number("theta2_0", theta2_0))),
         times,
         engine=arithmetic.engine,

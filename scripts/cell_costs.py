@@ -9,10 +9,9 @@ from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import Any
 
-from rigidpend.experiments.data.layout import datasets
-from rigidpend.experiments.route_map import compute
-from rigidpend.experiments.route_map.layout import PLANE
-from rigidpend.machine.tables import Table, seconds
+from rigidpend.experiments.data import datasets
+from rigidpend.experiments.route_map import PLANE, compute
+from rigidpend.machine.wording import Table, seconds
 from rigidpend.orbits.integrate.arithmetic import resolve
 from rigidpend.results import store
 from rigidpend.runs import loading

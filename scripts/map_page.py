@@ -20,7 +20,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from rigidpend.experiments.plots import BLUE, GREEN, ORANGE, RED, WIDTH
-from rigidpend.machine.tables import Table, markdown
+from rigidpend.machine.wording import Table, markdown
 from rigidpend.mechanics.body import Body
 from rigidpend.numbers.exact import exact
 from rigidpend.orbits.return_map import MapError, ReturnMap, kernel, return_map

@@ -19,7 +19,7 @@ import tempfile
 from collections.abc import Iterator, Sequence
 from pathlib import Path
 
-from rigidpend.machine.tables import Table, markdown
+from rigidpend.machine.wording import Table, markdown
 from rigidpend.mechanics.body import Body
 from rigidpend.numbers.exact import exact
 from rigidpend.orbits.return_map import MapError

@@ -18,9 +18,9 @@ import numpy as np
 from docs import floors
 from rigidpend.experiments.bench import report as reading
 from rigidpend.experiments.bench.methods import METHODS, OWN, PROBLEMS
-from rigidpend.experiments.data.tree import Data, Loaded
-from rigidpend.experiments.stress import report as trials
-from rigidpend.machine.tables import (
+from rigidpend.experiments.data import Data, Loaded
+from rigidpend.experiments.stress import draw as trials
+from rigidpend.machine.wording import (
     Table,
     markdown,
     seconds,

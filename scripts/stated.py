@@ -22,16 +22,16 @@ from unittest import mock
 import numpy as np
 
 from rigidpend import Body, find_orbit, route_codes
-from rigidpend.experiments.closed_orbits.layout import ORBITS
-from rigidpend.experiments.data.bounds import ROUNDING
+from rigidpend.experiments.closed_orbits import ORBITS
+from rigidpend.experiments.compare import ROUNDING
 from rigidpend.experiments.precession.compute import uncertainty, unit_of
-from rigidpend.machine.tables import Table, markdown
+from rigidpend.machine.wording import Table, markdown
 from rigidpend.mechanics.equations import AlignedCoefficients, aligned
 from rigidpend.mechanics.floquet import periodic_orbit
-from rigidpend.mechanics.precession import turning_rate
-from rigidpend.mechanics.separatrices import u
-from rigidpend.numbers.doubles import Array
+from rigidpend.mechanics.free_body import u
+from rigidpend.mechanics.in_space import turning_rate
 from rigidpend.numbers.exact import context, exact, fraction
+from rigidpend.numbers.generic import Array
 from rigidpend.orbits.integrate.arithmetic import resolve
 from rigidpend.orbits.integrate.states import states_at
 from rigidpend.orbits.return_map import MapError, return_map
@@ -43,10 +43,10 @@ from rigidpend.routes.symbolic.chain import NoOrbit
 from rigidpend.routes.symbolic.closed import closed, words
 from rigidpend.routes.symbolic.doubly import doubly_asymptotic
 from rigidpend.routes.symbolic.integrated import actions, closing, passages
+from rigidpend.routes.symbolic.levels import Level
+from rigidpend.routes.symbolic.levels import surface as orbits_of
 from rigidpend.routes.symbolic.skeleton import skeleton
 from rigidpend.routes.symbolic.stretching import stretched
-from rigidpend.routes.symbolic.surface import surface as orbits_of
-from rigidpend.routes.symbolic.tables import Level
 from rigidpend.surfaces import heteroclinic, splitting
 from rigidpend.surfaces.surface_orbits import (
     coefficients,

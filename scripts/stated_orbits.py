@@ -14,7 +14,7 @@ from rigidpend.experiments.bench.solvers import time_unit, with_angles
 from rigidpend.experiments.principal_axes import carry, initial, integrator
 from rigidpend.mechanics import pendulum
 from rigidpend.mechanics.equations import AlignedCoefficients, aligned, aligned_coefficients
-from rigidpend.mechanics.hodograph import alpha_ahead, angular_velocity
+from rigidpend.mechanics.in_space import alpha_ahead, angular_velocity
 from rigidpend.numbers.exact import Exact, context, exact, fraction
 from rigidpend.orbits.integrate.states import states_at
 from rigidpend.orbits.return_map.poincare import section_state

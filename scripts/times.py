@@ -26,7 +26,7 @@ from typing import Any
 from rigidpend import Body, find_orbit, route_codes
 from rigidpend.experiments.contract import Piece
 from rigidpend.machine.progress import tell_nobody
-from rigidpend.machine.tables import Table, markdown, seconds
+from rigidpend.machine.wording import Table, markdown, seconds
 from rigidpend.runs import cluster
 from rigidpend.runs.provenance import provenance
 from scripts.cell_costs import cell_table

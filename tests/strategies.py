@@ -97,6 +97,11 @@ def floats_of(body: Body) -> tuple[Any, Any, float]:
     return A, r / np.linalg.norm(r), float(body.mu)
 
 
+def in_units(c: Canonical, factor: Any) -> Canonical:
+    """The same state, its actions in units of 1/factor."""
+    return c._replace(J1=c.J1 * factor, J2mJ1=c.J2mJ1 * factor, J3=c.J3 * factor)
+
+
 def fine_angles(body: Body) -> Angles:
     return Angles(*map(FINE.mpf, body.angles(FINE.prec)))
 

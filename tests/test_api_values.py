@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 
 import rigidpend
-from rigidpend.numbers.parameters import ParameterError
+from rigidpend.numbers.checked import ParameterError
 from rigidpend.orbits.return_map.build import FIRST
 
 BODY = rigidpend.Body(A=(2, 1, "3/2"), r=(1, 1, 0), mu="0.001")

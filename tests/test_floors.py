@@ -18,7 +18,7 @@ ROOT = Path(__file__).resolve().parents[1]
 
 SLIPS = {
     "Floors": ("mechanics/jacobi.py", "from rigidpend.orbits import integrate"),
-    "Circles": ("mechanics/free_body.py", "from rigidpend.mechanics import separatrices"),
+    "Circles": ("mechanics/free_body.py", "from rigidpend.mechanics import in_space"),
     "what checks a proof": (
         "routes/certified/checker.py",
         "import rigidpend.routes.certified.proofs",

@@ -13,7 +13,7 @@ from docs import generate
 from rigidpend import cli, experiments
 from rigidpend.config import catalogue
 from rigidpend.config.schema import Number, Part
-from rigidpend.render.report.departures import DEPARTURES
+from rigidpend.render.report import DEPARTURES
 from rigidpend.runs import loading
 
 NAMED = {"problem.bodies", "problem.arrays", "problem.cases", "problem.zooms"}

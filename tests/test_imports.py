@@ -76,7 +76,7 @@ def test_help_and_completion_of_names_import_nothing_heavy(tmp_path: Path) -> No
     """One process asks for all: whoever of them imports something is found by asking fewer."""
     helps = [f"{name} --help" for name in COMMANDS]
     found = modules(HELP.replace("LINES", repr(helps)), tmp_path)
-    assert {f"rigidpend.cli.{name}" for name in ("run", "find", "bench")} <= found
+    assert {f"rigidpend.cli.{name}" for name in ("run", "find", "measure")} <= found
     assert found & HEAVY == set()
     assert modules(COMPLETION, tmp_path, "run fig", "ru", "run fig4 --for") & HEAVY == set()
 

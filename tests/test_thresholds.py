@@ -8,7 +8,7 @@ from typing import Any
 import pytest
 
 from rigidpend import certify_codes, find_orbit
-from rigidpend.experiments.route_zoom import report
+from rigidpend.experiments.route_zoom import draw
 from rigidpend.numbers.exact import exact
 from rigidpend.orbits.return_map import return_map, storage
 from rigidpend.routes.certified import codes
@@ -74,4 +74,4 @@ def test_an_argument_is_accepted_up_to_its_limits_and_not_beyond(
 def test_a_centre_is_shown_to_a_hundredth_of_its_step_and_two_digits_at_least(
     step: float, shown: str
 ) -> None:
-    assert report.decimals_of({"step": step, "centre": "1.23456789"}) == shown
+    assert draw.decimals_of({"step": step, "centre": "1.23456789"}) == shown

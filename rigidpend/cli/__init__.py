@@ -1,4 +1,4 @@
-"""Command line: one thin module for each command, which imports what is heavy when it is used."""
+"""Command line: thin modules of commands, which import what is heavy when it is used."""
 
 from __future__ import annotations
 
@@ -11,17 +11,21 @@ import rigidpend
 from rigidpend.cli import common
 
 COMMANDS = {
-    **{name: name for name in ("run", "render", "report")},
-    "list": "listing",
-    **{name: name for name in ("describe", "theory", "find", "certify", "verify", "reference")},
-    **{name: name for name in ("bench", "stress", "cache", "doctor", "completion")},
+    "run": "run",
+    **dict.fromkeys(("render", "report"), "render"),
+    **dict.fromkeys(("list", "describe"), "show"),
+    **{name: name for name in ("find", "certify")},
+    **dict.fromkeys(("verify", "reference"), "verify"),
+    **dict.fromkeys(("bench", "stress"), "measure"),
+    **dict.fromkeys(("cache", "doctor", "completion"), "computer"),
 }
 """Modules of the commands, in the order in which they are listed."""
 
 
 def command(name: str) -> click.Command:
     """The command of a name."""
-    found: click.Command = importlib.import_module(f"rigidpend.cli.{COMMANDS[name]}").command
+    module = importlib.import_module(f"rigidpend.cli.{COMMANDS[name]}")
+    found: click.Command = getattr(module, f"{name}_command")
     return found
 
 

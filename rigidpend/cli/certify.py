@@ -44,7 +44,7 @@ if TYPE_CHECKING:
 @click.option("--force", is_flag=True, help="Prove even what is up to date.")
 @JSON
 @guarded
-def command(
+def certify_command(
     names: tuple[str, ...],
     settings: tuple[str, ...],
     name: str | None,

@@ -20,7 +20,7 @@ import click
 
 from rigidpend.cli import complete
 from rigidpend.config.catalogue import RESULTS
-from rigidpend.machine import signals, words
+from rigidpend.machine import signals, wording
 
 DONE, FAILED, MISUSED, ABSENT, INTERNAL = 0, 1, 2, 3, 4
 """Exit codes of the commands.
@@ -175,7 +175,7 @@ def exit_code(error: BaseException) -> int:
     """Exit code of an error, by its class."""
     # A module of our own that is absent is a broken installation, no extra to be installed.
     if isinstance(error, ImportError):
-        return ABSENT if words.library(error) else INTERNAL
+        return ABSENT if wording.library(error) else INTERNAL
     # The nearest class that is known decides, so that a kind may differ from what it derives from.
     names = (kind.__name__ for kind in type(error).__mro__)
     return next((KINDS[name] for name in names if name in KINDS), INTERNAL)
@@ -190,7 +190,9 @@ def sentence(error: BaseException, log: Callable[[BaseException], Path] | None =
     if type(error) is ModuleNotFoundError and code == ABSENT:
         return f"{error.name} is needed and not installed"
     if type(error) is ImportError and code == ABSENT:
-        return f"{words.library(error)} cannot be loaded ({words.short(error)}): install it anew"
+        return (
+            f"{wording.library(error)} cannot be loaded ({wording.short(error)}): install it anew"
+        )
     if isinstance(error, OSError):
         named = f"{str(error.filename)[:MOST]}: " if error.filename else ""
         return f"{named}{error.strerror or error}"
@@ -250,30 +252,6 @@ def folder_of(path: Path, folder: Path) -> Path:
     return path.parent if path.suffix == ".h5" else folder
 
 
-def measured(
-    name: str, quick: bool, settings: Sequence[str], folder: Path, *, force: bool, jobs: int
-) -> Path:
-    """Run a measurement unless it is up to date, and draw it; its result."""
-    from rigidpend import render
-    from rigidpend.config.catalogue import resolve
-    from rigidpend.runs import loading, runner
-
-    [path] = resolve((f"{name}_quick" if quick else name,))
-    planned = runner.plan(loading.load(path, settings), folder, force=force)
-
-    def tell(text: str) -> None:
-        say(f"{planned.config.name}: {text}")
-
-    if planned.reason:
-        runner.follow(planned, jobs=jobs, say=tell)
-    else:
-        tell(f"{planned.target} is up to date")
-    picture = planned.target.with_suffix(".png")
-    render.render([planned.target], picture)
-    tell(f"{picture} drawn")
-    return planned.target
-
-
 def say(text: str) -> None:
     """Write a message on stderr, so that stdout holds data only; a full disk loses the message."""
     try:
@@ -330,7 +308,7 @@ def print_rows(rows: Sequence[Any], margin: str = "") -> None:
 
 def print_table(rows: Sequence[Sequence[str]], margin: str = "") -> None:
     """Print rows in columns that fit the terminal, or 80 characters where there is none."""
-    from rigidpend.machine import tables
+    from rigidpend.machine import wording
 
-    for line in tables.columns(rows, shutil.get_terminal_size().columns, margin):
+    for line in wording.columns(rows, shutil.get_terminal_size().columns, margin):
         click.echo(line)

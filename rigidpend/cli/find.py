@@ -72,7 +72,7 @@ SHOWN = 400
 @JOBS
 @SCHEDULER
 @guarded
-def command(
+def find_command(
     name: str,
     codes: tuple[str, ...],
     near: str | None,

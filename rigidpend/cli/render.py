@@ -1,4 +1,4 @@
-"""`rigidpend render`: draw stored results."""
+"""`rigidpend render`, `report`: stored results drawn, and one HTML page of all."""
 
 from __future__ import annotations
 
@@ -8,9 +8,12 @@ from pathlib import Path
 
 import click
 
+from rigidpend.cli import complete
 from rigidpend.cli.common import (
     ABSENT,
+    DONE,
     FAILED,
+    FILE,
     NAMES,
     OUT,
     SWEEPS,
@@ -40,7 +43,7 @@ FEW = 3
 )
 @click.option("--force", is_flag=True, help="Draw figures that are up to date as well.")
 @guarded
-def command(
+def render_command(
     names: tuple[str, ...], sweeps: tuple[str, ...], folder: Path, suffix: str, force: bool
 ) -> None:
     """Draw stored results as FOLDER/NAME.png, a RESULT.h5 beside itself.
@@ -131,3 +134,43 @@ def _members(path: Path, sweeps: tuple[str, ...]) -> tuple[str, list[str]]:
 
     [group] = loading.load_groups([path], (), sweeps)
     return group.title, [each.name for each in group.members]
+
+
+@click.command("report")
+@click.argument("names", nargs=-1, metavar="[NAME|RESULT.h5]...", shell_complete=complete.names)
+@OUT
+@click.option(
+    "--to",
+    "target",
+    type=FILE,
+    help="File of the page; report.html in the folder of the results if not given.",
+)
+@guarded
+def report_command(names: tuple[str, ...], folder: Path, target: Path | None) -> None:
+    """Write one page with every result: figures, numbers beside the paper's, provenance.
+
+    With names it has these results only.
+
+    The page needs no other file, no network and no script. Of a result that cannot be shown it
+    says why, and the exit code is 1.
+
+    \b
+    Examples:
+      rigidpend report
+      rigidpend report --out results/reference --to reference.html
+      rigidpend report fig4 fig5 --to two.html
+    """
+    from rigidpend.config.catalogue import resolve
+    from rigidpend.render import report
+
+    path = target or folder / "report.html"
+    if names:
+        given = resolve(names, folder)
+        sources = [folder_of(x, folder) / f"{x.stem}.h5" for x in given]
+    else:
+        sources = report.results(folder)
+    problems = report.write(sources, path)
+    for problem in problems:
+        say(f"rigidpend: {problem}")
+    say(f"{path} written")
+    sys.exit(FAILED if problems else DONE)

@@ -5,7 +5,7 @@ from __future__ import annotations
 import shlex
 import sys
 import time
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import asdict, dataclass
 from pathlib import Path
@@ -30,6 +30,7 @@ from rigidpend.cli.common import (
     print_json,
     say,
     sentence,
+    settle_warnings,
 )
 
 if TYPE_CHECKING:
@@ -40,6 +41,8 @@ if TYPE_CHECKING:
 
 CLUSTERED = 32
 """Configs at a time that a cluster computes: each takes a thread here, which waits."""
+LONG = 1.0
+"""Seconds of a config that is worth a process, which takes a third of one to begin."""
 
 
 @dataclass
@@ -70,6 +73,8 @@ class Where(NamedTuple):
     """Configs at a time."""
     scheduler: str | None
     """Address of a cluster; None for this machine."""
+    expected: dict[str, float]
+    """Seconds that configs take, by name, as far as they are known."""
 
 
 @click.command("run")
@@ -89,7 +94,7 @@ class Where(NamedTuple):
 @click.option("-v", "--verbose", is_flag=True, help="Print more: times, hashes, files.")
 @JSON
 @guarded
-def command(
+def run_command(
     names: tuple[str, ...],
     settings: tuple[str, ...],
     sweeps: tuple[str, ...],
@@ -143,9 +148,12 @@ def command(
     outcomes = [outcome for _, outcome, _ in planned]
     code = max((code for *_, code in planned), default=DONE)
     waiting = [(plan, outcome) for plan, outcome, _ in planned if plan and plan.reason]
-    # A cluster takes configs as they come; here one after the other has all threads.
-    at_once = min(len(waiting), CLUSTERED if scheduler else 1 if len(groups) > 1 else jobs)
     expected = {x.name: cost for plan, x in waiting if (cost := runner.expected_seconds(plan))}
+    # A cluster takes configs as they come.
+    at_once = CLUSTERED if scheduler else jobs
+    if len(groups) > 1 and not scheduler:
+        at_once = _at_once([expected.get(x.name, 0.0) for _, x in waiting], jobs)
+    at_once = min(len(waiting), at_once)
     course = progress.Course(len(waiting), expected, at_once)
     shown = progress.Progress(course, sys.stderr, begun, quiet=quiet, verbose=verbose)
     with _printed(outcomes, as_json), shown:
@@ -153,9 +161,18 @@ def command(
         for outcome in outcomes:
             _tell_plan(outcome, shown, dry_run, expected.get(outcome.name))
         if not dry_run:
-            where = Where(jobs, at_once, scheduler)
+            where = Where(jobs, at_once, scheduler, expected)
             code = max(code, _compute(waiting, shown, where, keep_going))
     sys.exit(code)
+
+
+def _at_once(expected: Sequence[float], jobs: int) -> int:
+    """Number of configs side by side, by their seconds: so that none outlasts all the others.
+
+    Short ones go one after the other, each with all threads.
+    """
+    longest = max(expected, default=0.0)
+    return max(1, min(jobs, int(sum(expected) / longest))) if longest > LONG else 1
 
 
 def _check_twins(named: Sequence[tuple[Path, Path]]) -> None:
@@ -237,6 +254,9 @@ def _compute(
             if max(codes) == DONE or keep_going:
                 codes.append(_follow(*pair, shown, logs, where))
 
+        if where.at_once > 1:
+            # What is long and begins last would end alone.
+            waiting = sorted(waiting, key=lambda pair: -where.expected.get(pair[1].name, 0.0))
         workers.side_by_side(follow, (), False, waiting, where.at_once)
     return max(codes)
 
@@ -254,7 +274,11 @@ def _follow(planned: Plan, outcome: RunOutcome, shown: Progress, logs: Logs, whe
     outcome.status, code = "interrupted", DONE
     try:
         jobs = max(1, where.jobs // where.at_once)
-        runner.follow(planned, jobs=jobs, say=hear, scheduler=where.scheduler)
+        # Most of a long run is Python's own work, which holds the interpreter.
+        if where.at_once > 1 and not where.scheduler and where.expected.get(name, 0.0) > LONG:
+            _follow_apart(planned, jobs, hear)
+        else:
+            runner.follow(planned, jobs=jobs, say=hear, scheduler=where.scheduler)
         outcome.status = "computed"
     except Exception as error:  # noqa: BLE001
         code, outcome.status = exit_code(error), "failed"
@@ -268,3 +292,22 @@ def _follow(planned: Plan, outcome: RunOutcome, shown: Progress, logs: Logs, whe
         outcome.log = str(log) if log else None
     shown.end(outcome.status == "computed", name)
     return code
+
+
+def _follow_apart(planned: Plan, jobs: int, hear: Callable[[str], None]) -> None:
+    """Compute one config in a process of its own."""
+    from rigidpend.machine import files, workers
+
+    try:
+        workers.apart(_followed, (planned, jobs), hear)
+    except BaseException:
+        # A process that is ended may be writing.
+        files.sweep(planned.target)
+        raise
+
+
+def _followed(planned: Plan, jobs: int, say: Callable[[str], None]) -> None:
+    from rigidpend.runs import runner
+
+    settle_warnings()
+    runner.follow(planned, jobs=jobs, say=say)

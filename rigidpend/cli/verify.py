@@ -1,4 +1,4 @@
-"""`rigidpend verify`: compare stored results with fresh ones."""
+"""`rigidpend verify`, `reference`: stored results compared with fresh ones, and renewed."""
 
 from __future__ import annotations
 
@@ -24,6 +24,7 @@ from rigidpend.cli.common import (
     print_json,
     say,
 )
+from rigidpend.config.catalogue import REFERENCES
 
 ENGINES = "Taylor series and DOP853"
 """Reference where none is stored."""
@@ -45,7 +46,7 @@ ENGINES = "Taylor series and DOP853"
 @JSON
 @JOBS
 @guarded
-def command(
+def verify_command(
     names: tuple[str, ...],
     reference: Path | None,
     results: Path | None,
@@ -163,7 +164,7 @@ def _compared(
 
 def _parts(difference: Any) -> dict[str, Any]:
     """Convert a difference to plain data; values that JSON does not know become words."""
-    from rigidpend.experiments.data.compare import shown
+    from rigidpend.experiments.compare import shown
 
     told = {"said": str(difference)}
     # An experiment may say a difference in a mere sentence.
@@ -200,3 +201,39 @@ def _strays(reference: Path, names: set[str]) -> list[str]:
     from rigidpend.runs.certificate_files import results_in
 
     return [str(file) for file in results_in(reference) if file.stem not in names]
+
+
+@click.command("reference")
+@click.argument("names", nargs=-1, metavar=f"[{NAMED}|all]...", shell_complete=complete.names)
+@click.option(
+    "--reason", default="", help="Reason for the renewal; kept in the file, after earlier ones."
+)
+@click.option(
+    "--reference",
+    "folder",
+    type=FOLDER,
+    default=REFERENCES,
+    show_default=True,
+    help="Folder of the references.",
+)
+@JOBS
+@guarded
+def reference_command(names: tuple[str, ...], reason: str, folder: Path, jobs: int) -> None:
+    """Compute references again, all if none is named, and keep the reason in each file.
+
+    \b
+    Example:
+      rigidpend reference fig4 --reason "n_symbols = 20"
+    """
+    from rigidpend.config.catalogue import resolve
+    from rigidpend.runs import loading, regression
+
+    # Not `required` of the option, for blanks are no reason either.
+    if not reason.strip():
+        raise click.UsageError("a reference is renewed for a reason: give it with --reason")
+    paths = resolve(names or ("all",))
+    for path in paths:
+        loaded = loading.load(path)
+        target = folder / f"{loaded.name}.h5"
+        regression.renew(loaded, target, reason, jobs=jobs)
+        say(f"{loaded.name}: {target} renewed")

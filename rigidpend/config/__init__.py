@@ -6,7 +6,7 @@ catalogue    names of configs, as files; imports nothing heavy, for shells compl
 reader       YAML with the line and column of every value
 overrides    settings ``a.b=VALUE``, and sweeps: a config for each combination of values
 schema       shared fields of the experiments' schemas
-bodies       bodies with a weight or without, several in turn; the start of orbits on S1-
+bodies       bodies with a weight or without, several in turn; starts on S1-; axes of planes
 validation   pydantic's errors as complaints
 complaints   what is wrong with a config, shown with its place
 changes      changes from one config to another

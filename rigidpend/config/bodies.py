@@ -1,20 +1,24 @@
-"""Bodies in configs: with a weight, without one, or several in turn; orbits that start on S1-."""
+"""Bodies, starts and axes in configs: bodies with a weight or without, or several in turn."""
 
 from __future__ import annotations
 
 import functools
+import math
 from collections.abc import Collection
 from itertools import pairwise
-from typing import TYPE_CHECKING, Annotated, Any, Self
+from typing import TYPE_CHECKING, Annotated, Any, Self, TypeAlias
 
 from pydantic import AfterValidator, Field, model_validator
 
 from rigidpend.config.schema import Direction, Moments, Number, Part, Weight, Whole, Word, physics
 from rigidpend.mechanics.body import Body
+from rigidpend.numbers.checked import ParameterError
 from rigidpend.numbers.exact import Exact
-from rigidpend.numbers.parameters import ParameterError
 
 if TYPE_CHECKING:
+    import numpy as np
+    from numpy.typing import NDArray
+
     from rigidpend.routes.problem import RouteProblem
 
 
@@ -132,3 +136,47 @@ class WeightedBodies(Part):
                 message = f"mu = {self.mu[0]} is below {LEAST} h0, where doubles lose it"
                 raise ProblemError("mu", message)
         return self
+
+
+MOST = 100_000
+"""Cells along an axis at most."""
+ENDS = Field(ge=2, le=MOST)
+Range: TypeAlias = tuple[Number, Number]
+
+
+class Axis(Part):
+    """The cells of an axis, side by side between two ends."""
+
+    ends: Range
+    """The ends, ascending; radians, the decadic logarithm, or dimensionless."""
+    count: Annotated[Whole, ENDS]
+    """Number of cells; each stands for its middle."""
+
+    def within(self, ends: Range) -> Axis:
+        """As many cells between other ends."""
+        return Axis.model_construct(ends=ends, count=self.count)
+
+    @property
+    def values(self) -> NDArray[np.float64]:
+        """The middles of the cells, doubles."""
+        import numpy as np
+
+        low, high = map(float, self.ends)
+        return low + (high - low) * (np.arange(self.count) + 0.5) / self.count
+
+    @model_validator(mode="after")
+    def _distinct(self) -> Self:
+        distinct(self, "ends")
+        return self
+
+
+def distinct(axis: Axis, field: str) -> None:
+    """Refuse an axis whose cells doubles do not tell apart."""
+    low, high = map(float, axis.ends)
+    finest = 16 * math.ulp(max(abs(low), abs(high)))
+    with physics():
+        if not low < high:
+            raise ParameterError(field, f"the ends must ascend, got {low} and {high}")
+        if high - low < finest * axis.count:
+            message = f"{axis.count} cells between {low!r} and {high!r} are too fine for doubles"
+            raise ParameterError(field, message)

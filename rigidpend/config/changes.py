@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping, Sequence
 from typing import Any, NamedTuple
 
-from rigidpend.numbers.decimals import as_written
+from rigidpend.numbers.expressions import as_written
 
 SHOWN = 3
 """Number of changes that a sentence lists."""

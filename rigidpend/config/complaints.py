@@ -7,7 +7,7 @@ from collections.abc import Iterable
 from dataclasses import dataclass
 from typing import TypeAlias
 
-from rigidpend.machine.words import plain
+from rigidpend.machine.wording import plain
 
 MAX_SHOWN = 20
 """Number of complaints that are shown; the rest are counted."""

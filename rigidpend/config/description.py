@@ -1,4 +1,4 @@
-"""Descriptions: rows of name, value and meaning, as `describe` and `theory` print them."""
+"""Descriptions: rows of name, value and meaning, as `describe` prints them."""
 
 from __future__ import annotations
 

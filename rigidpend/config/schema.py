@@ -38,8 +38,8 @@ from pydantic_core import CoreSchema, PydanticCustomError, core_schema
 from rigidpend.config.complaints import meant
 from rigidpend.mechanics.body import Body
 from rigidpend.numbers import checked
+from rigidpend.numbers.checked import ParameterError
 from rigidpend.numbers.exact import FINEST, PRECISIONS, Exact, exact, exacts
-from rigidpend.numbers.parameters import ParameterError
 
 if TYPE_CHECKING:
     from rigidpend.routes.phases import Grid
@@ -277,15 +277,11 @@ def physics() -> Iterator[None]:
         raise PydanticCustomError("physics", "{message}", known) from None
 
 
-class EngineNumerics(Part):
-    """Choice of the engine, for experiments whose trials bring their own tolerances."""
+class DoubleNumerics(Part):
+    """Numerics of experiments in double precision only."""
 
     engine: Annotated[Literal["taylor", "scipy"] | None, BeforeValidator(_engine), AUTO] = None
     """taylor, by a kernel compiled here, or scipy (DOP853); auto is taylor where LLVM is."""
-
-
-class DoubleNumerics(EngineNumerics):
-    """Numerics of experiments in double precision only."""
 
     tolerance: Annotated[Annotated[Number, AfterValidator(_tolerance)] | None, AUTO] = None
     """Local tolerance in double precision, dimensionless; auto is the engine's own."""

@@ -17,10 +17,10 @@ from rigidpend.config.description import (
     exact_row,
     number_row,
 )
-from rigidpend.mechanics import floquet, precession
+from rigidpend.mechanics import floquet, in_space
 from rigidpend.mechanics.body import Angles, Body
 from rigidpend.mechanics.free_body import SEPARATRICES
-from rigidpend.mechanics.periodic import Delta_1
+from rigidpend.mechanics.pendulum import Delta_1
 from rigidpend.numbers.exact import Exact, exact
 from rigidpend.numbers.generic import Scalar
 from rigidpend.routes.problem import RouteProblem
@@ -51,7 +51,7 @@ def rows(body: Body, h0: Scalar, J1_0: Scalar = None) -> list[Row]:
     problem = RouteProblem(body, h0, exact("1e-8") if J1_0 is None else J1_0, 1)
     energy = problem.h0
     p, J2_0 = body.angles(), float(problem.J2_0(53))
-    regime = precession.regime(body)
+    regime = in_space.regime(body)
     return [
         *body_rows(body),
         exact_row("h0", "energy constant, kappa J2_0^2/2", energy),
@@ -94,7 +94,7 @@ def _zeros(problem: RouteProblem) -> Iterator[Row]:
 
 
 def _increments(p: Angles, h0: Exact) -> Iterator[Row]:
-    gained = precession.increments(p, float(h0))
+    gained = in_space.increments(p, float(h0))
     yield number_row("Delta theta3", "rad, increments along separatrices 1 to 4, to O(mu)", *gained)
 
 

@@ -1,4 +1,4 @@
-"""Experiments: one folder each, with schema, layout, computation, drawing, report.
+"""Experiments: one folder each, with layout, schema, computation and drawing.
 
 :mod:`rigidpend.experiments.contract` says what the files of a folder offer. Each is imported
 when it is needed: a list of names imports none, drawing imports no integrator.
@@ -14,8 +14,9 @@ from typing import TYPE_CHECKING, Any, cast
 if TYPE_CHECKING:
     from rigidpend.config.description import Row
     from rigidpend.config.schema import ExperimentConfig
-    from rigidpend.experiments.contract import Computation, Drawing, Reporting
-    from rigidpend.experiments.data.layout import Layout
+    from rigidpend.experiments.contract import Computation, Drawing
+    from rigidpend.experiments.data import Layout, Loaded
+    from rigidpend.machine.wording import Table
 
 FOLDER = Path(__file__).parent
 """Folder of the experiments, each in one of its own."""
@@ -86,7 +87,7 @@ def in_pieces(name: str) -> bool:
 
 def layout(name: str) -> Layout:
     """Layout of an experiment's results; nothing that computes is imported."""
-    return cast("Layout", _module(name, "layout").LAYOUT)
+    return cast("Layout", _module(name).LAYOUT)
 
 
 def drawing(name: str) -> Drawing:
@@ -94,16 +95,15 @@ def drawing(name: str) -> Drawing:
     return cast("Drawing", _module(name, "draw"))
 
 
-def reporting(name: str) -> Reporting | None:
-    """Module that makes the tables of an experiment's report; None where it has none."""
-    if name in names() and not (FOLDER / name / "report.py").is_file():
-        return None
-    return cast("Reporting", _module(name, "report"))
+def tables(name: str, result: Loaded) -> list[Table]:
+    """Tables beside the figure of a stored result; none where its experiment has none."""
+    made = getattr(drawing(name), "tables", None)
+    return made(result) if made else []
 
 
-def _module(name: str, part: str) -> Any:
+def _module(name: str, part: str = "") -> Any:
     # A name may come from a file of anybody's: only our own modules are imported.
     if name not in names():
         known = ", ".join(names())
         raise UnknownExperiment(f"no such experiment: {name[:80]!r} (known: {known})")
-    return importlib.import_module(f"{__name__}.{name}.{part}")
+    return importlib.import_module(f"{__name__}.{name}{part and f'.{part}'}")

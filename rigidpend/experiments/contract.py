@@ -1,21 +1,20 @@
-"""Contract of an experiment: the objects that each of its five files offers.
+"""Contract of an experiment: the objects that each of its four files offers.
 
 An experiment is a folder ``experiments/NAME/``:
 
-========== ============================================================= ==========
-schema.py  ``Config``, a subclass of :class:`rigidpend.config.schema.    required
-           ExperimentConfig`: what a config may ask for
-layout.py  ``LAYOUT``: what a result consists of, with unit and bound    required
-compute.py :class:`Computation`: from a config to the data of a result   required
-draw.py    :class:`Drawing`: a figure from a stored result               required
-report.py  :class:`Reporting`: tables beside that figure                 optional
-========== ============================================================= ==========
+=========== =============================================================
+__init__.py ``LAYOUT``: what a result consists of, with unit and bound
+schema.py   ``Config``, a subclass of :class:`rigidpend.config.schema.
+            ExperimentConfig`: what a config may ask for
+compute.py  :class:`Computation`: from a config to the data of a result
+draw.py     :class:`Drawing`: a figure from a stored result, and tables
+=========== =============================================================
 
 Modules are the implementations: a module satisfies the protocol by its functions, whose
 parameters are described here alone. Nothing is registered; a folder with a ``schema.py`` is an
-experiment. `schema.py` and `compute.py` import no matplotlib, `draw.py` and `report.py` no
-integrator, for each is loaded without the others; `layout.py` imports neither: whoever opens a
-result holds it against that first, and two results are compared by it.
+experiment. `schema.py` and `compute.py` import no matplotlib, `draw.py` no integrator, for each
+is loaded without the others; `__init__.py` imports neither: whoever opens a result holds it
+against that layout first, and two results are compared by it.
 """
 
 from __future__ import annotations
@@ -23,7 +22,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from typing import TYPE_CHECKING, Any, NamedTuple, Protocol, TypeAlias, TypeVar
 
-from rigidpend.experiments.data.tree import Loaded, Tree
+from rigidpend.experiments.data import Loaded, Tree
 from rigidpend.machine.progress import tell_nobody
 from rigidpend.orbits.integrate.arithmetic import CLOSED_FORM, Arithmetic
 
@@ -31,7 +30,6 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
     from rigidpend.config.schema import ExperimentConfig
-    from rigidpend.machine.tables import Table
     from rigidpend.numbers.exact import Exact
     from rigidpend.routes.problem import RouteProblem
 
@@ -115,20 +113,16 @@ class Computation(Protocol[C_contra]):
 class Drawing(Protocol):
     """The module ``draw.py`` of an experiment.
 
-    It may also have ``draw_together(results)``, which draws several results in one figure: pairs
-    of a label, by what they differ, and a stored result.
+    It may also have:
+
+    ``CAPTION``
+        Sentences on what the figure shows, of whatever body.
+    ``tables(result)``
+        Tables of a stored result, which set its numbers beside those that the paper prints.
+    ``draw_together(results)``
+        Draws several results in one figure: pairs of a label, by what they differ, and a stored
+        result.
     """
 
     def draw(self, result: Loaded) -> Figure:
         """Draw a stored result."""
-
-
-class Reporting(Protocol):
-    """The module ``report.py`` of an experiment."""
-
-    @property
-    def CAPTION(self) -> str:
-        """Sentences on what the figure shows, of whatever body."""
-
-    def tables(self, result: Loaded) -> list[Table]:
-        """Set numbers of a stored result beside those that the paper prints."""

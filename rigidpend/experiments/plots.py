@@ -18,8 +18,8 @@ from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 from numpy.typing import ArrayLike, NDArray
 
-from rigidpend.experiments.data.layout import Field
-from rigidpend.numbers.alphabet import NO_SYMBOL
+from rigidpend.experiments.data import Field
+from rigidpend.numbers.expressions import NO_SYMBOL
 
 WIDTH = 7.2
 """Width of a page, inches."""

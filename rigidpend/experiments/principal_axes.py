@@ -3,10 +3,15 @@
 Euler's and Poisson's equations themselves, in M and gamma and physical time, know nothing of
 separatrices, of J1 or of aligned components. A crossing is told by the angle theta1 alone, so
 that symbols that are found so share the body with those of route codes, and nothing else.
+
+heyoka is a peer in speed and an independent truth, for the benchmark and the stress trials:
+nothing that computes a result uses it, and it comes with the extra `bench`.
 """
 
 from __future__ import annotations
 
+import functools
+import importlib.util
 import math
 from collections.abc import Callable, Sequence
 from typing import Any
@@ -14,15 +19,51 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from rigidpend.experiments.heyoka_peer import heyoka, offers, typed, working_type
 from rigidpend.machine.workers import side_by_side, spread
 from rigidpend.mechanics.body import Body
 from rigidpend.mechanics.coordinates import TURN, momentum, scale, vertical
 from rigidpend.mechanics.equations import euler_poisson
 from rigidpend.mechanics.free_body import separatrix_theta1
 from rigidpend.numbers.exact import GUARD_BITS, context, exacts
+from rigidpend.numbers.generic import Scalar
 from rigidpend.routes.cycle import symbols
 from rigidpend.routes.problem import RouteProblem, passage_limit
+
+
+def installed() -> bool:
+    """True if heyoka is installed."""
+    return importlib.util.find_spec("heyoka") is not None
+
+
+@functools.cache
+def heyoka() -> Any:
+    """heyoka, quiet, and without its cache on disk, which believes whatever it reads."""
+    import heyoka as imported
+
+    imported.set_logger_level_error()
+    imported.llvm_state.set_diskcache_enabled(False)
+    return imported
+
+
+def offers(bits: int) -> bool:
+    """True if it has a type of so many bits here: 53, or 64 or 113 on some machines."""
+    if bits == 64:
+        return np.finfo(np.longdouble).nmant == 63
+    return bits == 53 or (bits == 113 and hasattr(heyoka(), "real128"))
+
+
+def working_type(bits: int) -> Any:
+    """Its type of numbers of 53, 64 or 113 bits."""
+    return {53: float, 64: np.longdouble, 113: getattr(heyoka(), "real128", None)}[bits]
+
+
+def typed(x: Scalar, kind: Any) -> Any:
+    """A number of a type, from a float, a Fraction or an mpmath number: a sum of doubles."""
+    total, rest = kind(0), x
+    while head := float(rest):
+        total, rest = total + kind(head), rest - type(x)(head)
+    return total
+
 
 TRUTH_BITS = 64, 113
 """Precisions that say which of two computations is right."""

@@ -2,12 +2,9 @@
 
 Modules
 -------
-files       files written whole or not at all, sealed with a digest
-cache       what can be made again, in the user's folder
-memory      what was found out before, kept on disk
-locks       folders and files held together with other runs
+files       files written whole or not at all, sealed, locked while somebody is at work
+cache       kept files, each with what it is of, and the user's folder of them
 workers     threads and processes side by side
 signals     signal handling (SIGTERM, SIGINT)
-words       words from a file or an error, fit for a message
-tables      one table, for a terminal, in Markdown or HTML
+wording     words fit for a message; tables for a terminal, in Markdown or HTML
 """

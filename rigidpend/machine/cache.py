@@ -1,7 +1,10 @@
-"""Cache of what can be made again: compiled code, return maps, in the user's folder.
+"""Kept files, each with what it is of, sealed; the cache, a folder of the user's of them.
 
-Each file is a kept one (see `kept`), under the name of what it is of. Compiled code with a bit
-flipped crashes, or gives other numbers: so what does not fit is never used.
+What can be made again is kept: compiled code, return maps, parts of a run. A file's name proves
+nothing: it may be a copy of another, or left by other code. So all that a content follows from
+stands behind it, whole, under the digest, and is compared when it is read. What does not fit is
+told, removed, and made again by whoever needs it: compiled code with a bit flipped crashes, or
+gives other numbers.
 """
 
 from __future__ import annotations
@@ -9,6 +12,7 @@ from __future__ import annotations
 import contextlib
 import errno
 import functools
+import hashlib
 import json
 import os
 import shutil
@@ -17,7 +21,91 @@ import warnings
 from pathlib import Path
 from typing import Any, NamedTuple
 
-from rigidpend.machine import kept
+from rigidpend.machine import files
+
+MARK = b"\nrigidpend keeps this for "
+"""Mark between a content and what it is of."""
+DIGITS = 12
+"""Digits of the length of what it is of, which stand at the end."""
+
+
+class KeptFileWarning(UserWarning):
+    """Warning: a kept file is not what it should be, or one cannot be kept."""
+
+
+def name_of(of: bytes) -> str:
+    """Name for the file of what follows from something; that it fits is no proof."""
+    return hashlib.sha256(MARK + of).hexdigest()[:32]
+
+
+def load_file(path: Path, of: bytes) -> bytes | None:
+    """The content of a kept file.
+
+    Parameters
+    ----------
+    path : Path
+    of : bytes
+        All that the content follows from.
+
+    Returns
+    -------
+    bytes or None
+        None where there is no such file, and where it does not fit: it is damaged, of something
+        else, a link, or no regular file. Then a `KeptFileWarning` says so.
+    """
+    try:
+        stored = files.content(path, links=False)
+    except (FileNotFoundError, NotADirectoryError):
+        return None
+    except (OSError, ValueError) as error:
+        is_link = isinstance(error, OSError) and error.errno == errno.ELOOP
+        tell(path, "a link, which is not followed" if is_link else reason(error))
+        return None
+    inner, record = files.unsealed(stored), _record(of)
+    if inner is not None and inner.endswith(record):
+        return inner[: -len(record)]
+    with contextlib.suppress(OSError):
+        path.unlink()
+    tell(path, "damaged" if inner is None else "of something else than its name says")
+    return None
+
+
+def save_file(path: Path, of: bytes, content: bytes) -> None:
+    """Keep a content in a file, whole or not at all.
+
+    Raises
+    ------
+    OSError
+        It cannot be written.
+    """
+    path.parent.mkdir(parents=True, exist_ok=True)
+    files.replace(path, files.sealed(content + _record(of)), lasting=False)
+
+
+def is_sound(path: Path) -> bool:
+    """True if a file is undamaged, and has the name of what it is of (see `name_of`)."""
+    try:
+        inner = files.unsealed(files.content(path, links=False)) or b""
+        length = int(inner[-DIGITS:])
+    except (OSError, ValueError):
+        return False
+    of = inner[-DIGITS - length : -DIGITS]
+    return inner.endswith(_record(of)) and path.name == name_of(of)
+
+
+def tell(path: Path, reason: str) -> None:
+    """Warn that a kept file is not used."""
+    warnings.warn(f"{path}: {reason}; it is made again", KeptFileWarning, stacklevel=2)
+
+
+def _record(of: bytes) -> bytes:
+    return MARK + of + b"%0*d" % (DIGITS, len(of))
+
+
+def reason(error: OSError | ValueError) -> str:
+    """Reason of an error, without the path that the system adds."""
+    return str(getattr(error, "strerror", None) or error)
+
 
 MEANING = {
     "integrators": "compiled integrators",
@@ -55,9 +143,9 @@ def folder() -> Path:
 
 
 def load(within: Path, of: bytes) -> bytes | None:
-    """The content of the file of a subfolder that is of something (see `kept.load`)."""
-    path = within / kept.name_of(of)
-    content = kept.load(path, of)
+    """The content of the file of a subfolder that is of something (see :func:`load_file`)."""
+    path = within / name_of(of)
+    content = load_file(path, of)
     if content is not None:
         with contextlib.suppress(OSError):
             # The time of the last use, by which `_bound` chooses.
@@ -78,12 +166,12 @@ def save(within: Path, of: bytes, content: bytes, most: int) -> None:
     most : int
         Bytes that stay in the subfolder; the files used longest ago are removed.
     """
-    path = within / kept.name_of(of)
+    path = within / name_of(of)
     try:
-        kept.save(path, of, content)
+        save_file(path, of, content)
         _bound(within, most)
     except OSError as error:
-        tell_once(f"{folder()}: nothing can be kept there ({kept.reason(error)})")
+        tell_once(f"{folder()}: nothing can be kept there ({reason(error)})")
 
 
 def recall(of: str) -> Any:
@@ -101,7 +189,7 @@ def remember(of: str, found: Any) -> None:
 def tell_once(said: str) -> None:
     """Warn of what is the same for all files, the first time."""
     end = "what takes long is made again at each run; XDG_CACHE_HOME names another folder"
-    warnings.warn(f"{said}: {end}", kept.KeptFileWarning, stacklevel=3)
+    warnings.warn(f"{said}: {end}", KeptFileWarning, stacklevel=3)
 
 
 def _bound(within: Path, most: int) -> None:
@@ -144,7 +232,7 @@ def _looked_at(path: Path) -> Subfolder:
     meaning = MEANING.get(path.name, "of another version")
     size = sum(one.lstat().st_size for one in inside)
     # How another version seals its files is not known here.
-    damaged = [one for one in inside if path.name in MEANING and not kept.is_sound(one)]
+    damaged = [one for one in inside if path.name in MEANING and not is_sound(one)]
     return Subfolder(path, meaning, inside, size, damaged)
 
 

@@ -1,4 +1,9 @@
-"""Files written whole or not at all, sealed against damage, with nothing left behind."""
+"""Files written whole or not at all, sealed against damage, with nothing left behind.
+
+Locks tell if another process is at work on a file or folder. The system keeps them with the open
+file, so that none outlives a killed process. Where there are none (`fcntl` is absent, or the file
+system knows no locks), nobody is taken to be gone.
+"""
 
 from __future__ import annotations
 
@@ -8,23 +13,30 @@ import hashlib
 import os
 import stat
 import tempfile
+from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
 from typing import Self
 
-from rigidpend.machine import locks, signals
-from rigidpend.numbers.parameters import ParameterError
+from rigidpend.machine import signals
+from rigidpend.numbers.checked import ParameterError
+
+try:
+    import fcntl
+except ImportError:  # pragma: no cover
+    fcntl = None  # type: ignore[assignment]
 
 CERTIFICATE = ".certificate"
 """Ending of the name of a certificate, behind that of its result."""
 SEAL = b"\nrigidpend sha256 "
 """Mark between the content of a file and its digest."""
 SEAL_LENGTH = len(SEAL) + 64 + 1
-
-
 LARGEST = 2**31
 """Bytes of a file that is read, and of what it holds, at most."""
 COPIES = 3
 """Number of times that a run holds a result: as parts, as a whole, and as the image of the file."""
+NOT_WAITING = getattr(os, "O_NONBLOCK", 0) | getattr(os, "O_NOFOLLOW", 0)
+"""Flags for opening a path that may be no regular file or folder."""
 
 
 class StoreError(RuntimeError):
@@ -196,7 +208,7 @@ def twin(path: Path) -> str:
 def sweep(path: Path) -> None:
     """Remove what killed writers of a file left beside it."""
     for left in path.parent.glob(f".{glob.escape(path.name)}.*.part"):
-        with locks.deserted(left) as free, contextlib.suppress(OSError):
+        with deserted(left) as free, contextlib.suppress(OSError):
             if free:
                 os.unlink(left)
 
@@ -220,8 +232,8 @@ def _temporary(path: Path) -> tuple[int, str]:
     """A new file beside another, locked for as long as it is open."""
     while True:
         handle, name = tempfile.mkstemp(prefix=f".{path.name}.", suffix=".part", dir=path.parent)
-        locks.hold(handle)
-        if locks.is_at(handle, name):
+        hold(handle)
+        if is_at(handle, name):
             return handle, name
         # Another run took it for one left behind, before it was locked.
         os.close(handle)
@@ -232,3 +244,57 @@ def _umask() -> int:
     current = os.umask(0)
     os.umask(current)
     return current
+
+
+def share(handle: int) -> None:
+    """Wait for who holds the open file alone, then hold it together with others."""
+    if fcntl is not None:
+        _locked(handle, fcntl.LOCK_SH)
+
+
+def hold(handle: int) -> None:
+    """Wait for the others, then hold the open file alone."""
+    if fcntl is not None:
+        _locked(handle, fcntl.LOCK_EX)
+
+
+def release(handle: int) -> None:
+    """Give up the lock, then close.
+
+    To close alone would leave it to copies: a child has one from the fork until it runs another
+    program or ends.
+    """
+    if fcntl is not None:
+        _locked(handle, fcntl.LOCK_UN)
+    os.close(handle)
+
+
+def is_at(handle: int, path: str | Path) -> bool:
+    """True if an open file or folder is still the one of that name."""
+    try:
+        return os.path.samestat(os.fstat(handle), os.stat(path))
+    except FileNotFoundError:
+        return False
+
+
+@contextmanager
+def deserted(path: Path) -> Iterator[bool]:
+    """True if nobody holds a file or folder; if so, it is held alone meanwhile."""
+    try:
+        # Of links and pipes nothing is ours, and none is waited for.
+        handle = os.open(path, os.O_RDONLY | NOT_WAITING)
+    except OSError:
+        yield False
+        return
+    try:
+        yield fcntl is not None and _locked(handle, fcntl.LOCK_EX | fcntl.LOCK_NB)
+    finally:
+        release(handle)
+
+
+def _locked(handle: int, operation: int) -> bool:
+    try:
+        fcntl.flock(handle, operation)
+    except OSError:
+        return False
+    return True

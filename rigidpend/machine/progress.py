@@ -32,10 +32,13 @@ class PartDone(str):
 
     share: float
 
-    def __new__(cls, text: str, done: int, total: int) -> Self:
+    def __new__(cls, text: str, done: float, total: float) -> Self:
         self = super().__new__(cls, text)
         self.share = done / total
         return self
+
+    def __getnewargs__(self) -> tuple[Any, ...]:
+        return str(self), self.share, 1
 
 
 @dataclass

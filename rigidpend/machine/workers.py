@@ -24,6 +24,8 @@ SILENCE = 5.0
 """Seconds for which work that takes long says nothing."""
 
 _of_thread = threading.local()
+_to_parent: Any = None
+"""In a process of :func:`apart`: its end of the pipe to who hears it."""
 
 
 class _Stop:
@@ -159,22 +161,38 @@ def side_by_side(
     if workers <= 1:
         return [_done(work, part, *arguments) for part in parts]
     stop = _Stop(getattr(_of_thread, "stop", None))
-    pool = _pool(workers, holds_interpreter, stop)
-    try:
+    with _ended(
+        _processes(workers) if holds_interpreter else _threads(workers, stop), stop
+    ) as pool:
         with kept_from_children():
             futures = [pool.submit(work, part, *arguments) for part in parts]
         return [_result(future) for future in futures]
-    except BrokenExecutor:
-        raise WorkerError(
-            "a worker process was killed, perhaps for want of memory; what is finished is kept:"
-            " the same command again continues"
-        ) from None
-    except BaseException:
-        stop.set()
-        _end_processes(pool)
-        raise
-    finally:
-        pool.shutdown(cancel_futures=True)
+
+
+def apart(
+    work: Callable[..., Result], arguments: tuple[Any, ...], hear: Callable[[str], object]
+) -> Result:
+    """Do ``work(*arguments, say)`` in a process of its own; `hear` takes here what it says there.
+
+    Raises
+    ------
+    WorkerError
+        The process was killed.
+    """
+    from multiprocessing import get_context
+
+    here, there = get_context("spawn").Pipe(duplex=False)
+    stop = _Stop(getattr(_of_thread, "stop", None))
+    with here, there, _ended(_processes(1, there), stop) as pool:
+        with kept_from_children():
+            future = pool.submit(_heard, work, arguments)
+        line: str | None = ""
+        # The last word is None: the result follows at once. Who is killed says none.
+        while line is not None and not future.done():
+            check_stop()
+            if here.poll(PERIOD) and (line := here.recv()) is not None:
+                hear(line)
+        return _result(future)
 
 
 def _done(work: Callable[..., Result], *given: Any) -> Result:
@@ -190,17 +208,39 @@ def _result(future: Future[Result]) -> Result:
     return future.result()
 
 
-def _pool(workers: int, holds_interpreter: bool, stop: _Stop) -> Executor:
-    if not holds_interpreter:
-        given = stop, getattr(_of_thread, "listener", None)
-        return ThreadPoolExecutor(workers, initializer=_heed, initargs=given)
+@contextmanager
+def _ended(pool: Executor, stop: _Stop) -> Iterator[Executor]:
+    """End a pool with what it is for, at once where that fails."""
+    try:
+        yield pool
+    except BrokenExecutor:
+        raise WorkerError(
+            "a worker process was killed, perhaps for want of memory; what is finished is kept:"
+            " the same command again continues"
+        ) from None
+    except BaseException:
+        stop.set()
+        _end_processes(pool)
+        raise
+    finally:
+        pool.shutdown(cancel_futures=True)
+
+
+def _threads(workers: int, stop: _Stop) -> Executor:
+    given = stop, getattr(_of_thread, "listener", None)
+    return ThreadPoolExecutor(workers, initializer=_heed, initargs=given)
+
+
+def _processes(workers: int, to: Any = None) -> Executor:
     # Imported here: a run that needs no process does not pay for it.
     import multiprocessing
     from concurrent.futures import ProcessPoolExecutor
 
     # A fork would copy the locks of threads that do not run in the child.
     spawn = multiprocessing.get_context("spawn")
-    return ProcessPoolExecutor(workers, mp_context=spawn, initializer=_follow_parent)
+    return ProcessPoolExecutor(
+        workers, mp_context=spawn, initializer=_follow_parent, initargs=(to,)
+    )
 
 
 def _heed(stop: _Stop, listener: Listener | None) -> None:
@@ -208,10 +248,20 @@ def _heed(stop: _Stop, listener: Listener | None) -> None:
     _of_thread.stop, _of_thread.listener = stop, listener
 
 
-def _follow_parent() -> None:
+def _follow_parent(to: Any) -> None:
     """Leave Ctrl-C to the parent, and end with it: else its workers would wait for ever."""
+    global _to_parent
+    _to_parent = to
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     threading.Thread(target=_wait_for_end_of_parent, daemon=True).start()
+
+
+def _heard(work: Callable[..., Result], arguments: tuple[Any, ...]) -> Result:
+    """Do work of :func:`apart` where it is done; that no more is said is the last word."""
+    try:
+        return work(*arguments, _to_parent.send)
+    finally:
+        _to_parent.send(None)
 
 
 def _wait_for_end_of_parent() -> None:

@@ -11,18 +11,15 @@ jacobi        Jacobi's elliptic functions, precise up to k = 1
 
 The free body, mu = 0 (Euler case):
 
-free_body     orbits on the sphere of M
-poinsot/      the free body in time: ellipsoid, polhode, herpolhode, separatrix
-separatrices  unperturbed separatrices as motions in time
+free_body     orbits on the sphere of M, separatrices as motions in time
+poinsot       its orbits in time, in the body and in space
 
 Pendulum motions and periodic orbits:
 
-pendulum      pendulum motions, exact at any mu
-periodic      motions beside a pendulum motion, to first order in mu
+pendulum      pendulum motions, exact at any mu; motions beside these, to first order in mu
 floquet       the same orbits to rounding, with their Floquet multipliers
 
 The motion in space:
 
-precession    increments of theta3 along the separatrices, their order
-hodograph     the angular velocity in the fixed space
+in_space      increments of theta3 along the separatrices, the angular velocity in fixed space
 """

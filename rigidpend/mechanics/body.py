@@ -8,10 +8,10 @@ from dataclasses import dataclass
 from typing import Any, NamedTuple
 
 from rigidpend.numbers import checked
+from rigidpend.numbers.checked import ParameterError
 from rigidpend.numbers.exact import GUARD_BITS, PI, Exact, ExactError, context, exact, function
 from rigidpend.numbers.expressions import named
 from rigidpend.numbers.generic import Elementary, Scalar
-from rigidpend.numbers.parameters import ParameterError
 
 SAME_WITHIN = 1e-15
 """Distance below which two angles are equal to within the rounding of doubles, radians."""

@@ -14,8 +14,8 @@ Degenerate points have values, chosen so that a round trip gives the same body s
 - M parallel to gamma (|J3| = J2): g = 0.
 - M = 0: M is taken to point along Oz.
 
-Angles are in radians. :func:`dimensionless` and :func:`dimensional` change units; every
-other map holds in both.
+Angles are in radians. Every map holds in physical and in dimensionless units, which
+:func:`scale` converts.
 """
 
 from __future__ import annotations
@@ -25,8 +25,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike
 
-from rigidpend.numbers.doubles import Array
-from rigidpend.numbers.generic import Elementary, Numbers, Scalar
+from rigidpend.numbers.generic import Array, Elementary, Numbers, Scalar
 
 TURN = 2 * np.pi
 """A whole turn, radians. theta1 lives modulo two of them, for l = (theta1 - beta0)/2."""
@@ -186,16 +185,6 @@ def scale(A: Numbers, m: Elementary = np) -> Any:
     return m.sqrt((A[0] - A[1]) / (A[0] * A[1]))
 
 
-def dimensionless(c: Canonical, A: Numbers) -> Canonical:
-    """Convert actions to dimensionless units, J' = J s."""
-    return _scaled(c, scale(A))
-
-
-def dimensional(c: Canonical, A: Numbers) -> Canonical:
-    """Convert actions to physical units, J = J'/s."""
-    return _scaled(c, 1 / scale(A))
-
-
 def aligned_from_canonical(
     c: Canonical, alpha0: Scalar, beta0: Scalar, m: Elementary = np
 ) -> Aligned:
@@ -244,12 +233,6 @@ def body_from_aligned(a: Aligned, alpha0: float, s: float) -> tuple[Array, Array
 def canonical_from_aligned(a: Aligned, alpha0: float, beta0: float) -> Canonical:
     """Dimensionless (J, theta) from aligned components."""
     return canonical_from_andoyer(andoyer_from_body(*body_from_aligned(a, alpha0, 1.0)), beta0)
-
-
-def _scaled(c: Canonical, factor: float) -> Canonical:
-    # At rest J3 holds sin q, which has no unit.
-    J3 = np.where(np.asarray(c.J2) > 0, c.J3 * factor, c.J3)
-    return c._replace(J1=c.J1 * factor, J2mJ1=c.J2mJ1 * factor, J3=J3)
 
 
 def _wrap(angle: Any, period: float) -> Any:

@@ -14,8 +14,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike
 
-from rigidpend.numbers.doubles import Array
-from rigidpend.numbers.generic import Elementary, Scalar
+from rigidpend.numbers.generic import Array, Elementary, Scalar
 
 
 def sncndn(u: Scalar, k: Scalar, kc: Scalar, m: Elementary) -> tuple[Any, Any, Any]:

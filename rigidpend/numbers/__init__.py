@@ -3,10 +3,7 @@
 Modules
 -------
 exact        rational numbers and pi, kept exact; functions of them in any precision
-expressions  texts such as 3*pi/40, read for any kind of number
-parameters   the errors of values
+expressions  texts such as 3*pi/40, read for any kind of number; numbers and codes as texts
 checked      arguments of functions, taken or refused in a sentence
-generic      types of numbers of any kind, and of their functions; doubles: arrays of them
-decimals     decimal forms, as a person writes them
-alphabet     the symbols of route codes as numbers
+generic      types of numbers of any kind, and of their functions
 """

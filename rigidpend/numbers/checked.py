@@ -13,7 +13,6 @@ from typing import Any
 
 from rigidpend.numbers.exact import FINEST, Exact, ExactError, exact
 from rigidpend.numbers.expressions import named
-from rigidpend.numbers.parameters import ParameterError
 
 GAP = 11
 """Least number of bits between two precisions.
@@ -26,6 +25,20 @@ MOST_PHASES = 10_000_000
 
 LONGEST = 4096
 """Characters of a path at most, as on Linux."""
+
+
+class ParameterError(ValueError):
+    """A parameter that its conditions exclude; the message names condition and values."""
+
+    def __init__(self, field: str, message: str) -> None:
+        # Both, for an error that comes from a worker is made again from its arguments.
+        super().__init__(field, message)
+        self.field = field
+        """The name of the parameter that is wrong."""
+
+    def __str__(self) -> str:
+        return str(self.args[1])
+
 
 Error = type[ParameterError]
 

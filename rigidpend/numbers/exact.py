@@ -18,7 +18,7 @@ from typing import TYPE_CHECKING, Any
 
 from rigidpend.numbers import expressions
 from rigidpend.numbers.expressions import MAX_EXPONENT, MAX_TEXT, named, shown
-from rigidpend.numbers.parameters import ExactError as ExactError
+from rigidpend.numbers.expressions import ExactError as ExactError
 
 if TYPE_CHECKING:
     from mpmath import MPContext

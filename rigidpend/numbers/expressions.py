@@ -1,4 +1,6 @@
-"""Texts read as expressions of numbers: decimals, pi, arithmetic and a few functions.
+"""Texts and numbers: expressions read, decimals and codes written as a person writes them.
+
+A text may hold decimals, pi, arithmetic and a few functions.
 
 The kind of number is the caller's: a :class:`Reader` says how one is made and combined. So this
 module knows nothing of :class:`rigidpend.numbers.exact.Exact`, which builds on it.
@@ -7,13 +9,14 @@ module knows nothing of :class:`rigidpend.numbers.exact.Exact`, which builds on 
 from __future__ import annotations
 
 import ast
+import re
 import reprlib
 import sys
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Generic, TypeVar
-
-from rigidpend.numbers.parameters import ExactError
+from decimal import Decimal, localcontext
+from fractions import Fraction
+from typing import Any, Generic, TypeVar
 
 # Whoever writes a number by hand needs far less; what is longer would take seconds to evaluate.
 MAX_TEXT = 4000
@@ -36,7 +39,19 @@ _OPERATORS: dict[type[ast.operator], str] = {
     ast.Pow: "**",
 }
 
+RATIONAL = re.compile(r"-?\d{1,40}(/\d{1,40})?")
+"""Form of what :func:`as_written` looks at: longer numbers stay as they stand, unread."""
+DIGITS, SMALL, LARGE = 16, Fraction(1, 1000), 10**6
+"""Digits of a decimal form at most; below and above these it has an exponent."""
+
+NO_SYMBOL = 255
+"""The code where there is no symbol: the orbit does not cross J1 = J2/2 again."""
+
 Number = TypeVar("Number")
+
+
+class ExactError(ValueError):
+    """A value that is no finite real number, or a text that is no expression of one."""
 
 
 @dataclass(frozen=True)
@@ -125,3 +140,48 @@ def _read_number(digits: str, reader: Reader[Number]) -> Number:
     if exponent and abs(int(exponent)) > MAX_EXPONENT:
         raise ExactError(f"{digits}: exponents go to {MAX_EXPONENT}")
     return reader.number(digits)
+
+
+def as_written(text: str) -> str:
+    """Write a rational number ``p/q`` as a short decimal where it is one, else as it stands.
+
+    >>> as_written("3/2"), as_written("1/100000000"), as_written("1/3"), as_written("3*pi/40")
+    ('1.5', '1e-8', '1/3', '3*pi/40')
+    """
+    if not RATIONAL.fullmatch(text):
+        return text
+    try:
+        value = Fraction(text)
+    except ZeroDivisionError:
+        return text
+    with localcontext(prec=DIGITS):
+        rounded = Decimal(value.numerator) / Decimal(value.denominator)
+    # A decimal that is merely close would say another number.
+    if Fraction(rounded) != value:
+        return text
+    if value.denominator == 1 and abs(value) <= LARGE:
+        return str(value)
+    plain = rounded.normalize()
+    if not value or SMALL <= abs(value) <= LARGE:
+        return f"{plain:f}"
+    digits = "".join(map(str, plain.as_tuple().digits))
+    mantissa = digits[0] + (f".{digits[1:]}" if digits[1:] else "")
+    return f"{'-' * (value < 0)}{mantissa}e{plain.adjusted()}"
+
+
+def everywhere(node: Any) -> Any:
+    """Copy of plain data, in which every text that is a rational number is :func:`as_written`."""
+    if isinstance(node, dict):
+        return {key: everywhere(value) for key, value in node.items()}
+    if isinstance(node, list):
+        return [everywhere(value) for value in node]
+    return as_written(node) if isinstance(node, str) else node
+
+
+def words(codes: Any, known: Any) -> list[str]:
+    """Codes (n_symbols, n) as texts, one an orbit: ``.`` for no symbol, ``?`` where not known."""
+    # Where nothing is computed NumPy is not imported.
+    import numpy as np
+
+    shown = np.where(codes == NO_SYMBOL, ".", np.asarray(codes).astype("U1"))
+    return ["".join(column) for column in np.where(known, shown, "?").T]

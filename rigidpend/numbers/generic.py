@@ -1,10 +1,16 @@
-"""Types of generic numbers: the same formula over floats, arrays, mpmath numbers, symbols."""
+"""Types of numbers: arrays of doubles, and generic ones such as floats, mpmath's, symbols."""
 
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import Any, Protocol, TypeAlias
+from typing import TYPE_CHECKING, Any, Protocol, TypeAlias
 
+if TYPE_CHECKING:
+    import numpy as np
+    from numpy.typing import NDArray
+
+Array: TypeAlias = "NDArray[np.float64]"
+"""An array of doubles, by its name alone: what reads a config must not import NumPy."""
 Scalar: TypeAlias = Any
 """A number or an array of numbers that knows ``+ - * /``: the caller chooses the kind."""
 Numbers: TypeAlias = Any

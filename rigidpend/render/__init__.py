@@ -19,7 +19,7 @@ from typing import TYPE_CHECKING, Any
 
 from rigidpend import experiments
 from rigidpend.config import changes
-from rigidpend.machine import files, words
+from rigidpend.machine import files, wording
 from rigidpend.machine.code_hash import code_hash_of, inside
 from rigidpend.render import captions
 from rigidpend.results import store
@@ -98,11 +98,11 @@ def render(sources: Sequence[Path], target: Path, *, force: bool = False) -> boo
 def drawn_from(sources: Sequence[Path]) -> str:
     """Fingerprint of all that an image of some results depends on."""
     experiment = str(store.attributes(sources[0]).get("experiment", ""))
-    drawing = [inside("experiments", experiment, f"{part}.py") for part in ("draw", "report")]
+    drawing = inside("experiments", experiment, "draw.py")
     own = [inside("render", name) for name in ("__init__.py", "captions.py")]
     certificates = map(storage.certificate_of, sources)
     parts = [files.content(each) if each.is_file() else b"" for each in (*sources, *certificates)]
-    parts += [STYLE.read_bytes(), code_hash_of(*filter(Path.is_file, (*drawing, *own))).encode()]
+    parts += [STYLE.read_bytes(), code_hash_of(drawing, *own).encode()]
     parts += [installed.version(name).encode() for name in LIBRARIES]
     digests = (hashlib.sha256(part).digest() for part in parts)
     return hashlib.sha256(b"".join(digests)).hexdigest()
@@ -165,7 +165,7 @@ def _undrawable() -> Iterator[None]:
     try:
         yield
     except OF_VALUES as error:
-        raise Undrawable(f"cannot be drawn: {words.error(error)}") from error
+        raise Undrawable(f"cannot be drawn: {wording.error(error)}") from error
 
 
 def _image(figure: Figure, suffix: str, attributes: Any, foot: Sequence[str]) -> bytes:

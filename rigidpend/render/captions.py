@@ -6,8 +6,8 @@ from collections.abc import Iterator, Mapping, Sequence
 from typing import Any
 
 from rigidpend import experiments
-from rigidpend.experiments.data.tree import Loaded
-from rigidpend.numbers.decimals import as_written
+from rigidpend.experiments.data import Loaded
+from rigidpend.numbers.expressions import as_written
 
 SHARED = ("beta0", "mu", "h", "h0", "half_turns", "M_0", "J1_0", "theta2_0")
 """Keys of a problem that are told beside the body, in this order, if one value is given."""
@@ -17,8 +17,7 @@ LONGEST = 300
 
 def caption(experiment: str) -> str:
     """Sentences on what the figures of an experiment show: the first is for whoever sees one."""
-    reporting = experiments.reporting(experiment)
-    return reporting.CAPTION if reporting else ""
+    return str(getattr(experiments.drawing(experiment), "CAPTION", ""))
 
 
 def foot(name: str, results: Sequence[Loaded]) -> list[str]:

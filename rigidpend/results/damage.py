@@ -17,7 +17,7 @@ from pathlib import Path
 from typing import Any, NoReturn
 
 from rigidpend.machine.files import SEAL, SEAL_LENGTH, StoreError, unsealed
-from rigidpend.machine.words import short
+from rigidpend.machine.wording import short
 
 # Python and others warn of a fork beside threads; `tried` says why these are no matter. Once for
 # all, for to change the filters for a while would change them for every thread.

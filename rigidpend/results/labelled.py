@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from rigidpend.experiments.data.layout import Field, Layout, declared
+from rigidpend.experiments.data import Field, Layout, declared
 
 if TYPE_CHECKING:
     import xarray

@@ -7,6 +7,7 @@ then is a value used.
 
 from __future__ import annotations
 
+import json
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
@@ -17,10 +18,10 @@ import numpy as np
 from h5py import h5g
 
 from rigidpend import experiments
-from rigidpend.experiments.data.layout import Layout
+from rigidpend.experiments.data import FLOAT, NUMBER, Layout, Loaded, fields
 from rigidpend.machine import files
 from rigidpend.machine.files import Absent, StoreError
-from rigidpend.machine.words import short
+from rigidpend.machine.wording import short
 from rigidpend.results.damage import grant, intact, tried
 from rigidpend.results.structure import Checker, Unfit, attributes, told
 
@@ -140,3 +141,55 @@ def _layout(given: dict[str, Any]) -> Layout:
         return experiments.layout(given["experiment"])
     except experiments.UnknownExperiment as error:
         raise Unfit(str(error)) from None
+
+
+CONFIG, DEEPEST = 2**22, 32
+"""Characters of a config, and its brackets inside each other, at most."""
+
+
+def check_values(loaded: Loaded, layout: Layout | None = None) -> None:
+    """Check the values of a loaded result, of its experiment's layout or the one given.
+
+    Raises
+    ------
+    Unfit
+        A number is not finite that must be.
+    """
+    layout = layout or experiments.layout(loaded["attributes"]["experiment"])
+    for place, values, field in fields(layout, loaded["data"]):
+        if field.kind in (FLOAT, NUMBER) and not (field.gaps or np.isfinite(values).all()):
+            raise Unfit(f"data/{place} has a number that is not finite")
+
+
+def read_config(text: str) -> dict[str, Any]:
+    """Read the config of a result.
+
+    Raises
+    ------
+    Unfit
+        It is no JSON object, or too long or too deep for a config.
+    """
+    try:
+        found = json.loads(text) if len(text) <= CONFIG else None
+    except (ValueError, RecursionError):
+        found = None
+    if not isinstance(found, dict):
+        raise Unfit("its config is no JSON object")
+    if _depth(found) > DEEPEST:
+        raise Unfit(f"its config has more than {DEEPEST} brackets inside each other")
+    return found
+
+
+def _depth(node: Any) -> int:
+    """Count the brackets inside each other; none is entered that is too deep."""
+    # Level by level: recursion could be exhausted by a file made for that.
+    level, depth = [node], 0
+    while level and depth <= DEEPEST:
+        inner = [x.values() if isinstance(x, dict) else x for x in level if _is_bracket(x)]
+        level = [x for each in inner for x in each]
+        depth += 1
+    return depth
+
+
+def _is_bracket(node: Any) -> bool:
+    return isinstance(node, dict | list)

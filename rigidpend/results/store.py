@@ -20,12 +20,19 @@ from typing import Any, NamedTuple, Self, TypeAlias
 import h5py
 import numpy as np
 
-from rigidpend.experiments.data.layout import Layout
-from rigidpend.experiments.data.tree import Coming, Dataset, Loaded, Streamed, Tree
+from rigidpend.experiments.data import Coming, Dataset, Layout, Loaded, Streamed, Tree
 from rigidpend.machine import files
 from rigidpend.machine.files import StoreError, prepare, sealed
-from rigidpend.results import content
-from rigidpend.results.opening import FORMAT, FORMAT_VERSION, RATIO, OtherVersion, opened, readable
+from rigidpend.results.opening import (
+    FORMAT,
+    FORMAT_VERSION,
+    RATIO,
+    OtherVersion,
+    check_values,
+    opened,
+    read_config,
+    readable,
+)
 from rigidpend.results.structure import told
 
 __all__ = [
@@ -92,11 +99,11 @@ def load(path: Path, layout: Layout | None = None, *, ratio: int = RATIO) -> Loa
     with opened(path, whole=True, layout=layout, ratio=ratio) as file, readable(path):
         loaded: Loaded = {
             "attributes": dict(file.attrs),
-            "config": content.config(_plain(file["config"])),
+            "config": read_config(_plain(file["config"])),
             "provenance": dict(file["provenance"].attrs),
             "data": _plain(file["data"]),
         }
-        content.check(loaded, layout)
+        check_values(loaded, layout)
         return loaded
 
 
@@ -137,7 +144,7 @@ def config(path: Path) -> dict[str, Any]:
     Raises the errors of :func:`opened`.
     """
     with opened(path, whole=True) as file, readable(path):
-        return content.config(_plain(file["config"]))
+        return read_config(_plain(file["config"]))
 
 
 def attributes(path: Path) -> dict[str, Any]:

@@ -14,7 +14,7 @@ from typing import Any
 
 from h5py import h5a, h5d, h5g, h5i, h5l, h5o, h5s, h5t, h5z
 
-from rigidpend.experiments.data.layout import (
+from rigidpend.experiments.data import (
     FLAG,
     FLOAT,
     NUMBER,

@@ -32,7 +32,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rigidpend.orbits import UNITS
-from rigidpend.orbits.integrate.records import Crossings, Outcome, joined
+from rigidpend.orbits.integrate import Crossings, Outcome, joined
 from rigidpend.routes.start import Scales
 
 FIRST, SECOND, THIRD = (

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from typing import TYPE_CHECKING, NamedTuple
 
@@ -10,7 +11,7 @@ from numpy.typing import NDArray
 
 from rigidpend.numbers import checked
 from rigidpend.numbers.exact import PRECISIONS
-from rigidpend.orbits.integrate.records import Crossings, Outcome, no_crossings
+from rigidpend.orbits.integrate import Crossings, Outcome, no_crossings
 from rigidpend.routes import certainty, costs
 from rigidpend.routes.certainty import Columns, Compute, Decided
 from rigidpend.routes.cycle import symbols
@@ -28,10 +29,11 @@ PIECE = 2048
 OFTEN = 0.1
 """Seconds of integration of a problem, in all calls, after which kept maps serve few orbits too.
 
-To read them takes as long. Of each so many further ones a sample is integrated as well: the same
-share of few orbits as of many."""
+To read them takes as long. Of each so many further ones a sample is integrated as well."""
+SELDOM = 100_000
+"""Orbits of a problem from one sample of many to the next, which takes 3 to 5 % of their time."""
 PROBLEMS = 1_000
-"""Problems whose seconds are counted; then the count begins anew."""
+"""Problems whose orbits are counted; then the count begins anew."""
 SAMPLE = 64
 """Number of orbits that are integrated as well in doubles, and compared, unless maps are kept."""
 ABREAST = 4
@@ -72,8 +74,9 @@ def decided(run: Run, method: str = "auto", *, kept: bool = False) -> Mapped:
     run : Run
     method : {"auto", "map", "integration"}, optional
     kept : bool, optional
-        Whether few orbits may take maps that are there from before, if their problem is asked for
-        often. What is stored does without: a result hangs on no cache.
+        Whether few orbits may take maps that are there from before, and many the sample of a call
+        before this, if their problem is asked for often. What is stored does without: a result
+        hangs on no cache.
 
     Raises
     ------
@@ -90,7 +93,9 @@ def decided(run: Run, method: str = "auto", *, kept: bool = False) -> Mapped:
         message = f"the maps are in double precision: precisions must begin with 53, got {ladder}"
         raise ProblemError("precisions", message)
     few = method == "auto" and not costs.at_stake(run.problem, run.orbits, ladder)
-    likely, sampled = _counted(run) if few and kept and ladder[0] == 53 else (not few, True)
+    likely, sampled = not few, True
+    if kept and method == "auto" and ladder[0] == 53:
+        likely, sampled = _counted(run, few)
     if method == "map" or (method == "auto" and likely):
         from rigidpend.orbits.return_map import MapError
         from rigidpend.routes.mapped import Maps
@@ -107,17 +112,26 @@ def decided(run: Run, method: str = "auto", *, kept: bool = False) -> Mapped:
     return Mapped(run.decided(), np.zeros(len(run.phases), dtype=bool))
 
 
-_asked: dict[RouteProblem, float] = {}
-"""Seconds of integration that were asked for, a few orbits at a time."""
+class _Asked(NamedTuple):
+    """Orbits of a problem in all calls, and in those up to the last sample."""
+
+    all_: int = 0
+    sampled: float = -math.inf
 
 
-def _counted(run: Run) -> tuple[bool, bool]:
-    """True if few orbits may take kept maps, after all before them; and if they need a sample."""
+_asked: dict[RouteProblem, _Asked] = {}
+
+
+def _counted(run: Run, few: bool) -> tuple[bool, bool]:
+    """True if orbits may take maps, after all before them; and if they need a sample."""
     if len(_asked) >= PROBLEMS:
         _asked.clear()
-    before = _asked.get(run.problem, 0.0)
-    now = _asked[run.problem] = before + run.orbits * costs.integration(run.problem)
-    return now >= OFTEN, now // OFTEN > before // OFTEN
+    before = _asked.get(run.problem, _Asked())
+    now, often = before.all_ + run.orbits, OFTEN / costs.integration(run.problem)
+    likely = not few or now >= often
+    due = likely and now - before.sampled >= (often if few else SELDOM)
+    _asked[run.problem] = _Asked(now, now if due else before.sampled)
+    return likely, due
 
 
 def decided_by(maps: Maps, *, sampled: bool = True) -> Mapped:

@@ -10,8 +10,8 @@ from numpy.typing import NDArray
 
 from rigidpend.mechanics.body import Body
 from rigidpend.numbers import checked
-from rigidpend.numbers.alphabet import words
 from rigidpend.numbers.exact import PRECISIONS, Exact
+from rigidpend.numbers.expressions import words
 from rigidpend.numbers.generic import Scalar
 from rigidpend.orbits.integrate.arithmetic import Arithmetic, resolve
 from rigidpend.routes import choice

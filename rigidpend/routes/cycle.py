@@ -7,7 +7,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from rigidpend.numbers.alphabet import NO_SYMBOL
+from rigidpend.numbers.expressions import NO_SYMBOL
 
 
 class Turn(NamedTuple):

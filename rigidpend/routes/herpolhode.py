@@ -8,7 +8,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from rigidpend.mechanics import hodograph
+from rigidpend.mechanics import in_space
 from rigidpend.mechanics.body import Body
 from rigidpend.mechanics.coordinates import (
     Aligned,
@@ -17,9 +17,8 @@ from rigidpend.mechanics.coordinates import (
     scale,
 )
 from rigidpend.mechanics.equations import aligned, aligned_coefficients
-from rigidpend.mechanics.separatrices import separatrix_beside
-from rigidpend.numbers.doubles import Array
-from rigidpend.numbers.generic import Numbers
+from rigidpend.mechanics.free_body import separatrix_beside
+from rigidpend.numbers.generic import Array, Numbers
 from rigidpend.orbits.integrate.states import states_at
 from rigidpend.routes.problem import RouteProblem
 from rigidpend.routes.start import Scales, start, states_double
@@ -63,7 +62,7 @@ def follow(
     # One integration for both: the samples to be drawn, and the crossings by which they are judged.
     times = np.union1d(t, crossing_time)
     states = states_at(
-        hodograph.field_without_alpha(problem.body),
+        in_space.field_without_alpha(problem.body),
         initial_state(problem, theta2_0),
         times,
         engine=engine,
@@ -88,8 +87,8 @@ def alpha(states: Array, body: Body) -> Array:
     It differs from theta3 by less than pi/2, so that it is continuous where theta3 is.
     """
     M, gamma = physical(states, body)
-    omega = hodograph.angular_velocity(M, body.floats()[0])
-    return np.asarray(states[6] + hodograph.alpha_ahead(M, omega, gamma))
+    omega = in_space.angular_velocity(M, body.floats()[0])
+    return np.asarray(states[6] + in_space.alpha_ahead(M, omega, gamma))
 
 
 def alpha_at(
@@ -106,7 +105,7 @@ def alpha_at(
         t'.
     tolerance, engine : as in `states.states_at`
     """
-    field = hodograph.field_without_alpha(body)
+    field = in_space.field_without_alpha(body)
     times = np.asarray(ends)[None]
     found = states_at(field, states, times, engine=engine, tolerance=tolerance)
     return alpha(found[:, 0], body)
@@ -124,7 +123,7 @@ def samples(body: Body, orbit: RouteOrbit) -> dict[str, Array]:
     """Samples as fields: t', angles in radians, omega (n, 3) in the fixed basis, physical."""
     *state, theta3 = orbit.states
     M, gamma = physical(state, body)
-    omega = hodograph.angular_velocity(M, body.floats()[0])
+    omega = in_space.angular_velocity(M, body.floats()[0])
     angle = alpha(orbit.states, body)
     c = canonical_from_aligned(Aligned(*state), body.alpha0, body.beta0)
     return {
@@ -133,7 +132,7 @@ def samples(body: Body, orbit: RouteOrbit) -> dict[str, Array]:
         "J1_over_J2": c.J1 / c.J2,
         "theta3": theta3,
         "alpha": angle,
-        "omega": hodograph.fixed_components(omega, gamma, angle),
+        "omega": in_space.fixed_components(omega, gamma, angle),
     }
 
 

@@ -20,7 +20,7 @@ from rigidpend.mechanics.body import Angles
 from rigidpend.mechanics.coordinates import Canonical, aligned_from_canonical
 from rigidpend.mechanics.equations import height
 from rigidpend.numbers.exact import GUARD_BITS, exact
-from rigidpend.orbits.integrate.records import Crossings, Outcome
+from rigidpend.orbits.integrate import Crossings, Outcome
 from rigidpend.orbits.return_map import MapError, ReturnMap, kernel, return_map
 from rigidpend.orbits.return_map.build import (
     FIRST,

@@ -15,11 +15,10 @@ from typing import Any
 import numpy as np
 
 from rigidpend.numbers.exact import PI, Exact, exact
-from rigidpend.orbits.integrate import neighbours
+from rigidpend.orbits.integrate import Crossings, neighbours
 from rigidpend.orbits.integrate.arithmetic import Arithmetic
 from rigidpend.orbits.integrate.differences import KINDS, array
 from rigidpend.orbits.integrate.neighbours import Neighbours
-from rigidpend.orbits.integrate.records import Crossings
 from rigidpend.orbits.integrate.reference_orbit import ReferenceOrbit, followed, reference_bits
 from rigidpend.routes import certainty
 from rigidpend.routes.choice import Mapped

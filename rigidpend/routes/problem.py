@@ -10,10 +10,10 @@ from typing import Any
 from rigidpend.machine import files
 from rigidpend.mechanics import pendulum
 from rigidpend.mechanics.body import Body
-from rigidpend.mechanics.separatrices import fastest_rate
+from rigidpend.mechanics.free_body import fastest_rate
 from rigidpend.numbers import checked
+from rigidpend.numbers.checked import ParameterError
 from rigidpend.numbers.exact import Exact, ExactError, context, function
-from rigidpend.numbers.parameters import ParameterError
 
 MAX_SYMBOLS = 100_000
 """Symbols on an orbit at most."""

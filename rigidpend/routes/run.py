@@ -13,9 +13,9 @@ from numpy.typing import NDArray
 from rigidpend.machine.workers import side_by_side
 from rigidpend.numbers.exact import exact
 from rigidpend.orbits import integrate
+from rigidpend.orbits.integrate import Crossings, Orbits
 from rigidpend.orbits.integrate.arithmetic import Arithmetic
-from rigidpend.orbits.integrate.kernel.writer import LANES
-from rigidpend.orbits.integrate.records import Crossings, Orbits
+from rigidpend.orbits.integrate.kernel.machine_code import LANES
 from rigidpend.routes import certainty
 from rigidpend.routes.certainty import Columns, Decided, Work
 from rigidpend.routes.phases import Phases

@@ -14,13 +14,12 @@ from typing import Any
 
 import numpy as np
 
-from rigidpend.experiments.data.layout import TEXT, WHOLE, Field, Layout
-from rigidpend.experiments.data.tree import Data, Loaded
+from rigidpend.experiments.data import TEXT, WHOLE, Data, Field, Layout, Loaded
 from rigidpend.machine.files import CERTIFICATE
-from rigidpend.numbers.alphabet import NO_SYMBOL
 from rigidpend.numbers.exact import exact
+from rigidpend.numbers.expressions import NO_SYMBOL
 from rigidpend.results import store
-from rigidpend.routes.certified.steps import MOST_BITS, MOST_TERMS, STEPS, Step
+from rigidpend.routes.certified.pieces import ORBIT_BITS, ORBIT_STEPS, ORBIT_TERMS, Step
 
 SUFFIX = f"{CERTIFICATE}.h5"
 """Ending of a certificate's name, behind that of its result."""
@@ -251,11 +250,11 @@ def unpacked(group: Data) -> list[list[Step]]:
     halves, bits, terms = (_whole(group[name]) for name in ("half_lengths", "step_bits", "terms"))
     # The numbers may be anybody's: they are held to their
     # bounds before memory is taken by them.
-    _between("number of steps of an orbit", counts, 0, STEPS)
+    _between("number of steps of an orbit", counts, 0, ORBIT_STEPS)
     _between("half-length of a step", halves, 1, 2**62)
-    _between("number of bits of a step", bits, 1, MOST_BITS)
-    _between("number of terms of a step", terms, 1, MOST_TERMS)
-    _between("width of a coefficient", widths, 1, MOST_BITS // 4)
+    _between("number of bits of a step", bits, 1, ORBIT_BITS)
+    _between("number of terms of a step", terms, 1, ORBIT_TERMS)
+    _between("width of a coefficient", widths, 1, ORBIT_BITS // 4)
     for what, found, expected in (
         ("steps are not as many as the orbits say", halves.size, counts.sum()),
         ("coefficients are not as many as the steps say", widths.size, 6 * terms.sum()),

@@ -14,19 +14,16 @@ from pydantic import ValidationError
 from rigidpend import experiments
 from rigidpend.config.complaints import Complaint, ConfigError, Origin
 from rigidpend.experiments.contract import Piece
-from rigidpend.experiments.data.layout import TEXT, Field, datasets
-from rigidpend.experiments.data.tree import Data, Loaded, Tree
+from rigidpend.experiments.data import TEXT, Data, Field, Loaded, Tree, datasets
 from rigidpend.machine.code_hash import code_hash_of
 from rigidpend.machine.files import Absent
 from rigidpend.machine.progress import PartDone, tell_nobody
-from rigidpend.machine.words import short
-from rigidpend.numbers.alphabet import NO_SYMBOL
-from rigidpend.numbers.decimals import as_written
+from rigidpend.machine.wording import short
 from rigidpend.numbers.exact import Exact, exact
-from rigidpend.numbers.parameters import ExactError
+from rigidpend.numbers.expressions import NO_SYMBOL, ExactError, as_written
 from rigidpend.results import store
 from rigidpend.routes.certified import codes
-from rigidpend.routes.certified.progress import Report
+from rigidpend.routes.certified.proofs import Report
 from rigidpend.routes.problem import RouteProblem
 from rigidpend.runs import certificate_files as storage
 from rigidpend.runs import cluster, loading, orbit_proofs, provenance

@@ -20,8 +20,8 @@ from typing import Any, NamedTuple
 from urllib.parse import urlsplit
 
 from rigidpend.experiments.contract import Piece
-from rigidpend.experiments.data.tree import Tree
-from rigidpend.machine import words
+from rigidpend.experiments.data import Tree
+from rigidpend.machine import wording
 from rigidpend.machine.code_hash import code_hash_of, digest, inside
 from rigidpend.machine.progress import PartDone
 from rigidpend.machine.workers import PERIOD, WorkerError, check_stop
@@ -271,8 +271,8 @@ def on_worker(experiment: str, engine: str, wanted: dict[str, str], job: bytes) 
         said = f"the worker {here} has not enough memory: {ROOM}; {CONTINUES}"
         raise WorkerError(said) from None
     except ImportError as error:
-        said = f"the worker {here}: {words.library(error) or 'a library'} cannot be loaded there"
-        raise WorkerError(f"{said} ({words.short(error)}): install it anew") from None
+        said = f"the worker {here}: {wording.library(error) or 'a library'} cannot be loaded there"
+        raise WorkerError(f"{said} ({wording.short(error)}): install it anew") from None
     libraries = ", ".join(f"{name} {provenance.version(name)}" for name in ("numpy", "mpmath"))
     return tree, f"{here}: {own['engine']}, {libraries}, Python {platform.python_version()}"
 

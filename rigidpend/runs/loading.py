@@ -202,10 +202,10 @@ def _read(path: Path) -> Document:
     """Read a config file, or the config that a result was made from."""
     if path.suffix != ".h5":
         return reader.read(path)
-    from rigidpend.numbers import decimals
+    from rigidpend.numbers import expressions
     from rigidpend.results import store
 
-    stored = decimals.everywhere(store.config(path))
+    stored = expressions.everywhere(store.config(path))
     return reader.parse(json.dumps(stored, indent=2, ensure_ascii=False), str(path))
 
 

@@ -15,14 +15,14 @@ from typing import TYPE_CHECKING, Any, TypeVar
 from pydantic import ValidationError
 
 from rigidpend import experiments
-from rigidpend.experiments.data.layout import WHOLE, Field, datasets
-from rigidpend.experiments.full_shift.layout import ENERGIES, LINE, PROOF, QUADS
-from rigidpend.machine.words import short
+from rigidpend.experiments.data import WHOLE, Field, datasets
+from rigidpend.experiments.full_shift import ENERGIES, LINE, PROOF, QUADS
+from rigidpend.machine.wording import short
 from rigidpend.machine.workers import side_by_side
 from rigidpend.numbers.exact import exact
 from rigidpend.results import store
 from rigidpend.routes.certified.checker import Undecided
-from rigidpend.routes.certified.progress import Report
+from rigidpend.routes.certified.proofs import Report
 from rigidpend.runs import certificate_files, provenance
 from rigidpend.runs.loading import LoadedConfig
 
@@ -58,11 +58,7 @@ def prove(
     ------
     Undecided, StoreError, ConfigError
     """
-    from rigidpend.routes.certified import (
-        chains,
-        pieces,
-        start_lines,
-    )
+    from rigidpend.routes.certified import chains, pieces, start_lines
 
     if not is_proof(file):
         raise store.StoreError(f"{file}: a proof is named X{SUFFIX}")

@@ -9,12 +9,12 @@ from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Self
 
-from rigidpend.machine import files, kept, locks
+from rigidpend.machine import cache, files
 from rigidpend.machine.workers import check_stop
 
 if TYPE_CHECKING:
     from rigidpend.experiments.contract import Piece
-    from rigidpend.experiments.data.tree import Tree
+    from rigidpend.experiments.data import Tree
 
 
 class Parts:
@@ -34,7 +34,7 @@ class Parts:
     def __init__(self, target: Path, fingerprint: str) -> None:
         self._whole = _folder(target)
         self._fingerprint = fingerprint
-        self._folder = self._whole / kept.name_of(fingerprint.encode())
+        self._folder = self._whole / cache.name_of(fingerprint.encode())
         self._handle: int | None = None
 
     def __enter__(self) -> Self:
@@ -49,7 +49,7 @@ class Parts:
     def keep(self, name: str, compute: Callable[[], Tree]) -> Tree:
         """The part of that name: as kept by an earlier run, or computed and kept.
 
-        One that does not fit is told, and computed again (see `kept.load`).
+        One that does not fit is told, and computed again (see `cache.load_file`).
 
         Parameters
         ----------
@@ -70,16 +70,16 @@ class Parts:
         path, of = self._folder / f"{name}.h5", f"{self._fingerprint}, part {name}".encode()
         # Asked before hours of computation, which could not be kept.
         files.make_way(path)
-        content = kept.load(path, of)
+        content = cache.load_file(path, of)
         if content is not None:
             try:
                 return store.read_part(path, content)
             except store.StoreError as error:
-                kept.tell(path, str(error))
+                cache.tell(path, str(error))
         check_stop()
         made = compute()
         try:
-            kept.save(path, of, store.part(made))
+            cache.save_file(path, of, store.part(made))
         except OSError as error:
             raise store.StoreError(f"{path}: cannot be written: {error.strerror}") from None
         return made
@@ -104,21 +104,21 @@ class Parts:
             try:
                 for folder in (self._whole, self._folder):
                     _make(folder)
-                handle = os.open(self._whole, os.O_RDONLY | locks.NOT_WAITING)
+                handle = os.open(self._whole, os.O_RDONLY | files.NOT_WAITING)
             except FileNotFoundError:
                 # Another run has just removed it.
                 continue
             except OSError as error:
                 raise files.StoreError(f"{self._whole}: {error.strerror}") from None
-            locks.share(handle)
-            if locks.is_at(handle, self._whole):
+            files.share(handle)
+            if files.is_at(handle, self._whole):
                 self._handle = handle
             else:
-                locks.release(handle)
+                files.release(handle)
 
     def _leave(self) -> None:
         if self._handle is not None:
-            locks.release(self._handle)
+            files.release(self._handle)
         self._handle = None
 
 
@@ -140,6 +140,6 @@ def _folder(target: Path) -> Path:
 
 
 def _remove(folder: Path) -> None:
-    with locks.deserted(folder) as free:
+    with files.deserted(folder) as free:
         if free:
             shutil.rmtree(folder, ignore_errors=True)

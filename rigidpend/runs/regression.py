@@ -11,9 +11,9 @@ from pathlib import Path
 from typing import Any, NamedTuple, TypeAlias
 
 from rigidpend import experiments
-from rigidpend.experiments.data import compare
-from rigidpend.experiments.data.tree import Loaded
-from rigidpend.machine import files, words
+from rigidpend.experiments import compare
+from rigidpend.experiments.data import Loaded
+from rigidpend.machine import files, wording
 from rigidpend.machine.progress import tell_nobody
 from rigidpend.numbers.exact import exact
 from rigidpend.orbits.integrate.arithmetic import COARSEST_TOLERANCE, resolve
@@ -85,7 +85,7 @@ def verify(
             found += compare.differences(layout, old["data"], new["data"])
         # A file may hold any values: what a comparison makes of them cannot be foreseen.
         except (LookupError, ValueError, ZeroDivisionError) as error:
-            said = f"{stored}: cannot be compared: {words.error(error)}"
+            said = f"{stored}: cannot be compared: {wording.error(error)}"
             raise files.StoreError(said) from None
     if certificate:
         found += storage.contradictions(new, certificate)

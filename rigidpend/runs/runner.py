@@ -21,7 +21,7 @@ from rigidpend.runs.recalled import DOUBT, OTHER, SECONDS, AnyConfig
 if TYPE_CHECKING:
     from rigidpend.config.schema import ExperimentConfig
     from rigidpend.experiments.contract import Piece
-    from rigidpend.experiments.data.tree import Tree
+    from rigidpend.experiments.data import Tree
     from rigidpend.orbits.integrate.arithmetic import Arithmetic
 
 

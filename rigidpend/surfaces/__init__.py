@@ -2,8 +2,7 @@
 
 Modules
 -------
-variational     orbits beside an unperturbed separatrix, to first order
-melnikov        Melnikov's integral on the four separatrices, its zeros
+melnikov        Melnikov's integral on the four separatrices, its zeros; orbits beside these
 curves          the surfaces S1- and S2+ as curves (Fig. 3)
 surface_orbits  orbits of S1- up to the section
 splitting       the distance of the surfaces as a Fourier series, against Melnikov's formula

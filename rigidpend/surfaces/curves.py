@@ -9,11 +9,11 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from rigidpend.mechanics import separatrices
+from rigidpend.mechanics import free_body
 from rigidpend.mechanics.body import Body
 from rigidpend.mechanics.coordinates import Aligned, canonical_from_aligned
-from rigidpend.numbers.doubles import Array
 from rigidpend.numbers.exact import Exact, exact, function
+from rigidpend.numbers.generic import Array
 from rigidpend.orbits.integrate.states import states_at
 from rigidpend.routes.problem import ProblemError, RouteProblem, phase_rate
 from rigidpend.routes.start import Scales, start, states_double
@@ -148,7 +148,7 @@ def times(problem: RouteProblem) -> Array:
 
 def exponent(problem: RouteProblem) -> float:
     """Rate u = J2_0 sin(alpha0) at which orbits approach and leave, per t'."""
-    return separatrices.exponent(float(problem.J2_0(53)), problem.body.angles(), math)
+    return free_body.exponent(float(problem.J2_0(53)), problem.body.angles(), math)
 
 
 def projected(orbits: Array, alpha0: float, beta0: float) -> tuple[Array, Array]:

@@ -16,10 +16,10 @@ import numpy as np
 from rigidpend.mechanics.body import Body
 from rigidpend.mechanics.coordinates import Aligned, body_from_aligned
 from rigidpend.mechanics.equations import AlignedCoefficients
-from rigidpend.mechanics.precession import turning_rate
-from rigidpend.mechanics.separatrices import u
-from rigidpend.numbers.doubles import Array
+from rigidpend.mechanics.free_body import u
+from rigidpend.mechanics.in_space import turning_rate
 from rigidpend.numbers.exact import Exact
+from rigidpend.numbers.generic import Array
 from rigidpend.orbits.integrate.arithmetic import Arithmetic
 from rigidpend.orbits.integrate.states import states_at
 from rigidpend.surfaces.surface_orbits import (

@@ -1,19 +1,25 @@
-"""Melnikov's integral along the unperturbed separatrices, and its zeros.
+"""Melnikov's integral along the unperturbed separatrices, its zeros, and orbits beside these.
 
 The paper has it for separatrix 2; 1, 3 and 4 follow from the same bracket. Dimensionless, over
 generic numbers: `m` is numpy, math or an mpmath context. Phases are theta2_0, radians.
+
+Orbits beside a separatrix are known to first order in mu and in their distance. Their deviations
+are (delta theta1, delta J1, delta theta2, delta J2) from `free_body.separatrix`, in the order of
+`equations.eq1`, with t' counted from t0.
 """
 
 from __future__ import annotations
 
+import itertools
 import math
+from collections.abc import Callable
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from rigidpend.mechanics.body import Angles
 from rigidpend.mechanics.equations import eq1
-from rigidpend.mechanics.separatrices import (
+from rigidpend.mechanics.free_body import (
     SeparatrixMotion,
     direction,
     separatrix,
@@ -60,41 +66,6 @@ def integrand(t: Scalar, motion: SeparatrixMotion, p: Angles, m: Elementary = np
     # sin(theta1 + theta2) - sin(theta2) as a product: the paper's cosine at theta1/2 + theta2.
     swing = m.cos(at.theta2 + at.theta1 / 2)
     return -direction(motion.number) * sigma(motion.number, p, m) * share * swing
-
-
-def quadrature(
-    motion: SeparatrixMotion, p: Angles, m: Elementary = math, eps: float = 1e-15
-) -> Any:
-    """Melnikov's integral by the trapezoid rule, in any precision.
-
-    Parameters
-    ----------
-    motion : SeparatrixMotion
-        Numbers that `m` knows, as `p`.
-    p : Angles
-    m : namespace of exp, log, sin, cos and pi
-    eps : float, optional
-        Error allowed, relative to the amplitude.
-
-    Returns
-    -------
-    number
-
-    Notes
-    -----
-    On the whole line the rule errs by the integrand's Fourier transform at 2 pi/step, which is
-    known. As the amplitude is about nu exp(-nu) of the integrand, `m` must have nu/ln(10) digits
-    more than are asked for: doubles leave 10 at nu = 14, 4 at nu = 30 and none at nu = 45.
-    """
-    nats, rate = 3 - math.log(eps), u(motion, p, m)
-    # The rule errs by exp(nu - 2 pi^2/step) beside an amplitude of exp(-nu): their ratio is to be
-    # exp(-nats). Beyond the reach the integrand is below that, for it falls as exp(-|u t|).
-    step = 2 * m.pi**2 / (2 * p.nu + nats)
-    reach = math.ceil((nats + p.nu) / step)
-    middle = direction(motion.number) * v(motion, m) / rate
-    # The integrand is largest at the section, half the way; the nodes lie evenly about it.
-    times = (middle + k * step / rate for k in range(-reach, reach + 1))
-    return sum(integrand(t, motion, p, m) for t in times) * step / rate
 
 
 def integral(motion: SeparatrixMotion, p: Angles, m: Elementary = np) -> Any:
@@ -179,3 +150,103 @@ def zeros(problem: RouteProblem, number: int = 2) -> tuple[float, ...]:
     found = sorted(float((quarter * m.pi / 2 - lag) % (2 * m.pi)) for quarter in (1, 3))
     # A remainder just below 2 pi may round to the double 2 pi, which is phase 0.
     return tuple(x if x < math.tau else 0.0 for x in found)
+
+
+def linearised(
+    t: Scalar, delta: Numbers, motion: SeparatrixMotion, p: Angles, m: Elementary = np
+) -> tuple[Any, Any, Any, Any]:
+    """The linearised equations of the perturbed motion, dimensionless time t' (eq. eq2).
+
+    Parameters
+    ----------
+    t : number
+        t' - t0.
+    delta : 4 numbers
+        delta theta1, delta J1, delta theta2, delta J2.
+    motion : SeparatrixMotion
+        The separatrix; the paper has number 2.
+    p : Angles
+    m : namespace of exp, sin, cos and pi
+
+    Returns
+    -------
+    tuple of 4
+        The derivatives in the same order, per t'.
+    """
+    by_theta1, by_J1, _, by_J2 = delta
+    at, J2 = separatrix(t, motion, p, m), motion.J2_0
+    # (eq2) is written for separatrix 2; where the flow falls, sin(theta1 - beta0) is negative.
+    steep = direction(motion.number) * m.sin(p.alpha0)
+    pull, swing = p.mu / J2, m.sin(at.theta1 + at.theta2) - m.sin(at.theta2)
+    upper, lower = m.cos(at.theta1 + at.theta2), m.cos(at.theta2)
+    # Where (eq2) has J2_0 - J1* and 2 J1* - J2_0, the small action is carried, not formed.
+    across = at.J1 * at.J2mJ1
+    return (
+        (at.J1 - at.J2mJ1) * steep * by_theta1 + pull * swing,
+        (at.J2mJ1 - at.J1) * steep * by_J1
+        + across * m.cos(p.alpha0) * by_theta1
+        + at.J1 * steep * by_J2
+        - pull * at.J1 * upper,
+        p.kappa * by_J2 - at.J1 * steep * by_theta1 - pull * at.J1 / J2 * swing,
+        -pull * (at.J1 * upper + at.J2mJ1 * lower),
+    )
+
+
+def delta_theta1(t: float, begin: float, motion: SeparatrixMotion, p: Angles) -> float:
+    """Deviation delta theta1 after a time t, by quadrature over exponentials (eq. dtheta).
+
+    Parameters
+    ----------
+    t : float
+        t' - t0, of either sign.
+    begin : float
+        delta theta1 at t0, radians.
+    motion : SeparatrixMotion
+        Floats, \\|v\\| and \\|u t\\| below 1400.
+    p : Angles
+        Floats.
+
+    Returns
+    -------
+    float
+        Radians.
+
+    Notes
+    -----
+    This is the second of the printed forms, with (e^x + e^v)^2 e^-x = 4 e^v cosh^2((x - v)/2):
+    the right side neither overflows nor cancels.
+    """
+    rate, middle = direction(motion.number) * u(motion, p, math), v(motion, math)
+
+    def width(tau: float) -> float:
+        return 2 * math.cosh((rate * tau - middle) / 2)
+
+    # J1* (J2_0 - J1*) is (J2_0/width)^2, so that its ratios are squares of ratios of widths.
+    now = width(t)
+    forced = _forced(t, lambda tau: (now / width(tau)) ** 2, motion, p)
+    return (now / width(0)) ** 2 * begin + forced
+
+
+def _forced(
+    t: float, weight: Callable[[float], float], motion: SeparatrixMotion, p: Angles
+) -> float:
+    """Contribution of mu to delta theta1, with J1 (J2 - J1) at tau relative to t as weight."""
+    from scipy.integrate import quad
+
+    half, J2 = float(theta1(motion.number, p, math)) / 2, motion.J2_0
+
+    def pull(tau: float) -> float:
+        return weight(tau) * math.cos(p.kappa * J2 * tau + motion.theta2_0 + half)
+
+    # The weight is largest at the middle of the separatrix, where adaptive rules must look.
+    rate = u(motion, p, math)
+    middle = direction(motion.number) * v(motion, math) / rate
+    ends = [0.0, middle, t] if min(0, t) < middle < max(0, t) else [0.0, t]
+    # What the rounding of the exponents leaves.
+    noise = 1e-13 + 1e-15 * (abs(rate * t) + abs(rate * middle))
+    least = noise * max(map(weight, ends)) / rate
+    parts = [
+        quad(pull, a, b, epsabs=least, epsrel=noise, limit=1000)
+        for a, b in itertools.pairwise(ends)
+    ]
+    return 2 * p.mu * math.sin(half) / J2 * sum(part[0] for part in parts)

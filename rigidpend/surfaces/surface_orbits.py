@@ -16,7 +16,7 @@ from rigidpend.mechanics.equations import (
     aligned_coefficients,
     hamiltonian_J3_0,
 )
-from rigidpend.mechanics.separatrices import SeparatrixMotion, theta1, u
+from rigidpend.mechanics.free_body import SeparatrixMotion, theta1, u
 from rigidpend.numbers.exact import GUARD_BITS, Exact, context, fraction
 from rigidpend.numbers.generic import Numbers, Scalar
 from rigidpend.orbits.integrate.arithmetic import Arithmetic

@@ -10,8 +10,8 @@ import pytest
 
 import rigidpend
 from rigidpend.machine.files import LARGEST
+from rigidpend.numbers.checked import ParameterError
 from rigidpend.numbers.exact import FINEST, ExactError, exact
-from rigidpend.numbers.parameters import ParameterError
 from rigidpend.runs import loading
 from tests.config.samples import SMALL, refused, written
 

@@ -19,7 +19,7 @@ from tests.config.samples import SMALL, written
 FULL = Path("/dev/full")
 needs_full = pytest.mark.skipif(not FULL.exists(), reason="this system has no /dev/full")
 
-KEPT = "rigidpend.machine.kept.KeptFileWarning"
+KEPT = "rigidpend.machine.cache.KeptFileWarning"
 
 
 def streams(folder: Path, *arguments: str, **how: Any) -> subprocess.CompletedProcess[str]:
@@ -157,13 +157,13 @@ def test_what_is_no_regular_file_makes_room_or_is_left_alone(
 
 
 def test_a_folder_elsewhere_gets_no_parts(tmp_path: Path) -> None:
-    from rigidpend.experiments.data.tree import Dataset
-    from rigidpend.machine import kept
+    from rigidpend.experiments.data import Dataset
+    from rigidpend.machine import cache
     from rigidpend.runs.parts import Parts
 
     other = tmp_path / "other"
     other.mkdir()
-    inner = tmp_path / ".fig.parts" / kept.name_of(b"a")
+    inner = tmp_path / ".fig.parts" / cache.name_of(b"a")
     for place in (inner.parent, inner):
         place.parent.mkdir(exist_ok=True)
         place.symlink_to(other)

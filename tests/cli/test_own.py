@@ -90,7 +90,6 @@ def test_a_result_is_a_config_for_every_command(swept: Path) -> None:
     result = "results/mine_mu=1e-2.h5"
     assert call(swept, "verify", result).stdout == f"mine_mu=1e-2: the same as in {result}\n"
     assert "mu: 0.01 " in call(swept, "describe", result, "--resolved").stdout
-    assert json.loads(call(swept, "theory", result, "--json").stdout)[2]["number"] == 0.01
 
 
 @pytest.mark.slow
@@ -107,7 +106,6 @@ def test_a_report_can_be_of_chosen_results(swept: Path) -> None:
 FAILURES = [
     (("run", "bogus"), 2, "bogus: no such config"),
     (("describe", "fig4", "--set", "problem.mu=x"), 2, "problem.mu: 'x' is not understood"),
-    (("theory", "fig1"), 2, "has not one body and one h0"),
     (("run", "fig4", "-q", "-v"), 2, "--quiet and --verbose exclude each other"),
 ]
 
@@ -177,5 +175,5 @@ def test_a_setting_that_some_configs_do_not_know_is_said_with_their_names(tmp_pa
 
 def test_zeros_have_no_sign(tmp_path: Path) -> None:
     written(tmp_path, changed("r: [1, 1, 0]", "r: [1, 0, 0]", SMALL), "small.yaml")
-    done = call(tmp_path, "theory", "small", "--json")
+    done = call(tmp_path, "describe", "small", "--json")
     assert "-0.0," not in done.stdout.replace("\n", ",")

@@ -16,6 +16,7 @@ import pytest
 from click.testing import CliRunner
 
 from rigidpend import cli
+from rigidpend.cli import run
 from rigidpend.results import store
 from rigidpend.runs import runner
 from tests.cli.calls import ENVIRONMENT, Done, call
@@ -153,6 +154,29 @@ def test_a_run_that_keeps_going_computes_the_rest(failing: Path) -> None:
     assert (c["error"], c["log"]) == (None, str(Path("results", "c.log")))
     assert store.attributes(failing / c["file"])["config_hash"] == c["config_hash"]
     assert 0 < c["seconds"] < 60
+
+
+@pytest.mark.slow
+def test_long_configs_have_processes_of_their_own_side_by_side(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    paths = [str(written(tmp_path, SMALL, f"{name}.yaml")) for name in ("b", "c")]
+    # Here nothing is followed: that would fail.
+    monkeypatch.setattr(runner, "follow", None)
+    monkeypatch.setattr(run, "LONG", 0.0)
+    given = ["run", *paths, "-j", "2", "--json", "--out", str(tmp_path)]
+    done = CliRunner().invoke(cli.main, given)
+    assert done.exit_code == 0, done.output
+    assert [x["status"] for x in json.loads(done.stdout)] == ["computed", "computed"]
+    for name in ("b", "c"):
+        _, begin, *_, end = lines(tmp_path / f"{name}.log")
+        assert begin.startswith("computing (no result yet), ")
+        assert end.startswith(f"{tmp_path / name}.h5 written, ")
+    # One that outlasts all the others has all threads, in this process.
+    seconds = {"b": 12.0, "c": 3.0}
+    monkeypatch.setattr(runner, "expected_seconds", lambda plan: seconds[plan.config.name])
+    done = CliRunner().invoke(cli.main, [*given, "--force"])
+    assert [x["status"] for x in json.loads(done.stdout)] == ["failed", "not run"]
 
 
 @pytest.mark.slow

@@ -99,7 +99,7 @@ def test_what_goes_wrong_is_one_sentence_and_an_exit_code(
         (["run", "fig4", "-q", "-v"], "--quiet and --verbose exclude each other"),
         (["run", "fig4", "--out", "small.yaml"], "is a file"),
         (["describe", "all", "--resolved"], "--resolved prints one config, not all"),
-        (["theory", "all"], "theory is about one config, not all"),
+        (["find", "all", "--code", "0"], "find is about one config, not all"),
         (["completion", "csh"], "'csh' is not one of 'bash', 'zsh', 'fish'"),
         (["render", "fig4", "--format", "gif"], "'gif' is not one of 'png', 'svg', 'pdf'"),
     ],

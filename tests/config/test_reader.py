@@ -126,11 +126,6 @@ def test_what_can_be_passed_over_hides_nothing_else(tmp_path: Path) -> None:
     ]
 
 
-def test_what_was_passed_over_is_refused_though_all_else_is_right(tmp_path: Path) -> None:
-    [problem] = refused(written(tmp_path, changed("mu: 0.001", "mu: 0.001\n  mu: 0.001")))
-    assert problem.message.startswith("given twice")
-
-
 def test_faults_before_the_end_of_what_is_yaml_are_said_with_it(tmp_path: Path) -> None:
     first, last = refused(written(tmp_path, changed("mu: 0.001", "mu: *a") + "a: b: c\n"))
     assert first.place == ("problem", "mu")

@@ -17,16 +17,16 @@ from matplotlib.text import Annotation, Text
 from matplotlib.ticker import FixedLocator
 
 from rigidpend.experiments.contract import Drawing
-from rigidpend.experiments.data.layout import (
+from rigidpend.experiments.data import (
     FLOAT,
     TEXT,
     Field,
     Layout,
+    Loaded,
     declared,
     fields,
     members,
 )
-from rigidpend.experiments.data.tree import Loaded
 from tests.experiments.figures import styled
 
 Seen = dict[str, list[Any]]

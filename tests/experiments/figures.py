@@ -7,7 +7,7 @@ from collections.abc import Callable
 import matplotlib
 from matplotlib.figure import Figure
 
-from rigidpend.experiments.data.tree import Loaded
+from rigidpend.experiments.data import Loaded
 from rigidpend.render import STYLE
 
 

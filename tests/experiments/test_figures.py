@@ -18,7 +18,7 @@ from matplotlib.figure import Figure
 from matplotlib.text import Annotation
 
 from rigidpend import experiments
-from rigidpend.experiments.data.tree import Loaded
+from rigidpend.experiments.data import Loaded
 from rigidpend.experiments.plots import SEPARATRIX
 from rigidpend.experiments.splitting.draw import NONE
 from tests.experiments.figures import styled

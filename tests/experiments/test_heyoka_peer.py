@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from rigidpend.experiments.heyoka_peer import heyoka, offers, typed, working_type
+from rigidpend.experiments.principal_axes import heyoka, offers, typed, working_type
 from rigidpend.mechanics.equations import AlignedCoefficients, aligned
 from rigidpend.orbits.integrate.states import states_at
 from tests.orbits.integrate.problems import GENERIC, fan, needs_heyoka, task

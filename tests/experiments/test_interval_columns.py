@@ -8,12 +8,11 @@ from typing import Any
 import numpy as np
 import pytest
 
-from rigidpend.experiments.data.layout import datasets
-from rigidpend.experiments.route_intervals import compute
+from rigidpend.experiments.data import datasets
+from rigidpend.experiments.route_intervals import INTERVALS as LAYOUT
+from rigidpend.experiments.route_intervals import PROOF, compute
 from rigidpend.experiments.route_intervals.compute import contradictions
-from rigidpend.experiments.route_intervals.layout import INTERVALS as LAYOUT
-from rigidpend.experiments.route_intervals.layout import PROOF
-from rigidpend.numbers.alphabet import NO_SYMBOL
+from rigidpend.numbers.expressions import NO_SYMBOL
 from tests.experiments.trees import reference
 
 # The quarters of the line: two symbols are proven on the first, one on the third.

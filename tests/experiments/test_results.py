@@ -14,7 +14,7 @@ import numpy as np
 import pytest
 
 from rigidpend import experiments
-from rigidpend.experiments.data.layout import Field, Layout, declared, fields
+from rigidpend.experiments.data import Field, Layout, declared, fields
 from rigidpend.results import store
 from tests.cli.calls import REFERENCE
 from tests.experiments.trees import (

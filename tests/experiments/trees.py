@@ -12,10 +12,10 @@ from typing import Any
 import numpy as np
 
 from rigidpend import experiments
+from rigidpend.experiments import compare
+from rigidpend.experiments.compare import Difference
 from rigidpend.experiments.contract import Means
-from rigidpend.experiments.data import compare
-from rigidpend.experiments.data.compare import Difference
-from rigidpend.experiments.data.tree import Coming, Loaded, Streamed
+from rigidpend.experiments.data import Coming, Loaded, Streamed
 from rigidpend.orbits.integrate.arithmetic import resolve
 from rigidpend.results import store
 from rigidpend.runs import loading

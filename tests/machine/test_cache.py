@@ -1,4 +1,4 @@
-"""The cache: kept files, bounded, listed and removed without following a link."""
+"""Kept files are used only if undamaged and of what is asked for; the cache is a folder of them."""
 
 from __future__ import annotations
 
@@ -6,11 +6,75 @@ import errno
 import os
 import shutil
 import sys
+from collections.abc import Callable
 from pathlib import Path
 
 import pytest
 
-from rigidpend.machine import cache, files, kept
+from rigidpend.machine import cache, files
+
+
+@pytest.fixture
+def one(tmp_path: Path) -> Path:
+    """A kept file of ``b"one"``."""
+    path = tmp_path / "folder" / "one"
+    cache.save_file(path, b"one", b"content")
+    return path
+
+
+@pytest.mark.parametrize("place", [0, 3, 10, 40, -70, -1])
+def test_what_is_damaged_is_told_and_removed(one: Path, place: int) -> None:
+    content = bytearray(one.read_bytes())
+    content[place] ^= 1
+    one.write_bytes(content)
+    with pytest.warns(cache.KeptFileWarning, match=f"^{one}: damaged; it is made again$"):
+        assert cache.load_file(one, b"one") is None
+    assert not one.exists()
+
+
+@pytest.mark.parametrize("of", [b"two", b"e", b"", b"onerigidpend keeps this for one"])
+def test_a_copy_of_another_is_told_and_not_believed_by_its_name(one: Path, of: bytes) -> None:
+    copy = one.with_name(cache.name_of(of))
+    shutil.copy(one, copy)
+    with pytest.warns(cache.KeptFileWarning, match=f"{copy}: of something else than its name says"):
+        assert cache.load_file(copy, of) is None
+    assert not copy.exists()
+
+
+def test_no_content_passes_for_what_it_is_of(tmp_path: Path) -> None:
+    """Its length is under the digest too."""
+    path = tmp_path / "a"
+    cache.save_file(path, b"short", b"content" + cache.MARK + b"long, ")
+    with pytest.warns(cache.KeptFileWarning):
+        assert cache.load_file(path, b"long, " + cache.MARK + b"short") is None
+
+
+def test_a_sealed_file_that_does_not_say_what_it_is_of_is_told(one: Path) -> None:
+    one.write_bytes(files.sealed(b"content"))
+    with pytest.warns(cache.KeptFileWarning):
+        assert cache.load_file(one, b"one") is None
+
+
+@pytest.mark.parametrize(
+    ("make", "reason"),
+    [
+        (os.mkfifo, "not a regular file"),
+        (os.mkdir, "not a regular file"),
+        (lambda path: path.symlink_to("one"), "a link, which is not followed"),
+        (lambda path: path.symlink_to("/dev/zero"), "not a regular file"),
+    ],
+)
+def test_only_regular_files_are_opened_and_what_is_there_makes_room(
+    one: Path, make: Callable[[Path], object], reason: str
+) -> None:
+    path = one.with_name("two")
+    make(path)
+    with pytest.warns(cache.KeptFileWarning, match=f"{path}: {reason}"):
+        assert cache.load_file(path, b"one") is None
+    if not path.is_dir() or path.is_symlink():
+        cache.save_file(path, b"one", b"new")
+        assert cache.load_file(path, b"one") == b"new"
+    assert cache.load_file(one, b"one") == b"content"
 
 
 @pytest.fixture
@@ -37,18 +101,19 @@ def test_what_is_saved_is_loaded_by_what_it_is_of(folder: Path) -> None:
     cache.save(folder / "maps", b"a", b"content", 999)
     assert cache.load(folder / "maps", b"a") == b"content"
     assert cache.load(folder / "maps", b"b") is None
+    assert cache.load(folder / "maps" / cache.name_of(b"a") / "below", b"a") is None
 
 
 def test_those_used_longest_ago_make_room(folder: Path) -> None:
     maps = folder / "maps"
     for k, of in enumerate((b"a", b"b", b"c")):
         cache.save(maps, of, bytes(1000), 10_000)
-        os.utime(maps / kept.name_of(of), (k, k))
+        os.utime(maps / cache.name_of(of), (k, k))
     # To be used counts: so it is not the oldest any more.
     assert cache.load(maps, b"a") == bytes(1000)
     cache.save(maps, b"d", bytes(1000), 4000)
     left = {path.name for path in maps.iterdir()}
-    assert left == {kept.name_of(of) for of in (b"a", b"c", b"d")}
+    assert left == {cache.name_of(of) for of in (b"a", b"c", b"d")}
 
 
 def test_a_folder_that_cannot_be_written_is_told_once(
@@ -59,7 +124,7 @@ def test_a_folder_that_cannot_be_written_is_told_once(
 
     monkeypatch.setattr(files, "replace", full)
     said = rf"^{folder}: nothing can be kept there \(No space left on device\)"
-    with pytest.warns(kept.KeptFileWarning, match=said):
+    with pytest.warns(cache.KeptFileWarning, match=said):
         cache.save(folder / "maps", b"a", b"content", 999)
     # A second warning would be an error here.
     cache.save(folder / "kernels", b"a", b"content", 999)
@@ -71,15 +136,17 @@ def test_every_subfolder_is_told_with_what_is_damaged(folder: Path) -> None:
     cache.save(folder / "maps", b"a", b"content", 999)
     cache.save(folder / "integrators", b"b", b"content", 999)
     cache.save(folder / "kernels", b"a", b"content", 999)
-    (folder / "integrators" / kept.name_of(b"b")).write_bytes(b"something")
-    shutil.copy(folder / "maps" / kept.name_of(b"a"), folder / "kernels" / kept.name_of(b"c"))
+    (folder / "integrators" / cache.name_of(b"b")).write_bytes(b"something")
+    shutil.copy(folder / "maps" / cache.name_of(b"a"), folder / "kernels" / cache.name_of(b"c"))
+    (folder / "kernels" / "empty").write_bytes(b"")
+    (folder / "kernels" / "of nothing").write_bytes(files.sealed(b"content"))
     (folder / "old").mkdir()
     (folder / "old" / "cache.db").write_bytes(b"12345")
     found = {one.path.name: one for one in cache.subfolders()}
     assert list(found) == ["integrators", "kernels", "maps", "old"]
-    assert [len(one.files) for one in found.values()] == [1, 2, 1, 1]
+    assert [len(one.files) for one in found.values()] == [1, 4, 1, 1]
     # A copy under another name is as unfit as what was overwritten.
-    assert [len(one.damaged) for one in found.values()] == [1, 1, 0, 0]
+    assert [len(one.damaged) for one in found.values()] == [1, 3, 0, 0]
     assert found["old"].size == 5
     assert found["old"].meaning == "of another version"
 

@@ -3,14 +3,18 @@
 from __future__ import annotations
 
 import os
+import signal
 import threading
 import time
+from collections.abc import Callable
+from typing import Any
 
 import numpy as np
 import pytest
 
 from rigidpend.machine import workers
-from rigidpend.machine.workers import cores, side_by_side, spread
+from rigidpend.machine.progress import PartDone
+from rigidpend.machine.workers import WorkerError, cores, side_by_side, spread
 
 
 def place(part: float, delay: float = 0.0) -> tuple[float, int, int]:
@@ -55,6 +59,27 @@ def test_processes_serve_work_that_holds_the_interpreter() -> None:
 def test_errors_of_the_work_come_through(jobs: int, holds_interpreter: bool) -> None:
     with pytest.raises(ZeroDivisionError):
         side_by_side(reciprocal, (), holds_interpreter, [1, 0, 2], jobs)
+
+
+def spoken(parts: int, say: Callable[[str], object]) -> int:
+    """Say a line for each part, with the share that is done; return the process."""
+    for part in range(parts):
+        say(PartDone(f"part {part}", part + 1, parts))
+    if parts == 2:
+        os.kill(os.getpid(), signal.SIGKILL)
+    return os.getpid() // min(parts, 1)
+
+
+@pytest.mark.slow
+def test_work_apart_is_heard_here_and_its_end_comes_through() -> None:
+    heard: list[Any] = []
+    assert workers.apart(spoken, (3,), heard.append) != os.getpid()
+    assert heard == ["part 0", "part 1", "part 2"]
+    assert [line.share for line in heard] == [1 / 3, 2 / 3, 1.0]
+    with pytest.raises(ZeroDivisionError):
+        workers.apart(spoken, (0,), heard.append)
+    with pytest.raises(WorkerError, match="was killed"):
+        workers.apart(spoken, (2,), heard.append)
 
 
 @pytest.mark.parametrize(("columns", "parts"), [(7, 3), (2, 5), (6, 6), (5, 1), (4, 0)])

@@ -25,6 +25,7 @@ from tests.strategies import (
     bodies,
     canonicals,
     floats_of,
+    in_units,
     jacobian,
     largest_difference,
     momenta,
@@ -157,14 +158,10 @@ def test_agrees_canonical_to_aligned_and_back(c: Canonical, body: Body) -> None:
 
 
 @repeatable(30)
-@given(bodies(), slight())
-def test_agrees_units_with_the_moments(body: Body, c: Canonical) -> None:
+@given(bodies())
+def test_agrees_units_with_the_moments(body: Body) -> None:
     A = floats_of(body)[0]
     assert co.scale(A) ** 2 == pytest.approx(1 / A[1] - 1 / A[0], rel=1e-13)
-    physical = co.dimensional(c, A)
-    assert physical.J1 * co.scale(A) == pytest.approx(c.J1, rel=ROUNDING)
-    assert physical[3:] == c[3:]
-    assert_same_canonical(co.dimensionless(physical, A), c)
     exact_A = [x.in_context(FINE) for x in body.A]
     assert abs(FINE.mpf(co.scale(A)) / co.scale(exact_A, FINE) - 1) < 1e-13
 
@@ -188,7 +185,7 @@ def test_eq_canon_keeps_the_form_L_dl_G_dg_H_dh(
 def test_agrees_arrays_with_one_by_one(body: Body, several: list[Canonical]) -> None:
     def chain(c: Canonical) -> tuple[Any, ...]:
         A = floats_of(body)[0]
-        a = co.andoyer_from_canonical(co.dimensional(c, A), body.beta0)
+        a = co.andoyer_from_canonical(in_units(c, 1 / co.scale(A)), body.beta0)
         M, gamma = co.body_from_andoyer(a)
         again = co.andoyer_from_body(M, gamma, a.h)
         aligned = co.aligned_from_canonical(c, body.alpha0, body.beta0)
@@ -208,7 +205,9 @@ def test_agrees_arrays_with_one_by_one(body: Body, several: list[Canonical]) -> 
 @given(bodies(), slight())
 def test_agrees_aligned_from_canonical_with_aligned_from_body(body: Body, c: Canonical) -> None:
     A = floats_of(body)[0]
-    state = co.body_from_andoyer(co.andoyer_from_canonical(co.dimensional(c, A), body.beta0))
+    state = co.body_from_andoyer(
+        co.andoyer_from_canonical(in_units(c, 1 / co.scale(A)), body.beta0)
+    )
     found = co.aligned_from_canonical(c, body.alpha0, body.beta0)
     expected = co.aligned_from_body(*state, body.alpha0, float(co.scale(A)))
     across = 2 * np.sqrt(c.J1) * np.sqrt(c.J2mJ1)
@@ -268,12 +267,12 @@ def test_agrees_tiny_actions_through_every_map(exponent: int) -> None:
     A, s = floats_of(body)[0], 1 / math.sqrt(2)
     for J1, J2mJ1 in ((tiny, 2.0), (2.0, tiny)):
         c = Canonical(J1, J2mJ1, 0.4, 5.0, 1.0, 0.0, math.sqrt(1 - (0.4 / (2 + tiny)) ** 2))
-        a = co.andoyer_from_canonical(co.dimensional(c, A), body.beta0)
+        a = co.andoyer_from_canonical(in_units(c, 1 / co.scale(A)), body.beta0)
         M, gamma = co.body_from_andoyer(a)
         aligned = co.aligned_from_body(M, gamma, body.alpha0, s)
         M, gamma = co.body_from_aligned(aligned, body.alpha0, s)
         found = co.canonical_from_andoyer(co.andoyer_from_body(M, gamma), body.beta0)
-        assert_same_canonical(co.dimensionless(found, A), c)
+        assert_same_canonical(in_units(found, co.scale(A)), c)
 
 
 @pytest.mark.parametrize("side", [1, -1])
@@ -285,20 +284,6 @@ def test_agrees_momentum_along_or_against_gamma_with_g_documented(M: Any, side: 
     assert a.g == 0
     # The rest of the state is not lost by it.
     assert_same_state(co.body_from_andoyer(a), M, gamma)
-
-
-@pytest.mark.parametrize("change", [co.dimensional, co.dimensionless])
-def test_agrees_units_at_rest_with_the_same_direction_of_gamma(change: Any) -> None:
-    A = floats_of(Body((3, 1, "2.5"), (1, 1, 0), 0))[0]
-    assert abs(float(co.scale(A)) - 1) > 0.1
-    gamma = np.array((0.48, 0.64, -0.6))
-    c = co.canonical_from_andoyer(co.andoyer_from_body(np.zeros(3), gamma), 1.1)
-    found = change(c, A)
-    assert (found.J1, found.J2mJ1, found.J3) == (0, 0, c.J3)
-    assert c.J3 == -0.6
-    assert_same_state(
-        co.body_from_andoyer(co.andoyer_from_canonical(found, 1.1)), np.zeros(3), gamma
-    )
 
 
 @pytest.mark.parametrize("shape", [(), (4,), (2, 3)])

@@ -10,15 +10,11 @@ import pytest
 from hypothesis import assume, given
 
 from rigidpend import Body
-from rigidpend.mechanics import (
-    coordinates,
-    floquet,
-    pendulum,
-)
+from rigidpend.mechanics import coordinates, floquet, pendulum
 from rigidpend.mechanics.body import Angles
 from rigidpend.mechanics.equations import aligned, aligned_coefficients, eq1
 from rigidpend.mechanics.floquet import NotHyperbolic, PeriodicOrbit, periodic_orbit
-from rigidpend.mechanics.periodic import periodic_solution
+from rigidpend.mechanics.pendulum import periodic_solution
 from rigidpend.orbits.integrate.states import states_at
 from tests.strategies import bodies, numbers, repeatable
 
@@ -108,7 +104,7 @@ def monodromy(p: Angles, h0: float, family: int) -> Any:
 @pytest.mark.slow
 @pytest.mark.parametrize("family", [1, 2])
 @pytest.mark.parametrize(
-    ("p", "share"), [*((p.values[0], 0.3) for p in SPECIAL), *((FIG4, x) for x in SHARES)]
+    ("p", "share"), [*((p.values[0], 0.3) for p in SPECIAL), (FIG4, 0.9), (FIG4, 0.999)]
 )
 def test_agrees_with_the_linearised_field(p: Angles, share: float, family: int) -> None:
     q = loaded(p, share)
@@ -132,7 +128,7 @@ def test_agrees_where_the_direction_comes_back_turned(family: int) -> None:
 
 @pytest.mark.slow
 @pytest.mark.parametrize("family", [1, 2])
-@pytest.mark.parametrize("share", [0.6, 0.7, 0.86])
+@pytest.mark.parametrize("share", [0.6, 0.86])
 def test_an_elliptic_motion_is_told_from_a_hyperbolic_one(share: float, family: int) -> None:
     p = loaded(FIG5, share)
     multipliers = np.linalg.eigvals(monodromy(p, 1.0, family))

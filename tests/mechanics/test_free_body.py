@@ -1,4 +1,4 @@
-"""Curves of the Euler case: on both integrals, on integrated orbits, in the flow's sense."""
+"""The free body: its orbits on the sphere, and its separatrices in time, to the last digit."""
 
 from __future__ import annotations
 
@@ -7,15 +7,36 @@ from typing import Any
 
 import numpy as np
 import pytest
-from hypothesis import given
+from hypothesis import assume, given
 
+from rigidpend import Body
 from rigidpend.mechanics import free_body
-from rigidpend.mechanics.body import Body
-from rigidpend.mechanics.coordinates import andoyer_from_body, canonical_from_andoyer, scale
+from rigidpend.mechanics.coordinates import (
+    aligned_from_canonical,
+    andoyer_from_body,
+    canonical_from_andoyer,
+    momentum,
+    scale,
+)
 from rigidpend.mechanics.equations import energy, euler_poisson, hamiltonian_J3_0
+from rigidpend.mechanics.free_body import SEPARATRICES, SeparatrixMotion, separatrix, unperturbed
 from rigidpend.orbits.integrate.states import states_at
-from tests.bodies import FREE
-from tests.strategies import ROUNDING, bodies, floats_of, numbers, repeatable
+from tests.bodies import FREE, GENERIC
+from tests.strategies import (
+    DERIVATIVE,
+    FINE,
+    ROUNDING,
+    along,
+    apart,
+    bodies,
+    canonicals,
+    fine_angles,
+    floats_of,
+    largest_difference,
+    numbers,
+    relative,
+    repeatable,
+)
 
 PHI = np.linspace(-3, 3, 61)
 HALF = np.linspace(-1.5, 1.5, 41)
@@ -61,7 +82,7 @@ def test_invariant_points_of_an_orbit_satisfy_both_integrals(
 @repeatable(20)
 def test_invariant_a_separatrix_has_the_energy_of_the_middle_axis(body: Body) -> None:
     for number in free_body.SEPARATRICES:
-        M = free_body.separatrix(body.alpha0, number, HALF)
+        M = free_body.half_circle(body.alpha0, number, HALF)
         np.testing.assert_allclose((M**2).sum(axis=0), 1, rtol=ROUNDING)
         np.testing.assert_allclose(kinetic(body, M) * float(body.A[2]), 1, rtol=ROUNDING)
 
@@ -94,11 +115,11 @@ def test_agrees_with_the_integrated_orbit(family: Family, height: float, side: i
 
 @pytest.mark.parametrize("number", free_body.SEPARATRICES)
 def test_agrees_with_the_integrated_separatrix(number: int) -> None:
-    M = free_body.separatrix(FREE.alpha0, number, np.array([-0.9]))[:, 0]
+    M = free_body.half_circle(FREE.alpha0, number, np.array([-0.9]))[:, 0]
     found = orbit(FREE, M, np.linspace(0, 4, 41))
     phi = np.arcsin(found[2] * (1 if number in (2, 4) else -1))
     assert (np.diff(phi) > 0).all()
-    np.testing.assert_allclose(found, free_body.separatrix(FREE.alpha0, number, phi), atol=1e-10)
+    np.testing.assert_allclose(found, free_body.half_circle(FREE.alpha0, number, phi), atol=1e-10)
 
 
 @given(body=bodies())
@@ -113,7 +134,7 @@ def test_the_separatrices_in_the_plane_are_where_the_paper_has_them(body: Body) 
 
 @pytest.mark.parametrize("number", free_body.SEPARATRICES)
 def test_a_separatrix_on_the_sphere_is_the_one_of_that_number_in_the_plane(number: int) -> None:
-    M = free_body.separatrix(FREE.alpha0, number, HALF)
+    M = free_body.half_circle(FREE.alpha0, number, HALF)
     start = FREE.beta0 - FREE.alpha0 - 0.1
     theta1, _ = free_body.in_plane(M, FREE.beta0, start)
     expected = free_body.separatrix_theta1(FREE.alpha0, FREE.beta0)[number - 1]
@@ -141,3 +162,155 @@ def test_in_the_plane_theta1_does_not_depend_on_gamma() -> None:
     expected = canonical_from_andoyer(andoyer_from_body(M, gamma), FREE.beta0)
     np.testing.assert_array_equal(theta1, expected.theta1)
     np.testing.assert_array_equal(J1, expected.J1 / expected.J2)
+
+
+HALF_PLANES = {1: (0, -1), 2: (1, 0), 3: (0, 1), 4: (-1, 0)}
+"""The signs of Qp and Qm on each separatrix (`equations.aligned`)."""
+
+
+def fine_motion(
+    number: int, share: float, theta2: float = 0.3, J2: Any = "0.8"
+) -> SeparatrixMotion:
+    J1 = FINE.mpf(share) * FINE.mpf(J2)
+    return SeparatrixMotion(number, J1, FINE.mpf(J2) - J1, FINE.mpf(theta2))
+
+
+def assert_solves(number: int) -> None:
+    """In its half plane, with the rates of the free body, whatever the weight."""
+    p = fine_angles(GENERIC)
+    for share, t in ((1e-9, 3.0), (0.3, -1.0), (1 - 1e-9, 0.5)):
+        motion = fine_motion(number, share)
+
+        def state(x: Any, motion: SeparatrixMotion = motion) -> list[Any]:
+            c = separatrix(x[0], motion, p, FINE)
+            return [c.theta1, c.J1, c.theta2, c.J2]
+
+        at = [FINE.mpf(t)]
+        rate = unperturbed(state(at), p, FINE)
+        assert largest_difference(along(state, at, [1]), rate) < DERIVATIVE
+        assert (rate[1] > 0) == (free_body.direction(number) == 1)
+        aligned = aligned_from_canonical(
+            separatrix(at[0], motion, p, FINE), p.alpha0, p.beta0, FINE
+        )
+        for Q, sign in zip(aligned[:2], HALF_PLANES[number], strict=True):
+            assert Q * sign > 1e-6 if sign else abs(Q) < 1e-55
+
+
+def test_eq_sol_1_falls_where_Qm_is_negative() -> None:
+    assert_solves(1)
+
+
+def test_eq_sol_2_rises_where_Qp_is_positive() -> None:
+    assert_solves(2)
+
+
+def test_eq_sol_12_falls_where_Qm_is_positive() -> None:
+    assert_solves(3)
+
+
+def test_eq_sol_22_rises_where_Qp_is_negative() -> None:
+    assert_solves(4)
+
+
+@repeatable(30)
+@given(bodies(), canonicals())
+def test_eq_eq1_0_is_euler_s_equation_of_the_free_body(body: Body, c: Any) -> None:
+    p, A = fine_angles(body), [x.in_context(FINE) for x in body.A]
+    s = scale(A, FINE)
+
+    def M(x: Any) -> list[Any]:
+        theta1, J1, _, J2 = x
+        l, across = (theta1 - p.beta0) / 2, 2 * FINE.sqrt(J1 * (J2 - J1)) / J2
+        turned = momentum(J2, (2 * J1 - J2) / J2, across, FINE.sin(l), FINE.cos(l))
+        return [component / s for component in turned]
+
+    x = [FINE.mpf(float(y)) for y in (c.theta1, c.J1, c.theta2, c.J2)]
+    rate = along(M, x, [s * y for y in unperturbed(x, p, FINE)])
+    free = euler_poisson(M(x), (0, 0, 1), A, (1, 0, 0), 0)[:3]
+    assert largest_difference(rate, free) < 1e-28
+
+
+@repeatable(30)
+@given(bodies(), canonicals())
+def test_eq_eq1_0_turns_theta2_by_the_free_hamiltonian_s_slope(body: Body, c: Any) -> None:
+    """The one rate that M does not tell: h0 = kappa J2^2/2 + J1 (J2 - J1) [...] by J2."""
+    p = fine_angles(body)
+    x = [FINE.mpf(float(y)) for y in (c.theta1, c.J1, c.theta2, c.J2)]
+    *_, theta2_rate, J2_rate = unperturbed(x, p, FINE)
+    A = [y.in_context(FINE) for y in body.A]
+
+    def energy(y: Any) -> list[Any]:
+        J2 = y[0]
+        l, s = (x[0] - p.beta0) / 2, scale(A, FINE)
+        M = momentum(J2, (2 * x[1] - J2) / J2, 1, FINE.sin(l), FINE.cos(l))
+        across = 4 * x[1] * (J2 - x[1]) / J2**2
+        return [sum(across ** (i < 2) * M[i] ** 2 / A[i] for i in range(3)) / (2 * s**2)]
+
+    assert abs(along(energy, [x[3]], [1])[0] - theta2_rate) < DERIVATIVE
+    assert J2_rate == 0
+
+
+@pytest.mark.parametrize("number", SEPARATRICES)
+@pytest.mark.parametrize("J1_0", [1e-200, 1e-8, 0.4])
+@pytest.mark.parametrize("exchanged", [False, True])
+def test_both_actions_keep_their_relative_precision(
+    number: int, J1_0: float, exchanged: bool
+) -> None:
+    pair = (1.0, J1_0) if exchanged else (J1_0, 1.0)
+    p, fine = GENERIC.angles(), fine_angles(GENERIC)
+    low, high = map(FINE.mpf, pair)
+    for t in (0.0, 2.0, -300.0, 500.0):
+        found = separatrix(t, SeparatrixMotion(number, *pair, 0.3), p)
+        expected = separatrix(FINE.mpf(t), SeparatrixMotion(number, low, high, 0), fine, FINE)
+        # exp(u t) is known as well as u t.
+        allowed = ROUNDING + 4e-16 * abs(t)
+        if expected.J1 > 1e-300:
+            assert relative(found.J1, float(expected.J1)) < allowed
+        if expected.J2mJ1 > 1e-300:
+            assert relative(found.J2mJ1, float(expected.J2mJ1)) < allowed
+        assert relative(found.J2, 1.0 + J1_0) < ROUNDING
+
+
+@pytest.mark.parametrize("number", SEPARATRICES)
+def test_the_limits_in_time_are_the_vertices(number: int) -> None:
+    p = GENERIC.angles()
+    motion, corners = SeparatrixMotion(number, 0.3, 0.5, 0.0), free_body.vertices(p)
+    assert sorted(corners) == ["1", "1*", "2", "2*", "3", "3*", "4", "4*"]
+    ends = {1: (f"{number}*", f"{number}"), 2: (f"{number}", f"{number}*")}[2 - number % 2]
+    for t, name in zip((-1500.0, 1500.0), ends, strict=True):
+        c = separatrix(t, motion, p)
+        assert abs(c.J1 / c.J2 - corners[name].J1_over_J2) < 1e-200
+        assert c.theta1 == corners[name].theta1
+
+
+@repeatable(30)
+@given(bodies(), numbers(1e-3, 0.999))
+def test_v_is_how_far_the_middle_is_in_time(body: Body, share: float) -> None:
+    p = fine_angles(body)
+    assume(abs(share - 0.5) > 1e-3)
+    for number in SEPARATRICES:
+        motion = fine_motion(number, share)
+        rate = free_body.u(motion, p, FINE)
+        middle = free_body.direction(number) * free_body.v(motion, FINE) / rate
+        c = separatrix(middle, motion, p, FINE)
+        assert abs(c.J1 - c.J2mJ1) < 1e-55
+        # u is the rate at which J1 falls or rises where it is small.
+        before = separatrix(middle - free_body.direction(number) * 100 / rate, motion, p, FINE)
+        assert abs(before.J1 / motion.J2_0 * FINE.exp(100) - 1) < 1e-40
+
+
+def test_theta1_is_that_of_the_free_body_in_any_precision() -> None:
+    p, fine = GENERIC.angles(), fine_angles(GENERIC)
+    plain = [free_body.theta1(number, p) for number in SEPARATRICES]
+    np.testing.assert_allclose(plain, free_body.separatrix_theta1(p.alpha0, p.beta0), rtol=ROUNDING)
+    for number, x in zip(SEPARATRICES, plain, strict=True):
+        assert apart(x, float(free_body.theta1(number, fine, FINE)), 100) < ROUNDING
+        # The turn of 3 and 4 is one in all digits.
+        again = free_body.theta1((number + 1) % 4 + 1, fine, FINE)
+        assert abs(FINE.sin((again - free_body.theta1(number, fine, FINE)) / 2)) < 1e-58
+
+
+@pytest.mark.parametrize("number", [0, 5, -1])
+def test_there_are_four_separatrices(number: int) -> None:
+    with pytest.raises(ValueError, match="numbered 1 to 4"):
+        free_body.theta1(number, GENERIC.angles())

@@ -12,12 +12,12 @@ from scipy.special import ellipj
 
 from rigidpend.mechanics import jacobi, pendulum
 from rigidpend.mechanics.jacobi import modulus, over_turns
-from tests.mechanics.poinsot.reference import EPS
 from tests.strategies import FINE, ROUNDING, largest_difference, relative
 
 GAPS = [1.0, 1e-2, 1e-5, 1e-8, 1e-11, 1e-14]
 """h0 - mu, of which the complement goes as the root."""
 KC = [1.0, 1 - 1e-9, 0.999, 0.7, 0.1, 1e-3, 1e-10, 1e-40]
+EPS = float(np.finfo(float).eps)
 FINER = MPContext()
 """100 digits: 1 - k'^2 is told from 1 where k' = 1e-40."""
 FINER.dps = 100

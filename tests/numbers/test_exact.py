@@ -1,4 +1,4 @@
-"""Numbers are kept as written, rounded once, and nothing else is read as a number."""
+"""Numbers taken exactly: what is read, kept, refused, and written as a person writes it."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ from rigidpend.numbers.exact import (
     fraction,
     function,
 )
-from rigidpend.numbers.expressions import MAX_TEXT
+from rigidpend.numbers.expressions import MAX_TEXT, as_written, everywhere
 from tests.strategies import repeatable
 
 MANY = 1000
@@ -405,3 +405,36 @@ def test_what_would_change_a_context_fails(call: str) -> None:
     with pytest.raises(AttributeError, match="no setter"):
         m.sech(1) if call == "sech" else setattr(m, call, 300)
     assert (m.prec, m.mpf(1) / 3 == context(113).mpf(1) / 3) == (113, True)
+
+
+@pytest.mark.parametrize(
+    ("text", "written"),
+    [
+        ("3/2", "1.5"),
+        ("1/100000000", "1e-8"),
+        ("-1/1000", "-0.001"),
+        ("239205/100000000000000", "2.39205e-9"),
+        ("6671/5000", "1.3342"),
+        ("1/3", "1/3"),
+        ("0", "0"),
+        ("20000", "20000"),
+        ("10000000", "1e7"),
+        ("3*pi/40", "3*pi/40"),
+        ("1/0", "1/0"),
+        ("1/00", "1/00"),
+        ("route_codes", "route_codes"),
+    ],
+)
+def test_numbers_are_as_a_person_writes_them(text: str, written: str) -> None:
+    assert as_written(text) == written
+
+
+@given(st.fractions(), st.integers(-30, 30))
+def test_the_number_is_the_same(x: Fraction, power: int) -> None:
+    value = x * Fraction(10) ** power
+    assert exact(as_written(str(value))).fraction == value
+
+
+def test_data_keep_their_shape() -> None:
+    data = {"a": ["3/2", 7, None, True], "b": {"c": "1/1000"}}
+    assert everywhere(data) == {"a": ["1.5", 7, None, True], "b": {"c": "0.001"}}

@@ -8,7 +8,7 @@ from typing import Any
 
 import pytest
 
-from rigidpend import experiments, render
+from rigidpend import render
 from rigidpend.experiments.route_codes import draw
 from rigidpend.machine.files import StoreError
 from rigidpend.render import report
@@ -22,13 +22,13 @@ def result(tmp_path: Path) -> Path:
     return Path(shutil.copy(REFERENCE / "fig4.h5", tmp_path / "fig4.h5"))
 
 
-def failing(monkeypatch: pytest.MonkeyPatch, error: Exception, module: Any = draw) -> None:
+def failing(monkeypatch: pytest.MonkeyPatch, error: Exception, what: str = "draw") -> None:
     """Let drawing fail, or the tables of a report whose picture is there."""
 
     def fail(_: Any) -> Any:
         raise error
 
-    monkeypatch.setattr(module, "draw" if module is draw else "tables", fail)
+    monkeypatch.setattr(draw, what, fail)
 
 
 @pytest.mark.parametrize("error", FAULTS, ids=lambda error: type(error).__name__)
@@ -43,7 +43,7 @@ def test_a_fault_of_the_program_is_no_fault_of_the_file(
         ):
             with pytest.raises(type(error)):
                 task()
-    failing(monkeypatch, error, experiments.reporting("route_codes"))
+    failing(monkeypatch, error, "tables")
     monkeypatch.setattr(render, "image", lambda *_: PIXEL)
     with pytest.raises(type(error)):
         report.build([result])
@@ -60,7 +60,7 @@ def test_values_that_cannot_be_drawn_are_a_sentence(
         failing(patch, error)
         with pytest.raises(render.Undrawable, match="cannot be drawn: "):
             render.render([result], result.with_suffix(".png"))
-    failing(monkeypatch, error, experiments.reporting("route_codes"))
+    failing(monkeypatch, error, "tables")
     monkeypatch.setattr(render, "image", lambda *_: PIXEL)
     with pytest.raises(StoreError, match=r"cannot be shown: .*; call: rigidpend run fig4"):
         report.build([result])

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Any
 
-from rigidpend.experiments.data.tree import Loaded
+from rigidpend.experiments.data import Loaded
 
 
 def loaded(data: Any, **attributes: Any) -> Loaded:

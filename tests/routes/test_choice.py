@@ -96,6 +96,28 @@ def test_few_orbits_take_maps_that_are_kept_where_a_problem_is_asked_for_often(
     assert not found(FIG4, phases, n_symbols=6).by_map.any()
 
 
+def test_many_orbits_are_sampled_at_first_and_then_seldom(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(choice, "_asked", {})
+    monkeypatch.setattr(costs, "LEAST", 0.0)
+    monkeypatch.setattr(costs, "budget", lambda *_: math.inf)
+    monkeypatch.setattr(choice, "SELDOM", 2 * len(PHASES))
+    seen, decided_by = list[bool](), choice.decided_by
+
+    def noted(maps: Any, *, sampled: bool) -> Any:
+        seen.append(sampled)
+        return decided_by(maps, sampled=sampled)
+
+    monkeypatch.setattr(choice, "decided_by", noted)
+    for _ in range(4):
+        assert found(FIG4, PHASES, n_symbols=2).by_map.any()
+    assert seen == [True, False, True, False]
+    # What is asked for by name, or stored, is compared each time.
+    found(FIG4, PHASES, n_symbols=2, method="map")
+    problem = RouteProblem(FIG4, exact("1.3342"), exact("1e-8"), 2)
+    codes.codes_of(problem, PHASES, resolve(None, None, (53, 106)))
+    assert seen[4:] == [True, True]
+
+
 def test_maps_are_taken_where_seconds_are_at_stake_and_they_pay(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:

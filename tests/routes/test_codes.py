@@ -10,8 +10,8 @@ import pytest
 
 from rigidpend import Body, RouteCodes, route_codes
 from rigidpend.machine.workers import side_by_side
-from rigidpend.numbers.alphabet import NO_SYMBOL
 from rigidpend.numbers.exact import ExactError
+from rigidpend.numbers.expressions import NO_SYMBOL
 from rigidpend.orbits import integrate
 from rigidpend.orbits.integrate import EngineError
 from rigidpend.orbits.integrate.arithmetic import NumericsError, resolve

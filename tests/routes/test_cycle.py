@@ -7,7 +7,7 @@ import math
 import numpy as np
 import pytest
 
-from rigidpend.numbers.alphabet import NO_SYMBOL
+from rigidpend.numbers.expressions import NO_SYMBOL
 from rigidpend.routes.cycle import TURNS, symbols
 from tests.routes.reference import fig4_left, vertex_theta1
 

@@ -12,8 +12,7 @@ from scipy.integrate import solve_ivp
 from rigidpend import Body, route_codes
 from rigidpend.mechanics.coordinates import scale
 from rigidpend.mechanics.equations import eq1, euler_poisson, theta3_rate
-from rigidpend.mechanics.hodograph import field
-from rigidpend.mechanics.precession import plateaus
+from rigidpend.mechanics.in_space import field, plateaus
 from rigidpend.numbers.exact import PRECISIONS, exact
 from rigidpend.orbits.integrate.states import states_at
 from rigidpend.routes.herpolhode import (

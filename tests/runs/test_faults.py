@@ -21,7 +21,7 @@ import pytest
 from rigidpend import experiments
 from rigidpend.experiments.contract import Means
 from rigidpend.experiments.route_zoom import compute as route_zoom
-from rigidpend.machine import cache, files, kept, workers
+from rigidpend.machine import cache, files, workers
 from rigidpend.results import store
 from rigidpend.runs import loading, regression, runner
 from tests.attacks import lot
@@ -266,7 +266,7 @@ def test_a_result_in_a_read_only_folder_stays_up_to_date(
         monkeypatch.setattr(os, function, refuse)
     (planned.target.parent / ".small.h5.abc.part").write_bytes(b"half")
     cache.tell_once.cache_clear()
-    with pytest.warns(kept.KeptFileWarning, match="nothing can be kept"):
+    with pytest.warns(cache.KeptFileWarning, match="nothing can be kept"):
         assert runner.plan(planned.config, planned.target.parent).reason == ""
 
 

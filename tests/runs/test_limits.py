@@ -12,8 +12,8 @@ import pytest
 
 from rigidpend import Body, certify_codes
 from rigidpend.results import store
-from rigidpend.routes.certified import progress
-from rigidpend.routes.certified.steps import STEPS
+from rigidpend.routes.certified import proofs
+from rigidpend.routes.certified.pieces import ORBIT_STEPS
 from rigidpend.runs import certificate_files as storage
 from tests.attacks import lot
 from tests.processes import python
@@ -113,8 +113,8 @@ def test_more_coefficients_than_its_bytes_can_hold_are_refused(tmp_path: Path) -
 
 
 def test_more_steps_of_an_orbit_than_a_prover_takes_are_refused() -> None:
-    with pytest.raises(store.StoreError, match=f"number of steps of an orbit is {STEPS + 1}"):
-        storage.unpacked(bomb(STEPS + 1, 1))
+    with pytest.raises(store.StoreError, match=f"number of steps of an orbit is {ORBIT_STEPS + 1}"):
+        storage.unpacked(bomb(ORBIT_STEPS + 1, 1))
 
 
 def test_numbers_out_of_range_are_refused_with_their_names() -> None:
@@ -144,8 +144,8 @@ def test_work_without_hope_is_not_begun_and_its_size_is_said() -> None:
 
 def test_a_proof_ends_where_its_work_is_spent(monkeypatch: pytest.MonkeyPatch) -> None:
     lines: list[str] = []
-    monkeypatch.setattr(progress, "MOST_WORK", 4 * 60**2)
-    monkeypatch.setattr(progress, "BETWEEN", 0.0)
+    monkeypatch.setattr(proofs, "MOST_WORK", 4 * 60**2)
+    monkeypatch.setattr(proofs, "BETWEEN", 0.0)
     body = Body(A=(2, 1, "3/2"), r=(1, 1, 0), mu="0.001")
     found = certify_codes(
         body, "3/10", h0="1.3342", J1_0="1e-8", n_symbols=2, bits=60, report=lines.append
@@ -161,7 +161,7 @@ def test_what_is_left_follows_from_what_was_done(monkeypatch: pytest.MonkeyPatch
     monkeypatch.setattr("time.monotonic", lambda: next(clock))
     lines: list[str] = []
     # Bits fall to nothing, so that 30 steps from 100 bits cost a third of 30 x 100^2.
-    seen = progress.ProofProgress("x", 30, 100, lines.append)
+    seen = proofs.ProofProgress("x", 30, 100, lines.append)
     assert seen.step(100)
     assert seen.step(100)
     assert seen.step(100)

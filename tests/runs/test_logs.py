@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import datetime
-import tempfile
 from pathlib import Path
 
 import pytest
@@ -44,32 +43,3 @@ def test_any_text_can_be_logged(targets: dict[str, Path]) -> None:
     with Logs(targets, "run \udcff") as logs:
         logs.hear("a", "öäü")
     assert lines(targets["a"].with_suffix(".log")) == ["run ?", "öäü"]
-
-
-def failure() -> ValueError:
-    try:
-        raise ValueError("mine")
-    except ValueError as error:
-        return error
-
-
-def test_a_failure_is_there_with_its_traceback(targets: dict[str, Path]) -> None:
-    with Logs(targets, "run a") as logs:
-        logs.hear("a", "computing")
-        assert logs.failure("a", failure()) == targets["a"].with_suffix(".log")
-    text = targets["a"].with_suffix(".log").read_text()
-    assert "computing\n" in text
-    assert text.endswith("ValueError: mine\n\n")
-
-
-def test_what_cannot_be_written_stops_nothing(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    monkeypatch.setattr(tempfile, "tempdir", str(tmp_path))
-    (tmp_path / "file").write_bytes(b"")
-    with Logs({"a": tmp_path / "file" / "a.h5"}, "run a") as logs:
-        logs.hear("a", "computing")
-        assert logs.path("a") is None
-        elsewhere = logs.failure("a", failure())
-    assert elsewhere.parent == tmp_path
-    assert elsewhere.read_text().endswith("ValueError: mine\n")

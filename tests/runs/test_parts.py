@@ -9,10 +9,10 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from rigidpend.experiments.data.tree import Dataset, Tree
-from rigidpend.machine import kept
+from rigidpend.experiments.data import Dataset, Tree
+from rigidpend.machine import cache
+from rigidpend.machine.cache import KeptFileWarning
 from rigidpend.machine.files import StoreError
-from rigidpend.machine.kept import KeptFileWarning
 from rigidpend.runs.parts import Parts, sweep
 
 PART: Tree = {
@@ -80,7 +80,7 @@ def test_a_part_that_is_no_tree_is_told_and_computed_again(tmp_path: Path) -> No
     parts = Parts(tmp_path / "fig.h5", "a")
     parts.keep("first", lambda: PART)
     [path] = tmp_path.rglob("first.h5")
-    kept.save(path, b"a, part first", b"nothing")
+    cache.save_file(path, b"a, part first", b"nothing")
     with pytest.warns(KeptFileWarning, match="HDF5"):
         assert parts.keep("first", lambda: PART) is PART
 

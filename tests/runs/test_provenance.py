@@ -60,7 +60,7 @@ def test_code_hash_does_not_depend_on_where_the_package_is(
 @pytest.mark.parametrize(
     ("experiment", "place"),
     [
-        ("exponents", "config/axes.py"),
+        ("exponents", "config/bodies.py"),
         ("precession", "experiments/precession/schema.py"),
         ("route_codes", "orbits/integrate/bigint.py"),
         ("route_codes", "routes/__init__.py"),
@@ -145,11 +145,11 @@ def test_a_plan_changes_with_each_module_that_is_imported_and_with_no_other(
         edited = file.relative_to(code_hash.PACKAGE).as_posix()
         changed |= {edited} if runner.plan(config, tmp_path).fingerprint != before else set()
     assert changed == set(hashed(experiment))
-    assert ("config/axes.py" in changed) == (experiment == "exponents")
+    assert ("routes/cells.py" in changed) == (experiment == "exponents")
 
 
 CONFIG_OF = {"exponents": "exponents.yaml", "heteroclinic_cycle": "fig2.yaml"}
-DRAWING = ("/draw.py", "/report.py")
+DRAWING = ("/draw.py", "bench/report.py")
 """Files of an experiment that compute nothing."""
 
 

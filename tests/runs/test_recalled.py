@@ -8,7 +8,7 @@ from typing import Any
 
 import pytest
 
-from rigidpend.machine import cache, files, kept
+from rigidpend.machine import cache, files
 from rigidpend.results import store
 from rigidpend.runs import loading, recalled, runner
 from tests.config.samples import SMALL, written
@@ -71,7 +71,7 @@ def test_a_plan_is_the_same_without_reading_config_and_result_again(
     assert counted == ["load", "open"] * 2
     for path in (made.parent / "cache" / "plans").iterdir():
         path.write_bytes(files.sealed(b"[1]"))
-    with pytest.warns(kept.KeptFileWarning):
+    with pytest.warns(cache.KeptFileWarning):
         assert plan(made.parent).reason == ""
     assert counted == ["load", "open"] * 3
 

@@ -12,9 +12,9 @@ import pytest
 from click.testing import CliRunner
 
 from rigidpend import experiments
-from rigidpend.cli import reference
+from rigidpend.cli.verify import reference_command
+from rigidpend.experiments import compare
 from rigidpend.experiments.contract import Means
-from rigidpend.experiments.data import compare
 from rigidpend.orbits.integrate.arithmetic import resolve
 from rigidpend.results import store
 from rigidpend.runs import loading, regression
@@ -221,7 +221,7 @@ def moved(value: Any, by: float) -> Any:
 def called(folder: Path, *arguments: str) -> Any:
     config_file = written(folder, SMALL, "small.yaml")
     given = (str(config_file), "--reference", str(folder / "reference"), "-j", "1", *arguments)
-    return CliRunner().invoke(reference.command, given)
+    return CliRunner().invoke(reference_command, given)
 
 
 @pytest.mark.parametrize("reason", [(), ("--reason", ""), ("--reason", "  ")])

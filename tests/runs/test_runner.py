@@ -13,7 +13,6 @@ import pytest
 
 from rigidpend import experiments
 from rigidpend.experiments.route_codes import compute as route_codes
-from rigidpend.machine import code_hash
 from rigidpend.orbits.integrate import arithmetic
 from rigidpend.results import store
 from rigidpend.runs import loading, provenance, runner
@@ -58,6 +57,9 @@ def test_the_first_run_has_no_result_yet(loaded: loading.LoadedConfig, tmp_path:
     assert not (tmp_path / "none").exists()
 
 
+CODE: list[str] = []
+FORMAT: list[str] = []
+"""No settings: the code, and the format of the result, are others."""
 MU = "its config changed: problem.mu from 0.001 to 0.002"
 
 
@@ -70,6 +72,8 @@ MU = "its config changed: problem.mu from 0.001 to 0.002"
         (["problem.mu=0.002"], "", False, MU),
         ([], "0.0", False, "the engine changed"),
         (["problem.mu=0.002"], "0.0", False, f"{MU}; the engine changed"),
+        (CODE, "", False, "the code that computes it changed"),
+        (FORMAT, "", False, "its result has another format version"),
     ],
 )
 def test_what_changed_is_the_reason(
@@ -83,65 +87,16 @@ def test_what_changed_is_the_reason(
 ) -> None:
     if version:
         monkeypatch.setattr(importlib.metadata, "version", lambda _: version)
-    loaded = loading.load(written(tmp_path, f"{SMALL}# A comment.\n", "small.yaml"), settings)
-    assert runner.plan(loaded, out, force=force).reason == reason
-
-
-def test_changed_code_is_the_reason(
-    loaded: loading.LoadedConfig, out: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    copy = tmp_path / "rigidpend"
-    shutil.copytree(code_hash.PACKAGE, copy, ignore=shutil.ignore_patterns("__pycache__"))
-    monkeypatch.setattr(code_hash, "PACKAGE", copy)
-    assert runner.plan(loaded, out).reason == ""
-    with (copy / "mechanics" / "equations.py").open("a", encoding="utf-8") as file:
-        file.write("\nX = 1\n")
-    # As another process finds it.
-    code_hash.sources.cache_clear()
-    assert runner.plan(loaded, out).reason == "the code that computes it changed"
-
-
-def test_another_engine_is_the_reason(
-    loaded: loading.LoadedConfig, out: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    other = {"taylor": "scipy", "scipy": "taylor"}[arithmetic.default_engine()]
-    monkeypatch.setattr(arithmetic, "default_engine", lambda: other)
-    assert runner.plan(loaded, out).reason == "the engine changed"
-
-
-def test_a_damaged_result_is_not_overwritten(loaded: loading.LoadedConfig, out: Path) -> None:
-    content = (out / "small.h5").read_bytes()
-    (out / "small.h5").write_bytes(content[:-100])
-    assert "not a readable HDF5 file" in refusal(loaded, out)
-
-
-def refusal(loaded: loading.LoadedConfig, out: Path) -> str:
-    """What is said of a target that is not ours; it stays as it is, but for --force."""
-    target = out / "small.h5"
-    before = target.read_bytes(), target.stat().st_mtime_ns
-    with pytest.raises(store.StoreError) as caught:
-        runner.plan(loaded, out)
-    text = str(caught.value)
-    assert text.startswith(f"{target}: ")
-    assert text.endswith("; move it away, or overwrite it with --force")
-    assert (target.read_bytes(), target.stat().st_mtime_ns) == before
-    planned = runner.plan(loaded, out, force=True)
-    assert planned.reason == "--force"
-    assert (target.read_bytes(), target.stat().st_mtime_ns) == before
-    runner.run(planned, jobs=1, report=quiet)
-    assert runner.plan(loaded, out).reason == ""
-    return text
-
-
-def test_another_format_version_is_the_reason(loaded: loading.LoadedConfig, out: Path) -> None:
-    with h5py.File(out / "small.h5", "a") as file:
-        file.attrs["format_version"] = store.FORMAT_VERSION + 1
+    if settings is CODE:
+        monkeypatch.setattr(provenance, "code_hash", lambda _: "another")
+    if settings is FORMAT:
+        with h5py.File(out / "small.h5", "a") as file:
+            file.attrs["format_version"] = store.FORMAT_VERSION + 1
+    text = f"{SMALL}# A comment.\n"
+    loaded = loading.load(written(tmp_path, text, "small.yaml"), [*settings])
     before = (out / "small.h5").read_bytes()
-    planned = runner.plan(loaded, out)
-    assert planned.reason == "its result has another format version"
+    assert runner.plan(loaded, out, force=force).reason == reason
     assert (out / "small.h5").read_bytes() == before
-    runner.run(planned, jobs=1, report=quiet)
-    assert runner.plan(loaded, out).reason == ""
 
 
 def test_a_result_says_what_it_was_made_from(loaded: loading.LoadedConfig, made: Path) -> None:
@@ -163,26 +118,6 @@ def test_a_result_says_what_it_was_made_from(loaded: loading.LoadedConfig, made:
         assert json.loads(file["config"].asstr()[()]) == loaded.resolved()
         expected = set(provenance.provenance())
         assert set(file["provenance"].attrs) == expected
-
-
-def test_the_stored_config_can_be_run_again(made: Path, tmp_path: Path) -> None:
-    with store.opened(made) as file:
-        # JSON is YAML.
-        path = written(tmp_path, file["config"].asstr()[()], "small.yaml")
-    assert runner.plan(loading.load(path), made.parent).reason == ""
-
-
-def test_what_cannot_be_written_is_not_computed(
-    loaded: loading.LoadedConfig, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    def compute(*_: Any) -> Any:
-        raise AssertionError("computed in vain")
-
-    monkeypatch.setattr(route_codes, "compute", compute)
-    (tmp_path / "file").touch()
-    planned = runner.plan(loaded, tmp_path / "file" / "sub")
-    with pytest.raises(store.StoreError, match="choose another folder with --out"):
-        runner.run(planned, jobs=1, report=quiet)
 
 
 @pytest.mark.parametrize("error", [KeyboardInterrupt, RuntimeError])

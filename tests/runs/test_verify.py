@@ -13,10 +13,10 @@ import numpy as np
 import pytest
 from click.testing import CliRunner
 
-from rigidpend.cli import verify
+from rigidpend.cli.verify import verify_command
 from rigidpend.config import catalogue
-from rigidpend.experiments.data.compare import Difference
-from rigidpend.experiments.route_layout import APART, crossing_tolerance
+from rigidpend.experiments.compare import Difference
+from rigidpend.experiments.shared import APART, crossing_tolerance
 from rigidpend.mechanics.body import Body
 from rigidpend.numbers.exact import exact
 from rigidpend.results import store
@@ -49,7 +49,7 @@ def copy(desk: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
 
 
 def called(*arguments: str) -> Any:
-    return CliRunner().invoke(verify.command, arguments)
+    return CliRunner().invoke(verify_command, arguments)
 
 
 READ = ("configs/small.yaml", "--results", "results")

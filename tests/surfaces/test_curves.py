@@ -11,7 +11,7 @@ import pytest
 
 from rigidpend.mechanics.coordinates import Aligned, body_from_aligned, scale
 from rigidpend.mechanics.equations import aligned_coefficients, eq1
-from rigidpend.mechanics.periodic import Delta_1
+from rigidpend.mechanics.pendulum import Delta_1
 from rigidpend.numbers.exact import exact, exacts
 from rigidpend.orbits.integrate.arithmetic import default_engine
 from rigidpend.orbits.integrate.states import states_at

@@ -12,8 +12,8 @@ from scipy.optimize import brentq
 from rigidpend import Body
 from rigidpend.mechanics.coordinates import Canonical, aligned_from_canonical
 from rigidpend.mechanics.equations import aligned_coefficients, hamiltonian_J3_0
-from rigidpend.mechanics.hodograph import field
-from rigidpend.mechanics.precession import increments as first_order
+from rigidpend.mechanics.in_space import field
+from rigidpend.mechanics.in_space import increments as first_order
 from rigidpend.numbers.exact import exact
 from rigidpend.orbits.integrate.arithmetic import default_engine, resolve
 from rigidpend.orbits.integrate.states import states_at
@@ -110,7 +110,8 @@ def test_the_error_told_holds_against_more_steps(monkeypatch: pytest.MonkeyPatch
 
 
 @pytest.mark.slow
-def test_agrees_engines() -> None:
+def test_agrees_engines(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(heteroclinic, "DEPTH", 20.0)
     found = increments(HESS, H0, resolve("scipy", 3e-14)).gained
     np.testing.assert_allclose(found, increments(HESS, H0, ARITHMETIC).gained, rtol=0, atol=1e-13)
 

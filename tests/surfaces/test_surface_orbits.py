@@ -18,7 +18,7 @@ from rigidpend.mechanics.coordinates import (
     scale,
 )
 from rigidpend.mechanics.equations import AlignedCoefficients, energy
-from rigidpend.mechanics.periodic import Delta_1
+from rigidpend.mechanics.pendulum import Delta_1
 from rigidpend.numbers.exact import exact
 from rigidpend.orbits.integrate.arithmetic import default_engine, resolve
 from rigidpend.orbits.integrate.states import states_at

@@ -1,1 +1,72 @@
-"""Doubly asymptotic (heteroclinic) orbits with short codes, and what theta3 gains along them."""
+"""Doubly asymptotic (heteroclinic) orbits with short codes, and what theta3 gains along them.
+
+Here is the layout of a result: what it consists of, with unit and bound.
+"""
+
+from __future__ import annotations
+
+from functools import partial
+
+from rigidpend.experiments.compare import stated
+from rigidpend.experiments.data import FLAG, FLOAT, TEXT, WHOLE, Field, Layout, held
+from rigidpend.experiments.shared import MEANING, kept, known
+
+DIGIT = 1e-29
+"""A unit of the 30th digit of a phase, and the largest error that may be stated of one."""
+SAMPLED = 1e-6
+"""Allowed difference of drawn samples, where doubles have grown by the passages before."""
+
+_double, _whole = (partial(Field, kind, ("orbits",)) for kind in (FLOAT, WHOLE))
+_symbols = partial(Field, WHOLE, ("symbols", "orbits"), "1")
+_sample = partial(Field, FLOAT, ("samples",))
+
+ORBITS = {
+    "word": _symbols("symbols: 0 left, 1 right"),
+    "half_turns": _symbols("half rotations of each passage"),
+    "first": _whole("1", "parity of the first crossing's cell: 0 is a, 1 is b"),
+    "theta2_0": _double("rad", "theta2 where J1 = J1_0 on the unstable surface, ascending"),
+    # A phase of 30 digits decides its double: what may differ is in the rest, by the errors of two.
+    "theta2_0_rest": _double(
+        "rad", "what theta2_0 leaves: their sum has 30 digits", within=2 * DIGIT
+    ),
+    # Times and angles err by some 1e-13 a crossing.
+    "flight": _double("t'", "time from the first crossing to the last", within=1e-10),
+    "theta3": _double("rad", "growth of theta3 from one end to the other", within=1e-12),
+    "residual": _double(
+        "1",
+        "largest gap of the map where passages meet: rad, widths of tables",
+        within=stated(1e-11),
+    ),
+    "moved": _double(
+        "rad", "theta2_0 in 106 bits less that by the map in doubles", within=stated(1e-12)
+    ),
+    "error": _double("rad", "last correction of theta2_0 in 106 bits", within=stated(DIGIT)),
+    "arcs": Field(WHOLE, (), "1", "arcs of the unstable surface on which the orbits were sought"),
+    "ends": Field(
+        TEXT, (), "text", "homoclinic (to the lower orbit) or heteroclinic (to the upper)"
+    ),
+}
+PLANE = {
+    "theta2_0": MEANING["theta2_0"]._replace(description="initial phases of Fig. 4's orbits"),
+    "codes": Field(
+        WHOLE, ("symbols+1", "columns"), "1", "their symbols: 0, 1, 255 no return", within=known
+    ),
+    "certain": Field(
+        FLAG, ("symbols+1", "columns"), "1", "whether the symbol is established", within=kept
+    ),
+}
+DRAWN = {
+    "orbit": Field(WHOLE, (), "1", "place of the orbit among those with as many symbols"),
+    "t": _sample("t'", "time, 0 at the first crossing", coordinate=True),
+    "theta1": _sample("rad", "0 .. 4 pi"),
+    "J1_over_J2": _sample("1", "0 at the lower periodic orbit, 1 at the upper", symbol="$J_1/J_2$"),
+    "theta3": _sample("rad", "precession angle since the lower periodic orbit"),
+    "omega": Field(
+        FLOAT, ("samples", 3), "1/t", "omega_xi, omega_eta, omega_zeta, physical; xi is upward"
+    ),
+}
+LAYOUT: Layout = {
+    "orbits": {"<lengths>": ORBITS},
+    "plane": PLANE,
+    "drawn": {"<drawn>": held(SAMPLED, DRAWN)},
+}

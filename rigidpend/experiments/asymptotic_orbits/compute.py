@@ -8,20 +8,19 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from rigidpend.experiments.asymptotic_orbits.layout import LAYOUT, ORBITS, PLANE
+from rigidpend.experiments.asymptotic_orbits import LAYOUT, ORBITS, PLANE
 from rigidpend.experiments.contract import Means
-from rigidpend.experiments.data.layout import datasets
-from rigidpend.experiments.data.tree import Tree
-from rigidpend.mechanics import hodograph
+from rigidpend.experiments.data import Tree, datasets
+from rigidpend.mechanics import in_space
 from rigidpend.orbits.integrate.states import states_at
 from rigidpend.orbits.return_map import return_map
 from rigidpend.routes.codes import codes_of
 from rigidpend.routes.herpolhode import RouteOrbit, samples
 from rigidpend.routes.problem import rotation_period
 from rigidpend.routes.symbolic.doubly import DoublyAsymptotic, doubly_asymptotic
+from rigidpend.routes.symbolic.levels import Level, columns
 from rigidpend.routes.symbolic.sharp import Launch, sharp
 from rigidpend.routes.symbolic.skeleton import skeleton
-from rigidpend.routes.symbolic.tables import Level, columns
 
 if TYPE_CHECKING:
     from rigidpend.experiments.asymptotic_orbits.schema import Config, Problem
@@ -108,7 +107,7 @@ def _sampled(
     end = crossed + float((one.flight + one.faded(level, FADED))[0])
     t = np.arange(shown, end, rotation_period(problem.routes) / SAMPLES)
     states = states_at(
-        hodograph.field_without_alpha(problem.body),
+        in_space.field_without_alpha(problem.body),
         np.array([*map(float, state), 0.0]),
         t - start,
         engine=means.arithmetic.engine,

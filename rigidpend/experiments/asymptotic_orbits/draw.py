@@ -1,7 +1,11 @@
-"""Doubly asymptotic orbits: as the skeleton of Fig. 4's plane, on the sphere, and in space."""
+"""Doubly asymptotic orbits: as the skeleton of Fig. 4's plane, on the sphere, and in space.
+
+In tables: doubly asymptotic orbits counted by the symbols of their codes, and the shortest of them.
+"""
 
 from __future__ import annotations
 
+from fractions import Fraction
 from typing import Any
 
 import numpy as np
@@ -10,8 +14,8 @@ from matplotlib.colors import ListedColormap
 from matplotlib.figure import Figure
 from matplotlib.ticker import MaxNLocator
 
-from rigidpend.experiments.asymptotic_orbits.layout import DRAWN, PLANE
-from rigidpend.experiments.data.tree import Data, Loaded
+from rigidpend.experiments.asymptotic_orbits import DRAWN, PLANE
+from rigidpend.experiments.data import Data, Loaded
 from rigidpend.experiments.plots import (
     BLUE,
     GREEN,
@@ -25,6 +29,7 @@ from rigidpend.experiments.plots import (
     symbol_entries,
     title,
 )
+from rigidpend.machine.wording import Table
 
 HEIGHT = 5.4
 """Height of the figure, inches."""
@@ -51,11 +56,11 @@ def draw(result: Loaded) -> Figure:
     _draw_heights(axes[0], drawn)
     for one, (name, curve), colour, letter in zip(axes[1:], drawn, CURVES, "cdef", strict=False):
         _draw_hodograph(one, curve, colour)
-        title(one, letter, _count(name))
+        title(one, letter, _counted(name))
     return figure
 
 
-def _count(name: str) -> str:
+def _counted(name: str) -> str:
     return {"0": "no symbol", "1": "1 symbol"}.get(name, f"{name} symbols")
 
 
@@ -86,7 +91,7 @@ def _draw_heights(axes: Axes, drawn: list[tuple[str, Data]]) -> None:
         # theta1 is modulo 4 pi: no line where it begins anew.
         broken = np.flatnonzero(np.abs(np.diff(theta1)) > 2) + 1
         theta1, height = np.insert(theta1, broken, np.nan), np.insert(height, broken, np.nan)
-        axes.plot(theta1, height, color=colour, ls=style, lw=1.2, label=_count(name))
+        axes.plot(theta1, height, color=colour, ls=style, lw=1.2, label=_counted(name))
     axes.set(
         xlim=(0, 4),
         ylim=(-0.02, 1.02),
@@ -103,3 +108,62 @@ def _draw_hodograph(axes: Axes, curve: Data, colour: str) -> None:
     axes.xaxis.set_major_locator(MaxNLocator(3))
     axes.yaxis.set_major_locator(MaxNLocator(3))
     label_hodograph(axes)
+
+
+CAPTION = (
+    "Where a symbol of the route codes changes lies an orbit that never leaves again: a"
+    " homoclinic one, which returns to the periodic orbit that it came from, or a heteroclinic"
+    " one, which goes to the other. Row i + 1 of the plane has the orbits with i symbols, as far"
+    " as no passage takes too many rotations. The hodographs of the sampled orbits begin and end"
+    " at the origin, where omega is horizontal along eta."
+)
+ROWS = 24
+"""Orbits that have a row of their own: the first in the order of symbols and phases."""
+
+
+def tables(result: Loaded) -> list[Table]:
+    """Table of the counts, and that of the first orbits."""
+    lengths = sorted(result["data"]["orbits"].items(), key=lambda pair: int(pair[0]))
+    each = [(orbits, k) for _, orbits in lengths for k in range(len(orbits["theta2_0"]))]
+    first = [_row(*one) for one in each[:ROWS]]
+    return [
+        Table(
+            "Doubly asymptotic orbits by the symbols of their codes",
+            ("symbols", "orbits", "kind", "arcs searched", "largest residual", "map's error (rad)"),
+            [_count(name, orbits) for name, orbits in lengths],
+            "All leave the lower periodic orbit. The map's error is that of theta2_0 in doubles,"
+            " against integration in 106 bits.",
+        ),
+        Table(
+            "The first orbits",
+            ("address", "kind", "theta2_0 (rad)", "flight (t')", "theta3+ - theta3- (rad)"),
+            first,
+            f"{len(first)} of {len(each)}. theta2_0 is theta2 where J1 = J1_0.",
+        ),
+    ]
+
+
+def _count(name: str, orbits: Data) -> tuple[str, ...]:
+    count = len(orbits["theta2_0"])
+    residual, moved = (float(np.abs(orbits[key]).max(initial=0.0)) for key in ("residual", "moved"))
+    ends, arcs = str(orbits["ends"]), str(int(orbits["arcs"]))
+    return name, str(count), ends, arcs, f"{residual:.0e}", f"{moved:.0e}"
+
+
+def _row(orbits: Data, k: int) -> tuple[str, ...]:
+    phase = digits(float(orbits["theta2_0"][k]), float(orbits["theta2_0_rest"][k]))
+    numbers = f"{orbits['flight'][k]:.9f}", f"{orbits['theta3'][k]:.12f}"
+    return address(orbits, k), str(orbits["ends"]), phase, *numbers
+
+
+def address(orbits: Data, k: int) -> str:
+    """The address of an orbit: its first cell, and each symbol with its half rotations."""
+    terms = zip(orbits["word"][:, k], orbits["half_turns"][:, k], strict=True)
+    return " ".join(["ab"[int(orbits["first"][k])], *(f"{s}^{n}" for s, n in terms)])
+
+
+def digits(high: float, rest: float, places: int = 29) -> str:
+    """The sum of two doubles to so many digits behind the point."""
+    whole = round((Fraction(high) + Fraction(rest)) * 10**places)
+    text = str(whole).rjust(places + 1, "0")
+    return f"{text[:-places]}.{text[-places:]}"

@@ -1,1 +1,112 @@
-"""Asymptotic surfaces (stable, unstable manifolds) of several bodies: Fig. 3 and Table 1."""
+"""Asymptotic surfaces (stable, unstable manifolds) of several bodies: Fig. 3 and Table 1.
+
+Here is the layout of a result: what it consists of, with unit and bound.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from rigidpend.experiments import compare
+from rigidpend.experiments.compare import ROUNDING, Difference, modulo, relative
+from rigidpend.experiments.data import FLOAT, WHOLE, Bound, Data, Field, Layout, held
+
+DRIFT = 1e-12
+"""Allowed difference of theta1 (radians) and J1/J2 where orbits neither approach nor leave."""
+SHARED = 0.9
+"""Share of the points of two results that are to be at the same times."""
+
+BODIES = ("bodies",)
+
+ANGLES = {
+    "alpha0": Field(FLOAT, BODIES, "rad", "alpha0 of each body, in the order of the bodies"),
+    "gamma0": Field(FLOAT, BODIES, "rad", "gamma0 of each body"),
+    "nu": Field(FLOAT, BODIES, "1", "pi kappa/sin(alpha0) of each body"),
+}
+"""Columns of Table 1, with nu by which the paper orders its panels."""
+WINDOW = {
+    "centre": Field(FLOAT, (), "rad", "alpha0 + beta0, theta1 on separatrix 2"),
+    "Delta_1": Field(
+        FLOAT, (), "rad", "largest |theta1 - alpha0 - beta0| near T1 and T2, eq. (dt)"
+    ),
+    "born": Field(FLOAT, (2,), "rad", "centre -+ Delta_1"),
+    "window": Field(FLOAT, (2,), "rad", "centre -+ half_width Delta_1"),
+    "time_step": Field(FLOAT, (), "t' = t s", "step between samples"),
+}
+"""The window of a body's two panels."""
+
+
+def _shared(stored: Data, fresh: Data) -> Any:
+    """Places of stored points among the fresh ones, by orbit and time; -1 for none.
+
+    Which samples are kept may hang on the last digit.
+    """
+    # Curve and time in one integer, for intersect1d knows no pairs; times are below 2^31.
+    first, second = (
+        np.repeat(np.arange(len(x["offsets"]) - 1), np.diff(x["offsets"])) * 2**32 + x["sample"]
+        for x in (stored, fresh)
+    )
+    _, here, there = np.intersect1d(first, second, return_indices=True)
+    at = np.full(len(first), -1)
+    at[here] = there
+    return at
+
+
+def _ends(name: str, stored: Data, fresh: Data) -> list[Difference]:
+    """Offsets begin and end with the points."""
+    return compare.arrays(name, [0, len(fresh["theta1"])], fresh[name][[0, -1]])
+
+
+def _times(name: str, stored: Data, fresh: Data) -> list[Difference]:
+    """Two results with few times in common would agree by having nothing to be compared."""
+    if _ends("offsets", stored, fresh):
+        return []
+    points, shared = len(stored[name]), int((_shared(stored, fresh) >= 0).sum())
+    if shared >= SHARED * max(points, len(fresh[name])):
+        return []
+    said = f": only {shared} of {points} points are at the same times"
+    return [Difference(name, points, shared, words=said)]
+
+
+def _points(name: str, stored: Data, fresh: Data) -> list[Difference]:
+    """An error of theta1 grows as J2^2/(J1 (J2 - J1)), by eq. (dtheta)."""
+    if _ends("offsets", stored, fresh):
+        return []
+    J1, at = stored["J1_over_J2"], _shared(stored, fresh)
+    # In units of its value at the section, where the factor is 1.
+    drift = DRIFT / (4 * J1 * (1 - J1)) if name == "theta1" else DRIFT
+    return compare.arrays(name, stored[name], fresh[name][at], np.where(at < 0, np.inf, drift))
+
+
+def _curves(name: str) -> dict[str, Field]:
+    """The curves of one surface, with dimensions of their own."""
+    points, orbits = (f"points of {name}",), f"orbits of {name}"
+    along, when = Bound(_points, sized=False), Bound(_times, sized=False)
+    turned = modulo(2 * np.pi, lambda name, stored, fresh: 1e3 * ROUNDING)
+    said, counted = "all curves, one after the other", "time of each point in time_step"
+    return {
+        "theta1": Field(FLOAT, points, "rad", said, within=along),
+        "J1_over_J2": Field(FLOAT, points, "1", said, within=along, symbol="$J_1/J_2$"),
+        "sample": Field(
+            WHOLE, points, "1", f"{counted}, from the start; S2+ runs backward", within=when
+        ),
+        "offsets": Field(
+            WHOLE,
+            (f"{orbits}+1",),
+            "1",
+            "curve k is offsets[k]:offsets[k + 1]",
+            within=Bound(_ends),
+        ),
+        "theta2_0": Field(
+            FLOAT, (orbits,), "rad", "theta2 at the start of each orbit", within=turned
+        ),
+    }
+
+
+CURVES = {name: _curves(name) for name in ("S1_minus", "S2_plus")}
+"""Fields of each surface, whose dimensions are its own: the two differ in their points."""
+
+BODY: Layout = {**held(relative(ROUNDING), WINDOW), **CURVES}
+LAYOUT: Layout = {"table": held(relative(ROUNDING), ANGLES), "bodies": {"<bodies>": BODY}}

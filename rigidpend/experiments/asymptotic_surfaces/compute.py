@@ -9,11 +9,10 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from rigidpend.config.description import Row
-from rigidpend.experiments.asymptotic_surfaces.layout import ANGLES, BODY, LAYOUT, WINDOW
+from rigidpend.experiments.asymptotic_surfaces import ANGLES, BODY, LAYOUT, WINDOW
 from rigidpend.experiments.contract import Means
-from rigidpend.experiments.data.layout import datasets
-from rigidpend.experiments.data.tree import Tree
-from rigidpend.mechanics.periodic import Delta_1
+from rigidpend.experiments.data import Tree, datasets
+from rigidpend.mechanics.pendulum import Delta_1
 from rigidpend.routes.phases import Phases
 from rigidpend.routes.problem import RouteProblem
 from rigidpend.surfaces import curves as surfaces

@@ -10,14 +10,24 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from rigidpend.config.description import Row
-from rigidpend.experiments import heyoka_peer
-from rigidpend.experiments.bench import layout, methods
+from rigidpend.experiments import principal_axes
+from rigidpend.experiments.bench import (
+    BODY,
+    COUNTED,
+    ENDED,
+    MANY,
+    MET,
+    OF_BODIES,
+    OF_LOT,
+    PROBLEM,
+    SEARCHED,
+    methods,
+)
 from rigidpend.experiments.bench.methods import METHODS, PROBLEMS, Setting
 from rigidpend.experiments.bench.problems import ASKED, SEED
 from rigidpend.experiments.bench.worker import measured
 from rigidpend.experiments.contract import Means
-from rigidpend.experiments.data.layout import Field, Layout, datasets, named
-from rigidpend.experiments.data.tree import Data, Dataset, Tree
+from rigidpend.experiments.data import Data, Dataset, Field, Layout, Tree, datasets, named
 from rigidpend.orbits.integrate.arithmetic import EngineError
 
 if TYPE_CHECKING:
@@ -48,7 +58,7 @@ def compute(config: Config, means: Means) -> Tree:
     EngineError
         heyoka, which makes the references in 113 bits, is not installed.
     """
-    if not heyoka_peer.installed():
+    if not principal_axes.installed():
         raise EngineError("the references need the package heyoka, which is not installed")
 
     def part(name: str, title: str, work: Callable[..., Tree], *given: Any) -> Tree:
@@ -63,7 +73,7 @@ def compute(config: Config, means: Means) -> Tree:
         title = PROBLEMS[name].title
         found: Any = part(f"reference.{name}", f"reference, {title}", _reference, name)
         truth[name] = {key: np.asarray(node[0]).tolist() for key, node in found.items()}
-        groups[name] = datasets(layout.PROBLEM, PROBLEMS[name]._asdict())
+        groups[name] = datasets(PROBLEM, PROBLEMS[name]._asdict())
     for key in config.problem.methods:
         if any(METHODS[key].answer(name) for name in problems):
             found = part(f"search.{key}", METHODS[key].label, _search, key, truth)
@@ -158,7 +168,7 @@ def _search(config: Config, key: str, truth: Truth) -> Tree:
     }
     if missing := _missing(key):
         said = f"absent: {missing} is not installed"
-        return {name: _told(layout.SEARCHED, {"ended": said}) for name in knobs}
+        return {name: _told(SEARCHED, {"ended": said}) for name in knobs}
     lines, ended = _measured(
         "search", len(knobs), entries={key: knobs}, truth=truth,
         sizes=config.problem.model_dump(),
@@ -186,7 +196,7 @@ def searched(lines: list[Line], ended: str, problem: str, planned: int) -> Tree:
     wrong = next((line["failed"] for line in own if "failed" in line), ended)
     once = {k: v for line in [*lines[:1], *own] for k, v in line.items()}
     ends = {"ended": _cut(wrong, len(rows), planned)}
-    return _told(layout.SEARCHED, {**once, **_columns(rows), **ends})
+    return _told(SEARCHED, {**once, **_columns(rows), **ends})
 
 
 def _cut(wrong: str, done: int, planned: int) -> str:
@@ -206,10 +216,10 @@ def _meeting(config: Config, name: str, guests: dict[str, Setting], truth: Truth
     found: dict[str, dict[str, Any]] = {f"threads_{n}": {} for n in asked.threads}
     for line in lines:
         chosen = methods.spelt(guests[line["method"]])
-        told = _told(layout.MET, {**line, "chosen": chosen})
+        told = _told(MET, {**line, "chosen": chosen})
         found[f"threads_{line['most']}"][line["method"]] = told
     for group in found.values():
-        group["ended"] = layout.ENDED.dataset(COMPLETE if group else ended)
+        group["ended"] = ENDED.dataset(COMPLETE if group else ended)
     # Where a second thread serves nobody there is no meeting.
     return {name: group for name, group in found.items() if len(group) > 1 or ended}
 
@@ -228,7 +238,7 @@ def _phases(config: Config, key: str) -> Tree:
     lines, ended = _measured("phases", 2, **given)
     if ended:
         raise RuntimeError(f"random phases, {METHODS[key].label}: {ended}")
-    return {f"J1_0_{line['J1_0']}": _told(layout.COUNTED, line) for line in lines}
+    return {f"J1_0_{line['J1_0']}": _told(COUNTED, line) for line in lines}
 
 
 def _many(config: Config, key: str, codes: Data) -> Tree:
@@ -242,7 +252,7 @@ def _many(config: Config, key: str, codes: Data) -> Tree:
     if not lines:
         raise RuntimeError(f"many orbits, {METHODS[key].label}: {ended}")
     texts = {"chosen": methods.spelt(entry), "ended": ended or COMPLETE}
-    return _told(layout.MANY, {**_columns(lines), **texts})
+    return _told(MANY, {**_columns(lines), **texts})
 
 
 def _bodies(config: Config, title: str, seed: int, n: int, codes: Data) -> Tree:
@@ -257,13 +267,13 @@ def _bodies(config: Config, title: str, seed: int, n: int, codes: Data) -> Tree:
         "bodies", budgets, entries=entries, seed=seed, bodies=n, orbits=asked.orbits,
         threads=asked.threads, repeats=asked.repeats, seconds=asked.seconds, longest=asked.longest,
     )  # fmt: skip
-    bodies = [dict(zip(layout.BODY, [title == "kept", *x["body"]], strict=True)) for x in lines]
+    bodies = [dict(zip(BODY, [title == "kept", *x["body"]], strict=True)) for x in lines]
     each = {
-        key: _told(layout.OF_BODIES, _columns([line[key] for line in lines]))
+        key: _told(OF_BODIES, _columns([line[key] for line in lines]))
         for key in (entries if lines else ())
     }
     ends = {"ended": _cut(ended, len(lines), n)}
-    return {**_told(layout.OF_LOT, {**_columns(bodies), **ends}), **each}
+    return {**_told(OF_LOT, {**_columns(bodies), **ends}), **each}
 
 
 def _joined(parts: list[Any]) -> Any:

@@ -18,13 +18,13 @@ from typing import Any
 
 import numpy as np
 
-from rigidpend.experiments import heyoka_peer, principal_axes
+from rigidpend.experiments import principal_axes
 from rigidpend.experiments.bench.methods import Setting
 from rigidpend.experiments.bench.problems import FIG4, drawn, from_phases, judged, random_routes
 from rigidpend.experiments.bench.protocol import Line, Make, made, timed, timed_solver
 from rigidpend.experiments.bench.solvers import Crossed, Task, time_unit
-from rigidpend.numbers.doubles import Array
 from rigidpend.numbers.exact import exact
+from rigidpend.numbers.generic import Array
 from rigidpend.routes.choice import expected_seconds
 from rigidpend.routes.problem import RouteProblem
 
@@ -201,7 +201,7 @@ def _told(orbit: Task, doubted: Any, seconds: float) -> Any:
 
     64 bits tell where they agree with those that were found otherwise; else 113 do.
     """
-    for bits in filter(heyoka_peer.offers, principal_axes.TRUTH_BITS):
+    for bits in filter(principal_axes.offers, principal_axes.TRUTH_BITS):
         given = orbit.routes, orbit.theta2_0
         taken, codes = timed(partial(principal_axes.codes, *given, bits=bits, jobs=1))
         if bits == principal_axes.TRUTH_BITS[-1] or (codes == doubted).all():

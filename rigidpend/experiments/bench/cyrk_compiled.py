@@ -14,7 +14,7 @@ from numba import njit
 
 from rigidpend.experiments.bench.solvers import SMALLER, Ends, Solver, Task, answering, flat
 from rigidpend.mechanics.body import Body
-from rigidpend.numbers.doubles import Array
+from rigidpend.numbers.generic import Array
 
 PIECES = 8
 """Pieces of the horizon; crossings are looked up in each, until there are enough."""

@@ -14,8 +14,7 @@ import optimistix
 
 from rigidpend.experiments.bench.solvers import SMALLER, Ends, Solver, Task, answering, field_of
 from rigidpend.mechanics.body import Body
-from rigidpend.numbers.doubles import Array
-from rigidpend.numbers.generic import Numbers
+from rigidpend.numbers.generic import Array, Numbers
 
 settings: Any = jax.config
 settings.update("jax_enable_x64", True)

@@ -11,8 +11,11 @@ from matplotlib.ticker import NullFormatter, PercentFormatter
 
 from rigidpend.experiments.bench import report
 from rigidpend.experiments.bench.methods import METHODS, PROBLEMS
-from rigidpend.experiments.data.tree import Data, Loaded
+from rigidpend.experiments.bench.report import CAPTION, tables
+from rigidpend.experiments.data import Data, Loaded
 from rigidpend.experiments.plots import BLUE, GREEN, ORANGE, PINK, RED, SKY, WIDTH, entry, title
+
+__all__ = ["CAPTION", "draw", "style", "tables"]
 
 ROW, DIAGRAM = 0.25, 2.15
 """Inches: a row of ratios, and a diagram."""

@@ -23,8 +23,7 @@ from rigidpend.experiments.bench.solvers import (
     time_unit,
     with_angles,
 )
-from rigidpend.experiments.heyoka_peer import heyoka
-from rigidpend.experiments.principal_axes import euler_poisson_field
+from rigidpend.experiments.principal_axes import euler_poisson_field, heyoka
 from rigidpend.mechanics.body import Body
 from rigidpend.mechanics.coordinates import (
     andoyer_from_body,
@@ -34,8 +33,8 @@ from rigidpend.mechanics.coordinates import (
     canonical_from_andoyer,
 )
 from rigidpend.mechanics.equations import eq1
-from rigidpend.numbers.alphabet import NO_SYMBOL
-from rigidpend.numbers.doubles import Array
+from rigidpend.numbers.expressions import NO_SYMBOL
+from rigidpend.numbers.generic import Array
 from rigidpend.routes.phases import Phases
 
 

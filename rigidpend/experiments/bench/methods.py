@@ -9,7 +9,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from rigidpend.experiments.data.tree import Data
+from rigidpend.experiments.data import Data
 
 Setting = dict[str, Any]
 

@@ -21,13 +21,11 @@ from rigidpend.experiments.bench.solvers import (
 from rigidpend.mechanics.body import Body
 from rigidpend.mechanics.coordinates import Aligned, body_from_aligned, scale
 from rigidpend.mechanics.equations import aligned_coefficients, cross
-from rigidpend.mechanics.hodograph import angular_velocity
+from rigidpend.mechanics.in_space import angular_velocity
 from rigidpend.mechanics.pendulum import body_motion
-from rigidpend.mechanics.poinsot.herpolhode import angle
-from rigidpend.mechanics.poinsot.orbit import Orbit, through
-from rigidpend.mechanics.poinsot.polhode import momentum
-from rigidpend.numbers.doubles import Array
+from rigidpend.mechanics.poinsot import Orbit, angle, momentum, through
 from rigidpend.numbers.exact import GUARD_BITS, context
+from rigidpend.numbers.generic import Array
 from rigidpend.orbits.integrate import DEFAULT_TOLERANCE
 from rigidpend.orbits.integrate.arithmetic import Arithmetic, resolve
 from rigidpend.orbits.integrate.states import states_at

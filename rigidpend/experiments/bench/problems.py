@@ -13,15 +13,15 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from rigidpend.experiments.bench.solvers import Crossed, Task, time_unit, with_angles
-from rigidpend.experiments.data.tree import Data
+from rigidpend.experiments.data import Data
 from rigidpend.experiments.principal_axes import carry, euler_poisson_field, initial, integrator
 from rigidpend.mechanics.body import Body
 from rigidpend.mechanics.equations import cross, energy
 from rigidpend.mechanics.free_body import around_M1, around_M2
-from rigidpend.mechanics.hodograph import alpha_ahead, angular_velocity
+from rigidpend.mechanics.in_space import alpha_ahead, angular_velocity
 from rigidpend.mechanics.pendulum import body_motion
-from rigidpend.numbers.doubles import Array
 from rigidpend.numbers.exact import PI, context, exact
+from rigidpend.numbers.generic import Array
 from rigidpend.routes.codes import route_codes
 from rigidpend.routes.problem import RouteProblem, rotation_period
 

@@ -15,8 +15,8 @@ import numpy as np
 
 from rigidpend.experiments.bench import methods
 from rigidpend.experiments.bench.methods import METHODS, OWN, PROBLEMS
-from rigidpend.experiments.data.tree import Data, Loaded
-from rigidpend.machine.tables import Table, seconds, times
+from rigidpend.experiments.data import Data, Loaded
+from rigidpend.machine.wording import Table, seconds, times
 from rigidpend.numbers.generic import Scalar
 
 CAPTION = (

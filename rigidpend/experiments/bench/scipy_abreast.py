@@ -13,7 +13,7 @@ import numpy as np
 from scipy.integrate import DOP853
 
 from rigidpend.experiments.bench.solvers import SMALLER, Ends, Solver, Task, answering, flat
-from rigidpend.numbers.doubles import Array
+from rigidpend.numbers.generic import Array
 
 FALSE_POSITIONS = 12
 """Steps from the ends of a step to the crossings in it."""

@@ -20,10 +20,8 @@ from rigidpend.experiments.principal_axes import euler_poisson_field
 from rigidpend.mechanics.body import Body
 from rigidpend.mechanics.coordinates import scale
 from rigidpend.mechanics.equations import euler_poisson
-from rigidpend.mechanics.hodograph import angular_velocity, hodograph
-from rigidpend.mechanics.precession import turning_rate
-from rigidpend.numbers.doubles import Array
-from rigidpend.numbers.generic import Numbers, Scalar
+from rigidpend.mechanics.in_space import angular_velocity, hodograph, turning_rate
+from rigidpend.numbers.generic import Array, Numbers, Scalar
 from rigidpend.orbits.integrate.kernel.tape import trace
 from rigidpend.routes.cycle import symbols
 from rigidpend.routes.problem import RouteProblem

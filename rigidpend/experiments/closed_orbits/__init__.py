@@ -1,1 +1,68 @@
-"""Closed orbits by their codes, with multipliers and actions."""
+"""Closed orbits by their codes, with multipliers and actions.
+
+Here is the layout of a result: what it consists of, with unit and bound.
+"""
+
+from __future__ import annotations
+
+from functools import partial
+
+from rigidpend.experiments.compare import stated
+from rigidpend.experiments.data import FLAG, FLOAT, WHOLE, Field, Layout, held
+
+CLOSE = 1e-9
+"""Allowed difference of places and of averages: the map errs by 1e-13, times its growth."""
+
+_double, _flag = (partial(Field, kind, ("words",)) for kind in (FLOAT, FLAG))
+LENGTHS, POINTS = ("lengths",), ("points",)
+
+ORBITS = {
+    "word": Field(
+        WHOLE,
+        ("words", "longest"),
+        "1",
+        "symbols, read from a passage past the upper orbit on; 255 behind the end",
+    ),
+    # `scripts.stated` measures what they err by: 1e-13, 3e-13 and 2e-12 at most.
+    "period": _double("t'", "time of the word's passages, twice for odd words", within=1e-12),
+    "action": _double("1", "integral of J1 dtheta1 + J2 dtheta2 over that time", within=1e-12),
+    "mirrored": _flag("1", "whether it is at its mirror image after these passages"),
+    "positive": _flag("1", "whether the Floquet multiplier of these is positive"),
+    "exponent": _double("1", "ln of the Floquet multiplier's modulus, per passage", within=1e-11),
+    "stable": _flag("1", "whether the orbit is elliptic"),
+    "residual": _double("rad", "largest gap where passages meet, by the map", within=stated(1e-10)),
+    # In doubles, whose roundings of 1e-16 grow by some 1e5 in (d, chi).
+    "alone": _double(
+        "t'",
+        "largest error of a passage's time, each integrated alone in doubles",
+        within=stated(1e-9),
+    ),
+    "closing": _double(
+        "1",
+        "gap in d and chi after one period in 113 bits; NaN if not verified",
+        gaps=True,
+        within=stated(1e-15),
+    ),
+    "closing_expected": _double(
+        "1",
+        "what roundings leave of that gap, grown for a period",
+        gaps=True,
+        within=stated(1e-15),
+    ),
+}
+AVERAGES = {
+    "length": Field(WHOLE, LENGTHS, "1", "symbols of the words that are averaged over"),
+    "points": Field(WHOLE, LENGTHS, "1", "upward crossings of the orbits that repeat such a word"),
+    "mean": Field(FLOAT, LENGTHS, "1", "Lyapunov exponent per passage, all these words alike"),
+    "long_orbit": Field(FLOAT, (), "1", "that of a long orbit of random symbols, per passage"),
+    "long_orbit_error": Field(FLOAT, (), "1", "its standard error, from ten parts of the orbit"),
+}
+PLACES = {
+    "chi": Field(FLOAT, POINTS, "rad", "chi of all upward crossings, from -pi to pi"),
+    "d": Field(FLOAT, POINTS, "1", "d of all upward crossings"),
+    "of": Field(WHOLE, POINTS, "1", "place of the orbit in the list"),
+}
+LAYOUT: Layout = {
+    name: held(CLOSE, fields)
+    for name, fields in (("orbits", ORBITS), ("averages", AVERAGES), ("places", PLACES))
+}

@@ -9,18 +9,17 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rigidpend.config.description import Row
-from rigidpend.experiments.closed_orbits.layout import LAYOUT
+from rigidpend.experiments.closed_orbits import LAYOUT
 from rigidpend.experiments.contract import Means
-from rigidpend.experiments.data.layout import datasets
-from rigidpend.experiments.data.tree import Tree
-from rigidpend.numbers.alphabet import NO_SYMBOL
+from rigidpend.experiments.data import Tree, datasets
+from rigidpend.numbers.expressions import NO_SYMBOL
 from rigidpend.orbits.return_map import return_map
 from rigidpend.routes.symbolic.chain import System, on_surface, signs_of
 from rigidpend.routes.symbolic.closed import ClosedOrbit, closed, lyapunov, words
 from rigidpend.routes.symbolic.integrated import actions, closing, passages
+from rigidpend.routes.symbolic.levels import Level
 from rigidpend.routes.symbolic.shortest import path
 from rigidpend.routes.symbolic.stretching import stretching
-from rigidpend.routes.symbolic.tables import Level
 
 if TYPE_CHECKING:
     from rigidpend.experiments.closed_orbits.schema import Config, Problem

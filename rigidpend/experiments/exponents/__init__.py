@@ -1,1 +1,105 @@
-"""Finite-time Lyapunov exponents over a plane of initial phase and action."""
+"""Finite-time Lyapunov exponents over a plane of initial phase and action.
+
+Here is the layout of a result: what it consists of, with unit and bound.
+"""
+
+from __future__ import annotations
+
+from functools import partial
+from typing import Any
+
+import numpy as np
+
+from rigidpend.experiments.compare import ROUNDING, bound, of_largest, stated, where
+from rigidpend.experiments.data import FLOAT, WHOLE, Data, Field, Layout
+from rigidpend.experiments.shared import MEANING
+
+LOST = 1e-3
+"""Allowed share of cells that are known in one of two results alone, where doubles round otherwise.
+
+As many may move a quantile by the distance of neighbours: `QUANTILE`."""
+QUANTILE = 1e-3
+MARGIN = 2
+"""Allowed difference of two results, in units of the bound of each one's rounding."""
+
+
+def _both(stored: Data, fresh: Data, name: str) -> Any:
+    return np.isfinite(stored[name]) & np.isfinite(fresh[name])
+
+
+# Symbols are the same where the exponent of both is known.
+_KNOWN = where(lambda stored, fresh: _both(stored, fresh, "exponent"))
+
+
+@bound
+def _rounded(name: str, stored: Data, fresh: Data) -> Any:
+    """Exponents differ by the stored bounds of two roundings where both are known."""
+    both = _both(stored, fresh, "exponent")
+    lost = np.isfinite(stored["exponent"]) & ~both
+    # Hardly any is known no more: else all these are told.
+    held = both | lost if lost.mean() > LOST else both
+    return np.where(held, MARGIN * stored["allowed"], np.inf)
+
+
+def _grown(stored: Data, fresh: Data) -> Any:
+    """The stored bound of growths by two ways together, of which the map's is a small part."""
+    return np.where(_both(stored, fresh, "growth"), stored["allowed"], np.inf)
+
+
+OF_GROWTH = bound(lambda name, stored, fresh: _grown(stored, fresh))
+
+_double = partial(Field, FLOAT, units="1")
+_cell = partial(_double, ("rows", "columns"), gaps=True, within=_rounded)
+_checked = partial(_double, ("checked",), gaps=True)
+_axis = partial(Field, FLOAT, within=of_largest(ROUNDING))
+
+LOG10_J1_0 = _axis(
+    ("rows",),
+    "1",
+    "decadic logarithms of the rows' initial actions",
+    symbol=r"$\log_{10} J_1^0$",
+)
+LAYOUT: Layout = {
+    "codes": Field(
+        WHOLE,
+        ("symbols", "rows", "columns"),
+        "1",
+        "symbols: 0 left, 1 right, 255 no return",
+        within=_KNOWN,
+    ),
+    "exponent": _cell(
+        description="ln of the growth of the deviation that grows most through all passages, a"
+        " passage, on the section M3 = 0 at the orbit's energy, in the Euclidean norm of"
+        " (M', gamma), all dimensionless; NaN where the code is not certain, or return maps do"
+        " not reach",
+    ),
+    "allowed": _cell(description="bound of the exponent's rounding, a power of two; NaN as above"),
+    "theta2_0": MEANING["theta2_0"]._replace(
+        description="initial phases of the columns", within=of_largest(ROUNDING)
+    ),
+    "log10_J1_0": LOG10_J1_0,
+    "marked": _axis((), "1", "log10 of the config's own J1_0"),
+    "growth": {
+        "passages": Field(WHOLE, ("symbols",), "1", "passages through which deviations have grown"),
+        "share": _double(("shares",), description="shares of the cells whose exponents are below"),
+        "exponent": _double(
+            ("shares", "symbols"),
+            description="quantiles of the cells' exponents",
+            gaps=True,
+            within=QUANTILE,
+        ),
+    },
+    "checked": {
+        "row": Field(WHOLE, ("checked",), "1", "row of the cell"),
+        "column": Field(WHOLE, ("checked",), "1", "column of the cell"),
+        "growth": _checked(
+            description="ln of the growth through all passages; NaN as above", within=OF_GROWTH
+        ),
+        # The errors of both ways are of one result.
+        "difference": _checked(
+            description="that by the variational equations, integrated, less it",
+            within=stated(_grown),
+        ),
+        "allowed": _checked(description="bound of the rounding of both growths", within=OF_GROWTH),
+    },
+}

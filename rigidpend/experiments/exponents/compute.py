@@ -10,17 +10,16 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rigidpend.experiments.contract import Means
-from rigidpend.experiments.data.layout import FLOAT, WHOLE, Field, datasets
-from rigidpend.experiments.data.tree import Tree
-from rigidpend.experiments.exponents.layout import LAYOUT
+from rigidpend.experiments.data import FLOAT, WHOLE, Field, Tree, datasets
+from rigidpend.experiments.exponents import LAYOUT
 from rigidpend.machine.progress import PartDone
-from rigidpend.numbers.alphabet import NO_SYMBOL
-from rigidpend.numbers.doubles import Array
 from rigidpend.numbers.exact import exact
+from rigidpend.numbers.expressions import NO_SYMBOL
+from rigidpend.numbers.generic import Array
 from rigidpend.routes import choice
 from rigidpend.routes.cells import cells_of_starts
+from rigidpend.routes.symbolic.levels import Surface, surface
 from rigidpend.routes.symbolic.stretching import INTEGRATED, integrated, stretched
-from rigidpend.routes.symbolic.surface import Surface, surface
 
 if TYPE_CHECKING:
     from rigidpend.experiments.exponents.schema import Config, Problem

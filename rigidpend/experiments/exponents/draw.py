@@ -1,4 +1,7 @@
-"""Finite-time exponents over a plane, their spread, and the check of some of them."""
+"""Finite-time exponents over a plane, their spread, and the check of some of them.
+
+In tables: Finite-time exponents: their quantiles by the number of passages, and their check.
+"""
 
 from __future__ import annotations
 
@@ -7,8 +10,8 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.ticker import MaxNLocator
 
-from rigidpend.experiments.data.tree import Data, Loaded
-from rigidpend.experiments.exponents.layout import LOG10_J1_0
+from rigidpend.experiments.data import Data, Loaded
+from rigidpend.experiments.exponents import LOG10_J1_0
 from rigidpend.experiments.plots import (
     BLUE,
     RED,
@@ -19,7 +22,8 @@ from rigidpend.experiments.plots import (
     draw_changes,
     title,
 )
-from rigidpend.experiments.route_layout import MEANING
+from rigidpend.experiments.shared import MEANING
+from rigidpend.machine.wording import Column, Table
 
 HEIGHT = 5.6
 """Height of the figure, inches."""
@@ -83,3 +87,34 @@ def _draw_check(axes: Axes, checked: Data) -> None:
     # Room for the legend below the marks.
     axes.margins(y=0.2)
     axes.legend(fontsize=7.5, loc="lower right", ncols=2)
+
+
+CAPTION = (
+    "Orbits that start side by side part fastest (bright) along the lines where a symbol of their"
+    " route code changes. The exponent is the logarithm of the largest growth of a deviation"
+    " through some passages, a passage, from the derivatives of the return map, in the Euclidean"
+    " norm of (M', gamma), dimensionless, on the section at the orbit's energy. In some cells the"
+    " variational equations are integrated as well."
+)
+
+
+def tables(result: Loaded) -> list[Table]:
+    """Table of the quantiles, with the check below."""
+    data = result["data"]
+    growth = data["growth"]
+    quantiles = zip(growth["share"], growth["exponent"], strict=True)
+    below = [Column(f"{100 * share:.0f} % of cells below", x, ".4f") for share, x in quantiles]
+    columns = [Column("passages", growth["passages"]), *below]
+    return [Table.of("Finite-time exponents, a passage", columns, _note(data))]
+
+
+def _note(data: Data) -> str:
+    exponent, difference = data["exponent"], np.abs(data["checked"]["difference"])
+    known, held = np.isfinite(exponent), difference[np.isfinite(difference)]
+    found = f"{int(known.sum())} of {known.size} cells are known."
+    if not held.size:
+        return found
+    return (
+        f"{found} The variational equations differ by {np.median(held):.1g} in ln of the growth"
+        f" (median of {held.size} cells), by {held.max():.1g} at most."
+    )

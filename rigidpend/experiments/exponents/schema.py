@@ -6,8 +6,7 @@ from typing import Annotated, Self
 
 from pydantic import Field, model_validator
 
-from rigidpend.config.axes import Axis
-from rigidpend.config.bodies import RouteStart
+from rigidpend.config.bodies import Axis, RouteStart
 from rigidpend.config.schema import ExperimentConfig, Numerics, Whole, physics
 from rigidpend.machine import files
 

@@ -12,9 +12,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rigidpend.experiments.contract import Means
-from rigidpend.experiments.data.layout import datasets
-from rigidpend.experiments.data.tree import Data, Tree
-from rigidpend.experiments.full_shift.layout import (
+from rigidpend.experiments.data import Data, Tree, datasets
+from rigidpend.experiments.full_shift import (
     APPROACH,
     DRAWN,
     ENERGIES,
@@ -62,13 +61,13 @@ OF_ONE_J2 = (
 def compute(config: Config, means: Means) -> Tree:
     """Find the sets and the polynomials of their orbits, and check what they prove."""
     from rigidpend.orbits.return_map import MapError
-    from rigidpend.routes.certified import search
+    from rigidpend.routes.certified import horseshoe
     from rigidpend.routes.certified.checker import Undecided
 
     doubts = []
     try:
         approach = _approach(config)
-        for setting in search.trials(_found(config, approach), config.problem.half_turns):
+        for setting in horseshoe.trials(_found(config, approach), config.problem.half_turns):
             means.report(f"sets are found, with passages of {setting.described}")
             try:
                 return _proven(config, setting, approach, means)
@@ -82,12 +81,7 @@ def compute(config: Config, means: Means) -> Tree:
 def _proven(
     config: Config, setting: ShiftProblem, approach: OrbitCrossings | None, means: Means
 ) -> Tree:
-    from rigidpend.routes.certified import (
-        chains,
-        family_orbits,
-        horseshoe,
-        start_lines,
-    )
+    from rigidpend.routes.certified import chains, family_orbits, horseshoe, start_lines
 
     J1 = _fraction(config)
     if approach is not None:
@@ -180,12 +174,7 @@ def checked(config: Config, data: Data) -> Proven:
     Undecided
         Something is not shown; the text says what.
     """
-    from rigidpend.routes.certified import (
-        beginnings,
-        connections,
-        coverings,
-        pieces,
-    )
+    from rigidpend.routes.certified import beginnings, connections, coverings, pieces
     from rigidpend.routes.certified.checker import Undecided
 
     energies, approach = data.get("energies"), data.get("approach")
@@ -281,10 +270,7 @@ def _approach(config: Config) -> OrbitCrossings | None:
 
 def _found(config: Config, approach: OrbitCrossings | None) -> ShiftProblem:
     """The body and its energy, or that of the middle of a line of starts of one J2_0."""
-    from rigidpend.routes.certified import (
-        horseshoe,
-        start_lines,
-    )
+    from rigidpend.routes.certified import horseshoe, start_lines
 
     problem = config.problem
     if problem.h is not None:

@@ -8,8 +8,8 @@ from pydantic import Field, model_validator
 
 from rigidpend.config.bodies import HeavyBody
 from rigidpend.config.schema import ExperimentConfig, Number, Whole, physics
+from rigidpend.numbers.checked import ParameterError
 from rigidpend.numbers.exact import exact
-from rigidpend.numbers.parameters import ParameterError
 
 
 class Problem(HeavyBody):

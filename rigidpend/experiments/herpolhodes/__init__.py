@@ -1,1 +1,89 @@
-"""Perturbed herpolhodes along published routes: Fig. 5."""
+"""Perturbed herpolhodes along published routes: Fig. 5.
+
+Here is the layout of a result: what it consists of, with unit and bound.
+"""
+
+from __future__ import annotations
+
+from functools import partial
+from typing import Any
+
+import numpy as np
+
+from rigidpend.experiments.compare import ROUNDING, bound, modulo, of_largest
+from rigidpend.experiments.data import ANY, FLOAT, TEXT, WHOLE, Data, Field, Layout, held
+from rigidpend.experiments.shared import MEANING, crossing_tolerance
+
+GROWTH = 10.0
+"""Allowed growth of the distance of two orbits from one crossing to the next.
+
+Between builds and engines they were, in t', up to 6e-15 and 4e-10 apart at the first two
+crossings and 1e-6 at the sixth."""
+
+
+def _apart(stored: Data) -> Any:
+    """The time by which two orbits may be apart: little at first, more behind each passage."""
+    return crossing_tolerance(stored["crossing_time"].size + 1, GROWTH)[:, 0]
+
+
+def _moved(name: str, stored: Data, fresh: Data) -> Any:
+    """A field changes by its largest slope at most, in the time by which orbits are apart."""
+    values, t = np.asarray(stored[name]), stored["t"]
+    # A sample may be as far off as the next crossing; the last ones, too, have a next one.
+    of_sample = _apart(stored)[np.searchsorted(stored["crossing_time"], t)]
+    allowed = 1e-12 + of_sample * np.abs(np.diff(values, axis=0)).max() / t[1]
+    return allowed.reshape(-1, *(1,) * (values.ndim - 1))
+
+
+_CLOSED = of_largest(ROUNDING, least=1.0)
+_CROSSED = bound(lambda name, stored, fresh: _apart(stored)[:-1])
+
+_sample = partial(Field, FLOAT, ("samples",))
+_crossing = partial(Field, FLOAT, ("symbols+1",), "t' = t s", within=_CROSSED)
+
+ALPHA = _sample("rad", "angle of omega's horizontal part from eta, by (th_al)", symbol=r"$\alpha$")
+CASE = {
+    # Of the samples along the orbit, in doubles.
+    "t": _sample(
+        "t' = t s",
+        "times of the samples, s = sqrt((A1 - A2)/(A1 A2))",
+        within=_CLOSED,
+        coordinate=True,
+    ),
+    "theta1": _sample("rad", "0 .. 4 pi", within=modulo(4 * np.pi, _moved)),
+    "J1_over_J2": _sample("1", "0 at the lower periodic orbit, 1 at the upper one"),
+    "theta3": _sample("rad", "precession angle of M, by (th3)"),
+    "alpha": ALPHA,
+    "omega": Field(
+        FLOAT,
+        ("samples", 3),
+        "1/t",
+        "(n, 3): omega_xi, omega_eta, omega_zeta in physical units; xi is upward",
+    ),
+    # Of the route that it is to follow, decided beforehand, and of how well it does.
+    "theta2_0": Field(FLOAT, (), "rad", "initial phase", within=_CLOSED),
+    "codes": Field(
+        WHOLE, ("symbols",), "1", "symbols of the route: 0 left, 1 right, 255 none (no return)"
+    ),
+    "certain": MEANING["certain"]._replace(dimensions=("symbols",), within=0.0),
+    "bits": Field(WHOLE, (), "bit", "precision that decided the route", within=ANY),
+    "separatrix": Field(WHOLE, ("symbols+1",), "1", "separatrices of the route, 1..4"),
+    "crossing_time": _crossing(
+        description="when the route crosses J1 = J2/2 beside each separatrix"
+    ),
+    "crossing_error": _crossing(
+        description="how much later the sampled orbit crosses than the route"
+    ),
+    "route": Field(TEXT, (), "text", "vertices of the heteroclinic cycle in their order"),
+    "plateaus": Field(
+        FLOAT,
+        ("symbols+2",),
+        "rad",
+        "theta3 near each periodic orbit, predicted by (tri1) to first order",
+        within=_CLOSED,
+    ),
+    "wound": Field(
+        WHOLE, (2,), "1", "first and last sample between the first vertex and that of n_wound"
+    ),
+}
+LAYOUT: Layout = {"<cases>": held(bound(_moved), CASE)}

@@ -9,11 +9,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rigidpend.experiments.contract import Means
-from rigidpend.experiments.data.layout import datasets
-from rigidpend.experiments.data.tree import Data, Tree
-from rigidpend.experiments.herpolhodes.layout import CASE, LAYOUT
-from rigidpend.mechanics.precession import plateaus
-from rigidpend.numbers.doubles import Array
+from rigidpend.experiments.data import Data, Tree, datasets
+from rigidpend.experiments.herpolhodes import CASE, LAYOUT
+from rigidpend.mechanics.in_space import plateaus
+from rigidpend.numbers.generic import Array
 from rigidpend.routes.codes import RouteCodes, codes_of
 from rigidpend.routes.herpolhode import RouteOrbit, follow, samples, separatrices, vertices
 from rigidpend.routes.problem import rotation_period

@@ -8,12 +8,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rigidpend.experiments.contract import Means
-from rigidpend.experiments.data.layout import datasets
-from rigidpend.experiments.data.tree import Tree
-from rigidpend.experiments.heteroclinic_cycle.layout import LAYOUT, START
+from rigidpend.experiments.data import Tree, datasets
+from rigidpend.experiments.heteroclinic_cycle import LAYOUT, START
 from rigidpend.mechanics.coordinates import TURN
 from rigidpend.mechanics.free_body import SEPARATRICES, separatrix_theta1
-from rigidpend.numbers.alphabet import NO_SYMBOL
+from rigidpend.numbers.expressions import NO_SYMBOL
 from rigidpend.routes.cycle import TURNS, Turn
 
 if TYPE_CHECKING:

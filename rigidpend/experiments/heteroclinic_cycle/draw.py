@@ -1,15 +1,20 @@
-"""Fig. 2: the graph of the heteroclinic cycle in the plane (theta1, J1/J2)."""
+"""Fig. 2: the graph of the heteroclinic cycle in the plane (theta1, J1/J2).
+
+In tables: vertices and edges of the heteroclinic cycle of Fig. 2.
+"""
 
 from __future__ import annotations
 
 from typing import Any, NamedTuple
 
+import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from rigidpend.experiments.data.tree import Loaded
+from rigidpend.experiments.data import Data, Loaded
 from rigidpend.experiments.plots import BLUE, RED, WIDTH, entry, separatrix_ticks
-from rigidpend.numbers.alphabet import NO_SYMBOL
+from rigidpend.machine.wording import Column, Table
+from rigidpend.numbers.expressions import NO_SYMBOL
 
 HEIGHT = 3.4
 """Height of the figure, inches."""
@@ -99,3 +104,38 @@ def _name_axes(axes: Axes, vertices: Any) -> None:
     axes.tick_params(axis="y", pad=14, length=0)
     axes.set_ylabel("$J_1/J_2$", labelpad=2)
     axes.spines[:].set_visible(False)
+
+
+CAPTION = (
+    "At the end of each separatrix, 1 to 4, a body with a weight turns to the left or to the"
+    " right, symbol 0 or 1, and so on along the next: this graph is the alphabet of the route"
+    " codes. Its vertices are the two rotations about the middle axis, in the plane of theta1 and"
+    " J1/J2."
+)
+
+
+def tables(result: Loaded) -> list[Table]:
+    """Table of the separatrices' places, and of the turns with their symbols."""
+    vertices, edges = result["data"]["vertices"], result["data"]["edges"]
+    once = ~vertices["again"]
+    return [
+        Table.of(
+            "Vertices; starred ones on J1 = J2",
+            [
+                Column("vertex", vertices["label"][once]),
+                Column("theta1 (rad)", vertices["theta1"][once], ".10f"),
+                Column("J1/J2", vertices["J1"][once], "g"),
+            ],
+        ),
+        Table(
+            "Turns by their symbol",
+            ("symbol", "turns"),
+            [("0, left", _turns(edges, 0)), ("1, right", _turns(edges, 1))],
+        ),
+    ]
+
+
+def _turns(edges: Data, symbol: int) -> str:
+    """Edges of a symbol, each once."""
+    chosen = np.flatnonzero((edges["symbol"] == symbol) & ~edges["again"])
+    return ", ".join(f"{edges['from'][k]} to {edges['to'][k]}" for k in chosen)

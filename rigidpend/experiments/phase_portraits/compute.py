@@ -8,9 +8,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rigidpend.experiments.contract import Means
-from rigidpend.experiments.data.layout import datasets
-from rigidpend.experiments.data.tree import Tree
-from rigidpend.experiments.phase_portraits.layout import LAYOUT
+from rigidpend.experiments.data import Tree, datasets
+from rigidpend.experiments.phase_portraits import LAYOUT
 from rigidpend.mechanics import free_body
 from rigidpend.mechanics.body import Body
 from rigidpend.mechanics.coordinates import TURN
@@ -102,7 +101,7 @@ def _curves(body: Body, M: list[NDArray[np.float64]]) -> PortraitCurves:
 def _separatrices(body: Body, n: int) -> PortraitCurves:
     """Separatrices from pole to pole; theta1 is not defined there, but its limit is."""
     phi = np.linspace(-TURN / 4, TURN / 4, n)
-    M = [free_body.separatrix(body.alpha0, number, phi) for number in free_body.SEPARATRICES]
+    M = [free_body.half_circle(body.alpha0, number, phi) for number in free_body.SEPARATRICES]
     places = free_body.separatrix_theta1(body.alpha0, body.beta0)
     return PortraitCurves(M, [np.full(n, x) for x in places], [(1 + points[2]) / 2 for points in M])
 

@@ -1,4 +1,7 @@
-"""Fig. 1: the Euler case on the sphere of M, hidden parts lighter, and in (theta1, J1/J2)."""
+"""Fig. 1: the Euler case on the sphere of M, hidden parts lighter, and in (theta1, J1/J2).
+
+In tables: energies of the orbits of Fig. 1, and how well the separatrices close.
+"""
 
 from __future__ import annotations
 
@@ -9,8 +12,9 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from rigidpend.experiments.data.tree import Data, Loaded
+from rigidpend.experiments.data import Data, Loaded
 from rigidpend.experiments.plots import BLUE, GREEN, PINK, RED, WIDTH, entry, separatrix_ticks
+from rigidpend.machine.wording import Column, Table
 from rigidpend.numbers.generic import Scalar
 
 HEIGHT = 3.3
@@ -179,3 +183,42 @@ def _draw_arrows(axes: Axes, x: Scalar, y: Scalar, indices: Any, look: CurveLook
         head["mutation_scale"] = 6 + 3 * look.width
         ends = (x[i + 1], y[i + 1]), (x[i], y[i])
         axes.annotate("", *ends, arrowprops=head, annotation_clip=False, zorder=5)
+
+
+CAPTION = (
+    "Without weight the angular momentum goes around two of the body's axes on closed curves;"
+    " between these lie the separatrices 1 to 4, which join the two rotations about the middle"
+    " axis. On the left on the sphere of the angular momentum, on the right in the plane of theta1"
+    " and J1/J2. Closed forms; nothing is integrated."
+)
+
+
+def tables(result: Loaded) -> list[Table]:
+    """Table of the orbits by height, and one of the separatrices."""
+    orbits, separatrices = result["data"]["orbits"], result["data"]["separatrices"]
+    kinds = np.stack((orbits["around"], orbits["height"]))
+    (around, heights), first, counts = np.unique(
+        kinds, axis=1, return_index=True, return_counts=True
+    )
+    begins = separatrices["offsets"][:-1]
+    spread = float(np.abs(separatrices["level"]).max())
+    return [
+        Table.of(
+            "Orbits, with their dimensionless energy H/J2^2 at J3 = 0",
+            [
+                Column("around", [f"M{axis:.0f}" for axis in around]),
+                Column("largest |M3|/|M|", heights, "g"),
+                Column("orbits", counts),
+                Column("H/J2^2", orbits["energy"][first], ".10f"),
+            ],
+        ),
+        Table.of(
+            "Separatrices",
+            [
+                Column("number", separatrices["number"]),
+                Column("theta1 (rad)", separatrices["theta1"][begins], ".10f"),
+                Column("H/J2^2", separatrices["energy"], ".10f"),
+            ],
+            f"The integral that is 0 on a separatrix is at most {spread:.1g} J2^2 along them.",
+        ),
+    ]

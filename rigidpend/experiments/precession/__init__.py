@@ -1,1 +1,80 @@
-"""Increments of theta3 along the separatrices: full dynamics beside the first order."""
+"""Increments of theta3 along the separatrices: full dynamics beside the first order.
+
+Here is the layout of a result: what it consists of, with unit and bound.
+"""
+
+from __future__ import annotations
+
+from functools import partial
+from typing import Any
+
+from rigidpend.experiments.compare import bound, stated
+from rigidpend.experiments.data import FLAG, FLOAT, TEXT, WHOLE, Data, Field, Layout, held
+from rigidpend.experiments.shared import EACH, MU_OVER_H0, NAME
+
+UNCERTAINTY = 1e-13
+"""Allowed uncertainty of an increment, relative to the largest of its body.
+
+It is the integration's rounding over some hundred steps."""
+DECLARED = 1e-12
+"""The largest error of an increment, relative to the largest of its body.
+
+It is `UNCERTAINTY`, and what the quadrature adds where mu is a tenth of h0, 3e-13 as measured."""
+SLOPE = 1e-3
+"""Allowed difference of fitted slopes."""
+
+
+@bound
+def _increments(name: str, stored: Data, fresh: Data) -> Any:
+    """Increments differ by the error that the stored result states and the one declared of any."""
+    error = stored["error"] + DECLARED * stored["unit"]
+    return error.reshape(*error.shape, *(1,) * (stored[name].ndim - error.ndim))
+
+
+_angle = partial(Field, FLOAT, ("bodies",), "rad")
+_each, _separatrices = (
+    partial(Field, FLOAT, dimensions, "rad") for dimensions in (EACH, (*EACH, 4))
+)
+_slope = partial(Field, FLOAT, ("bodies", 4), "1", gaps=True, within=SLOPE)
+
+# Separatrices are 1, 2, 3, 4.
+BODIES = {
+    "alpha0": _angle("(bodies,): angle of each body"),
+    "beta0": _angle("(bodies,): angle of the centre of gravity"),
+    "regime": Field(
+        TEXT,
+        ("bodies",),
+        "text",
+        "(bodies,): order of the increments by (trieq); 0 is no increment",
+    ),
+    "unit": _each("(bodies, mu): mu pi kappa/(h0 sin(alpha0)), the largest increment there is"),
+    "first_order": _separatrices("(bodies, mu, separatrices): increment of theta3 by (tri1)"),
+    "gained": Field(
+        FLOAT,
+        (*EACH, 2, 4),
+        "rad",
+        "(bodies, mu, orbits, separatrices): increment along the heteroclinic orbits that meet"
+        " the section at theta1/2 + theta2 = pi/2 and -pi/2 (turned or reflected with 1, 3, 4)",
+        within=_increments,
+    ),
+    "error": _each(
+        "(bodies, mu): what is uncertain of the increments",
+        within=stated(lambda stored, fresh: DECLARED * stored["unit"]),
+    ),
+    "remainder": _separatrices(
+        "(bodies, mu, separatrices): largest |gained - first_order|", within=_increments
+    ),
+    "mean_remainder": _separatrices(
+        "(bodies, mu, separatrices): |mean of the two orbits - first_order|", within=_increments
+    ),
+    "slope": _slope("(bodies, separatrices): of remainder in mu; NaN where it is rounding"),
+    "mean_slope": _slope("(bodies, separatrices): of mean_remainder in mu, as well"),
+    "ordered": Field(
+        FLAG, EACH, "1", "(bodies, mu): whether the means of the two orbits are in that order"
+    ),
+}
+LAYOUT: Layout = {
+    "mu_over_h0": MU_OVER_H0,
+    "drawn": Field(WHOLE, (), "1", "place of the mu whose increments are shown"),
+    "bodies": held(UNCERTAINTY, {"name": NAME, **BODIES}),
+}

@@ -10,14 +10,13 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from rigidpend.config.description import Row
-from rigidpend.experiments import weight_series
+from rigidpend.experiments import shared
 from rigidpend.experiments.contract import Means
-from rigidpend.experiments.data.layout import datasets
-from rigidpend.experiments.data.tree import Tree
-from rigidpend.experiments.precession.layout import BODIES, LAYOUT, SLOPE, UNCERTAINTY
+from rigidpend.experiments.data import Tree, datasets
+from rigidpend.experiments.precession import BODIES, LAYOUT, SLOPE, UNCERTAINTY
 from rigidpend.mechanics.body import Body
-from rigidpend.mechanics.precession import increments, regime
-from rigidpend.numbers.doubles import Array
+from rigidpend.mechanics.in_space import increments, regime
+from rigidpend.numbers.generic import Array
 from rigidpend.surfaces import heteroclinic
 
 if TYPE_CHECKING:
@@ -37,9 +36,9 @@ def compute(config: Config, means: Means) -> Tree:
         name: means.part(name, partial(_body, config, name, means)) for name in problem.bodies
     }
     values = {
-        "mu_over_h0": weight_series.mu_over_h0(problem),
+        "mu_over_h0": shared.mu_over_h0(problem),
         "drawn": problem.mu.index(problem.drawn),
-        "bodies": weight_series.joined(found),
+        "bodies": shared.joined(found),
     }
     return datasets(LAYOUT, values)
 
@@ -116,7 +115,7 @@ def _slopes(mu_over_h0: Array, remainder: Array, error: Array) -> Array:
     """Fit slopes in mu of (n, 4) values, both logarithmic, to those that are well known."""
     # A remainder known to SLOPE of itself leaves the slope about as uncertain.
     floor = 1 / SLOPE * error
-    return np.array([weight_series.slope(mu_over_h0, values, floor) for values in remainder.T])
+    return np.array([shared.slope(mu_over_h0, values, floor) for values in remainder.T])
 
 
 def describe(config: Config) -> list[Row]:

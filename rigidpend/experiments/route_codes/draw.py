@@ -1,4 +1,7 @@
-"""Arrays of Fig. 4: black cells are symbol 0, white ones 1, the bottom row is i = 1."""
+"""Arrays of Fig. 4: black cells are symbol 0, white ones 1, the bottom row is i = 1.
+
+In tables: the precision that decided symbols, and their agreement with Melnikov's sign.
+"""
 
 from __future__ import annotations
 
@@ -13,7 +16,7 @@ from matplotlib.figure import Figure
 from matplotlib.patches import Patch, Rectangle
 from numpy.typing import NDArray
 
-from rigidpend.experiments.data.tree import Data, Loaded
+from rigidpend.experiments.data import Data, Loaded
 from rigidpend.experiments.plots import (
     DOUBT,
     NO_RETURN,
@@ -29,8 +32,9 @@ from rigidpend.experiments.plots import (
     panel,
     symbol_entries,
 )
-from rigidpend.experiments.route_layout import MEANING
-from rigidpend.numbers.alphabet import NO_SYMBOL
+from rigidpend.experiments.shared import MEANING
+from rigidpend.machine.wording import Table
+from rigidpend.numbers.expressions import NO_SYMBOL
 
 LARGEST = 0.12
 """Largest side of a cell, inches."""
@@ -197,3 +201,27 @@ def _legend_entries(arrays: list[Array]) -> list[Artist]:
     if not all(array.certain.all() for array in arrays):
         entries.append(entry("uncertain", color=DOUBT, marker="x", ls=""))
     return entries
+
+
+CAPTION = (
+    "Orbits that start beside each other take the same turns at first and other ones later: the"
+    " array is plain at the bottom and seems random at the top. A column is one initial phase"
+    " theta2_0 on S1-; cell i, counted from below, says on which side the orbit leaves after its"
+    " i-th passage: 0 black, 1 white."
+)
+
+
+def tables(result: Loaded) -> list[Table]:
+    """Table of counts by precision, and of the first symbol against Melnikov's zeros."""
+    arrays = result["data"].items()
+    header = ("array", "columns", "symbols", "certain", "decided in", "Melnikov zeros")
+    return [Table("Symbols and what decided them", header, [_row(*pair) for pair in arrays])]
+
+
+def _row(name: str, array: Data) -> tuple[str, ...]:
+    bits, counts = np.unique(array["bits"], return_counts=True)
+    decided = ", ".join(f"{n} in {b} bits" for b, n in zip(bits, counts, strict=True))
+    zeros = ", ".join(f"{x:.6f}" for x in array["melnikov_zeros"])
+    codes = array["codes"]
+    certain = int(np.count_nonzero(array["certain"]))
+    return name, str(codes.shape[1]), str(codes.size), str(certain), decided, zeros

@@ -8,7 +8,7 @@ from pydantic import Field, model_validator
 
 from rigidpend.config.bodies import RouteStart
 from rigidpend.config.schema import ExperimentConfig, Numerics, PhaseGrid, Word, physics
-from rigidpend.numbers.parameters import ParameterError
+from rigidpend.numbers.checked import ParameterError
 
 
 class Problem(RouteStart):

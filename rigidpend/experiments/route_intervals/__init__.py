@@ -1,1 +1,43 @@
-"""Intervals of initial phases: on each the first symbols of all orbits are proven the same."""
+"""Intervals of initial phases: on each the first symbols of all orbits are proven the same.
+
+Here is the layout of a result: what it consists of, with unit and bound.
+"""
+
+from __future__ import annotations
+
+from rigidpend.experiments.data import FLOAT, WHOLE, Field, Layout
+from rigidpend.experiments.shared import MEANING, STEPS
+
+INTERVALS = {
+    "place": Field(
+        WHOLE,
+        ("intervals",),
+        "1",
+        "theta2_0 is from 2 pi place/2^depth to 2 pi (place + 1)/2^depth",
+    ),
+    "depth": Field(WHOLE, ("intervals",), "1", "see place"),
+    "codes": Field(
+        WHOLE,
+        ("symbols", "intervals"),
+        "1",
+        "symbols of all orbits that start there: 0 left, 1 right, 255 not proven",
+    ),
+}
+SHARES = Field(
+    FLOAT, ("symbols",), "1", "share of the line on which so many symbols are proven, exact"
+)
+COLUMNS = {
+    "theta2_0": MEANING["theta2_0"],
+    # They have more symbols than are proven of intervals.
+    **{
+        name: MEANING[name]._replace(dimensions=("rows", "columns"))
+        for name in ("codes", "certain")
+    },
+}
+PROOF = {
+    **STEPS,
+    "family": STEPS["family"]._replace(
+        description="the interval of which a step is, counted from 0; what is finer counts on"
+    ),
+}
+LAYOUT: Layout = {"intervals": INTERVALS, "shares": SHARES, "columns": COLUMNS, "proof": PROOF}

@@ -12,12 +12,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rigidpend.experiments.contract import Means
-from rigidpend.experiments.data.layout import datasets
-from rigidpend.experiments.data.tree import Data, Tree
-from rigidpend.experiments.route_intervals.layout import COLUMNS, INTERVALS, PROOF, SHARES
+from rigidpend.experiments.data import Data, Tree, datasets
+from rigidpend.experiments.route_intervals import COLUMNS, INTERVALS, PROOF, SHARES
 from rigidpend.machine import progress
 from rigidpend.machine.workers import cores, side_by_side
-from rigidpend.numbers.alphabet import NO_SYMBOL
+from rigidpend.numbers.expressions import NO_SYMBOL
 
 if TYPE_CHECKING:
     from rigidpend.experiments.route_intervals.schema import Config, Problem

@@ -1,6 +1,11 @@
-"""Intervals of the line of starts with their proven symbols, as Fig. 4 has columns."""
+"""Intervals of the line of starts with their proven symbols, as Fig. 4 has columns.
+
+In tables: shares of the line of starts whose first symbols are proven.
+"""
 
 from __future__ import annotations
+
+from fractions import Fraction
 
 import numpy as np
 from matplotlib.artist import Artist
@@ -8,7 +13,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.patches import Patch
 
-from rigidpend.experiments.data.tree import Data, Loaded
+from rigidpend.experiments.data import Data, Loaded
 from rigidpend.experiments.plots import (
     DOUBT,
     NO_RETURN,
@@ -20,7 +25,8 @@ from rigidpend.experiments.plots import (
     mark_doubt,
     symbol_entries,
 )
-from rigidpend.experiments.route_layout import MEANING
+from rigidpend.experiments.shared import MEANING
+from rigidpend.machine.wording import Table
 
 ROW, CELL, AROUND = 0.22, 0.1, 1.3
 """Heights of a row of intervals and of a row of columns, and room around both, inches."""
@@ -66,3 +72,23 @@ def _draw_intervals(axes: Axes, intervals: Data, shares: Data) -> None:
         # Rounded down.
         text = f"{np.floor(1000 * share) / 10:.1f} %"
         axes.text(1.01, row, text, transform=axes.get_yaxis_transform(), va="center", fontsize=7.5)
+
+
+CAPTION = (
+    "Single starts with their symbols by integration, and below them intervals of the line, all of"
+    " whose orbits are proven to have the symbols there: i = 1 at the bottom, 0 black, 1 white;"
+    " grey is what intervals so long do not prove. Beside each row is the share of the line on"
+    " which so many symbols are proven."
+)
+
+
+def tables(result: Loaded) -> list[Table]:
+    """Table of the shares."""
+    data = result["data"]
+    count = data["intervals"]["place"].size
+    rows = [
+        (str(n), str(Fraction(float(share))), f"{float(share):.6g}")
+        for n, share in enumerate(data["shares"], 1)
+    ]
+    header = ("symbols", "share of the line", "about")
+    return [Table("Starts whose first symbols are proven", header, rows, f"{count} intervals.")]

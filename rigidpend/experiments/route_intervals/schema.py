@@ -8,7 +8,7 @@ from pydantic import Field, model_validator
 
 from rigidpend.config.bodies import RouteStart
 from rigidpend.config.schema import ExperimentConfig, PhaseGrid, Whole, physics
-from rigidpend.numbers.parameters import ParameterError
+from rigidpend.numbers.checked import ParameterError
 
 FIG4 = {"start": "0", "step": "1/10", "count": "63"}
 """Columns of Fig. 4's left array."""

@@ -1,1 +1,79 @@
-"""Route codes over a plane of two parameters."""
+"""Route codes over a plane of two parameters.
+
+Here is the layout of a result: what it consists of, with unit and bound.
+"""
+
+from __future__ import annotations
+
+from functools import partial
+from typing import Any
+
+import numpy as np
+
+from rigidpend.experiments.compare import ROUNDING, bound, of_largest, where
+from rigidpend.experiments.data import ANY, FLAG, FLOAT, TEXT, WHOLE, Data, Field, Layout
+
+LOST = 1e-3
+"""Allowed mean loss of certain symbols a cell, where doubles round otherwise."""
+
+
+@bound
+def _kept(name: str, stored: Data, fresh: Data) -> Any:
+    """Cells on the edge of a precision may lose a symbol, but hardly any do."""
+    lost = np.clip(stored[name].astype(int) - fresh[name], 0, None)
+    free = lost == 0 if lost.mean() > LOST else np.ones(lost.shape, dtype=bool)
+    return np.where(free & (fresh[name] <= len(fresh["codes"])), np.inf, 0.0)
+
+
+@where
+def _known(stored: Data, fresh: Data) -> Any:
+    """Symbols are the same where both are certain."""
+    both = np.minimum(stored["certain"], fresh["certain"])
+    return np.arange(len(stored["codes"]))[:, None, None] < both
+
+
+KINDS = "theta2_0 (rad), log10_J1_0, mu, h0 (dimensionless), beta0 or alpha0 (rad)"
+_axis, _own = (partial(Field, FLOAT, within=within) for within in (of_largest(ROUNDING), ROUNDING))
+
+PLANE = {
+    "codes": Field(
+        WHOLE,
+        ("symbols", "rows", "columns"),
+        "1",
+        "symbols, layer 0 = symbol 1: 0 left, 1 right, 255 none (no return)",
+        within=_known,
+    ),
+    "certain": Field(
+        WHOLE,
+        ("rows", "columns"),
+        "1",
+        "how many of the first symbols are established",
+        within=_kept,
+    ),
+    "by_map": Field(
+        FLAG,
+        ("rows", "columns"),
+        "1",
+        "whether return maps found the cell, not integration",
+        within=ANY,
+    ),
+    "x": _axis(("columns",), "rad", "theta2_0 of the columns"),
+    "y": _axis(("rows",), "see y_axis", "values of the rows"),
+}
+
+
+def _of(plane: Layout) -> Layout:
+    return {
+        **plane,
+        "y_axis": Field(TEXT, (), "", f"what y is: {KINDS}"),
+        "marked": _own((), "see y_axis", "the row of the config's own value"),
+        "x_axis?": Field(TEXT, (), "", f"what x is: {KINDS}"),
+        "marked_x?": _own((), "see x_axis", "the column of the config's own value"),
+        "nu": _own((), "1", "nu, by which a change of a symbol repeats: exp(pi^2/nu)"),
+        "zooms?": {"<zooms>": plane},
+    }
+
+
+LAYOUT = _of(PLANE)
+OF_COLUMNS = _of({**PLANE, "x": _axis(("columns",), "see x_axis", "values of the columns")})
+"""Layout of a result whose config gives columns."""

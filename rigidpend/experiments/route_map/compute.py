@@ -13,17 +13,16 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from rigidpend.experiments.contract import Means, Piece
-from rigidpend.experiments.data.layout import datasets
-from rigidpend.experiments.data.tree import Coming, Streamed, Tree
-from rigidpend.experiments.route_map.layout import LAYOUT, OF_COLUMNS, PLANE
+from rigidpend.experiments.data import Coming, Streamed, Tree, datasets
+from rigidpend.experiments.route_map import LAYOUT, OF_COLUMNS, PLANE
 from rigidpend.machine.progress import PartDone
-from rigidpend.numbers.doubles import Array
+from rigidpend.numbers.generic import Array
 from rigidpend.orbits.integrate.arithmetic import Arithmetic
 from rigidpend.routes import choice
 from rigidpend.routes.cells import Cells, cell_problem, cells_of_each, cells_of_starts
 
 if TYPE_CHECKING:
-    from rigidpend.config.axes import Axis
+    from rigidpend.config.bodies import Axis
     from rigidpend.experiments.route_map.schema import Config, Problem
 
 PIECES = True

@@ -8,8 +8,7 @@ from typing import Annotated, Any, Literal, Self
 
 from pydantic import Discriminator, Field, Tag, model_validator
 
-from rigidpend.config.axes import Axis, Range, distinct
-from rigidpend.config.bodies import RouteStart
+from rigidpend.config.bodies import Axis, Range, RouteStart, distinct
 from rigidpend.config.schema import (
     AUTO,
     ExperimentConfig,
@@ -20,7 +19,7 @@ from rigidpend.config.schema import (
     physics,
 )
 from rigidpend.machine import files
-from rigidpend.numbers.parameters import ParameterError
+from rigidpend.numbers.checked import ParameterError
 
 
 class PlaneAxis(Axis):

@@ -1,1 +1,54 @@
-"""Magnifications of Fig. 4 about a change of a symbol."""
+"""Magnifications of Fig. 4 about a change of a symbol.
+
+Here is the layout of a result: what it consists of, with unit and bound.
+"""
+
+from __future__ import annotations
+
+from rigidpend.experiments.compare import ROUNDING, of_field
+from rigidpend.experiments.data import ANY, FLOAT, TEXT, WHOLE, Field, Layout
+from rigidpend.experiments.shared import APART, MEANING, crossed
+
+LEVEL = {
+    **{name: field for name, field in MEANING.items() if name != "theta2_0"},
+    "bits": MEANING["bits"]._replace(
+        description="precision that decided the column, relative to its distance from the change"
+    ),
+    # Beside a doubly asymptotic orbit errors grow as fast as the zoom: times of crossings are
+    # held to what certain symbols allow.
+    "crossing_time": MEANING["crossing_time"]._replace(within=crossed(lambda crossings: APART)),
+    # Phases beyond doubles: the very numbers that were used, and doubles to draw them by.
+    "centre": Field(TEXT, (), "rad", "theta2_0 of the middle, exact"),
+    "theta2_0": Field(
+        TEXT, ("columns",), "rad", "initial phase of each column, exact", coordinate=True
+    ),
+    "offset": Field(
+        FLOAT,
+        ("columns",),
+        "rad",
+        "theta2_0 of each column less the centre, rounded to a double",
+        within=of_field("step", ROUNDING),
+        coordinate=True,
+    ),
+    "step": Field(
+        FLOAT,
+        (),
+        "rad",
+        "spacing of the columns, rounded to a double",
+        within=of_field("step", ROUNDING),
+    ),
+}
+LAYOUT: Layout = {
+    "levels": {"<levels>": LEVEL},
+    "repeats_after": Field(
+        FLOAT, (), "1", "zoom after which the rows repeat, exp(pi^2/nu)", within=10 * ROUNDING
+    ),
+    "symbol": Field(WHOLE, (), "1", "the symbol that changes at the centre"),
+    "reference_bits": Field(
+        WHOLE,
+        (),
+        "bit",
+        "precision of the reference orbit beside which columns were followed",
+        within=ANY,
+    ),
+}

@@ -18,9 +18,8 @@ import numpy as np
 
 from rigidpend.config.description import Row
 from rigidpend.experiments.contract import Means
-from rigidpend.experiments.data.layout import datasets
-from rigidpend.experiments.data.tree import Data, Dataset, Tree
-from rigidpend.experiments.route_zoom.layout import LAYOUT, LEVEL
+from rigidpend.experiments.data import Data, Dataset, Tree, datasets
+from rigidpend.experiments.route_zoom import LAYOUT, LEVEL
 from rigidpend.machine.progress import PartDone
 from rigidpend.numbers.exact import Exact, exact, exacts
 from rigidpend.routes.change import Bracket, NoChange, check_change, narrowed

@@ -1,1 +1,152 @@
-"""Splitting of the asymptotic surfaces: full dynamics beside Melnikov's integral."""
+"""Splitting of the asymptotic surfaces: full dynamics beside Melnikov's integral.
+
+Here is the layout of a result: what it consists of, with unit and bound.
+"""
+
+from __future__ import annotations
+
+from functools import partial
+from typing import Any
+
+import numpy as np
+
+from rigidpend.experiments.compare import bound, relative, stated
+from rigidpend.experiments.data import ANY, FLAG, FLOAT, TEXT, WHOLE, Data, Field, Layout, held
+from rigidpend.experiments.shared import EACH, MU_OVER_H0, NAME
+
+SHARE = 4e-3
+"""Admitted error of the excess, relative to Melnikov's amplitude, in units of (mu/h0)^2.
+
+The correction to Melnikov's amplitude is 3.4 (mu/h0)^2 with the body of Fig. 4: a thousandth of
+it is resolved."""
+COARSEST = 1e-9
+"""Largest error that is admitted, however large mu is."""
+RELATIVE = 1e-13
+"""Allowed relative difference of numbers of closed form."""
+MARGIN = 2
+"""Allowed difference of two results, in units of the error that is admitted of each."""
+
+
+def admitted(mu_over_h0: Any) -> Any:
+    """The largest error of `excess` that counts as resolved, at each weight over energy."""
+    return np.minimum(COARSEST, SHARE * np.square(mu_over_h0))
+
+
+def _error(stored: Data, fresh: Data) -> Any:
+    """The error that is admitted; of what is not resolved nothing is claimed."""
+    return np.where(stored["resolved"], admitted(stored["mu_over_h0"]), np.inf)
+
+
+def _of_sum(stored: Data) -> Any:
+    """Allowed difference of a sum of all harmonics."""
+    harmonics = stored["excess"].shape[-1]
+    return harmonics * MARGIN * _error(stored, stored)
+
+
+@bound
+def _slope(name: str, stored: Data, fresh: Data) -> Any:
+    """Effect of the error on the logarithms that a slope is fitted to."""
+    error, first = MARGIN * _error(stored, fresh), np.abs(stored["excess"][..., 0])
+    return np.where(np.isfinite(error), error / first, 0.0).max(axis=1) + RELATIVE
+
+
+@bound
+def _largest(name: str, stored: Data, fresh: Data) -> Any:
+    rounding = RELATIVE * np.nan_to_num(np.abs(stored[name]))
+    return _of_sum(stored) * stored["amplitude"] + rounding
+
+
+@bound
+def _curve(name: str, stored: Data, fresh: Data) -> Any:
+    return MARGIN * COARSEST * stored["bodies"]["excess"].shape[-1]
+
+
+_REDUCED = bound(lambda name, stored, fresh: MARGIN * _error(stored, fresh) + RELATIVE)
+_EXCESS = bound(lambda name, stored, fresh: MARGIN * _error(stored, fresh)[..., None])
+_SUM = bound(lambda name, stored, fresh: _of_sum(stored))
+
+
+_body, _each = (partial(Field, FLOAT, dimensions) for dimensions in (("bodies",), EACH))
+
+BODIES = {
+    "alpha0": _body("rad", "(bodies,): angle of each body"),
+    "beta0": _body("rad", "(bodies,): angle of the centre of gravity"),
+    "nu": _body("1", "(bodies,): pi kappa/sin(alpha0)", within=relative(RELATIVE)),
+    "slope_amplitude": _body(
+        "1",
+        "(bodies,): of |excess[0]| in mu, both logarithmic, mu <= 0.01 h0",
+        gaps=True,
+        within=_slope,
+    ),
+    "slope_curve": _body(
+        "1", "(bodies,): of curve_excess in mu, as well", gaps=True, within=_slope
+    ),
+    "amplitude": _each(
+        "rad",
+        "(bodies, mu): Melnikov's amplitude of the distance in theta1",
+        within=relative(RELATIVE),
+    ),
+    "largest": _each(
+        "rad",
+        "(bodies, mu): largest distance in theta1 over all phases",
+        gaps=True,
+        within=_largest,
+    ),
+    "reduced": _each(
+        "1",
+        "(bodies, mu): cos g part of the distance over what Melnikov's would be at nu = 0",
+        gaps=True,
+        within=_REDUCED,
+    ),
+    "curve_excess": _each(
+        "1",
+        "(bodies, mu): largest |distance - Melnikov's| over all phases, in Melnikov's amplitude",
+        gaps=True,
+        within=_SUM,
+    ),
+    "error": _each(
+        "1",
+        "(bodies, mu): what is uncertain of `excess`, from two computations",
+        gaps=True,
+        within=stated(_error),
+    ),
+    "resolved": Field(FLAG, EACH, "1", "(bodies, mu): whether the error is small beside (mu/h0)^2"),
+    "bits": Field(WHOLE, EACH, "bit", "(bodies, mu): precision that decided", within=ANY),
+    "orbits": Field(
+        WHOLE, EACH, "1", "(bodies, mu): orbits in each of the two computations", within=ANY
+    ),
+    "excess": Field(
+        FLOAT,
+        (*EACH, "harmonics"),
+        "1",
+        "(bodies, mu, harmonics): distance less Melnikov's, in Melnikov's amplitude, of cos g,"
+        " sin 2g, cos 3g, ...; NaN where S1- turns back in g",
+        gaps=True,
+        within=_EXCESS,
+    ),
+}
+CURVE = {
+    "body": Field(TEXT, (), "text", "whose distance it is"),
+    "g": Field(
+        FLOAT, ("phases",), "rad", "phase theta1/2 + theta2 on the section", coordinate=True
+    ),
+    "melnikov": Field(FLOAT, ("phases",), "1", "distance by Melnikov, in its amplitude"),
+    "measured": Field(
+        FLOAT,
+        ("mu", "phases"),
+        "1",
+        "(mu, phases): distance, in that amplitude; NaN where not resolved",
+        gaps=True,
+        within=_curve,
+    ),
+}
+CLOSED_FORM = {
+    "nu": Field(FLOAT, ("line",), "1", "pi kappa/sin(alpha0)"),
+    "decay": Field(FLOAT, ("line",), "1", "nu/sinh(nu)"),
+}
+LAYOUT: Layout = {
+    "mu_over_h0": MU_OVER_H0,
+    "bodies": held(RELATIVE, {"name": NAME, **BODIES}),
+    "curve": held(RELATIVE, CURVE),
+    "closed_form": held(RELATIVE, CLOSED_FORM),
+}

@@ -8,14 +8,12 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from rigidpend.config.description import Row
-from rigidpend.experiments import weight_series
 from rigidpend.experiments.contract import Means
-from rigidpend.experiments.data.layout import datasets
-from rigidpend.experiments.data.tree import Tree
-from rigidpend.experiments.splitting.layout import BODIES, LAYOUT, admitted
-from rigidpend.experiments.weight_series import mu_over_h0, slope
+from rigidpend.experiments.data import Tree, datasets
+from rigidpend.experiments.shared import joined, mu_over_h0, slope
+from rigidpend.experiments.splitting import BODIES, LAYOUT, admitted
 from rigidpend.mechanics.body import Body
-from rigidpend.numbers.doubles import Array
+from rigidpend.numbers.generic import Array
 from rigidpend.orbits.integrate.arithmetic import DEFAULT_TOLERANCE
 from rigidpend.surfaces import surface_orbits
 from rigidpend.surfaces.splitting import FEWEST, SurfaceSplitting, amplitude, distance, measure
@@ -44,7 +42,7 @@ def compute(config: Config, means: Means) -> Tree:
     found: dict[str, Any] = {
         name: means.part(name, partial(_body, config, name, means)) for name in problem.bodies
     }
-    bodies = weight_series.joined(found)
+    bodies = joined(found)
     nu = np.linspace(0.5, np.ceil(bodies["nu"].max() + 1), 100)
     values = {
         "mu_over_h0": mu_over_h0(problem),

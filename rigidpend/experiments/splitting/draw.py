@@ -1,4 +1,7 @@
-"""Figure of the splitting of S1- and S2+: the range and the errors of Melnikov's formula."""
+"""Figure of the splitting of S1- and S2+: the range and the errors of Melnikov's formula.
+
+In tables: distances of the surfaces beside Melnikov's, and the powers of mu of what he leaves out.
+"""
 
 from __future__ import annotations
 
@@ -9,7 +12,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.patches import Patch, Rectangle
 
-from rigidpend.experiments.data.tree import Data, Loaded
+from rigidpend.experiments.data import Data, Loaded
 from rigidpend.experiments.plots import (
     BLUE,
     GREEN,
@@ -21,7 +24,8 @@ from rigidpend.experiments.plots import (
     entry,
     title,
 )
-from rigidpend.experiments.weight_series import MU_OVER_H0
+from rigidpend.experiments.shared import MU_OVER_H0
+from rigidpend.machine.wording import Column, Table
 
 HEIGHT = 6.1
 """Height of the figure, inches."""
@@ -182,3 +186,32 @@ def _draw_table(axes: Axes, data: Data) -> str:
     close: Any = {"handlelength": 1.2, "columnspacing": 0.9, "handletextpad": 0.4}
     axes.legend(handles=patches, fontsize=6.5, **below, **close)
     return r"what is resolved: $\log_{10}$ of the error, precision"
+
+
+CAPTION = (
+    "The surfaces S1- and S2+ part as a cosine of the phase, with the amplitude that Melnikov's"
+    " formula gives, the more exactly the smaller the weight is. On the section J1 = J2/2 the"
+    " formula's curve errs by O(mu), its amplitude by O(mu^2). Each distance has an error of its"
+    " own; those that no precision resolved are crossed out."
+)
+
+
+def tables(result: Loaded) -> list[Table]:
+    """Table of the bodies: nu, amplitude at the smallest weight, powers of mu, resolved ones."""
+    data = result["data"]
+    bodies, weight = data["bodies"], float(data["mu_over_h0"][0])
+    resolved = [f"{np.count_nonzero(each)} of {each.size}" for each in bodies["resolved"]]
+    table = Table.of(
+        f"Largest distance in theta1 at mu = {weight:g} h0, and powers of mu of the rest",
+        [
+            Column("body", bodies["name"]),
+            Column("nu", bodies["nu"], ".4f"),
+            Column("Melnikov (rad)", bodies["amplitude"][:, 0], ".6g"),
+            Column("computed", bodies["largest"][:, 0], ".6g"),
+            Column("power, curve", bodies["slope_curve"], ".4f"),
+            Column("amplitude", bodies["slope_amplitude"], ".4f"),
+            Column("resolved", resolved),
+        ],
+        f"Decided in {', '.join(map(str, np.unique(bodies['bits'])))} bits.",
+    )
+    return [table]

@@ -1,5 +1,7 @@
 """Trials at the limits: each claim has a bound, declared before the run; a run may refute it.
 
+Here is the layout of a result: what it consists of, with unit and bound.
+
 claims      claims, their limits and verdicts; a trial tests some of them by one measurement
 scenes      orbits and their starts, in some arithmetic and in another, and how far they are apart
 growth      the rounding error of a crossing, predicted from the variational equations
@@ -9,6 +11,98 @@ passages    growth of errors a passage; how many symbols a precision decides
 honesty     flags `certain` where the tolerance, or the tables of return maps, are spoilt
 addresses   orbits found from random codes of random bodies, read back
 long_time   integrals over up to 1e6 rotations, and the period of the pendulum
-compute, layout, report, draw
+compute, draw
             the experiment: all trials in their order, stored, told and drawn
 """
+
+from __future__ import annotations
+
+from rigidpend.experiments import compare
+from rigidpend.experiments.compare import Difference
+from rigidpend.experiments.data import ANY, NUMBER, TEXT, Bound, Data, Field, Layout
+
+PASSED, LIMIT, FAILED = "passed", "limit", "FAILED"
+"""Verdicts: within the bound; beyond it as it was declared to be; beyond it."""
+
+
+def _verdicts(name: str, stored: Data, fresh: Data) -> list[Difference]:
+    """To agree is not enough: what fails in both is refuted in both."""
+    found = compare.arrays(name, stored[name], fresh[name])
+    if not found and fresh[name] == FAILED:
+        found = [Difference(name, stored[name], fresh[name], words=f": {FAILED}")]
+    return found
+
+
+def _number(units: str, description: str, *dimensions: int | str) -> Field:
+    # Rounding errors, which differ from machine to machine: they are held against their bounds.
+    return Field(NUMBER, dimensions, units, description, gaps=True, within=ANY)
+
+
+def _text(description: str) -> Field:
+    return Field(TEXT, (), "", description, within=ANY)
+
+
+VERDICT = "passed, limit (declared before), FAILED"
+OF_CLAIM = {
+    "value": _number("", ""),
+    "bound": _number("", ""),
+    "ratio": _number("1", "value over bound"),
+    "verdict": _text(VERDICT)._replace(within=Bound(_verdicts)),
+    "limit": _text("why it is known to exceed the bound, if it is"),
+    "up_to": _number("", "the largest value that the limit explains"),
+    "note": _text("what else is to be said of this run"),
+}
+"""Fields of a claim; units, and the meaning of value and bound, are those of the claim itself."""
+GROWTH = {
+    "crossing": _number("1", "passages behind", "crossings"),
+    "measured": _number("rad", "phase error, geometric mean", "crossings"),
+    "predicted": _number("rad", "the same, predicted", "crossings"),
+    "floor": _number("rad", "the last bit of a time in doubles", "crossings"),
+    "scatter": _number("rad", "phase error of each orbit (n_crossings, n)", "crossings", "orbits"),
+    "growth_measured": _number("1", "growth a passage"),
+    "growth_predicted": _number("1", "growth a passage"),
+    "growth_whisker": _number("1", "growth a passage if phases were random"),
+}
+"""Errors at each crossing, and their growth a passage: see `passages.growth_trial`."""
+DECIDED = {
+    "bits": _number("1", "precision"),
+    "measured": _number("1", "symbols decided on each orbit", "columns"),
+    "predicted": _number("1", "the same on orbits of the prediction", "tangents"),
+    "asked": _number("1", "symbols asked for"),
+}
+"""Symbols that a precision decides: see `passages.decided_trial`."""
+SPOILT = {
+    "tolerance": _number("1", "local, spoilt", "tolerances"),
+    "symbols": _number("1", "symbols compared", "tolerances"),
+    "wrong": _number("1", "of them wrong at this tolerance", "tolerances"),
+    "lies": _number("1", "of them wrong and called certain", "tolerances"),
+}
+"""Counts of symbols at each spoilt tolerance: see `honesty`."""
+PENDULUM = {
+    "rotations": _number("1", "periods", "periods"),
+    "phase": _number("rad", "phase error", "periods"),
+    "walk": _number("rad", "predicted", "periods"),
+}
+"""Phase errors of the motion with J1 = 0: see `long_time.pendulum_trial`."""
+DRIFT = {
+    "name": Field(TEXT, (), "", "what integrates"),
+    "rotations": _number("1", "time in rotations without weight", "times"),
+    "drift": _number("1", "rms of energy/h0, |gamma|, M.gamma/|M|: (3, k)", 3, "times"),
+    "walk": _number("1", "predicted random walk of roundings", "times"),
+    "power": _number("1", "fitted power of t of each", 3),
+}
+"""Drift of the integrals of motion: see `long_time`."""
+CURVES: dict[str, Layout] = {
+    "passages": {"growth?": GROWTH, "<precisions>": DECIDED},
+    "honesty": {"<starts>": SPOILT},
+    "long_time": {"pendulum?": PENDULUM, "<methods>": DRIFT},
+}
+"""Curves behind the claims, by kind of trial; a trial that refuses to compute has none."""
+
+LAYOUT: Layout = {
+    **{
+        f"{kind}?": {"claims": {f"<claims of {kind}>": OF_CLAIM}, "curves": curves}
+        for kind, curves in CURVES.items()
+    },
+    "<kinds>": {"claims": {"<claims>": OF_CLAIM}, "curves": {}},
+}

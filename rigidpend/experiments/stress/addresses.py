@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from rigidpend.experiments.stress.claims import Claim, Findings, Trial
-from rigidpend.experiments.stress.scenes import BITS, Way
+from rigidpend.experiments.stress.scenes import BITS
 from rigidpend.mechanics.body import Body
 from rigidpend.numbers.exact import exact
 from rigidpend.routes.problem import RouteProblem
@@ -45,16 +45,14 @@ def drawn(seed: int, n_symbols: int) -> RouteProblem:
     return RouteProblem(body, exact(f"{h0:.4f}"), exact("1e-8"), n_symbols)
 
 
-def trials(asked: Any, way: Way) -> Iterator[Trial]:
+def trials(asked: Any, jobs: int) -> Iterator[Trial]:
     """The body of the config, and random ones."""
     bodies, words, n = asked.addresses.bodies, asked.addresses.words, asked.addresses.n_symbols
-    # In integers, as without that engine, an orbit of many digits takes minutes.
-    if way.engine == "taylor":
-        own = RouteProblem(asked.body, asked.h0, asked.J1_0, n)
-        yield trial("own body", own, words, asked.seed)
-        for k in range(bodies):
-            problem = drawn(1000 * asked.seed + k, n)
-            yield trial(f"body {k + 1}", problem, words, asked.seed + k + 1)
+    own = RouteProblem(asked.body, asked.h0, asked.J1_0, n)
+    yield trial("own body", own, words, asked.seed)
+    for k in range(bodies):
+        problem = drawn(1000 * asked.seed + k, n)
+        yield trial(f"body {k + 1}", problem, words, asked.seed + k + 1)
 
 
 def trial(name: str, problem: RouteProblem, words: int, seed: int) -> Trial:

@@ -8,9 +8,8 @@ from collections.abc import Callable, Mapping, Sequence
 from types import MappingProxyType
 from typing import Any, NamedTuple
 
-from rigidpend.experiments.data.layout import Fields, datasets
-from rigidpend.experiments.data.tree import Tree
-from rigidpend.experiments.stress.layout import FAILED, LIMIT, OF_CLAIM, PASSED
+from rigidpend.experiments.data import Fields, Tree, datasets
+from rigidpend.experiments.stress import FAILED, LIMIT, OF_CLAIM, PASSED
 from rigidpend.routes.problem import ProblemError
 
 

@@ -9,7 +9,7 @@ from functools import partial
 from typing import TYPE_CHECKING, Any
 
 from rigidpend.experiments.contract import Means
-from rigidpend.experiments.data.tree import Tree
+from rigidpend.experiments.data import Tree
 from rigidpend.experiments.stress import (
     addresses,
     extremes,
@@ -19,14 +19,13 @@ from rigidpend.experiments.stress import (
     symmetries,
 )
 from rigidpend.experiments.stress.claims import Trial, tried
-from rigidpend.experiments.stress.scenes import Way
 from rigidpend.machine.progress import PartDone
 
 if TYPE_CHECKING:
     from rigidpend.experiments.stress.schema import Config, Problem
 
 SUBJECTS = (symmetries, extremes, passages, honesty, addresses, long_time)
-"""Modules whose ``trials(problem, way)`` are run, in this order."""
+"""Modules whose ``trials(problem, jobs)`` are run, in this order."""
 
 
 def compute(config: Config, means: Means) -> Tree:
@@ -38,7 +37,7 @@ def compute(config: Config, means: Means) -> Tree:
         A group for each kind of trial: `claims`, each with value, bound, ratio and verdict, and
         the `curves` behind them.
     """
-    every = list(trials(config.problem, means))
+    every = list(trials(config.problem, means.jobs))
     found: dict[str, dict[str, dict[str, Any]]] = {}
     for number, trial in enumerate(every, 1):
         name, begun = label(trial.name), time.perf_counter()
@@ -55,10 +54,9 @@ def compute(config: Config, means: Means) -> Tree:
     return found
 
 
-def trials(problem: Problem, means: Means) -> Iterator[Trial]:
+def trials(problem: Problem, jobs: int) -> Iterator[Trial]:
     """All trials, in the order in which they are run."""
-    way = Way(means.arithmetic.engine, means.jobs)
-    return (trial for subject in SUBJECTS for trial in subject.trials(problem, way))
+    return (trial for subject in SUBJECTS for trial in subject.trials(problem, jobs))
 
 
 def label(name: str) -> str:

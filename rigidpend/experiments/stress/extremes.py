@@ -16,10 +16,10 @@ import numpy as np
 from rigidpend.experiments.stress import scenes
 from rigidpend.experiments.stress.claims import Claim, Findings, Trial
 from rigidpend.experiments.stress.growth import DEVIATIONS, compared
-from rigidpend.experiments.stress.scenes import PHASES, Place, Scene, Way, state
+from rigidpend.experiments.stress.scenes import PHASES, Place, Scene, state
 from rigidpend.mechanics.body import Body
-from rigidpend.numbers.doubles import Array
 from rigidpend.numbers.exact import exact, exacts
+from rigidpend.numbers.generic import Array
 from rigidpend.orbits.integrate import Crossings
 from rigidpend.routes.codes import RouteCodes
 from rigidpend.routes.problem import RouteProblem, phase_rate
@@ -122,18 +122,18 @@ ROUNDINGS = (
 )
 
 
-def trials(asked: Any, way: Way) -> Iterator[Trial]:
+def trials(asked: Any, jobs: int) -> Iterator[Trial]:
     """Every extreme, and starts on and beside the separatrices."""
     sizes = asked.extremes
     for kind, members in GROUPS.items():
         for extreme in members:
             if sizes.long or not extreme.long:
-                yield trial(kind, extreme, way, sizes.columns, sizes.n_symbols)
+                yield trial(kind, extreme, jobs, sizes.columns, sizes.n_symbols)
     for place in PLACES:
-        yield start_trial(asked.body, place, way, sizes.columns, 5)
+        yield start_trial(asked.body, place, jobs, sizes.columns, 5)
 
 
-def trial(kind: str, extreme: Extreme, way: Way, columns: int, n_symbols: int) -> Trial:
+def trial(kind: str, extreme: Extreme, jobs: int, columns: int, n_symbols: int) -> Trial:
     """Both claims of a route problem, of so many orbits and symbols, and their measurement."""
     phases = PHASES[: columns if extreme.most > 2 else min(columns, 2)]
     name = extreme.name
@@ -141,9 +141,9 @@ def trial(kind: str, extreme: Extreme, way: Way, columns: int, n_symbols: int) -
     def measure() -> Findings:
         body, n = Body(extreme.A, extreme.r, extreme.mu), min(n_symbols, extreme.most)
         problem = RouteProblem(body, exact(extreme.h0), exact(extreme.J1_0), n)
-        found = scenes.routes(problem, phases, way)
+        found = scenes.routes(problem, phases, jobs)
         # An uncertain symbol promises nothing, so that it may be wrong.
-        worst = np.max(_errors(problem, found, phases, way), where=found.certain, initial=0.0)
+        worst = np.max(_errors(problem, found, phases, jobs), where=found.certain, initial=0.0)
         return Findings([worst, 1 - found.certain.mean()])
 
     claims = (
@@ -153,28 +153,28 @@ def trial(kind: str, extreme: Extreme, way: Way, columns: int, n_symbols: int) -
     return Trial(kind, name, claims, measure)
 
 
-def _errors(problem: RouteProblem, found: RouteCodes, phases: tuple[str, ...], way: Way) -> Array:
+def _errors(problem: RouteProblem, found: RouteCodes, phases: tuple[str, ...], jobs: int) -> Array:
     """The phase error of each symbol, infinite for a wrong one, (n_symbols, n)."""
     outcome, errors = np.zeros(len(phases), dtype=np.uint8), np.zeros(found.codes.shape)
     # What took 113 bits or more is held against integers of more bits.
-    integers, exacting = way._replace(engine="scipy"), found.bits >= scenes.BITS
-    for mask, arithmetic, bits in (
-        (~exacting, way, scenes.BITS),
-        (exacting & found.certain.any(axis=0), integers, scenes.INTEGER_BITS),
+    exacting = found.bits >= scenes.BITS
+    for mask, engine, bits in (
+        (~exacting, "taylor", scenes.BITS),
+        (exacting & found.certain.any(axis=0), "scipy", scenes.INTEGER_BITS),
     ):
         if mask.any():
             chosen = [phase for phase, here in zip(phases, mask, strict=True) if here]
-            true = scenes.route_crossings(problem, chosen, arithmetic, bits)
+            true = scenes.route_crossings(problem, chosen, jobs, bits, engine)
             part = Crossings(found.crossing_time[:, mask], found.separatrix[:, mask], outcome)
             errors[:, mask] = scenes.phase_errors(part, true, phase_rate(problem))[1:]
     return errors
 
 
-def start_trial(body: Body, place: Place, way: Way, columns: int, n_crossings: int) -> Trial:
+def start_trial(body: Body, place: Place, jobs: int, columns: int, n_crossings: int) -> Trial:
     """The claim of a start: doubles err as predicted against the same numbers in 113 bits."""
 
     def measure() -> Findings:
-        scene, phases = Scene(body, place.J1 + place.J2mJ1, way), exacts(PHASES[:columns])
+        scene, phases = Scene(body, place.J1 + place.J2mJ1, jobs), exacts(PHASES[:columns])
         states = np.stack([state(place, body, float(x)) for x in phases], axis=1)
         # From 1e-300 an orbit takes some 700 units of 1/u to arrive.
         errors, predicted, floor = compared(scene, states, n_crossings, 2000 / scene.u)

@@ -16,15 +16,16 @@ import numpy as np
 
 from rigidpend.experiments.stress.scenes import BITS, Scene, followed, phase_errors
 from rigidpend.mechanics.equations import AlignedCoefficients, aligned
-from rigidpend.numbers.doubles import Array
-from rigidpend.numbers.generic import Numbers, Scalar
-from rigidpend.orbits.integrate import DEFAULT_TOLERANCE, Orbits
+from rigidpend.numbers.generic import Array, Numbers, Scalar
+from rigidpend.orbits.integrate import Orbits
 from rigidpend.orbits.integrate.states import states_at
 
 ROUNDING = math.sqrt(3 / (8 * math.log(2)) / 12)
 """Root mean square of a rounding, relative to its number, in units of 2^(1 - bits).
 
 It is 1/sqrt(12) of the mantissa's last bit, the mantissa being distributed as 1/m over 1 to 2."""
+NOISE = ROUNDING * 2.0**-52
+"""Root mean square relative error of a step in doubles: the series' own error is below rounding."""
 SHARE = math.exp(-2)
 """Step of a Taylor series over its radius of convergence."""
 SAMPLES = 0.2
@@ -45,35 +46,25 @@ def step(u: float) -> float:
     return SHARE * math.pi / u
 
 
-def noise(engine: str) -> float:
-    """The root mean square relative error of a step in doubles: rounding, or the tolerance.
-
-    The Taylor series' own error is below rounding; Dormand-Prince's is what it is allowed.
-    """
-    rounding = ROUNDING * 2.0**-52
-    return rounding if engine == "taylor" else max(rounding, DEFAULT_TOLERANCE[engine])
-
-
 def predicted_errors(scene: Scene, states: Array, crossings: Array) -> Array:
     """The root mean square errors of crossings in doubles, in radians, (k, n).
 
-    `states` are (6, n), at time 0; `crossings` their times t', (k, n), ascending. The errors are
-    those of the scene's engine, which integrates the variational equations too.
+    `states` are (6, n), at time 0; `crossings` their times t', (k, n), ascending.
     """
     each = zip(states.T, crossings.T, strict=True)
     return np.array([_predicted(scene, state, times) for state, times in each]).T
 
 
 def _predicted(scene: Scene, state: Array, crossings: Array) -> Array:
-    begun, engine = restarts(np.r_[0.0, crossings], scene.u), scene.way.engine
+    begun = restarts(np.r_[0.0, crossings], scene.u)
     times, c = np.union1d(begun, crossings), scene.c
-    states = states_at(c, state, times, engine=engine)
+    states = states_at(c, state, times)
     errors = []
     for t in crossings:
         inside = (times == t) | (np.isin(times, begun) & (times < t))
         squares = _squares(scene, times[inside], states[:, inside])
         # One rounding a step: the sum over steps is the integral over the length of a step.
-        errors.append(noise(engine) * math.sqrt(squares / step(scene.u)))
+        errors.append(NOISE * math.sqrt(squares / step(scene.u)))
     return np.array(errors)
 
 
@@ -107,7 +98,7 @@ def _squares(scene: Scene, times: Array, states: Array) -> float:
         grid = np.linspace(0.0, -span, max(8, math.ceil(span * scene.u / SAMPLES)))
         # The weights go on from piece to piece, the orbit from where it was forwards.
         start = np.r_[states[:, k], weights]
-        y = states_at(backward, start, grid, engine=scene.way.engine, tolerance=TOLERANCE)
+        y = states_at(backward, start, grid, tolerance=TOLERANCE)
         total += ((y[:6] * y[6:]) ** 2).sum(axis=0).mean() * span
         weights = y[6:, -1]
     return total
@@ -119,12 +110,12 @@ def growths(scene: Scene, state: Array, until: float) -> tuple[Array, Array]:
     The orbit is followed to t' = `until`; both are (k,) arrays, and the growth at the first
     crossing is 0.
     """
-    c, engine = scene.c, scene.way.engine
+    c = scene.c
     times = np.arange(0.0, until, SAMPLES / scene.u)
     # A shift of the phase: M is nearly along Oz at the start, and gamma turns about that axis.
     direction = np.array([0.0, 0.0, 0.0, -state[4], state[3], 0.0])
     start, field = np.r_[state, direction], with_tangent(c)
-    y = states_at(field, start, times, engine=engine, tolerance=TOLERANCE)
+    y = states_at(field, start, times, tolerance=TOLERANCE)
     M3 = y[2]
     k = np.flatnonzero(M3[:-1] * M3[1:] < 0)
     share = M3[k] / (M3[k] - M3[k + 1])

@@ -20,11 +20,10 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from rigidpend.experiments import heyoka_peer, principal_axes
-from rigidpend.experiments.stress import scenes
+from rigidpend.experiments import principal_axes
+from rigidpend.experiments.stress import SPOILT, scenes
 from rigidpend.experiments.stress.claims import Claim, Findings, Trial
-from rigidpend.experiments.stress.layout import SPOILT
-from rigidpend.experiments.stress.scenes import Way, random_phases
+from rigidpend.experiments.stress.scenes import random_phases
 from rigidpend.mechanics.body import Body
 from rigidpend.numbers.exact import exact
 from rigidpend.orbits.integrate.arithmetic import resolve
@@ -76,21 +75,19 @@ MAPS_CLAIMS = (
 )
 
 
-def trials(asked: Any, way: Way) -> Iterator[Trial]:
+def trials(asked: Any, jobs: int) -> Iterator[Trial]:
     """A hard orbit, spoilt tolerances at each start, and spoilt maps of as many orbits."""
     sizes, n = asked.honesty, len(STARTS)
-    yield hard_trial(way.engine)
+    yield hard_trial()
     for k, J1_0 in enumerate(STARTS):
         # What the division leaves goes to the first starts, so that no orbit is lost.
         orbits, checked = (x // n + (k < x % n) for x in (sizes.orbits, sizes.checked))
-        yield trial(asked, J1_0, orbits, checked, way)
-    # Maps are held against the kernel's orbits, in 64 bits too, which the other engine lacks.
-    if way.engine == "taylor":
-        problem = RouteProblem(asked.body, asked.h0, asked.J1_0, sizes.n_symbols)
-        yield maps_trial(problem, way, sizes.orbits // n, asked.seed)
+        yield trial(asked, J1_0, orbits, checked, jobs)
+    problem = RouteProblem(asked.body, asked.h0, asked.J1_0, sizes.n_symbols)
+    yield maps_trial(problem, jobs, sizes.orbits // n, asked.seed)
 
 
-def trial(asked: Any, J1_0: str, orbits: int, checked: int, way: Way) -> Trial:
+def trial(asked: Any, J1_0: str, orbits: int, checked: int, jobs: int) -> Trial:
     """Doubles alone at spoilt tolerances, and the default run, against the truth.
 
     Of the orbits so many are `checked` in 113 bits in any case.
@@ -108,11 +105,11 @@ def trial(asked: Any, J1_0: str, orbits: int, checked: int, way: Way) -> Trial:
         # Other phases for each J1_0, and the same in every run.
         phases = random_phases(orbits, (asked.seed, *J1_0.encode()))
         problem = RouteProblem(asked.body, asked.h0, exact(J1_0), asked.honesty.n_symbols)
-        default = scenes.routes(problem, phases, way)
-        true, known = true_codes(problem, phases, default.codes, checked, way.jobs)
+        default = scenes.routes(problem, phases, jobs)
+        true, known = true_codes(problem, phases, default.codes, checked, jobs)
         # A tolerance spoils integrations; the maps' tables have a trial of their own.
         alone = [
-            scenes.routes(problem, phases, way, (53,), float(x), "integration") for x in tolerances
+            scenes.routes(problem, phases, jobs, (53,), float(x), "integration") for x in tolerances
         ]
         compared, wrong, lies = np.transpose([counted(x, true, known) for x in (*alone, default)])
         spoilt = np.array(tolerances, dtype=float)
@@ -140,28 +137,27 @@ def true_codes(
     those, in integers of 113 bits.
     """
     known = np.ones(phases.size, dtype=bool)
-    if not heyoka_peer.installed():
+    if not principal_axes.installed():
         known[checked:] = False
         true = doubted.copy()
-        integers = Way("scipy", jobs)
-        found = scenes.route_crossings(problem, phases[:checked], integers, scenes.BITS)
+        found = scenes.route_crossings(problem, phases[:checked], jobs, scenes.BITS, "scipy")
         true[:, :checked] = symbols(found.separatrix)
         return true, known
     true = principal_axes.codes(problem, phases, bits=53, jobs=jobs)
     differ = (true != doubted).any(axis=0)
     true[:, differ], _ = principal_axes.settled(problem, phases[differ], doubted[:, differ], jobs)
-    if checked and heyoka_peer.offers(scenes.BITS):
+    if checked and principal_axes.offers(scenes.BITS):
         first = phases[:checked]
         true[:, :checked] = principal_axes.codes(problem, first, bits=scenes.BITS, jobs=jobs)
     return true, known
 
 
-def hard_trial(engine: str) -> Trial:
+def hard_trial() -> Trial:
     """The default precisions on the orbit on which two computations once hid a radian."""
 
     def measure() -> Findings:
         phases = np.array([HARD_PHASE])
-        found = scenes.routes(HARD, phases, Way(engine))
+        found = scenes.routes(HARD, phases, 1)
         compared, wrong, lies = counted(found, *true_codes(HARD, phases, found.codes, 1, 1))
         return Findings([lies], [f"of {compared} symbols {wrong} are wrong"])
 
@@ -210,15 +206,15 @@ class SpoiltMaps(mapped.Maps):
         return spoilt(right, self.size, int(1000 * float(design.unit)))
 
 
-def maps_trial(problem: RouteProblem, way: Way, orbits: int, seed: int) -> Trial:
+def maps_trial(problem: RouteProblem, jobs: int, orbits: int, seed: int) -> Trial:
     """Codes by spoilt maps in doubles, and of some orbits in more bits too, against the truth."""
 
     def measure() -> Findings:
         phases = random_phases(orbits, (seed, orbits))
-        doubted = scenes.routes(problem, phases, way).codes
-        true, _ = true_codes(problem, phases, doubted, 0, way.jobs)
+        doubted = scenes.routes(problem, phases, jobs).codes
+        true, _ = true_codes(problem, phases, doubted, 0, jobs)
         flags = [
-            _flagged(problem, phases, true, float(size), which == "all", way.jobs)
+            _flagged(problem, phases, true, float(size), which == "all", jobs)
             for which, size in SPOILT_MAPS
         ]
         lies = [float((wrong & certain).sum()) for wrong, certain in flags]

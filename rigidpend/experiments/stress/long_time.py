@@ -10,18 +10,16 @@ from typing import Any
 import numpy as np
 
 from rigidpend.experiments.lie_poisson import SCHEMES, splitting, stages
-from rigidpend.experiments.stress import scenes
+from rigidpend.experiments.stress import DRIFT, PENDULUM, scenes
 from rigidpend.experiments.stress.claims import Claim, Findings, Trial
-from rigidpend.experiments.stress.growth import ROUNDING, noise, step
-from rigidpend.experiments.stress.layout import DRIFT, PENDULUM
-from rigidpend.experiments.stress.scenes import Scene, Way
+from rigidpend.experiments.stress.growth import NOISE, ROUNDING, step
+from rigidpend.experiments.stress.scenes import Scene
 from rigidpend.machine.workers import side_by_side, spread
 from rigidpend.mechanics.body import Body
 from rigidpend.mechanics.coordinates import Aligned, body_from_aligned, scale
 from rigidpend.mechanics.equations import energy
-from rigidpend.numbers.doubles import Array
 from rigidpend.numbers.exact import exact
-from rigidpend.numbers.generic import Scalar
+from rigidpend.numbers.generic import Array, Scalar
 from rigidpend.orbits.integrate import DEFAULT_TOLERANCE, FINEST_TOLERANCE
 from rigidpend.routes.problem import RouteProblem, rotation_period
 
@@ -73,16 +71,13 @@ PERIOD = Claim(
 )
 
 
-def trials(asked: Any, way: Way) -> Iterator[Trial]:
+def trials(asked: Any, jobs: int) -> Iterator[Trial]:
     """The pendulum's period; integrals with each engine, and with splittings of each order."""
-    sizes, compiled = asked.long_time, way.engine == "taylor"
-    turns = (sizes.rotations if compiled else sizes.rotations_scipy) // 3
-    yield pendulum_trial(asked.body, asked.h0, way, turns)
-    scene = scenes.of_problem(asked, way)
-    finest, usual = FINEST_TOLERANCE["taylor"], DEFAULT_TOLERANCE["taylor"]
-    yield engine_trial(scene.by("scipy"), DEFAULT_TOLERANCE["scipy"], sizes.rotations_scipy, 4)
-    for tolerance in (finest, usual) if compiled else ():
-        yield engine_trial(scene, tolerance, sizes.rotations, sizes.orbits)
+    sizes, scene = asked.long_time, scenes.of_problem(asked, jobs)
+    yield pendulum_trial(asked.body, asked.h0, jobs, sizes.rotations // 3)
+    yield engine_trial(scene, "scipy", DEFAULT_TOLERANCE["scipy"], sizes.rotations_scipy, 4)
+    for tolerance in (FINEST_TOLERANCE["taylor"], DEFAULT_TOLERANCE["taylor"]):
+        yield engine_trial(scene, "taylor", tolerance, sizes.rotations, sizes.orbits)
     for order in SCHEMES:
         yield splitting_trial(scene, order, sizes.rotations_splitting, sizes.orbits)
 
@@ -100,12 +95,11 @@ def integrals(scene: Scene, M: Array, gamma: Array) -> Array:
     return np.stack((energy(M, gamma, A, r, mu) / scene.h0, *parts))
 
 
-def engine_trial(scene: Scene, tolerance: float, rotations: int, orbits: int) -> Trial:
+def engine_trial(scene: Scene, engine: str, tolerance: float, rotations: int, orbits: int) -> Trial:
     """Drift of the integrals with an engine: a random walk at its finest tolerance.
 
     The tolerance is local; a coarser one than the finest has a declared bias.
     """
-    engine = scene.way.engine
     name = f"{engine} at {tolerance:.1e}"
     marks = np.r_[0.0, np.geomspace(1, rotations, POINTS)] * scene.rotation
     steps, at = marks[1:] / step(scene.u), marks[1:] / scene.rotation
@@ -122,7 +116,7 @@ def engine_trial(scene: Scene, tolerance: float, rotations: int, orbits: int) ->
             return [x for row in drift for x in (abs(slope(at, row) - 0.5), row[-1])]
         return [(row / (tolerance * steps)).max() for row in drift]
 
-    work = partial(_engine_drift, scene, tolerance, marks, orbits)
+    work = partial(_engine_drift, scene, engine, tolerance, marks, orbits)
     return _trial(f"{engine} {tolerance:.1e}", name, (at, walk), claims, work, values)
 
 
@@ -146,12 +140,11 @@ def _trial(
     return Trial("long_time", label, claims, measure, DRIFT)
 
 
-def _engine_drift(scene: Scene, tolerance: float, marks: Array, orbits: int) -> Array:
+def _engine_drift(scene: Scene, engine: str, tolerance: float, marks: Array, orbits: int) -> Array:
     """Root mean square drifts of the integrals at all marks but the first, (3, k)."""
-    engine, jobs = scene.way
     parts = spread(passing(scene, orbits), -(-orbits // SIDE_BY_SIDE[engine]), axis=1)
-    given = scene, marks, tolerance
-    found = side_by_side(scenes.sampled, given, engine == "scipy", parts, jobs)
+    given = scene, marks, tolerance, engine
+    found = side_by_side(scenes.sampled, given, engine == "scipy", parts, scene.jobs)
     # In long doubles, or the evaluation of the integrals would hide their drift.
     aligned = Aligned(*np.concatenate(found, axis=2).astype(np.longdouble))
     s = float(scale(scene.body.floats()[0]))
@@ -222,7 +215,7 @@ def splitting_drift(scene: Scene, order: int, counts: Any, orbits: int) -> Array
     return _drift(np.stack(kept, axis=1))
 
 
-def pendulum_trial(body: Body, h0: Scalar, way: Way, rotations: int) -> Trial:
+def pendulum_trial(body: Body, h0: Scalar, jobs: int, rotations: int) -> Trial:
     """The motion with J1 = 0 over many periods of (sol_3): after each it is where it was."""
 
     def measure() -> Findings:
@@ -233,12 +226,12 @@ def pendulum_trial(body: Body, h0: Scalar, way: Way, rotations: int) -> Trial:
         J2, lowest = math.sqrt(2 * (float(h0) + p.mu) / p.kappa), -np.array(body.floats()[1])
         counts = np.unique(np.geomspace(1, rotations, POINTS).astype(int))
         times, start = np.r_[0.0, counts] * period, np.r_[0.0, 0.0, -J2, lowest]
-        scene, finest = Scene(body, J2, way), FINEST_TOLERANCE[way.engine]
+        scene, finest = Scene(body, J2, jobs), FINEST_TOLERANCE["taylor"]
         gamma = scenes.sampled(start[:, None], scene, times, finest)[3:, 1:, 0]
         # The angle from the lowest position, to which every whole period returns.
         phase = np.abs(np.arctan2(lowest[0] * gamma[1] - lowest[1] * gamma[0], lowest @ gamma))
         times = times[1:]
-        walk = noise(way.engine) * np.sqrt(times / step(scene.u) / 3)
+        walk = NOISE * np.sqrt(times / step(scene.u) / 3)
         # The rounding of the period itself adds up as well, in proportion to the time.
         walk = p.kappa * J2 * times * (walk + 2.0**-52)
         worst = int(np.argmax(phase / walk))

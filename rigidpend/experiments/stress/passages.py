@@ -13,12 +13,11 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from rigidpend.experiments.stress import growth, scenes
+from rigidpend.experiments.stress import DECIDED, GROWTH, growth, scenes
 from rigidpend.experiments.stress.claims import Claim, Findings, Trial
 from rigidpend.experiments.stress.growth import compared
-from rigidpend.experiments.stress.layout import DECIDED, GROWTH
-from rigidpend.experiments.stress.scenes import Scene, Way, random_phases
-from rigidpend.numbers.doubles import Array
+from rigidpend.experiments.stress.scenes import Scene, random_phases
+from rigidpend.numbers.generic import Array
 from rigidpend.routes.codes import RouteCodes
 from rigidpend.routes.problem import RouteProblem, whisker_growth
 
@@ -60,9 +59,9 @@ WALKS = (
 RIGHT = "what two computations establish is right"
 
 
-def trials(asked: Any, way: Way) -> Iterator[Trial]:
+def trials(asked: Any, jobs: int) -> Iterator[Trial]:
     """The growth of errors, and what each precision decides."""
-    sizes, scene = asked.passages, scenes.of_problem(asked, way)
+    sizes, scene = asked.passages, scenes.of_problem(asked, jobs)
     yield growth_trial(scene, float(asked.J1_0), sizes.orbits, sizes.n_crossings)
     for bits, columns in sizes.columns.items():
         # More symbols than the precision can decide.
@@ -136,11 +135,11 @@ def decided_trial(
         # Predicted before anything is measured.
         predicted = predicted_symbols(scene, problem, bits, tangents)
         phases = random_phases(columns, scene.seed)
-        found = scenes.routes(problem, phases, scene.way, (bits,))
+        found = scenes.routes(problem, phases, scene.jobs, (bits,))
         decided = found.certain.sum(axis=0)
         middle = [float(np.median(x)) for x in (decided, predicted)]
         values = [abs(middle[0] - middle[1])]
-        values += [_wrong(problem, found, phases[:checked], scene.way)] if checked else []
+        values += [_wrong(problem, found, phases[:checked], scene.jobs)] if checked else []
         said = f"{middle[0]:g} measured, {middle[1]:g} predicted"
         numbers = {"measured": decided, "predicted": predicted, "asked": problem.n_symbols}
         return Findings(values, [said], {"bits": bits, **numbers})
@@ -153,12 +152,12 @@ def finer(bits: int) -> int:
     return scenes.BITS if 3 * bits <= 2 * scenes.BITS else 2 * bits
 
 
-def _wrong(problem: RouteProblem, found: RouteCodes, phases: Array, way: Way) -> float:
+def _wrong(problem: RouteProblem, found: RouteCodes, phases: Array, jobs: int) -> float:
     """Symbols that are called certain and that a higher precision contradicts."""
     bits = finer(int(found.bits[0]))
     # Above 113 bits integers compute: they share no arithmetic with what they judge.
-    arithmetic = way if bits == scenes.BITS else way._replace(engine="scipy")
-    known = scenes.routes(problem, phases, arithmetic, (bits,))
+    engine = "taylor" if bits == scenes.BITS else "scipy"
+    known = scenes.routes(problem, phases, jobs, (bits,), engine=engine)
     differ = found.codes[:, : phases.size] != known.codes
     return float((found.certain[:, : phases.size] & differ).sum())
 
@@ -173,11 +172,10 @@ def predicted_symbols(
     """
     n = problem.n_symbols
     until = n * passage(scene.body.angles().mu / scene.h0) / scene.u
-    # Roundings are those of series, whatever engine carries them on.
-    series, numbers = scene.by("taylor"), []
+    numbers = []
     for x in scene.starts(tangents, float(problem.J1_0)).T:
         times, grown = growth.growths(scene, x, until)
-        there = growth.predicted_errors(series, x[:, None], times[: LEVEL + 1, None])[-1, 0]
+        there = growth.predicted_errors(scene, x[:, None], times[: LEVEL + 1, None])[-1, 0]
         # In other precisions roundings are larger or smaller, and what becomes of them is the same.
         difference = math.sqrt(2) * there * np.exp(grown - grown[LEVEL]) * 2.0 ** (53 - bits)
         numbers.append(growth.decided(difference[: n + 1], UNDECIDED))

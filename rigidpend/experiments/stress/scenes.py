@@ -15,9 +15,9 @@ import numpy as np
 from rigidpend.mechanics.body import Body
 from rigidpend.mechanics.coordinates import Canonical, aligned_from_canonical
 from rigidpend.mechanics.equations import AlignedCoefficients, aligned_coefficients
-from rigidpend.mechanics.separatrices import exponent, fastest_rate, theta1
-from rigidpend.numbers.doubles import Array
+from rigidpend.mechanics.free_body import exponent, fastest_rate, theta1
 from rigidpend.numbers.exact import PRECISIONS
+from rigidpend.numbers.generic import Array
 from rigidpend.orbits import integrate
 from rigidpend.orbits.integrate import DEFAULT_TOLERANCE, Crossings, Orbits
 from rigidpend.orbits.integrate.arithmetic import resolve
@@ -39,19 +39,13 @@ PHASES = ("3/10", "29/10", "47/10", "7/5", "1/5", "6", "22/7", "13/4")
 """theta2_0 of columns, radians: nothing special."""
 
 
-class Way(NamedTuple):
-    """The way of all computations of a run: their engine, and how many at a time."""
-
-    engine: str
-    jobs: int = 1
-
-
 class Scene(NamedTuple):
-    """A body and |M|, dimensionless, of orbits near separatrices, and the way to follow them."""
+    """A body and |M|, dimensionless, of orbits near separatrices."""
 
     body: Body
     J2: float
-    way: Way
+    jobs: int = 1
+    """Computations at a time."""
     seed: int = 1
     """Seed of random phases."""
 
@@ -80,10 +74,6 @@ class Scene(NamedTuple):
         """t' of a rotation without weight."""
         return 2 * math.pi / (self.body.kappa * self.J2)
 
-    def by(self, engine: str) -> Scene:
-        """The same by an engine."""
-        return self._replace(way=self.way._replace(engine=engine))
-
     def starts(self, n: int, J1: float, J3: float = 0.0) -> Array:
         """Aligned components, (6, n), of starts on separatrix 2 with random phases."""
         place = Place("", 2, J1, self.J2 - J1, 0.0, J3)
@@ -91,49 +81,57 @@ class Scene(NamedTuple):
         return np.stack([state(place, self.body, x) for x in phases], axis=1)
 
 
-def of_problem(asked: Any, way: Way) -> Scene:
+def of_problem(asked: Any, jobs: int) -> Scene:
     """The scene of the body and the energy that a config asks for."""
     J2 = math.sqrt(2 * float(asked.h0) / asked.body.kappa)
-    return Scene(asked.body, J2, way, asked.seed)
+    return Scene(asked.body, J2, jobs, asked.seed)
 
 
 def followed(scene: Scene, orbits: Orbits, bits: int = 53) -> Crossings:
     """The crossings of orbits at the default tolerance; of more bits those of the same doubles."""
     return integrate.crossings(
         orbits if bits == 53 else exactly(orbits),
-        engine=scene.way.engine,
+        engine="taylor",
         bits=bits,
-        tolerance=DEFAULT_TOLERANCE[scene.way.engine],
-        jobs=scene.way.jobs,
+        tolerance=DEFAULT_TOLERANCE["taylor"],
+        jobs=scene.jobs,
     )
 
 
 def routes(
     problem: RouteProblem,
     phases: Any,
-    way: Way,
+    jobs: int,
     precisions: Sequence[int] = PRECISIONS,
     tolerance: float | None = None,
     method: str = "auto",
+    engine: str = "taylor",
 ) -> RouteCodes:
     """Route codes as `rigidpend.route_codes` gives them."""
-    arithmetic = resolve(way.engine, tolerance, precisions)
-    return codes_of(problem, phases, arithmetic, way.jobs, method, kept=True)
+    arithmetic = resolve(engine, tolerance, precisions)
+    return codes_of(problem, phases, arithmetic, jobs, method, kept=True)
 
 
-def route_crossings(problem: RouteProblem, phases: Sequence[Any], way: Way, bits: int) -> Crossings:
+def route_crossings(
+    problem: RouteProblem, phases: Sequence[Any], jobs: int, bits: int, engine: str = "taylor"
+) -> Crossings:
     """The crossings of a route problem in one precision of 64 bits or more, in t'.
 
     The engine `scipy` computes in integers, which share no arithmetic with the other engine.
     """
-    run = Run(problem, Phases(phases), resolve(way.engine, None, (bits,)), way.jobs)
+    run = Run(problem, Phases(phases), resolve(engine, None, (bits,)), jobs)
     return run.crossings(bits, FIRST, range(len(run.phases)))
 
 
-def sampled(states: Array, scene: Scene, times: Array, tolerance: float | None = None) -> Array:
+def sampled(
+    states: Array,
+    scene: Scene,
+    times: Array,
+    tolerance: float | None = None,
+    engine: str = "taylor",
+) -> Array:
     """States of orbits at times, (6, k, n), by default at the default tolerance."""
-    found = states_at(scene.c, states, times, engine=scene.way.engine, tolerance=tolerance)
-    return np.asarray(found)
+    return np.asarray(states_at(scene.c, states, times, engine=engine, tolerance=tolerance))
 
 
 def exactly(orbits: Orbits) -> Orbits:

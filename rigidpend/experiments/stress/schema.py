@@ -7,7 +7,7 @@ from typing import Annotated, Literal
 from pydantic import AfterValidator, Field, model_validator
 
 from rigidpend.config.bodies import HeavyBody
-from rigidpend.config.schema import EngineNumerics, ExperimentConfig, Number, Part, Whole, physics
+from rigidpend.config.schema import ExperimentConfig, Number, Part, Whole, physics
 from rigidpend.numbers.exact import Exact
 
 
@@ -25,7 +25,7 @@ class LongTime(Part):
     """Length of the trials of integrals, in rotations of the pendulum."""
 
     rotations: Annotated[Count, Field(ge=1000)] = 10**6
-    """Rotations with the Taylor engine; a third of them for the pendulum motion."""
+    """Rotations with Taylor series; a third of them for the pendulum motion."""
     orbits: Count = 32
     """Orbits that are carried at once."""
     rotations_scipy: Annotated[Count, Field(ge=10)] = 2000
@@ -110,4 +110,3 @@ class Config(ExperimentConfig):
     """A whole config."""
 
     problem: Problem
-    numerics: EngineNumerics = EngineNumerics()

@@ -15,15 +15,15 @@ from rigidpend.experiments.stress import scenes
 from rigidpend.experiments.stress.claims import Claim, Findings, Trial
 from rigidpend.experiments.stress.growth import (
     DEVIATIONS,
-    noise,
+    NOISE,
     predicted_errors,
     step,
     with_tangent,
 )
-from rigidpend.experiments.stress.scenes import Place, Scene, Way, followed, sampled, state
+from rigidpend.experiments.stress.scenes import Place, Scene, followed, sampled, state
 from rigidpend.mechanics.equations import AlignedCoefficients
-from rigidpend.numbers.doubles import Array
 from rigidpend.numbers.exact import PI, exact
+from rigidpend.numbers.generic import Array
 from rigidpend.orbits.integrate import Crossings, Orbits
 from rigidpend.orbits.integrate.states import states_at
 from rigidpend.routes.cycle import MIRRORED
@@ -61,9 +61,9 @@ CLAIMS = (
 )
 
 
-def trials(asked: Any, way: Way) -> Iterator[Trial]:
+def trials(asked: Any, jobs: int) -> Iterator[Trial]:
     """All symmetries, on four orbits."""
-    yield trial(scenes.of_problem(asked, way), 4)
+    yield trial(scenes.of_problem(asked, jobs), 4)
 
 
 def trial(scene: Scene, n: int) -> Trial:
@@ -135,10 +135,10 @@ def _carried(scene: Scene, there: Array) -> float:
     The tangent vectors of all six directions, each with a component's rounding: its growth from
     the far end bounds that from any place nearer.
     """
-    field, engine = with_tangent(scene.c), scene.way.engine
+    field = with_tangent(scene.c)
     starts = [np.r_[there, v] for v in np.diag(there)]
-    ends = np.array([states_at(field, y, [-BACK], engine=engine)[6:, 0] for y in starts])
-    return noise(engine) * math.sqrt(BACK / step(scene.u) * (ends**2).sum(axis=0).max())
+    ends = np.array([states_at(field, y, [-BACK])[6:, 0] for y in starts])
+    return NOISE * math.sqrt(BACK / step(scene.u) * (ends**2).sum(axis=0).max())
 
 
 def _full_turn(scene: Scene, n: int) -> float:
@@ -146,7 +146,7 @@ def _full_turn(scene: Scene, n: int) -> float:
     problem = RouteProblem(scene.body, exact(scene.h0), exact("1e-8"), 10)
     phases = [exact(f"{k}/7") for k in range(1, n + 1)]
     once, again = (
-        scenes.routes(problem, x, scene.way).crossing_time
+        scenes.routes(problem, x, scene.jobs).crossing_time
         for x in (phases, [x + 2 * PI for x in phases])
     )
     return float(scene.J2 * scene.body.kappa * np.abs(once - again).max())

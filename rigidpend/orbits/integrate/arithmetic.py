@@ -9,9 +9,9 @@ from collections.abc import Sequence
 from typing import NamedTuple
 
 from rigidpend.numbers import checked
+from rigidpend.numbers.checked import ParameterError
 from rigidpend.numbers.exact import PRECISIONS, Exact
 from rigidpend.numbers.expressions import named
-from rigidpend.numbers.parameters import ParameterError
 
 ENGINES = ("taylor", "scipy")
 DEFAULT_TOLERANCE = {"taylor": 3e-14, "scipy": 1e-13}

@@ -17,26 +17,26 @@ from numpy.typing import NDArray
 
 from rigidpend.machine.workers import check_stop, note
 from rigidpend.mechanics.equations import AlignedCoefficients
-from rigidpend.numbers.doubles import Array
-from rigidpend.orbits.integrate.arithmetic import kernel_bits
-from rigidpend.orbits.integrate.kernel import notes, taylor_step
-from rigidpend.orbits.integrate.kernel.lane_numbers import exactly, in_parts
-from rigidpend.orbits.integrate.kernel.tape import COMPONENTS
-from rigidpend.orbits.integrate.kernel.writer import LANES
-from rigidpend.orbits.integrate.passages import (
-    UNDECIDED,
-    Found,
-    Steps,
-    crossings_on,
-)
-from rigidpend.orbits.integrate.records import (
+from rigidpend.numbers.generic import Array
+from rigidpend.orbits.integrate import (
     Crossings,
     Orbits,
     Outcome,
     no_crossings,
     silent_outcome,
 )
-from rigidpend.orbits.integrate.roots import touch
+from rigidpend.orbits.integrate.arithmetic import kernel_bits
+from rigidpend.orbits.integrate.kernel import notes, taylor_step
+from rigidpend.orbits.integrate.kernel.lane_numbers import exactly, in_parts
+from rigidpend.orbits.integrate.kernel.machine_code import LANES
+from rigidpend.orbits.integrate.kernel.tape import COMPONENTS
+from rigidpend.orbits.integrate.passages import (
+    UNDECIDED,
+    Found,
+    Steps,
+    crossings_on,
+    touch,
+)
 
 MAX_STEPS = 1_000_000
 """Steps without a crossing after which an orbit counts as failed; a passage takes some fifty."""

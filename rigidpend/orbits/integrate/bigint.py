@@ -21,8 +21,7 @@ from rigidpend.machine.workers import check_stop
 from rigidpend.mechanics.equations import AlignedCoefficients
 from rigidpend.numbers.exact import GUARD_BITS
 from rigidpend.orbits.integrate.kernel.tape import ALIGNED
-from rigidpend.orbits.integrate.passages import crossings_of_series
-from rigidpend.orbits.integrate.roots import derivative
+from rigidpend.orbits.integrate.passages import crossings_of_series, derivative
 
 GAIN = 1.2
 """Nats that an order gains: the cheapest choice of 1.0 to 2.4 from 448 to 704 bits.

@@ -12,9 +12,9 @@ import numpy as np
 
 from rigidpend.machine.workers import check_stop, note
 from rigidpend.mechanics.equations import AlignedCoefficients, aligned
-from rigidpend.mechanics.separatrices import separatrix_beside
-from rigidpend.numbers.doubles import Array
-from rigidpend.orbits.integrate.records import (
+from rigidpend.mechanics.free_body import separatrix_beside
+from rigidpend.numbers.generic import Array
+from rigidpend.orbits.integrate import (
     Crossings,
     Orbits,
     Outcome,

@@ -17,9 +17,7 @@ import numpy as np
 from rigidpend.machine.workers import check_stop
 from rigidpend.numbers.generic import Numbers
 from rigidpend.orbits import integrate
-from rigidpend.orbits.integrate.differences import scaled, series_order, summed
-from rigidpend.orbits.integrate.passages import UNDECIDED, crossings_of_series
-from rigidpend.orbits.integrate.records import (
+from rigidpend.orbits.integrate import (
     Crossings,
     Orbits,
     Outcome,
@@ -27,8 +25,9 @@ from rigidpend.orbits.integrate.records import (
     no_crossings,
     silent_outcome,
 )
+from rigidpend.orbits.integrate.differences import scaled, series_order, summed
+from rigidpend.orbits.integrate.passages import UNDECIDED, crossings_of_series, touch
 from rigidpend.orbits.integrate.reference_orbit import Passed, ReferenceOrbit
-from rigidpend.orbits.integrate.roots import touch
 
 LARGE = 2.0**-4
 """Size of a difference, relative to the state, from which on the orbit goes alone.

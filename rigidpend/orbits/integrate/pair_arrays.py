@@ -10,16 +10,24 @@ import ctypes
 import functools
 import math
 import operator
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from fractions import Fraction
 from typing import Any
 
 import numpy as np
 
 from rigidpend.orbits.integrate.kernel.lane_numbers import as_doubles
-from rigidpend.orbits.integrate.kernel.pair_loops import convolution, elementwise, products
-from rigidpend.orbits.integrate.kernel.writer import LANES
+from rigidpend.orbits.integrate.kernel.machine_code import LANES
+from rigidpend.orbits.integrate.kernel.pair_loops import (
+    WIDE,
+    convolution,
+    elementwise,
+    held,
+    products,
+)
 
+SHORT = 20_000
+"""Products of numbers, 20 microseconds of them, for which the interpreter is not given away."""
 _Memory = ctypes.c_char * 1
 
 
@@ -172,37 +180,18 @@ def _in_both(key: Any) -> Any:
 
 def _joined(name: str, a: Any, b: Any = 0.0) -> PairArray:
     """An operation on two arrays, or on one alone, element by element."""
-    x = a.parts if type(a) is PairArray else PairArray.of(a).parts
-    y = b.parts if type(b) is PairArray else PairArray.of(b).parts
-    shape = x.shape
-    if shape != y.shape:
-        shape = (2, *np.broadcast_shapes(shape[1:], y.shape[1:]))
-    out = np.empty(shape)
-    n = out.size // 2
-    if n >= LANES:
-        x, x_step = _lanes(x, shape)
-        y, y_step = _lanes(y, shape)
-        elementwise(name)(_address(out), _address(x), x_step, _address(y), y_step, n)
-    elif n:
-        # Arrays that are less than a vector are filled up.
-        found = _joined(name, *(PairArray(_filled(z, shape)) for z in (x, y)))
-        out[:] = found.parts[:, :n].reshape(shape)
+    (a_high, a_low), (b_high, b_low) = _parts(a), _parts(b)
+    shape = np.broadcast(a_high, b_high).shape
+    out = np.empty((2, *shape))
+    elementwise(name)(a_high, a_low, b_high, b_low, out[0, ...], out[1, ...])
     return PairArray(out)
 
 
-def _lanes(parts: Any, shape: Any) -> tuple[Any, int]:
-    """Numbers as the kernel reads them for a shape, and the step from one to the next."""
-    if parts.shape == shape:
-        return (parts if parts.flags.c_contiguous else np.ascontiguousarray(parts)), 1
-    if parts.size == 2:
-        found = np.empty((2, LANES))
-        found[:] = parts.reshape(2, 1)
-        return found, 0
-    return _broadcast(PairArray(parts), shape[1:]).parts, 1
-
-
-def _filled(parts: Any, shape: Any) -> Any:
-    return _widened(_broadcast(PairArray(parts), shape[1:]).parts.reshape(2, -1), LANES)
+def _parts(x: Any) -> tuple[Any, Any]:
+    """The larger and the smaller parts of pairs, or of doubles."""
+    if type(x) is PairArray:
+        return x.parts[0], x.parts[1]
+    return (x, 0.0) if isinstance(x, (int, float)) else (np.asarray(x, dtype=float), 0.0)
 
 
 def _widened(parts: Any, width: int) -> Any:
@@ -247,7 +236,8 @@ def matmul(a: Any, b: Any) -> PairArray:
     wide = right.shape[-1]
     out = np.empty((2, *outer, rows, wide))
     sets = math.prod(outer)
-    products()(
+    loop = products() if sets * rows * terms * wide > SHORT else held(products)
+    loop(
         *map(_address, (out, left, right)),
         *(rows, terms, wide, sets),
         *(z.ndim > 2 for z in (x, y)),
@@ -255,15 +245,31 @@ def matmul(a: Any, b: Any) -> PairArray:
     return PairArray(out[..., :width])
 
 
-def convolved(a: PairArray, b: PairArray) -> PairArray:
-    """The product of polynomials, (p, ...) and (q, ...) coefficients: (p + q - 1, ...)."""
-    shape = np.broadcast_shapes(a.shape[1:], b.shape[1:])
-    parts = [_broadcast(x, (len(x), *shape)).parts.reshape(2, len(x), -1) for x in (a, b)]
-    width = parts[0].shape[-1]
-    left, right = (np.ascontiguousarray(x if width >= LANES else _widened(x, LANES)) for x in parts)
-    out = np.empty((2, len(a) + len(b) - 1, left.shape[-1]))
-    convolution()(*map(_address, (out, left, right)), len(a), len(b), left.shape[-1])
-    return PairArray(out[..., :width].reshape(2, -1, *shape))
+def convolved(a: Sequence[PairArray], b: Sequence[PairArray]) -> PairArray:
+    """The sum of the products a[0] b[0] + a[1] b[1] + ... of polynomials, all of one degree.
+
+    Polynomials are (p, ...) and (q, ...) coefficients of one shape, the sum is (p + q - 1, ...).
+    """
+    shape, rows = a[0].shape[1:], len(a[0]) + len(b[0]) - 1
+    width = math.prod(shape)
+    factors = [[_rows(x, width) for x in each] for each in (a, b)]
+    wide = max(width, WIDE)
+    out = np.empty((2, rows, wide))
+    tables = [
+        *(np.array([x.ctypes.data for x in each]) for each in factors),
+        np.array([len(x) for x in a]),
+        np.empty((3, rows, 2, WIDE)),
+    ]
+    many = sum(len(x) * len(y) for x, y in zip(a, b, strict=True)) * wide
+    loop = convolution() if many > SHORT else held(convolution)
+    loop(*map(_address, (out, *tables)), len(a), rows, wide)
+    return PairArray(out[..., :width].reshape(2, rows, *shape))
+
+
+def _rows(x: PairArray, width: int) -> Any:
+    """The parts of a polynomial as the kernel reads them, (2, p, width or more)."""
+    rows = np.ascontiguousarray(x.parts).reshape(2, len(x), width)
+    return rows if width >= WIDE else _widened(rows, WIDE)
 
 
 def in_doubles(values: Any, parts: int) -> Any:

@@ -18,6 +18,14 @@ import numpy as np
 
 from rigidpend.mechanics.equations import AlignedCoefficients
 from rigidpend.numbers.exact import GUARD_BITS
+from rigidpend.orbits.integrate import (
+    Crossings,
+    Orbits,
+    Outcome,
+    in_turn,
+    no_crossings,
+    silent_outcome,
+)
 from rigidpend.orbits.integrate.arithmetic import LADDER, in_kernel
 from rigidpend.orbits.integrate.batch import advance
 from rigidpend.orbits.integrate.differences import (
@@ -27,16 +35,7 @@ from rigidpend.orbits.integrate.differences import (
     series_order,
     summed,
 )
-from rigidpend.orbits.integrate.passages import UNDECIDED, crossings_of_series
-from rigidpend.orbits.integrate.records import (
-    Crossings,
-    Orbits,
-    Outcome,
-    in_turn,
-    no_crossings,
-    silent_outcome,
-)
-from rigidpend.orbits.integrate.roots import touch
+from rigidpend.orbits.integrate.passages import UNDECIDED, crossings_of_series, touch
 
 BLOCK = 8
 """Steps at a time, all in one precision."""

@@ -16,13 +16,12 @@ from numpy.typing import NDArray
 
 from rigidpend.machine.workers import side_by_side
 from rigidpend.mechanics.equations import AlignedCoefficients
-from rigidpend.numbers.doubles import Array
+from rigidpend.numbers.generic import Array
+from rigidpend.orbits.integrate import Orbits
 from rigidpend.orbits.integrate.arithmetic import PAIRS, in_kernel, kernel_bits
 from rigidpend.orbits.integrate.batch import Batch
 from rigidpend.orbits.integrate.kernel.tape import COMPONENTS
-from rigidpend.orbits.integrate.passages import UNDECIDED, Steps
-from rigidpend.orbits.integrate.records import Orbits
-from rigidpend.orbits.integrate.roots import touch, value_at
+from rigidpend.orbits.integrate.passages import UNDECIDED, Steps, touch, value_at
 
 NEWTON = 4
 """Iterations from a crossing time in doubles; each doubles the digits."""

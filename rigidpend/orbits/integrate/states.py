@@ -15,9 +15,8 @@ import numpy as np
 
 from rigidpend.machine.workers import check_stop, side_by_side, spread
 from rigidpend.mechanics.equations import AlignedCoefficients
-from rigidpend.numbers.doubles import Array
 from rigidpend.numbers.exact import fraction
-from rigidpend.numbers.generic import Numbers
+from rigidpend.numbers.generic import Array, Numbers
 from rigidpend.orbits.integrate.arithmetic import (
     FINEST_TOLERANCE,
     LADDER,
@@ -26,8 +25,8 @@ from rigidpend.orbits.integrate.arithmetic import (
 )
 from rigidpend.orbits.integrate.kernel import samples, taylor_step
 from rigidpend.orbits.integrate.kernel.lane_numbers import exactly, in_parts
+from rigidpend.orbits.integrate.kernel.machine_code import FEW, LANES
 from rigidpend.orbits.integrate.kernel.tape import ALIGNED, TracedField, trace
-from rigidpend.orbits.integrate.kernel.writer import FEW, LANES
 from rigidpend.orbits.integrate.pair_arrays import PairArray
 
 Field: TypeAlias = Callable[[Any, Any], Any]

@@ -28,10 +28,12 @@ from rigidpend.orbits.return_map.orders import (
     Layer,
     MapPlan,
     Orders,
+    Shrinking,
     border_of,
     cost,
     first_look,
     orders,
+    second_look,
 )
 from rigidpend.orbits.return_map.passage import EnergyLevel
 from rigidpend.orbits.return_map.precision import MOST_IN_PAIRS, Precision, in_pairs, precision
@@ -179,11 +181,16 @@ def expected_cost(body: Body, low: Exact, high: Exact, bits: int, design: Design
 
 
 def _plan(body: Body, low: Exact, high: Exact, bits: int, design: Design) -> MapPlan:
-    below = 2.0 ** (table_bits(bits) - bits + MARGIN_BITS)
-    found = _looked(body, float(low), float(high), min(2.0**-bits, _allowed(bits) / below))
+    ends = float(low), float(high)
+    found = _looked(body, *ends)
     if isinstance(found, MapError):
         raise MapError(str(found))
-    return found.designed(float(design.unit), design.stretch, design.more)
+    layer, seen = found
+    below = 2.0 ** (table_bits(bits) - bits + MARGIN_BITS)
+    target = min(2.0**-bits, _allowed(bits) / below)
+    rough = coefficients(body.angles(), FIRST.unit, precision(53))
+    plan = MapPlan(layer, orders(rough, ends, layer, seen, target))
+    return plan.designed(float(design.unit), design.stretch, design.more)
 
 
 def _allowed(bits: int) -> float:
@@ -192,13 +199,13 @@ def _allowed(bits: int) -> float:
 
 
 @functools.lru_cache(maxsize=64)
-def _looked(body: Body, low: float, high: float, target: float) -> MapPlan | MapError:
-    """Design of a map to be built, the first one; or why there is none."""
+def _looked(body: Body, low: float, high: float) -> tuple[Layer, Shrinking] | MapError:
+    """The two looks at a map that is to be built in the first design; or why there is none."""
     try:
-        rough = coefficients(body.angles(), FIRST.unit, precision(53))
+        rough, middle = coefficients(body.angles(), FIRST.unit, precision(53)), (low + high) / 2
         _floquet_exponent(body, low, high)
-        layer = first_look(rough, (low + high) / 2)
-        return MapPlan(layer, orders(rough, (low, high), layer, target))
+        layer = first_look(rough, middle)
+        return layer, second_look(rough, middle, layer)
     except MapError as refused:
         return refused
 

@@ -30,8 +30,12 @@ from rigidpend.orbits.return_map.expansions import (
     Interval,
     chebyshev_analysis,
     chebyshev_basis,
+    chebyshev_synthesis,
     fourier_analysis,
     fourier_basis,
+    fourier_synthesis,
+    grouped,
+    in_blocks,
     nodes,
     phases,
 )
@@ -65,7 +69,7 @@ class Looked(NamedTuple):
 class LevelTable(NamedTuple):
     """Four functions of x in [-width, width] and a phase, at E energies.
 
-    Points to look them up at come in E groups of one length, each with an energy in common.
+    Points to look them up at come in E groups, each with an energy in common.
     """
 
     width: Any
@@ -73,23 +77,32 @@ class LevelTable(NamedTuple):
     n_phase: int
     values: Any
     """(E, n_x n_phase, 4) coefficients; the phase runs fastest."""
+    counts: Any = None
+    """Points of each group, where these are not all of one length."""
 
     def look_up(self, x: Scalar, phase: Scalar, a: Precision) -> Any:
         """The four functions at points, (4, N)."""
-        return self._summed(x, phase, a, "")
+        T = chebyshev_basis(x / self.width, self.n_x, a)
+        return _summed(self._by_phase(T), fourier_basis(phase, self.n_phase, a))
 
     def look_up_slopes(self, x: Scalar, phase: Scalar, a: Precision) -> Looked:
         """The four functions at points, with the derivatives."""
-        return Looked(*(self._summed(x, phase, a, slope) for slope in ("", "x", "phase")))
+        by_phase, by_x = (
+            self._by_phase(chebyshev_basis(x / self.width, self.n_x, a, slope=slope))
+            for slope in (False, True)
+        )
+        F, dF = (fourier_basis(phase, self.n_phase, a, slope=slope) for slope in (False, True))
+        return Looked(_summed(by_phase, F), _summed(by_x, F) / self.width, _summed(by_phase, dF))
 
-    def _summed(self, x: Scalar, phase: Scalar, a: Precision, slope: str) -> Any:
-        T = chebyshev_basis(x / self.width, self.n_x, a, slope=slope == "x")
-        F = fourier_basis(phase, self.n_phase, a, slope=slope == "phase")
-        if slope == "x":
-            T = T / self.width
-        products = T[:, :, None] * F[:, None, :]
-        groups = products.reshape(len(self.values), -1, self.n_x * self.n_phase)
-        return product(groups, self.values).reshape(-1, 4).T
+    def _by_phase(self, T: Any) -> Any:
+        """The Fourier coefficients (N, n_phase, 4) where polynomials of x are (N, n_x)."""
+        values = self.values.reshape(len(self.values), self.n_x, -1)
+        return grouped(T, values, self.counts).reshape(len(T), self.n_phase, -1)
+
+
+def _summed(coefficients: Any, F: Any) -> Any:
+    """The four functions (4, N) from Fourier coefficients (N, n, 4) at points."""
+    return np.matmul(F[:, None, :], coefficients)[:, 0].T
 
 
 class ChartTable(NamedTuple):
@@ -101,15 +114,15 @@ class ChartTable(NamedTuple):
     values: Any
     """(count, n_x n_phase, 4) coefficients; the phase runs fastest."""
 
-    def at(self, weights: Numbers) -> LevelTable:
+    def at(self, weights: Numbers, counts: Any = None) -> LevelTable:
         """The table at E energies, of which `weights` are the Chebyshev polynomials, (E, count)."""
         flat = self.values.reshape(len(self.values), -1)
         values = product(weights, flat).reshape(len(weights), -1, 4)
-        return LevelTable(self.width, self.n_x, self.n_phase, values)
+        return LevelTable(self.width, self.n_x, self.n_phase, values, counts)
 
 
 def fitted(
-    values: Callable[[Any, Any, Any, Any], Any],
+    values: Callable[[Any, Any, Any, Any, Any], Any],
     width: Scalar,
     n_x: int,
     n_phase: int,
@@ -126,8 +139,9 @@ def fitted(
     Parameters
     ----------
     values : callable
-        ``values(x, phase, h, weights)`` gives the functions, (4, N), at points of one energy h, of
-        which `weights` are the Chebyshev polynomials, (1, count).
+        ``values(x, phase, h, weights, counts)`` gives the functions, (4, N), at points that have
+        each of E energies h in common, `counts` of them each; `weights` are the Chebyshev
+        polynomials of these, (E, count).
     width : number
     n_x, n_phase : int
         Nodes at the first energy.
@@ -139,21 +153,27 @@ def fitted(
     newton[:, 0] = a.number(1)
     for k in range(1, energies.n):
         newton[:, k] = newton[:, k - 1] * (at - at[k - 1])
-    found = a.zeros((energies.n, n_x, n_phase * 4))
     sizes = table_sizes(n_x, n_phase, energies.n, power)
-    for level, (node, (few_x, few)) in enumerate(zip(order, sizes, strict=True)):
-        x, phase = nodes(few_x, a), phases(few, a)
-        value = values(
-            np.repeat(width * x, few), np.tile(phase, few_x), h[node], weights[node : node + 1]
-        ).reshape(4, few_x, few)
-        value = value.transpose(1, 2, 0)
+    x = np.concatenate([np.repeat(width * nodes(few_x, a), few) for few_x, few in sizes])
+    phase = np.concatenate([np.tile(phases(few, a), few_x) for few_x, few in sizes])
+    counts, h, weights = [few_x * few for few_x, few in sizes], h[order], weights[order]
+    value = np.concatenate(
+        [
+            values(x[at], phase[at], h[levels], weights[levels], here)
+            for levels, at, here in in_blocks(counts)
+        ],
+        axis=1,
+    ).T
+    found = a.zeros((energies.n, n_x, n_phase * 4))
+    for level, (few_x, few) in enumerate(sizes):
+        own, value = value[: few_x * few].reshape(few_x, few, 4), value[few_x * few :]
         if level:
             known = newton[level : level + 1, :level] @ found[:level].reshape(level, -1)
-            known = chebyshev_basis(x, n_x, a) @ known.reshape(n_x, -1)
-            known = np.matmul(fourier_basis(phase, n_phase, a), known.reshape(few_x, n_phase, 4))
-            value = (value - known) / newton[level, level]
-        value = np.matmul(fourier_analysis(few, a), value).reshape(few_x, -1)
-        found[level, :few_x, : few * 4] = chebyshev_analysis(few_x, a) @ value
+            known = chebyshev_synthesis(few_x, n_x, a) @ known.reshape(n_x, -1)
+            known = np.matmul(fourier_synthesis(few, n_phase, a), known.reshape(few_x, n_phase, 4))
+            own = (own - known) / newton[level, level]
+        own = np.matmul(fourier_analysis(few, a), own).reshape(few_x, -1)
+        found[level, :few_x, : few * 4] = chebyshev_analysis(few_x, a) @ own
     back = energies.analysis(a)[:, order] @ newton
     return ChartTable(
         width,
@@ -192,6 +212,7 @@ def section_chart(
     c: Coefficients,
     length: Scalar,
     a: Precision,
+    counts: Any = None,
 ) -> Any:
     """U, V, and the constants of time and theta3, at points of the section: (4, N).
 
@@ -206,6 +227,8 @@ def section_chart(
     c : Coefficients
     length : number
         Of the arcs, t'.
+    counts : E ints, optional
+        Points of each group, where these are not all of one length.
 
     Raises
     ------
@@ -214,7 +237,8 @@ def section_chart(
     """
     begin = section_state(rising, d, chi, h, c, a)
     side = 1 if rising else -1
-    shares, parts = _fejer(quadrature_points(float(length), c, float(h[0]), a.bits), a)
+    h_middle = float(nf.energies.centre)
+    shares, parts = _gauss(quadrature_points(float(length), c, h_middle, a.bits), a)
     times = side * length * np.append(shares, a.number(1))
     path = states_at(c.aligned, begin, times, a.bits)
     end = path[:, -1]
@@ -223,8 +247,8 @@ def section_chart(
     theta3 = side * length * (parts[:, None] * theta3_rate(path[:3, :-1], c)).sum(axis=0)
     psi = rotation_phase(end, c, a)
     turned = _branch(psi - chi, side, length, h, c, a)
-    at = inverted(nf, weights, psi, end[0], end[1], a)
-    rates = torus_rates(weights @ nf.exponent, weights @ nf.rotation, at.u * at.v)
+    at = inverted(nf, weights, psi, end[0], end[1], a, counts)
+    rates = torus_rates(weights @ nf.exponent, weights @ nf.rotation, at.u * at.v, counts)
     stretch = a.exp(rates.exponent * turned)
     time = side * length - at.tau - rates.rotation * turned
     return np.stack((at.u / stretch, at.v * stretch, time, theta3 - at.sigma))
@@ -247,14 +271,23 @@ def quadrature_points(length: float, c: Coefficients, h: float, bits: int) -> in
     weight = math.hypot(float(k.mu_r1), float(k.mu_r2)) / h
     # In complex time the weight's share grows with the rotation, up to order one.
     height = min(STRIP / (float(k.half_sigma) * J2), -math.log(weight) / (float(k.kappa) * J2))
-    return 8 + math.ceil(bits * math.log(2) / math.asinh(height * 2 / length))
+    return math.ceil(bits * math.log(2) / 2 / math.asinh(height * 2 / length))
 
 
 @functools.lru_cache(maxsize=16)
-def _fejer(n: int, a: Precision) -> tuple[Any, Any]:
-    """The n points, ascending, and the weights of Fejer's rule on (0, 1)."""
-    moments = [a.number(0 if k % 2 else Fraction(1, 1 - k * k)) for k in range(n)]
-    return (1 - nodes(n, a)) / 2, a.array(moments) @ chebyshev_analysis(n, a)
+def _gauss(n: int, a: Precision) -> tuple[Any, Any]:
+    """The n points, ascending, and the weights of Gauss's rule on (0, 1)."""
+    x = a.array(np.polynomial.legendre.leggauss(n)[0])
+    # Newton's method from doubles on; the last time for the weights.
+    for _ in range(1 + math.ceil(math.log2(a.bits / 53))):
+        before, last = np.ones_like(x), x
+        for k in range(2, n + 1):
+            share = a.number(Fraction((k - 1) ** 2, (2 * k - 1) * (2 * k - 3)))
+            before, last = last, x * last - share * before
+        slope = (a.number(Fraction(n * n, 2 * n - 1)) * before - n * x * last) / (1 - x * x)
+        x = x - last / slope
+    weights = (1 - x * x) / (before * before)
+    return (1 + x) / 2, weights / weights.sum(axis=0)
 
 
 Kind = TypeVar("Kind")
@@ -297,8 +330,9 @@ def forward_table(
 ) -> ChartTable:
     """The chart of a section as a table over |d| <= width."""
 
-    def chart(d: Any, chi: Any, h: Any, weights: Any) -> Any:
-        return section_chart(rising, d, chi, h + 0 * d, weights, nf, c, length, a)
+    def chart(d: Any, chi: Any, h: Any, weights: Any, counts: Any) -> Any:
+        h = np.repeat(h, counts)
+        return section_chart(rising, d, chi, h, weights, nf, c, length, a, counts)
 
     return fitted(chart, width, n_x, n_phase, nf.energies, FORWARD, a)
 
@@ -314,9 +348,10 @@ def inverse_table(
         The invariants don't belong to points of the section within the chart.
     """
 
-    def chart(I: Any, s: Any, _: Any, weights: Any) -> Any:
+    def chart(I: Any, s: Any, _: Any, weights: Any, counts: Any) -> Any:
         rates = weights @ nf.exponent, weights @ nf.rotation
-        d, chi, (_, _, time, theta3) = _solved(rising, forward.at(weights), rates, (I, s), a)
+        there = forward.at(weights, counts)
+        d, chi, (_, _, time, theta3) = _solved(rising, there, rates, (I, s), a)
         return np.stack((d, chi - s, time, theta3))
 
     return fitted(chart, width, forward.n_x, n_phase, nf.energies, INVERSE, a)
@@ -339,7 +374,7 @@ def _solved(
     d, chi = (a.array(x) for x in begin)
     for _ in range(MOST_ITERATIONS):
         value = forward.look_up(d, chi, a)
-        I, s, *_ = kept(rising, value, chi, *rates, a)
+        I, s, *_ = kept(rising, value, chi, *rates, a, forward.counts)
         step, turn = correction(at.by_d, at.by_chi, (I - goal[0], s - goal[1]))
         d, chi = d - step, chi - turn
         # The slopes in doubles leave 2^-40 of a correction.
@@ -355,10 +390,10 @@ def _newton(
     a = precision(53)
     d, chi = 0 * goal[0], goal[1] + 0
     # Where passages are long chi and s are many turns apart, the same at nearly all points.
-    chi = chi - (kept(rising, table.look_up(d, chi, a), chi, *rates, a).s - goal[1])
+    chi = chi - (kept(rising, table.look_up(d, chi, a), chi, *rates, a, table.counts).s - goal[1])
     for _ in range(MOST_ITERATIONS):
         seen = table.look_up_slopes(d, chi, a)
-        at = invariants(rising, seen, chi, *rates, a)
+        at = invariants(rising, seen, chi, *rates, a, table.counts)
         step, turn = correction(at.by_d, at.by_chi, (at.I - goal[0], at.s - goal[1]))
         d, chi = np.clip(d - step, -2 * table.width, 2 * table.width), chi - turn
         if _size(step, turn, table, a) < SETTLED:
@@ -373,7 +408,13 @@ def _size(step: Any, turn: Any, table: LevelTable, a: Precision) -> float:
 
 
 def invariants(
-    by_v: bool, seen: Looked, chi: Scalar, exponent: Scalar, rotation: Scalar, a: Precision
+    by_v: bool,
+    seen: Looked,
+    chi: Scalar,
+    exponent: Scalar,
+    rotation: Scalar,
+    a: Precision,
+    counts: Any = None,
 ) -> Invariants:
     """I and s of points of a section, with their derivatives in (d, chi).
 
@@ -384,11 +425,13 @@ def invariants(
     seen : Looked
         The chart at the points.
     chi : (N,) array
-    exponent, rotation : (N or 1, K) arrays
-        Coefficients of Lambda and of the mean dt'/dpsi.
+    exponent, rotation : (E, K) arrays
+        Coefficients of Lambda and of the mean dt'/dpsi, of E groups of points.
+    counts : E ints, optional
+        Points of each group, where these are not all of one length.
     """
     (U, V), which, side = seen.value[:2], int(by_v), 1 if by_v else -1
-    I, s, rates, *_ = kept(by_v, seen.value, chi, exponent, rotation, a)
+    I, s, rates, *_ = kept(by_v, seen.value, chi, exponent, rotation, a, counts)
     W, depth = seen.value[which], s - chi
     slopes = []
     for own, by in enumerate((seen.by_x, seen.by_phase)):
@@ -399,10 +442,16 @@ def invariants(
 
 
 def kept(
-    by_v: bool, value: Any, chi: Scalar, exponent: Scalar, rotation: Scalar, a: Precision
+    by_v: bool,
+    value: Any,
+    chi: Scalar,
+    exponent: Scalar,
+    rotation: Scalar,
+    a: Precision,
+    counts: Any = None,
 ) -> Invariants:
     """:func:`invariants` without the derivatives."""
     I = value[0] * value[1]
-    rates = torus_rates(exponent, rotation, I)
+    rates = torus_rates(exponent, rotation, I, counts)
     depth = a.log(np.abs(value[int(by_v)])) / rates.exponent
     return Invariants(I, chi + depth if by_v else chi - depth, rates)

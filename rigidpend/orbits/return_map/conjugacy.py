@@ -1,30 +1,29 @@
 """The normal form evaluated: rates on a torus, and (u, v) of a point beside the orbit.
 
 `weights` are values (E, count) of the Chebyshev polynomials at energies: the points come in E
-groups of one length, each with an energy in common.
+groups, each with an energy in common, of one length or `counts` of them.
 """
 
 from __future__ import annotations
 
 import copy
-from collections.abc import Iterator
 from typing import Any, NamedTuple
 
 import numpy as np
 
 from rigidpend.numbers.generic import Numbers, Scalar
-from rigidpend.orbits.return_map.expansions import fourier_basis
+from rigidpend.orbits.return_map.expansions import fourier_basis, grouped, in_blocks
 from rigidpend.orbits.return_map.normal_form import MapError, NormalForm, powers
 from rigidpend.orbits.return_map.precision import Precision, correction, precision, product
 
 MOST_ITERATIONS = 12
 """Most corrections with all terms; each doubles the digits, where the series converges at all."""
-AT_ONCE = 256
-"""Number of points whose coefficients are at hand together: they stay in a core's own memory."""
 GUARD = 2.0**-8
 """Share of a rounding that terms in doubles leave of one in more bits."""
-SETTLED = 1e-14
-"""Relative correction in doubles after which the next one would be rounding."""
+SETTLED = 1e-8
+"""Relative correction in doubles after which the next one, its square, would be rounding."""
+SLOPES = 2.0**-44
+"""Share of a correction that slopes in doubles leave."""
 BEYOND = (
     "the series of the normal form cannot be inverted at the ends of the section's arcs, for it"
     " does not reach so far; a smaller mu brings them within reach"
@@ -40,18 +39,19 @@ class TorusRates(NamedTuple):
     rotation_slope: Any
 
 
-def torus_rates(exponent: Scalar, rotation: Scalar, I: Scalar) -> TorusRates:
+def torus_rates(exponent: Scalar, rotation: Scalar, I: Scalar, counts: Any = None) -> TorusRates:
     """The rates from their coefficients (E, K) at the invariants I, in E groups."""
     by_power = _powers(I, max(exponent.shape[1], rotation.shape[1]))
-    return TorusRates(*_polynomial(exponent, by_power), *_polynomial(rotation, by_power))
+    found = (_polynomial(c, by_power, counts) for c in (exponent, rotation))
+    return TorusRates(*next(found), *next(found))
 
 
-def _polynomial(c: Any, by_power: Any) -> tuple[Any, Any]:
+def _polynomial(c: Any, by_power: Any, counts: Any) -> tuple[Any, Any]:
     """The values and the slopes of polynomials of which the powers are known, (N,) each."""
     few = c.shape[1]
     slopes = c[:, 1:] * np.arange(1, few)
     value, slope = (
-        product(by_power[:, :k].reshape(len(c), -1, k), x[:, :, None]).reshape(-1)
+        grouped(by_power[:, :k], x[:, :, None], counts)[:, 0]
         for k, x in ((few, c), (few - 1, slopes))
     )
     return value, slope
@@ -92,7 +92,13 @@ def placed(
 
 
 def inverted(
-    nf: NormalForm, weights: Numbers, psi: Scalar, Qp: Scalar, Qm: Scalar, a: Precision
+    nf: NormalForm,
+    weights: Numbers,
+    psi: Scalar,
+    Qp: Scalar,
+    Qm: Scalar,
+    a: Precision,
+    counts: Any = None,
 ) -> Beside:
     """u and v of points by Newton's method.
 
@@ -105,9 +111,10 @@ def inverted(
         A point lies outside of the range of the normal form.
     """
     rough = nf if a.bits == 53 else rounded(nf, a)
+    levels = len(weights)
     found = [
-        _inverted(nf, rough, weights[level], psi[at], (Qp[at], Qm[at]), a)
-        for level, at in _blocks(len(weights), len(psi))
+        _inverted(nf, rough, weights[groups], psi[at], (Qp[at], Qm[at]), a, here)
+        for groups, at, here in in_blocks(counts or (len(psi) // levels,) * levels)
     ]
     return Beside(*(np.concatenate(x) for x in zip(*found, strict=True)))
 
@@ -117,39 +124,32 @@ def rounded(nf: NormalForm, a: Precision) -> NormalForm:
     return nf._replace(odd=a.floats(nf.odd), even=a.floats(nf.even))
 
 
-def _blocks(levels: int, n: int) -> Iterator[tuple[slice, slice]]:
-    """Rows of weights and points that belong together, few enough at a time."""
-    if levels == n:
-        yield from ((slice(k, k + AT_ONCE),) * 2 for k in range(0, n, AT_ONCE))
-        return
-    size = n // levels
-    for level in range(levels):
-        for k in range(0, size, AT_ONCE):
-            begin = level * size + k
-            yield slice(level, level + 1), slice(begin, begin + min(AT_ONCE, size - k))
-
-
 def _inverted(
-    nf: NormalForm, rough: NormalForm, weights: Numbers, psi: Any, Q: tuple[Any, Any], a: Precision
+    nf: NormalForm,
+    rough: NormalForm,
+    weights: Numbers,
+    psi: Any,
+    Q: tuple[Any, Any],
+    a: Precision,
+    counts: Any,
 ) -> tuple[Any, Any, Any, Any]:
     doubles = precision(53)
     given = [a.floats(x) for x in Q]
-    series = TorusSeries(rough, a.floats(weights), a.floats(psi), doubles)
+    series = TorusSeries(rough, a.floats(weights), a.floats(psi), doubles, counts)
     u, v = _newton(series, given[0], given[1])
     if a.bits == 53:
         return (u, v, *series.values(u, v)[:1:-1])
     _, by_u, by_v = series.slopes(u, v, every=True)
     size = max(doubles.largest(u), doubles.largest(v))
     low = series.least_degree(size, GUARD * 2.0 ** (53 - a.bits))
-    head = TorusSeries(nf, weights, psi, a, most=low)
+    head = TorusSeries(nf, weights, psi, a, counts, most=low)
     tail = series.part(low + 1)
     u, v = a.array(u), a.array(v)
     for _ in range(MOST_ITERATIONS):
         values = head.values(u, v) + tail.values(a.floats(u), a.floats(v))
         du, dv = correction(by_u, by_v, (values[0] - Q[0], values[1] - Q[1]))
         u, v = u - du, v - dv
-        # The slopes in doubles leave 2^-40 of a correction.
-        if _relative(du, dv, u, v, a) * 2.0**-40 < 4 * a.epsilon:
+        if _relative(du, dv, u, v, a) * SLOPES < 4 * a.epsilon:
             sigma, tau = (values[k] - by_u[k] * du - by_v[k] * dv for k in (2, 3))
             return u, v, tau, sigma
     raise MapError(BEYOND)
@@ -189,12 +189,19 @@ class TorusSeries:
     weights : (E, count) array
     psi : (N,) array
     a : Precision
+    counts : E ints, optional
     most : int, optional
         Largest degree of the terms that are taken.
     """
 
     def __init__(
-        self, nf: NormalForm, weights: Numbers, psi: Scalar, a: Precision, most: int | None = None
+        self,
+        nf: NormalForm,
+        weights: Numbers,
+        psi: Scalar,
+        a: Precision,
+        counts: Any = None,
+        most: int | None = None,
     ) -> None:
         self.a, self.degree = a, nf.degree if most is None else min(most, nf.degree)
         odd, even = (powers(self.degree, parity) for parity in (1, 0))
@@ -209,10 +216,11 @@ class TorusSeries:
                 product(weights, part.reshape(weights.shape[1], -1)).reshape(len(weights), nf.n, -1)
                 for part in series
             )
-            basis = basis.reshape(len(weights), -1, nf.n)
         else:
+            # Each point has an energy of its own.
             basis = (weights[:, :, None] * basis[:, None, :]).reshape(len(psi), -1)
-        self.odd, self.even = (product(basis, part).reshape(len(psi), -1) for part in series)
+            series, counts = tuple(part[None] for part in series), None
+        self.odd, self.even = (grouped(basis, part, counts) for part in series)
         self.odd = self.odd.reshape(len(psi), 3, -1)
 
     def part(self, least: int, most: int | None = None) -> TorusSeries:
@@ -237,29 +245,26 @@ class TorusSeries:
 
     def values(self, u: Scalar, v: Scalar) -> Any:
         """Qp, Qm, sigma and tau, (4, N)."""
-        found = [
-            np.matmul(c, self._monomials(u, v, powers_)[:, :, None])[..., 0]
-            for c, powers_ in zip((self.odd, self.even[:, None]), self.powers, strict=True)
-        ]
+        of_u, of_v = (_powers(x, self.degree + 1) for x in (u, v))
+        found = []
+        for c, powers_ in zip((self.odd, self.even[:, None]), self.powers, strict=True):
+            j, k = powers_.T
+            found.append(np.matmul(c, (of_u[:, j] * of_v[:, k])[:, :, None])[..., 0])
         return np.concatenate(found, axis=1).T
 
     def slopes(self, u: Scalar, v: Scalar, *, every: bool = False) -> tuple[Any, Any, Any]:
         """Qp and Qm, or all of `values`, with their derivatives in u and in v, (2 or 4, N) each."""
         given = [(self.odd, 0), (self.even[:, None], 1)] if every else [(self.odd[:, :2], 0)]
+        of_u, of_v = (_powers(x, self.degree + 1) for x in (u, v))
         found = []
         for c, parity in given:
-            (j, k), many = self.powers[parity].T, self.degree + 1
-            of_u, of_v = _powers(u, many), _powers(v, many)
+            j, k = self.powers[parity].T
             by_u, by_v = j * of_u[:, np.maximum(j - 1, 0)], k * of_v[:, np.maximum(k - 1, 0)]
-            of_u, of_v = of_u[:, j], of_v[:, k]
-            terms = np.stack((of_u * of_v, by_u * of_v, of_u * by_v), axis=2)
+            at_u, at_v = of_u[:, j], of_v[:, k]
+            terms = np.stack((at_u * at_v, by_u * at_v, at_u * by_v), axis=2)
             found.append(np.matmul(c, terms))
         value, along_u, along_v = np.concatenate(found, axis=1).T
         return value, along_u, along_v
-
-    def _monomials(self, u: Scalar, v: Scalar, exponents: Any) -> Any:
-        j, k = exponents.T
-        return _powers(u, self.degree + 1)[:, j] * _powers(v, self.degree + 1)[:, k]
 
 
 def _range(exponents: Any, least: int, most: int) -> slice:

@@ -8,13 +8,16 @@ function of x in [-1, 1] is a sum of Chebyshev polynomials.
 from __future__ import annotations
 
 import functools
+from collections.abc import Iterator, Sequence
 from typing import Any, NamedTuple
 
 import numpy as np
 
 from rigidpend.numbers.generic import Scalar
-from rigidpend.orbits.return_map.precision import Precision
+from rigidpend.orbits.return_map.precision import Precision, product
 
+AT_ONCE = 256
+"""Number of points that are worked on together: they stay in a core's own memory."""
 KEPT = 256
 """Number of sets of nodes, and of matrices for them, that the tables of all maps share."""
 
@@ -50,9 +53,15 @@ def fourier_basis(phase: Scalar, n: int, a: Precision, *, slope: bool = False) -
 
 
 @functools.lru_cache(maxsize=KEPT)
+def fourier_synthesis(few: int, n: int, a: Precision) -> Any:
+    """The matrix (few, n) from n coefficients to values at the `few` :func:`phases`."""
+    return fourier_basis(phases(few, a), n, a)
+
+
+@functools.lru_cache(maxsize=KEPT)
 def fourier_analysis(n: int, a: Precision) -> Any:
     """The matrix (n, n) from values at :func:`phases` to coefficients."""
-    matrix = fourier_basis(phases(n, a), n, a).T * 2 / n
+    matrix = fourier_synthesis(n, n, a).T * 2 / n
     matrix[0] = matrix[0] / 2
     return matrix
 
@@ -86,9 +95,15 @@ def chebyshev_basis(x: Scalar, n: int, a: Precision, *, slope: bool = False) -> 
 
 
 @functools.lru_cache(maxsize=KEPT)
+def chebyshev_synthesis(few: int, n: int, a: Precision) -> Any:
+    """The matrix (few, n) from n coefficients to values at the `few` :func:`nodes`."""
+    return chebyshev_basis(nodes(few, a), n, a)
+
+
+@functools.lru_cache(maxsize=KEPT)
 def chebyshev_analysis(n: int, a: Precision) -> Any:
     """The matrix (n, n) from values at :func:`nodes` to coefficients."""
-    matrix = chebyshev_basis(nodes(n, a), n, a).T * 2 / n
+    matrix = chebyshev_synthesis(n, n, a).T * 2 / n
     matrix[0] = matrix[0] / 2
     return matrix
 
@@ -115,3 +130,29 @@ class Interval(NamedTuple):
     def analysis(self, a: Precision) -> Any:
         """(n, n), from values at nodes to coefficients."""
         return chebyshev_analysis(self.n, a)
+
+
+def in_blocks(counts: Sequence[int]) -> Iterator[tuple[slice, slice, list[int]]]:
+    """Groups of points, `counts` of them, in blocks of at most `AT_ONCE` points.
+
+    Of each block: its groups, its points, and how many of these belong to each of those.
+    """
+    edges = np.append(0, np.cumsum(counts))
+    for begin in range(0, edges[-1], AT_ONCE):
+        end = min(begin + AT_ONCE, edges[-1])
+        first, last = np.searchsorted(edges[1:], (begin, end - 1), side="right")
+        here = np.diff(np.clip(edges[first : last + 2], begin, end))
+        yield slice(first, last + 1), slice(begin, end), here.tolist()
+
+
+def grouped(rows: Any, matrices: Any, counts: Any = None) -> Any:
+    """Rows (N, K) times matrices (E, K, M): (N, M).
+
+    The rows come in E groups, each with a matrix of its own, of `counts` rows or of one length.
+    """
+    many, terms, width = matrices.shape
+    if counts is None or len(set(counts)) == 1:
+        return product(rows.reshape(many, -1, terms), matrices).reshape(-1, width)
+    edges = np.append(0, np.cumsum(counts))
+    parts = zip(edges[:-1], edges[1:], matrices, strict=True)
+    return np.concatenate([product(rows[k:n], matrix) for k, n, matrix in parts])

@@ -79,9 +79,7 @@ class _JetProduct(Jet):
         self.a, self.b = a, b
 
     def find(self, degree: int) -> Any:
-        a, b = self.a, self.b
-        split = range(a.first, degree - b.first + 1, 2)
-        return sum(convolved(a.part(i), b.part(degree - i)) for i in split)
+        return convolved(self.a, self.b, degree, range(self.a.first, degree - self.b.first + 1, 2))
 
 
 class Reciprocal(Jet):
@@ -94,9 +92,7 @@ class Reciprocal(Jet):
     def find(self, degree: int) -> Any:
         if degree == 0:
             return 1 / self.of.part(0)
-        earlier = range(0, degree, 2)
-        rest = sum(convolved(self.part(i), self.of.part(degree - i)) for i in earlier)
-        return -rest * self.part(0)
+        return -self.part(0) * convolved(self, self.of, degree, range(0, degree, 2))
 
 
 class Deferred(Jet):
@@ -108,14 +104,14 @@ class Deferred(Jet):
         return self.of.part(degree)
 
 
-def convolved(a: Any, b: Any) -> Any:
-    """The product of two homogeneous parts: a convolution over the powers of u."""
-    if isinstance(a, PairArray):
-        return pair_arrays.convolved(a, b)
-    if len(a) > len(b):
-        a, b = b, a
-    shape = (len(a) + len(b) - 1, *np.broadcast_shapes(a.shape[1:], b.shape[1:]))
-    found = np.zeros(shape, dtype=np.result_type(a, b))
-    for k, row in enumerate(a):
-        found[k : k + len(b)] += row * b
+def convolved(a: Jet, b: Jet, degree: int, split: range) -> Any:
+    """The sum of products of parts of two series, of those of the first series that are named."""
+    left, right = [a.part(i) for i in split], [b.part(degree - i) for i in split]
+    if isinstance(left[0], PairArray):
+        return pair_arrays.convolved(left, right)
+    found = np.zeros_like(left[0], shape=(degree + 1, *left[0].shape[1:]))
+    for x, y in zip(left, right, strict=True):
+        few, many = sorted((x, y), key=len)
+        for k, row in enumerate(few):
+            found[k : k + len(many)] += row * many
     return found

@@ -21,7 +21,7 @@ from rigidpend.machine.workers import check_stop
 from rigidpend.numbers.generic import Scalar
 from rigidpend.orbits.integrate.kernel import machine_code
 from rigidpend.orbits.integrate.kernel.lane_numbers import Value
-from rigidpend.orbits.integrate.kernel.writer import LANES
+from rigidpend.orbits.integrate.kernel.machine_code import LANES
 from rigidpend.orbits.integrate.pair_arrays import in_doubles
 from rigidpend.orbits.return_map.kernel_sums import Sums
 from rigidpend.orbits.return_map.program import FUNCTIONS, STAGE, Program
@@ -173,16 +173,16 @@ class _Following(Sums):
         entries = [self.whole_number("%stages", code(f"add i64 {at}, {j}")) for j in range(STAGE)]
         x, phase, factor = (n.load(place, 0) for place in (self.x, self.phase, self.factor))
         self._stay_inside(x[0], self.one)
-        W, other, begin = self.table(entries[:4], x, phase)
+        W, other, begin = self.table(entries[:6], x, phase)
         W, other = n.times(W, factor), n.times(other, factor)
         n.store(self.number(1.0), self.factor, 0)
         I = n.times(W, other)
         self._stay_inside(I[0], self.one)
         self._stay_inside(W[0], self._limit(stage, 0))
-        reciprocal, rest, rotation = self.rates(entries[8:], I)
+        reciprocal, rest, rotation = self.rates(entries[12:], I)
         depth = n.plus(n.times(f.logarithm_of_size(W), reciprocal), rest)
         s = n.minus(phase, depth)
-        there, beyond, end = self.table(entries[4:8], I, s)
+        there, beyond, end = self.table(entries[6:12], I, s)
         new = n.plus(s, beyond)
         turns = (self._limit(stage, 1), *(self._limit(stage, 2),) * (self.parts - 1))
         turned = n.minus(n.minus(new, phase), turns)

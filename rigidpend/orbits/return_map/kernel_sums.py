@@ -3,18 +3,23 @@
 from __future__ import annotations
 
 from rigidpend.orbits.integrate.kernel.functions import Functions
-from rigidpend.orbits.integrate.kernel.lane_numbers import KINDS, Value
-from rigidpend.orbits.integrate.kernel.writer import Writer
+from rigidpend.orbits.integrate.kernel.lane_numbers import KINDS, Doubles, Value
+from rigidpend.orbits.integrate.kernel.machine_code import Writer
 from rigidpend.orbits.return_map.program import FUNCTIONS
 
 
 class Sums:
-    """Sums over the coefficients of a program; room for them is the function's argument."""
+    """Sums over the coefficients of a program; room for them is the function's argument.
+
+    What is small is summed in doubles, `plain`, in the same memory: of a number that doubles store
+    the further parts are zero, so that the program's own numbers go on from there.
+    """
 
     def __init__(self, bits: int) -> None:
         self.code = Writer()
         self.numbers = KINDS[bits](self.code)
         self.parts = self.numbers.parts
+        self.plain = KINDS[53](self.code, self.parts)
         self.functions = Functions(self.numbers)
 
     def make_room(self) -> None:
@@ -39,62 +44,88 @@ class Sums:
             n.store(n.minus(n.times(twice, last), before), self.powers, l)
         code.store("0", self.value, "i64", 8)
         with code.loop("%triples") as t:
-            length = self.whole_number("%lengths", t)
+            length, sharp = self._two("%lengths", t)
+            plain = code(f"sub i64 {length}, {sharp}")
             self._clear(self.totals)
-            with code.loop(length) as l:
-                # The least of the terms come first.
-                power = n.load(self.powers, code(f"sub i64 {code(f'sub i64 {length}, {l}')}, 1"))
-                at = code.load(self.value, "i64", 8)
-                for j, total in enumerate(self.totals):
-                    self._add(total, self._scalar(code(f"add i64 {at}, {j}")), power)
-                code.store(code(f"add i64 {at}, {FUNCTIONS}"), self.value, "i64", 8)
+            # The least of the terms come first.
+            self._over_energies(self.plain, length, "0", plain)
+            self._over_energies(n, length, plain, length)
             first = code(f"mul i64 {t}, {FUNCTIONS}")
             for j, total in enumerate(self.totals):
                 n.store(self._settled(total), "%room", code(f"add i64 {first}, {j}"))
 
+    def _over_energies(self, n: Doubles, length: str, start: str, end: str) -> None:
+        """Go on with sums over the polynomials of the energy, from one term to another."""
+        code = self.code
+        with code.loop(end, start) as l:
+            power = n.load(self.powers, code(f"sub i64 {code(f'sub i64 {length}, {l}')}, 1"))
+            at = code.load(self.value, "i64", 8)
+            for j, total in enumerate(self.totals):
+                self._add(n, total, self._scalar(n, code(f"add i64 {at}, {j}")), power)
+            code.store(code(f"add i64 {at}, {FUNCTIONS}"), self.value, "i64", 8)
+
     def table(self, entries: list[str], x: Value, phase: Value) -> list[Value]:
         """The three functions of a table: rows of harmonics times Chebyshev polynomials."""
         code, n = self.code, self.numbers
-        rows, first, listed, most = entries
-        self._make_waves(phase, most)
+        rows, own, first, listed, most, most_own = entries
+        self._make_waves(phase, most, most_own)
         code.store(first, self.place, "i64", 8)
-        self._clear(self.totals)
         older, last = self.polynomials
         n.store(self.number(1.0), older, 0)
         n.store(x, last, 0)
+        sharp = self._rows(n, listed, x, "1", own)
+        plain = self._rows(self.plain, listed, x, own, rows)
+        # The largest row comes last.
+        row = self._row(n, listed, "0")
+        sums = (n.plus(a, n.of_double(b[0])) for a, b in zip(sharp, plain, strict=True))
+        return [n.plus(total, value) for total, value in zip(sums, row, strict=True)]
+
+    def _rows(self, n: Doubles, listed: str, x: Value, start: str, end: str) -> list[Value]:
+        """The sums over some rows of a table, the next ones; the polynomials of x go on."""
+        code = self.code
+        older, last = self.polynomials
+        self._clear(self.totals)
         twice = n.plus(x, x)
-        with code.loop(rows, 1) as i:
+        with code.loop(end, start) as i:
             polynomial = n.load(last, 0)
-            for total, value in zip(self.totals, self._row(listed, i), strict=True):
-                self._add(total, value, polynomial)
+            for total, value in zip(self.totals, self._row(n, listed, i), strict=True):
+                self._add(n, total, value, polynomial)
             n.store(n.minus(n.times(twice, polynomial), n.load(older, 0)), last, 0)
             n.store(polynomial, older, 0)
-        # The largest row comes last.
-        row = self._row(listed, "0")
-        return [n.plus(self._settled(t), value) for t, value in zip(self.totals, row, strict=True)]
+        return [n.settled(n.load(total, 0)) for total in self.totals]
 
-    def _row(self, listed: str, i: str) -> list[Value]:
+    def _row(self, n: Doubles, listed: str, i: str) -> list[Value]:
         """A row of a table: three sums over harmonics, the constants last."""
-        code, n = self.code, self.numbers
-        count = self.whole_number("%harmonics", code(f"add i64 {listed}, {i}"))
+        count, sharp = self._two("%harmonics", self.code(f"add i64 {listed}, {i}"))
         self._clear(self.sums_of_row)
-        with code.loop(count) as m:
+        self._over_harmonics(self.plain, sharp, count)
+        self._over_harmonics(n, "0", sharp)
+        sums = [n.settled(n.load(total, 0)) for total in self.sums_of_row]
+        waves = [n.plus(a, b) for a, b in zip(sums[::2], sums[1::2], strict=True)]
+        return [n.plus(a, c) for a, c in zip(waves, self._triple(n), strict=True)]
+
+    def _over_harmonics(self, n: Doubles, start: str, end: str) -> None:
+        """Go on with the sums of a row, from one harmonic to another."""
+        code = self.code
+        with code.loop(end, start) as m:
             for k in (0, 1):
                 wave = n.load(self.waves, code(f"add i64 {code(f'mul i64 {m}, 2')}, {k}"))
-                for total, c in zip(self.sums_of_row[k::2], self._triple(), strict=True):
-                    self._add(total, c, wave)
-        sums = [self._settled(total) for total in self.sums_of_row]
-        waves = [n.plus(a, b) for a, b in zip(sums[::2], sums[1::2], strict=True)]
-        return [n.plus(a, c) for a, c in zip(waves, self._triple(), strict=True)]
+                for total, c in zip(self.sums_of_row[k::2], self._triple(n), strict=True):
+                    self._add(n, total, c, wave)
 
-    def _make_waves(self, phase: Value, most: str) -> None:
-        """cos, sin, cos 2, sin 2, ... of a phase."""
-        code, n = self.code, self.numbers
+    def _make_waves(self, phase: Value, most: str, most_own: str) -> None:
+        """cos, sin, cos 2, sin 2, ... of a phase, those behind the program's own in doubles."""
+        n = self.numbers
         first = self.functions.cos_sin(phase)
         for k, value in enumerate(first):
             n.store(value, self.waves, k)
-        cos, sin = first
-        with code.loop(most, 1) as m:
+        self._further_waves(n, first, "1", most_own)
+        self._further_waves(self.plain, first, most_own, most)
+
+    def _further_waves(self, n: Doubles, first: tuple[Value, Value], start: str, end: str) -> None:
+        """Multiples of an angle, each from the one before."""
+        code, (cos, sin) = self.code, first
+        with code.loop(end, start) as m:
             at = code(f"mul i64 {m}, 2")
             c, s = (n.load(self.waves, code(f"sub i64 {at}, {k}")) for k in (2, 1))
             less = self.opposite(n.times(s, sin))
@@ -108,16 +139,21 @@ class Sums:
     def rates(self, entries: list[str], I: Value) -> list[Value]:
         """The three polynomials in I, by Horner's rule."""
         code, n = self.code, self.numbers
-        count, first = entries
+        count, plain, first = entries
         code.store(first, self.place, "i64", 8)
-        for total, value in zip(self.totals, self._triple(), strict=True):
+        for total, value in zip(self.totals, self._triple(n), strict=True):
             n.store(value, total, 0)
-        with code.loop(count, 1):
-            for total, value in zip(self.totals, self._triple(), strict=True):
-                n.store(n.settled(n.with_product(value, n.load(total, 0), I)), total, 0)
+        self._horner(self.plain, I, "1", plain)
+        self._horner(n, I, plain, count)
         return [n.load(total, 0) for total in self.totals]
 
-    def _triple(self) -> list[Value]:
+    def _horner(self, n: Doubles, I: Value, start: str, end: str) -> None:
+        """Go on with polynomials in I, from one power to another."""
+        with self.code.loop(end, start):
+            for total, value in zip(self.totals, self._triple(n), strict=True):
+                n.store(n.settled(n.with_product(value, n.load(total, 0), I)), total, 0)
+
+    def _triple(self, n: Doubles) -> list[Value]:
         """The next three coefficients at the orbits' energies."""
         code, n = self.code, self.numbers
         place = code.load(self.place, "i64", 8)
@@ -125,13 +161,18 @@ class Sums:
         first = code(f"mul i64 {place}, {FUNCTIONS}")
         return [n.load("%room", code(f"add i64 {first}, {j}")) for j in range(FUNCTIONS)]
 
+    def _two(self, base: str, index: str) -> list[str]:
+        """The two whole numbers at an index."""
+        first = self.code(f"mul i64 {index}, 2")
+        return [self.whole_number(base, self.code(f"add i64 {first}, {k}")) for k in (0, 1)]
+
     def whole_number(self, base: str, index: str) -> str:
         return self.code.load(self.code.at(base, index, "i64"), "i64", 8)
 
-    def _scalar(self, index: str) -> Value:
+    def _scalar(self, n: Doubles, index: str) -> Value:
         """A coefficient in each lane."""
         code, found = self.code, []
-        for part in range(self.parts):
+        for part in range(n.parts):
             begin = code(f"mul i64 %apart, {part}")
             place = code.at("%values", code(f"add i64 {begin}, {index}"), "double")
             found.append(code.everywhere(code.load(place, "double", 8)))
@@ -141,8 +182,7 @@ class Sums:
         for total in totals:
             self.numbers.store(self.number(0.0), total, 0)
 
-    def _add(self, total: str, a: Value, b: Value) -> None:
-        n = self.numbers
+    def _add(self, n: Doubles, total: str, a: Value, b: Value) -> None:
         n.store(n.with_product(n.load(total, 0), a, b), total, 0)
 
     def _settled(self, total: str) -> Value:

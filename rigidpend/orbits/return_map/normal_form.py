@@ -133,9 +133,10 @@ class _Momentum(Jet):
         self.drop: Jet
 
     def find(self, degree: int) -> Any:
-        earlier = range(2, degree, 2)
-        square = sum(convolved(self.part(i), self.part(degree - i)) for i in earlier)
-        left = self.product.part(degree) / 2 + self.drop.part(degree) - self.kappa / 2 * square
+        left = self.product.part(degree) / 2 + self.drop.part(degree)
+        if degree > 2:
+            square = convolved(self, self, degree, range(2, degree, 2))
+            left = left - self.kappa / 2 * square
         return left / (self.kappa * self.parts[0])
 
 

@@ -24,7 +24,6 @@ from rigidpend.orbits.return_map.charts import (
 from rigidpend.orbits.return_map.expansions import Interval, phases
 from rigidpend.orbits.return_map.normal_form import (
     MapError,
-    NormalForm,
     normal_form,
     powers,
 )
@@ -217,8 +216,44 @@ def arc_length(c: Coefficients, h: float, width: float) -> float:
     return -math.log(r) / (math.sqrt(2 * h / c.aligned.kappa) * c.aligned.half_sigma)
 
 
-def orders(c: Coefficients, energies: tuple[float, float], layer: Layer, target: float) -> Orders:
-    """The orders whose first terms left out are below `target`, relative, by a second look.
+class Shrinking(NamedTuple):
+    """Largest terms of each order over a layer, relative to the largest of all."""
+
+    by_degree: Any
+    """Of the normal form, of degrees 1, 3, ..."""
+    by_x: list[Any]
+    """Of the charts and the inverse charts, downward and upward, by polynomials of d or I."""
+    by_phase: list[Any]
+    """The same by harmonics."""
+
+
+def second_look(c: Coefficients, h: float, layer: Layer) -> Shrinking:
+    """Measure how fast the terms of the normal form and of the charts shrink, at one energy.
+
+    Raises MapError where the series shrink too slowly, or the arcs do not end within them.
+    """
+    width, a = max(layer.widths), precision(53)
+    length, border = arc_length(c, h, width), border_of(c, h, width)
+    nf = normal_form(c, Interval(h, 0.0, 1), SECOND_LOOK, _harmonics(c, h, DOUBLES), border, a)
+    degrees = powers(nf.degree, 1).sum(axis=1)
+    sizes = np.abs(nf.odd[:, :, :2]).max(axis=(0, 2)) * border**degrees
+    by_degree = np.array([sizes[degrees == D].max() for D in range(1, nf.degree + 1, 2)])
+    by_degree = by_degree / by_degree[0]
+    # Where the series reaches not even for doubles, its inverse would not be found either.
+    _degree(by_degree, 2.0**-53, width)
+    tables = []
+    for rising in (False, True):
+        sizes = rising, a.number(layer.widths[rising]), _nodes(c, h, width, DOUBLES), nf.n
+        forward = forward_table(*sizes, nf, c, length, a)
+        tables += [forward, inverse_table(rising, forward, layer.invariant, nf.n, nf, a)]
+    by_x, by_phase = zip(*(_by_order(table) for table in tables), strict=True)
+    return Shrinking(by_degree, by_x, by_phase)
+
+
+def orders(
+    c: Coefficients, energies: tuple[float, float], layer: Layer, seen: Shrinking, target: float
+) -> Orders:
+    """The orders whose first terms left out are below `target`, relative.
 
     Parameters
     ----------
@@ -226,6 +261,8 @@ def orders(c: Coefficients, energies: tuple[float, float], layer: Layer, target:
         Floats.
     energies : 2 floats
     layer : Layer
+    seen : Shrinking
+        What the second look has found in the middle of the energies.
     target : float
 
     Raises
@@ -235,45 +272,33 @@ def orders(c: Coefficients, energies: tuple[float, float], layer: Layer, target:
     """
     h, half_width = (energies[0] + energies[1]) / 2, (energies[1] - energies[0]) / 2
     width, nats = max(layer.widths), -math.log(target)
-    length, n = arc_length(c, h, width), _harmonics(c, h, nats)
-    a, border = precision(53), border_of(c, h, width)
-    nf = normal_form(c, Interval(h, 0.0, 1), SECOND_LOOK, _harmonics(c, h, DOUBLES), border, a)
+    return Orders(
+        _degree(seen.by_degree, target, width),
+        _harmonics(c, h, nats) + 2,
+        max(_enough(x, target) for x in seen.by_x),
+        # One harmonic more: what a chart leaves out is larger than its last one.
+        2 * max(_enough(x, target) for x in seen.by_phase[::2]) + 1,
+        2 * max(_enough(x, target) for x in seen.by_phase[1::2]) - 1,
+        math.ceil(nats / math.log(2 * h / half_width) + 1) if half_width else 1,
+        arc_length(c, h, width),
+    )
+
+
+def _degree(by_degree: Any, target: float, width: float) -> int:
+    """The degree of the normal form, refused where it is too high."""
     # Two degrees more, for all terms of one add up where |u| = |v|.
-    degree = 2 * _enough(_by_degree(nf, border), target) + 3
-    if degree > MOST_DEGREE * nats / DOUBLES:
+    degree = 2 * _enough(by_degree, target) + 3
+    if degree > MOST_DEGREE * -math.log(target) / DOUBLES:
         raise MapError(
             f"mu is too large: the normal form shrinks so slowly over the layer around the"
             f" separatrices, |d| up to {width:.2g}, that it takes the degree {degree}"
         )
-    tables = []
-    for rising in (False, True):
-        sizes = rising, a.number(layer.widths[rising]), _nodes(c, h, width, DOUBLES), nf.n
-        forward = forward_table(*sizes, nf, c, length, a)
-        tables += [forward, inverse_table(rising, forward, layer.invariant, nf.n, nf, a)]
-    by_x, by_phase = zip(*(_by_order(table) for table in tables), strict=True)
-    return Orders(
-        degree,
-        n + 2,
-        max(_enough(x, target) for x in by_x),
-        # One harmonic more: what a chart leaves out is larger than its last one.
-        2 * max(_enough(x, target) for x in by_phase[::2]) + 1,
-        2 * max(_enough(x, target) for x in by_phase[1::2]) - 1,
-        math.ceil(nats / math.log(2 * h / half_width) + 1) if half_width else 1,
-        length,
-    )
+    return degree
 
 
 def border_of(c: Coefficients, h: float, width: float) -> float:
     """|u| and |v| at the ends of arcs from points at d = width."""
     return 2 * math.sqrt(2 * h / c.aligned.kappa) * 2 * c.aligned.half_sigma * radius(c, h, width)
-
-
-def _by_degree(nf: NormalForm, border: float) -> Any:
-    """The largest terms of Qp and Qm of degree 1, 3, ... where |u| = |v| = border, relative."""
-    degrees = powers(nf.degree, 1).sum(axis=1)
-    sizes = np.abs(nf.odd[:, :, :2]).max(axis=(0, 2)) * border**degrees
-    found = np.array([sizes[degrees == D].max() for D in range(1, nf.degree + 1, 2)])
-    return found / found[0]
 
 
 def _by_order(table: ChartTable) -> tuple[Any, Any]:

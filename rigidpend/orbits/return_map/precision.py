@@ -19,6 +19,9 @@ from rigidpend.orbits.integrate import pair_arrays
 from rigidpend.orbits.integrate.pair_arrays import PairArray
 
 FUNCTIONS = {"sin": 1, "cos": 1, "exp": 1, "expm1": 1, "log": 1, "sqrt": 1, "atan2": 2}
+UNDIVIDED, LEAST_ROWS = 2**18, 16
+"""Multiplications of a product up to which OpenBLAS, as NumPy brings it, starts no thread; and rows
+that a part of a larger one has at least."""
 MOST_IN_PAIRS = 96
 """Bits that pairs of doubles keep after some hundred operations that each err by 2^-104."""
 
@@ -110,10 +113,20 @@ def product(x: Scalar, y: Scalar) -> Any:
     """x @ y of matrices, in the thread that asks for it.
 
     BLAS would start others for large ones in doubles, which go on waiting busily for some
-    hundredths of a second: the time of another thread's tables.
+    hundredths of a second: the time of another thread's tables. So it is given some rows at a time.
     """
-    plain = isinstance(x, np.ndarray) and x.dtype == float
-    return np.einsum("...ij,...jk->...ik", x, y) if plain else np.matmul(x, y)
+    if not isinstance(x, np.ndarray) or x.dtype != float:
+        return np.matmul(x, y)
+    rows, (terms, width) = x.shape[-2], y.shape[-2:]
+    if 1 in (rows, width):
+        return np.einsum("...ij,...jk->...ik", x, y)
+    few = max(1, UNDIVIDED // LEAST_ROWS // terms)
+    if width > few:
+        parts = [product(x, y[..., k : k + few]) for k in range(0, width, few)]
+        return np.concatenate(parts, axis=-1)
+    few = UNDIVIDED // terms // width
+    parts = [np.matmul(x[..., k : k + few, :], y) for k in range(0, rows, few)]
+    return parts[0] if len(parts) == 1 else np.concatenate(parts, axis=-2)
 
 
 def correction(by_x: Any, by_y: Any, off: Any) -> tuple[Any, Any]:

@@ -11,6 +11,10 @@ a function with the body of Fig. 4. It is a staircase: for each Chebyshev polyno
 harmonics up to the last that is significant, and for each of these a sum over as many polynomials
 of the energy.
 
+In pairs of doubles most terms are so small that doubles have digits enough for them: only those
+that a rounding of doubles would take away more than `threshold` from, some 5 to 25 % of all, are
+summed in pairs. They come last in each sum, which goes on from what doubles have summed.
+
 Phases are kept sharper than in `passage`: ln|W|/Lambda is tens of radians, of which all but
 ln|W/scale|/Lambda is a smooth function of I and h, reduced by whole turns before it is rounded.
 """
@@ -33,11 +37,17 @@ from rigidpend.orbits.return_map.starts import Entry
 
 FUNCTIONS = 3
 """Functions of a chart that codes and times follow from: all but that of theta3."""
-STAGE = 10
+STAGE = 15
 """Whole numbers that describe a leg: two tables and the rates.
 
-Of a table: its rows, the place of its first coefficients, the place of its list of harmonics and
-the most of them. Of the rates: how many powers of I, and the place of the first."""
+Of a table: its rows, those of them that are summed in the program's own numbers, the place of its
+first coefficients, the place of its list of harmonics, the most of them, and of those in its own
+numbers. Of the rates: how many powers of I, how many of them in doubles, and the place of the
+first."""
+HEADROOM = 2.0**4
+"""Factor by which a term in doubles may err more than a rounding of its coefficient.
+
+A harmonic of some tens has as many roundings, of which most cancel."""
 
 
 class Program(NamedTuple):
@@ -52,9 +62,9 @@ class Program(NamedTuple):
     stages: Any
     """(3, STAGE) int64: from the start, past upward crossings, past downward ones."""
     harmonics: Any
-    """int64: for each row of each table, how many."""
+    """(rows, 2) int64: for each row of each table how many, and how many in its own numbers."""
     lengths: Any
-    """int64: for each three coefficients, how many polynomials of the energy."""
+    """(triples, 2) int64: for each three coefficients, of how many polynomials of the energy."""
     values: Any
     """(parts, terms, 3): the polynomials' factors, the last polynomial's first."""
     limits: Any
@@ -89,14 +99,15 @@ def program(
     Terms of tables below `threshold`, relative to the largest, are left out.
     """
     stages = legs(nf, charts, starts, threshold, a)
-    writer = _Writer(KINDS[bits].parts)
+    parts = KINDS[bits].parts
+    writer = _Writer(parts, threshold * 2.0**53 / HEADROOM if parts > 1 else 0.0)
     rows = [[*writer.table(x.into), *writer.table(x.out), *writer.rates(x.rates)] for x in stages]
     limits = [[x.largest, *radians(x.turns)] for x in stages]
     return Program(
         starts,
         bits,
         max(len(x.into) for x in stages),
-        max(writer.harmonics),
+        max(count for count, _ in writer.harmonics),
         np.array(rows, dtype=np.int64),
         np.array(writer.harmonics, dtype=np.int64),
         np.array(writer.lengths, dtype=np.int64),
@@ -198,41 +209,68 @@ def reciprocal_of(series: Any) -> Any:
 
 
 class _Writer:
-    """Tables written one behind the other; a table that two stages share is written once."""
+    """Tables written one behind the other; a table that two stages share is written once.
 
-    def __init__(self, parts: int) -> None:
-        self.parts = parts
-        self.harmonics: list[int] = []
-        self.lengths: list[int] = []
+    Terms above a limit, relative to the largest of their function, are sharp: they are summed in
+    the program's own numbers, the others before them in doubles.
+    """
+
+    def __init__(self, parts: int, limit: float) -> None:
+        self.parts, self.limit = parts, limit
+        self.harmonics: list[tuple[int, int]] = []
+        self.lengths: list[tuple[int, int]] = []
         self.values: list[Any] = []
-        self.known: dict[int, tuple[int, int, int, int]] = {}
+        self.known: dict[int, tuple[int, ...]] = {}
 
-    def table(self, terms: Any) -> tuple[int, int, int, int]:
+    def table(self, terms: Any) -> tuple[int, ...]:
         """Write a table: its rows from the second on, then the first."""
         if id(terms) not in self.known:
             first, listed = len(self.lengths), len(self.harmonics)
-            values = in_doubles(terms, self.parts)
-            used = (values[0] != 0).any(axis=(0, 3))
-            rows = 1 + int(np.flatnonzero(used.any(axis=1)).max(initial=0))
-            counts = [(1 + int(np.flatnonzero(row).max(initial=0))) // 2 for row in used[:rows]]
-            self.harmonics += counts
+            values, sharp = self._parted(terms)
+            rows, counts = _extent(values[0] != 0)
+            own, sharp_counts = _extent(sharp)
+            sharp_counts += [0] * (rows - own)
+            self.harmonics += zip(counts, sharp_counts, strict=True)
             for i in (*range(1, rows), 0):
                 # The sums over harmonics begin with zero, and the constant comes last.
-                for k in (*range(1, 2 * counts[i] + 1), 0):
-                    self._write(values[:, :, i, k])
-            self.known[id(terms)] = rows, first, listed, max(counts)
+                later, last = 2 * sharp_counts[i] + 1, 2 * counts[i] + 1
+                for k in (*range(later, last), *range(1, later), 0):
+                    self._write(values[:, :, i, k], sharp[:, i, k])
+            most = max(1, *sharp_counts)
+            self.known[id(terms)] = rows, own, first, listed, max(counts), most
         return self.known[id(terms)]
 
-    def rates(self, coefficients: Any) -> tuple[int, int]:
+    def rates(self, coefficients: Any) -> tuple[int, int, int]:
         """Write polynomials in I, the highest power first."""
         first = len(self.lengths)
-        values = in_doubles(coefficients, self.parts)
-        for k in range(coefficients.shape[1] - 1, -1, -1):
-            self._write(values[:, :, k])
-        return coefficients.shape[1], first
+        values, sharp = self._parted(coefficients)
+        count = coefficients.shape[1]
+        own = 1 + _last(sharp.any(axis=(0, 2)))
+        for k in range(count - 1, -1, -1):
+            self._write(values[:, :, k], sharp[:, k])
+        return count, max(1, count - own), first
 
-    def _write(self, series: Any) -> None:
+    def _parted(self, terms: Any) -> tuple[Any, Any]:
+        """Coefficients (parts, energies, ..., 3), and a mask of those that are sharp."""
+        values = in_doubles(terms, self.parts)
+        sizes = np.abs(values[0])
+        largest = sizes.reshape(-1, FUNCTIONS).max(axis=0)
+        return values, sizes > self.limit * largest
+
+    def _write(self, series: Any, sharp: Any) -> None:
         """Write three sums over polynomials of the energy, (parts, energies, 3)."""
-        length = 1 + int(np.flatnonzero((series[0] != 0).any(axis=1)).max(initial=0))
-        self.lengths.append(length)
+        length = 1 + _last((series[0] != 0).any(axis=1))
+        self.lengths.append((length, 1 + _last(sharp.any(axis=1), -1)))
         self.values.append(series[:, length - 1 :: -1])
+
+
+def _extent(used: Any) -> tuple[int, list[int]]:
+    """Rows of a table up to the last with a term, and up to which harmonic each of them goes."""
+    terms = used.any(axis=(0, 3))
+    rows = 1 + _last(terms.any(axis=1))
+    return rows, [(1 + _last(row)) // 2 for row in terms[:rows]]
+
+
+def _last(mask: Any, none: int = 0) -> int:
+    """Index of the last True in a row."""
+    return int(np.flatnonzero(mask).max(initial=none))

@@ -52,9 +52,9 @@ def entry(nf: NormalForm, least: Scalar, most: Scalar, a: Precision) -> Entry:
     """
     centre, half_width = (least + most) / 2, (most - least) / 2
 
-    def placed(x: Any, psi: Any, _: Any, weights: Any) -> Any:
+    def placed(x: Any, psi: Any, _: Any, weights: Any, counts: Any) -> Any:
         Qp = centre + half_width * x
-        at = inverted(nf, weights, psi, Qp, 0 * Qp, a)
+        at = inverted(nf, weights, psi, Qp, 0 * Qp, a, counts)
         return np.stack((at.v / Qp, at.u / Qp, at.tau, at.sigma))
 
     for n_x in range(6, MOST_NODES, 3) if half_width else (1,):

@@ -24,10 +24,10 @@ from rigidpend.machine import cache
 from rigidpend.machine.code_hash import code_hash_of
 from rigidpend.mechanics.body import Body
 from rigidpend.numbers import checked
+from rigidpend.numbers.checked import ParameterError
 from rigidpend.numbers.exact import FINEST, GUARD_BITS, Exact
 from rigidpend.numbers.expressions import named
 from rigidpend.numbers.generic import Scalar
-from rigidpend.numbers.parameters import ParameterError
 from rigidpend.orbits.integrate.pair_arrays import PairArray
 from rigidpend.orbits.return_map.build import (
     FIRST,

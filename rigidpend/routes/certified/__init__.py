@@ -5,10 +5,9 @@ function that checks each hypothesis.
 
 What proves
 -----------
-balls, growth, signs, models, families, precision
+balls, models, families
              enclosures of the problem's numbers, logarithmic norm, polynomials over the integers
-steps, pieces
-             data of proofs: steps of an orbit, and of families, with the sets they begin in
+pieces       data of proofs: steps of an orbit, and of families, with the sets they begin in
 checker      symbols of one orbit
 intervals    those of all orbits that start on an interval
 sections, beginnings, passages, coverings, connections
@@ -16,10 +15,10 @@ sections, beginnings, passages, coverings, connections
 
 What finds, and need not be trusted
 -----------------------------------
-approximation, proofs, codes, progress
+approximation, proofs, codes
              polynomials of an orbit, both together, route codes made of them
 interval_search
              intervals with their polynomials
-horseshoe, family_orbits, start_lines, chains, search
-             sets, their orbits, lines of starts, sets along an orbit, bodies tried
+horseshoe, family_orbits, start_lines, chains
+             sets and the ways they are tried, their orbits, lines of starts, sets along an orbit
 """

@@ -22,9 +22,10 @@ from flint import arb, fmpz_poly
 
 from rigidpend.machine.workers import check_stop
 from rigidpend.mechanics.equations import AlignedCoefficients, aligned
-from rigidpend.numbers.doubles import Array
+from rigidpend.numbers.generic import Array
+from rigidpend.orbits.integrate.states import states_at
 from rigidpend.routes.certified.models import Model
-from rigidpend.routes.certified.steps import CLOCK, Step
+from rigidpend.routes.certified.pieces import ORBIT_CLOCK, Step
 
 GAIN = 35
 """Bits that an iteration wins: what the linear equation is solved to, in doubles."""
@@ -149,7 +150,7 @@ class Approximation:
         half, states = self._in_doubles([x / 2**bits for x in begin])
         series, n = self._start(states, bits)
         # The step's length is this whole number from here on, also for the checker.
-        whole = round(half * 2**CLOCK)
+        whole = round(half * 2**ORBIT_CLOCK)
         linear = _Linear(series @ rule(n).values.T, self.doubles, half)
         known = DOUBLE
         P = [_whole(row, bits) for row in series]
@@ -175,7 +176,9 @@ class Approximation:
         share = 1.0
         while True:
             half = share * self.longest / 2
-            states = _refined(_runge_kutta(begin, half, self.doubles), half, self.doubles)
+            times = half * (1 + rule(FIRST_NODES).nodes[1:])
+            ahead = states_at(self.doubles, np.array(begin), times)
+            states = np.column_stack((begin, ahead))
             # A step does not end near M3 = 0, for the checker must tell its sign at both ends (H4).
             if abs(states[2, -1]) > CLEAR * self.size or share < SHORTEST:
                 return half, states
@@ -206,7 +209,7 @@ class Approximation:
         rates = aligned(models, numbers)
         found, rest = [], [0] * (len(P[0]) - n)
         for w, rate, x in zip(rows, rates, begin, strict=True):
-            r = [whole * c >> CLOCK for c in rate.series[: n + 1]]
+            r = [whole * c >> ORBIT_CLOCK for c in rate.series[: n + 1]]
             r += [0] * (n + 1 - len(r))
             integral = [(r[j - 1] - r[j + 1]) // (2 * j) for j in range(1, n)]
             # T_j(-1) = (-1)^j: the constant term that makes the integral begin at the start.
@@ -267,36 +270,6 @@ def _fundamental(J: Array, middle: Array, lengths: Array) -> Array:
     for k, step in enumerate(steps):
         np.matmul(step, Y[k], out=Y[k + 1])
     return Y
-
-
-def _runge_kutta(begin: Sequence[float], half: float, c: AlignedCoefficients) -> Array:
-    """Values at the nodes of the first rule, (6, n), to some six digits."""
-    found = [tuple(begin)]
-    for dx in np.diff(rule(FIRST_NODES).nodes):
-        h, x = half * float(dx), found[-1]
-        a = aligned(x, c)
-        b = aligned([u + h / 2 * v for u, v in zip(x, a, strict=True)], c)
-        d = aligned([u + h / 2 * v for u, v in zip(x, b, strict=True)], c)
-        e = aligned([u + h * v for u, v in zip(x, d, strict=True)], c)
-        slopes = zip(a, b, d, e, strict=True)
-        found.append(
-            tuple(
-                u + h / 6 * (p + 2 * q + 2 * r + s)
-                for u, (p, q, r, s) in zip(x, slopes, strict=True)
-            )
-        )
-    return np.array(found).T
-
-
-def _refined(states: Array, half: float, c: AlignedCoefficients) -> Array:
-    """The same values to the rounding of doubles, by Newton's iteration."""
-    linear = _Linear(states, c, half)
-    begin, integral = states[:, :1], half * linear.rule.integral.T
-    # Each step squares the error: of the six digits at first two make all that doubles hold.
-    for _ in range(2):
-        residual = begin + np.array(aligned(states, c)) @ integral - states
-        states = states + linear.solve(residual.T[..., None])[..., 0].T
-    return states
 
 
 def _corrected(

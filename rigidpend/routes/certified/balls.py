@@ -1,23 +1,42 @@
-"""Balls: enclosures of the numbers of a problem, from exactly what its config says.
+"""Balls: enclosures of a problem's numbers, and of the rate at which two of its orbits can part.
 
 A :class:`Balls` is a namespace of elementary functions over Arb's balls, midpoint and radius,
 of which each result contains the true value. The formulas of the package run over it as they
 run over floats: nothing is written twice, and what comes out is an enclosure.
+
+The rate is the logarithmic norm of the aligned field. The distance of two states with difference
+(p, q, s, g1, g2, g3) is measured by
+
+    p^2 + q^2 + (sin(alpha0) s)^2/2 + (|g|/w)^2,    w > 0 any number.
+
+For this norm the terms of Qp, Qm and M3 among themselves cancel but for the saddle of the
+periodic orbits: what remains is sin(alpha0)/2 |M3|, the true exponent beside them.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from typing import Any, NamedTuple
 
-from flint import arb
+from flint import arb, ctx
 
 from rigidpend.mechanics.body import Angles, Body, angles_from_moments
 from rigidpend.mechanics.coordinates import Canonical, aligned_from_canonical
 from rigidpend.mechanics.equations import AlignedCoefficients, aligned_coefficients
 from rigidpend.numbers.exact import Exact
-from rigidpend.routes.certified.precision import precision
 from rigidpend.routes.problem import RouteProblem
+
+
+@contextmanager
+def precision(bits: int) -> Iterator[None]:
+    """Work in so many bits, and leave the precision as it was."""
+    before = ctx.prec
+    ctx.prec = bits
+    try:
+        yield
+    finally:
+        ctx.prec = before
 
 
 class Balls:
@@ -102,3 +121,78 @@ def _power_of_two(x: arb) -> arb:
     """A power of two next to a positive number."""
     mantissa, exponent = x.mid().man_exp()
     return arb(2) ** (int(exponent) + int(mantissa).bit_length() - 1)
+
+
+HEAVIEST = 2**16
+"""Weight w of gamma at most, which a free body would leave without a bound."""
+
+
+class LogarithmicNorm(NamedTuple):
+    """Constants of the norm and of its rate, balls."""
+
+    saddle: arb
+    """sin(alpha0)/2, the exponent per unit of M3."""
+    upright: arb
+    """sin(alpha0)/sqrt(2), the weight of M3."""
+    weight: arb
+    """w, exact."""
+    torque: arb
+    """Bound on the torque of a unit gamma, in the norm of M."""
+    turning: arb
+    """Bound on |omega| of a unit M of that norm."""
+
+    @classmethod
+    def of(cls, c: AlignedCoefficients) -> LogarithmicNorm:
+        """Constants from the coefficients of the aligned equations, balls."""
+        saddle = arb(c.half_sigma)
+        # With sigma^2 = 2 lambda^2 the free body's own terms cancel in the lemma,
+        # but for its saddle. The two that follow are its F and Omega, by which
+        # momentum and gamma drive each other.
+        upright = saddle * arb(2).sqrt()
+        torque = _larger(_hypotenuse(c.force_p, c.force_m), upright * _hypotenuse(c.mu_r1, c.mu_r2))
+        turning = _larger(
+            arb(2).sqrt() * _larger(abs(c.omega1), abs(c.omega2)), abs(c.kappa) / upright
+        )
+        # The weight at which both are equal; any number will do, so the midpoint is taken as exact.
+        best = (turning / torque).sqrt() if torque > arb(HEAVIEST) ** -2 * turning else HEAVIEST
+        return cls(saddle, upright, arb(best).mid(), torque, turning)
+
+    def rate(self, M3: arb, radius: arb) -> arb:
+        """Bound on the logarithmic rate of growth of the distance of two orbits.
+
+        Parameters
+        ----------
+        M3 : arb
+            Bound on |M3| halfway between the orbits.
+        radius : arb
+            Bound on their distance; one of them has |gamma| = 1.
+        """
+        # The larger eigenvalue of the lemma's quadratic form.
+        steep = self.saddle * M3
+        coupling = self.weight * self.torque + (1 + self.weight * radius / 2) * (
+            self.turning / self.weight
+        )
+        return (steep + _hypotenuse(steep, coupling)) / 2
+
+    @property
+    def bending(self) -> arb:
+        """Bound on the second derivative of the field, for two states of norm 1."""
+        return (1 + self.turning * self.turning).sqrt()
+
+    def steepness(self, size: arb) -> arb:
+        """Bound on the derivative of the field, for a state of norm 1, at states of such a size."""
+        return self.bending * size + self.weight * self.torque
+
+    def norm(self, state: tuple[arb, ...]) -> arb:
+        """Norm of a difference of states."""
+        p, q, s, *g = state
+        squares = [p, q, self.upright * s, *(x / self.weight for x in g)]
+        return sum((x * x for x in squares), arb(0)).sqrt()
+
+
+def _larger(a: arb, b: arb) -> arb:
+    return a.max(b)
+
+
+def _hypotenuse(a: arb, b: arb) -> arb:
+    return (a * a + b * b).sqrt()

@@ -8,11 +8,10 @@ from fractions import Fraction
 
 from flint import arb, arb_mat
 
+from rigidpend.routes.certified.balls import LogarithmicNorm, precision
 from rigidpend.routes.certified.checker import SCALARS, Undecided
 from rigidpend.routes.certified.families import Family
-from rigidpend.routes.certified.growth import LogarithmicNorm
 from rigidpend.routes.certified.pieces import FamilyStep, Quad, StartLine
-from rigidpend.routes.certified.precision import precision
 from rigidpend.routes.certified.sections import (
     BITS,
     ENERGY,

@@ -14,13 +14,10 @@ from flint import arb
 
 from rigidpend.machine.workers import check_stop
 from rigidpend.mechanics.equations import AlignedCoefficients, aligned
-from rigidpend.mechanics.separatrices import separatrix_beside
-from rigidpend.routes.certified.balls import Enclosed
-from rigidpend.routes.certified.growth import LogarithmicNorm
-from rigidpend.routes.certified.models import Model
-from rigidpend.routes.certified.precision import precision
-from rigidpend.routes.certified.signs import BITS, PARTS, Values
-from rigidpend.routes.certified.steps import CLOCK, Step
+from rigidpend.mechanics.free_body import separatrix_beside
+from rigidpend.routes.certified.balls import Enclosed, LogarithmicNorm, precision
+from rigidpend.routes.certified.models import PARTS, VALUE_BITS, Model, Values
+from rigidpend.routes.certified.pieces import ORBIT_CLOCK, Step
 
 NEWTON = 3
 """Iterations in doubles to the place of a crossing."""
@@ -72,7 +69,7 @@ class OrbitChecker:
         """
         check_stop()
         models = [Model.of_series(w, step.bits) for w in step.series]
-        duration = arb(step.half_length) / 2**CLOCK
+        duration = arb(step.half_length) / 2**ORBIT_CLOCK
         with precision(SCALARS):
             begin = self._joined(models)
             _check_below("H1: the distance where two steps join", begin)
@@ -254,20 +251,20 @@ def _up(x: arb) -> arb:
 
 
 def _units(value: int) -> arb:
-    return arb(value) / 2**BITS
+    return arb(value) / 2**VALUE_BITS
 
 
 def _sized(model: Model) -> int:
-    """Size of a model in units of 2^-BITS, rounded up."""
+    """Size of a model in units of 2^-VALUE_BITS, rounded up."""
     return (
-        (model.size >> model.bits - BITS) + 1
-        if model.bits >= BITS
-        else model.size << BITS - model.bits
+        (model.size >> model.bits - VALUE_BITS) + 1
+        if model.bits >= VALUE_BITS
+        else model.size << VALUE_BITS - model.bits
     )
 
 
 def _whole(x: arb) -> int:
-    """A positive bound in units of 2^-BITS, rounded up."""
-    mantissa, exponent = (x * arb(2) ** BITS).upper().man_exp()
+    """A positive bound in units of 2^-VALUE_BITS, rounded up."""
+    mantissa, exponent = (x * arb(2) ** VALUE_BITS).upper().man_exp()
     shift = int(exponent)
     return (int(mantissa) << shift if shift >= 0 else int(mantissa) >> -shift) + 1

@@ -15,18 +15,19 @@ from rigidpend.machine.progress import tell_nobody
 from rigidpend.machine.workers import side_by_side
 from rigidpend.mechanics.body import Body
 from rigidpend.numbers import checked
-from rigidpend.numbers.alphabet import NO_SYMBOL, words
 from rigidpend.numbers.exact import Exact, function
+from rigidpend.numbers.expressions import NO_SYMBOL, words
 from rigidpend.numbers.generic import Scalar
-from rigidpend.routes.certified.progress import ProofProgress, Report
+from rigidpend.routes.certified.pieces import ORBIT_BITS, Step
 from rigidpend.routes.certified.proofs import (
     Proof,
+    ProofProgress,
+    Report,
     bits_for,
     check,
     prove,
     steps_for,
 )
-from rigidpend.routes.certified.steps import MOST_BITS, Step
 from rigidpend.routes.codes import route_codes, shown
 from rigidpend.routes.cycle import symbols
 from rigidpend.routes.phases import Phases
@@ -125,7 +126,7 @@ def certify_codes(
     """
     phases, jobs = Phases(theta2_0), checked.whole("jobs", jobs, 1, error=ProblemError)
     if bits is not None:
-        bits = checked.whole("bits", bits, FEWEST_BITS, MOST_BITS, ProblemError)
+        bits = checked.whole("bits", bits, FEWEST_BITS, ORBIT_BITS, ProblemError)
     # Told apart, for route problems exclude it: nothing is
     # integrated, and every orbit is undecided.
     h0, J1_0 = (checked.number(n, x, ProblemError) for n, x in (("h0", h0), ("J1_0", J1_0)))
@@ -165,14 +166,14 @@ def _orbit(
     asked, tries = (bits_for(problem, time, theta2_0), tries) if bits is None else (bits, 1)
     found, spent = Proof([], [], ""), 0
     for _ in range(tries):
-        asked = min(asked, MOST_BITS)
+        asked = min(asked, ORBIT_BITS)
         progress = ProofProgress(name, steps, asked, report, spent)
         # What bits are given for is not refused, only bounded.
         if bits is None and (reason := progress.refusal()):
             return found if found.reason else Proof([], [], reason)
         found = prove(problem, theta2_0, asked, n, limit, progress)
         spent += progress.work
-        if not found.outgrown or asked == MOST_BITS:
+        if not found.outgrown or asked == ORBIT_BITS:
             break
         asked = math.ceil(asked * MORE)
     return found

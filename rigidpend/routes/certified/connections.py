@@ -10,13 +10,12 @@ from typing import NamedTuple
 
 from flint import arb
 
+from rigidpend.routes.certified.balls import LogarithmicNorm, precision
 from rigidpend.routes.certified.beginnings import ALONE, line_beginning
 from rigidpend.routes.certified.checker import SCALARS, Undecided
 from rigidpend.routes.certified.families import PARAMETERS, Family
-from rigidpend.routes.certified.growth import LogarithmicNorm
 from rigidpend.routes.certified.passages import Reached
 from rigidpend.routes.certified.pieces import FamilyStep, Quad, StartLine
-from rigidpend.routes.certified.precision import precision
 from rigidpend.routes.certified.sections import BITS, Numbers, largest, norms, place
 
 

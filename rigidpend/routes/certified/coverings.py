@@ -14,12 +14,11 @@ from typing import NamedTuple
 
 from flint import arb
 
+from rigidpend.routes.certified.balls import LogarithmicNorm, precision
 from rigidpend.routes.certified.beginnings import ALONE, beginning
 from rigidpend.routes.certified.checker import SCALARS, Undecided
-from rigidpend.routes.certified.growth import LogarithmicNorm
 from rigidpend.routes.certified.passages import Reached, arrival
 from rigidpend.routes.certified.pieces import FamilyStep, Quad, StartLine
-from rigidpend.routes.certified.precision import precision
 from rigidpend.routes.certified.sections import (
     LIGHT,
     Numbers,

@@ -19,9 +19,9 @@ from typing import TypeAlias
 
 from flint import arb, fmpz, fmpz_mpoly, fmpz_mpoly_ctx
 
+from rigidpend.routes.certified.balls import precision
 from rigidpend.routes.certified.models import Model
 from rigidpend.routes.certified.pieces import Powers
-from rigidpend.routes.certified.precision import precision
 
 PARAMETERS = "uvw"
 """The place in a set, and the energy."""

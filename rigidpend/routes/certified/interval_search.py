@@ -15,8 +15,8 @@ from numpy.polynomial import chebyshev
 
 from rigidpend.machine.workers import check_stop
 from rigidpend.mechanics.body import Body
-from rigidpend.numbers.doubles import Array
 from rigidpend.numbers.exact import Exact
+from rigidpend.numbers.generic import Array
 from rigidpend.orbits.integrate.pair_arrays import PairArray
 from rigidpend.orbits.return_map.expansions import nodes
 from rigidpend.orbits.return_map.precision import precision

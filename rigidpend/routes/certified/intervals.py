@@ -17,15 +17,13 @@ from rigidpend.machine.workers import check_stop
 from rigidpend.mechanics.body import Body
 from rigidpend.mechanics.coordinates import Canonical, aligned_from_canonical
 from rigidpend.mechanics.equations import AlignedCoefficients, aligned, aligned_coefficients
-from rigidpend.mechanics.separatrices import separatrix_beside
+from rigidpend.mechanics.free_body import separatrix_beside
 from rigidpend.numbers.exact import Exact
-from rigidpend.routes.certified.balls import BALLS, angles
+from rigidpend.routes.certified.balls import BALLS, LogarithmicNorm, angles, precision
 from rigidpend.routes.certified.checker import LARGEST, SCALARS, Undecided
 from rigidpend.routes.certified.families import Family
-from rigidpend.routes.certified.growth import LogarithmicNorm
 from rigidpend.routes.certified.passages import on_parts, tube
 from rigidpend.routes.certified.pieces import CLOCK, FamilyStep
-from rigidpend.routes.certified.precision import precision
 from rigidpend.routes.certified.sections import BITS, distances
 
 MOST_TERMS = 100

@@ -16,12 +16,13 @@ from flint import arb
 
 from rigidpend.machine.workers import check_stop
 from rigidpend.mechanics.equations import AlignedCoefficients, aligned
+from rigidpend.routes.certified.balls import LogarithmicNorm, precision
 from rigidpend.routes.certified.beginnings import beginning, line_beginning
 from rigidpend.routes.certified.checker import SCALARS, Undecided
 from rigidpend.routes.certified.families import PARAMETERS, Family
-from rigidpend.routes.certified.growth import LogarithmicNorm
+from rigidpend.routes.certified.models import VALUE_BITS as VALUES
+from rigidpend.routes.certified.models import Values
 from rigidpend.routes.certified.pieces import CLOCK, FamilyStep, Quad, StartLine
-from rigidpend.routes.certified.precision import precision
 from rigidpend.routes.certified.sections import (
     ALONG,
     BITS,
@@ -33,8 +34,6 @@ from rigidpend.routes.certified.sections import (
     norms,
     upper,
 )
-from rigidpend.routes.certified.signs import BITS as VALUES
-from rigidpend.routes.certified.signs import Values
 
 PARTS = 32
 """Parts of a step on which signs and rates are told."""

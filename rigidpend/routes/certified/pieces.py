@@ -1,4 +1,4 @@
-"""Data of a proof of covering relations: sets and polynomials; nothing computes."""
+"""Data of proofs, of one orbit and of covering relations: steps and sets; nothing computes."""
 
 from __future__ import annotations
 
@@ -9,6 +9,22 @@ from fractions import Fraction
 from typing import Any, NamedTuple, TypeAlias
 
 import numpy as np
+
+ORBIT_CLOCK = 32
+"""Binary digits behind the point of the length in time of a step of one orbit."""
+ORBIT_BITS, ORBIT_TERMS, ORBIT_STEPS = 4096, 4096, 20_000
+"""Bits of a coefficient, coefficients of a component and steps of one orbit at most."""
+
+
+class Step(NamedTuple):
+    """Piece of an approximate orbit: six Chebyshev series over x in [-1, 1]."""
+
+    half_length: int
+    """Half of its length in time, of the orbit's unit, in units of 2^-ORBIT_CLOCK."""
+    bits: int
+    series: Sequence[Sequence[int]]
+    """Coefficients w of w_0/2 + sum_j w_j T_j of each component, in units of 2^-bits."""
+
 
 Powers: TypeAlias = tuple[int, ...]
 """Degree j of T_j(x), and powers of u and v; and of w, where the energy varies."""

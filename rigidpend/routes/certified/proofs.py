@@ -1,9 +1,13 @@
-"""A proof of one orbit: an approximation that the checker accepts, with bits enough for it."""
+"""A proof of one orbit: an approximation that the checker accepts, with bits enough for it.
+
+It tells beforehand what a long proof will take, and how far it is now and then.
+"""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+import time
+from collections.abc import Callable, Sequence
 from typing import NamedTuple
 
 from flint import arb
@@ -18,9 +22,64 @@ from rigidpend.routes.certified.checker import (
     ProvenCrossing,
     Undecided,
 )
-from rigidpend.routes.certified.progress import ProofProgress
-from rigidpend.routes.certified.steps import STEPS, Step
+from rigidpend.routes.certified.pieces import ORBIT_STEPS, Step
 from rigidpend.routes.problem import RouteProblem
+
+MOST_WORK = 2**31
+"""Work on an orbit at most, the sum of bits^2 over its steps: an hour or two.
+
+A step takes 1.5 to 3.6 microseconds times bits^2, from 100 to 3000 bits, as measured."""
+LONG = 2**24
+"""Work of which a line tells before it begins: half a minute or more."""
+BETWEEN = 5.0
+"""Seconds from one line to the next."""
+
+Report = Callable[[str], None]
+
+
+class ProofProgress:
+    """Lines on the proof of one orbit.
+
+    Parameters
+    ----------
+    name : str
+        What the orbit is called.
+    steps : int
+        Steps that are expected.
+    bits : int
+        Bits of the first one; they fall to nearly none.
+    report : callable
+        Takes a line.
+    spent : int, optional
+        Work of trials before this one.
+    """
+
+    def __init__(self, name: str, steps: int, bits: int, report: Report, spent: int = 0) -> None:
+        self.name, self.steps, self.bits, self._report = name, steps, bits, report
+        self.expected = steps * bits * bits // 3
+        self.work, self._taken, self._spent = 0, 0, spent
+        self._begun = self._said = time.monotonic()
+        if LONG < self.expected <= MOST_WORK:
+            report(f"{name}: about {steps} steps of up to {bits} bits")
+
+    def refusal(self) -> str:
+        """Reason for which a proof is not begun; empty where it is worth it."""
+        if self.expected <= MOST_WORK:
+            return ""
+        times = f"{self.expected / MOST_WORK:.1f} times the work that an orbit may take"
+        return f"it asks for about {self.steps} steps of up to {self.bits} bits, {times}"
+
+    def step(self, bits: int) -> bool:
+        """Count a step of so many bits; False where no further one may be taken."""
+        self.work, self._taken = self.work + bits * bits, self._taken + 1
+        now = time.monotonic()
+        if now - self._said > BETWEEN:
+            self._said = now
+            left = max(0, self.expected - self.work) / self.work * (now - self._begun)
+            told = f"step {self._taken} of about {self.steps}, {bits} bits left"
+            self._report(f"{self.name}: {told}, about {left:.0f} s to go")
+        return self._spent + self.work < MOST_WORK
+
 
 MARGIN = 26
 """Bits of a step beyond its bound: a defect is that much larger than a unit."""
@@ -84,7 +143,7 @@ def prove(
         if checker.crossings:
             last = checker.crossings[-1].time
         # On an invariant plane no crossing follows, and no finite piece of an orbit can show that.
-        if float(checker.time) / unit - last > limit or len(steps) == STEPS:
+        if float(checker.time) / unit - last > limit or len(steps) == ORBIT_STEPS:
             reason = f"no crossing within t' = {limit:.4g}"
             break
         if progress and not progress.step(step.bits):
@@ -116,7 +175,7 @@ def steps_for(problem: RouteProblem, time: float, theta2_0: Exact) -> int:
     """Number of steps that a proof up to a time t' takes, if each has its full length."""
     start = enclosed(problem, theta2_0, AT_START)
     longest = Approximation(start.coefficients, start.state).longest
-    return min(STEPS, math.ceil(time * float(start.unit) / longest))
+    return min(ORBIT_STEPS, math.ceil(time * float(start.unit) / longest))
 
 
 def bits_for(problem: RouteProblem, time: float, theta2_0: Exact) -> int:

@@ -12,11 +12,9 @@ from flint import arb
 from rigidpend.mechanics.body import Body
 from rigidpend.mechanics.equations import AlignedCoefficients, aligned_coefficients
 from rigidpend.numbers.exact import Exact
-from rigidpend.routes.certified.balls import BALLS, angles
+from rigidpend.routes.certified.balls import BALLS, LogarithmicNorm, angles, precision
 from rigidpend.routes.certified.families import PARAMETERS, Family
-from rigidpend.routes.certified.growth import LogarithmicNorm
 from rigidpend.routes.certified.pieces import Quad
-from rigidpend.routes.certified.precision import precision
 
 BITS = 160
 """Bits in which the numbers of the problem are enclosed."""

@@ -7,10 +7,9 @@ or from one asymptotic surface to another.
 Chain parts
 -----------
 address    codes and addresses as texts
-tables     the return map's inverse charts at one energy, with slopes
+levels     the return map's inverse charts at one energy, and the orbits of Fig. 4 on it
 chain      the equations of chains of passages, whatever their ends, by Newton's method
 shortest   chains with given half rotations, or with few
-surface    the orbits of Fig. 4 as the beginning of a chain
 follow     the address of a given orbit, round phases that have a code
 refine     theta2_0 to any number of digits, by integration
 find       the orbit of a given address

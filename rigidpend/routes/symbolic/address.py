@@ -20,8 +20,8 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from rigidpend.numbers.checked import ParameterError
 from rigidpend.numbers.expressions import named
-from rigidpend.numbers.parameters import ParameterError
 
 LETTERS = "ab"
 """The first crossing's cell: a for an even j (chi near 0), b for an odd one (near pi)."""

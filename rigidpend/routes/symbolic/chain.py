@@ -17,9 +17,9 @@ import numpy as np
 from scipy.sparse import coo_array
 from scipy.sparse.linalg import splu
 
-from rigidpend.numbers.doubles import Array
+from rigidpend.numbers.generic import Array
 from rigidpend.orbits.return_map import SectionPoint
-from rigidpend.routes.symbolic.tables import Level, Mask, PassageEnds, Signs, rows_of
+from rigidpend.routes.symbolic.levels import Arrival, Level, Mask, PassageEnds, Signs, rows_of
 
 MOST_ITERATIONS = 12
 LONGEST_STEP = 0.5
@@ -30,19 +30,6 @@ SETTLED = 1e-9
 
 class NoOrbit(ArithmeticError):
     """No orbit has that address in the range of the map; the message gives the reason."""
-
-
-class Arrival(NamedTuple):
-    """The passage before the first crossing, as a function of one unknown: numbers or arrays."""
-
-    I: Any
-    b: Any
-    I_slope: Any
-    b_slope: Any
-
-    def crossing(self, level: Level) -> PassageEnds:
-        """The first crossings, upward ones: where that passage ends."""
-        return level.arriving(np.atleast_1d(self.I), np.atleast_1d(self.b))
 
 
 Begin: TypeAlias = Callable[[Any], Arrival]

@@ -27,8 +27,8 @@ from rigidpend.numbers.generic import Scalar
 from rigidpend.orbits.return_map import return_map
 from rigidpend.routes.symbolic.address import AddressError, parsed
 from rigidpend.routes.symbolic.chain import Chain, System, signs_of, tangents
+from rigidpend.routes.symbolic.levels import Level, Signs
 from rigidpend.routes.symbolic.shortest import Path, alike, in_cells
-from rigidpend.routes.symbolic.tables import Level, Signs
 
 MOST_SYMBOLS = 60
 """Longest word: its equations are a dense system."""

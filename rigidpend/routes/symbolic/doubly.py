@@ -15,12 +15,12 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from rigidpend.numbers.doubles import Array
+from rigidpend.numbers.generic import Array
 from rigidpend.orbits.return_map import SectionPoint
 from rigidpend.routes.symbolic.address import Address, cells_of
 from rigidpend.routes.symbolic.chain import Chain, NoOrbit, System, on_surface, signs_of
+from rigidpend.routes.symbolic.levels import Level
 from rigidpend.routes.symbolic.skeleton import Skeleton
-from rigidpend.routes.symbolic.tables import Level
 
 MOVED = 1e-3
 """Largest correction of a track's chi, radians: its error is 1e-16, grown along the orbit."""

@@ -10,22 +10,20 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from rigidpend.machine.words import short
+from rigidpend.machine.wording import short
 from rigidpend.mechanics.body import Body
 from rigidpend.numbers import checked
-from rigidpend.numbers.doubles import Array
 from rigidpend.numbers.exact import Exact
-from rigidpend.numbers.generic import Scalar
+from rigidpend.numbers.generic import Array, Scalar
 from rigidpend.routes.codes import route_codes
 from rigidpend.routes.problem import ProblemError, RouteProblem
 from rigidpend.routes.symbolic.address import Address, AddressError, parsed
 from rigidpend.routes.symbolic.chain import NoOrbit, System, signs_of
 from rigidpend.routes.symbolic.follow import followed
 from rigidpend.routes.symbolic.integrated import passages
+from rigidpend.routes.symbolic.levels import Level, Surface, surface
 from rigidpend.routes.symbolic.refine import Refined, Solved, refined
 from rigidpend.routes.symbolic.shortest import Path, exactly, in_cells, shortest
-from rigidpend.routes.symbolic.surface import Surface, surface
-from rigidpend.routes.symbolic.tables import Level
 
 SECANTS = 12
 SETTLED = 4e-15

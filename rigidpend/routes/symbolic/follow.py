@@ -19,9 +19,8 @@ from numpy.typing import NDArray
 
 from rigidpend.mechanics.body import Body
 from rigidpend.numbers import checked
-from rigidpend.numbers.doubles import Array
 from rigidpend.numbers.exact import PRECISIONS
-from rigidpend.numbers.generic import Scalar
+from rigidpend.numbers.generic import Array, Scalar
 from rigidpend.orbits.integrate.states import states_at
 from rigidpend.orbits.return_map import MapError, SectionPoint
 from rigidpend.orbits.return_map.precision import precision
@@ -31,8 +30,7 @@ from rigidpend.routes.start import Scales, start, states_exact
 from rigidpend.routes.symbolic.address import Address, AddressError, parsed
 from rigidpend.routes.symbolic.chain import alternating
 from rigidpend.routes.symbolic.integrated import doubles, section_points
-from rigidpend.routes.symbolic.surface import Surface, surface
-from rigidpend.routes.symbolic.tables import Level, onward
+from rigidpend.routes.symbolic.levels import Level, Surface, onward, surface
 
 LEAST_BITS = 64
 """Least precision of the states at crossings."""

@@ -19,11 +19,10 @@ from numpy.typing import NDArray
 
 from rigidpend.mechanics.body import Body
 from rigidpend.mechanics.equations import AlignedCoefficients, aligned
-from rigidpend.numbers.doubles import Array
 from rigidpend.numbers.exact import GUARD_BITS, context, exact, fraction
-from rigidpend.numbers.generic import Numbers, Scalar
+from rigidpend.numbers.generic import Array, Numbers, Scalar
 from rigidpend.orbits import integrate
-from rigidpend.orbits.integrate.records import Orbits
+from rigidpend.orbits.integrate import Orbits
 from rigidpend.orbits.integrate.states import states_at
 from rigidpend.orbits.return_map import SectionPoint
 from rigidpend.orbits.return_map.poincare import section_state
@@ -32,7 +31,7 @@ from rigidpend.orbits.return_map.reduced import Coefficients, coefficients
 from rigidpend.routes.cycle import symbols
 from rigidpend.routes.symbolic.chain import Chain, NoOrbit, corrections, tangents
 from rigidpend.routes.symbolic.closed import ClosedOrbit
-from rigidpend.routes.symbolic.tables import Level, Mask
+from rigidpend.routes.symbolic.levels import Level, Mask
 
 EARLY = 1e-3
 """Time t' below which a zero of M3 is the crossing that an orbit starts from."""

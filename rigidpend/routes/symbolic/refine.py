@@ -24,17 +24,16 @@ import numpy as np
 
 from rigidpend.machine.workers import note, side_by_side
 from rigidpend.mechanics.equations import AlignedCoefficients, aligned
-from rigidpend.numbers.doubles import Array
 from rigidpend.numbers.exact import context, exact, fraction
+from rigidpend.numbers.generic import Array
 from rigidpend.orbits.integrate.arithmetic import LADDER
 from rigidpend.orbits.integrate.reference_orbit import rung
 from rigidpend.orbits.integrate.states import states_at
 from rigidpend.routes.start import Scales, start, states_exact
 from rigidpend.routes.symbolic.chain import NoOrbit, carried, tangents
 from rigidpend.routes.symbolic.integrated import crossing_states, doubles
+from rigidpend.routes.symbolic.levels import STEP, Level, Surface
 from rigidpend.routes.symbolic.shortest import Path
-from rigidpend.routes.symbolic.surface import STEP, Surface
-from rigidpend.routes.symbolic.tables import Level
 
 FIRST_DIGITS = 9
 """Digits behind the point that the map in doubles has of its crossings, at least."""

@@ -24,8 +24,8 @@ import numpy as np
 from rigidpend.mechanics.body import Body
 from rigidpend.mechanics.coordinates import Canonical, aligned_from_canonical
 from rigidpend.mechanics.equations import AlignedCoefficients, eq1, hamiltonian_J3_0
-from rigidpend.numbers.doubles import Array
 from rigidpend.numbers.exact import GUARD_BITS, Exact, context, fraction
+from rigidpend.numbers.generic import Array
 from rigidpend.orbits.integrate.arithmetic import PAIRS
 from rigidpend.orbits.integrate.states import states_at
 from rigidpend.orbits.return_map.conjugacy import inverted, placed
@@ -34,7 +34,7 @@ from rigidpend.orbits.return_map.precision import precision
 from rigidpend.orbits.return_map.reduced import coefficients
 from rigidpend.routes.symbolic.chain import NoOrbit
 from rigidpend.routes.symbolic.doubly import DoublyAsymptotic
-from rigidpend.routes.symbolic.tables import Level
+from rigidpend.routes.symbolic.levels import Level
 
 DEPTH = Fraction(1, 10**16)
 """J1 of the starts over J1_0: 1e-16 of it is how far off the surface theta2_0 is told."""

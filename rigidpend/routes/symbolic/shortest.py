@@ -9,10 +9,10 @@ from typing import NamedTuple
 
 import numpy as np
 
-from rigidpend.numbers.doubles import Array
+from rigidpend.numbers.generic import Array
 from rigidpend.routes.symbolic.address import cells_of
-from rigidpend.routes.symbolic.chain import Arrival, Chain, NoOrbit, System
-from rigidpend.routes.symbolic.tables import Level, Signs
+from rigidpend.routes.symbolic.chain import Chain, NoOrbit, System
+from rigidpend.routes.symbolic.levels import Arrival, Level, Signs
 
 APART = 4
 """Half rotations beyond the splitting's from which no crossing disturbs the next."""

@@ -24,11 +24,11 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from rigidpend.numbers.doubles import Array
+from rigidpend.numbers.generic import Array
 from rigidpend.orbits.return_map import SectionPoint
 from rigidpend.routes.symbolic.address import cells_of
 from rigidpend.routes.symbolic.chain import NoOrbit
-from rigidpend.routes.symbolic.tables import Level, Mask, Signs, columns, onward
+from rigidpend.routes.symbolic.levels import Level, Mask, Signs, columns, onward
 
 TOGETHER = 2000
 """Orbits that are followed at a time, so that their tables stay in the processor's cache."""

@@ -20,7 +20,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rigidpend.mechanics.equations import AlignedCoefficients, aligned
-from rigidpend.numbers.doubles import Array
+from rigidpend.numbers.generic import Array
 from rigidpend.orbits.integrate.states import states_at
 from rigidpend.orbits.return_map import SectionPoint
 from rigidpend.orbits.return_map.passage import EnergyLevel
@@ -28,8 +28,7 @@ from rigidpend.orbits.return_map.poincare import section_state, section_tangents
 from rigidpend.orbits.return_map.precision import precision
 from rigidpend.orbits.return_map.reduced import Coefficients
 from rigidpend.routes.symbolic.chain import Chain, carried, tangents
-from rigidpend.routes.symbolic.surface import Surface
-from rigidpend.routes.symbolic.tables import Level, Mask, onward, widest_d
+from rigidpend.routes.symbolic.levels import Level, Mask, Surface, onward, widest_d
 
 ROUNDINGS = 3
 """Roundings of doubles in a passage by the map: those of its sums, some 80 terms, mostly cancel."""

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from rigidpend.experiments.asymptotic_orbits import compute as asymptotic_orbits
-from rigidpend.experiments.asymptotic_orbits.report import address, digits, tables
+from rigidpend.experiments.asymptotic_orbits.draw import address, digits, tables
 from rigidpend.mechanics.body import Body
 from rigidpend.routes.codes import route_codes
 from rigidpend.routes.symbolic import NoOrbit

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from rigidpend import experiments
-from rigidpend.experiments.asymptotic_surfaces.layout import CURVES
+from rigidpend.experiments.asymptotic_surfaces import CURVES
 from rigidpend.orbits.integrate.arithmetic import resolve
 from tests.experiments.trees import asked, computed, differences, plain, with_change
 

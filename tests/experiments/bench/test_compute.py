@@ -12,8 +12,8 @@ from typing import Any
 import pytest
 from click.testing import CliRunner
 
-from rigidpend.cli import bench as command
-from rigidpend.experiments import heyoka_peer
+from rigidpend.cli.measure import bench_command
+from rigidpend.experiments import principal_axes
 from rigidpend.experiments.bench import compute as bench
 from rigidpend.experiments.bench import report as reading
 from rigidpend.experiments.bench import worker
@@ -73,9 +73,7 @@ def said(folder: Path) -> Any:
     kept = SimpleNamespace(TemporaryDirectory=lambda: nullcontext(str(folder / "cache")))
     patch.setattr(worker, "tempfile", kept)
     settings = [x for setting in SMALL for x in ("--set", setting)]
-    done = CliRunner().invoke(
-        command.command, ["--quick", "--json", "--out", str(folder), *settings]
-    )
+    done = CliRunner().invoke(bench_command, ["--quick", "--json", "--out", str(folder), *settings])
     patch.undo()
     assert done.exit_code == 0, done.output
     return done
@@ -153,7 +151,7 @@ def test_an_absent_method_is_said_to_be_absent(data: Any, said: Any) -> None:
 @needs_heyoka("the references in 113 bits")
 def test_a_result_that_is_up_to_date_is_not_measured_again(said: Any, folder: Path) -> None:
     settings = [x for setting in SMALL for x in ("--set", setting)]
-    again = CliRunner().invoke(command.command, ["--quick", "--out", str(folder), *settings])
+    again = CliRunner().invoke(bench_command, ["--quick", "--out", str(folder), *settings])
     assert again.exit_code == 0, again.output
     assert "is up to date" in again.stderr
     assert again.stdout.index("faster than ours") < again.stdout.index("time to reach an error")
@@ -205,7 +203,7 @@ def test_a_larger_error_and_a_wrong_symbol_are_found(data: Any) -> None:
 
 
 def test_without_heyoka_there_is_no_reference(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(heyoka_peer, "installed", lambda: False)
+    monkeypatch.setattr(principal_axes, "installed", lambda: False)
     means = Means(CLOSED_FORM, 1, lambda _: None)
     with pytest.raises(EngineError, match="heyoka"):
         bench.compute(typed(Config, QUICK), means)
@@ -220,7 +218,7 @@ def test_a_fault_of_the_benchmark_ends_the_command_in_one_sentence(
 
     monkeypatch.setattr(bench, "measured", broken)
     asked = ["--set", "problem.problems=[long_time]"]
-    done = CliRunner().invoke(command.command, ["--quick", "--out", str(tmp_path), *asked])
+    done = CliRunner().invoke(bench_command, ["--quick", "--out", str(tmp_path), *asked])
     assert done.exit_code == 4
     assert "the benchmark's worker stopped (lie_poisson): NameError" in done.stderr
     assert "Traceback" not in done.output

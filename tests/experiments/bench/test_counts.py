@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from rigidpend import Body
-from rigidpend.experiments import heyoka_peer, principal_axes
+from rigidpend.experiments import principal_axes
 from rigidpend.experiments.bench import counts
 from rigidpend.experiments.bench.problems import (
     FIG4,
@@ -104,7 +104,9 @@ def lines(monkeypatch: pytest.MonkeyPatch, clock: list[float]) -> Callable[..., 
             return 1 - right if bits == 64 and more.get("rough") else right
 
         monkeypatch.setattr(counts, "made", made)
-        monkeypatch.setattr(heyoka_peer, "offers", lambda bits: bits in more.get("bits", (64, 113)))
+        monkeypatch.setattr(
+            principal_axes, "offers", lambda bits: bits in more.get("bits", (64, 113))
+        )
         monkeypatch.setattr(principal_axes, "codes", told)
         problems = more.get("problems", [SHORT])
         monkeypatch.setattr(counts, "drawn", lambda *_: problems)

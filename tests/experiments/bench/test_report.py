@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from rigidpend.experiments.bench import report as reading
-from rigidpend.machine.tables import Table, terminal
+from rigidpend.machine.wording import Table, terminal
 from scripts import readme_tables
 from tests.experiments.bench.data import counted, data, many, with_bodies
 from tests.results.loaded import loaded

@@ -8,14 +8,14 @@ from typing import Any, cast
 import numpy as np
 import pytest
 
+from rigidpend.experiments.exponents import LAYOUT
 from rigidpend.experiments.exponents import compute as exponents
-from rigidpend.experiments.exponents.layout import LAYOUT
-from rigidpend.experiments.exponents.report import tables
+from rigidpend.experiments.exponents.draw import tables
 from rigidpend.numbers.exact import exact
 from rigidpend.routes.cells import Cells, cells_of_starts
 from rigidpend.routes.problem import RouteProblem
+from rigidpend.routes.symbolic.levels import surface
 from rigidpend.routes.symbolic.stretching import stretched
-from rigidpend.routes.symbolic.surface import surface
 from tests.experiments.trees import asked, computed, differences, plain
 from tests.routes.symbolic.fig4 import BODY, H
 

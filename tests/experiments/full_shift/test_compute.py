@@ -9,23 +9,15 @@ from typing import Any
 import numpy as np
 import pytest
 
+from rigidpend.experiments.compare import differences
 from rigidpend.experiments.contract import Means
-from rigidpend.experiments.data.compare import differences
-from rigidpend.experiments.data.layout import datasets
+from rigidpend.experiments.data import datasets
+from rigidpend.experiments.full_shift import LAYOUT, draw
 from rigidpend.experiments.full_shift import compute as full_shift
-from rigidpend.experiments.full_shift import report
-from rigidpend.experiments.full_shift.layout import LAYOUT
 from rigidpend.experiments.full_shift.schema import Config
-from rigidpend.numbers.parameters import ParameterError
+from rigidpend.numbers.checked import ParameterError
 from rigidpend.results import store
-from rigidpend.routes.certified import (
-    beginnings,
-    chains,
-    coverings,
-    family_orbits,
-    horseshoe,
-    search,
-)
+from rigidpend.routes.certified import beginnings, chains, coverings, family_orbits, horseshoe
 from rigidpend.routes.certified.pieces import FamilyStep
 from rigidpend.runs import certificates
 from tests.config.samples import content as typed
@@ -102,12 +94,12 @@ def test_smaller_angles_and_more_lengths_ask_for_more_bits() -> None:
 
     def tried(changes: list[str]) -> Any:
         config = typed(Config, CONFIG, changes)
-        return next(search.trials(full_shift._found(config, None), config.problem.half_turns))
+        return next(horseshoe.trials(full_shift._found(config, None), config.problem.half_turns))
 
     own, other = tried([]), tried(OTHER)
     assert (own.half_turns, own.bits) == (14, 60)
     assert other.half_turns > 14
-    assert 62 < other.bits <= search.MOST_BITS
+    assert 62 < other.bits <= horseshoe.MOST_BITS
     two, three = (tried([f"problem.lengths={k}"]) for k in (2, 3))
     # Two half rotations are 2 pi of its exponent.
     grown = 4 * np.pi * float(own.level.exponent[0, 0]) / np.log(2)
@@ -117,14 +109,14 @@ def test_smaller_angles_and_more_lengths_ask_for_more_bits() -> None:
 @pytest.mark.slow
 def test_sets_are_tried_wider_where_the_others_prove_nothing() -> None:
     config = typed(Config, CONFIG, OTHER)
-    every = list(search.trials(full_shift._found(config, None)))
-    narrow, wide = every[: search.TRIALS], every[search.TRIALS :]
-    assert len(narrow) == len(wide) == search.TRIALS
+    every = list(horseshoe.trials(full_shift._found(config, None)))
+    narrow, wide = every[: horseshoe.TRIALS], every[horseshoe.TRIALS :]
+    assert len(narrow) == len(wide) == horseshoe.TRIALS
     assert {x.described.partition(" half")[2] for x in narrow} == {" rotations"}
     assert {x.described.partition(" half")[2] for x in wide} == {" rotations, in wider sets"}
     turns = wide[0].half_turns
     widths = [horseshoe.quads(x._replace(half_turns=turns))[0].b for x in (narrow[0], wide[0])]
-    assert widths[1] / widths[0] == pytest.approx(search.WIDER / horseshoe.WIDTH)
+    assert widths[1] / widths[0] == pytest.approx(horseshoe.WIDER / horseshoe.WIDTH)
 
 
 @pytest.mark.slow
@@ -256,7 +248,7 @@ def coverings_quads(data: Any) -> list[Any]:
 
 def test_bounds_are_rounded_outward() -> None:
     result = reference("full_shift")
-    [relations, sets] = report.tables(result)
+    [relations, sets] = draw.tables(result)
     assert len(relations.rows) == 8
     proven = result["data"]["relations"]
     for at, above, below in ((2, "edge", "across"), (4, "stretch", "squeeze")):

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from rigidpend.experiments.herpolhodes import compute as herpolhodes
-from rigidpend.mechanics.precession import plateaus
+from rigidpend.mechanics.in_space import plateaus
 from rigidpend.orbits.integrate.arithmetic import default_engine, resolve
 from rigidpend.routes.codes import codes_of
 from tests.experiments.trees import asked, computed, differences, plain

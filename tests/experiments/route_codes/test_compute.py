@@ -11,8 +11,8 @@ import numpy as np
 import pytest
 
 from rigidpend.experiments.route_codes import compute as route_codes
-from rigidpend.experiments.route_layout import crossing_tolerance
-from rigidpend.numbers.alphabet import NO_SYMBOL
+from rigidpend.experiments.shared import crossing_tolerance
+from rigidpend.numbers.expressions import NO_SYMBOL
 from rigidpend.orbits.integrate.arithmetic import default_engine, resolve
 from rigidpend.routes.codes import route_codes as compute_codes
 from rigidpend.routes.costs import integration

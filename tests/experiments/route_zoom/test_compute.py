@@ -11,12 +11,11 @@ import pytest
 
 from rigidpend import route_codes
 from rigidpend.experiments.route_zoom import compute as route_zoom
-from rigidpend.experiments.route_zoom import report
+from rigidpend.experiments.route_zoom import draw
 from rigidpend.mechanics import floquet
 from rigidpend.numbers.exact import context, exact
-from rigidpend.orbits.integrate import neighbours
+from rigidpend.orbits.integrate import Crossings, neighbours
 from rigidpend.orbits.integrate.arithmetic import resolve
-from rigidpend.orbits.integrate.records import Crossings
 from rigidpend.results import store
 from rigidpend.routes import certainty
 from rigidpend.routes.change import Bracket, NoChange, narrowed
@@ -172,7 +171,7 @@ def test_the_shipped_zoom_is_by_the_multiplier_and_comes_to_repeat_itself(given:
     found = floquet.periodic_orbit(p.body.angles(), float(p.h0)).multiplier
     assert float(p.factor) == pytest.approx(found, rel=1e-14)
     levels = list(store.load(REFERENCE / "fig4_zoom.h5")["data"]["levels"].values())
-    shares = [report.share(*pair) for pair in pairwise(levels)]
+    shares = [draw.share(*pair) for pair in pairwise(levels)]
     assert max(shares[:2]) < 0.6
     assert shares[-1] == 1
 

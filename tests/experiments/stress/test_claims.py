@@ -9,9 +9,8 @@ from typing import Any
 
 import pytest
 
-from rigidpend.experiments.stress import report
+from rigidpend.experiments.stress import FAILED, LIMIT, PASSED, draw
 from rigidpend.experiments.stress.claims import Claim, Findings, Trial, tried
-from rigidpend.experiments.stress.layout import FAILED, LIMIT, PASSED
 from rigidpend.results import store
 from rigidpend.routes.problem import ProblemError
 from tests.experiments.stress.verdicts import verdicts
@@ -69,12 +68,12 @@ def test_table_and_json_tell_what_was_stored(tmp_path: Path) -> None:
     path, attributes = tmp_path / "r.h5", {"experiment": "stress"}
     store.write(path, store.Result(attributes, {}, {}, {"some_group": made}))
     data = store.read_tree(path)
-    told = json.loads(json.dumps(report.summary(data), allow_nan=False))
+    told = json.loads(json.dumps(draw.summary(data), allow_nan=False))
     assert told["counts"] == {PASSED: 1, LIMIT: 1, FAILED: 1}
     assert [x["name"] for x in told["claims"]] == ["x", "y", "z"]
     assert told["claims"][1]["value"] == "inf"
     assert told["claims"][2]["reason"] == "the reason"
-    said = list(report.text(data))
+    said = list(draw.text(data))
     assert said[-1] == "1 passed, 1 limit, 1 FAILED"
     assert any(x.startswith("limit: some_group, z") and x.endswith("known why") for x in said)
     assert any("FAILED: some_group, y: what is measured; much too far" in x for x in said)

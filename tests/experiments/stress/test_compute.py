@@ -11,24 +11,21 @@ import pytest
 from click.testing import CliRunner
 
 from rigidpend import render
-from rigidpend.cli.stress import command
+from rigidpend.cli.measure import stress_command
 from rigidpend.config import catalogue
 from rigidpend.experiments.contract import Means
 from rigidpend.experiments.stress import claims, extremes, scenes
 from rigidpend.experiments.stress import compute as stress
 from rigidpend.experiments.stress.claims import Claim, Findings, Trial
-from rigidpend.orbits.integrate.arithmetic import resolve
 from rigidpend.results import store
 from rigidpend.routes.problem import ProblemError
 from tests.config.samples import refused
 from tests.experiments.stress.verdicts import asked, verdicts
 from tests.experiments.trees import differences
 
-TAYLOR = Means(resolve("taylor"))
 
-
-def trials(config: str, means: Means = TAYLOR) -> list[Trial]:
-    return list(stress.trials(asked(config=config), means))
+def trials(config: str) -> list[Trial]:
+    return list(stress.trials(asked(config=config), 1))
 
 
 @pytest.mark.parametrize(("config", "long"), [("stress", 1), ("stress_quick", 0)])
@@ -39,12 +36,6 @@ def test_configs_ask_for_every_trial_under_its_own_name(config: str, long: int) 
     kinds = ["symmetries", *extremes.GROUPS, "separatrices", "passages", "honesty", "addresses"]
     assert list(dict.fromkeys(x.kind for x in every)) == [*kinds, "long_time"]
     assert [x.name for x in every].count("near-spherical, J1_0 = 1e-80") == long
-
-
-def test_without_heyoka_the_other_engine_is_tried() -> None:
-    names = [x.name for x in trials("stress_quick", Means(resolve("scipy")))]
-    assert not any("taylor" in x for x in names)
-    assert any("scipy" in x for x in names)
 
 
 def trial(kind: str, name: str, claim: str, value: float, up_to: float = 0.0) -> Trial:
@@ -66,7 +57,7 @@ def test_claims_of_one_group_come_together(monkeypatch: pytest.MonkeyPatch) -> N
         return compute() | ({"curves": {"c": 1}} if name == "a.second" else {})
 
     config: Any = type("Config", (), {"problem": None})
-    made: Any = stress.compute(config, TAYLOR._replace(report=said.append, part=part))
+    made: Any = stress.compute(config, Means(report=said.append, part=part))
     assert kept == ["a.first_1", "a.second", "b.third"]
     assert list(made["a"]["claims"]) == ["x", "y"]
     assert list(made["a"]["curves"]) == ["second"]
@@ -95,7 +86,7 @@ def test_command_draws_tells_and_ends_as_the_claims_do(
 ) -> None:
     monkeypatch.setattr(stress, "trials", lambda *_: [trial("a", "first", "x", value)])
     monkeypatch.setattr(render, "render", lambda _, target: target.write_text("drawn"))
-    result = CliRunner().invoke(command, ["--quick", "--json", "--out", str(tmp_path)])
+    result = CliRunner().invoke(stress_command, ["--quick", "--json", "--out", str(tmp_path)])
     assert result.exit_code == code, result.output
     found = json.loads(result.stdout)
     assert found["claims"][0]["value"] == told
@@ -103,7 +94,7 @@ def test_command_draws_tells_and_ends_as_the_claims_do(
     assert "1/1: a, first" in result.stderr
     assert store.load(tmp_path / "stress_quick.h5")["attributes"]["experiment"] == "stress"
     assert (tmp_path / "stress_quick.png").read_bytes() == b"drawn"
-    again = CliRunner().invoke(command, ["--quick", "--out", str(tmp_path)])
+    again = CliRunner().invoke(stress_command, ["--quick", "--out", str(tmp_path)])
     assert "is up to date" in again.stderr
     assert f"{code} FAILED" in again.stdout
 
@@ -114,7 +105,6 @@ def test_command_draws_tells_and_ends_as_the_claims_do(
         ("problem.honesty.tolerances=[1e-14]", "a spoilt tolerance is from 1e-13 to 0.01, got"),
         ("problem.honesty.tolerances=[0.1]", "a spoilt tolerance is from 1e-13 to 0.01, got"),
         ("numerics.tolerance=1e-10", "unknown key"),
-        ("numerics.precisions=[53]", "unknown key"),
     ],
 )
 def test_what_no_trial_reads_and_what_shows_nothing_is_refused(setting: str, message: str) -> None:

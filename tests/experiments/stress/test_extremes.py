@@ -11,7 +11,7 @@ from rigidpend import Body
 from rigidpend.experiments.stress import extremes, scenes
 from rigidpend.numbers.exact import exact
 from rigidpend.routes.problem import RouteProblem, phase_rate
-from tests.experiments.stress.verdicts import WAY, changed, failed
+from tests.experiments.stress.verdicts import changed, failed
 from tests.orbits.integrate.problems import GENERIC
 
 ORDINARY = extremes.Extreme("x", J1_0="1e-3")
@@ -23,7 +23,7 @@ RATE = phase_rate(
 
 def run(extreme: extremes.Extreme = ORDINARY) -> set[str]:
     """The claims that fail, of the error and of what is uncertain."""
-    return {x.removeprefix("x: ") for x in failed(extremes.trial("bodies", extreme, WAY, 1, 1))}
+    return {x.removeprefix("x: ") for x in failed(extremes.trial("bodies", extreme, 1, 1, 1))}
 
 
 def test_every_body_is_one_and_special_ones_are_special() -> None:
@@ -59,7 +59,7 @@ def test_what_is_wrong_late_or_uncertain_fails(
 
 def test_a_start_passes_and_a_spoilt_tolerance_does_not(monkeypatch: pytest.MonkeyPatch) -> None:
     place = scenes.Place("x", 3, 1e-3, 1.4, 1e-4, 0.2)
-    trial = extremes.start_trial(GENERIC, place, WAY, 1, 2)
+    trial = extremes.start_trial(GENERIC, place, 1, 1, 2)
     assert failed(trial) == set()
-    monkeypatch.setattr(scenes, "DEFAULT_TOLERANCE", {WAY.engine: 1e-6})
+    monkeypatch.setattr(scenes, "DEFAULT_TOLERANCE", {"taylor": 1e-6})
     assert failed(trial) == {"x"}

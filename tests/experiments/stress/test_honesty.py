@@ -7,14 +7,14 @@ from typing import Any
 import numpy as np
 import pytest
 
-from rigidpend.experiments import heyoka_peer
-from rigidpend.experiments.stress import honesty, scenes
+from rigidpend.experiments import principal_axes
+from rigidpend.experiments.stress import honesty
 from rigidpend.experiments.stress.claims import tried
 from rigidpend.numbers.exact import exact
 from rigidpend.routes import certainty
 from rigidpend.routes.codes import RouteCodes, route_codes
 from rigidpend.routes.problem import RouteProblem
-from tests.experiments.stress.verdicts import WAY, asked, changed, failed
+from tests.experiments.stress.verdicts import asked, changed, failed
 from tests.orbits.integrate.problems import FIG4, needs_heyoka
 
 CLAIMS = {
@@ -25,7 +25,7 @@ CLAIMS = {
 
 def run(orbits: int, tolerances: str = "[0.01, 0.0001]") -> Any:
     problem = asked(f"honesty.tolerances={tolerances}", "seed=5")
-    return tried(honesty.trial(problem, "1e-8", orbits, 2, WAY))
+    return tried(honesty.trial(problem, "1e-8", orbits, 2, 1))
 
 
 def failures(trial: Any) -> set[str]:
@@ -84,7 +84,7 @@ def test_a_computation_that_is_never_sure_fails_and_one_that_never_errs_shows_no
 def test_without_heyoka_the_orbits_checked_are_followed_in_integers(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
-    monkeypatch.setattr(heyoka_peer, "installed", lambda: False)
+    monkeypatch.setattr(principal_axes, "installed", lambda: False)
     problem = RouteProblem(FIG4, exact("1.3342"), exact("1e-6"), 2)
     doubted = np.full((2, 3), 9, dtype=np.uint8)
     true, known = honesty.true_codes(problem, np.array([0.4, 1.1, 2.0]), doubted, 1, 1)
@@ -98,9 +98,9 @@ def test_without_heyoka_the_orbits_checked_are_followed_in_integers(
 def test_the_hard_orbit_tells_where_a_computation_is_compared_with_itself(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
-    assert failures(honesty.hard_trial("taylor")) == set()
+    assert failures(honesty.hard_trial()) == set()
     monkeypatch.setattr(certainty, "SECOND", certainty.FIRST)
-    assert failures(honesty.hard_trial("taylor")) == {"lies on a hard orbit"}
+    assert failures(honesty.hard_trial()) == {"lies on a hard orbit"}
 
 
 def test_lies_are_counted_where_the_truth_is_known() -> None:
@@ -116,7 +116,7 @@ def test_no_flag_lies_where_maps_are_spoilt_but_one_that_asks_for_no_agreement(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
     problem = RouteProblem(FIG4, exact("1.3342"), exact("1e-8"), 15)
-    trial = honesty.maps_trial(problem, WAY, 60, 2)
+    trial = honesty.maps_trial(problem, 1, 60, 2)
     made: Any = tried(trial)
     # 60 orbits in doubles, and one of them again with 64 bits and with 106.
     for which in ("one", "all"):
@@ -132,7 +132,6 @@ def test_no_flag_lies_where_maps_are_spoilt_but_one_that_asks_for_no_agreement(
 def test_no_orbit_is_lost_where_the_starts_share_them(monkeypatch: pytest.MonkeyPatch) -> None:
     shares: list[Any] = []
     monkeypatch.setattr(honesty, "trial", lambda *given: shares.append(given[2:4]))
-    trials = list(honesty.trials(asked("honesty.orbits=8", "honesty.checked=4"), WAY))
+    trials = list(honesty.trials(asked("honesty.orbits=8", "honesty.checked=4"), 1))
     assert shares == [(3, 2), (3, 1), (2, 1)]
     assert (len(trials), trials[-1].name) == (5, "spoilt maps")
-    assert len(list(honesty.trials(asked(), scenes.Way("scipy")))) == 4

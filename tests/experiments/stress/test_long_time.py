@@ -12,14 +12,14 @@ from rigidpend.experiments.stress import long_time
 from rigidpend.experiments.stress.claims import tried
 from rigidpend.mechanics.coordinates import Aligned, body_from_aligned, scale
 from rigidpend.routes.problem import rotation_period
-from tests.experiments.stress.verdicts import WAY, failed, scene, verdicts
+from tests.experiments.stress.verdicts import failed, scene, verdicts
 from tests.orbits.integrate.problems import FIG4, GENERIC
 
 SCENE, FIG_4 = scene(GENERIC, 1.3, 4), scene(FIG4, 1.41467, 12)
 
 
 def drift(engine: str, tolerance: float, rotations: int = 300, orbits: int = 8) -> Any:
-    return tried(long_time.engine_trial(SCENE.by(engine), tolerance, rotations, orbits))
+    return tried(long_time.engine_trial(SCENE, engine, tolerance, rotations, orbits))
 
 
 def test_integrals_are_energy_length_and_projection() -> None:
@@ -45,7 +45,7 @@ def test_the_finest_tolerance_walks_at_random_and_a_coarse_one_does_not() -> Non
 
 
 def claims(tolerance: float) -> Any:
-    made = long_time.engine_trial(SCENE.by("taylor"), tolerance, 10**6, 16).claims
+    made = long_time.engine_trial(SCENE, "taylor", tolerance, 10**6, 16).claims
     return zip(made[0::2], made[1::2], strict=True)
 
 
@@ -102,7 +102,7 @@ def test_an_energy_error_of_a_fifth_of_its_bound_comes_and_one_of_the_bound_does
 def test_the_pendulum_keeps_its_period_and_another_is_noticed(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
-    trial = long_time.pendulum_trial(FIG4, "1.3342", WAY, 300)
+    trial = long_time.pendulum_trial(FIG4, "1.3342", 1, 300)
     assert failed(trial) == set()
     longer: Any = lambda problem: rotation_period(problem) * (1 + 1e-12)  # noqa: E731
     monkeypatch.setattr(long_time, "rotation_period", longer)

@@ -18,7 +18,7 @@ from tests.orbits.integrate.problems import FIG4
 def test_integers_agree_with_fours_of_doubles_in_113_bits() -> None:
     problem = RouteProblem(FIG4, exact("1.3342"), exact("1e-6"), 1)
     ours, integers = (
-        scenes.route_crossings(problem, ["0.4"], scenes.Way(engine), bits)
+        scenes.route_crossings(problem, ["0.4"], 1, bits, engine)
         for engine, bits in (("taylor", 113), ("scipy", 160))
     )
     assert np.array_equal(ours.separatrix, integers.separatrix)

@@ -7,14 +7,12 @@ from typing import Any
 
 from rigidpend.experiments.stress import scenes
 from rigidpend.experiments.stress.claims import Trial, tried
-from rigidpend.experiments.stress.scenes import Scene, Way
+from rigidpend.experiments.stress.scenes import Scene
 from rigidpend.experiments.stress.schema import Config
 from rigidpend.mechanics.body import Body
-from rigidpend.orbits import integrate
 from tests.config.samples import content
 
 CONFIGS = Path(__file__).resolve().parents[3] / "configs" / "measure"
-WAY = Way(integrate.default_engine())
 
 
 def asked(*settings: str, config: str = "stress_quick") -> Any:
@@ -23,7 +21,7 @@ def asked(*settings: str, config: str = "stress_quick") -> Any:
 
 
 def scene(body: Body, J2: float, seed: int = 1) -> Scene:
-    return Scene(body, J2, WAY, seed)
+    return Scene(body, J2, 1, seed)
 
 
 def verdicts(trial: Trial | Any) -> dict[str, str]:
@@ -43,8 +41,8 @@ def changed(monkeypatch: Any, change: Any) -> None:
     """Let the routes that trials compute be changed: ``change(routes, True if spoilt)``."""
     right = scenes.routes
 
-    def other(problem: Any, phases: Any, way: Way, *more: Any) -> Any:
+    def other(problem: Any, phases: Any, jobs: int, *more: Any) -> Any:
         # What is spoilt has precisions, a tolerance and a method of its own.
-        return change(right(problem, phases, way, *more), len(more) > 1)
+        return change(right(problem, phases, jobs, *more), len(more) > 1)
 
     monkeypatch.setattr(scenes, "routes", other)

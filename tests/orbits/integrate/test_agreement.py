@@ -28,7 +28,7 @@ from tests.orbits.integrate.problems import (
 from tests.strategies import apart
 
 BOUND = {("taylor", 53): 1e-11, ("taylor", 64): 2e-14, ("scipy", 53): 1e-9}
-"""How far crossing times may err after three passages; each multiplies an error by about 3.
+"""How far crossing times may err after two passages; each multiplies an error by about 3.
 Beyond 64 bits every time is the double nearest to it."""
 EACH = [("taylor", 53), ("taylor", 106), ("scipy", 53), ("scipy", 113)]
 """One way for each way of computing: doubles, sums of them, a system of SciPy's, integers."""
@@ -40,14 +40,14 @@ every_way = pytest.mark.parametrize(("engine", "bits"), EACH)
 
 @functools.cache
 def truth() -> Crossings:
-    """Plain integers of 240 bits, which share no arithmetic with the kernel."""
-    return find(fan(1, GENERIC), "scipy", 240, body=GENERIC)
+    """Plain integers of 160 bits, which share no arithmetic with the kernel."""
+    return find(fan(1, GENERIC), "scipy", 160, body=GENERIC, n_crossings=3)
 
 
 @pytest.mark.slow
 @pytest.mark.parametrize(("engine", "bits"), WAYS)
-def test_agrees_every_engine_with_integers_of_240_bits(engine: str, bits: int) -> None:
-    found, expected = find(fan(1, GENERIC), engine, bits, body=GENERIC), truth()
+def test_agrees_every_engine_with_integers_of_160_bits(engine: str, bits: int) -> None:
+    found, expected = find(fan(1, GENERIC), engine, bits, body=GENERIC, n_crossings=3), truth()
     np.testing.assert_array_equal(found.separatrix, expected.separatrix)
     assert found.outcome.tolist() == [Outcome.COMPLETE]
     bound = BOUND.get((engine, bits), 0.0)
@@ -58,9 +58,9 @@ def test_agrees_every_engine_with_integers_of_240_bits(engine: str, bits: int) -
 @pytest.mark.slow
 def test_agrees_integers_with_sums_of_doubles_from_a_small_J1() -> None:
     """From J1 = 1e-12: the small component has its own leading zeros."""
-    expected = find(fan(1, J1=1e-12), "scipy", 240, n_crossings=2).time
+    expected = find(fan(1, J1=1e-12), "scipy", 200, n_crossings=1).time
     for bits in (106, 160):
-        found = find(fan(1, J1=1e-12), "taylor", bits, n_crossings=2)
+        found = find(fan(1, J1=1e-12), "taylor", bits, n_crossings=1)
         # The time on a step is found in doubles, and the sum rounded.
         np.testing.assert_allclose(found.time, expected, rtol=3e-16)
 
@@ -110,7 +110,7 @@ def test_outcome_a_limit_ends_an_orbit_before_a_crossing_that_comes_later(
     engine: str, bits: int
 ) -> None:
     """Wherever between two looks at the orbit the crossings lie."""
-    for J1 in (1e-4, 1e-3):
+    for J1 in (1e-3, 1e-2):
         begin = fan(1, J1=J1)
         expected = find(begin, engine, bits, n_crossings=2)
         waited = float(np.diff(expected.time, axis=0)[0, 0])
@@ -127,12 +127,12 @@ def test_outcome_a_limit_ends_an_orbit_before_a_crossing_that_comes_later(
 @every_way
 def test_outcome_orbits_that_end_differently_share_a_call(engine: str, bits: int) -> None:
     """gamma = 0 takes the weight away: such an orbit is asymptotic beside others that go on."""
-    states = fan(3)
+    states = fan(3, J1=1e-2)
     states[3:, 1] = 0
     found = find(states, engine, bits, n_crossings=2, passage_limit=30)
     assert found.outcome.tolist() == [Outcome.COMPLETE, Outcome.ASYMPTOTIC, Outcome.COMPLETE]
-    alone = find(fan(3), engine, bits, n_crossings=2, passage_limit=30)
-    np.testing.assert_allclose(found.time[:, [0, 2]], alone.time[:, [0, 2]], rtol=1e-12)
+    alone = find(states[:, [0]], engine, bits, n_crossings=2, passage_limit=30)
+    np.testing.assert_allclose(found.time[:, [0]], alone.time, rtol=1e-12)
     assert found.separatrix[:, 1].tolist() == [2, 0]
 
 

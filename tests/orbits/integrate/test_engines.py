@@ -1,14 +1,17 @@
-"""Which engine serves, what is refused, and that no result depends on `jobs`."""
+"""Which engine serves, what is refused, that `jobs` changes nothing; DOP853 as one system."""
 
 from __future__ import annotations
 
 from typing import Any
 
+import numpy as np
 import pytest
 
+from rigidpend.orbits.integrate import Outcome, dop853
 from rigidpend.orbits.integrate.arithmetic import EngineError, in_kernel, kernel_bits, resolve
+from rigidpend.orbits.integrate.dop853 import Abreast, sample
 from rigidpend.orbits.integrate.states import states_at
-from tests.orbits.integrate.problems import fan, find, same
+from tests.orbits.integrate.problems import fan, find, same, task
 
 
 def test_the_kernel_serves_up_to_424_bits() -> None:
@@ -33,10 +36,66 @@ def test_engine_refuses_an_unknown_name() -> None:
     ("engine", "bits", "n", "n_crossings"),
     # Orbits longer than the limit, in other company; fours of doubles; two parts, which go to
     # two processes; integers.
-    [("taylor", 53, 21, 9), ("taylor", 212, 19, 1), ("scipy", 53, 70, 1), ("scipy", 80, 3, 1)],
+    [("taylor", 53, 21, 9), ("taylor", 212, 19, 1), ("scipy", 53, 3, 1), ("scipy", 80, 2, 1)],
 )
-def test_jobs_change_no_bit(engine: str, bits: int, n: int, n_crossings: int) -> None:
+def test_jobs_change_no_bit(
+    engine: str, bits: int, n: int, n_crossings: int, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(dop853, "SIDE_BY_SIDE", 2)
     given: Any = {"n_crossings": n_crossings, "passage_limit": 40.0}
     alone = find(fan(n), engine, bits, **given)
     for jobs in (2, 3, 50) if engine == "taylor" else (2,):
         assert same(alone, find(fan(n), engine, bits, **given, jobs=jobs))
+
+
+@pytest.mark.slow
+def test_group_finds_each_orbit_whatever_the_company() -> None:
+    """Steps are shared, so times differ by the tolerance; the separatrices do not."""
+    states = fan(7)
+    together = find(states, "scipy", n_crossings=2)
+    assert together.outcome.tolist() == [Outcome.COMPLETE] * 7
+    for k in (0, 6):
+        alone = find(states[:, k : k + 1], "scipy", n_crossings=2)
+        np.testing.assert_array_equal(together.separatrix[:, k], alone.separatrix[:, 0])
+        np.testing.assert_allclose(together.time[:, k], alone.time[:, 0], rtol=0, atol=1e-9)
+
+
+def test_groups_follow_each_other_in_order() -> None:
+    """65 orbits are two groups, of 33 and 32."""
+    states = fan(65)
+    found = find(states, "scipy", n_crossings=1, tolerance=1e-6)
+    last = find(states[:, 33:], "scipy", n_crossings=1, tolerance=1e-6)
+    assert found.time.shape == (1, 65)
+    np.testing.assert_array_equal(found.time[:, 33:], last.time)
+
+
+@pytest.mark.slow
+def test_small_components_keep_their_relative_precision_and_follow_the_tolerance() -> None:
+    """Qp grows from 1e-12 to one; what it errs, relatively, the crossing time errs."""
+    begin = fan(1, J1=1e-24)
+    truth = find(begin, "scipy", 113, n_crossings=1).time
+    fine, coarse = (
+        abs(find(begin, "scipy", tolerance=x, n_crossings=1).time / truth - 1).max()
+        for x in (1e-13, 1e-5)
+    )
+    assert fine < 1e-11 < 1e-10 < coarse < 1e-7
+
+
+def test_errors_of_Q_count_by_the_smallest_orbit_and_others_by_one() -> None:
+    states = np.concatenate((fan(2, J1=1e-4), fan(1, J1=1e-24), fan(1, J1=1e-8)), axis=1)
+    states[1] = states[0] / 1024
+    smallest = abs(states[0, 2])
+    assert smallest < 1e-11
+    floor = Abreast(task(states), 2.0**-30).floor
+    np.testing.assert_array_equal(floor.T * 2.0**30, [[smallest, smallest, 1, 1, 1, 1]])
+    states[:2] = 0
+    np.testing.assert_array_equal(Abreast(task(states), 0.5).floor, np.full((6, 1), 0.5))
+
+
+@pytest.mark.parametrize("n", [1, 2, 3])
+def test_each_orbit_is_sampled_at_times_of_its_own(n: int) -> None:
+    """x' = y, y' = -x."""
+    own = np.arange(1.0, n + 1)
+    states, times = np.array([own, 0 * own]), np.array([[0.2], [0.5]]) * own
+    found = sample(lambda y, _: np.array([y[1], -y[0]]), states, times, 1e-10)
+    np.testing.assert_allclose(found[0], own * np.cos(times), atol=1e-8)

@@ -13,14 +13,14 @@ import numpy as np
 import pytest
 
 from rigidpend.machine import cache
-from rigidpend.machine.kept import KeptFileWarning
+from rigidpend.machine.cache import KeptFileWarning
 from rigidpend.machine.workers import side_by_side
 from rigidpend.mechanics.equations import AlignedCoefficients
 from rigidpend.orbits.integrate import bigint
 from rigidpend.orbits.integrate.kernel import machine_code, taylor_step
 from rigidpend.orbits.integrate.kernel.lane_numbers import KINDS, in_parts
+from rigidpend.orbits.integrate.kernel.machine_code import LANES, Writer
 from rigidpend.orbits.integrate.kernel.notes import function, width_of_note
-from rigidpend.orbits.integrate.kernel.writer import LANES, Writer
 
 C = AlignedCoefficients(
     *(Fraction(x) for x in ("0.43", "0.03", "0.04", "0.55", "0.07", "0.06", "0.3", "0.9", "0.8"))

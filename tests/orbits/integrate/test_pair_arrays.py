@@ -41,6 +41,8 @@ def test_sums_products_and_quotients_are_those_of_fractions(shape: tuple[int, ..
         (a + b, x + y, abs(x) + abs(y)),
         (a - b[..., :1], x - y[..., :1], abs(x) + abs(y[..., :1])),
         (a * b, x * y, abs(x * y)),
+        (a * b[..., ::-1], x * y[..., ::-1], abs(x * y[..., ::-1])),
+        (2 * a, 2 * x, abs(x)),
         (1.5 / b, Fraction(3, 2) / y, abs(1 / y)),
     ):
         assert (abs(exactly(found) - expected) <= ROUNDING * scale).all()
@@ -55,12 +57,14 @@ def test_matrix_products_are_those_of_fractions(a: Any, b: Any) -> None:
     assert (off <= ROUNDING * np.matmul(abs(exactly(x)), abs(exactly(y)))).all()
 
 
-@pytest.mark.parametrize(("a", "b"), [((3, 1, 5), (6, 4, 1)), ((5, 4, 1), (2, 1, 3))])
-def test_products_of_polynomials_are_those_of_fractions(a: Any, b: Any) -> None:
-    p, q = made(*a), made(*b, seed=2)
-    found, x, y = exactly(pair_arrays.convolved(p, q)), exactly(p), exactly(q)
+@pytest.mark.parametrize("shape", [(3,), (16,), (4, 5)], ids=str)
+def test_sums_of_products_of_polynomials_are_those_of_fractions(shape: tuple[int, ...]) -> None:
+    """Fewer columns than lanes, as many, and a last vector that overlaps the one before."""
+    left, right = ([made(n, *shape, seed=n) for n in rows] for rows in ((2, 4, 3), (4, 2, 3)))
+    found = exactly(pair_arrays.convolved(left, right))
+    factors = [(exactly(p), exactly(q)) for p, q in zip(left, right, strict=True)]
     for r, row in enumerate(found):
-        terms = [x[k] * y[r - k] for k in range(len(x)) if 0 <= r - k < len(y)]
+        terms = [p[k] * q[r - k] for p, q in factors for k in range(len(p)) if 0 <= r - k < len(q)]
         assert (abs(row - sum(terms)) <= ROUNDING * sum(map(abs, terms))).all()
 
 

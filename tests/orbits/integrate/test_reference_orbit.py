@@ -17,12 +17,12 @@ from rigidpend.numbers.exact import exact
 from rigidpend.orbits.integrate import (
     ENGINES,
     EngineError,
+    Outcome,
     bigint,
     check_engine,
     default_engine,
     neighbours,
 )
-from rigidpend.orbits.integrate.records import Outcome
 from rigidpend.orbits.integrate.reference_orbit import (
     BLOCK,
     ReferenceOrbit,

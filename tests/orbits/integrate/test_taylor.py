@@ -10,8 +10,8 @@ import pytest
 
 from rigidpend.orbits.integrate import Crossings, Outcome, batch
 from rigidpend.orbits.integrate.kernel import taylor_step
-from rigidpend.orbits.integrate.kernel.writer import LANES
-from rigidpend.orbits.integrate.roots import touch
+from rigidpend.orbits.integrate.kernel.machine_code import LANES
+from rigidpend.orbits.integrate.passages import touch
 from tests.orbits.integrate.problems import FIG4, GENERIC, fan, find, same, task
 
 

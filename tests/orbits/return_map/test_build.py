@@ -11,7 +11,7 @@ from rigidpend import Body
 from rigidpend.experiments.bench.problems import drawn
 from rigidpend.machine import cache as caches
 from rigidpend.machine import code_hash
-from rigidpend.machine.kept import KeptFileWarning
+from rigidpend.machine.cache import KeptFileWarning
 from rigidpend.numbers.exact import exact
 from rigidpend.orbits.return_map import (
     MapError,

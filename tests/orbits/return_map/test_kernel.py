@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import replace
 from typing import Any, NamedTuple
 
@@ -9,9 +10,9 @@ import numpy as np
 import pytest
 
 from rigidpend.machine.signals import Stopped
-from rigidpend.orbits.integrate.kernel.writer import LANES
+from rigidpend.orbits.integrate.kernel.machine_code import LANES
 from rigidpend.orbits.integrate.pair_arrays import PairArray
-from rigidpend.orbits.return_map import ReturnMap, kernel, return_map
+from rigidpend.orbits.return_map import ReturnMap, kernel, program, return_map
 from rigidpend.orbits.return_map.expansions import chebyshev_basis, fourier_basis
 from rigidpend.orbits.return_map.kernel import Followed
 from rigidpend.orbits.return_map.precision import in_pairs, precision
@@ -28,7 +29,7 @@ ENERGIES = ("1.3332", "1.3352")
 N = 203
 """Orbits, not a multiple of the lanes."""
 QP = 1.3e-4
-CROSSINGS = 7
+CROSSINGS, LATE = 7, 27
 BITS = [53, 64]
 INTERVAL, POINT = (1e-5, 3e-4), (QP, QP)
 
@@ -50,12 +51,17 @@ def energy(made: ReturnMap, e: Any) -> Any:
 
 
 def followed(
-    made: ReturnMap, bits: int, phase: Any, e: Any, ends: tuple[float, float] = POINT
+    made: ReturnMap,
+    bits: int,
+    phase: Any,
+    e: Any,
+    ends: tuple[float, float] = POINT,
+    crossings: int = CROSSINGS,
 ) -> Followed:
     own, a = precision(made.bits), precision(bits)
-    program = made.program(bits, *map(own.number, ends))
+    given = made.program(bits, *map(own.number, ends))
     Qp, phase, e = (a.array(x) for x in (QP + 0 * phase, phase, e))
-    return kernel.follow(program, Qp, phase, e, CROSSINGS)
+    return kernel.follow(given, Qp, phase, e, crossings)
 
 
 class Full(NamedTuple):
@@ -66,12 +72,12 @@ class Full(NamedTuple):
     inside: Any
 
 
-def in_full(made: ReturnMap, phase: Any, e: Any) -> Full:
+def in_full(made: ReturnMap, phase: Any, e: Any, crossings: int = CROSSINGS) -> Full:
     a, level = precision(made.bits), made.at(energy(made, e))
     begin = level.enter(a.number(QP), a.array(phase))
     point, time, inside, image = begin.point, begin.time, begin.inside, np.zeros(N, dtype=bool)
     found = []
-    for k in range(CROSSINGS):
+    for k in range(crossings):
         # Upward beside 2 or its image 4, downward beside 3 or its image 1.
         beside = np.where(image, 1, 3) if k % 2 else np.where(image, 4, 2)
         found.append((time, beside, inside))
@@ -194,3 +200,34 @@ def test_starts_have_places_from_end_to_end(kind: Any) -> None:
     np.testing.assert_array_equal(np.asarray(found.astype(float)), [-1, -1, 0, 1, 1])
     at_once = Entry(kind(np.array(2.0)), kind(np.array(0.0)), table).place(Qp)
     assert not np.asarray(at_once.astype(float)).any()
+
+
+@pytest.mark.parametrize(("headroom", "enough"), [(program.HEADROOM, True), (2.0**-4, False)])
+def test_what_is_summed_in_doubles_loses_less_than_what_is_left_out(
+    made: ReturnMap, headroom: float, enough: bool, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Late crossings tell: each passage makes errors grow by a factor of some ten."""
+    phase, e = drawn()
+    found = {}
+    for room in (headroom, math.inf):
+        monkeypatch.setattr(program, "HEADROOM", room)
+        found[room] = followed(replace(made), 64, phase, e, crossings=LATE).time[-1]
+    full = in_full(made, phase, e, LATE).time[-1]
+    mixed, left_out = (
+        np.nanmedian(np.abs(found[math.inf] - other).astype(float))
+        for other in (found[headroom], full)
+    )
+    assert mixed > 0
+    assert (mixed < left_out) == enough
+
+
+def test_few_terms_are_summed_in_pairs_and_in_doubles_all_are_the_same(made: ReturnMap) -> None:
+    shares = []
+    for bits in (53, 64):
+        given = made.program(bits, *map(precision(made.bits).number, POINT))
+        own = [x[:, 1].sum() / x[:, 0].sum() for x in (given.harmonics, given.lengths)]
+        shares.append(own)
+    # Three coefficients that are all left out are a sum of doubles.
+    assert shares[0][0] == 1
+    assert shares[0][1] > 0.98
+    assert 0 < max(shares[1]) < 0.4

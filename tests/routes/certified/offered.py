@@ -21,10 +21,10 @@ from rigidpend.orbits.integrate.states import states_at
 from rigidpend.orbits.return_map.poincare import state_of
 from rigidpend.orbits.return_map.precision import precision
 from rigidpend.orbits.return_map.reduced import coefficients
-from rigidpend.routes.certified import beginnings, passages, sections, steps
+from rigidpend.routes.certified import beginnings, passages, pieces, sections
+from rigidpend.routes.certified.balls import LogarithmicNorm
 from rigidpend.routes.certified.checker import Undecided
 from rigidpend.routes.certified.families import Family
-from rigidpend.routes.certified.growth import LogarithmicNorm
 from rigidpend.routes.certified.pieces import (
     CLOCK,
     FamilyStep,
@@ -71,7 +71,7 @@ def of_one(orbit: Sequence[Any]) -> list[FamilyStep]:
     return [
         FamilyStep(
             bits,
-            {(0, 0, 0): half << (CLOCK - steps.CLOCK + 1)},
+            {(0, 0, 0): half << (CLOCK - pieces.ORBIT_CLOCK + 1)},
             [{(j, 0, 0): w for j, w in enumerate(row)} for row in rows],
         )
         for half, bits, rows in orbit

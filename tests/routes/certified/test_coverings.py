@@ -22,8 +22,8 @@ from rigidpend.numbers.exact import exact
 from rigidpend.orbits.return_map import return_map
 from rigidpend.orbits.return_map.precision import precision
 from rigidpend.routes.certified import connections, coverings, passages, sections
+from rigidpend.routes.certified.balls import LogarithmicNorm
 from rigidpend.routes.certified.families import Family
-from rigidpend.routes.certified.growth import LogarithmicNorm
 from rigidpend.routes.certified.horseshoe import ShiftProblem
 from rigidpend.routes.certified.pieces import (
     CLOCK,
@@ -38,7 +38,7 @@ from rigidpend.routes.certified.pieces import (
 from rigidpend.routes.certified.start_lines import LineStarts
 from rigidpend.routes.symbolic.address import parsed
 from rigidpend.routes.symbolic.closed import closed, words
-from rigidpend.routes.symbolic.tables import Level
+from rigidpend.routes.symbolic.levels import Level
 from scripts import check_full_shift as script
 from scripts.check_certificate import Fails, Interval, Refused
 from tests.attacks import lot

@@ -18,7 +18,7 @@ from rigidpend.numbers.exact import exact
 from rigidpend.routes.certified import approximation, intervals, proofs
 from rigidpend.routes.certified.balls import enclosed
 from rigidpend.routes.certified.intervals import EnclosedStarts, PhaseInterval
-from rigidpend.routes.certified.steps import Step
+from rigidpend.routes.certified.pieces import Step
 from rigidpend.routes.problem import RouteProblem
 from scripts import check_certificate, check_intervals
 from tests.routes.certified import offered

@@ -15,7 +15,11 @@ from scripts.check_certificate import Fails
 from tests.cli.calls import REFERENCE, call
 
 PAGE = Path(__file__).parents[3] / "docs" / "full-shift.md"
-SHORT = ("--set", "problem.n_symbols=1", "--set", "problem.halvings=3", "--name", "short")
+SHORT = (
+    *("--set", "problem.n_symbols=1", "--set", "problem.halvings=3"),
+    # So long a way before the first crossing takes time alone.
+    *("--set", "problem.J1_0=1/5", "--name", "short"),
+)
 
 
 @pytest.fixture(scope="module")

@@ -17,12 +17,12 @@ from rigidpend import Body, route_codes
 from rigidpend.experiments.route_intervals import compute
 from rigidpend.numbers.exact import exact
 from rigidpend.routes.certified import interval_search, intervals, pieces
+from rigidpend.routes.certified.balls import precision
 from rigidpend.routes.certified.checker import Undecided
 from rigidpend.routes.certified.families import Family
 from rigidpend.routes.certified.interval_search import IntervalSearch, ProvenInterval
 from rigidpend.routes.certified.intervals import EnclosedStarts, PhaseInterval
 from rigidpend.routes.certified.pieces import FamilyStep
-from rigidpend.routes.certified.precision import precision
 from rigidpend.runs import loading
 from scripts import check_intervals as script
 from scripts.check_certificate import Fails, Refused

@@ -15,12 +15,12 @@ import pytest
 from flint import arb
 
 from rigidpend import Body, route_codes
-from rigidpend.mechanics.separatrices import separatrix_beside
+from rigidpend.mechanics.free_body import separatrix_beside
 from rigidpend.numbers.exact import exact
 from rigidpend.routes.certified import approximation, checker, intervals, proofs
 from rigidpend.routes.certified.balls import enclosed
 from rigidpend.routes.certified.checker import Undecided
-from rigidpend.routes.certified.steps import CLOCK, Step
+from rigidpend.routes.certified.pieces import ORBIT_CLOCK, Step
 from rigidpend.routes.problem import RouteProblem
 from scripts import check_certificate, check_intervals
 from scripts.check_certificate import Fails
@@ -204,7 +204,7 @@ def test_without_a_hypothesis_other_crossings_of_an_interval_are_believed(
     """Of the same orbits, as those of an interval."""
     start, steps = made()
     pieces, place = of_one(steps), math.floor(float(start.phase) / (2 * math.pi) * 2**DEPTH)
-    until = sum(math.ldexp(x.half_length, 1 - CLOCK) for x in steps)
+    until = sum(math.ldexp(x.half_length, 1 - ORBIT_CLOCK) for x in steps)
     given = start.problem.body, start.problem.h0, Fraction(start.J1_0)
 
     def told(module: Any) -> list[Any]:

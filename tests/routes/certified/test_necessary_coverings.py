@@ -28,19 +28,19 @@ from rigidpend.routes.certified import (
     beginnings,
     coverings,
     passages,
+    pieces,
     sections,
-    steps,
 )
+from rigidpend.routes.certified.balls import LogarithmicNorm
+from rigidpend.routes.certified.balls import precision as ball_precision
 from rigidpend.routes.certified.checker import Undecided
 from rigidpend.routes.certified.families import Family
-from rigidpend.routes.certified.growth import LogarithmicNorm
 from rigidpend.routes.certified.pieces import (
     CLOCK,
     FamilyStep,
     Quad,
     made,
 )
-from rigidpend.routes.certified.precision import precision as ball_precision
 from scripts import check_full_shift as script
 from scripts.check_certificate import Fails, Interval
 from tests.bodies import FIG4
@@ -220,7 +220,7 @@ def orbit(d: float, g: float, until: float, longest: float) -> tuple[Quad, Piece
         left = until - time
         flow.longest = left / math.ceil(left / longest)
         taken.append(flow.step(60))
-        time += math.ldexp(taken[-1].half_length, 1 - steps.CLOCK)
+        time += math.ldexp(taken[-1].half_length, 1 - pieces.ORBIT_CLOCK)
     return quad, of_one(taken)
 
 

@@ -11,10 +11,10 @@ from rigidpend.numbers.exact import exact
 from rigidpend.orbits.return_map import return_map
 from rigidpend.routes.symbolic.chain import Chain, System, on_surface, signs_of
 from rigidpend.routes.symbolic.doubly import DoublyAsymptotic, doubly_asymptotic
+from rigidpend.routes.symbolic.levels import Level
 from rigidpend.routes.symbolic.sharp import Launch
 from rigidpend.routes.symbolic.shortest import path
 from rigidpend.routes.symbolic.skeleton import Skeleton, skeleton
-from rigidpend.routes.symbolic.tables import Level
 from tests.bodies import FIG4
 
 BODY = FIG4

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from rigidpend.mechanics.floquet import periodic_orbit
-from rigidpend.numbers.doubles import Array
+from rigidpend.numbers.generic import Array
 from rigidpend.orbits.return_map import SectionPoint
 from rigidpend.routes.symbolic import AddressError, NoOrbit, closed_orbit
 from rigidpend.routes.symbolic.closed import ClosedOrbit, closed, lyapunov, words

@@ -13,7 +13,7 @@ from rigidpend.orbits.integrate.states import states_at
 from rigidpend.orbits.return_map import return_map
 from rigidpend.routes.symbolic.closed import closed
 from rigidpend.routes.symbolic.integrated import actions, crossing_states, doubles
-from rigidpend.routes.symbolic.tables import Level
+from rigidpend.routes.symbolic.levels import Level
 from tests.routes.symbolic.fig4 import BODY, H, level
 
 STEP = 1e-4

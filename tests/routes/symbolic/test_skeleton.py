@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from rigidpend.numbers.doubles import Array
+from rigidpend.numbers.generic import Array
 from rigidpend.routes.symbolic import skeleton as module
 from rigidpend.routes.symbolic.skeleton import skeleton, track
 from tests.routes.symbolic.fig4 import HALF_TURNS, level, rough

@@ -10,7 +10,7 @@ from scipy.integrate import solve_ivp
 
 from rigidpend import route_codes
 from rigidpend.mechanics.equations import aligned, euler_poisson
-from rigidpend.numbers.doubles import Array
+from rigidpend.numbers.generic import Array
 from rigidpend.orbits.integrate.states import states_at
 from rigidpend.orbits.return_map.poincare import section_state
 from rigidpend.orbits.return_map.precision import precision
@@ -18,6 +18,7 @@ from rigidpend.routes.problem import RouteProblem
 from rigidpend.routes.symbolic.chain import tangents
 from rigidpend.routes.symbolic.closed import closed
 from rigidpend.routes.symbolic.integrated import doubles, section_points
+from rigidpend.routes.symbolic.levels import Surface, surface
 from rigidpend.routes.symbolic.stretching import (
     INTEGRATED,
     Stretched,
@@ -28,7 +29,6 @@ from rigidpend.routes.symbolic.stretching import (
     stretching,
     variational_equations,
 )
-from rigidpend.routes.symbolic.surface import Surface, surface
 from tests.routes.symbolic.fig4 import BODY, J1_0, H, chain_of, level
 
 STEP = 1e-6

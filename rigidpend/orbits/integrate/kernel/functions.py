@@ -20,6 +20,11 @@ SIGN = str(-(1 << 63))
 ROOT_HALF = str(int.from_bytes(bytes.fromhex("3fe6a09e667f3bcd"), "big"))
 """The bits of sqrt(1/2)."""
 
+SQUARE = (math.pi / 4) ** 2
+"""The largest square of a reduced angle."""
+NEAR_1 = 0.0295
+"""The largest ((m - 1)/(m + 1))^2 of a number m from sqrt(1/2) to sqrt(2)."""
+
 
 class Functions:
     """Elementary functions of one kind of numbers.
@@ -42,8 +47,8 @@ class Functions:
         r = self._reduced(x, turns, self.half_pi)
         w = n.times(r, r)
         ratios = self._factorials()
-        sin = n.settled(n.with_product(r, n.times(r, w), self._series(ratios[3::2], w)))
-        cos = n.settled(n.with_product(self._number(1), w, self._series(ratios[2::2], w)))
+        sin = n.settled(n.with_product(r, n.times(r, w), self._series(ratios[3::2], w, SQUARE)))
+        cos = n.settled(n.with_product(self._number(1), w, self._series(ratios[2::2], w, SQUARE)))
         quarter = code(f"fptosi {code.vector} {turns} to {code.whole}")
         odd = code(f"and {code.whole} {quarter}, {self._whole('1')}")
         odd = code(f"icmp ne {code.whole} {odd}, zeroinitializer")
@@ -76,8 +81,8 @@ class Functions:
         z = n.quotient(n.minus(m, one), n.plus(m, one))
         w = n.times(z, z)
         twice = n.plus(z, z)
-        shares = [Fraction(1, 2 * j + 1) for j in range(1, self._until(0.0295, lambda j: 2 * j))]
-        near = n.settled(n.with_product(twice, n.times(twice, w), self._series(shares, w)))
+        shares = [Fraction(1, 2 * j + 1) for j in range(1, self._until(NEAR_1, lambda j: 2 * j))]
+        near = n.settled(n.with_product(twice, n.times(twice, w), self._series(shares, w, NEAR_1)))
         exponent = code(f"sitofp {code.whole} {k} to {code.vector}")
         return n.settled(n.with_product(near, n.of_double(exponent), self._number(self.ln2)))
 
@@ -90,17 +95,26 @@ class Functions:
             x = n.settled(n.with_product(x, less, self._number(part)))
         return x
 
-    def _series(self, coefficients: Sequence[Fraction], x: Value) -> Value:
-        """A power series by Horner's rule."""
-        n = self.numbers
+    def _series(self, coefficients: Sequence[Fraction], x: Value, most: float) -> Value:
+        """A power series by Horner's rule, for |x| <= most.
+
+        Terms that are a rounding of doubles below the first one, and more, are summed in doubles.
+        """
+        n, plain = self.numbers, Doubles(self.code)
+        small = 2.0 ** (plain.bits - n.bits - 2) * abs(coefficients[0])
+        few = next((j for j, c in enumerate(coefficients) if abs(c) * most**j < small), 0)
         total = self._number(coefficients[-1])
-        for c in coefficients[-2::-1]:
-            total = n.settled(n.with_product(self._number(c), total, x))
+        for j in range(len(coefficients) - 2, -1, -1):
+            if 0 < few <= j:
+                c = self._number(coefficients[j])
+                total = n.of_double(plain.with_product(c, total, x)[0])
+            else:
+                total = n.settled(n.with_product(self._number(coefficients[j]), total, x))
         return total
 
     def _factorials(self) -> list[Fraction]:
         """1, 1, -1/2!, -1/3!, 1/4!, 1/5!, ...: of cosine and sine in turn."""
-        count = self._until((math.pi / 4) ** 2, lambda j: math.factorial(2 * j)) + 1
+        count = self._until(SQUARE, lambda j: math.factorial(2 * j)) + 1
         return [Fraction((-1) ** (k // 2), math.factorial(k)) for k in range(2 * count)]
 
     def _until(self, ratio: float, divisor: Callable[[int], int]) -> int:

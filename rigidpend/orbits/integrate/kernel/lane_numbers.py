@@ -16,8 +16,8 @@ from typing import Any, TypeAlias
 
 import numpy as np
 
-from rigidpend.numbers.doubles import Array
-from rigidpend.orbits.integrate.kernel.writer import Writer, hexadecimal
+from rigidpend.numbers.generic import Array
+from rigidpend.orbits.integrate.kernel.machine_code import Writer, hexadecimal
 
 LONG = 5
 """Parts from which on an operation has so many lines that it is a function of its own."""

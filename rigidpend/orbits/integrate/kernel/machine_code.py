@@ -1,4 +1,4 @@
-"""Machine code of the kernels: compiled by LLVM for this processor, kept on disk, loaded.
+"""Machine code of the kernels: written in LLVM's language, compiled for this processor, kept.
 
 A file of the cache holds the object code of one kernel, with what it is of: the kernel's text,
 the processor and LLVM's version. One that does not fit is told and compiled anew, never run: a
@@ -9,11 +9,169 @@ from __future__ import annotations
 
 import ctypes
 import functools
+import struct
 import threading
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
 from rigidpend.machine import cache
+
+LANES = 8
+"""Doubles in a vector: one of AVX-512, two of AVX2, four of NEON."""
+FEW = 2
+"""Doubles in a vector where there are no more orbits: processors do several such at a time."""
+
+
+class Writer:
+    """Lines of LLVM's language; each value that a line makes has a register of its own.
+
+    What changes in a loop is a variable in memory: LLVM itself moves it to a register.
+    """
+
+    def __init__(self, lanes: int = LANES) -> None:
+        self.vector = f"<{lanes} x double>"
+        self.mask, self.whole = f"<{lanes} x i1>", f"<{lanes} x i64>"
+        self.suffix, self.lanes, self.bytes = f"v{lanes}f64", lanes, 8 * lanes
+        self.variables: list[str] = []
+        self.functions: dict[str, list[str]] = {}
+        """Functions that the lines call, by their names."""
+        self.lines: list[str] = []
+        self.made = 0
+
+    def __call__(self, line: str) -> str:
+        """A line that makes a value; the value's register."""
+        self.made += 1
+        self.lines.append(f"  %r{self.made} = {line}")
+        return f"%r{self.made}"
+
+    def do(self, line: str) -> None:
+        self.lines.append(f"  {line}")
+
+    def variable(self, kind: str) -> str:
+        self.made += 1
+        self.variables.append(f"  %v{self.made} = alloca {kind}, align 64")
+        return f"%v{self.made}"
+
+    def at(self, base: str, index: str | int, kind: str = "") -> str:
+        """The place of an element."""
+        return self(f"getelementptr {kind or self.vector}, ptr {base}, i64 {index}")
+
+    def load(self, place: str, kind: str = "", align: int = 0) -> str:
+        return self(f"load {kind or self.vector}, ptr {place}, align {align or self.bytes}")
+
+    def store(self, value: str, place: str, kind: str = "", align: int = 0) -> None:
+        aligned = align or self.bytes
+        self.do(f"store {kind or self.vector} {value}, ptr {place}, align {aligned}")
+
+    def element(self, base: str, index: str | int) -> str:
+        return self.load(self.at(base, index))
+
+    def binary(self, operation: str, a: str, b: str) -> str:
+        return self(f"{operation} {self.vector} {a}, {b}")
+
+    def fma(self, a: str, b: str, c: str) -> str:
+        """a b + c, rounded once."""
+        v = self.vector
+        return self(f"call {v} @llvm.fma.{self.suffix}({v} {a}, {v} {b}, {v} {c})")
+
+    def size(self, a: str) -> str:
+        return self(f"call {self.vector} @llvm.fabs.{self.suffix}({self.vector} {a})")
+
+    def compare(self, relation: str, a: str, b: str) -> str:
+        return self(f"fcmp {relation} {self.vector} {a}, {b}")
+
+    def larger(self, a: str, b: str) -> str:
+        return self._chosen(self.compare("ogt", a, b), a, b)
+
+    def smaller(self, a: str, b: str) -> str:
+        return self._chosen(self.compare("olt", a, b), a, b)
+
+    def _chosen(self, mask: str, a: str, b: str) -> str:
+        return self(f"select {self.mask} {mask}, {self.vector} {a}, {self.vector} {b}")
+
+    def logic(self, operation: str, a: str, b: str) -> str:
+        return self(f"{operation} {self.mask} {a}, {b}")
+
+    def one_where(self, mask: str) -> str:
+        """1 in the lanes of a mask, 0 elsewhere."""
+        return self(f"uitofp {self.mask} {mask} to {self.vector}")
+
+    def number(self, value: float) -> str:
+        """The same number in each lane."""
+        return self.everywhere(hexadecimal(value))
+
+    def everywhere(self, value: str, kind: str = "double") -> str:
+        """A scalar in each lane."""
+        several = f"<{self.lanes} x {kind}>"
+        first = self(f"insertelement {several} poison, {kind} {value}, i32 0")
+        return self(
+            f"shufflevector {several} {first}, {several} poison, "
+            f"<{self.lanes} x i32> zeroinitializer"
+        )
+
+    @contextmanager
+    def loop(self, end: str | int, start: str | int = 0) -> Iterator[str]:
+        """Lines that are repeated for each whole number from `start` to below `end`."""
+        counter, name = self.variable("i64"), f"loop{self.made}"
+        self.store(str(start), counter, "i64", 8)
+        self._jump(f"{name}.head")
+        self._label(f"{name}.head")
+        index = self.load(counter, "i64", 8)
+        goes_on = self(f"icmp slt i64 {index}, {end}")
+        self.do(f"br i1 {goes_on}, label %{name}.body, label %{name}.end")
+        self._label(f"{name}.body")
+        yield index
+        self.store(self(f"add i64 {index}, 1"), counter, "i64", 8)
+        self._jump(f"{name}.head")
+        self._label(f"{name}.end")
+
+    @contextmanager
+    def repeated(self) -> Iterator[list[str]]:
+        """Lines that are repeated as long as a condition holds, which they put into the list."""
+        self.made += 1
+        name = f"again{self.made}"
+        self._jump(f"{name}.head")
+        self._label(f"{name}.head")
+        condition: list[str] = []
+        yield condition
+        self.do(f"br i1 {condition[0]}, label %{name}.head, label %{name}.end")
+        self._label(f"{name}.end")
+
+    @contextmanager
+    def when(self, condition: str) -> Iterator[None]:
+        """Lines that are passed over unless a condition holds."""
+        self.made += 1
+        name = f"when{self.made}"
+        self.do(f"br i1 {condition}, label %{name}.yes, label %{name}.end")
+        self._label(f"{name}.yes")
+        yield
+        self._jump(f"{name}.end")
+        self._label(f"{name}.end")
+
+    def function(self, head: str, result: str, functions: Sequence[str] = ()) -> str:
+        """The whole text of a function that has these lines and calls those functions of LLVM."""
+        v = self.vector
+        declared = (
+            f"declare {v} @llvm.fma.{self.suffix}({v}, {v}, {v})",
+            *(f"declare {v} @llvm.{x}.{self.suffix}({v})" for x in ("fabs", "floor", *functions)),
+        )
+        called = [line for lines in self.functions.values() for line in lines]
+        body = [*declared, *called, head, "entry:", *self.variables, *self.lines]
+        return "\n".join([*body, f"  ret i64 {result}", "}"]) + "\n"
+
+    def _jump(self, label: str) -> None:
+        self.do(f"br label %{label}")
+
+    def _label(self, name: str) -> None:
+        self.lines.append(f"{name}:")
+
+
+def hexadecimal(value: float) -> str:
+    """A double as LLVM reads it exactly."""
+    return "0x" + struct.pack(">d", value).hex().upper()
+
 
 MOST = 50_000_000
 """Bytes of all kept kernels, of 0.1 to 0.6 MB each, most of it the text."""

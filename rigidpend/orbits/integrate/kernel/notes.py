@@ -13,9 +13,9 @@ from typing import Any
 
 from rigidpend.orbits.integrate.kernel import machine_code
 from rigidpend.orbits.integrate.kernel.lane_numbers import KINDS
+from rigidpend.orbits.integrate.kernel.machine_code import LANES
 from rigidpend.orbits.integrate.kernel.tape import ALIGNED
 from rigidpend.orbits.integrate.kernel.taylor_step import Kernel
-from rigidpend.orbits.integrate.kernel.writer import LANES
 
 FIELDS = ("lane", "time", "length", "after", "steady", "zero", "correction", "Qp", "Qm", "late")
 """Contents of a note before the series.

@@ -2,22 +2,27 @@
 
 NumPy has no such numbers, and its `long double` has as many bits as a machine likes: 64, 113, or
 those of a double. These are the same everywhere. An array lies in memory as all of the larger
-parts and then all of the smaller ones; each function goes over it in vectors of lanes, of which
-the last one overlaps the one before, so that arrays need not fill them.
+parts and then all of the smaller ones; each loop goes over it in vectors of lanes, of which the
+last one overlaps the one before, so that arrays need not fill them.
 """
 
 from __future__ import annotations
 
 import ctypes
 import functools
+import importlib
 from collections.abc import Callable
 from typing import Any
+
+import numpy as np
 
 from rigidpend.orbits.integrate.kernel import machine_code
 from rigidpend.orbits.integrate.kernel.functions import Functions
 from rigidpend.orbits.integrate.kernel.lane_numbers import Pairs, Value
-from rigidpend.orbits.integrate.kernel.writer import LANES, Writer
+from rigidpend.orbits.integrate.kernel.machine_code import LANES, Writer
 
+WIDE = 2 * LANES
+"""Lanes of sums of products: those of two vectors, for each waits for the one before it."""
 OPERATIONS: dict[str, Callable[[Pairs, Value, Value], Value]] = {
     "add": lambda n, a, b: n.plus(a, b),
     "subtract": lambda n, a, b: n.minus(a, b),
@@ -32,24 +37,99 @@ OPERATIONS: dict[str, Callable[[Pairs, Value, Value], Value]] = {
 
 @functools.cache
 def elementwise(name: str) -> Any:
-    """The function ``f(out, a, a_step, b, b_step, n)`` of one of the `OPERATIONS`.
+    """One of the `OPERATIONS` as a function of NumPy's (a ufunc) of four doubles with two results.
 
-    The arguments are addresses of arrays of n numbers, n at least `LANES`, and 1; or of `LANES`
-    equal numbers, and 0.
+    It takes the larger and the smaller parts of both arguments, and gives those of the result. So
+    shapes, steps and threads are NumPy's affair: it lets others have the interpreter where an
+    array is long enough for that.
     """
     code = Writer()
     n = Pairs(code)
-    with code.loop(code(f"udiv i64 {code(f'add i64 %n, {LANES - 1}')}, {LANES}")) as group:
-        first = _first(code, group, "%n")
-        a, b = (
-            _loaded(code, f"%{x}", code(f"mul i64 {first}, %{x}_step"), _apart(code, x))
-            for x in ("a", "b")
-        )
-        _keep(code, OPERATIONS[name](n, a, b), "%out", first, "%n")
-    head = "define i64 @apply(ptr noalias %out, ptr %a, i64 %a_step, ptr %b, i64 %b_step, i64 %n) {"
-    address, count = ctypes.c_void_p, ctypes.c_int64
-    kinds = address, address, count, address, count, count
-    return machine_code.function(code.function(head, "0"), "apply", *kinds)
+    count = code.load("%dims", "i64", 8)
+    many = code(f"icmp sge i64 {count}, {LANES}")
+    operands = [_Operand(code, k, count, many) for k in range(6)]
+    with code.loop(code(f"udiv i64 {code(f'add i64 {count}, {LANES - 1}')}, {LANES}")) as group:
+        first = code(f"select i1 {many}, i64 {_first(code, group, count)}, i64 0")
+        a_high, a_low, b_high, b_low = (x.loaded(first) for x in operands[:4])
+        value = OPERATIONS[name](n, (a_high, a_low), (b_high, b_low))
+        for part, operand in zip(value, operands[4:], strict=True):
+            operand.keep(part, first)
+    text = code.function("define i64 @apply(ptr %args, ptr %dims, ptr %steps, ptr %data) {", "0")
+    return _ufunc(name, machine_code.function(text, "apply", *(ctypes.c_void_p,) * 4))
+
+
+class _Operand:
+    """An argument or a result in the loop of a ufunc, `step` bytes from one number to the next."""
+
+    def __init__(self, code: Writer, k: int, count: str, many: str) -> None:
+        self.code, self.count = code, count
+        self.base = code.load(code.at("%args", k, "ptr"), "ptr", 8)
+        self.step = code.load(code.at("%steps", k, "i64"), "i64", 8)
+        dense, alone = (code(f"icmp eq i64 {self.step}, {size}") for size in (8, 0))
+        self.dense, self.alone = code(f"and i1 {many}, {dense}"), code(f"and i1 {many}, {alone}")
+        either = code(f"or i1 {self.dense}, {self.alone}")
+        self.other, self.room = code(f"xor i1 {either}, true"), code.variable(code.vector)
+
+    def loaded(self, first: str) -> str:
+        """A vector from one element on; 1 in lanes behind the last."""
+        code, lanes = self.code, self.code.lanes
+        with code.when(self.dense):
+            code.store(code.load(code.at(self.base, first, "double"), align=8), self.room)
+        with code.when(self.alone):
+            code.store(code.everywhere(code.load(self.base, "double", 8)), self.room)
+        with code.when(self.other):
+            places, mask = self._places(first)
+            found = code(
+                f"call {code.vector} @llvm.masked.gather.{code.suffix}.v{lanes}p0({places}, i32 8,"
+                f" {mask}, {code.vector} {code.number(1.0)})"
+            )
+            code.store(found, self.room)
+        return code.load(self.room)
+
+    def keep(self, value: str, first: str) -> None:
+        """Put a vector's lanes where they belong; those behind the last, nowhere."""
+        code, lanes = self.code, self.code.lanes
+        with code.when(self.dense):
+            code.store(value, code.at(self.base, first, "double"), align=8)
+        with code.when(code(f"xor i1 {self.dense}, true")):
+            places, mask = self._places(first)
+            code.do(
+                f"call void @llvm.masked.scatter.{code.suffix}.v{lanes}p0({code.vector} {value},"
+                f" {places}, i32 8, {mask})"
+            )
+
+    def _places(self, first: str) -> tuple[str, str]:
+        code, lanes, whole = self.code, self.code.lanes, self.code.whole
+        ascending = "<" + ", ".join(f"i64 {k}" for k in range(lanes)) + ">"
+        at = code(f"add {whole} {code.everywhere(first, 'i64')}, {ascending}")
+        mask = code(f"icmp slt {whole} {at}, {code.everywhere(self.count, 'i64')}")
+        far = code(f"mul {whole} {at}, {code.everywhere(self.step, 'i64')}")
+        places = code(f"getelementptr i8, ptr {self.base}, {whole} {far}")
+        return f"<{lanes} x ptr> {places}", f"{code.mask} {mask}"
+
+
+_made: list[Any] = []
+"""What ufuncs rest on, which has to live as long as they do."""
+
+
+def _ufunc(name: str, loop: Any) -> Any:
+    """NumPy's function whose innermost loop over doubles, 4 given and 2 found, is machine code.
+
+    Made as an extension in C would: by PyUFunc_FromFuncAndData, the second of the functions that
+    NumPy hands to these.
+    """
+    take = ctypes.pythonapi.PyCapsule_GetPointer
+    take.restype, take.argtypes = ctypes.c_void_p, (ctypes.py_object, ctypes.c_char_p)
+    umath = importlib.import_module("numpy._core._multiarray_umath")
+    functions = ctypes.cast(take(umath._UFUNC_API, None), ctypes.POINTER(ctypes.c_void_p))
+    text, number = ctypes.c_char_p, ctypes.c_int
+    kinds = (ctypes.c_void_p, ctypes.c_void_p, text, *(number,) * 4, text, text, number)
+    create = ctypes.PYFUNCTYPE(ctypes.py_object, *kinds)(functions[1])
+    loops = (ctypes.c_void_p * 1)(ctypes.cast(loop, ctypes.c_void_p).value)
+    rest = (ctypes.c_void_p * 1)(), bytes([np.dtype(float).num] * 6), name.encode()
+    _made.append((loop, loops, *rest))
+    no_identity = -1
+    return create(loops, *rest[:2], 1, 4, 2, no_identity, rest[2], b"", 0)
 
 
 @functools.cache
@@ -103,53 +183,78 @@ def products() -> Any:
 
 @functools.cache
 def convolution() -> Any:
-    """The function ``f(out, a, b, a_rows, b_rows, width)``, the product of two polynomials.
+    """The function ``f(out, a, b, a_rows, work, count, rows, width)``, products of polynomials.
 
-    out[r, c] is the sum of a[k, c] b[r - k, c]; `width` is at least `LANES`.
+    `a` and `b` hold the addresses of `count` arrays each, `a_rows` how many rows each of a has;
+    each of b has `rows` + 1 less that. out[r, c] is the sum of a[k, c] b[r - k, c] over all arrays
+    and over k; `width` is at least `WIDE`. `work` has room for 3 `rows` pairs of vectors: what
+    belongs to some columns lies far apart, and is brought together there.
     """
-    code = Writer()
+    code = Writer(WIDE)
     n = Pairs(code)
     total = code.variable(n.rows(2))
-    rows = code(f"sub i64 {code('add i64 %a_rows, %b_rows')}, 1")
-    a_all, b_all, all_ = (code(f"mul i64 {x}, %width") for x in ("%a_rows", "%b_rows", rows))
-    last_b = code("sub i64 %b_rows, 1")
-    groups = code(f"udiv i64 {code(f'add i64 %width, {LANES - 1}')}, {LANES}")
-    with code.loop(rows) as r, code.loop(groups) as group:
+    all_ = code("mul i64 %rows, %width")
+    sums, left, right = (code.at("%work", code(f"mul i64 %rows, {2 * k}")) for k in range(3))
+    groups = code(f"udiv i64 {code(f'add i64 %width, {WIDE - 1}')}, {WIDE}")
+
+    def row(base: str, place: str) -> Value:
+        return _loaded(code, base, code(f"mul i64 {place}, {2 * WIDE}"), str(WIDE))
+
+    def keep(value: Value, base: str, place: str) -> None:
+        _keep(code, value, base, code(f"mul i64 {place}, {2 * WIDE}"), str(WIDE))
+
+    def gather(base: str, rows: str, to: str, column: str) -> None:
+        apart = code(f"mul i64 {rows}, %width")
+        with code.loop(rows) as k:
+            place = code(f"add i64 {code(f'mul i64 {k}, %width')}, {column}")
+            keep(_loaded(code, base, place, apart), to, k)
+
+    with code.loop(groups) as group:
         column = _first(code, group, "%width")
-        n.store(_zero(code), total, 0)
-        least = code(f"sub i64 {r}, {last_b}")
-        least = code(f"select i1 {code(f'icmp sgt i64 {least}, 0')}, i64 {least}, i64 0")
-        end = code(f"add i64 {r}, 1")
-        end = code(f"select i1 {code(f'icmp slt i64 {end}, %a_rows')}, i64 {end}, i64 %a_rows")
-        with code.loop(end, least) as k:
-            a, b = (
-                _loaded(code, base, code(f"add i64 {code(f'mul i64 {row}, %width')}, {column}"), x)
-                for base, row, x in (
-                    ("%a", k, a_all),
-                    ("%b", code(f"sub i64 {r}, {k}"), b_all),
-                )
+        with code.loop("%rows") as r:
+            keep(_zero(code), sums, r)
+        with code.loop("%count") as one:
+            a, b, a_rows = (
+                code.load(code.at(base, one, kind), kind, 8)
+                for base, kind in (("%a", "ptr"), ("%b", "ptr"), ("%a_rows", "i64"))
             )
-            n.store(n.with_product(n.load(total, 0), a, b), total, 0)
-        place = code(f"add i64 {code(f'mul i64 {r}, %width')}, {column}")
-        _keep(code, n.settled(n.load(total, 0)), "%out", place, all_)
+            b_last = code(f"sub i64 %rows, {a_rows}")
+            gather(a, a_rows, left, column)
+            gather(b, code(f"add i64 {b_last}, 1"), right, column)
+            with code.loop("%rows") as r:
+                n.store(row(sums, r), total, 0)
+                least = code(f"sub i64 {r}, {b_last}")
+                least = code(f"select i1 {code(f'icmp sgt i64 {least}, 0')}, i64 {least}, i64 0")
+                end = code(f"add i64 {r}, 1")
+                fewer = code(f"icmp slt i64 {end}, {a_rows}")
+                end = code(f"select i1 {fewer}, i64 {end}, i64 {a_rows}")
+                with code.loop(end, least) as k:
+                    x, y = row(left, k), row(right, code(f"sub i64 {r}, {k}"))
+                    n.store(n.with_product(n.load(total, 0), x, y), total, 0)
+                keep(n.load(total, 0), sums, r)
+        with code.loop("%rows") as r:
+            place = code(f"add i64 {code(f'mul i64 {r}, %width')}, {column}")
+            _keep(code, n.settled(row(sums, r)), "%out", place, all_)
     head = (
-        "define i64 @convolution(ptr noalias %out, ptr %a, ptr %b, i64 %a_rows, i64 %b_rows,"
-        " i64 %width) {"
+        "define i64 @convolution(ptr noalias %out, ptr %a, ptr %b, ptr %a_rows, ptr noalias %work,"
+        " i64 %count, i64 %rows, i64 %width) {"
     )
-    kinds = (*(ctypes.c_void_p,) * 3, *(ctypes.c_int64,) * 3)
+    kinds = (*(ctypes.c_void_p,) * 5, *(ctypes.c_int64,) * 3)
     return machine_code.function(code.function(head, "0"), "convolution", *kinds)
+
+
+@functools.cache
+def held(loop: Callable[[], Any]) -> Any:
+    """A loop that keeps the interpreter, for short arrays: to get it back would take longer."""
+    free = loop()
+    address = ctypes.cast(free, ctypes.c_void_p).value
+    return ctypes.PYFUNCTYPE(ctypes.c_int64, *free.argtypes)(address)
 
 
 def _first(code: Writer, group: str, count: str) -> str:
     """The first element of a group of lanes, of which the last one ends with the elements."""
-    first, last = code(f"mul i64 {group}, {LANES}"), code(f"sub i64 {count}, {LANES}")
+    first, last = code(f"mul i64 {group}, {code.lanes}"), code(f"sub i64 {count}, {code.lanes}")
     return code(f"select i1 {code(f'icmp slt i64 {first}, {last}')}, i64 {first}, i64 {last}")
-
-
-def _apart(code: Writer, which: str) -> str:
-    """From the larger parts to the smaller ones, in doubles."""
-    several = code(f"mul i64 %{which}_step, %n")
-    return code(f"select i1 {code(f'icmp eq i64 {several}, 0')}, i64 {LANES}, i64 {several}")
 
 
 def _loaded(code: Writer, base: str, place: str, apart: str) -> Value:

@@ -27,8 +27,10 @@ if TYPE_CHECKING:
     from rigidpend.orbits.integrate.kernel.taylor_step import Kernel
 
 ZERO = "zeroinitializer"
-BITS, SPARE = 53, 24
-"""Bits of a part, and those that a coefficient has more than its size on a step asks for."""
+BITS, SPARE = 53, 12
+"""Bits of a part, and those that a coefficient has more than its size on a step asks for.
+
+With 8 and with 24 crossing times in pairs err alike, on orbits of three bodies."""
 
 
 class Recurrences:

@@ -8,9 +8,9 @@ from typing import Any
 
 from rigidpend.orbits.integrate.kernel import machine_code
 from rigidpend.orbits.integrate.kernel.lane_numbers import Value
+from rigidpend.orbits.integrate.kernel.machine_code import LANES, hexadecimal
 from rigidpend.orbits.integrate.kernel.tape import ALIGNED, TracedField
 from rigidpend.orbits.integrate.kernel.taylor_step import Kernel
-from rigidpend.orbits.integrate.kernel.writer import LANES, hexadecimal
 
 
 def text(order: int, bits: int, field: TracedField = ALIGNED, lanes: int = LANES) -> str:

@@ -14,9 +14,9 @@ from collections.abc import Callable, Sequence
 from fractions import Fraction
 
 from rigidpend.orbits.integrate.kernel.lane_numbers import KINDS, Doubles, Value
+from rigidpend.orbits.integrate.kernel.machine_code import LANES, Writer
 from rigidpend.orbits.integrate.kernel.recurrences import Recurrences
 from rigidpend.orbits.integrate.kernel.tape import TracedField
-from rigidpend.orbits.integrate.kernel.writer import LANES, Writer
 
 LONGEST = 32.0
 """Longest step, t'; only an orbit that stands still comes to it."""

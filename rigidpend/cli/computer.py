@@ -1,0 +1,183 @@
+"""`rigidpend cache`, `doctor`, `completion`: what is kept, installed and completed here."""
+
+from __future__ import annotations
+
+import os
+import sys
+from collections.abc import Iterator
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+import click
+
+from rigidpend.cli.common import ABSENT, DONE, JSON, OUT, guarded, print_json, print_table, say
+
+if TYPE_CHECKING:
+    from rigidpend.machine.cache import Subfolder
+
+
+@click.command("cache")
+@click.option("--clear", is_flag=True, help="Remove the whole cache.")
+@click.option("--files", "each", is_flag=True, help="Print every file, not the subfolders alone.")
+@JSON
+@guarded
+def cache_command(clear: bool, each: bool, as_json: bool) -> None:
+    """Print the folder of the cache, with its subfolders and their sizes.
+
+    It holds compiled code, return maps and what plans found out, which are made again when they
+    are needed. Each file says what it is of, under a digest; one that is damaged, or of something
+    else, is told and made again.
+
+    \b
+    Examples:
+      rigidpend cache
+      rigidpend cache --files
+      rigidpend cache --clear
+    """
+    from rigidpend.machine import cache
+
+    found = cache.subfolders()
+    if clear:
+        cache.clear()
+        say(f"{cache.folder()}: {_size(sum(one.size for one in found))} removed")
+    elif as_json:
+        print_json({"folder": str(cache.folder()), "subfolders": [_document(x) for x in found]})
+    else:
+        click.echo(f"{cache.folder()}: {_size(sum(one.size for one in found))}")
+        if found:
+            print_table([_row(one) for one in found])
+        # Damaged files are named even where files are only counted: they are what to act on.
+        for path in (path for one in found for path in one.files if each or path in one.damaged):
+            damaged = any(path in one.damaged for one in found)
+            click.echo(f"{path}  {_size(path.stat().st_size)}{'  damaged' if damaged else ''}")
+
+
+def _row(one: Subfolder) -> list[str]:
+    damaged = f", {len(one.damaged)} damaged" if one.damaged else ""
+    return [one.path.name, f"{len(one.files)} files{damaged}", _size(one.size), one.meaning]
+
+
+def _document(one: Subfolder) -> dict[str, Any]:
+    return {
+        "name": one.path.name,
+        "meaning": one.meaning,
+        "bytes": one.size,
+        "files": [str(path) for path in one.files],
+        "damaged": [str(path) for path in one.damaged],
+    }
+
+
+def _size(count: int) -> str:
+    """Bytes in words; a megabyte is 10^6 of them."""
+    return f"{count / 1e6:.1f} MB" if count >= 1e5 else f"{count} bytes"
+
+
+EXTRAS = {
+    "xarray": ("notebook", "no results as labelled arrays, result.data"),
+    "distributed": ("cluster", "no --scheduler"),
+    "heyoka": ("bench", "one peer less in rigidpend bench; no result needs it"),
+}
+"""Libraries that may be missing: the extra that has each, and what that costs."""
+AGAIN = "every run needs it: python -m pip install --force-reinstall rigidpend"
+
+
+class Finding(NamedTuple):
+    """A line of what is here."""
+
+    name: str
+    state: str
+    note: str = ""
+    needed: bool = False
+    """True of what is missing, and no run does without."""
+
+
+@click.command("doctor")
+@OUT
+@JSON
+@guarded
+def doctor_command(folder: Path, as_json: bool) -> None:
+    """Print what is installed here, what is missing, and what that costs.
+
+    Versions, processors, the cache, and whether results can be written. Ends with 3 where
+    something is missing that every run needs.
+
+    \b
+    Example:
+      rigidpend doctor
+    """
+    found = [*_machine(), *_libraries(), *_folders(folder)]
+    if as_json:
+        print_json([each._asdict() for each in found])
+    else:
+        print_table([each[:3] for each in found])
+    sys.exit(ABSENT if any(each.needed for each in found) else DONE)
+
+
+def _machine() -> Iterator[Finding]:
+    from rigidpend.machine.workers import cores
+    from rigidpend.runs import provenance
+
+    facts = provenance.provenance()
+    yield Finding("rigidpend", facts["version_rigidpend"], f"commit {facts['commit']}")
+    yield Finding("Python", facts["version_python"], facts["system"])
+    yield Finding("processors", str(cores()), facts["processor"])
+
+
+def _libraries() -> Iterator[Finding]:
+    from rigidpend.runs import provenance
+
+    for name in (*provenance.LIBRARIES, "matplotlib"):
+        version = provenance.version(name)
+        lacking = version == provenance.ABSENT
+        yield Finding(name, version, AGAIN if lacking else "", lacking)
+    for name, (extra, cost) in EXTRAS.items():
+        version = provenance.version(name)
+        mend = f"{cost}; python -m pip install 'rigidpend[{extra}]'"
+        yield Finding(name, version, mend if version == provenance.ABSENT else "")
+
+
+def _folders(results: Path) -> Iterator[Finding]:
+    from rigidpend.machine import cache
+
+    size = sum(each.size for each in cache.subfolders())
+    cost = "code and maps are made anew by each run, which takes seconds: set XDG_CACHE_HOME"
+    ready = _writable(cache.folder())
+    state = f"{size / 1e6:.0f} MB" if ready else "cannot be written"
+    yield Finding("cache", state, f"{cache.folder()}{'' if ready else f'; {cost}'}")
+    ready = _writable(results)
+    mend = "" if ready else "; choose another folder with --out"
+    yield Finding(
+        "results", "ready" if ready else "cannot be written", f"{results}{mend}", not ready
+    )
+
+
+def _writable(folder: Path) -> bool:
+    """True if files can be made in a folder, or the folder itself where it is not there yet."""
+    near = next(each for each in (folder, *folder.absolute().parents) if each.exists())
+    return near.is_dir() and os.access(near, os.W_OK)
+
+
+@click.command("completion")
+@click.argument("shell", type=click.Choice(["bash", "zsh", "fish"]))
+@click.pass_context
+@guarded
+def completion_command(context: click.Context, shell: str) -> None:
+    """Print the script by which a shell completes commands, names and keys.
+
+    Commands, options, names of configs and keys of --set.
+
+    For every new shell: put the line of the example into ~/.bashrc, with zsh for bash into
+    ~/.zshrc, or `rigidpend completion fish | source` into ~/.config/fish/config.fish.
+
+    \b
+    Example:
+      eval "$(rigidpend completion bash)"
+    """
+    from click.shell_completion import get_completion_class
+
+    kind = get_completion_class(shell)
+    assert kind is not None
+    root = context.find_root()
+    maker = kind(root.command, {}, "rigidpend", "_RIGIDPEND_COMPLETE")
+    # `source` would run bash to see how old it is, which a printed script need not.
+    click.echo(maker.source_template % maker.source_vars())

@@ -1,0 +1,122 @@
+"""`rigidpend bench`, `stress`: measurements on this machine, and trials at the limits."""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Sequence
+from pathlib import Path
+
+import click
+
+from rigidpend.cli.common import (
+    DONE,
+    FAILED,
+    JOBS,
+    JSON,
+    OUT,
+    SETTINGS,
+    guarded,
+    print_json,
+    say,
+)
+
+
+@click.command("bench")
+@click.option(
+    "--quick", is_flag=True, help="Small version, under a minute: a trial run, no timing."
+)
+@OUT
+@JSON
+@SETTINGS
+@click.option("--force", is_flag=True, help="Measure even what is up to date.")
+@guarded
+def bench_command(
+    quick: bool, folder: Path, as_json: bool, settings: tuple[str, ...], force: bool
+) -> None:
+    """Measure our methods and others, on this machine, with one thread and with two.
+
+    Writes FOLDER/bench.h5 and bench.png and prints the tables. An interrupted run goes on
+    where it was.
+
+    \b
+    Examples:
+      rigidpend bench --quick
+      rigidpend bench --set search.seconds=1 --json
+    """
+    from rigidpend.experiments.bench import report
+    from rigidpend.machine import wording
+    from rigidpend.results import store
+
+    # One at a time: whatever runs beside a timing disturbs it.
+    result = store.load(measured("bench", quick, settings, folder, force=force, jobs=1))
+    machine = result["provenance"]
+    if as_json:
+        print_json({"machine": machine, **report.summary(result["data"])})
+        return
+    click.echo(f"{machine['processor']}, {machine['system']}; {machine['created']}\n")
+    for table in report.tables(result):
+        for line in wording.terminal(table):
+            click.echo(line)
+
+
+@click.command("stress")
+@click.option("--quick", is_flag=True, help="Small version of every kind of trial: a minute.")
+@OUT
+@JSON
+@SETTINGS
+@JOBS
+@click.option("--force", is_flag=True, help="Run even what is up to date.")
+@guarded
+def stress_command(
+    quick: bool,
+    folder: Path,
+    as_json: bool,
+    settings: tuple[str, ...],
+    jobs: int,
+    force: bool,
+) -> None:
+    """Test long times, extreme bodies, symmetries, and whether certain symbols are true.
+
+    Writes FOLDER/stress.h5 and stress.png and prints by how much each claim passes. Ends with 1
+    where one fails. An interrupted run goes on where it was.
+
+    \b
+    Examples:
+      rigidpend stress --quick
+      rigidpend stress --set problem.honesty.orbits=1000000 --json
+    """
+    from rigidpend.experiments.stress import draw
+    from rigidpend.results import store
+
+    target = measured("stress", quick, settings, folder, force=force, jobs=jobs)
+    machine, data = store.load(target)["provenance"], store.read_tree(target)
+    if as_json:
+        print_json({"machine": machine, **draw.summary(data)})
+    else:
+        click.echo(f"{machine['processor']}, {machine['system']}; {machine['created']}")
+        click.echo("\n".join(draw.text(data)))
+    sys.exit(FAILED if draw.counts(data)["FAILED"] else DONE)
+
+
+def measured(
+    name: str, quick: bool, settings: Sequence[str], folder: Path, *, force: bool, jobs: int
+) -> Path:
+    """Run a measurement unless it is up to date, and draw it; its result."""
+    from rigidpend import render
+    from rigidpend.config.catalogue import resolve
+    from rigidpend.runs import loading, runner
+
+    [path] = resolve((f"{name}_quick" if quick else name,))
+    planned = runner.plan(loading.load(path, settings), folder, force=force)
+
+    def tell(text: str) -> None:
+        say(f"{planned.config.name}: {text}")
+
+    if planned.reason:
+        runner.follow(planned, jobs=jobs, say=tell)
+    else:
+        tell(f"{planned.target} is up to date")
+    picture = planned.target.with_suffix(".png")
+    render.render([planned.target], picture)
+    tell(f"{picture} drawn")
+    return planned.target

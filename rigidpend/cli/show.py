@@ -1,0 +1,182 @@
+"""`rigidpend list`, `describe`: configs, and what follows from them without computing."""
+
+from __future__ import annotations
+
+import itertools
+from collections.abc import Iterator
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import click
+
+from rigidpend.cli import complete
+from rigidpend.cli.common import (
+    INTERNAL,
+    JSON,
+    NAMED,
+    OUT,
+    SETTINGS,
+    exit_code,
+    folder_of,
+    guarded,
+    print_json,
+    print_rows,
+    print_table,
+    row_document,
+)
+from rigidpend.config.catalogue import MEASURE
+
+if TYPE_CHECKING:
+    from rigidpend.runs.recalled import AnyConfig
+
+
+@click.command("list")
+@OUT
+@JSON
+@guarded
+def list_command(folder: Path, as_json: bool) -> None:
+    """List the configs that can be named, with the state of their results.
+
+    Name, experiment, status of the result and what is uncertain in it, by the folder of the
+    config. Results without a config come last: each can be named as well.
+
+    What a config in configs/measure/ measures depends on this machine and takes minutes: it is
+    run by its name, not by all; so are configs in this folder, and results.
+
+    \b
+    Examples:
+      rigidpend list
+      rigidpend list --json
+    """
+    entries = list(_entries(folder))
+    if as_json:
+        print_json(entries)
+        return
+    for place, group in itertools.groupby(entries, lambda entry: Path(entry["config"]).parent):
+        rows = [_row(entry) for entry in group]
+        click.echo(f"{place}/" if str(place) != "." else "here")
+        print_table(rows, "  ")
+
+
+def _entries(folder: Path) -> Iterator[dict[str, Any]]:
+    """An entry for each config, for each member of its sweep, and for each other result."""
+    from rigidpend.runs import recalled
+
+    swept: set[str] = set()
+    for name, path in _named(folder).items():
+        # Members of a sweep are listed by its config, not as strays once more.
+        if path.suffix == ".h5" and name in swept:
+            continue
+        try:
+            [group] = recalled.load_groups([path])
+        except Exception as error:  # noqa: BLE001
+            yield _unusable(name, path, None, error)
+            continue
+        swept |= {member.name for member in group.members}
+        yield from (_entry(member, path, folder) for member in group.members)
+
+
+def _named(folder: Path) -> dict[str, Path]:
+    """Files of all names: configs that are known, those in this folder, then results."""
+    from rigidpend.config import catalogue
+    from rigidpend.runs.certificate_files import results_in
+
+    by_name = {**catalogue.known(), **catalogue.own()}
+    stray = {path.stem: path for path in results_in(folder) if path.stem not in by_name}
+    # Folders of what `all` includes first, then those of what is run by its name.
+    files = sorted(by_name.values(), key=lambda path: not catalogue.in_all(path))
+    places = dict.fromkeys(path.parent for path in files)
+    known = [(name, x) for place in places for name, x in by_name.items() if x.parent == place]
+    return dict(known) | stray
+
+
+def _entry(config: AnyConfig, path: Path, folder: Path) -> dict[str, Any]:
+    from rigidpend.runs import runner
+
+    try:
+        planned = runner.plan(config, folder_of(path, folder))
+    except Exception as error:  # noqa: BLE001
+        return _unusable(config.name, path, config.experiment, error)
+    return {
+        **_blank(config.name, path, config.experiment),
+        "status": "to run" if planned.reason else "up to date",
+        "reason": planned.reason or None,
+        "doubt": planned.doubt or None,
+        "file": str(planned.target),
+    }
+
+
+def _unusable(name: str, path: Path, experiment: str | None, error: Exception) -> dict[str, Any]:
+    """The entry of a bad config or a damaged result, which does not hide the others."""
+    if exit_code(error) == INTERNAL:
+        raise error
+    return _blank(name, path, experiment) | {"reason": str(error)}
+
+
+def _blank(name: str, path: Path, experiment: str | None) -> dict[str, Any]:
+    from rigidpend.config.catalogue import in_all
+
+    told = {"name": name, "experiment": experiment, "status": "cannot be used", "reason": None}
+    return {**told, "doubt": None, "in_all": in_all(path), "config": str(path), "file": None}
+
+
+def _row(entry: dict[str, Any]) -> list[str]:
+    status, reason = entry["status"], entry["reason"]
+    # Of a config with many faults the first line; `describe` has them all.
+    said = f"{status}: {reason.splitlines()[0]}" if reason else status
+    doubt = f"; {entry['doubt']}" if entry["doubt"] else ""
+    by_name = " (by name only)" if Path(entry["config"]).parent.name == MEASURE else ""
+    return [entry["name"], entry["experiment"] or "-", f"{said}{doubt}{by_name}"]
+
+
+@click.command("describe")
+@click.argument("name", metavar=NAMED, shell_complete=complete.names)
+@SETTINGS
+@click.option("--resolved", is_flag=True, help="Print the whole config as YAML, defaults included.")
+@JSON
+@guarded
+def describe_command(name: str, settings: tuple[str, ...], resolved: bool, as_json: bool) -> None:
+    """Print the parameters of a config, and what follows from them by the paper's theory.
+
+    With --resolved it is the config itself, every default and every setting in its place: a
+    file that gives the same result. NAME may be all, but not with --resolved.
+
+    \b
+    Examples:
+      rigidpend describe fig4 --set problem.mu=0.01
+      rigidpend describe fig4 --resolved > mine.yaml
+      rigidpend describe all --json
+    """
+    from rigidpend.config.catalogue import resolve
+    from rigidpend.runs import loading
+
+    paths = resolve((name,))
+    if resolved and len(paths) > 1:
+        raise click.UsageError("--resolved prints one config, not all")
+    loaded = loading.load_all(paths, settings)
+    if as_json:
+        print_json([_document(each) for each in loaded])
+    elif resolved:
+        click.echo(loading.resolved_yaml(loaded[0]), nl=False)
+    else:
+        for path, each in zip(paths, loaded, strict=True):
+            if path != paths[0]:
+                click.echo()
+            click.echo(f"{each.name}: experiment {each.experiment}, {path}")
+            print_rows(_rows(each), "  ")
+
+
+def _rows(loaded: Any) -> list[Any]:
+    from rigidpend import experiments
+
+    return experiments.describe(loaded.experiment, loaded.content)
+
+
+def _document(loaded: Any) -> dict[str, Any]:
+    return {
+        "name": loaded.name,
+        "experiment": loaded.experiment,
+        "config_hash": loaded.config_hash,
+        "config": loaded.resolved(),
+        "rows": [row_document(row) for row in _rows(loaded)],
+    }

@@ -1,0 +1,311 @@
+"""Comparison of two results, and bounds by how much a field may differ in them.
+
+A layout declares a bound with its field. Each comes from the stored result and from what is
+declared; what a fresh result states of its own errors opens none.
+"""
+
+from __future__ import annotations
+
+from collections import ChainMap
+from collections.abc import Callable, Iterable
+from typing import Any, Self, TypeAlias
+
+import numpy as np
+
+from rigidpend.experiments.data import ANY, Bound, Data, Field, Layout, declared
+
+Scope: TypeAlias = ChainMap[str, Any]
+"""A group of a result, and those around it."""
+
+ROOT, PROVENANCE = "/", "/provenance"
+VOLATILE = ("config_hash", "code_hash", "engine")
+"""Root attributes whose values may differ between equal results; configs are compared by key."""
+NUMERICS = ("tolerance", "precisions")
+"""Those that other numerics change besides."""
+TOLD = ("reasons", "doubt", "seconds")
+"""Those that only say what is compared elsewhere, or need not be."""
+PRESENT, ABSENT = "(present)", "(absent)"
+"""Stand-ins for values that only one side has, or that are passed over."""
+
+
+class Difference(str):
+    """A sentence on where two results differ, which also knows its parts."""
+
+    place: str
+    stored: Any
+    computed: Any
+    allowed: float
+    """Allowed difference; 0 where the values must be equal."""
+    _words: str
+
+    def __new__(
+        cls, place: str, stored: Any, computed: Any, allowed: float = 0.0, words: str = ""
+    ) -> Self:
+        words = words or f": stored {shown(stored)}, computed {shown(computed)}"
+        self = super().__new__(cls, place + words)
+        self.place, self.stored, self.computed, self.allowed = place, stored, computed, allowed
+        self._words = words
+        return self
+
+    def inside(self, group: str) -> Self:
+        """The same difference, in a group."""
+        place = f"{group}/{self.place}"
+        return type(self)(place, self.stored, self.computed, self.allowed, self._words)
+
+
+def shown(value: Any) -> str:
+    """A value to its last digit, as a word."""
+    if isinstance(value, bytes):
+        return value.decode(errors="replace")
+    if isinstance(value, float | np.floating):
+        return f"{value:.17g}"
+    return str(value)
+
+
+def inside(group: str, found: Iterable[Difference]) -> list[Difference]:
+    """Differences found in a group, with its name before their places."""
+    return [difference.inside(group) for difference in found]
+
+
+def keys(stored: Any, fresh: Any, place: str = "") -> list[Difference]:
+    """Find the keys that only one of two mappings has."""
+    at = f"{place}/" if place else ""
+    lost = [name for name in stored if name not in fresh]
+    new = [name for name in fresh if name not in stored]
+    return [
+        *(Difference(f"{at}{x}", PRESENT, ABSENT, words=" is only stored") for x in lost),
+        *(Difference(f"{at}{x}", ABSENT, PRESENT, words=" is only computed") for x in new),
+    ]
+
+
+def attributes(stored: Any, fresh: Any, place: str) -> list[Difference]:
+    """Find where the attributes of an object differ."""
+    return [
+        Difference(f"{place}@{name}", stored.get(name, ABSENT), fresh.get(name, ABSENT))
+        for name in dict.fromkeys((*stored, *fresh))
+        if not (name in stored and name in fresh and np.array_equal(stored[name], fresh[name]))
+    ]
+
+
+def outlines(stored: Any, fresh: Any, *, same_numerics: bool = True) -> list[Difference]:
+    """Find where two result files differ in their structure: see `store.outline`.
+
+    Where, when and with what code and engine a result was made does not count, only that it
+    is said; nor do the reasons why a reference was renewed. With other numerics asked for, nor
+    does what follows from these.
+    """
+    found = keys(stored, fresh)
+    for place in [place for place in stored if place in fresh and place != PROVENANCE]:
+        old, new = stored[place], fresh[place]
+        if place == ROOT:
+            # Each engine has a tolerance of its own by default, which
+            # is no difference of the problem.
+            engines = {str(one.get("engine")).partition(" ")[0] for one in (old, new)}
+            passed: tuple[str, ...] = VOLATILE if len(engines) == 1 else (*VOLATILE, "tolerance")
+            passed += () if same_numerics else NUMERICS
+            old, new = (_veiled(one, passed) for one in (old, new))
+        found += attributes(old, new, place)
+    return found
+
+
+def _veiled(given: Any, passed: tuple[str, ...]) -> dict[str, Any]:
+    return {k: PRESENT if k in passed else x for k, x in given.items() if k not in TOLD}
+
+
+def plain(stored: Any, fresh: Any, place: str) -> list[Difference]:
+    """Find where two values of JSON differ."""
+    if not (isinstance(stored, dict) and isinstance(fresh, dict)):
+        return [] if stored == fresh else [Difference(place, stored, fresh)]
+    found = keys(stored, fresh, place)
+    for name in stored.keys() & fresh.keys():
+        found += plain(stored[name], fresh[name], f"{place}/{name}")
+    # The keys that both have are a set, which has no order of its own.
+    return sorted(found)
+
+
+def differences(layout: Layout, stored: Data, fresh: Data) -> list[Difference]:
+    """Find where two results disagree by more than the bounds of their fields.
+
+    Parameters
+    ----------
+    layout : Layout
+        Of both; a field whose bound is `ANY` is not compared.
+    stored, fresh : Data
+        ``/data`` of the reference and of the result held against it. Tolerances come from the
+        reference and from what is declared: an error that the fresh one states opens none.
+    """
+    return _groups(layout, ChainMap(dict(stored)), ChainMap(dict(fresh)))
+
+
+def _groups(layout: Layout, stored: Scope, fresh: Scope) -> list[Difference]:
+    """The same for a group and those around it."""
+    old, new = stored.maps[0], fresh.maps[0]
+    nodes = {**{x: {} for x in (*old, *new)}, **declared(layout, (*old, *new))}
+    kept = {x: node for x, node in nodes.items() if getattr(node, "within", None) != ANY}
+    found = keys([x for x in kept if x in old], [x for x in kept if x in new])
+    for x, node in kept.items():
+        if not found and isinstance(node, Field) and getattr(node.within, "sized", True):
+            found += _shapes(x, np.shape(old[x]), np.shape(new[x]))
+    # What is bounded by another field, or stands in a group, needs all of these.
+    if found:
+        return found
+    for x, node in kept.items():
+        if not isinstance(node, Field):
+            inner = stored.new_child(old[x]), fresh.new_child(new[x])
+            found += inside(x, _groups(node, *inner))
+        elif isinstance(node.within, Bound):
+            found += node.within.apart(x, stored, fresh)
+        else:
+            found += arrays(x, old[x], new[x], node.within)
+    return found
+
+
+def _shapes(place: str, stored: tuple[int, ...], fresh: tuple[int, ...]) -> list[Difference]:
+    said = f": shape {stored} stored, {fresh} computed"
+    return [] if stored == fresh else [Difference(place, stored, fresh, words=said)]
+
+
+def arrays(place: str, stored: Any, fresh: Any, allowed: Any = 0.0) -> list[Difference]:
+    """The worst element of two arrays, if it differs by more than is allowed.
+
+    Parameters
+    ----------
+    place : str
+        What they are.
+    stored, fresh : array or text
+        Floats are compared up to `allowed`, NaN with NaN; all else exactly.
+    allowed : float or array, optional
+        For all elements, or for each; where it is infinite nothing is compared.
+    """
+    a, b = np.asarray(stored), np.asarray(fresh)
+    if found := _shapes(place, a.shape, b.shape):
+        return found
+    excess = _excess(a, b, np.broadcast_to(allowed, a.shape))
+    if not excess.any():
+        return []
+    at, index = _worst(excess)
+    limit = float(np.broadcast_to(allowed, a.shape)[at]) if a.dtype.kind == "f" else 0.0
+    words = f": stored {shown(a[at])}, computed {shown(b[at])}{_aside(excess, limit)}"
+    return [Difference(f"{place}{index}", a[at], b[at], limit, words)]
+
+
+def beyond(place: str, stated: Any, declared: Any) -> list[Difference]:
+    """The worst element of errors that a result states of itself, if it is more than declared.
+
+    Parameters
+    ----------
+    place : str
+        What they are.
+    stated : array
+        Errors, NaN for one that is not known.
+    declared : float or array
+        The largest that is admitted of each; where it is infinite, any.
+    """
+    errors, most = np.asarray(stated), np.broadcast_to(declared, np.shape(stated))
+    # Written so that NaN is more than any bound but an infinite one.
+    over = ~(errors <= most) & ~np.isinf(most)
+    if not over.any():
+        return []
+    ratio = np.divide(errors, most, out=np.zeros(errors.shape), where=over)
+    at, index = _worst(np.nan_to_num(ratio, nan=np.inf))
+    limit = float(most[at])
+    words = f": {shown(errors[at])} is stated, at most {limit:.2g} is declared"
+    return [Difference(f"{place}{index}", limit, errors[at], limit, words)]
+
+
+def _worst(excess: Any) -> tuple[Any, str]:
+    """The index of the largest element, and as it is written behind a name."""
+    at = np.unravel_index(np.argmax(excess), excess.shape)
+    return at, f"[{', '.join(map(str, at))}]" if at else ""
+
+
+def _aside(excess: Any, limit: float) -> str:
+    """Remark on a difference: the limit, and the number of elements beyond theirs."""
+    count = int((excess > 0).sum())
+    said = [f"may differ by {limit:.2g}"] if limit else []
+    said += [f"{count} of {excess.size} differ"] if count > 1 else []
+    return f" ({', '.join(said)})" if said else ""
+
+
+def _excess(a: Any, b: Any, allowed: Any) -> Any:
+    """Excess of each element over its allowed difference, as a factor; 0 where they are equal."""
+    if not a.dtype.kind == b.dtype.kind == "f":
+        return ((a != b) & np.isfinite(allowed)).astype(float)
+    with np.errstate(invalid="ignore", divide="ignore"):
+        gap = np.abs(a - b)
+        # Written so that NaN differs from every number, and an infinity from the other.
+        same = (gap <= allowed) | (a == b) | (np.isnan(a) & np.isnan(b)) | np.isinf(allowed)
+        return np.where(same, 0.0, np.nan_to_num(gap / allowed, nan=np.inf, posinf=np.inf))
+
+
+ROUNDING = 1e-14
+"""Allowed difference of what only rounds: of angles in radians, of other numbers relative."""
+
+
+def bound(allowed: Callable[[str, Data, Data], Any]) -> Bound:
+    """A bound of each element, infinite where nothing is compared.
+
+    Parameters
+    ----------
+    allowed : callable
+        From the field's name and the two groups, stored and fresh, to what may be added to the
+        stored values: a number, or an array to be broadcast to them.
+    """
+
+    def apart(name: str, stored: Data, fresh: Data) -> list[Difference]:
+        return arrays(name, stored[name], fresh[name], allowed(name, stored, fresh))
+
+    return Bound(apart)
+
+
+def where(compared: Callable[[Data, Data], Any]) -> Bound:
+    """A bound of what must be the same where it is compared: from the groups, stored and fresh."""
+    return bound(lambda name, stored, fresh: np.where(compared(stored, fresh), 0.0, np.inf))
+
+
+def relative(share: float) -> Bound:
+    """A bound of each element, relative to it."""
+    return bound(lambda name, stored, fresh: share * np.abs(stored[name]))
+
+
+def of_largest(share: float, least: float = 0.0) -> Bound:
+    """A bound of all elements, relative to the largest, or to `least` if that is more."""
+    return bound(lambda name, stored, fresh: share * max(least, np.abs(stored[name]).max()))
+
+
+def of_field(other: str, share: float) -> Bound:
+    """A bound of all elements, relative to another field."""
+    return bound(lambda name, stored, fresh: share * np.abs(stored[other]))
+
+
+def modulo(period: float, allowed: Callable[[str, Data, Data], Any]) -> Bound:
+    """A bound of each element, as :func:`bound` takes it, of what has a period."""
+
+    def apart(name: str, stored: Data, fresh: Data) -> list[Difference]:
+        old, new = np.asarray(stored[name]), np.asarray(fresh[name])
+        # At the cut rounding decides the side.
+        new = old + np.remainder(new - old + period / 2, period) - period / 2
+        return arrays(name, old, new, allowed(name, stored, fresh))
+
+    return Bound(apart)
+
+
+def stated(most: float | Callable[[Data, Data], Any]) -> Bound:
+    """A bound of errors that a result states of itself: the fresh ones are held to it.
+
+    Gaps must be where they are in the stored result.
+
+    Parameters
+    ----------
+    most : float or callable
+        The largest size that is admitted of each, infinite for any; or a function to it from
+        the two groups, stored and fresh.
+    """
+
+    def apart(name: str, stored: Data, fresh: Data) -> list[Difference]:
+        limit = most(stored, fresh) if callable(most) else most
+        known, free = np.isfinite(stored[name]), np.where(np.isinf(limit), np.inf, 0.0)
+        held = arrays(name, known, np.isfinite(fresh[name]), free)
+        return held or beyond(name, np.where(known, np.abs(fresh[name]), 0.0), limit)
+
+    return Bound(apart)

@@ -1,0 +1,190 @@
+"""Data of results: named arrays in groups, and layouts, by which they are written and checked.
+
+A layout names the fields of a group and the groups inside it::
+
+    LAYOUT = {"<arrays>": {"codes": Field(WHOLE, ("symbols", "columns"), "1", "...")}}
+
+A name in ``<>`` stands for members of any names, as many as the dimension of that name; one
+that ends in ``?`` may be absent. A dimension has one size throughout, but in each member of
+such a group its own. Nothing that computes is imported: whoever reads a result reads this first.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Collection, Iterator, Mapping
+from typing import TYPE_CHECKING, Any, NamedTuple, TypeAlias, TypedDict
+
+import numpy as np
+
+if TYPE_CHECKING:
+    from rigidpend.experiments.compare import Difference
+
+
+class Dataset(NamedTuple):
+    """An array or a text to be stored, with its unit and meaning."""
+
+    values: Any
+    units: str
+    description: str
+    dimensions: tuple[int | str, ...] = ()
+    """Names of its dimensions, as the layout has them; empty where it declares none."""
+    coordinate: bool = False
+    """True if it is the coordinate along its dimension."""
+
+
+class Coming(NamedTuple):
+    """An array that comes in blocks, in the place of its values."""
+
+    shape: tuple[int, ...]
+    dtype: Any
+    block: tuple[int, ...]
+    """Shape of the largest of its blocks."""
+
+    @property
+    def ndim(self) -> int:
+        return len(self.shape)
+
+
+class Streamed(dict[str, Any]):
+    """A group some arrays of which come in blocks, for memory need not hold them as a whole.
+
+    Parameters
+    ----------
+    members : mapping
+        What comes has :class:`Coming` in the place of its values.
+    blocks : iterator
+        Blocks by the names of their arrays: where each belongs, and its values. They may be
+        computed when they are asked for, once.
+    """
+
+    def __init__(
+        self, members: Mapping[str, Any], blocks: Iterator[Mapping[str, tuple[Any, Any]]]
+    ) -> None:
+        super().__init__(members)
+        self.blocks = blocks
+
+
+Tree: TypeAlias = Mapping[str, "Dataset | Tree"]
+Data: TypeAlias = Mapping[str, Any]
+"""Group of a stored result, loaded: arrays, texts and groups by name."""
+
+
+class Loaded(TypedDict):
+    """A result file as plain data."""
+
+    attributes: dict[str, Any]
+    config: dict[str, Any]
+    """The resolved config, as plain data; numbers are texts, exact, or whole."""
+    provenance: dict[str, Any]
+    data: dict[str, Any]
+    """Arrays, texts and groups by name."""
+
+
+FLOAT, WHOLE, FLAG, TEXT = "double", "whole", "flag", "text"
+NUMBER = "number"
+"""Kinds of elements of a field; a number is a double or whole."""
+ANY = math.inf
+"""Bound of a field that is not compared: it hangs on the last bit, or tells how, not what."""
+
+
+class Bound(NamedTuple):
+    """A comparison of a field in two results, where one number does not say it."""
+
+    apart: Callable[[str, Data, Data], list[Difference]]
+    """From the field's name and the two groups, stored and fresh, to where they differ.
+
+    A name that a group has not is looked up in those around it."""
+    sized: bool = True
+    """True if the field has to be of one shape in both."""
+
+
+class Field(NamedTuple):
+    """An array, a number or a text in a result, with its unit and meaning."""
+
+    kind: str
+    dimensions: tuple[int | str, ...] = ()
+    """Sizes, or names of sizes, which may have a number added: ``symbols+1``."""
+    units: str = ""
+    description: str = ""
+    gaps: bool = False
+    """True if it may hold NaN or infinity."""
+    within: float | Bound = 0.0
+    """Difference that doubles may have in two results; other elements must be the same."""
+    symbol: str = ""
+    """Letter by which axes call it, as matplotlib sets it."""
+    coordinate: bool = False
+    """True if it is the coordinate along its dimension."""
+
+    def dataset(self, values: Any) -> Dataset:
+        """Values with their meaning, as they are stored; those of a part are given it anew."""
+        given = values.values if isinstance(values, Dataset) else values
+        if self.kind == TEXT and not isinstance(given, str) and np.asarray(given).dtype.kind != "S":
+            given = np.char.encode(np.array(given, dtype=str))
+        return Dataset(given, self.units, self.description, self.dimensions, self.coordinate)
+
+
+Layout: TypeAlias = Mapping[str, "Field | Layout"]
+Fields: TypeAlias = Mapping[str, Field]
+
+
+def datasets(layout: Layout, values: Mapping[str, Any]) -> dict[str, Any]:
+    """Give the values of a group, and of those inside it, the meaning that a layout declares.
+
+    What it does not declare is left out; blocks that are still to come stay with their group.
+    """
+    further, known = members(layout), named(layout)
+    nodes = dict.fromkeys(values, further[1]) if further else {}
+    nodes |= {name: node for name, (node, must) in known.items() if must or name in values}
+    made = {
+        name: node.dataset(values[name])
+        if isinstance(node, Field)
+        else datasets(node, values[name])
+        for name, node in nodes.items()
+    }
+    return Streamed(made, values.blocks) if isinstance(values, Streamed) else made
+
+
+def held(bound: float | Bound, fields: Fields) -> dict[str, Field]:
+    """The fields, with a bound for those of doubles that have none of their own."""
+    return {
+        name: field._replace(within=bound)
+        if field.kind in (FLOAT, NUMBER) and field.within == 0.0
+        else field
+        for name, field in fields.items()
+    }
+
+
+def members(layout: Layout) -> tuple[str, Field | Layout] | None:
+    """The dimension that counts members of any names, and what each is; None without such."""
+    for name, node in layout.items():
+        if name.startswith("<"):
+            return name.strip("<>"), node
+    return None
+
+
+def named(layout: Layout) -> dict[str, tuple[Field | Layout, bool]]:
+    """Members with a name of their own, each with True if it must be there."""
+    return {
+        name.removesuffix("?"): (node, not name.endswith("?"))
+        for name, node in layout.items()
+        if not name.startswith("<")
+    }
+
+
+def declared(layout: Layout, names: Collection[str]) -> dict[str, Field | Layout]:
+    """Those of some names that a layout declares, with what it says of them."""
+    known, further = {name: node for name, (node, _) in named(layout).items()}, members(layout)
+    if further:
+        known = {**dict.fromkeys(names, further[1]), **known}
+    return {name: known[name] for name in names if name in known}
+
+
+def fields(layout: Layout, data: Data, place: str = "") -> Iterator[tuple[str, Any, Field]]:
+    """The values of a group and of those inside it, each with its place and its field."""
+    for name, node in declared(layout, data).items():
+        inner = f"{place}{name}"
+        if isinstance(node, Field):
+            yield inner, data[name], node
+        else:
+            yield from fields(node, data[name], f"{inner}/")

@@ -1,0 +1,176 @@
+"""Fields that experiments share: arrays of route codes (itineraries), proofs, series over mu."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from functools import partial
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from rigidpend.experiments.compare import ROUNDING, bound, relative, where
+from rigidpend.experiments.data import ANY, FLAG, FLOAT, TEXT, WHOLE, Bound, Data, Field
+from rigidpend.numbers.generic import Array
+
+if TYPE_CHECKING:
+    from rigidpend.config.bodies import WeightedBodies
+
+
+SYMBOLS, CROSSINGS = ("symbols", "columns"), ("symbols+1", "columns")
+
+AT_FIRST, AT_SECOND, GROWTH = 1e-12, 1e-8, 3.5
+"""Allowed difference of the times of crossings 1 and 2, t', and its growth from there on."""
+APART = 0.02
+"""Allowed difference of the times of certain crossings, t'.
+
+Of two results each may err by a hundredth, far from the radian of the phase at which a symbol
+turns over."""
+
+
+def crossing_tolerance(crossings: int, growth: float = GROWTH) -> NDArray[np.float64]:
+    """Allowed difference of the times of each of so many crossings, t', (crossings, 1).
+
+    Notes
+    -----
+    On the way to the first crossing an error stays relative. On a passage at a distance d it
+    grows by 1/d, as exp(u T/2) with the time T that the passage takes, and T by its logarithm.
+    Between scalar and batched, full and compact builds the largest difference of 4,000 random
+    phases (body of Fig. 4) was 4e-15 at the first crossing, 2e-11 at the second, and then grew
+    by 3.4 a crossing, to 5e-4 at the sixteenth; DOP853 is ten times as far off. More than
+    `APART` no certain symbol leaves room for.
+    """
+    # In logarithms, for of a thousand crossings the power itself has no double.
+    exponent = np.log(AT_SECOND) + np.log(growth) * np.arange(crossings - 1.0)
+    grown = np.minimum(np.exp(np.minimum(exponent, 0.0)), APART)
+    return np.concatenate(([AT_FIRST], grown))[:, None]
+
+
+kept = where(lambda stored, fresh: stored["certain"])
+"""Bound of certainty: a symbol that has become certain is no loss, one that was stays so."""
+known = where(lambda stored, fresh: stored["certain"] & fresh["certain"])
+"""Bound of symbols: they are the same where both are certain."""
+
+
+def crossed(within: Callable[[int], Any]) -> Bound:
+    """Crossings of certain symbols differ by what is allowed of so many."""
+
+    def allowed(name: str, stored: Data, fresh: Data) -> Any:
+        certain = stored["certain"] & fresh["certain"]
+        # A crossing is as certain as the symbol that it ends; the first, which ends
+        # none, as the symbol that it begins.
+        after = np.vstack((certain[:1], certain))
+        return np.where(after, within(len(after)), np.inf)
+
+    return bound(allowed)
+
+
+MEANING = {
+    "theta2_0": Field(
+        FLOAT,
+        ("columns",),
+        "rad",
+        "initial phase of each column, rounded to a double; exactly start + k step of the config",
+        within=ROUNDING,
+        symbol=r"$\theta_2^0$",
+        coordinate=True,
+    ),
+    "codes": Field(
+        WHOLE,
+        SYMBOLS,
+        "1",
+        "symbols, row 0 = symbol 1: 0 left, 1 right, 255 none (no return)",
+        within=known,
+    ),
+    "certain": Field(
+        FLAG, SYMBOLS, "1", "whether two independent computations establish the symbol", within=kept
+    ),
+    "bits": Field(WHOLE, ("columns",), "bit", "precision that decided the column", within=ANY),
+    "crossing_time": Field(
+        FLOAT,
+        CROSSINGS,
+        "t' = t s",
+        "times of the crossings of J1 = J2/2, NaN where there is none",
+        gaps=True,
+        within=crossed(crossing_tolerance),
+    ),
+    "separatrix": Field(
+        WHOLE,
+        CROSSINGS,
+        "1",
+        "separatrix beside which the crossing lies, 1..4, 0 for none",
+        within=crossed(lambda crossings: 0.0),
+    ),
+}
+"""Fields of an array of route codes."""
+
+_step = partial(Field, WHOLE, ("steps",), "1", within=ANY)
+# What polynomials prove is compared, not these: their last digits differ between processors.
+STEPS = {
+    "family": _step("the family of orbits of which a step is, counted from 0"),
+    "bits": _step("its coefficients are in units of 2^-bits"),
+    "terms": _step("number of its terms"),
+    "powers": Field(
+        WHOLE,
+        ("terms", "powers"),
+        "1",
+        "j, k, l of T_j(x) u^k v^l; or j, k, l, m of T_j(x) u^k v^l w^m",
+        within=ANY,
+    ),
+    "coefficients": Field(
+        WHOLE,
+        ("terms", 7),
+        "1",
+        "of Qp, Qm, M3, gamma1, gamma2, gamma3, and of half of the length in time in 2^-50 t';"
+        " twice as large where j = 0",
+        within=ANY,
+    ),
+}
+"""Fields of the polynomials that prove what a result says of families of orbits."""
+
+
+BODIES, EACH = ("bodies",), ("bodies", "mu")
+"""Dimensions of what each body has, and of what it has at each weight."""
+NAME = Field(TEXT, BODIES, "text", "(bodies,): as in the config", coordinate=True)
+RATIO = 1e-13
+"""Allowed relative difference of a quotient."""
+MU_OVER_H0 = Field(
+    FLOAT,
+    ("mu",),
+    "1",
+    "weight over energy",
+    within=relative(RATIO),
+    symbol=r"$\mu/h_0$",
+    coordinate=True,
+)
+SMALL = 1e-2
+"""Largest mu/h0 at which slopes are fitted: above it the next order in mu shows."""
+
+
+def joined(found: Mapping[str, Any]) -> dict[str, Any]:
+    """Join the fields of all bodies, given by name, one after the other; with their names."""
+    first, *_ = found.values()
+    each = {key: [body[key].values for body in found.values()] for key in first}
+    return {"name": list(found), **{key: np.array(values) for key, values in each.items()}}
+
+
+def mu_over_h0(problem: WeightedBodies) -> Array:
+    """Ratio of weight and energy, the small parameter of the series, for every weight."""
+    return np.array([float(mu / problem.h0) for mu in problem.mu])
+
+
+def slope(ratio: Array, values: Array, floor: Array | float = 0.0) -> float:
+    """Fit the slope of values in mu, both logarithmic; NaN for less than two points.
+
+    Parameters
+    ----------
+    ratio : (n,) array
+        mu/h0; points above `SMALL` are left out.
+    values : (n,) array
+    floor : (n,) array or float, optional
+        Values that are not above it are left out: they are rounding.
+    """
+    kept = (ratio <= SMALL) & (values > floor)
+    if kept.sum() < 2:
+        return float("nan")
+    return float(np.polyfit(np.log(ratio[kept]), np.log(values[kept]), 1)[0])

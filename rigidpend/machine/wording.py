@@ -1,0 +1,174 @@
+"""Wording: words from a file or an error, fit for a message; tables of text in three forms."""
+
+from __future__ import annotations
+
+import itertools
+import math
+import textwrap
+from collections.abc import Iterable, Iterator, Sequence
+from typing import Any, NamedTuple, Self
+
+MOST = 200
+"""Characters."""
+
+
+def short(said: object, most: int = MOST) -> str:
+    """The first line of what is said, clipped; what could move a cursor is shown as ?."""
+    return plain(next(iter(str(said).splitlines()), "").expandtabs(1), most)
+
+
+def plain(text: str, most: int) -> str:
+    """A text, clipped; what cannot be printed, but for tabs, is shown as ?."""
+    clipped = text if len(text) <= most else f"{text[: most - 3]}..."
+    return "".join(x if x.isprintable() or x == "\t" else "?" for x in clipped)
+
+
+def error(kind: BaseException) -> str:
+    """An error with its kind, as a line."""
+    return f"{type(kind).__name__}: {short(kind)}"
+
+
+def library(failed: ImportError) -> str:
+    """The library that cannot be imported: the first that our code came to; empty for our own."""
+    if isinstance(failed, ModuleNotFoundError):
+        found = str(failed.name)
+    else:
+        found, frame = "", failed.__traceback__
+        while frame:
+            name = str(frame.tb_frame.f_globals.get("__name__"))
+            if name.startswith("rigidpend"):
+                found = ""
+            elif not name.startswith("importlib"):
+                found = found or name
+            frame = frame.tb_next
+    top = found.partition(".")[0]
+    return "" if top == "rigidpend" else top
+
+
+UNITS = ((1.0, "s"), (1e-3, "ms"), (1e-6, "us"))
+"""Units of time, descending, with their lengths in seconds; the last takes what is shorter."""
+
+
+class Column(NamedTuple):
+    """A column of a table: its values, each written in one form."""
+
+    header: str
+    values: Iterable[Any]
+    form: str = ""
+    """A format specification, as ``.6f``; empty for whatever the value is as a text."""
+
+
+class Table(NamedTuple):
+    """Rows of text under a caption."""
+
+    caption: str
+    header: Sequence[str]
+    rows: Sequence[Sequence[str]]
+    note: str = ""
+
+    @classmethod
+    def of(cls, caption: str, columns: Iterable[Column], note: str = "") -> Self:
+        """A table from its columns, all of one length."""
+        chosen = list(columns)
+        cells = ([format(value, one.form) for value in one.values] for one in chosen)
+        return cls(caption, [one.header for one in chosen], list(zip(*cells, strict=True)), note)
+
+
+def columns(rows: Sequence[Sequence[str]], width: int, margin: str = "") -> Iterator[str]:
+    """Write rows in columns as wide as they need; cells are wrapped where a line has no room.
+
+    Only a word that is longer than its column's share goes beyond the width.
+
+    Parameters
+    ----------
+    rows : sequence of sequences of str
+        All of the same length.
+    width : int
+        Characters of a line.
+    margin : str, optional
+        Stands before each line.
+    """
+    natural = [max(map(len, column)) for column in zip(*rows, strict=True)]
+    widths = _shares(rows, natural, width - len(margin) - 2 * (len(natural) - 1))
+    for row in rows:
+        # Words stay whole even beyond the width: a path or a key that is broken cannot be copied.
+        cells = [
+            textwrap.wrap(cell, share, break_long_words=False, break_on_hyphens=False)
+            for cell, share in zip(row, widths, strict=True)
+        ]
+        # A row of empty cells is a line as well.
+        for line in itertools.zip_longest(*cells, fillvalue="") if any(cells) else [("",)]:
+            padded = (f"{cell:<{share}}" for cell, share in zip(line, widths, strict=False))
+            yield f"{margin}{'  '.join(padded)}".rstrip()
+
+
+def _shares(rows: Sequence[Sequence[str]], natural: Sequence[int], room: int) -> list[int]:
+    """Widths of columns: the first as it needs, narrow ones too, the rest in equal parts."""
+    least = [
+        max((len(word) for cell in column for word in cell.split()), default=1)
+        for column in zip(*rows, strict=True)
+    ]
+    widths, left = [natural[0]] * len(natural), room - natural[0]
+    # Narrow ones first: what they leave of their equal part is shared by the wider ones.
+    rest = sorted(range(1, len(natural)), key=lambda k: natural[k])
+    for count, k in zip(range(len(rest), 0, -1), rest, strict=True):
+        widths[k] = max(1, min(natural[k], max(least[k], left // count)))
+        left -= widths[k]
+    return widths
+
+
+def terminal(table: Table) -> Iterator[str]:
+    """Write a table line by line, in columns of equal width; all but the first to the right."""
+    cells = [list(map(str, row)) for row in (table.header, *table.rows)]
+    widths = [max(len(row[k]) for row in cells) for k in range(len(table.header))]
+    yield table.caption
+    for row in cells:
+        rest = [cell.rjust(width) for cell, width in zip(row[1:], widths[1:], strict=True)]
+        yield "  " + "  ".join([row[0].ljust(widths[0]), *rest]).rstrip()
+    if table.note:
+        yield f"  {table.note}"
+    yield ""
+
+
+def markdown(table: Table) -> Iterator[str]:
+    """Write a table line by line in Markdown, its caption above it as a paragraph."""
+    yield from (table.caption, "") if table.caption else ()
+    for cells in (table.header, ["---"] * len(table.header), *table.rows):
+        # A bar inside a cell would end it.
+        yield f"| {' | '.join(str(cell).replace('|', '&#124;') for cell in cells)} |"
+    yield from ("", table.note) if table.note else ()
+
+
+def html(table: Table) -> str:
+    """Write a table in HTML, everything escaped."""
+    from markupsafe import Markup
+
+    # Every cell is escaped: names and notes come from configs and from files.
+    head = Markup("").join(Markup('<th scope="col">{}</th>').format(x) for x in table.header)
+    body = Markup("\n").join(
+        Markup("<tr>{}</tr>").format(Markup("").join(Markup("<td>{}</td>").format(x) for x in row))
+        for row in table.rows
+    )
+    note = Markup('<p class="note">{}</p>').format(table.note) if table.note else Markup("")
+    return Markup(
+        '<div class="sheet">\n<table>\n<caption>{}</caption>\n<thead><tr>{}</tr></thead>\n'
+        "<tbody>\n{}\n</tbody>\n</table>\n{}\n</div>"
+    ).format(table.caption, head, body, note)
+
+
+def seconds(value: float) -> str:
+    """Write a time with three digits and its unit; ``-`` where it is not finite."""
+    if not math.isfinite(value):
+        return "-"
+    unit, name = next((u for u in UNITS if value >= u[0]), UNITS[-1])
+    return f"{_digits(value / unit)} {name}"
+
+
+def times(ratio: float) -> str:
+    """Write a ratio with three digits; ``-`` where it is not finite."""
+    return _digits(ratio) if math.isfinite(ratio) else "-"
+
+
+def _digits(value: float) -> str:
+    """Three digits, without an exponent up to a million."""
+    return f"{value:,.0f}" if 1000 <= value < 1e6 else f"{value:.3g}"

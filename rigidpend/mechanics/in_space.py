@@ -1,0 +1,215 @@
+"""Motions in space at J3 = 0: precession about the vertical, and the hodograph of omega.
+
+The fixed hodograph is that of the angular velocity, Poinsot's herpolhode where mu = 0. The fixed
+basis has xi along the vertical gamma and the horizontal eta along M at theta3 = 0. M and omega are
+physical, in principal axes; rates are per unit of the time of domega.
+"""
+
+from __future__ import annotations
+
+import functools
+import math
+from collections.abc import Callable
+from enum import Enum
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from rigidpend.mechanics.body import SAME_WITHIN, Angles, Body
+from rigidpend.mechanics.coordinates import Aligned, body_from_aligned, scale
+from rigidpend.mechanics.equations import aligned, aligned_coefficients, cross
+from rigidpend.numbers.exact import context
+from rigidpend.numbers.generic import Elementary, Numbers, Scalar
+
+
+class Regime(Enum):
+    """Order of theta3's increments along the separatrices, largest first.
+
+    A value holds groups of equal increments, a number 1 to 4 standing for its separatrix and 0
+    for no increment.
+    """
+
+    i = ((1, 2), (0,), (3, 4))
+    ii = ((2,), (1,), (0,), (3,), (4,))
+    iii = ((2,), (0, 1, 3), (4,))
+    iv = ((2,), (3,), (0,), (1,), (4,))
+    v = ((2, 3), (0,), (1, 4))
+
+    def __str__(self) -> str:
+        return " > ".join(" = ".join(map(str, group)) for group in self.value)
+
+
+def regime(body: Body) -> Regime:
+    """Order of the increments of theta3, by the body's angles (eq. trieq).
+
+    beta0 = pi, beta0 = 0 and alpha0 = beta0 (the Hess case) are recognised as `Body.special_cases`
+    tells: to within the rounding of doubles, from angles in 113 bits.
+
+    Returns
+    -------
+    Regime
+        i where beta0 = pi, ii where beta0 > alpha0, iii where they are equal, iv where
+        beta0 < alpha0, v where beta0 = 0.
+    """
+    p, pi = body.angles(113), context(113).pi
+    if abs(pi - p.beta0) <= SAME_WITHIN:
+        return Regime.i
+    if abs(p.beta0) <= SAME_WITHIN:
+        return Regime.v
+    if "Hess" in body.special_cases:
+        return Regime.iii
+    return Regime.ii if p.beta0 > p.alpha0 else Regime.iv
+
+
+def increments(p: Angles, h0: float) -> NDArray[np.float64]:
+    """Increments of theta3 along the separatrices, to first order in mu (eq. tri1).
+
+    Parameters
+    ----------
+    p : Angles
+        Of the body, floats.
+    h0 : float
+        Energy constant, kappa J2_0^2/2.
+
+    Returns
+    -------
+    (4,) array
+        Radians, for the separatrices 1, 2, 3, 4.
+
+    Notes
+    -----
+    The separatrices 1 and 3 lie at theta1 = beta0 - alpha0 (+ 2 pi), as in (sol_1) and
+    (sol_12). The initial values alpha0 - beta0 (+ 2 pi) printed beside their increments are a
+    slip; the increments are right.
+    """
+    # The second form of (tri1): 2/J2_0^2 = kappa/h0.
+    unit = p.mu * np.pi * p.kappa / (h0 * np.sin(p.alpha0))
+    first = unit * np.sin((p.beta0 - p.alpha0) / 2)
+    second = unit * np.sin((p.beta0 + p.alpha0) / 2)
+    # 3 and 4 lie 2 pi further in theta1, where sin(theta1/2) of (th3) has the opposite sign.
+    return np.array([first, second, -first, -second])
+
+
+def plateaus(separatrices: ArrayLike, p: Angles, h0: float) -> NDArray[np.float64]:
+    """Plateaus of theta3 near the periodic orbits that a route passes, to first order in mu.
+
+    Parameters
+    ----------
+    separatrices : k ints
+        1..4, in the order of the route, which starts near a periodic orbit at theta3 = 0.
+    p, h0 : as in :func:`increments`
+
+    Returns
+    -------
+    (k + 1,) array
+        Radians, before the first separatrix and after each.
+    """
+    gained = increments(p, h0)[np.asarray(separatrices, dtype=int) - 1]
+    return np.concatenate(([0.0], np.cumsum(gained)))
+
+
+def turning_rate(M: Numbers, r: Numbers, mu: Scalar) -> Any:
+    """Rate of theta3 in time t, mu r . M/M^2, from physical M.
+
+    It is (th3) in other variables. It has no singularity at J1 = 0 or J1 = J2, where theta1
+    has no value.
+    """
+    return mu * sum(r[i] * M[i] for i in range(3)) / sum(x * x for x in M)
+
+
+def hodograph(omega: Numbers, gamma: Numbers, domega: Numbers) -> tuple[Any, Any, Any]:
+    """Compute omega_xi, omega_rho^2 and the rate of alpha (eq. eqPV).
+
+    Parameters
+    ----------
+    omega, gamma, domega : 3 numbers or arrays each
+        Angular velocity, vertical, and the derivative of the former.
+
+    Returns
+    -------
+    tuple of 3
+        The vertical component, the square of the horizontal one, and the rate at which the
+        latter turns; units of omega, of its square, radians per time of `domega`.
+    """
+    omega_xi = _dot(omega, gamma)
+    square = _dot(omega, omega) - omega_xi * omega_xi
+    return omega_xi, square, _dot(cross(gamma, omega), domega) / square
+
+
+def alpha_ahead(M: Numbers, omega: Numbers, gamma: Numbers) -> Any:
+    """Angle alpha - theta3 from M to the horizontal part of omega at J3 = 0 (eq. th_al).
+
+    Parameters
+    ----------
+    M, omega, gamma : 3 numbers or arrays each
+
+    Returns
+    -------
+    number or array
+        Radians. M . omega > 0, so that the paper's arctan is the angle itself.
+    """
+    return np.arctan2(_dot(M, cross(omega, gamma)), _dot(M, omega))
+
+
+def fixed_components(omega: Numbers, gamma: Numbers, alpha: Any) -> NDArray[np.float64]:
+    """Compute omega in the fixed basis, (n, 3): xi, eta, zeta, from omega_rho and alpha of (eqPV).
+
+    Parameters
+    ----------
+    omega, gamma : (3, n) arrays
+    alpha : (n,) array
+        Radians.
+    """
+    omega_xi = _dot(omega, gamma)
+    # Not sqrt(|omega|^2 - omega_xi^2), which cancels where omega is nearly vertical.
+    rho = np.linalg.norm(cross(gamma, omega), axis=0)
+    return np.stack((omega_xi, rho * np.cos(alpha), rho * np.sin(alpha)), axis=-1)
+
+
+def field(body: Body) -> Callable[[Any, Any], tuple[Any, ...]]:
+    """Field of the aligned equations with the quadratures of theta3 and alpha, time t'.
+
+    Returns
+    -------
+    callable
+        ``field(state, m)`` for `states.states_at`: of 8 numbers, the aligned components,
+        theta3 and alpha, the derivatives in t'.
+    """
+    (A, _, _), without = body.floats(), field_without_alpha(body)
+    alpha0, s = body.alpha0, scale(A, math)
+
+    def rates(state: Numbers, m: Elementary) -> tuple[Any, ...]:
+        found = without(state[:7], m)
+        M, gamma = body_from_aligned(Aligned(*state[:6]), alpha0, s)
+        # M is linear in the aligned components, so the same map takes their rates to its own.
+        dM, _ = body_from_aligned(Aligned(*found[:6]), alpha0, s)
+        omega, domega = angular_velocity(M, A), angular_velocity(dM, A)
+        # domega is the rate of omega in t', so that of alpha comes out in t' as well.
+        return (*found, hodograph(omega, gamma, domega)[2])
+
+    return rates
+
+
+@functools.lru_cache(maxsize=32)
+def field_without_alpha(body: Body) -> Callable[[Any, Any], tuple[Any, ...]]:
+    """Field of 7 numbers, without alpha, which (th_al) gives from theta3 without quadrature."""
+    A, r, mu = body.floats()
+    p, s = body.angles(), scale(A, math)
+    coefficients = aligned_coefficients(p, math)
+
+    def rates(state: Numbers, _: Any) -> tuple[Any, ...]:
+        M, _ = body_from_aligned(Aligned(*state[:6]), p.alpha0, s)
+        # The precession is known per t, and t' = t s.
+        return (*aligned(state[:6], coefficients), turning_rate(M, r, mu) / s)
+
+    return rates
+
+
+def angular_velocity(M: Numbers, A: Numbers) -> list[Any]:
+    """Solve M = A omega for omega, three numbers or arrays; physical units."""
+    return [M[i] / A[i] for i in range(3)]
+
+
+def _dot(a: Numbers, b: Numbers) -> Any:
+    return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]

@@ -1,0 +1,290 @@
+"""One self-contained HTML page from a folder of results: figures beside numbers.
+
+The ``draw.py`` of an experiment says what stands beside its figure: ``tables(result)``
+gives the numbers that the paper prints next to those computed, from the stored result alone.
+Experiments without tables appear with their figure and provenance.
+"""
+
+from __future__ import annotations
+
+import base64
+import io
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any, NamedTuple
+
+from rigidpend import experiments
+from rigidpend.experiments.data import Loaded
+from rigidpend.machine import files, wording
+from rigidpend.machine.files import Absent
+from rigidpend.machine.wording import Table
+from rigidpend.machine.workers import check_stop, cores, side_by_side
+from rigidpend.results import store
+from rigidpend.runs import remedies
+from rigidpend.runs.certificate_files import beside, marked, results_in
+
+HERE = Path(__file__).parent
+COLOURS = 128
+"""Colours of an image in the page."""
+FEW = 3
+"""Results whose images are reduced one after the other; more share the processors."""
+
+
+class ResultSection(NamedTuple):
+    """A result's part of the page."""
+
+    name: str
+    figure: str = ""
+    experiment: str = ""
+    picture: str = ""
+    """Image as a data URI."""
+    caption: str = ""
+    """Sentences on what the figure shows."""
+    bodies: Sequence[str] = ()
+    """Phrases on the body, or on each of them."""
+    tables: Sequence[Table] = ()
+    provenance: Sequence[tuple[str, str]] = ()
+    problem: str = ""
+    """Reason why nothing is shown."""
+    doubt: str = ""
+    """Doubt about what is shown, or about what is missing beside it."""
+
+    @property
+    def title(self) -> str:
+        if self.problem:
+            return self.name
+        what = self.experiment.replace("_", " ")
+        if self.of_the_paper:
+            return f"Fig. {self.figure}: {what}"
+        named = "" if self.name == self.experiment else f": {self.name}"
+        return f"{what.capitalize()}{named}"
+
+    @property
+    def of_the_paper(self) -> bool:
+        """True if the paper has this figure: its number begins with a digit."""
+        return self.figure[:1].isdigit()
+
+    @property
+    def order(self) -> tuple[bool, str]:
+        """Sorting key: the paper's figures first, in their order."""
+        return not self.of_the_paper, f"{self.figure} {self.name}"
+
+
+class Page(NamedTuple):
+    """A page as HTML, and what is wrong with results that it cannot show."""
+
+    html: str
+    problems: list[str]
+
+
+def results(folder: Path) -> list[Path]:
+    """Result files directly in a folder, by name; certificates are not.
+
+    Raises
+    ------
+    Absent
+        There is none.
+    """
+    found = results_in(folder)
+    if not found:
+        raise Absent(f"{folder}: no results; call: rigidpend run all --out {folder}")
+    return found
+
+
+def write(sources: Sequence[Path], target: Path) -> list[str]:
+    """Write the page for some results, whole or not at all.
+
+    Returns
+    -------
+    list of str
+        What is wrong with results that it cannot show; the page says it too.
+
+    Raises
+    ------
+    StoreError
+        As :func:`build`; or the page cannot be written.
+    """
+    page = build(sources)
+    files.prepare(target)
+    files.write(target, page.html.encode("utf-8"))
+    return page.problems
+
+
+def build(sources: Sequence[Path]) -> Page:
+    """Build the page for some results.
+
+    Raises
+    ------
+    StoreError
+        None of them can be shown; Absent where none is there.
+    """
+    jobs = cores() if len(sources) > FEW else 1
+    sections = side_by_side(_section, (), True, sources, jobs)
+    problems = [said for found in sections if (said := found.problem or found.doubt)]
+    # A page of nothing but complaints is no report.
+    if all(found.problem for found in sections):
+        there = any(source.exists() for source in sources)
+        raise (store.StoreError if there else Absent)("\n".join(problems))
+    return Page(html(sorted(sections, key=lambda found: found.order)), problems)
+
+
+def _section(source: Path) -> ResultSection:
+    """The part of a file; a sentence where it cannot be shown."""
+    from rigidpend import render
+
+    check_stop()
+    try:
+        result = store.load(source)
+        certificate, doubt = _certificate(source)
+        drawn = render.kept(source.with_suffix(".png"), render.drawn_from([source]))
+        return section(marked(result, certificate), drawn)._replace(doubt=doubt)
+    except render.Undrawable as error:
+        said = store.StoreError.of(source, str(error))
+    except store.StoreError as error:
+        said = error
+    except MemoryError:
+        said = store.StoreError(f"{source}: not enough memory to show it")
+    except render.OF_VALUES as error:
+        # One file, whatever is in it, does not keep the others from being shown.
+        said = store.StoreError.of(source, f"cannot be shown: {wording.error(error)}")
+    return ResultSection(source.stem, problem=remedies.told(said))
+
+
+def _certificate(source: Path) -> tuple[Loaded | None, str]:
+    """The certificate beside a result; failing that, why none of it is shown."""
+    try:
+        return beside(source), ""
+    except store.StoreError as error:
+        return None, f"nothing is marked as proven: {remedies.told(error)}"
+
+
+def section(result: Any, drawn: bytes | None = None) -> ResultSection:
+    """Make a result's part of the page, with its image, drawn now where none is given."""
+    from rigidpend import render
+    from rigidpend.render import captions
+
+    attributes = result["attributes"]
+    experiment = str(attributes["experiment"])
+    return ResultSection(
+        name=str(attributes.get("name", "unnamed")),
+        figure=str(attributes.get("figure", "")),
+        experiment=experiment,
+        picture=picture(drawn or render.image([result], "png")),
+        caption=captions.caption(experiment),
+        bodies=captions.bodies(result),
+        tables=experiments.tables(experiment, result),
+        provenance=_provenance(result),
+    )
+
+
+def _provenance(result: Any) -> list[tuple[str, str]]:
+    """Provenance of a result, for the foot of its part."""
+    fingerprint = ("engine", "config_hash", "code_hash")
+    rows = [(key, str(result["attributes"].get(key, ""))) for key in fingerprint]
+    rows += [(key, str(value)) for key, value in result["provenance"].items()]
+    return [(key.replace("_", " "), value) for key, value in rows]
+
+
+def picture(png: bytes) -> str:
+    """Encode an image as a data URI, so that the page needs no other file.
+
+    Its colours are reduced to a palette, by which it takes a third of the room: figures have few.
+    """
+    from PIL import Image
+
+    small = io.BytesIO()
+    with Image.open(io.BytesIO(png)) as full:
+        # Without dithering, whose noise in flat colours would not compress.
+        reduced = full.convert("RGB").quantize(COLOURS, dither=Image.Dither.NONE)
+        # The usual compression: the best takes five times as long for a twentieth of the room.
+        reduced.save(small, "png")
+    return f"data:image/png;base64,{base64.b64encode(small.getvalue()).decode('ascii')}"
+
+
+def html(sections: Sequence[ResultSection]) -> str:
+    """Write the whole page as HTML."""
+    from jinja2 import Environment, FileSystemLoader, StrictUndefined
+
+    environment = Environment(
+        loader=FileSystemLoader(HERE),
+        autoescape=True,
+        # A name that the template has and the page has not is an error, and no gap in the page.
+        undefined=StrictUndefined,
+        trim_blocks=True,
+        lstrip_blocks=True,
+    )
+    environment.filters["sheet"] = wording.html
+    style = (HERE / "page.css").read_text(encoding="utf-8")
+    caption = "Where the paper slips, or leaves a value open, and what is computed here"
+    slips = Table(caption, ("place", "as printed", "here"), DEPARTURES)
+    template = environment.get_template("page.html")
+    return template.render(sections=sections, departures=slips, style=style)
+
+
+class Departure(NamedTuple):
+    """One departure: its place in the paper, what is printed there and what is computed here."""
+
+    place: str
+    """Label in the paper's TeX source, or a figure."""
+    printed: str
+    here: str
+
+
+DEPARTURES = (
+    Departure("section 1, (cond_P)", "A2 + A3 > A1", "equality admitted: body a of Table 1 has it"),
+    Departure("(gamma_dep)", "arcsin and arctan, which lose the quadrant", "atan2 forms"),
+    Departure(
+        "section 3",
+        "h0 is the energy, and also kappa J2_0^2/2",
+        "they differ by mu sin(theta2_0); which is meant is said at each place",
+    ),
+    Departure(
+        "section 3",
+        "kappa J2_0^2/2 > mu is enough for rotation",
+        "only where sin(theta2_0) >= 0; at every phase 2 mu is",
+    ),
+    Departure(
+        "sections 1 and 5",
+        "pendulum motions unstable at any h0 > mu",
+        "elliptic for some bodies, such as that of Fig. 5 for mu/h0 from 0.589 to 0.868",
+    ),
+    Departure(
+        "(eq_Ric1) at J1 = J2",
+        '"the similar Riccati equation", coefficients not printed',
+        "its own coefficients: -a0, -a1, -a2 at pi - tau",
+    ),
+    Departure(
+        "(tt), theta2 of T2",
+        "ends with cos(theta2*)",
+        "ends with cos(beta0 + epsilon alpha0 + theta2*)",
+    ),
+    Departure("(Im)", "the closed form's sign", "opposite, as its bracket says; its zeros stand"),
+    Departure("(Im)", "a divergent improper integral", "converges absolutely, like sech^2"),
+    Departure(
+        "(Im)",
+        "the phase is added to theta2*, which holds theta2_0 already",
+        "the phase is theta2_0 itself",
+    ),
+    Departure(
+        "section 5, Hess case",
+        "a countable set of orbits in which S2- and S1+ meet",
+        "the two are one surface there",
+    ),
+    Departure(
+        "section 6, Hess case",
+        "alpha gains along each separatrix",
+        "nothing along 1 and 3, as (trieq) has it",
+    ),
+    Departure(
+        "(tri1), items 1 and 3",
+        "theta1_0 = alpha0 - beta0 (+ 2 pi)",
+        "beta0 - alpha0 (+ 2 pi), as in (sol_1), (sol_12)",
+    ),
+    Departure("Fig. 4", 'J1_0 "approximately 0"', "1e-8"),
+    Departure(
+        "Fig. 5",
+        "h0 = 1.1111, no J1_0",
+        "10/9 and 2.39205e-9, at which both published routes come out",
+    ),
+)
+"""All departures, in the paper's order; `test_departures.py` has a test for each."""

@@ -1,0 +1,277 @@
+"""The return map at one energy as chains use it, and the orbits of Fig. 4 as their beginnings.
+
+A :class:`Level` has the inverse charts, values and slopes looked up at once, in doubles. A
+:class:`Surface` has an orbit for each phase theta2_0 on S1-.
+"""
+
+from __future__ import annotations
+
+import functools
+import math
+from collections.abc import Callable, Iterator
+from typing import Any, NamedTuple, TypeAlias, TypeVar
+
+import numpy as np
+from numpy.typing import NDArray
+
+from rigidpend.mechanics.equations import hamiltonian_J3_0
+from rigidpend.numbers.generic import Array, Scalar
+from rigidpend.orbits.return_map import (
+    EnergyLevel,
+    MapError,
+    Passage,
+    ReturnMap,
+    SectionPoint,
+    return_map,
+)
+from rigidpend.orbits.return_map.conjugacy import TorusRates, inverted, torus_rates
+from rigidpend.orbits.return_map.passage import Entered
+from rigidpend.routes.mapped import start_Qp
+from rigidpend.routes.problem import RouteProblem
+
+Mask: TypeAlias = NDArray[np.bool_]
+Signs: TypeAlias = NDArray[np.int64]
+
+LOOKS = 128
+"""Phases at which the splitting is looked at."""
+STEP = 1e-4
+"""Step of the differences in theta2_0, radians: its square is the error of a slope."""
+
+
+class PassageEnds(NamedTuple):
+    """Crossings as functions of I and an angle at an end of their passages, of one shape."""
+
+    chi: Array
+    """Radians, whole turns included."""
+    d: Array
+    """Dimensionless."""
+    constant: Array
+    """Share of the passage's time that belongs to this end, t'."""
+    chi_by: tuple[Array, Array]
+    """Derivatives of chi in I and in the angle."""
+    d_by: tuple[Array, Array]
+
+
+Record = TypeVar("Record", bound=tuple[Any, ...])
+
+
+def columns(record: Record, where: slice | Signs | Mask) -> Record:
+    """Some of the columns of a record of arrays, or all in another order."""
+    return _parts(record, (..., where))
+
+
+def rows_of(record: Record, where: slice | Signs) -> Record:
+    """Some of the rows."""
+    return _parts(record, (where,))
+
+
+def _parts(record: Record, where: tuple[Any, ...]) -> Record:
+    found = [_parts(x, where) if isinstance(x, tuple) else x[where] for x in record]
+    make = getattr(record, "_make", type(record))
+    return make(found)
+
+
+def onward(
+    level: EnergyLevel, point: SectionPoint, n: int, slopes: bool = False
+) -> Iterator[Passage]:
+    """The n passages that follow crossings, one after the other."""
+    for _ in range(n):
+        passed = level.passage(point, slopes=slopes)
+        yield passed
+        point = passed.point
+
+
+def widest_d(level: EnergyLevel) -> float:
+    """Largest |d| of the tables of a map, the scale of d in Newton's method and in roundings."""
+    return max(float(chart.forward.width) for chart in level.charts)
+
+
+class Level:
+    """A map's inverse charts at one energy, in the form in which chains use them.
+
+    Attributes
+    ----------
+    map_level : EnergyLevel
+    h : float
+    widest : float
+        Largest |I| of the tables.
+    unit : float
+        Largest |d| of the tables.
+    """
+
+    def __init__(self, made: ReturnMap, h: Scalar) -> None:
+        self.map_level: EnergyLevel = made.at(h)
+        self.h = float(h)
+        charts = self.map_level.charts
+        self.widest = min(float(chart.inverse.width) for chart in charts)
+        self.unit = widest_d(self.map_level)
+        self.exponent = float(self.map_level.exponent[0, 0])
+        self.splitting = self._splitting()
+        self.shift = self._shift()
+
+    def rates(self, I: Array) -> TorusRates:
+        """Lambda(I) and the mean dt'/dchi, in the shape of I."""
+        found = torus_rates(self.map_level.exponent, self.map_level.rotation, I.ravel())
+        return TorusRates(*(x.reshape(I.shape) for x in found))
+
+    def crossings(self, rising: Mask, upper: Mask, I: Array, angle: Array) -> PassageEnds:
+        """The crossings at one end of passages past the upper or the lower periodic orbit.
+
+        Parameters
+        ----------
+        rising : array
+            Whether the crossings are upward.
+        upper : array
+            Which orbit is passed. The lower one is the reversed upper one: angles change sign.
+        I, angle : arrays
+            All four of shapes that fit each other.
+        """
+        rising, upper, I, angle = np.broadcast_arrays(rising, upper, I, angle)
+        side = np.where(upper, 1.0, -1.0)
+        value, by_I, by_angle = seen = np.empty((3, 4, *I.shape))
+        for kind in (False, True):
+            here, level = rising == kind, self.map_level
+            if here.any():
+                table = level.charts[kind].inverse
+                found = table.look_up_slopes(I[here], (side * angle)[here], level.a)
+                seen[..., here] = np.array(found)
+        return PassageEnds(
+            angle + side * value[1],
+            value[0],
+            side * value[2],
+            (side * by_I[1], 1 + by_angle[1]),
+            (by_I[0], side * by_angle[0]),
+        )
+
+    def arriving(self, I: Array, b: Array) -> PassageEnds:
+        """Upward crossings at the ends of passages past the lower periodic orbit."""
+        return self.crossings(np.array(True), np.array(False), I, b)
+
+    def invariants(self, signs: Signs, growth: Array) -> tuple[Array, Array]:
+        """I of passages in which the angle grows by `growth`, and its derivative.
+
+        Beyond the tables' range it is its border, so that an iteration may come back.
+        """
+        size = np.minimum(np.exp(-growth * self.exponent), self.widest)
+        slope = size
+        for _ in range(8):
+            I = np.asarray(signs * size, dtype=float)
+            rates = self.rates(I)
+            depth = -np.log(size) / rates.exponent
+            slope = -1 / (1 / (I * rates.exponent) + depth * rates.exponent_slope / rates.exponent)
+            ratio = np.clip(slope * (growth - depth) / I, -0.9, 9.0)
+            size = np.minimum(size * (1 + ratio), self.widest)
+            if np.abs(ratio).max(initial=0.0) < 1e-15:
+                break
+        return np.asarray(signs * size, dtype=float), slope
+
+    def half_turns(self, I: float) -> float:
+        """The half rotations that a passage takes between crossings at multiples of pi."""
+        return (-math.log(abs(I)) / self.exponent + self.shift) / math.pi
+
+    @property
+    def fewest_half_turns(self) -> int:
+        """The half rotations that any passage takes at least."""
+        return math.floor(self.half_turns(2 * self.splitting))
+
+    def invariant(self, half_turns: float) -> float:
+        """The |I| of passages with so many half rotations, the inverse of `half_turns`."""
+        return math.exp((self.shift - math.pi * half_turns) * self.exponent)
+
+    def _splitting(self) -> float:
+        """Largest |I| that a crossing on the unstable surface of the lower orbit leads to."""
+        level, a = self.map_level, self.map_level.a
+        b = np.linspace(0, 2 * np.pi, LOOKS)
+        on = self.arriving(np.zeros(LOOKS), b)
+        U, V, *_ = level.charts[True].forward.look_up(on.d, on.chi, a)
+        return float(np.abs(U * V).max())
+
+    def _shift(self) -> float:
+        """Growth of chi in a passage beyond -ln|I|/Lambda, from 0 to a multiple of pi."""
+        both, zero = np.array([True, False]), np.zeros(2)
+        at = self.crossings(both, np.array([True, True]), zero, zero)
+        return float(at.chi[1] - at.chi[0])
+
+
+class Arrival(NamedTuple):
+    """The passage before the first crossing, as a function of one unknown: numbers or arrays."""
+
+    I: Any
+    b: Any
+    I_slope: Any
+    b_slope: Any
+
+    def crossing(self, level: Level) -> PassageEnds:
+        """The first crossings, upward ones: where that passage ends."""
+        return level.arriving(np.atleast_1d(self.I), np.atleast_1d(self.b))
+
+
+class Surface(NamedTuple):
+    """Orbits that start at theta1_0 = alpha0 + beta0, J1_0 and J2_0 = sqrt(2 h0/kappa)."""
+
+    problem: RouteProblem
+    made: ReturnMap
+    """Over the energies of all phases."""
+
+    def level(self, h: float) -> Level:
+        """The map at one energy."""
+        return Level(self.made, h)
+
+    def energy(self, theta2: float) -> float:
+        """The energy of the orbit of a phase (eq. h0_new), dimensionless."""
+        return float(self.energies(theta2, float(self.problem.J1_0.at(53))))
+
+    def energies(self, theta2: Any, J1_0: Any) -> Any:
+        """The energies of orbits with other J1_0, arrays."""
+        p, J2 = self.problem.body.angles(), float(self.problem.J2_0(53))
+        return hamiltonian_J3_0(J1_0, J2, (p.alpha0 + p.beta0, theta2), p, np)
+
+    def first_crossings(self, theta2: Array, J1_0: Array) -> tuple[EnergyLevel, Entered]:
+        """The first crossings of orbits with other J1_0, and the map at the energy of each."""
+        level = self.made.at(self.energies(theta2, J1_0))
+        Qp = start_Qp(self.problem, "1", 53, J1_0)
+        return level, level.enter(Qp, self._phase(theta2))
+
+    def energy_slope(self, theta2: float) -> float:
+        """Its derivative, per radian."""
+        return (self.energy(theta2 + STEP) - self.energy(theta2 - STEP)) / (2 * STEP)
+
+    def begin(self, level: Level) -> Callable[[float], Arrival]:
+        """The arrival of the orbit of a phase, at a given energy."""
+
+        def arrival(theta2: float) -> Arrival:
+            I, b = self._entered(level, theta2 + STEP * np.array([-1.0, 0.0, 1.0]))
+            return Arrival(I[1], b[1], (I[2] - I[0]) / (2 * STEP), (b[2] - b[0]) / (2 * STEP))
+
+        return arrival
+
+    def first_time(self, level: Level, theta2: Array) -> Array:
+        """t' of the first crossings."""
+        entered = level.map_level.enter(start_Qp(self.problem, "1", 53), self._phase(theta2))
+        return np.asarray(entered.time)
+
+    def _entered(self, level: Level, theta2: Array) -> tuple[Array, Array]:
+        """I and b of the mirrored starts."""
+        made, phase, zero = level.map_level, self._phase(theta2), 0 * theta2
+        Qp = start_Qp(self.problem, "1", 53)
+        at = inverted(made.nf, made.weights, phase, zero + Qp, zero, made.a)
+        if np.abs(at.v).max() > made.nf.radius:
+            raise MapError(f"J1_0 = {self.problem.J1_0} lies outside of the normal form")
+        I = at.u * at.v
+        return I, -(phase + np.log(at.v) / level.rates(I).exponent)
+
+    def _phase(self, theta2: Array) -> Array:
+        found: Array = math.pi / 2 - self.problem.body.angles().beta0 / 2 - theta2
+        return found
+
+
+@functools.lru_cache(maxsize=8)
+def surface(problem: RouteProblem) -> Surface:
+    """The orbits of a problem with their map.
+
+    Raises
+    ------
+    MapError
+        They have none; the message gives the reason.
+    """
+    return Surface(problem, return_map(problem.body, h=problem.energies))

@@ -1,0 +1,191 @@
+"""Comparing two results by what their layout declares: doubles within bounds, all else exactly."""
+
+from __future__ import annotations
+
+import functools
+import operator
+from typing import Any
+
+import numpy as np
+import pytest
+
+from rigidpend.experiments.compare import (
+    Difference,
+    attributes,
+    beyond,
+    bound,
+    differences,
+    inside,
+    modulo,
+    of_field,
+    of_largest,
+    outlines,
+    plain,
+    relative,
+    stated,
+)
+from rigidpend.experiments.data import ANY, FLOAT, TEXT, WHOLE, Field, Layout
+
+LAYOUT: Layout = {
+    "a": {
+        "x": Field(FLOAT, (2, 2), gaps=True, within=0.4),
+        "n": Field(WHOLE, (2,)),
+        "how": Field(WHOLE, within=ANY),
+        "e": Field(FLOAT, (2,), within=stated(0.2)),
+        "r": Field(FLOAT, (2,), within=relative(0.1)),
+        "m": Field(FLOAT, (2,), within=of_largest(0.1)),
+        "f": Field(FLOAT, (2,), within=of_field("scale", 0.1)),
+        "p": Field(FLOAT, (2,), within=modulo(4.0, lambda name, stored, fresh: 0.1)),
+        "c": Field(WHOLE, (2,), within=bound(lambda name, stored, fresh: np.array([0, np.inf]))),
+    },
+    "b": Field(TEXT, (2,)),
+    "scale": Field(FLOAT),
+    "of": {"<any>": {"y": Field(FLOAT)}},
+}
+
+
+def tree() -> dict[str, Any]:
+    two = np.array([1.0, 4.0])
+    return {
+        "a": {
+            "x": np.array([[1.0, 2.0], [np.nan, 4.0]]),
+            "n": np.array([1, 2]),
+            "how": np.array(1),
+            "e": np.array([0.1, np.nan]),
+            **{name: two.copy() for name in "rmfp"},
+            "c": np.array([1, 2]),
+        },
+        "b": np.array(["p", "q"], dtype=object),
+        "scale": np.array(10.0),
+        "of": {"one": {"y": np.array(1.0)}},
+    }
+
+
+def test_a_tree_does_not_differ_from_itself() -> None:
+    assert differences(LAYOUT, tree(), tree()) == []
+
+
+@pytest.mark.parametrize(
+    ("name", "index", "value", "said"),
+    [
+        ("x", (0, 1), 2.5, "a/x[0, 1]: stored 2, computed 2.5 (may differ by 0.4)"),
+        ("x", (0, 1), 2.375, None),
+        ("x", (1, 1), np.nan, "a/x[1, 1]: stored 4, computed nan (may differ by 0.4)"),
+        ("x", (1, 0), 0.0, "a/x[1, 0]: stored nan, computed 0 (may differ by 0.4)"),
+        ("n", (1,), 3, "a/n[1]: stored 2, computed 3"),
+        ("how", (), 2, None),
+        ("e", (0,), 0.19, None),
+        ("e", (0,), -0.25, "a/e[0]: 0.25 is stated, at most 0.2 is declared"),
+        ("e", (0,), np.nan, "a/e[0]: stored True, computed False"),
+        ("e", (1,), 0.1, "a/e[1]: stored False, computed True"),
+        ("r", (0,), 1.0625, None),
+        ("r", (0,), 1.25, "a/r[0]: stored 1, computed 1.25 (may differ by 0.1)"),
+        ("m", (0,), 1.25, None),
+        ("m", (0,), 1.5, "a/m[0]: stored 1, computed 1.5 (may differ by 0.4)"),
+        ("f", (0,), 1.75, None),
+        ("f", (0,), 2.25, "a/f[0]: stored 1, computed 2.25 (may differ by 1)"),
+        ("p", (1,), 0.0625, None),
+        ("p", (1,), 0.25, "a/p[1]: stored 4, computed 4.25 (may differ by 0.1)"),
+        ("c", (0,), 2, "a/c[0]: stored 1, computed 2"),
+        ("c", (1,), 3, None),
+    ],
+)
+def test_what_differs_by_more_than_is_declared_is_named(
+    name: str, index: Any, value: Any, said: str | None
+) -> None:
+    fresh = tree()
+    fresh["a"][name][index] = value
+    assert differences(LAYOUT, tree(), fresh) == ([said] if said else [])
+
+
+def test_a_text_that_changed_and_another_shape_are_found() -> None:
+    fresh = tree()
+    fresh["b"][1] = "r"
+    assert differences(LAYOUT, tree(), fresh) == ["b[1]: stored q, computed r"]
+    fresh["b"] = fresh["b"][:1]
+    assert differences(LAYOUT, tree(), fresh) == ["b: shape (2,) stored, (1,) computed"]
+
+
+def test_the_worst_difference_is_that_furthest_beyond_its_bound() -> None:
+    fresh = tree()
+    fresh["a"]["r"] += [0.3, 0.9]
+    [found] = differences(LAYOUT, tree(), fresh)
+    assert (found.place, found.computed) == ("a/r[0]", 1.3)
+    assert found.endswith("(may differ by 0.1, 2 of 2 differ)")
+
+
+@pytest.mark.parametrize("missing_first", [True, False])
+def test_a_missing_array_or_group_is_found_but_none_that_is_not_compared(
+    missing_first: bool,
+) -> None:
+    for place in (("a",), ("a", "n"), ("of", "one"), ("b",), ("a", "how")):
+        fewer = tree()
+        *outer, name = place
+        holder: Any = functools.reduce(operator.getitem, outer, fewer)
+        del holder[name]
+        pair = (fewer, tree()) if missing_first else (tree(), fewer)
+        where = "computed" if missing_first else "stored"
+        expected = [] if name == "how" else [f"{'/'.join(place)} is only {where}"]
+        assert differences(LAYOUT, *pair) == expected
+
+
+def test_the_error_furthest_beyond_what_is_declared_is_told() -> None:
+    for errors, said in (
+        ([0.1, 0.2], []),
+        ([0.5, 0.9], ["e[0]: 0.5 is stated, at most 0.1 is declared"]),
+        ([np.nan, 0.9], ["e[0]: nan is stated, at most 0.1 is declared"]),
+    ):
+        assert beyond("e", np.array(errors), np.array([0.1, 0.2])) == said
+    assert beyond("e", np.array([np.nan, np.inf]), np.inf) == []
+
+
+def test_a_difference_inside_a_group_keeps_its_parts() -> None:
+    [found] = inside("g", [Difference("a", 1.5, 2.5, 0.25)])
+    assert found == "g/a: stored 1.5, computed 2.5"
+    assert (found.place, found.stored, found.computed, found.allowed) == ("g/a", 1.5, 2.5, 0.25)
+
+
+def test_attributes_that_changed_came_or_went_are_told() -> None:
+    found = attributes({"x": 1, "y": 2, "z": [1, 2]}, {"x": 1, "w": 3, "z": [1, 3]}, "p")
+    assert found == [
+        "p@y: stored 2, computed (absent)",
+        "p@z: stored [1, 2], computed [1, 3]",
+        "p@w: stored (absent), computed 3",
+    ]
+
+
+def outline(**root: Any) -> dict[str, Any]:
+    given = {"engine": "taylor 1", "code_hash": "a", "tolerance": 1.0, **root}
+    return {"/": given, "/data": {"units": "rad"}, "/provenance": {"processor": root}}
+
+
+@pytest.mark.parametrize(
+    ("changed", "said"),
+    [
+        ({}, []),
+        ({"engine": "taylor 2", "code_hash": "b", "reasons": ["new"]}, []),
+        ({"tolerance": 2.0}, ["/@tolerance: stored 1, computed 2"]),
+        ({"engine": "scipy 1", "tolerance": 2.0}, []),
+        ({"figure": "4"}, ["/@figure: stored (absent), computed 4"]),
+    ],
+)
+def test_an_outline_differs_in_what_a_result_consists_of(changed: Any, said: list[str]) -> None:
+    assert outlines(outline(), outline(**changed)) == said
+
+
+def test_an_outline_with_another_attribute_or_object_differs() -> None:
+    other = {**outline(), "/data": {"units": "1"}, "/more": {}}
+    said = ["/more is only computed", "/data@units: stored rad, computed 1"]
+    assert outlines(outline(), other) == said
+
+
+def test_plain_values_differ_where_they_do_in_order() -> None:
+    stored = {"b": {"x": 1, "y": [1, 2]}, "a": 1, "c": 0}
+    fresh = {"b": {"x": 2, "y": [1, 2]}, "a": 3}
+    assert plain(stored, fresh, "config") == [
+        "config/a: stored 1, computed 3",
+        "config/b/x: stored 1, computed 2",
+        "config/c is only stored",
+    ]
+    assert plain(stored, stored, "config") == []
+    assert plain({"x": 1}, 1, "config") == ["config: stored {'x': 1}, computed 1"]

@@ -1,0 +1,267 @@
+"""Motions in space: the increments of (tri1) and their order, (eqPV) and (th_al) integrated."""
+
+from __future__ import annotations
+
+import itertools
+import math
+from typing import Any
+
+import numpy as np
+import pytest
+from hypothesis import assume, given
+from hypothesis import strategies as st
+from scipy.integrate import quad, solve_ivp
+
+from rigidpend import Body
+from rigidpend.mechanics.coordinates import (
+    Aligned,
+    aligned_from_body,
+    aligned_from_canonical,
+    body_from_aligned,
+    canonical,
+    scale,
+)
+from rigidpend.mechanics.equations import cross, euler_poisson, theta3_rate
+from rigidpend.mechanics.free_body import SeparatrixMotion, separatrix
+from rigidpend.mechanics.in_space import (
+    Regime,
+    alpha_ahead,
+    angular_velocity,
+    field,
+    fixed_components,
+    hodograph,
+    increments,
+    plateaus,
+    regime,
+    turning_rate,
+)
+from rigidpend.orbits.integrate.states import states_at
+from tests.orbits.integrate.problems import ENGINES, on_separatrix
+from tests.strategies import bodies, numbers, repeatable
+
+FIG5 = Body(A=(2, "1.5", "1.8"), r=(0, 1, 0), mu="0.01")
+BODIES = [
+    FIG5,
+    Body(A=(2, "1.2", "1.7"), r=(1, 3, 0), mu="0.004"),
+    Body(A=(2, 1, "1.5"), r=(1, 0, 0), mu="0.01"),
+]
+J2_0 = 0.8
+
+
+def h0_of(body: Body) -> float:
+    return body.kappa * J2_0**2 / 2
+
+
+@pytest.mark.parametrize("body", BODIES)
+@pytest.mark.parametrize("number", [1, 2, 3, 4])
+def test_eq_tri1_is_the_integral_of_th3_along_the_unperturbed_separatrix(
+    body: Body, number: int
+) -> None:
+    p, motion = body.angles(), SeparatrixMotion(number, J2_0 / 2, J2_0 / 2, 0.7)
+
+    def rate(t: float) -> float:
+        c = separatrix(t, motion, p, math)
+        return float(theta3_rate(c.J1, J2_0, c.theta1, p.mu, math))
+
+    # The other half is the same, for J1 and J2 - J1 change places. Its side with J1 small is
+    # the one on which theta3_rate subtracts nothing.
+    far = 70 / (J2_0 * math.sin(p.alpha0))
+    begin, end = (-far, 0.0) if number % 2 == 0 else (0.0, far)
+    half, _ = quad(rate, begin, end, epsabs=1e-15, epsrel=1e-12, limit=200)
+    assert increments(p, h0_of(body))[number - 1] == pytest.approx(2 * half, abs=1e-12)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(
+    ("separatrix", "engine"), [(1, "scipy"), (2, "taylor"), (3, "taylor"), (4, "scipy")]
+)
+def test_order_eq_tri1_errs_in_the_second_order_along_perturbed_orbits(
+    separatrix: int, engine: str
+) -> None:
+    """Over |t'| <= T from the middle, where the first order is a known part of the whole."""
+    u = J2_0 * math.sin(FIG5.alpha0)
+    T = 6 / u
+    part = 4 / math.pi * math.atan(math.tanh(u * T / 4))
+    errors = []
+    for mu in ("0.0004", "0.0002"):
+        body = Body(A=FIG5.A, r=(1, 3, 0), mu=mu)
+        state = np.array([*on_separatrix(separatrix, body, J2_0 / 2, 0.7, J2_0), 0.0, 0.0])
+        ahead, behind = (
+            states_at(field(body), state, [0.0, end], engine=engine)[6, -1] for end in (T, -T)
+        )
+        first = increments(body.angles(), h0_of(body))[separatrix - 1]
+        errors.append((ahead - behind) - part * first)
+    assert abs(errors[0]) < 50 * 0.0004**2
+    assert errors[0] / errors[1] == pytest.approx(4, rel=0.05)
+
+
+def test_agrees_with_the_published_increment_of_fig_5() -> None:
+    found = increments(FIG5.angles(), 1.1111)
+    np.testing.assert_allclose(found, np.array([1, 1, -1, -1]) * 0.057715, atol=5e-7)
+
+
+def assert_ordered(body: Body) -> None:
+    """The increments are as the body's regime has them."""
+    p = body.angles()
+    unit = float(p.mu * p.nu)
+    value = dict(enumerate([0.0, *increments(p, 1.0) / unit]))
+    groups = [[value[k] for k in group] for group in regime(body).value]
+    for group in groups:
+        assert max(group) - min(group) <= 4e-15
+    for above, below in itertools.pairwise(groups):
+        assert min(above) > max(below)
+
+
+@pytest.mark.slow
+@repeatable(80)
+@given(bodies(), st.one_of(numbers(0, 3.2), st.sampled_from([0.0, math.pi, -1.0])))
+def test_eq_trieq_orders_the_increments_of_any_body(body: Body, turn: float) -> None:
+    """r drawn anew: anywhere, at both ends, and, for -1, at Hess's condition."""
+    if turn < 0:
+        A1, A2, A3 = map(float, body.A)
+        turn = 2 * math.atan2(math.sqrt(A1 * (A3 - A2)), math.sqrt(A2 * (A1 - A3)))
+    assume(turn <= math.pi)
+    assert_ordered(Body(body.A, (math.cos(turn / 2), math.sin(turn / 2), 0), "0.01"))
+
+
+@pytest.mark.parametrize(
+    ("beta0", "found", "order"),
+    [
+        ("pi", Regime.i, "1 = 2 > 0 > 3 = 4"),
+        ("2.5", Regime.ii, "2 > 1 > 0 > 3 > 4"),
+        ("2 + 1e-13", Regime.ii, "2 > 1 > 0 > 3 > 4"),
+        ("2", Regime.iii, "2 > 0 = 1 = 3 > 4"),
+        ("2 - 1e-13", Regime.iv, "2 > 3 > 0 > 1 > 4"),
+        ("1", Regime.iv, "2 > 3 > 0 > 1 > 4"),
+        ("0", Regime.v, "2 = 3 > 0 > 1 = 4"),
+    ],
+)
+def test_eq_trieq_has_five_regimes(beta0: str, found: Regime, order: str) -> None:
+    body = Body.from_angles(2, beta0, "1.5", "0.01")
+    assert regime(body) is found
+    assert str(regime(body)) == order
+    assert_ordered(body)
+
+
+@pytest.mark.parametrize(
+    ("r", "expected"),
+    [
+        ((0, 1, 0), Regime.i),
+        ((1, 0, 0), Regime.v),
+        ((1, "1e-12", 0), Regime.iv),
+        # tan^2(alpha0/2) = A1 (A3 - A2)/(A2 (A1 - A3)) is 4 here.
+        ((1, 2, 0), Regime.iii),
+        ((1, "2.000000000001", 0), Regime.ii),
+    ],
+)
+def test_eq_trieq_tells_the_ends_and_hess_s_case_from_what_is_near_them(
+    r: Any, expected: Regime
+) -> None:
+    for mu in (0, "0.01"):
+        assert regime(Body((2, "0.75", "1.5"), r, mu)) is expected
+
+
+def test_plateaus_add_up_the_increments_of_a_route() -> None:
+    found = plateaus([2, 1, 4, 3, 4, 1], FIG5.angles(), 10 / 9)
+    published = [0, 0.0577, 0.1154, 0.0577, 0, -0.0577, 0]
+    np.testing.assert_allclose(found, published, atol=5e-5)
+
+
+def test_turning_rate_is_th3_in_other_variables() -> None:
+    rng = np.random.default_rng(5)
+    for body in BODIES:
+        A: Any = [float(x) for x in body.A]
+        J2 = rng.uniform(0.5, 2, 200)
+        J1, theta1 = J2 * rng.uniform(0.01, 0.99, 200), rng.uniform(0, 4 * math.pi, 200)
+        c = canonical(J1, J2, 0.0, theta1, rng.uniform(0, 6, 200))
+        state = aligned_from_canonical(c, body.alpha0, body.beta0)
+        M, _ = body_from_aligned(state, body.alpha0, scale(A))
+        r, mu = [float(x) for x in body.r], float(body.mu)
+        in_dimensionless_time = turning_rate(M, r, mu) / scale(A)
+        np.testing.assert_allclose(
+            in_dimensionless_time, theta3_rate(J1, J2, theta1, mu, np), rtol=1e-11, atol=1e-15
+        )
+
+
+BODY = Body(A=(2, "1.2", "1.7"), r=(1, 3, 0), mu="0.2")
+A = [float(x) for x in BODY.A]
+R = [float(x) for x in BODY.r]
+S = float(scale(A))
+M0, GAMMA0 = np.array([0.3, -0.5, 1.4]), np.array([0.5, 0.3, 0.0])
+TIMES = np.linspace(0, 12, 301)
+"""Physical."""
+
+
+@pytest.fixture(scope="module")
+def start() -> tuple[Any, Any]:
+    """M and gamma with M . gamma = 0."""
+    gamma = np.cross(M0, GAMMA0)
+    return M0, gamma / np.linalg.norm(gamma)
+
+
+@pytest.fixture(scope="module")
+def in_space(start: tuple[Any, Any]) -> Any:
+    """omega in the fixed basis, (3, n), and M there: three fixed vectors carried in body axes."""
+    M, gamma = start
+    eta = M / np.linalg.norm(M)
+    zeta = np.cross(gamma, eta)
+
+    def rates(_: float, y: Any) -> Any:
+        dM_dgamma = euler_poisson(y[:3], y[3:6], A, R, 0.2)
+        omega = y[:3] / A
+        return np.array([*dM_dgamma, *cross(y[6:9], omega), *cross(y[9:], omega)])
+
+    y0 = [*M, *gamma, *eta, *zeta]
+    found: Any = solve_ivp(rates, (0, 12), y0, "LSODA", TIMES, rtol=1e-11, atol=1e-12)
+    M, *axes = found.y.reshape(4, 3, -1)
+    omega = M / np.array(A)[:, None]
+    return tuple(np.array([(v * axis).sum(axis=0) for axis in axes]) for v in (omega, M))
+
+
+def orbit(start: tuple[Any, Any], engine: str) -> Any:
+    """The same with the module's field: theta3 and alpha by quadrature, M and gamma."""
+    M, gamma = start
+    ahead = alpha_ahead(M, M / A, gamma)
+    state = [*aligned_from_body(M, gamma, BODY.alpha0, S), 0.0, ahead]
+    found = states_at(field(BODY), state, TIMES * S, engine=engine)
+    return found[6], found[7], *body_from_aligned(Aligned(*found[:6]), BODY.alpha0, S)
+
+
+@pytest.mark.parametrize("engine", ENGINES)
+def test_eq_eqPV_alpha_is_the_angle_of_omega_in_space(
+    start: tuple[Any, Any], in_space: Any, engine: str
+) -> None:
+    """And theta3 that of M, and the fixed components are those of omega."""
+    theta3, alpha, M, gamma = orbit(start, engine)
+    for angle, (_, eta, zeta), moved in zip((alpha, theta3), in_space, (0.5, 0.1), strict=True):
+        expected = np.unwrap(np.atan2(zeta, eta))
+        assert np.ptp(expected) > moved
+        np.testing.assert_allclose(angle, expected, atol=1e-7)
+    assert np.abs(in_space[1][0]).max() < 1e-8, "M is horizontal"
+    found = fixed_components(angular_velocity(M, A), gamma, alpha)
+    np.testing.assert_allclose(found.T, in_space[0], atol=1e-7)
+
+
+@pytest.mark.parametrize("engine", ENGINES)
+def test_eq_th_al_holds_between_the_two_quadratures(start: tuple[Any, Any], engine: str) -> None:
+    theta3, alpha, M, gamma = orbit(start, engine)
+    ahead = alpha_ahead(M, angular_velocity(M, A), gamma)
+    assert np.ptp(ahead) > 0.1
+    np.testing.assert_allclose(alpha - theta3, ahead, rtol=0, atol=1e-9)
+
+
+def test_eq_eqPV_of_a_circle_is_its_rate() -> None:
+    """omega turns at the rate 3 about the vertical, with radius 2 at height 5."""
+    t = np.linspace(0, 2, 7)
+    omega = np.array([5 + 0 * t, 2 * np.cos(3 * t), 2 * np.sin(3 * t)])
+    domega = np.array([0 * t, -6 * np.sin(3 * t), 6 * np.cos(3 * t)])
+    xi, square, rate = hodograph(omega, (1.0, 0.0, 0.0), domega)
+    for found, expected in ((xi, 5), (square, 4), (rate, 3)):
+        np.testing.assert_allclose(found, expected, rtol=1e-13)
+
+
+def test_pendulum_keeps_omega_on_the_eta_axis() -> None:
+    M, gamma = np.array([0, 0, 1.4]), np.array([math.cos(1), math.sin(1), 0])
+    state = [*aligned_from_body(M, gamma, BODY.alpha0, S), 0.0, 0.0]
+    found = states_at(field(BODY), state, TIMES)
+    np.testing.assert_array_equal(found[6:], 0)

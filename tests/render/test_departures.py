@@ -1,0 +1,219 @@
+"""Where the paper slips: the printed form fails, the one of this package holds.
+
+What another file tests stands there:
+
+=================================================== =========================================
+place                                               test
+=================================================== =========================================
+(tt), theta2 of T2                                  tests/mechanics/test_pendulum.py
+the Riccati equation at J1 = J2                     tests/mechanics/test_pendulum.py
+(gamma_dep), arcsin and arctan                      tests/mechanics/test_coordinates.py
+Grioli's bounds, which are right                    tests/mechanics/test_in_space.py
+(Im), Legendre's integral, which is right           tests/surfaces/test_melnikov.py
+=================================================== =========================================
+"""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+import numpy as np
+import pytest
+from scipy.integrate import quad
+
+from rigidpend import Body
+from rigidpend.mechanics.coordinates import Canonical, aligned_from_canonical
+from rigidpend.mechanics.equations import (
+    aligned,
+    aligned_coefficients,
+    hamiltonian_J3_0,
+    theta3_rate,
+)
+from rigidpend.mechanics.free_body import (
+    SeparatrixMotion,
+    separatrix,
+    theta1,
+    u,
+)
+from rigidpend.mechanics.in_space import increments, regime
+from rigidpend.orbits.integrate.states import states_at
+from rigidpend.surfaces import melnikov
+from tests.bodies import GENERIC
+from tests.strategies import FINE, fine_angles
+
+J2_0 = 0.8
+MIDDLE = SeparatrixMotion(2, J2_0 / 2, J2_0 / 2, 0.0)
+
+
+def bracket_on(motion: SeparatrixMotion, t: float, phase: float) -> float:
+    """The bracket above (Im) at theta2* + phase, theta2* holding the motion's own theta2_0."""
+    p = GENERIC.angles()
+    c = separatrix(t, motion, p, math)
+    return float(melnikov.bracket((c.theta1, c.J1, c.theta2 + phase, c.J2), p, math))
+
+
+def summed(motion: SeparatrixMotion, phase: float) -> float:
+    return quad(lambda t: bracket_on(motion, t, phase), -60, 60, epsabs=1e-13, limit=500)[0]
+
+
+def printed_Im(motion: SeparatrixMotion, phase: float) -> float:
+    """The right end of (Im)."""
+    p, v = GENERIC.angles(), math.log(motion.J2mJ1_0 / motion.J1_0)
+    delta = (p.alpha0 + p.beta0) / 2 + p.kappa * v / math.sin(p.alpha0)
+    lean = math.sin((p.alpha0 + p.beta0) / 2) / math.sin(p.alpha0)
+    return 2 * math.pi / motion.J2_0 * lean * math.cos(delta + phase) / math.sinh(p.nu)
+
+
+@pytest.mark.parametrize("phase", [0.0, 0.9, 2.5, 5.0])
+def test_Im_has_the_opposite_sign(phase: float) -> None:
+    motion = SeparatrixMotion(2, 0.3, 0.5, 0.0)
+    found, printed = summed(motion, phase), printed_Im(motion, phase)
+    assert melnikov.integral(motion._replace(theta2_0=phase), GENERIC.angles()) == pytest.approx(
+        found, abs=1e-11
+    )
+    assert printed == pytest.approx(-found, abs=1e-11)
+    assert abs(printed - found) > 1e-3
+
+
+def test_Im_converges_absolutely() -> None:
+    """Printed: "a divergent improper integral", of which a principal value is taken."""
+    p, rate = GENERIC.angles(), u(MIDDLE, GENERIC.angles(), math)
+    sums = [
+        2 * quad(lambda t: abs(melnikov.integrand(t, MIDDLE, p, math)), 0, x / rate, limit=2000)[0]
+        for x in (10, 20, 40)
+    ]
+    # At most |sigma_0|/u: the integral of J1 (J2 - J1)/J2^2 is 1/u.
+    assert sums[0] < sums[-1] < abs(melnikov.sigma(2, p, math)) / rate
+    tails = np.diff(sums)
+    assert 0 < tails[0] < 3 * math.exp(-10) * sums[-1]
+    assert abs(tails[1]) < 1e-7 * sums[-1]
+
+
+@pytest.mark.slow
+def test_Im_leaves_nothing_for_a_principal_value_to_exclude() -> None:
+    """The whole integral, no part of it left out, is the closed form."""
+    p = fine_angles(GENERIC)
+    motion = SeparatrixMotion(2, FINE.mpf("0.4"), FINE.mpf("0.4"), FINE.mpf("0.9"))
+    errors = []
+    for reach in (40, 80):
+        ends = range(-reach, reach + 1, 8)
+        found = FINE.quad(lambda t: melnikov.integrand(t, motion, p, FINE), ends)
+        errors.append(abs(found / melnikov.integral(motion, p, FINE) - 1))
+    # exp(-40 u) lies between them.
+    assert errors[1] < errors[0] * 1e-10
+    assert errors[1] < 1e-20
+
+
+@pytest.mark.parametrize("theta2_0", [0.4, 1.0, 3.0])
+def test_Im_counts_theta2_0_twice(theta2_0: float) -> None:
+    """With theta2* = kappa J2_0 (t - t0) + theta2_0 as in (sol_2), delta lacks theta2_0."""
+    phase, motion = 0.9, SeparatrixMotion(2, 0.3, 0.5, theta2_0)
+    found = summed(motion, phase)
+    whole = motion._replace(theta2_0=theta2_0 + phase)
+    assert melnikov.integral(whole, GENERIC.angles()) == pytest.approx(found, abs=1e-11)
+    assert abs(-printed_Im(motion, phase) - found) > 1e-3
+
+
+@pytest.mark.parametrize("number", [1, 3])
+def test_tri1_is_at_beta0_minus_alpha0_not_at_alpha0_minus_beta0(number: int) -> None:
+    """The increment of items 1 and 3 is th3's at the one, and not at the other."""
+    p = GENERIC.angles()
+    motion = MIDDLE._replace(number=number)
+    printed = p.alpha0 - p.beta0 + (2 * math.pi if number == 3 else 0)
+
+    def gained(at: float) -> float:
+        def rate(t: float) -> float:
+            c = separatrix(t, motion, p, math)
+            return float(theta3_rate(c.J1, J2_0, at, p.mu, math))
+
+        # The second half is the first one in the mirror.
+        return 2 * quad(rate, 0, 70 / u(motion, p, math), epsabs=1e-14, limit=200)[0]
+
+    found = increments(p, p.kappa * J2_0**2 / 2)[number - 1]
+    assert gained(theta1(number, p, math)) == pytest.approx(found, abs=1e-12)
+    assert gained(printed) == pytest.approx(-found, abs=1e-12)
+    assert abs(found) > 1e-3
+
+
+def orbit(body: Body, J2: float, J1: float, theta2: float, times: Any) -> Any:
+    """Aligned components of an orbit that starts beside the lower pendulum motion."""
+    p = body.angles()
+    start = aligned_from_canonical(
+        Canonical(J1, J2 - J1, 0.0, p.beta0 + 1.0, theta2, 0.0, 1.0), p.alpha0, p.beta0
+    )
+    coefficients = aligned_coefficients(p, math)
+    return states_at(lambda x, _: aligned(x, coefficients), start, times)
+
+
+def test_h0_of_section_3_is_not_the_energy_constant_of_the_pendulum() -> None:
+    """(5:3), (sol_3) and (eq_Ric1) have the energy; section 3 sets h0 = kappa J2_0^2/2."""
+    p = GENERIC.angles()
+    h0 = p.kappa * J2_0**2 / 2
+    for theta2_0 in (0.3, 2.0, 5.0):
+        energy = hamiltonian_J3_0(0.0, J2_0, (1.0, theta2_0), p, math)
+        assert energy - h0 == pytest.approx(p.mu * math.sin(theta2_0), rel=1e-12)
+
+
+@pytest.mark.parametrize(("share", "rotates"), [(1.9, False), (2.1, True)])
+def test_kappa_J2_0_2_over_2_above_mu_is_not_enough_to_rotate(share: float, rotates: bool) -> None:
+    """Printed: h0 = kappa J2(t0)^2/2 > mu. From below, theta2_0 = 3 pi/2, it must be 2 mu."""
+    body = Body(A=(2, 1, "1.5"), r=(1, 1, 0), mu="0.2")
+    J2 = math.sqrt(2 * share * 0.2 / body.kappa)
+    M3 = orbit(body, J2, 0.0, 1.5 * math.pi, np.linspace(0, 40, 401))[2]
+    assert (M3 < 0).all() == rotates
+
+
+@pytest.mark.parametrize(
+    ("A2", "A3", "times_mu", "stable"),
+    [
+        ("1.4", "1.45", 2, True),
+        ("1.4", "1.45", 40, False),
+        ("1.6", "1.63", "3.5", True),
+        ("1.6", "1.63", 40, False),
+    ],
+)
+def test_rotations_are_not_unstable_at_every_energy_above_mu(
+    A2: str, A3: str, times_mu: Any, stable: bool
+) -> None:
+    """Printed: they are unstable under (cond_P), with heteroclinic orbits at any h0 > mu.
+
+    For A2 near A3 they are stable up to several mu; it takes h0 much larger than mu.
+    """
+    body = Body(A=(2, A2, A3), r=(1, 3, 0), mu="0.1")
+    J2 = math.sqrt(2 * float(times_mu) * 0.1 / body.kappa)
+    # Energy is kappa J2^2/2 where the centre of gravity is level with the fixed point.
+    Qp, Qm, *_ = orbit(body, J2, 1e-20, 0.0, np.linspace(0, 600 / J2, 2001))
+    across = np.hypot(Qp, Qm)
+    begin = across[0]
+    assert (across.max() < 100 * begin) == stable
+    if not stable:
+        assert across.max() > 1e4 * begin
+
+
+def test_in_the_hess_case_S2_minus_and_S1_plus_are_one_surface() -> None:
+    """Printed: countably many heteroclinic orbits in S2- with S1+, for any parameters."""
+    p = Body.from_angles("1.2", "1.2", "0.9", "0.3").angles(200)
+    coefficients = aligned_coefficients(p, FINE)
+    rng = np.random.default_rng(3)
+    for state in rng.uniform(-1, 1, (20, 6)):
+        # Qp = 0, separatrices 1 and 3 with both periodic orbits, stays whatever the weight.
+        assert abs(aligned([0, *map(FINE.mpf, state[1:])], coefficients)[0]) < 1e-55
+    assert abs(coefficients.force_m) > 0.1
+
+
+def test_alpha_gains_nothing_along_1_and_3_in_the_hess_case() -> None:
+    """Printed: "near the separatrices (sol_1)-(sol_22) [it] receives the nonzero increment"."""
+    body = Body(A=(2, "0.75", "1.5"), r=(1, 2, 0), mu="0.01")
+    found = increments(body.angles(), 1.0)
+    assert np.abs(found[[0, 2]]).max() < 1e-17 < 1e-3 < np.abs(found[[1, 3]]).min()
+    assert regime(body).name == "iii"
+
+
+def test_body_a_of_table_1_has_the_equality_that_is_excluded_in_print() -> None:
+    """Printed: A2 + A3 > A1, cos(alpha0/2) > cos^2(gamma0/2)."""
+    body = Body(A=(2, "0.2", "1.8"), r=(1, 0, 0), mu=0)
+    assert (f"{body.alpha0:.5f}", f"{body.gamma0:.5f}") == ("2.91891", "2.46192")
+    assert body.special_cases == ("flat",)
+    p = fine_angles(body)
+    assert abs(FINE.cos(p.alpha0 / 2) - FINE.cos(p.gamma0 / 2) ** 2) < 1e-55

@@ -1,0 +1,196 @@
+"""The report: complete, self-contained, safe, and the paper's numbers beside the file's."""
+
+from __future__ import annotations
+
+import html.parser
+import shutil
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from rigidpend import experiments, render
+from rigidpend.experiments.asymptotic_surfaces import draw as asymptotic_surfaces
+from rigidpend.experiments.herpolhodes import draw as herpolhodes
+from rigidpend.render import report
+from rigidpend.render.report import DEPARTURES
+from rigidpend.results import store
+from tests.experiments.trees import reference
+
+REFERENCE = Path(__file__).resolve().parents[2] / "results" / "reference"
+SMALL = ("fig2", "fig4")
+VOID = {"meta", "img", "br"}
+
+
+class Parsed(html.parser.HTMLParser):
+    """Tags with their attributes, text, and whether every tag is closed in order."""
+
+    def __init__(self, text: str) -> None:
+        super().__init__()
+        self.tags: list[tuple[str, dict[str, str | None]]] = []
+        self.words: list[str] = []
+        self.open: list[str] = []
+        self.feed(text)
+
+    def handle_starttag(self, tag: str, attrs: Any) -> None:
+        self.tags.append((tag, dict(attrs)))
+        if tag not in VOID:
+            self.open.append(tag)
+
+    def handle_endtag(self, tag: str) -> None:
+        assert self.open.pop() == tag
+
+    def handle_data(self, data: str) -> None:
+        self.words.append(data)
+
+
+@pytest.fixture(scope="module")
+def text() -> str:
+    return report.build([REFERENCE / f"{name}.h5" for name in SMALL]).html
+
+
+@pytest.fixture(scope="module")
+def parsed(text: str) -> Parsed:
+    return Parsed(text)
+
+
+@pytest.mark.slow
+def test_every_result_has_a_section_with_its_figure_and_provenance(parsed: Parsed) -> None:
+    ids = [attributes.get("id") for tag, attributes in parsed.tags if tag == "section"]
+    assert ids == [*SMALL, "departures"]
+    pictures = [attributes for tag, attributes in parsed.tags if tag == "img"]
+    assert len(pictures) == len(SMALL)
+    assert all(str(a["src"]).startswith("data:image/png;base64,iVBOR") for a in pictures)
+    assert all(a["alt"] for a in pictures)
+    words = " ".join(parsed.words)
+    for name in SMALL:
+        stored = store.attributes(REFERENCE / f"{name}.h5")
+        assert stored["config_hash"] in words
+        assert stored["code_hash"] in words
+
+
+@pytest.mark.slow
+def test_the_page_is_well_formed_and_needs_nothing_else(parsed: Parsed, text: str) -> None:
+    assert parsed.open == []
+    assert {tag for tag, _ in parsed.tags} & {"script", "link", "iframe", "object"} == set()
+    for _, attributes in parsed.tags:
+        for name in ("src", "href"):
+            assert str(attributes.get(name, "#")).startswith(("#", "data:"))
+    assert "@import" not in text
+    assert "url(" not in text
+    for departure in DEPARTURES:
+        assert set(departure) <= set(parsed.words)
+
+
+@pytest.fixture
+def undrawn(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Parts of the page have no pictures."""
+    monkeypatch.setattr(render, "image", lambda *_: b"")
+    monkeypatch.setattr(report, "picture", lambda _: "")
+
+
+@pytest.mark.usefixtures("undrawn")
+def test_what_results_say_of_themselves_is_text_not_markup() -> None:
+    result = reference("fig2")
+    result["attributes"]["name"] = "<script>alert(1)</script>"
+    result["provenance"]["system"] = "<b>bold</b>"
+    found = Parsed(report.html([report.section(result)]))
+    assert {tag for tag, _ in found.tags} & {"script", "b"} == set()
+    assert "<b>bold</b>" in found.words
+
+
+def test_table_1_is_the_paper_s_beside_the_file_s_for_its_bodies_alone() -> None:
+    result = reference("fig3")
+    data = result["data"]
+    [table] = asymptotic_surfaces.tables(result)
+    for k in (1, 3):
+        for row in table.rows:
+            assert float(row[k]) == pytest.approx(float(row[k + 1]), abs=5.1e-6)
+    assert [row[2] for row in table.rows] == [f"{x:.7f}" for x in data["table"]["alpha0"]]
+    data["table"] = {name: column[:1] for name, column in data["table"].items()}
+    data["bodies"] = {"a": data["bodies"]["a"]}
+    [found] = asymptotic_surfaces.tables(result)
+    assert [row[1] for row in found.rows] == [""]
+
+
+@pytest.mark.usefixtures("undrawn")
+def test_the_routes_are_the_paper_s_beside_the_file_s_for_its_figure_alone() -> None:
+    result = reference("fig5")
+    routes, plateaus = herpolhodes.tables(result)
+    assert [row[1] for row in routes.rows] == list(herpolhodes.ROUTES.values())
+    assert [row[2] for row in routes.rows] == [row[1] for row in routes.rows]
+    assert {row[2] for row in plateaus.rows} == {herpolhodes.INCREMENT}
+    assert {row[3] for row in plateaus.rows} == {herpolhodes.INCREMENT}
+    result["attributes"]["figure"] = ""
+    routes, plateaus = herpolhodes.tables(result)
+    assert {row[1] for row in routes.rows} == {row[2] for row in plateaus.rows} == {""}
+    assert report.section(result).title == "Herpolhodes: fig5"
+
+
+@pytest.mark.slow
+@pytest.mark.usefixtures("undrawn")
+def test_every_experiment_has_a_caption_and_numbers() -> None:
+    for path in sorted(REFERENCE.glob("*.h5")):
+        found = report.section(store.load(path))
+        assert found.caption.endswith(".")
+        assert found.tables, path
+        assert all(table.rows for table in found.tables)
+        assert "A = (2, " in " ".join(found.bodies), path
+
+
+def first_rows(name: str) -> list[list[str]]:
+    """The first rows of the tables of a reference."""
+    result = reference(name)
+    drawing: Any = experiments.drawing(result["attributes"]["experiment"])
+    return [list(table.rows[0]) for table in drawing.tables(result)]
+
+
+ROWS = {
+    "asymptotic_orbits": [["0", "2", "heteroclinic", "1"], ["a", "heteroclinic", "1.5627"]],
+    "fig1": [["M1", "0.3", "2", "0.515"], ["1", "-0.3398369095", "0.6666666667"]],
+    "fig2": [["1", "-0.3398369095", "0"], ["0, left", "2* to 1*, 4* to 3*, 1 to 4, 3 to 2"]],
+    "fig4": [["left", "63", "945", "945"]],
+    "precession": [["i", "0.260192 (0.256510)"], ["i", "1 = 2 > 0 > 3 = 4", "2.0"]],
+    "route_map": [["whole", "500", "180", "540000", "540000"]],
+}
+"""What the first rows of each table begin with."""
+
+
+@pytest.mark.parametrize("name", ROWS)
+def test_each_table_tells_the_numbers_of_the_file(name: str) -> None:
+    for found, expected in zip(first_rows(name), ROWS[name], strict=True):
+        *whole, last = expected
+        assert found[: len(whole)] == whole
+        assert found[len(whole)].startswith(last)
+
+
+@pytest.mark.slow
+def test_pictures_take_little_room_in_the_page() -> None:
+    """Fig. 3 is the largest: shaded surfaces, 4 MB with all their colours."""
+    assert 20_000 < len(report.section(reference("fig3")).picture) < 1_200_000
+
+
+def test_a_page_that_cannot_be_built_leaves_the_old_one(tmp_path: Path) -> None:
+    with pytest.raises(store.StoreError, match="no results; call: rigidpend run all"):
+        report.build(report.results(tmp_path))
+    target = tmp_path / "report.html"
+    target.write_text("old")
+    (tmp_path / "fig1.h5").write_bytes(b"no HDF5")
+    with pytest.raises(store.StoreError):
+        report.write(report.results(tmp_path), target)
+    assert target.read_text() == "old"
+
+
+@pytest.mark.slow
+def test_one_bad_file_is_a_section_and_a_bad_certificate_a_sentence(tmp_path: Path) -> None:
+    shutil.copyfile(REFERENCE / "fig2.h5", tmp_path / "good.h5")
+    shutil.copyfile(REFERENCE / "fig4.h5", tmp_path / "fig4.h5")
+    (tmp_path / "fig4.certificate.h5").write_bytes(b"none")
+    (tmp_path / "bad.h5").write_bytes(b"no HDF5")
+    (tmp_path / "folder.h5").mkdir()
+    made = report.build(report.results(tmp_path))
+    [said] = [said for said in made.problems if said.startswith("nothing is marked as proven: ")]
+    assert said in " ".join(Parsed(made.html).words)
+    assert len(made.problems) == 3
+    assert made.html.count('class="problem"') == 3
+    assert made.html.count("<img ") == 2
