@@ -114,8 +114,8 @@ def chebyshev_analysis(n: int, a: Precision) -> Any:
 def gauss(n: int, a: Precision) -> tuple[Any, Any]:
     """The n points, ascending, and the weights of Gauss's rule on (0, 1)."""
     x = a.array(np.polynomial.legendre.leggauss(n)[0])
-    # Newton's method from doubles on; the last time for the weights.
-    for _ in range(1 + math.ceil(math.log2(a.bits / 53))):
+    # Newton's method from doubles on; the last time for the weights, which ask for sharp points.
+    for _ in range(2 + math.ceil(math.log2(a.bits / 53))):
         before, last = np.ones_like(x), x
         for k in range(2, n + 1):
             share = a.number(Fraction((k - 1) ** 2, (2 * k - 1) * (2 * k - 3)))

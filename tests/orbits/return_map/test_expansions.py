@@ -59,6 +59,15 @@ def test_gauss_s_rule_is_exact_up_to_twice_its_points(bits: int) -> None:
     assert found[2] == pytest.approx(-(math.factorial(n) ** 4) / math.factorial(2 * n) ** 2)
 
 
+def test_gauss_s_rule_of_many_points_is_as_sharp_as_pairs() -> None:
+    """Next to the ends of the interval, where weights ask most of the points."""
+    a, finer = precision(96), precision(160)
+    (x, weights), (y, expected) = gauss(80, a), gauss(80, finer)
+    for one, other in ((x, y), (weights, expected)):
+        off = finer.array([z.exactly() for z in one]) / other - 1
+        assert finer.largest(off) < 200 * a.epsilon
+
+
 @pytest.mark.parametrize("bits", [53, 64])
 @pytest.mark.parametrize("counts", [[3, 254, 2, 600, 1], [5, 5], [256]], ids=str)
 def test_points_of_many_groups_are_taken_in_blocks(bits: int, counts: list[int]) -> None:
