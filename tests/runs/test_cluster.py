@@ -26,7 +26,6 @@ from rigidpend.experiments.route_map import compute
 from rigidpend.machine.workers import WorkerError
 from rigidpend.results import store
 from rigidpend.runs import certificate_files, cluster, loading, runner
-from tests.cli.calls import call
 from tests.config.samples import HEAD, SMALL, written
 
 MAP = f"""\
@@ -297,22 +296,26 @@ def test_experiments_sweeps_proofs_and_orbits_come_from_a_cluster_as_from_here(
     here, there = tmp_path / "here", tmp_path / "there"
     written(tmp_path, SMALL, "small.yaml")
     far = ("--scheduler", dask.address)
-    given = ("small.yaml", "--set", "problem.n_symbols=2", "--out")
+    given = (str(tmp_path / "small.yaml"), "--set", "problem.arrays.only.count=2", "--out")
     for folder, more in ((here, ()), (there, far)):
         swept = ("--sweep", "problem.mu=1e-3,2e-3", "-q", *more)
-        for done in (
-            call(tmp_path, "run", *given, str(folder), *swept),
-            call(tmp_path, "certify", *given, str(folder), *more),
-        ):
-            assert done.returncode == 0, done.stderr
+        done("run", *given, str(folder), *swept)
+        done("certify", *given, str(folder), "--set", "problem.n_symbols=1", *more)
     for name in ("small_mu=1e-3.h5", "small_mu=2e-3.h5", "small.certificate.h5"):
         read = certificate_files.read if "certificate" in name else store.load
         one, other = (read(folder / name) for folder in (here, there))
         assert plain(one["data"]) == plain(other["data"])
         assert ("workers" in one["provenance"], "workers" in other["provenance"]) == (False, True)
-    codes = [x for code in ("0001", "0010") for x in ("--code", code)]
-    rows = [call(tmp_path, "find", "fig4", *codes, *more).stdout for more in ((), far)]
+    codes = [x for code in ("01", "10") for x in ("--code", code)]
+    rows = [done("find", "fig4", *codes, *more) for more in ((), far)]
     assert rows[0] == rows[1] != ""
+
+
+def done(*arguments: str) -> str:
+    """What a command prints."""
+    found = CliRunner().invoke(main, arguments)
+    assert found.exit_code == 0, found.output
+    return found.stdout
 
 
 def plain(tree: Any) -> Any:

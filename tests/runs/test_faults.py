@@ -43,13 +43,13 @@ problem:
   between: [4.7, 4.8]
   step: 1/10
   factor: 4
-  levels: 8
+  levels: 5
   count: 5
 
 numerics:
   precisions: [53, 113]
 """
-"""Eight levels and their centres: nine parts, a second or two."""
+"""Five levels and their centres: six parts, a second."""
 
 Done = subprocess.CompletedProcess[str]
 
@@ -231,7 +231,7 @@ def test_no_room_is_one_sentence_and_afterwards_the_run_goes_on(
     assert said.startswith("rigidpend: ")
     assert said.endswith(f"{out / 'zoom.h5'}: cannot be written: File too large")
     assert content(out) == [".zoom.parts"]
-    assert "goes on from 9 finished parts" in once_more(out)
+    assert "goes on from 6 finished parts" in once_more(out)
     same(out, undisturbed[0])
 
 
