@@ -13,6 +13,7 @@ import pytest
 
 import rigidpend
 from rigidpend.numbers.checked import ParameterError
+from rigidpend.orbits.return_map.build import FIRST
 
 BODY = rigidpend.Body(A=(2, 1, "3/2"), r=(1, 1, 0), mu="0.001")
 START = {"h0": "1.3342", "J1_0": "1e-8"}
@@ -26,7 +27,7 @@ CALLS: dict[str, dict[str, Any]] = {
     "load": {"source": "fig4"},
     "orbit": {**ORBIT, "time": 1.0, "step": 0.5, "engine": None},
     "plot": {"result": "fig4"},
-    "return_map": {"body": BODY, "h": "1.3342", "bits": 53},
+    "return_map": {"body": BODY, "h": "1.3342", "bits": 53, "design": FIRST},
     "route_codes": {
         **ORBIT,
         **LADDER,

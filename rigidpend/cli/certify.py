@@ -9,26 +9,15 @@ from typing import TYPE_CHECKING
 
 import click
 
-from rigidpend.cli import complete
-from rigidpend.cli.common import (
-    JOBS,
-    JSON,
-    OUT,
-    SCHEDULER,
-    SETTINGS,
-    check_name,
-    check_scheduler,
-    guarded,
-    print_json,
-    say,
-)
+from rigidpend.cli.common import check_name, check_scheduler, guarded, print_json, say
+from rigidpend.cli.options import JOBS, JSON, OUT, SCHEDULER, SETTINGS, complete_names
 
 if TYPE_CHECKING:
     from rigidpend.runs.certificates import Summary, Theorem
 
 
 @click.command("certify")
-@click.argument("names", nargs=-1, metavar="[NAME|FILE.yaml]...", shell_complete=complete.names)
+@click.argument("names", nargs=-1, metavar="[NAME|FILE.yaml]...", shell_complete=complete_names)
 @SETTINGS
 @click.option("--name", metavar="NAME", help="Name of the certificate, for one config.")
 @OUT

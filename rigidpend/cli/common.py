@@ -1,4 +1,4 @@
-"""Shared pieces of the commands: exit codes, options, error messages, tables."""
+"""Shared pieces of the commands: exit codes, error messages, tables."""
 
 from __future__ import annotations
 
@@ -18,8 +18,6 @@ from typing import Any, TypeVar
 
 import click
 
-from rigidpend.cli import complete
-from rigidpend.config.catalogue import RESULTS
 from rigidpend.machine import signals, wording
 
 DONE, FAILED, MISUSED, ABSENT, INTERNAL = 0, 1, 2, 3, 4
@@ -56,76 +54,7 @@ KINDS = {
 
 Classes are given by name, for to import them all would take longer than many a command."""
 
-NAMED = "NAME|FILE.yaml|RESULT.h5"
-"""Form of the name of a config: known or in a folder, a file of its own, or in a result."""
 Command = TypeVar("Command", bound=Callable[..., Any])
-
-
-class NamedPath(click.Path):
-    """Type of an option that names a file or a folder; an empty text is neither."""
-
-    def __init__(self, *, folder: bool) -> None:
-        super().__init__(file_okay=not folder, dir_okay=folder, path_type=Path)
-
-    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> Any:
-        if not str(value):
-            self.fail(f"expected the name of a {self.name}, got an empty text", param, ctx)
-        return super().convert(value, param, ctx)
-
-
-FOLDER, FILE = NamedPath(folder=True), NamedPath(folder=False)
-OUT = click.option(
-    "--out",
-    "folder",
-    type=FOLDER,
-    default=RESULTS,
-    show_default=True,
-    help="Folder of the results.",
-)
-NAMES = click.argument(
-    "names",
-    nargs=-1,
-    required=True,
-    metavar=f"{NAMED}...",
-    shell_complete=complete.names,
-)
-SETTINGS = click.option(
-    "--set",
-    "settings",
-    multiple=True,
-    metavar="a.b=VALUE",
-    shell_complete=complete.settings,
-    help="Override a value of the config; may be given again.",
-)
-SWEEPS = click.option(
-    "--sweep",
-    "sweeps",
-    multiple=True,
-    metavar="a.b=VALUE,VALUE...",
-    shell_complete=complete.settings,
-    help="A result for each of the values, and for each combination if given again.",
-)
-
-
-def _cores() -> int:
-    from rigidpend.machine import workers
-
-    return workers.cores()
-
-
-JOBS = click.option(
-    "-j",
-    "--jobs",
-    type=click.IntRange(1),
-    default=_cores,
-    help="Threads; all processors if not given.",
-)
-SCHEDULER = click.option(
-    "--scheduler",
-    metavar="ADDRESS",
-    help="Let the workers of this Dask scheduler compute, as tcp://host:8786 (extra `cluster`).",
-)
-JSON = click.option("--json", "as_json", is_flag=True, help="Print one JSON document.")
 
 
 def guarded(command: Command) -> Command:

@@ -10,7 +10,8 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 import click
 
-from rigidpend.cli.common import ABSENT, DONE, JSON, OUT, guarded, print_json, print_table, say
+from rigidpend.cli.common import ABSENT, DONE, guarded, print_json, print_table, say
+from rigidpend.cli.options import JSON, OUT
 
 if TYPE_CHECKING:
     from rigidpend.machine.cache import Subfolder

@@ -9,14 +9,9 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from rigidpend.cli import complete
 from rigidpend.cli.common import (
     DONE,
     FAILED,
-    JOBS,
-    JSON,
-    SCHEDULER,
-    SETTINGS,
     check_scheduler,
     guarded,
     print_json,
@@ -24,6 +19,7 @@ from rigidpend.cli.common import (
     say,
     the_one,
 )
+from rigidpend.cli.options import JOBS, JSON, SCHEDULER, SETTINGS, complete_names
 
 if TYPE_CHECKING:
     from rigidpend.routes.symbolic import FoundOrbit
@@ -33,7 +29,7 @@ SHOWN = 400
 
 
 @click.command("find")
-@click.argument("name", default="fig4", metavar="[NAME|FILE.yaml]", shell_complete=complete.names)
+@click.argument("name", default="fig4", metavar="[NAME|FILE.yaml]", shell_complete=complete_names)
 @click.option(
     "--code",
     "codes",

@@ -8,17 +8,8 @@ from pathlib import Path
 
 import click
 
-from rigidpend.cli.common import (
-    DONE,
-    FAILED,
-    JOBS,
-    JSON,
-    OUT,
-    SETTINGS,
-    guarded,
-    print_json,
-    say,
-)
+from rigidpend.cli.common import DONE, FAILED, guarded, print_json, say
+from rigidpend.cli.options import JOBS, JSON, OUT, SETTINGS
 
 
 @click.command("bench")

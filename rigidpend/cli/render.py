@@ -8,21 +8,17 @@ from pathlib import Path
 
 import click
 
-from rigidpend.cli import complete
 from rigidpend.cli.common import (
     ABSENT,
     DONE,
     FAILED,
-    FILE,
-    NAMES,
-    OUT,
-    SWEEPS,
     folder_of,
     guarded,
     say,
     sentence,
     settle_warnings,
 )
+from rigidpend.cli.options import FILE, NAMES, OUT, SWEEPS, complete_names
 from rigidpend.config import catalogue
 
 FEW = 3
@@ -137,7 +133,7 @@ def _members(path: Path, sweeps: tuple[str, ...]) -> tuple[str, list[str]]:
 
 
 @click.command("report")
-@click.argument("names", nargs=-1, metavar="[NAME|RESULT.h5]...", shell_complete=complete.names)
+@click.argument("names", nargs=-1, metavar="[NAME|RESULT.h5]...", shell_complete=complete_names)
 @OUT
 @click.option(
     "--to",

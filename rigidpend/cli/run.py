@@ -15,13 +15,6 @@ import click
 
 from rigidpend.cli.common import (
     DONE,
-    JOBS,
-    JSON,
-    NAMES,
-    OUT,
-    SCHEDULER,
-    SETTINGS,
-    SWEEPS,
     check_name,
     check_scheduler,
     exit_code,
@@ -32,6 +25,7 @@ from rigidpend.cli.common import (
     sentence,
     settle_warnings,
 )
+from rigidpend.cli.options import JOBS, JSON, NAMES, OUT, SCHEDULER, SETTINGS, SWEEPS
 
 if TYPE_CHECKING:
     from rigidpend.machine.progress import Progress

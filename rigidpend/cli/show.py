@@ -9,13 +9,8 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from rigidpend.cli import complete
 from rigidpend.cli.common import (
     INTERNAL,
-    JSON,
-    NAMED,
-    OUT,
-    SETTINGS,
     exit_code,
     folder_of,
     guarded,
@@ -24,6 +19,7 @@ from rigidpend.cli.common import (
     print_table,
     row_document,
 )
+from rigidpend.cli.options import JSON, NAMED, OUT, SETTINGS, complete_names
 from rigidpend.config.catalogue import MEASURE
 
 if TYPE_CHECKING:
@@ -130,7 +126,7 @@ def _row(entry: dict[str, Any]) -> list[str]:
 
 
 @click.command("describe")
-@click.argument("name", metavar=NAMED, shell_complete=complete.names)
+@click.argument("name", metavar=NAMED, shell_complete=complete_names)
 @SETTINGS
 @click.option("--resolved", is_flag=True, help="Print the whole config as YAML, defaults included.")
 @JSON

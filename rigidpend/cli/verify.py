@@ -10,20 +10,8 @@ from typing import Any
 
 import click
 
-from rigidpend.cli import complete
-from rigidpend.cli.common import (
-    ABSENT,
-    DONE,
-    FAILED,
-    FOLDER,
-    JOBS,
-    JSON,
-    NAMED,
-    SETTINGS,
-    guarded,
-    print_json,
-    say,
-)
+from rigidpend.cli.common import ABSENT, DONE, FAILED, guarded, print_json, say
+from rigidpend.cli.options import FOLDER, JOBS, JSON, NAMED, SETTINGS, complete_names
 from rigidpend.config.catalogue import REFERENCES
 
 ENGINES = "Taylor series and DOP853"
@@ -31,7 +19,7 @@ ENGINES = "Taylor series and DOP853"
 
 
 @click.command("verify")
-@click.argument("names", nargs=-1, metavar=f"[{NAMED}|all]...", shell_complete=complete.names)
+@click.argument("names", nargs=-1, metavar=f"[{NAMED}|all]...", shell_complete=complete_names)
 @click.option(
     "--reference",
     type=FOLDER,
@@ -204,7 +192,7 @@ def _strays(reference: Path, names: set[str]) -> list[str]:
 
 
 @click.command("reference")
-@click.argument("names", nargs=-1, metavar=f"[{NAMED}|all]...", shell_complete=complete.names)
+@click.argument("names", nargs=-1, metavar=f"[{NAMED}|all]...", shell_complete=complete_names)
 @click.option(
     "--reason", default="", help="Reason for the renewal; kept in the file, after earlier ones."
 )

@@ -9,8 +9,7 @@ schema       shared fields of the experiments' schemas
 bodies       bodies with a weight or without, several in turn; starts on S1-; axes of planes
 validation   pydantic's errors as complaints
 complaints   what is wrong with a config, shown with its place
-changes      changes from one config to another
-writer       a config as YAML, each key with its meaning beside it
+writer       a config as YAML, each key with its meaning beside it; what differs in two
 description  rows of name, value and meaning
 theory       the theory's values for a body, as such rows
 """

@@ -1,21 +1,28 @@
-"""Writer of configs as YAML that is read back as the same config, and that one likes to edit."""
+"""Configs as people read them: YAML that is read back as the same, and what differs in two."""
 
 from __future__ import annotations
 
 import re
 import textwrap
-from collections.abc import Iterator
-from typing import Any
+from collections.abc import Iterator, Mapping, Sequence
+from typing import Any, NamedTuple
 
 import yaml
 from pydantic import BaseModel
 
 from rigidpend.config.schema import comment, nested
+from rigidpend.numbers.expressions import as_written
 
 WIDTH, BESIDE = 80, 36
 """Characters of a line, and at most of a value that has its comment beside it."""
 INDENT, LONGEST = "  ", 24
 """Blanks before a key in a section, and characters by which YAML may go beyond its width."""
+SHOWN = 3
+"""Number of changes that a sentence lists."""
+ABSENT = "nothing"
+"""Word for the value of a key that one of the two configs has not."""
+WORDS = {"beta0": "gamma0"}
+"""Words that a config has for null, by the last name of the key; `auto` elsewhere."""
 
 
 class _Dumper(yaml.SafeDumper):
@@ -55,10 +62,10 @@ def to_yaml(values: dict[str, Any], schema: type[BaseModel]) -> str:
 
 def _section(values: dict[str, Any], schema: type[BaseModel], indent: str) -> Iterator[str]:
     """Write a part of a config, its comments in one column where there is room."""
-    written = {key: dumped({key: value}) for key, value in values.items()}
-    firsts = [len(lines[0]) for lines in written.values() if len(lines) == 1]
+    texts = {key: dumped({key: value}) for key, value in values.items()}
+    firsts = [len(lines[0]) for lines in texts.values() if len(lines) == 1]
     column = max((length for length in firsts if length <= BESIDE), default=0)
-    for key, lines in written.items():
+    for key, lines in texts.items():
         inner, named = nested(schema.model_fields[key].annotation)
         said = comment(schema, key)
         # A part that YAML has put into one line stays there.
@@ -106,3 +113,65 @@ def _as_text(node: Any) -> Any:
     if isinstance(node, list):
         return [_as_text(value) for value in node]
     return node if node is None or isinstance(node, bool | str) else repr(node)
+
+
+class Change(NamedTuple):
+    """A key whose value is another."""
+
+    key: str
+    before: str
+    after: str
+
+    def __str__(self) -> str:
+        return f"{self.key} from {self.before} to {self.after}"
+
+
+def changes(before: Mapping[str, Any], after: Mapping[str, Any], prefix: str = "") -> list[Change]:
+    """Find the keys of two resolved configs whose values differ, in the order of the second.
+
+    The name of the figure, on which no result depends, is passed over.
+    """
+    found = []
+    for key in dict.fromkeys([*after, *before]):
+        place = f"{prefix}{key}"
+        old, new = before.get(key, ABSENT), after.get(key, ABSENT)
+        if place == "figure" or old == new:
+            continue
+        if isinstance(old, Mapping) and isinstance(new, Mapping):
+            found += changes(old, new, f"{place}.")
+        else:
+            found.append(Change(place, written(old, key), written(new, key)))
+    return found
+
+
+def sentence(found: list[Change]) -> str:
+    """Say what changed, the first few in full."""
+    shown = ", ".join(map(str, found[:SHOWN]))
+    more = len(found) - SHOWN
+    return f"{shown}, and {more} more" if more > 0 else shown
+
+
+def written(value: Any, key: str = "") -> str:
+    """Write a value of a resolved config, and of a key, as in YAML, in one line."""
+    if value is None:
+        return WORDS.get(key, "auto")
+    if isinstance(value, Mapping):
+        return "{" + ", ".join(f"{key}: {written(x, key)}" for key, x in value.items()) + "}"
+    if isinstance(value, list | tuple):
+        return f"[{', '.join(map(written, value))}]"
+    return as_written(str(value))
+
+
+def label(config: Mapping[str, Any], others: Sequence[Mapping[str, Any]]) -> str:
+    """Say in short by what a config differs from others: ``mu = 1e-3, J1_0 = 1e-8``."""
+    keys = {change.key for other in others for change in changes(other, config)}
+    values = [(key, value) for key, value in _leaves(config) if key in keys]
+    named = ((key.rpartition(".")[2], value) for key, value in values)
+    return ", ".join(f"{key} = {written(value, key)}" for key, value in named)
+
+
+def _leaves(node: Mapping[str, Any], prefix: str = "") -> Iterator[tuple[str, Any]]:
+    for key, value in node.items():
+        yield f"{prefix}{key}", value
+        if isinstance(value, Mapping):
+            yield from _leaves(value, f"{prefix}{key}.")

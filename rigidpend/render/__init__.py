@@ -18,7 +18,6 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from rigidpend import experiments
-from rigidpend.config import changes
 from rigidpend.machine import files, wording
 from rigidpend.machine.code_hash import code_hash_of, inside
 from rigidpend.render import captions
@@ -149,9 +148,11 @@ def image(results: Sequence[Any], suffix: str, title: str = "", origin: str = ""
     with matplotlib.rc_context(fname=STYLE), _undrawable():
         drawing: Any = experiments.drawing(told["experiment"])
         if others:
+            from rigidpend.config import writer
+
             configs = [result["config"] for result in results]
             # What each differs by from the others.
-            labels = [changes.label(config, configs) for config in configs]
+            labels = [writer.label(config, configs) for config in configs]
             figure = drawing.draw_together(list(zip(labels, results, strict=True)))
         else:
             figure = drawing.draw(first)

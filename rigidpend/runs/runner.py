@@ -271,14 +271,14 @@ def _reason(stored: Mapping[str, Any], fingerprint: dict[str, str]) -> str:
 
 def _changed(target: Path, config: AnyConfig) -> str:
     """Reason that names the keys of the config that are others than in the result there."""
-    from rigidpend.config import changes
+    from rigidpend.config import writer
     from rigidpend.results import store
 
     try:
         before = store.config(target)
     except store.StoreError:
         return REASONS["config_hash"]
-    found = changes.changes(before, config.resolved())
+    found = writer.changes(before, config.resolved())
     return (
-        f"{REASONS['config_hash']}: {changes.sentence(found)}" if found else REASONS["config_hash"]
+        f"{REASONS['config_hash']}: {writer.sentence(found)}" if found else REASONS["config_hash"]
     )

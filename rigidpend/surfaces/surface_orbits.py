@@ -20,7 +20,7 @@ from rigidpend.mechanics.free_body import SeparatrixMotion, theta1, u
 from rigidpend.numbers.exact import GUARD_BITS, Exact, context, fraction
 from rigidpend.numbers.generic import Numbers, Scalar
 from rigidpend.orbits.integrate.arithmetic import Arithmetic
-from rigidpend.orbits.integrate.sections import first_crossings, first_in_doubles
+from rigidpend.orbits.integrate.sections import first_crossings
 from rigidpend.orbits.return_map.precision import MOST_IN_PAIRS, Precision, precision
 from rigidpend.surfaces.melnikov import delta
 
@@ -180,12 +180,23 @@ def meet(
     begin = a.array(starts)
     rate = u(unperturbed(s, m.mpf(0), depth), s.p, m)
     limit = PATIENCE * float((depth + math.tau) / rate)
-    found = (_in_doubles if a.bits == 53 else _in_guarded)(
-        s, launches(s, begin, depth, a), limit, arithmetic, jobs
+    states, numbers_of = launches(s, begin, depth, a), coefficients(s)
+    if a.bits == 53:
+        numbers_of = AlignedCoefficients(*map(float, numbers_of))
+    else:
+        states = np.frompyfunc(lambda x: fraction(x, s.bits), 1, 1)(states)
+    found = first_crossings(
+        numbers_of,
+        states,
+        limit,
+        engine=arithmetic.engine,
+        bits=s.bits,
+        tolerance=arithmetic.tolerance,
+        jobs=jobs,
     )
     if found is None:
         return None
-    time, state = found
+    time, state = found if a.bits == 53 else map(a.array, found)
     # Beside separatrix 2 the orbit crosses with Qp > 0.
     if (state[0] < 0).any():
         return None
@@ -208,35 +219,6 @@ def kind(s: UnstableSurface, arithmetic: Arithmetic) -> Precision:
 def guarded(bits: int) -> Precision:
     """Arrays of guarded numbers, each of them mpmath's."""
     return precision(max(bits + GUARD_BITS, MOST_IN_PAIRS + 1))
-
-
-def _in_doubles(
-    s: UnstableSurface, states: Any, limit: float, arithmetic: Arithmetic, _: int
-) -> tuple[Any, Any] | None:
-    """First crossings of states (6, n): times and states; None if an orbit has none."""
-    floats = AlignedCoefficients(*map(float, coefficients(s)))
-    time, found = first_in_doubles(floats, states, limit, arithmetic.tolerance)
-    return None if np.isnan(time).any() else (time, found)
-
-
-def _in_guarded(
-    s: UnstableSurface, states: Any, limit: float, arithmetic: Arithmetic, jobs: int
-) -> tuple[Any, Any] | None:
-    """The same of guarded numbers, integrated in the working precision."""
-    found = first_crossings(
-        coefficients(s),
-        [[fraction(x, s.bits) for x in state] for state in states.T],
-        limit,
-        engine=arithmetic.engine,
-        bits=s.bits,
-        tolerance=arithmetic.tolerance,
-        jobs=jobs,
-    )
-    crossed = [one for one in found if one is not None]
-    if len(crossed) < len(found):
-        return None
-    rows = guarded(s.bits).array([(one.time, *one.state) for one in crossed]).T
-    return rows[0], rows[1:]
 
 
 def section_angles(state: Numbers, alpha0: Scalar, m: Any) -> tuple[Any, Any]:

@@ -4,21 +4,27 @@ from __future__ import annotations
 
 import json
 from pathlib import Path
+from types import SimpleNamespace
 
 import h5py
 import pytest
 
+from rigidpend.machine import cache
 from rigidpend.runs import provenance
 from tests.cli.calls import call
 
 
-def test_it_says_what_is_here_and_changes_nothing(tmp_path: Path) -> None:
+def test_it_says_what_is_here_and_changes_nothing(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(cache, "subfolders", lambda: [SimpleNamespace(size=1.2e7)] * 2)
     done = call(tmp_path, "doctor", "--json")
     assert done.returncode == 0, done.stdout
     found = {one["name"]: one for one in json.loads(done.stdout)}
     assert found["h5py"]["state"] == h5py.__version__
     assert not any(one["needed"] for one in found.values())
     assert found["results"]["state"] == "ready"
+    assert found["cache"]["state"] == "24 MB"
     assert list(tmp_path.iterdir()) == []
 
 

@@ -154,6 +154,8 @@ def test_a_run_that_keeps_going_computes_the_rest(failing: Path) -> None:
     assert (c["error"], c["log"]) == (None, str(Path("results", "c.log")))
     assert store.attributes(failing / c["file"])["config_hash"] == c["config_hash"]
     assert 0 < c["seconds"] < 60
+    assert call(failing, "run", "b.yaml", "--force").returncode == 0
+    assert store.attributes(failing / "results" / "b.h5")["name"] == "b"
 
 
 @pytest.mark.slow
@@ -220,21 +222,6 @@ def test_quiet_says_nothing_and_verbose_says_more(tmp_path: Path) -> None:
     wrong = call(tmp_path, "run", "small.yaml", "--quiet", "--set", "problem.mu=x")
     assert (wrong.returncode, wrong.stdout) == (2, "")
     assert wrong.stderr.startswith("--set problem.mu=x: ")
-
-
-@pytest.mark.slow
-def test_what_is_not_a_result_of_ours_is_overwritten_only_by_force(tmp_path: Path) -> None:
-    written(tmp_path, SMALL, "small.yaml")
-    (tmp_path / "results").mkdir()
-    target = tmp_path / "results" / "small.h5"
-    target.write_bytes(b"mine")
-    done = call(tmp_path, "run", "small.yaml")
-    assert done.returncode == 1
-    assert done.stderr.startswith(f"rigidpend: {target.relative_to(tmp_path)}: ")
-    assert done.stderr.endswith("; move it away, or overwrite it with --force\n")
-    assert target.read_bytes() == b"mine"
-    assert call(tmp_path, "run", "small.yaml", "--force").returncode == 0
-    assert store.attributes(target)["name"] == "small"
 
 
 def on_a_terminal(folder: Path, *arguments: str, **environment: str) -> str:

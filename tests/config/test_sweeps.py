@@ -9,9 +9,9 @@ from typing import Any
 import pytest
 
 from rigidpend.config import overrides, reader
-from rigidpend.config.changes import changes, label, sentence
 from rigidpend.config.complaints import ConfigError
 from rigidpend.config.overrides import Sweep
+from rigidpend.config.writer import changes, label, sentence
 from rigidpend.numbers.exact import Exact
 from rigidpend.runs import loading
 from tests.config.samples import FIG4, SMALL, refused, written

@@ -122,16 +122,12 @@ def test_a_terminal_keeps_the_last_line_of_each(terminal: Terminal) -> None:
     assert max(map(len, re.split("[\r\n]", terminal.getvalue()))) < 60
 
 
-def test_what_failed_leaves_no_line(terminal: Terminal) -> None:
-    shown = Progress(Course(1), terminal, 0.0, clock=lambda: 1.0)
+def test_room_is_made_for_others_and_what_failed_leaves_no_line(terminal: Terminal) -> None:
+    shown = Progress(Course(2), terminal, 0.0, clock=lambda: 1.0)
     shown.hear("a", "computing")
     shown.end(well=False)
     assert terminal.screen() == [""]
-
-
-def test_room_is_made_for_others(terminal: Terminal) -> None:
-    shown = Progress(Course(1), terminal, 0.0, clock=lambda: 1.0)
-    shown.hear("a", "computing")
+    shown.hear("b", "computing")
     shown.clear()
     terminal.write("rigidpend: words\n")
     assert terminal.screen() == ["rigidpend: words", ""]
@@ -148,25 +144,20 @@ def test_the_line_is_gone_in_the_end_whatever_happened(terminal: Terminal) -> No
     assert terminal.screen() == [""]
 
 
-def test_elsewhere_every_line_is_plain() -> None:
+@pytest.mark.parametrize(
+    ("well", "left"), [(True, "1 of 2 done, 4 s, about 4 s left\n"), (False, "")]
+)
+def test_elsewhere_every_line_is_plain_and_a_failure_says_nothing_of_what_is_left(
+    well: bool, left: str
+) -> None:
     file = io.StringIO()
     now = [0.0]
     with Progress(Course(2), file, 0.0, clock=lambda: now[0]) as shown:
         shown.hear("a", "computing")
-        shown.hear("a", "written")
+        shown.hear("a", "at last")
         now = [4.0]
-        shown.end(well=True)
-    assert file.getvalue() == "a: computing\na: written\n1 of 2 done, 4 s, about 4 s left\n"
-
-
-def test_a_failure_says_nothing_of_what_is_left() -> None:
-    file = io.StringIO()
-    now = [0.0]
-    with Progress(Course(2), file, 0.0, clock=lambda: now[0]) as shown:
-        shown.hear("a", "computing")
-        now = [4.0]
-        shown.end(well=False)
-    assert file.getvalue() == "a: computing\n"
+        shown.end(well=well)
+    assert file.getvalue() == f"a: computing\na: at last\n{left}"
 
 
 def test_verbose_has_details_and_times_and_quiet_nothing() -> None:

@@ -22,9 +22,7 @@ def test_a_phase_that_all_cells_have_is_told() -> None:
     columns = "problem.columns={axis: h0, ends: [1, 2], count: 4}"
     found = told("problem.theta2_0=4.7057", columns, "problem.zooms={}")
     assert found == [f"{BODY}, theta2_0 = 4.7057"]
-
-
-def test_phases_along_an_axis_are_not_told() -> None:
+    # Phases along an axis are not.
     assert told() == [BODY]
 
 

@@ -50,6 +50,8 @@ def test_legends_stay_where_they_are_above_a_foot_of_any_height() -> None:
         render._image(figure, "png", {"experiment": "fig4"}, ["word " * 300])
     # Its lines are as long as the figure is wide.
     assert 55 < max(map(len, figure.texts[0].get_text().splitlines())) <= 65
+    # A tenth of an inch from the left, half as much below.
+    assert figure.texts[0].get_position() == pytest.approx((0.1 / 3, -0.05 / 2))
     whole, part = (one.get_bbox_to_anchor().bounds for one in legends)
     wide, high = figure.bbox.size
     assert whole == pytest.approx((0, 0, wide, high))

@@ -172,6 +172,24 @@ def test_another_format_version_is_refused(path: Path, version: Any) -> None:
     assert f"its format version is {version}, this program reads 1" in refusal(path)
 
 
+@pytest.mark.parametrize("place", ["/", "data/ant", "data/count"])
+@pytest.mark.parametrize(
+    ("values", "said"),
+    [
+        ([1] * 65, "attributes, too many"),
+        ([h5py.Empty("f")], "an attribute without a value"),
+        ([1j], "an attribute that is neither a text nor a number"),
+    ],
+)
+def test_attributes_of_any_object_are_few_and_plain(
+    path: Path, place: str, values: list[Any], said: str
+) -> None:
+    with h5py.File(path, "a") as file:
+        for k, value in enumerate(values):
+            file[place].attrs[f"more {k}"] = value
+    assert said in refusal(path)
+
+
 @pytest.mark.parametrize("error", [RuntimeError("mine"), OSError("mine"), KeyError("mine")])
 def test_an_error_of_who_reads_is_not_laid_to_the_file(path: Path, error: Exception) -> None:
     with pytest.raises(type(error)) as caught, store.opened(path):
@@ -445,3 +463,17 @@ def test_warnings_of_other_threads_are_shown_while_a_file_is_read() -> None:
     [said] = [line for line in done.stderr.splitlines() if "Warning: " in line]
     assert said.endswith("of another thread")
     assert done.stdout == "True\n"
+
+
+@pytest.mark.parametrize(
+    ("read", "whole"),
+    [(store.load, True), (store.read_tree, True), (store.config, True), (store.attributes, False)],
+)
+def test_values_are_read_by_another_process_before(
+    monkeypatch: pytest.MonkeyPatch, path: Path, read: Callable[[Path], Any], whole: bool
+) -> None:
+    tried: list[bool] = []
+    monkeypatch.setattr(opening, "tried", lambda trial, *_: trial())
+    monkeypatch.setattr(opening, "_look", lambda _, asked: tried.append(asked))
+    read(path)
+    assert set(tried) == {whole}

@@ -68,24 +68,6 @@ def test_what_is_left_out_has_the_default_that_may_be_written(tmp_path: Path) ->
     assert loading.load(written(tmp_path, bare)).content == loading.load(FIG4).content
 
 
-@pytest.mark.parametrize(
-    ("text", "value"),
-    [
-        ("1e-10", Fraction(1, 10**10)),
-        ("0.1", Fraction(1, 10)),
-        ('"0.1"', Fraction(1, 10)),
-        (".25", Fraction(1, 4)),
-        ("1E-99", Fraction(1, 10**99)),
-        ("+1/3", Fraction(1, 3)),
-        ("2**-10", Fraction(1, 1024)),
-        ("0.12345678901234567890123456789", Fraction("0.12345678901234567890123456789")),
-    ],
-)
-def test_numbers_are_what_is_written(tmp_path: Path, text: str, value: Fraction) -> None:
-    path = written(tmp_path, changed("mu: 0.001", f"mu: {text}"))
-    assert content(Config, path).problem.mu.fraction == value
-
-
 def test_only_the_paper_s_own_problem_has_the_name_of_its_figure(tmp_path: Path) -> None:
     assert loading.load(FIG4).content.figure == "4"
     assert loading.load(written(tmp_path, TEXT)).content.figure == "4"

@@ -15,6 +15,7 @@ from click.testing import CliRunner
 
 from rigidpend.cli.verify import verify_command
 from rigidpend.config import catalogue
+from rigidpend.experiments.compare import Difference
 from rigidpend.experiments.shared import APART, crossing_tolerance
 from rigidpend.mechanics.body import Body
 from rigidpend.numbers.exact import exact
@@ -231,6 +232,21 @@ def test_a_result_is_of_a_config_with_other_numerics_but_not_of_another_problem(
     assert regression.is_of(loading.load(own, ["numerics.precisions=[53, 106, 200]"]), stored)
     assert not regression.is_of(loading.load(own, ["problem.mu=0.002"]), stored)
     assert not regression.is_of(loading.load(own), Path("results/absent.h5"))
+
+
+@pytest.mark.parametrize(
+    ("difference", "size"),
+    [
+        (Difference("a", 1.0, 3.0), 2.0),
+        (Difference("a", np.nan, 3.0), np.inf),
+        (Difference("a", "one", "other"), np.inf),
+        ("a is only stored", np.inf),
+    ],
+)
+def test_what_is_no_number_is_a_difference_that_no_error_of_an_engine_excuses(
+    difference: str, size: float
+) -> None:
+    assert regression._size(difference) == size
 
 
 @pytest.mark.slow

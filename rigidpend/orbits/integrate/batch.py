@@ -73,16 +73,10 @@ def crossings_batch(orbits: Orbits, bits: int, tolerance: float) -> Crossings:
 class Batch:
     """Orbits of one body on their way: each column is one that is not yet done."""
 
-    def __init__(
-        self,
-        orbits: Orbits,
-        bits: int,
-        tolerance: float,
-        noted: int = notes.MOMENTA,
-    ) -> None:
+    def __init__(self, orbits: Orbits, bits: int, tolerance: float) -> None:
         self.orbits, self.bits, order = orbits, bits, taylor_step.order_of(tolerance)
         self.kind = bits = kernel_bits(bits)
-        self.noted, self.kernel = noted, notes.function(order, bits, noted)
+        self.kernel = notes.function(order, bits)
         self.initial = _initial(orbits, bits)
         self.n = self.initial.shape[1]
         self.width = min(TOGETHER[bits], -(-self.n // LANES) * LANES)
@@ -90,7 +84,7 @@ class Batch:
         self.parameters = in_parts(orbits.coefficients, bits)
         self.states = np.zeros((len(self.initial), self.width))
         self.times = np.zeros((2, self.width))
-        self.notes = np.empty((STEPS[bits] * self.width, notes.width_of_note(order, bits, noted)))
+        self.notes = np.empty((STEPS[bits] * self.width, notes.width_of_note(order, bits)))
         none = np.zeros(0, dtype=np.int64)
         self.columns, self.counts, self.silence = none, none.copy(), none.copy()
         """Number of the orbit in each column, its crossings so far, and steps since the last."""
@@ -132,7 +126,7 @@ class Batch:
         given = self.states, self.width, self.times, self.parameters
         count = self.kernel(*given, 2 * depth, groups, number, self.notes)
         taken = self.notes[:count]
-        return Steps(taken[taken[:, 0] < m], self.bits, self.noted)
+        return Steps(taken[taken[:, 0] < m], self.bits)
 
     def _take(self, taken: Steps, number: int) -> None:
         """Take in the crossings on the steps."""

@@ -21,7 +21,7 @@ from rigidpend.machine.workers import check_stop
 from rigidpend.mechanics.equations import AlignedCoefficients
 from rigidpend.numbers.exact import GUARD_BITS
 from rigidpend.orbits.integrate.kernel.tape import ALIGNED
-from rigidpend.orbits.integrate.passages import crossings_of_series, derivative
+from rigidpend.orbits.integrate.passages import crossings_of_series
 
 GAIN = 1.2
 """Nats that an order gains: the cheapest choice of 1.0 to 2.4 from 448 to 704 bits.
@@ -127,17 +127,6 @@ def value_at(series: Sequence[int], at: int, P: int) -> int:
     for term in reversed(series):
         total = (total * at >> P) + term
     return int(total)
-
-
-def zero_near(series: Sequence[int], at: int, P: int) -> int:
-    """The zero of a series by Newton's method, from a place some twenty bits beside it."""
-    slopes = derivative(series)
-    for _ in range(P.bit_length()):
-        step = (value_at(series, at, P) << P) // value_at(slopes, at, P)
-        at -= step
-        if abs(step) <= 1:
-            break
-    return at
 
 
 def _fractional_bits(numbers: Sequence[Fraction], bits: int) -> int:

@@ -149,8 +149,6 @@ class Steps(NamedTuple):
     """(m, width)."""
     bits: int
     """Precision that was asked for."""
-    noted: int = MOMENTA
-    """Number of components."""
 
     def field(self, name: str) -> Array:
         """One of the `FIELDS`, of m steps."""
@@ -158,10 +156,10 @@ class Steps(NamedTuple):
 
     @property
     def series(self) -> Array:
-        """(m, noted, order + 1, parts), in powers of t' from the beginning; M3 is the third."""
+        """(m, MOMENTA, order + 1, parts), in powers of t' from the beginning; M3 is the third."""
         parts = KINDS[kernel_bits(self.bits)].parts
-        terms = (self.notes.shape[1] - len(FIELDS)) // (self.noted * parts)
-        return self.notes[:, len(FIELDS) :].reshape(-1, self.noted, terms, parts)
+        terms = (self.notes.shape[1] - len(FIELDS)) // (MOMENTA * parts)
+        return self.notes[:, len(FIELDS) :].reshape(-1, MOMENTA, terms, parts)
 
     def chosen(self, where: NDArray[Any]) -> Steps:
         """Some of the steps, by a mask or by their numbers."""
@@ -237,9 +235,9 @@ def _isolated(steps: Steps) -> Found:
     places = zip(*(steps.field(name) for name in ("lane", "time", "length")), strict=True)
     for series, (lane, time, length) in zip(steps.series, places, strict=True):
         shares = series[..., 0] * length ** np.arange(series.shape[1])
-        depth = touch(steps.bits) * float(np.sqrt((shares[:MOMENTA, 0] ** 2).sum()))
+        depth = touch(steps.bits) * float(np.sqrt((shares[:, 0] ** 2).sum()))
         exactly = _exactly(series[2], length) if steps.bits > 53 else None
-        for share, separatrix in crossings_of_series(shares[:MOMENTA], depth, exactly):
+        for share, separatrix in crossings_of_series(shares, depth, exactly):
             seen.append((int(lane), time + share * length, separatrix))
     return Found.of(seen)
 

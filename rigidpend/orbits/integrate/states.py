@@ -19,8 +19,8 @@ from rigidpend.numbers.exact import fraction
 from rigidpend.numbers.generic import Array, Numbers
 from rigidpend.orbits.integrate.arithmetic import (
     FINEST_TOLERANCE,
-    LADDER,
     check_engine,
+    in_kernel,
     kernel_bits,
 )
 from rigidpend.orbits.integrate.kernel import samples, taylor_step
@@ -66,7 +66,7 @@ def states_at(
     jobs : int, optional
         Threads that share orbits of Fractions, or processes where integers serve.
     engine : {"taylor", "scipy"}, optional
-        In doubles.
+        In doubles; of Fractions `scipy` means integers.
     tolerance : float, optional
         Local tolerance; by default the finest that the numbers keep. A coarser one lets integrals
         drift in proportion to the time, where roundings alone drift as its root.
@@ -97,7 +97,8 @@ def states_at(
         own = times.ndim > 1
         parts = spread(np.arange(states.shape[1]), jobs, 0)
         tasks = [(states[:, part], times[:, part] if own else times) for part in parts]
-        found = side_by_side(_exact, (field, bits, tolerance), bits > LADDER[-1], tasks, jobs)
+        further = field, bits, tolerance, engine
+        found = side_by_side(_exact, further, not in_kernel(engine, bits), tasks, jobs)
         return np.concatenate(found, axis=2)
     exactly_, number = np.frompyfunc(fraction, 1, 1), type(states.flat[0]).context.mpf
     given = AlignedCoefficients(*map(fraction, field)), exactly_(states), exactly_(times)
@@ -133,10 +134,12 @@ def _leads_away(times: Array) -> Any:
     return ahead | ((times[0] <= 0) & (steps < 0).all(axis=0))
 
 
-def _exact(task: Any, field: AlignedCoefficients, bits: int, tolerance: float | None) -> Any:
+def _exact(
+    task: Any, field: AlignedCoefficients, bits: int, tolerance: float | None, engine: str
+) -> Any:
     """The same of Fractions, by the kernel or in integers."""
     states, times = task
-    if bits <= LADDER[-1]:
+    if in_kernel(engine, bits):
         kind = kernel_bits(bits)
         given = in_parts(states, kind), in_parts(times, kind), bits
         return exactly(_in_parts(field, *given, tolerance))

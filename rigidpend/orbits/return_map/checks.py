@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -17,14 +17,19 @@ from rigidpend.orbits.return_map.normal_form import NormalForm
 from rigidpend.orbits.return_map.precision import Precision
 from rigidpend.orbits.return_map.reduced import Coefficients
 
-POINTS = 64
-"""Points by lot at which a chart is checked, and as many at the four ends.
+LEVELS = 16
+"""Energies by lot at which tables are checked, one in each of as many equal parts of the interval.
 
-At the ends of its width and of its energies all that expansions leave out adds up: with bodies
-drawn by lot charts err by up to 90 times as much there as at 12 points by lot. Inverse charts may
-err most between them: beside 16 points by lot one erred by 2.8 times what it stated."""
-ABREAST = 4
-"""Points by lot with an energy in common."""
+Points with an energy in common take little more than one of them."""
+ARCS, LOOK_UPS = 4, 16
+"""Points by lot at each of these: of a chart, and of an inverse chart, which takes no arcs.
+
+Inverse charts may err most between the ends, for a few energies and phases: of 4,000 points by
+lot one in 100 showed half of the largest error."""
+CORNERS = 16
+"""Phases at the four ends of a table's width and energies, where all that is left out adds up.
+
+With bodies drawn by lot charts err by up to 90 times as much there as at 12 points by lot."""
 SHARED = 5
 """Factor by which charts err more than beside arcs that end in the same normal form.
 
@@ -70,36 +75,42 @@ def held_out(
     a: Precision,
 ) -> tuple[float, float]:
     """The errors of a chart and of its inverse at points that no table has seen."""
-    random, ends, phases = np.random.default_rng(rising), [1, -1], POINTS // 4
-    share, turn = random.uniform(-1, 1, (2, 2 * POINTS))
-    share[POINTS:] = np.tile(ends, POINTS // 2)
-    turn[POINTS:] = np.tile(np.repeat(np.arange(phases) + 0.5, 2) * 2 / phases - 1, 2)
-    # Points with an energy in common take little more than one of them.
-    counts = [ABREAST] * (POINTS // ABREAST) + [POINTS // 2] * 2
-    energy = np.append(random.uniform(-1, 1, POINTS // ABREAST), ends)
-    levels = nf.energies.centre + nf.energies.half_width * a.array(energy)
+    random = np.random.default_rng(rising)
+    energy = (np.arange(LEVELS) + random.uniform(0, 1, LEVELS)) * 2 / LEVELS - 1
+    energy = a.array(np.append(energy, [1, -1]))
+    levels = nf.energies.centre + nf.energies.half_width * energy
     weights = nf.energies.basis(levels, a)
-    chi, h, d = (
+    share, turn, counts = _points(random, ARCS)
+    d, chi, h = (
+        chart.forward.width * a.array(share),
         a.array(turn) * a.pi,
         np.repeat(levels, counts),
-        chart.forward.width * a.array(share),
     )
     longer = length * a.number(LONGER)
     direct = section_chart(rising, d, chi, h, weights, nf, c, longer, a, counts)
-    forward, inverse = (table.at(weights, counts) for table in chart)
-    seen = forward.look_up(d, chi, a)
+    seen = chart.forward.at(weights, counts).look_up(d, chi, a)
     scale = np.array([a.largest(x) or 1.0 for x in direct])[:, None]
-    I = chart.inverse.width * a.array(share)
-    there = inverse.look_up(I, chi, a)
-    back = forward.look_up(there[0], chi + there[1], a)
+    share, turn, counts = _points(random, LOOK_UPS)
+    I, s = chart.inverse.width * a.array(share), a.array(turn) * a.pi
+    forward, inverse = (table.at(weights, counts) for table in chart)
+    there = inverse.look_up(I, s, a)
+    back = forward.look_up(there[0], s + there[1], a)
     rates = weights @ nf.exponent, weights @ nf.rotation
-    again = kept(rising, back, chi + there[1], *rates, a, counts)
+    again = kept(rising, back, s + there[1], *rates, a, counts)
     off = (
         a.largest((again.I - I) / chart.inverse.width),
-        a.largest(again.s - chi),
+        a.largest(again.s - s),
         a.largest((back[2:] - there[2:]) / scale[2:]),
     )
     return SHARED * a.largest((seen - direct) / scale), BETWEEN * max(off)
+
+
+def _points(random: np.random.Generator, each: int) -> tuple[Any, Any, list[int]]:
+    """Points of a table: shares of its width, half turns, and how many at each energy."""
+    share, turn = random.uniform(-1, 1, (2, LEVELS * each))
+    ends, phases = np.tile([1, -1], CORNERS), (np.arange(CORNERS) + 0.5) * 2 / CORNERS - 1
+    share, turn = np.append(share, [ends, ends]), np.append(turn, [np.repeat(phases, 2)] * 2)
+    return share, turn, [each] * LEVELS + [2 * CORNERS] * 2
 
 
 def tails(table: ChartTable) -> tuple[float, float, float]:

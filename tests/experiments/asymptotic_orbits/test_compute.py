@@ -58,6 +58,8 @@ def test_symbols_change_at_the_orbits(data: Any) -> None:
     """
     body = Body(A=(2, 1, "3/2"), r=(1, 1, 0), mu="0.001")
     assert data["plane"]["codes"].shape == (3, 60), "a row more than the longest codes have"
+    middles = (np.arange(60) + 0.5) * np.pi / 30
+    np.testing.assert_allclose(data["plane"]["theta2_0"], middles, rtol=1e-15)
     for n in (0, 1, 2):
         orbits = data["orbits"][str(n)]
         for k in (0, 1):

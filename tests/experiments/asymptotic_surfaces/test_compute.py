@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 from rigidpend import experiments
+from rigidpend.experiments.asymptotic_surfaces import CURVES
 from rigidpend.orbits.integrate.arithmetic import resolve
 from tests.experiments.trees import asked, computed, differences, plain, with_change
 
@@ -81,3 +82,20 @@ def test_samples_at_other_times_are_no_agreement(data: Any) -> None:
     later = with_change(data, lambda d: d["bodies"]["a"]["S1_minus"]["sample"].__iadd__(10000))
     [found] = differences("asymptotic_surfaces", data, later)
     assert "same times" in found
+
+
+@pytest.mark.parametrize(("off", "told"), [(0.9e-11, 0), (1.1e-11, 1)])
+def test_phases_at_the_cut_are_near_each_other(off: float, told: int) -> None:
+    within: Any = CURVES["S1_minus"]["theta2_0"].within
+    stored, fresh = ({"theta2_0": np.array([x])} for x in (0.0, 2 * np.pi - off))
+    assert len(within.apart("theta2_0", stored, fresh)) == told
+
+
+@pytest.mark.parametrize(("off", "told"), [(0.9e-12, 0), (1.1e-12, 1)])
+def test_points_are_compared_where_both_results_have_one(off: float, told: int) -> None:
+    """The fresh one lacks the second of four; at J1 = J2/2 an error has not grown."""
+    within: Any = CURVES["S1_minus"]["theta1"].within
+    stored = {"sample": np.arange(4), "theta1": np.arange(4.0), "offsets": np.array([0, 4])}
+    fresh = {"sample": np.array([0, 2, 3]), "theta1": np.array([0.0, 2.0, 3.0 + off])}
+    both = stored | {"J1_over_J2": np.full(4, 0.5)}, fresh | {"offsets": np.array([0, 3])}
+    assert len(within.apart("theta1", *both)) == told

@@ -240,6 +240,7 @@ def test_the_full_config_asks_for_everything() -> None:
         ("problem.methods=[scipy_dop854]", "problem.methods", "no such method: 'scipy_dop854'"),
         ("problem.problems=[code]", "problem.problems", "no such problem: 'code'"),
         ("search.tolerances=[1e-9, 1e-3]", "search.tolerances", "expected tolerances that"),
+        ("search.tolerances=[1e-9, 0]", "search.tolerances", "expected tolerances that"),
         ("search.tolerances=[1]", "search.tolerances", "a tolerance is at most 0.1"),
         ("search.seconds=0", "search.seconds", "expected seconds, more than 0"),
         ("search.repeats=0", "search.repeats", "input should be greater"),

@@ -18,6 +18,7 @@ from rigidpend.experiments.bench.problems import (
     drawn,
     from_phases,
     judged,
+    precession_angle,
     random_routes,
 )
 from rigidpend.experiments.bench.solvers import Crossed, Solver, Task, time_unit
@@ -194,6 +195,36 @@ def test_symbols_of_random_phases_are_held_against_113_bits(
         assert (made["orbits"], made["symbols"]) == (100, 1500)
         assert (made["wrong"], made["wrong_trusted"], made["undecided"]) == (2, 2, 0)
         assert made["last_crossing"] < 1e-6
+
+
+@pytest.mark.parametrize(("seconds", "orbits"), [(5.9, 30), (6.1, 40)])
+def test_no_further_chunk_of_random_phases_is_begun_after_the_time_that_there_is(
+    monkeypatch: pytest.MonkeyPatch, clock: list[float], seconds: float, orbits: int
+) -> None:
+    """An orbit takes 0.2 s; what is solved before the clock runs does not count."""
+
+    def made(_: str, task: Task, __: Any) -> Solver:
+        n = task.states.shape[1]
+
+        def solve() -> Crossed:
+            clock[0] += 0.2 * n
+            return Crossed(np.zeros((15, n), dtype=np.uint8), np.zeros((16, n)), None)
+
+        return Solver(solve)
+
+    monkeypatch.setattr(counts, "CHUNK", 10)
+    monkeypatch.setattr(counts, "made", made)
+    for line in counts.random_phases({"x": {}}, 50, seconds):
+        assert (line["orbits"], line["seconds"]) == (orbits, pytest.approx(0.2 * orbits))
+
+
+@pytest.mark.slow
+def test_orbits_of_fig5_end_half_a_passage_behind_their_last_crossing() -> None:
+    """Rounded to whole t'."""
+    task = precession_angle(None)
+    times = route(task).time
+    behind = task.times[0] * time_unit(task.body) - times[-1]
+    np.testing.assert_allclose(behind, (times[-1] - times[-2]) / 2, rtol=0, atol=0.501)
 
 
 def test_random_orbits_are_the_same_in_every_run() -> None:

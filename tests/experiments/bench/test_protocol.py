@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import io
 import subprocess
 import sys
 from itertools import pairwise
@@ -10,7 +11,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from rigidpend.experiments.bench import protocol, worker
+from rigidpend.experiments.bench import counts, protocol, worker
 from rigidpend.experiments.bench.methods import METHODS, Method
 from rigidpend.experiments.bench.problems import LOOKS
 from rigidpend.experiments.bench.protocol import Stage
@@ -158,6 +159,23 @@ def test_who_has_spent_his_time_misses_the_rounds_that_are_left(napping: Any) ->
 
 
 @pytest.mark.slow
+def test_a_method_that_fails_ends_its_worker_by_a_code_of_its_own(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """Where the program is at fault it is 1."""
+
+    def fails() -> Any:
+        raise MemoryError
+
+    monkeypatch.setattr(counts, "random_phases", fails)
+    monkeypatch.setattr(sys, "stdin", io.StringIO('["phases", {}]'))
+    with pytest.raises(SystemExit) as ended:
+        worker.main()
+    assert ended.value.code == worker.FAILED
+    assert worker.FAILED not in (0, 1)
+    assert isinstance(worker.FAILED, int)
+
+
 def test_a_worker_that_is_too_slow_is_ended_and_what_it_had_is_kept() -> None:
     slow = {"knob": 1e-13, "setting": {}}
     given = {"entries": {"scipy_dop853": slow}, "orbits": 250, "seconds": 50.0}

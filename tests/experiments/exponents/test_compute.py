@@ -8,6 +8,7 @@ from typing import Any, cast
 import numpy as np
 import pytest
 
+from rigidpend.experiments.exponents import LAYOUT
 from rigidpend.experiments.exponents import compute as exponents
 from rigidpend.experiments.exponents.draw import tables
 from rigidpend.numbers.exact import exact
@@ -86,6 +87,15 @@ def test_results_may_differ_by_the_errors_of_both(
     begin = 0.0 if name == "difference" else values[at]
     values[at] = begin + share * errors * allowed["allowed"][at]
     assert len(differences("exponents", data, other)) == found
+
+
+@pytest.mark.parametrize(("lost", "told"), [(999, 0), (1001, 1)])
+def test_hardly_any_cell_may_be_lost(lost: int, told: int) -> None:
+    """A thousandth of them."""
+    stored = {"exponent": np.ones(10**6), "allowed": np.ones(10**6)}
+    fresh = {"exponent": np.where(np.arange(10**6) < lost, np.nan, 1.0)}
+    field: Any = LAYOUT["exponent"]
+    assert len(field.within.apart("exponent", stored, fresh)) == told
 
 
 def test_tables_and_the_estimate_tell_what_is_asked(data: Any) -> None:

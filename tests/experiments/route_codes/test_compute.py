@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import replace
+from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
@@ -232,3 +233,15 @@ def test_an_estimate_counts_the_bits_that_long_codes_take() -> None:
         route_codes.BEGIN + 95 * each / 2, rel=0.01
     )
     assert seconds("problem.n_symbols=5000") > 60 * seconds("problem.n_symbols=5000", doubles)
+
+
+@pytest.mark.parametrize(
+    ("stay", "said"), [(1, "0"), (5, "0, 1, 2, 3, 4"), (7, "0, 1, 2, 3, 4 and 2 more")]
+)
+def test_of_orbits_that_stay_five_are_named(stay: int, said: str) -> None:
+    codes = np.zeros((2, 8), dtype=np.uint8)
+    routes: Any = SimpleNamespace(codes=codes, theta2_0=np.arange(8.0))
+    assert route_codes._staying(routes) == ""
+    codes[1, :stay] = NO_SYMBOL
+    told = f"; {stay} stay beside a pendulum motion: theta2_0 = {said}"
+    assert route_codes._staying(routes) == told

@@ -10,6 +10,7 @@ import pytest
 
 from rigidpend import Body, route_codes
 from rigidpend.experiments.route_map import compute as route_map
+from rigidpend.routes import choice
 from rigidpend.routes.cells import Cells, cells_of_starts
 from tests.experiments.trees import asked, computed, differences, plain
 
@@ -180,3 +181,22 @@ def test_cells_of_their_own_bodies_cost_most() -> None:
     one, energies, bodies = (route_map.cost(over(*pair)) for pair in (PAIRS[2], PAIRS[4], PAIRS[5]))
     assert one < energies < bodies
     assert bodies == pytest.approx(12 * 6e-3, rel=0.5)
+
+
+@pytest.mark.parametrize(
+    ("pair", "arrays", "mu"), [(PAIRS[0], 4, 0.0015), (PAIRS[1], 3, 0.0015), (PAIRS[2], 1, 0.001)]
+)
+def test_a_plane_costs_an_array_of_orbits_for_each_body_as_much_as_the_middle_one(
+    monkeypatch: pytest.MonkeyPatch, pair: tuple[str, str], arrays: int, mu: float
+) -> None:
+    asked: list[Any] = []
+
+    def seconds(*given: Any) -> float:
+        asked.append(given)
+        return 7.0
+
+    monkeypatch.setattr(choice, "expected_seconds", seconds)
+    assert route_map.cost(over(*pair)) == 7 * arrays
+    [(one, orbits)] = asked
+    assert float(one.body.mu) == pytest.approx(mu)
+    assert orbits == 12 // arrays

@@ -39,6 +39,11 @@ def test_the_largest_distance_is_near_melnikov_s_amplitude(data: Any) -> None:
     assert (np.abs(ratio[:, 3] - 1) > 1e-3).all()
     per_mu = bodies["amplitude"] / data["mu_over_h0"]
     np.testing.assert_allclose(per_mu, per_mu[:, :1] * np.ones(4), rtol=1e-14)
+    # And is that of all harmonics: cos g, sin 2g, cos 3g and so on.
+    g, n = np.linspace(0, 2 * np.pi, 4001), bodies["excess"].shape[-1]
+    waves = [(np.sin if k % 2 else np.cos)((k + 1) * g) for k in range(n)]
+    curves = bodies["excess"] @ np.array(waves) + np.cos(g)
+    np.testing.assert_allclose(ratio, np.abs(curves).max(axis=-1), rtol=1e-5)
 
 
 def test_the_reduced_distance_follows_the_closed_form(data: Any) -> None:

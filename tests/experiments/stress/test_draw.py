@@ -44,6 +44,17 @@ UNDRAWN = ("growth_whisker", "asked")
 """Numbers that the figure leaves to the tables."""
 
 
+@pytest.mark.slow
+def test_panels_have_the_axes_of_what_they_show(data: Any) -> None:
+    axes = {x.get_title(loc="left")[0]: x for x in styled(draw, loaded(data)).axes}
+    assert {k: (x.get_xlabel(), x.get_ylabel(), x.get_yscale()) for k, x in axes.items()} == {
+        **dict.fromkeys("ab", ("rotations", "rms drift, relative", "log")),
+        "c": ("value / bound", "", "linear"),
+        "d": ("crossing", "phase error, rad", "log"),
+        "e": ("symbols", "share of orbits with more", "linear"),
+    }
+
+
 def test_each_number_of_a_curve_moves_what_is_drawn(data: Any) -> None:
     """One curve of each kind; the claims, but for one, are points of a panel of their own."""
     seen = 0

@@ -40,13 +40,6 @@ def test_precision_fewer_bits_err_more() -> None:
     assert 4e1 < errors[0] / errors[1] < 4e5
 
 
-def test_a_zero_is_found_to_the_last_bit_from_twenty() -> None:
-    P = 3000
-    series = [-2 << P, 0, 1 << P]  # x^2 - 2
-    root = bigint.zero_near(series, bigint.fixed(Fraction("1.414214"), P), P)
-    assert abs(root * root - (2 << 2 * P)) < 8 << P
-
-
 @pytest.mark.parametrize(
     ("momentum", "expected"),
     [(("1", "-0.5", "0"), "0.5"), (("0", "0.1", "-5"), 2), (("0.2", "0", "0.1"), "0.125")],

@@ -9,7 +9,7 @@ import pytest
 
 from rigidpend.orbits.integrate import Outcome, dop853
 from rigidpend.orbits.integrate.arithmetic import EngineError, in_kernel, kernel_bits, resolve
-from rigidpend.orbits.integrate.dop853 import Abreast
+from rigidpend.orbits.integrate.dop853 import Abreast, sample
 from rigidpend.orbits.integrate.states import states_at
 from tests.orbits.integrate.problems import fan, find, same, task
 
@@ -90,3 +90,12 @@ def test_errors_of_Q_count_by_the_smallest_orbit_and_others_by_one() -> None:
     np.testing.assert_array_equal(floor.T * 2.0**30, [[smallest, smallest, 1, 1, 1, 1]])
     states[:2] = 0
     np.testing.assert_array_equal(Abreast(task(states), 0.5).floor, np.full((6, 1), 0.5))
+
+
+@pytest.mark.parametrize("n", [1, 2, 3])
+def test_each_orbit_is_sampled_at_times_of_its_own(n: int) -> None:
+    """x' = y, y' = -x."""
+    own = np.arange(1.0, n + 1)
+    states, times = np.array([own, 0 * own]), np.array([[0.2], [0.5]]) * own
+    found = sample(lambda y, _: np.array([y[1], -y[0]]), states, times, 1e-10)
+    np.testing.assert_allclose(found[0], own * np.cos(times), atol=1e-8)

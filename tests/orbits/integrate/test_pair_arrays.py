@@ -68,6 +68,11 @@ def test_sums_of_products_of_polynomials_are_those_of_fractions(shape: tuple[int
         assert (abs(row - sum(terms)) <= ROUNDING * sum(map(abs, terms))).all()
 
 
+def test_the_logarithm_of_zero_is_minus_infinity() -> None:
+    found = pair_arrays.log(PairArray.of(np.array([0.0, 1.0])))
+    np.testing.assert_array_equal(found.parts, [[-np.inf, 0.0], [0.0, 0.0]])
+
+
 @pytest.mark.parametrize("name", ["cos", "sin", "exp", "log", "sqrt"])
 def test_functions_are_mpmath_s(name: str) -> None:
     x = abs(made(3, 7))

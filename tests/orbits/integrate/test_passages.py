@@ -264,7 +264,8 @@ def test_a_touch_itself_is_undecided_in_every_precision(bits: int) -> None:
 @pytest.mark.parametrize(("engine", "bits"), [("taylor", 106), ("scipy", 113)])
 def test_a_first_crossing_that_is_not_decided_is_none(engine: str, bits: int) -> None:
     given: dict[str, Any] = {"engine": engine, "bits": bits, "tolerance": 2.0**-52, "jobs": 1}
-    assert first_crossings(body(53), [before_touch("0")], 2 * BACK, **given) == [None]
+    state = np.array([before_touch("0")]).T
+    assert first_crossings(body(53), state, 2 * BACK, **given) is None
 
 
 @pytest.mark.parametrize(

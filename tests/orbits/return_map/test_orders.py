@@ -6,11 +6,15 @@ import math
 
 import pytest
 
+from rigidpend.numbers.exact import exact
 from rigidpend.orbits.return_map import MapError, orders
+from rigidpend.orbits.return_map.build import FIRST, expected_cost
 from rigidpend.orbits.return_map.orders import (
     LARGEST_RADIUS,
     Orders,
     arc_length,
+    border_of,
+    cost,
     first_look,
     radius,
 )
@@ -53,6 +57,7 @@ def test_arcs_end_where_both_components_are_equal(rough: Coefficients) -> None:
     J2 = math.sqrt(2 * H / c.kappa)
     x, Q = arc_length(rough, H, d) * J2 * c.half_sigma, J2 * 2 * c.half_sigma
     assert d * math.exp(x) / 2 == pytest.approx(2 * Q * math.exp(-x))
+    assert border_of(rough, H, d) == pytest.approx(d * math.exp(x) / 2)
 
 
 @pytest.mark.parametrize(
@@ -70,3 +75,25 @@ def test_only_orders_that_were_too_small_are_raised_by_a_fifth(
     """Those of the normal form and of phases to odd numbers."""
     asked = {name: name in raised for name in ("inner", "x", "phase", "energy")}
     assert Orders(21, 31, 10, 41, 51, 5, 2.5).larger(**asked) == (*expected, 2.5)
+
+
+@pytest.mark.parametrize("name", Orders._fields)
+def test_a_map_of_larger_orders_costs_more(rough: Coefficients, name: str) -> None:
+    """And not more than the largest power of them in the number of operations."""
+    orders = Orders(21, 31, 20, 81, 91, 5, 2.5)
+    twice = orders._replace(**{name: 2 * getattr(orders, name)})
+    share = cost(twice, rough, H, 53) / cost(orders, rough, H, 53)
+    assert 1 < share < 8
+
+
+def test_a_normal_form_costs_as_the_square_of_its_degree(rough: Coefficients) -> None:
+    """Where charts cost little."""
+    few, many = (cost(Orders(n, 99, 2, 3, 3, 9, 2.5), rough, H, 53) for n in (50, 100))
+    assert 3.5 < many / few < 4.2
+
+
+def test_a_map_in_more_bits_is_expected_to_cost_more() -> None:
+    h = exact("1.3342")
+    costs = [expected_cost(FIG4, h, h, bits, FIRST) for bits in (53, 64, 106, 113)]
+    assert costs == sorted(costs)
+    assert costs[-1] < 4 * costs[0]

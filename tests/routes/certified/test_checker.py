@@ -9,6 +9,7 @@ from typing import Any
 import pytest
 from flint import arb
 
+from rigidpend import route_codes
 from rigidpend.numbers.exact import exact
 from rigidpend.routes.certified.balls import enclosed
 from rigidpend.routes.certified.checker import OrbitChecker, ProvenCrossing, Undecided
@@ -41,6 +42,9 @@ def test_the_checker_finds_again_what_was_proven(steps: list[Step]) -> None:
     assert again.reason == ""
     assert [c.separatrix for c in again.crossings] == [2, 1, 2]
     assert all(c.radius < 1e-3 and c.bound < 2**-6 for c in again.crossings)
+    # Those of doubles, of which the third errs by some 1e-7.
+    found = route_codes(FIG4, "3/10", h0="1.3342", J1_0="1e-8", n_symbols=2, precisions=(53,))
+    assert [c.time for c in again.crossings] == pytest.approx(found.crossing_time[:, 0], abs=1e-6)
 
 
 def changed(steps: Sequence[Step], k: int, component: int, j: int, by: int) -> list[Step]:
@@ -116,7 +120,7 @@ def test_a_step_that_ends_on_the_section_is_undecided() -> None:
 def test_H5_the_large_component_is_farther_from_zero_than_the_orbit(
     rising: bool, times: float, told: bool
 ) -> None:
-    """M3 = +-x in a step with a constant Q beside a bound of 1/8."""
+    """M3 = +-x in a step, Q is least at its beginning, beside a bound of 1/8."""
     radius, one = arb(1) / 8, 1 << BITS
     here: Any = SimpleNamespace(
         _rate_apart=lambda *_: arb(0),
@@ -125,7 +129,7 @@ def test_H5_the_large_component_is_farther_from_zero_than_the_orbit(
         time=arb(0),
         unit=arb(1),
     )
-    Q = Model.of_series([round(2 * times * one / 8)], BITS)
+    Q = Model.of_series([round(3 * times * one / 8), round(times * one / 16)], BITS)
     none, M3 = Model.of_series([0], BITS), Model.of_series([0, one if rising else -one], BITS)
     models = [Q if rising else none, none if rising else Q, M3]
     found = OrbitChecker._crossing(here, models, range(4), radius, arb(1), 4)

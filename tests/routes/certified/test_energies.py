@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from fractions import Fraction
+from types import SimpleNamespace
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -17,6 +18,7 @@ from rigidpend.numbers.exact import exact
 from rigidpend.routes.certified import (
     beginnings,
     chains,
+    connections,
     coverings,
     family_orbits,
     horseshoe,
@@ -51,6 +53,7 @@ from tests.routes.certified.offered import (
     value,
     whole,
 )
+from tests.weakened import weakened
 
 H0 = exact("1.3342")
 OWN = ["problem.h=null", "problem.h0=1.3342"]
@@ -66,12 +69,6 @@ class Found(NamedTuple):
     line: StartLine
     starts: list[FamilyStep]
 
-    @property
-    def shift(self) -> Fraction:
-        off = (self.setting.h - H0).fraction
-        assert off is not None
-        return off
-
     def numbers(self, wider: float = 1.0) -> sections.Numbers:
         spread = self.setting.spread * Fraction(wider)
         return sections.Numbers.of(BODY, self.setting.h, spread, H0)
@@ -79,7 +76,9 @@ class Found(NamedTuple):
     def problem(self, wider: float = 1.0) -> script.Problem:
         given = {name: x for name, x in GIVEN.items() if name != "h"}
         spread = self.setting.spread * Fraction(wider)
-        return script.problem_of({**given, "h0": "1.3342", "shift": self.shift, "spread": spread})
+        return script.problem_of(
+            {**given, "h0": "1.3342", "shift": self.setting.shift, "spread": spread}
+        )
 
 
 @pytest.fixture(scope="module")
@@ -233,7 +232,7 @@ def test_starts_have_energies_of_which_sets_are_known(
     """The largest w along the line, in doubles, beside 1."""
     theta2 = start_lines.line(found.setting, J1, found.quads)[1]
     energies = start_lines.LineStarts(found.setting, J1).energies(np.linspace(*theta2, 99))
-    most = float(np.abs(energies - float(found.shift)).max() / float(found.setting.spread))
+    most = float(np.abs(energies - float(found.setting.shift)).max() / float(found.setting.spread))
     other = passages.arrival, found.numbers(most * factor), found.line, found.starts
     steps = [step(x) for x in found.starts]
     theirs = script.arrival, found.problem(most * factor), script.Line(*found.line), steps
@@ -257,9 +256,15 @@ def test_the_line_of_starts_is_that_of_fig_4(found: Found) -> None:
         # kappa J2_0^2/2 is h0, and so the energy is more than it by the weight alone.
         c = start.coefficients
         height = unit**2 * (float(c.mu_r1.mid()) * gamma[0] + float(c.mu_r2.mid()) * gamma[1])
-        w = (height - float(found.shift)) / float(found.setting.spread)
+        w = (height - float(found.setting.shift)) / float(found.setting.spread)
         assert value(arrival.w, u, 0.0) == pytest.approx(w, abs=1e-6)
         assert abs(w) < 1
+
+
+@pytest.mark.parametrize(("wider", "said"), [(1.0, ""), (1.01, ", in wider sets")])
+def test_what_is_tried_is_said(wider: float, said: str) -> None:
+    setting = horseshoe.ShiftProblem(BODY, H0, 14, width=wider * horseshoe.WIDTH)
+    assert setting.described == f"14 half rotations{said}"
 
 
 @pytest.mark.parametrize(("by", "inside"), [("99/100", True), ("101/100", False)])
@@ -291,6 +296,9 @@ def test_a_proof_is_of_the_energies_of_its_config(
     spread = Fraction(1.3342e-6 * by)
     assert said(full_shift._numbers, config, Fraction(shift), spread).startswith(reason)
     assert bool(said(full_shift._numbers, config, Fraction(shift), spread)) is bool(reason)
+    if not reason:
+        found = full_shift._numbers(config, Fraction(shift), spread)
+        assert (found.h0 is None, found.spread) == (changes != OWN, spread)
     given = {"A": GIVEN["A"], "r": GIVEN["r"], "mu": GIVEN["mu"], "J1_0": "1e-8"}
     name = "h0" if changes == OWN else "h"
     given |= {name: GIVEN["h"], "around": "1e-6" if len(changes) == 1 else "0"}
@@ -400,3 +408,38 @@ def test_C7_where_energies_differ(U_w: float, V_w: float, w_u: float, reason: st
     other = script.Arrival(at_, up_, 1, [], [], Interval.of(0), along, w_)
     found = said(coverings.prove_cones, [one]), said(script.check_cone, other, quad_of(quad))
     assert [x[:2] for x in found] == [reason, reason]
+
+
+@pytest.mark.slow
+def test_C9_of_starts_of_one_J2_0_would_be_of_several_energies(
+    found: Found, arrived: Arrived, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """A strip about them passes for all but that, and no surface of one energy goes along it."""
+    setting, wider = found.setting, 4.0
+    setting = setting._replace(spread=setting.spread * Fraction(wider))
+    # As far as the images of sets.
+    low, high = start_lines.line(found.setting, J1, found.quads)[1]
+    ends = (low + high) / 2 + np.array([-1.5, 1.5]) * (high - low)
+    line, _ = start_lines.LineStarts(setting, J1).between(ends)
+    momentum = float(begun(found.starts[0])[0].bound)
+    wide = start_lines._wide(setting._replace(h0=None), line, momentum, found.quads)
+    line = line._replace(wide=wide)
+    c, *to_M = setting.coefficients
+    free: Any = SimpleNamespace(
+        coefficients=(c._replace(mu_r1=0 * c.mu_r1, mu_r2=0 * c.mu_r2), *to_M), h=H0, spread=0
+    )
+    beside = start_lines._beside
+    monkeypatch.setattr(start_lines, "_beside", lambda _, *of: beside(free, *of))
+    pieces = start_lines.line_pieces(setting, line, (float(ends[0]), float(ends[1])))
+    numbers = found.numbers(wider)
+    strip = line, pieces, passages.arrival(numbers, line, pieces)
+    of = numbers, strip, [found.quads[2]], [arrived.mine]
+    slip = weakened(connections, ("numbers.h0 is not None", "False"))
+    assert said(slip.prove_transversal, *of) == ""
+    assert "of several energies" in said(connections.prove_transversal, *of)
+    Qp, Qm, M3, *gamma = (np.array([value(x, u) for u in (-1.0, 1.0)]) for x in begun(pieces[0]))
+    field = numbers.field
+    height = float(field.mu_r1) * gamma[0] + float(field.mu_r2) * gamma[1]
+    M = float(numbers.to_M1) * (Qp + Qm), float(numbers.to_M2) * (Qp - Qm), M3
+    energy = float(field.kappa) / 2 * sum(x * x for x in M) - Qp * Qm / 2 + height
+    assert abs(energy[1] - energy[0]) > 1e-8

@@ -12,7 +12,7 @@ from flint import arb
 
 from rigidpend import Body
 from rigidpend.mechanics.equations import AlignedCoefficients, aligned, aligned_coefficients
-from rigidpend.routes.certified.approximation import jacobian
+from rigidpend.routes.certified.approximation import jacobian, rule
 from rigidpend.routes.certified.balls import LogarithmicNorm, precision
 from rigidpend.routes.certified.models import VALUE_BITS, Model, Values
 from scripts import check_certificate
@@ -131,6 +131,17 @@ def test_the_precision_is_left_as_it_was() -> None:
         with pytest.raises(ZeroDivisionError), precision(200):
             raise ZeroDivisionError
         assert len(str(arb(1) / 3)) < 40
+
+
+def test_a_rule_is_exact_for_polynomials() -> None:
+    """At its nodes, halfway between them in angle, and of the integral from -1."""
+    of, p = rule(9), np.polynomial.Polynomial([3, -1, 4, 1, -5, 9, 2, -6])
+    values, halfway = p(of.nodes), -np.cos(np.pi * (np.arange(8) + 0.5) / 8)
+    np.testing.assert_allclose(of.middles @ values, p(halfway), rtol=1e-13)
+    np.testing.assert_allclose(of.integral @ values, p.integ(lbnd=-1)(of.nodes), atol=1e-13)
+    doubled = np.polynomial.chebyshev.poly2cheb(p.coef) * [2, *[1] * 7]
+    np.testing.assert_allclose(of.series @ values, [*doubled, 0], atol=1e-13)
+    np.testing.assert_allclose(of.values @ [*doubled, 0], values, rtol=1e-13)
 
 
 BODIES = {

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import itertools
 import math
+from typing import Any
 
 import numpy as np
 import pytest
@@ -107,7 +108,7 @@ def test_averages_over_cycles_are_those_of_a_long_orbit(orbits: list[ClosedOrbit
     error = np.std(parts, ddof=1) / math.sqrt(20)
     for n in range(2, 7):
         assert abs(lyapunov(orbits, n) - np.mean(grown[1:])) < 3 * error < 0.015
-    with pytest.raises(ValueError, match="points"):
+    with pytest.raises(ValueError, match="points of period 6 instead of 64"):
         lyapunov(orbits[1:], 6)
 
 
@@ -145,3 +146,14 @@ def test_wrong_words_are_refused() -> None:
     with pytest.raises(NoOrbit):
         closed_orbit(BODY, "0011", h=H, half_turns=4)
     assert closed_orbit(BODY, "0011", h=H).half_turns < 12
+
+
+@pytest.mark.parametrize("trace", [-3.0, -2.02, -1.98, 0.0, 1.98, 2.02, 3.0])
+def test_a_multiplier_is_of_its_trace_and_not_inside_of_the_unit_circle(trace: float) -> None:
+    """Its inverse is the other one, for the map preserves the area."""
+    nothing: Any = None
+    orbit = ClosedOrbit((0,), TURNS, 0, 1.0, False, 1.0, trace, nothing)
+    m = orbit.multiplier
+    assert m + 1 / m == pytest.approx(trace)
+    assert abs(m) >= 1 - 1e-15
+    assert orbit.stable == (abs(trace) < 2)

@@ -14,8 +14,11 @@ import pytest
 from scipy.integrate import solve_ivp
 
 from rigidpend import Body, address_of, find_orbit, route_codes
-from rigidpend.routes.symbolic.follow import round_phases
+from rigidpend.orbits.return_map import MapError
+from rigidpend.orbits.return_map.passage import SectionPoint
+from rigidpend.routes.symbolic.follow import _addressed, round_phases
 from tests.orbits.integrate.problems import FIG4
+from tests.routes.symbolic.fig4 import level
 from tests.routes.symbolic.test_find import FIG5, ROUTE, START, codes_of
 
 DOCS = Path(__file__).parents[3] / "docs" / "addresses.md"
@@ -121,6 +124,23 @@ def test_an_address_is_what_a_reader_counts() -> None:
         assert wanted.half_turns == tuple(int(behind - j) for j, behind in counted)
         met |= {(A, side) for side in sides}
     assert len(met) == 3 * len(SYMBOLS)
+
+
+@pytest.mark.parametrize("wrong", [0, 1, 2])
+def test_a_passage_that_the_map_takes_for_another_is_told_by_its_number(wrong: int) -> None:
+    at, symbols = [SectionPoint(True, np.array([1e-4]), np.array([0.3]))], []
+    for _ in range(3):
+        passed = level().map_level.passage(at[-1])
+        at.append(passed.point)
+        symbols.append(passed.symbol)
+    points = SectionPoint(
+        True, *(np.concatenate([getattr(x, y) for x in at]) for y in ("d", "chi"))
+    )
+    codes = np.concatenate(symbols).astype(np.uint8)
+    assert _addressed(level(), points, codes).symbols == tuple(codes)
+    codes[wrong] ^= 1
+    with pytest.raises(MapError, match=f"passage {wrong + 1} of the orbit lies outside"):
+        _addressed(level(), points, codes)
 
 
 @pytest.mark.slow

@@ -17,27 +17,26 @@ from rigidpend.orbits.integrate.kernel.machine_code import LANES
 from rigidpend.orbits.integrate.kernel.tape import ALIGNED
 from rigidpend.orbits.integrate.kernel.taylor_step import Kernel
 
-FIELDS = ("lane", "time", "length", "after", "steady", "zero", "correction", "Qp", "Qm", "late")
+FIELDS = ("lane", "time", "length", "after", "steady", "zero", "correction", "Qp", "Qm")
 """Contents of a note before the series.
 
 They are: which lane, t' at the beginning, the step's length, M3 at its end, 1 if M3 is monotone,
 and where it is the time of its zero from there on (with what the time leaves over, so that the
-sum is rounded once), Newton's last correction, and Qp and Qm there; and what the time at the
-beginning leaves over."""
+sum is rounded once), Newton's last correction, and Qp and Qm there."""
 NEWTON = 4
 """Iterations from the chord's zero; each doubles the digits, of which the first has two."""
 M3 = 2
 """Its place among the components."""
 MOMENTA = 3
-"""Number of components, Qp, Qm and M3, whose series tell a crossing: others are noted if asked."""
+"""Number of components, Qp, Qm and M3, whose series are noted: they tell a crossing."""
 
 
-def width_of_note(order: int, bits: int, noted: int = MOMENTA) -> int:
+def width_of_note(order: int, bits: int) -> int:
     """Number of doubles in a note: the fields, and the parts of the series."""
-    return len(FIELDS) + noted * (order + 1) * KINDS[bits].parts
+    return len(FIELDS) + MOMENTA * (order + 1) * KINDS[bits].parts
 
 
-def text(order: int, bits: int, noted: int = MOMENTA) -> str:
+def text(order: int, bits: int) -> str:
     """The kernel's text for series of an order, in numbers of so many bits.
 
     It defines ``carry(state, stride, time, parameters, depth, groups, steps, notes)``, all
@@ -49,25 +48,21 @@ def text(order: int, bits: int, noted: int = MOMENTA) -> str:
     - depth: a touch of M3 = 0 that is no deeper is noted too;
     - groups, steps: vectors of lanes, and steps for each of them;
     - notes: rows of `width_of_note` doubles, room for one on each step of each lane; the series
-      are those of the first `noted` components.
+      are those of the first `MOMENTA` components.
     """
-    return _Carrying(order, bits, noted).whole()
+    return _Carrying(order, bits, ALIGNED).whole()
 
 
 @functools.cache
-def function(order: int, bits: int, noted: int = MOMENTA) -> Any:
+def function(order: int, bits: int) -> Any:
     """The compiled kernel (see :func:`text`)."""
     array, count, number = machine_code.ArrayPointer, ctypes.c_int64, ctypes.c_double
     kinds = (array, count, array, array, number, count, count, array)
-    return machine_code.function(text(order, bits, noted), "carry", *kinds)
+    return machine_code.function(text(order, bits), "carry", *kinds)
 
 
 class _Carrying(Kernel):
     """The function `carry`."""
-
-    def __init__(self, order: int, bits: int, noted: int) -> None:
-        super().__init__(order, bits, ALIGNED)
-        self.noted = noted
 
     def whole(self) -> str:
         """All of the text."""
@@ -114,8 +109,7 @@ class _Carrying(Kernel):
         doubtful = code.logic("xor", code.logic("or", far, steady), code.everywhere("true", "i1"))
         mask = code(f"bitcast {code.mask} {code.logic('or', changed, doubtful)} to i{LANES}")
         with code.when(code(f"icmp ne i{LANES} {mask}, 0")):
-            late = code.load(self.time[1])
-            self._note(first, mask, (h, after, code.one_where(steady), *self._zero(h, after), late))
+            self._note(first, mask, (h, after, code.one_where(steady), *self._zero(h, after)))
 
     def _zero(self, h: str, after: str) -> tuple[str, ...]:
         """Time from the beginning to the zero of M3, the last correction, and Qp, Qm there."""
@@ -151,7 +145,7 @@ class _Carrying(Kernel):
 
     def _note_lane(self, first: str, lane: str, told: str) -> None:
         code = self.code
-        width = width_of_note(self.order, self.numbers.bits, self.noted)
+        width = width_of_note(self.order, self.numbers.bits)
         count = code.load(self.count, "i64", 8)
         note = code.at("%notes", code(f"mul i64 {count}, {width}"), "double")
         number = code(f"sitofp i64 {code(f'add i64 {first}, {lane}')} to double")

@@ -247,8 +247,7 @@ def convolution() -> Any:
 def held(loop: Callable[[], Any]) -> Any:
     """A loop that keeps the interpreter, for short arrays: to get it back would take longer."""
     free = loop()
-    address = ctypes.cast(free, ctypes.c_void_p).value
-    return ctypes.PYFUNCTYPE(ctypes.c_int64, *free.argtypes)(address)
+    return ctypes.cast(free, ctypes.PYFUNCTYPE(ctypes.c_int64, *free.argtypes))
 
 
 def _first(code: Writer, group: str, count: str) -> str:

@@ -1,0 +1,115 @@
+"""Options and arguments that commands share, and what a shell offers for them."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import click
+from click.shell_completion import CompletionItem
+
+from rigidpend.config import catalogue
+
+NAMED = "NAME|FILE.yaml|RESULT.h5"
+"""Form of the name of a config: known or in a folder, a file of its own, or in a result."""
+
+
+class NamedPath(click.Path):
+    """Type of an option that names a file or a folder; an empty text is neither."""
+
+    def __init__(self, *, folder: bool) -> None:
+        super().__init__(file_okay=not folder, dir_okay=folder, path_type=Path)
+
+    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> Any:
+        if not str(value):
+            self.fail(f"expected the name of a {self.name}, got an empty text", param, ctx)
+        return super().convert(value, param, ctx)
+
+
+def complete_names(_: click.Context, __: click.Parameter, incomplete: str) -> list[CompletionItem]:
+    """Offer names of configs, or files where no name begins so."""
+    found = [name for name in ("all", *catalogue.known()) if name.startswith(incomplete)]
+    return [*map(CompletionItem, found)] or [CompletionItem(incomplete, type="file")]
+
+
+def complete_settings(
+    ctx: click.Context, _: click.Parameter, incomplete: str
+) -> list[CompletionItem]:
+    """Offer the keys of the configs that are named."""
+    known = catalogue.known()
+    # While a line is being typed, click leaves its arguments here.
+    files = [known.get(name, Path(name)) for name in ctx.args]
+    keys = dict.fromkeys(key for file in files if file.is_file() for key in _keys(file))
+    return [CompletionItem(key) for key in keys if key.startswith(incomplete)]
+
+
+def _keys(file: Path) -> list[str]:
+    """List ``a.b=`` for each value of a file, except those inside lists."""
+    # Imported here: only who completes a key pays for it.
+    from rigidpend.config import reader
+    from rigidpend.config.complaints import ConfigError
+
+    try:
+        values = reader.read(file).values
+    # While somebody types there is no place for a complaint.
+    except ConfigError:
+        return []
+    # What has keys inside is a section, which no setting gives as a whole.
+    inner = {place[:-1] for place in values if place and isinstance(place[-1], str)}
+    places = [place for place in values if place not in inner]
+    return [f"{'.'.join(map(str, p))}=" for p in places if all(isinstance(x, str) for x in p)]
+
+
+FOLDER, FILE = NamedPath(folder=True), NamedPath(folder=False)
+OUT = click.option(
+    "--out",
+    "folder",
+    type=FOLDER,
+    default=catalogue.RESULTS,
+    show_default=True,
+    help="Folder of the results.",
+)
+NAMES = click.argument(
+    "names",
+    nargs=-1,
+    required=True,
+    metavar=f"{NAMED}...",
+    shell_complete=complete_names,
+)
+SETTINGS = click.option(
+    "--set",
+    "settings",
+    multiple=True,
+    metavar="a.b=VALUE",
+    shell_complete=complete_settings,
+    help="Override a value of the config; may be given again.",
+)
+SWEEPS = click.option(
+    "--sweep",
+    "sweeps",
+    multiple=True,
+    metavar="a.b=VALUE,VALUE...",
+    shell_complete=complete_settings,
+    help="A result for each of the values, and for each combination if given again.",
+)
+
+
+def _cores() -> int:
+    from rigidpend.machine import workers
+
+    return workers.cores()
+
+
+JOBS = click.option(
+    "-j",
+    "--jobs",
+    type=click.IntRange(1),
+    default=_cores,
+    help="Threads; all processors if not given.",
+)
+SCHEDULER = click.option(
+    "--scheduler",
+    metavar="ADDRESS",
+    help="Let the workers of this Dask scheduler compute, as tcp://host:8786 (extra `cluster`).",
+)
+JSON = click.option("--json", "as_json", is_flag=True, help="Print one JSON document.")
