@@ -188,10 +188,14 @@ def apart(
             future = pool.submit(_heard, work, arguments)
         line: str | None = ""
         # The last word is None: the result follows at once. Who is killed says none.
-        while line is not None and not future.done():
+        while line is not None:
             check_stop()
-            if here.poll(PERIOD) and (line := here.recv()) is not None:
-                hear(line)
+            over = future.done()
+            if here.poll(0 if over else PERIOD):
+                if (line := here.recv()) is not None:
+                    hear(line)
+            elif over:
+                break
         return _result(future)
 
 

@@ -20,7 +20,7 @@ from rigidpend.results import store
 from rigidpend.runs import loading, runner
 from tests.attacks import lot
 from tests.attacks.craft import REFERENCE
-from tests.cli.calls import UNTRACED
+from tests.cli.calls import LIMITED, UNTRACED
 from tests.config.samples import HEAD, SMALL, written
 from tests.runs.test_faults import ZOOM
 
@@ -111,7 +111,7 @@ def desk(tmp_path_factory: pytest.TempPathFactory) -> Path:
     script = f"{limit}; runpy.run_module('rigidpend', run_name='__main__', alter_sys=True)"
     command = [sys.executable, "-c", script, "run", "zoom.yaml"]
     # Git, which tells the commit, would leave a lock where it may not write all of its index.
-    own = UNTRACED | {"PATH": ""}
+    own = LIMITED | {"PATH": ""}
     subprocess.run(command, cwd=found, env=own, capture_output=True, check=False)
     # What the parts become needs no second computation.
     shutil.copytree(found / "results", found / "parts")

@@ -18,6 +18,9 @@ ENVIRONMENT = {name: x for name, x in os.environ.items() if name != "DISPLAY"}
 UNTRACED = {name: x for name, x in ENVIRONMENT.items() if not name.startswith("COVERAGE_")}
 """The same, where coverage is not measured: it writes files, and waits for ever for a lock of
 its own where a signal interrupts it while it holds that."""
+LIMITED = UNTRACED | {"PYTHONDONTWRITEBYTECODE": "1"}
+"""The same where files may not be long: Python 3.11 keeps what of compiled code finds room, and
+every later process fails that imports it."""
 
 Done = subprocess.CompletedProcess[str]
 

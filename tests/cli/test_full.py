@@ -13,7 +13,7 @@ from typing import Any
 import pytest
 
 from rigidpend.cli import common
-from tests.cli.calls import UNTRACED, call
+from tests.cli.calls import LIMITED, call
 from tests.config.samples import SMALL, written
 
 FULL = Path("/dev/full")
@@ -28,7 +28,7 @@ def streams(folder: Path, *arguments: str, **how: Any) -> subprocess.CompletedPr
         # What cannot be kept in the user's cache is told by a warning, and is another matter.
         [sys.executable, "-W", "error", "-W", f"ignore::{KEPT}", "-m", "rigidpend", *arguments],
         cwd=folder,
-        env=UNTRACED,
+        env=LIMITED,
         text=True,
         timeout=120,
         check=False,

@@ -17,6 +17,7 @@ from click.testing import CliRunner
 
 from rigidpend import cli
 from rigidpend.cli import run
+from rigidpend.machine import workers
 from rigidpend.results import store
 from rigidpend.runs import runner
 from tests.cli.calls import ENVIRONMENT, Done, call
@@ -179,6 +180,26 @@ def test_long_configs_have_processes_of_their_own_side_by_side(
     monkeypatch.setattr(runner, "expected_seconds", lambda plan: seconds[plan.config.name])
     done = CliRunner().invoke(cli.main, [*given, "--force"])
     assert [x["status"] for x in json.loads(done.stdout)] == ["failed", "not run"]
+
+
+def test_the_longest_come_first_and_a_killed_process_leaves_nothing_half_written(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    seconds, begun = {"b": 2.0, "c": 2.5, "d": 2.4}, []
+
+    def killed(_: Any, given: Any, hear: Any) -> None:
+        target = given[0].target
+        begun.append(target.stem)
+        target.with_name(f".{target.name}.abc.part").write_bytes(b"half")
+        raise workers.WorkerError("was killed")
+
+    monkeypatch.setattr(workers, "apart", killed)
+    monkeypatch.setattr(runner, "expected_seconds", lambda plan: seconds[plan.config.name])
+    paths = [str(written(tmp_path, SMALL, f"{name}.yaml")) for name in seconds]
+    given = ["run", *paths, "-j", "2", "-k", "--out", str(tmp_path / "out")]
+    assert CliRunner().invoke(cli.main, given).exit_code == 1
+    assert (set(begun[:2]), begun[2:]) == ({"c", "d"}, ["b"])
+    assert sorted(x.name for x in (tmp_path / "out").iterdir()) == ["b.log", "c.log", "d.log"]
 
 
 @pytest.mark.slow

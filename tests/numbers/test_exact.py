@@ -27,7 +27,7 @@ from rigidpend.numbers.exact import (
     fraction,
     function,
 )
-from rigidpend.numbers.expressions import MAX_TEXT, as_written, everywhere
+from rigidpend.numbers.expressions import MAX_TEXT, as_written, everywhere, shown
 from tests.strategies import repeatable
 
 MANY = 1000
@@ -438,3 +438,10 @@ def test_the_number_is_the_same(x: Fraction, power: int) -> None:
 def test_data_keep_their_shape() -> None:
     data = {"a": ["3/2", 7, None, True], "b": {"c": "1/1000"}}
     assert everywhere(data) == {"a": ["1.5", 7, None, True], "b": {"c": "0.001"}}
+
+
+@pytest.mark.parametrize(("length", "told"), [(160, 160), (161, 165)])
+def test_a_long_number_is_shown_without_its_middle(length: int, told: int) -> None:
+    text = "1" * length
+    assert len(shown(text)) == told
+    assert (shown(text) == text) is (told == length)

@@ -25,7 +25,7 @@ from rigidpend.machine import cache, files, workers
 from rigidpend.results import store
 from rigidpend.runs import loading, regression, runner
 from tests.attacks import lot
-from tests.cli.calls import UNTRACED
+from tests.cli.calls import LIMITED, UNTRACED
 from tests.config.samples import SMALL, written
 
 KILLS = lot.trials(3, 0.05)
@@ -224,7 +224,7 @@ def test_no_room_is_one_sentence_and_afterwards_the_run_goes_on(
         resource.setrlimit(resource.RLIMIT_FSIZE, (most, most))
 
     done = subprocess.run(
-        command(out), capture_output=True, text=True, check=False, preexec_fn=limit, env=UNTRACED
+        command(out), capture_output=True, text=True, check=False, preexec_fn=limit, env=LIMITED
     )
     assert done.returncode == 1, done.stderr
     said = done.stderr.splitlines()[-1]

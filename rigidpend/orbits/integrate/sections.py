@@ -14,9 +14,17 @@ import numpy as np
 
 from rigidpend.mechanics.equations import AlignedCoefficients, aligned
 from rigidpend.orbits.integrate import Orbits, Outcome, crossings
-from rigidpend.orbits.integrate.arithmetic import FINEST_TOLERANCE, PAIRS, in_kernel, kernel_bits
+from rigidpend.orbits.integrate.arithmetic import (
+    FINEST_TOLERANCE,
+    PAIRS,
+    default_engine,
+    in_kernel,
+    kernel_bits,
+)
 from rigidpend.orbits.integrate.states import states_at
 
+FIRST = default_engine()
+"""Engine that tells in doubles which crossing it is, for no touch escapes it."""
 GAINED = 40
 """Bits of the time that an iteration gains at least: steps of Newton's are told in doubles."""
 
@@ -63,9 +71,9 @@ def first_crossings(
     floats = AlignedCoefficients(*map(float, coefficients))
     seen = crossings(
         Orbits(floats, states.astype(float), 1, limit),
-        engine=engine,
+        engine=FIRST,
         bits=53,
-        tolerance=max(tolerance, FINEST_TOLERANCE[engine]),
+        tolerance=max(tolerance, FINEST_TOLERANCE[FIRST]),
         jobs=jobs,
     )
     if exact and (seen.outcome == Outcome.FAILED).any():

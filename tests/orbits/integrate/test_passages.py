@@ -266,6 +266,11 @@ def test_a_first_crossing_that_is_not_decided_is_none(engine: str, bits: int) ->
     given: dict[str, Any] = {"engine": engine, "bits": bits, "tolerance": 2.0**-52, "jobs": 1}
     state = np.array([before_touch("0")]).T
     assert first_crossings(body(53), state, 2 * BACK, **given) is None
+    # What doubles alone do not decide.
+    depth = "1e-12" if sign_of_bend() < 0 else "-1e-12"
+    crossed = first_crossings(body(53), np.array([before_touch(depth)]).T, 2 * BACK, **given)
+    assert crossed is not None
+    assert float(crossed[0][0]) == pytest.approx(found(depth, 200).time[0, 0], abs=1e-9)
 
 
 @pytest.mark.parametrize(

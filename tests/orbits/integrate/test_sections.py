@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 
 from rigidpend.mechanics.equations import AlignedCoefficients
+from rigidpend.orbits.integrate import states
 from rigidpend.orbits.integrate.sections import first_crossings
 from tests.orbits.integrate.problems import WAYS, fan, find, task
 
@@ -62,3 +63,17 @@ def test_the_number_of_jobs_changes_nothing(engine: str) -> None:
 @pytest.mark.parametrize(("engine", "bits"), WAYS[:3] + WAYS[-1:])
 def test_an_orbit_that_does_not_cross_in_time_is_none(engine: str, bits: int) -> None:
     assert first(engine, bits, 3.0) is None
+
+
+def test_one_orbit_that_comes_too_late_is_enough() -> None:
+    early, *_, late = sorted(float(time) for time, _ in crossed("taylor", 53))
+    assert late - early > 1e-6
+    assert first("taylor", 53, (early + late) / 2) is None
+
+
+def test_engine_scipy_computes_in_integers(monkeypatch: pytest.MonkeyPatch) -> None:
+    # The kernel alone takes numbers in parts.
+    monkeypatch.setattr(states, "in_parts", None)
+    assert first("scipy", 80) is not None
+    with pytest.raises(TypeError):
+        first("taylor", 80)
