@@ -55,7 +55,7 @@ LEAST = 1.0
 
 The question takes some 0.05 s with a new body. With that of Fig. 4 5,000 orbits of 15 symbols are
 at stake: on one core they take 0.12 ms each by integration and 0.004 ms by maps, whose tables
-take 0.8 s where they are not kept yet."""
+take 0.6 s where they are not kept yet."""
 SLOW, LONG = 100e-6 / 15, 1.0
 """Seconds a symbol, and in all, from which on it is said that orbits are integrated."""
 

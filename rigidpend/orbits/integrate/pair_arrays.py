@@ -6,7 +6,6 @@ so that they are the same on every machine.
 
 from __future__ import annotations
 
-import ctypes
 import functools
 import math
 import operator
@@ -28,7 +27,6 @@ from rigidpend.orbits.integrate.kernel.pair_loops import (
 
 SHORT = 20_000
 """Products of numbers, 20 microseconds of them, for which the interpreter is not given away."""
-_Memory = ctypes.c_char * 1
 
 
 def _operated(name: str, *, turned: bool = False) -> Callable[[Any, Any], PairArray]:
@@ -201,17 +199,8 @@ def _widened(parts: Any, width: int) -> Any:
     return found
 
 
-def _address(x: Any) -> Any:
-    """An array as an argument of the machine code; a fifth of the time that `x.ctypes` takes."""
-    return _Memory.from_buffer(x)
-
-
 def _broadcast(x: PairArray, shape: Any) -> PairArray:
-    if x.shape == shape:
-        return x
-    found = np.empty((2, *shape))
-    found[:] = _of_dimensions(x, len(shape))
-    return PairArray(found)
+    return PairArray(np.broadcast_to(_of_dimensions(x, len(shape)), (2, *shape)))
 
 
 def _of_dimensions(x: PairArray, n: int) -> Any:
@@ -238,7 +227,7 @@ def matmul(a: Any, b: Any) -> PairArray:
     sets = math.prod(outer)
     loop = products() if sets * rows * terms * wide > SHORT else held(products)
     loop(
-        *map(_address, (out, left, right)),
+        *(out, left, right),
         *(rows, terms, wide, sets),
         *(z.ndim > 2 for z in (x, y)),
     )
@@ -262,7 +251,7 @@ def convolved(a: Sequence[PairArray], b: Sequence[PairArray]) -> PairArray:
     ]
     many = sum(len(x) * len(y) for x, y in zip(a, b, strict=True)) * wide
     loop = convolution() if many > SHORT else held(convolution)
-    loop(*map(_address, (out, *tables)), len(a), rows, wide)
+    loop(out, *tables, len(a), rows, wide)
     return PairArray(out[..., :width].reshape(2, rows, *shape))
 
 

@@ -18,7 +18,6 @@ from __future__ import annotations
 import functools
 import math
 from collections.abc import Callable
-from fractions import Fraction
 from typing import Any, Generic, NamedTuple, TypeAlias, TypeVar
 
 import numpy as np
@@ -34,6 +33,7 @@ from rigidpend.orbits.return_map.expansions import (
     fourier_analysis,
     fourier_basis,
     fourier_synthesis,
+    gauss,
     grouped,
     in_blocks,
     nodes,
@@ -238,7 +238,7 @@ def section_chart(
     begin = section_state(rising, d, chi, h, c, a)
     side = 1 if rising else -1
     h_middle = float(nf.energies.centre)
-    shares, parts = _gauss(quadrature_points(float(length), c, h_middle, a.bits), a)
+    shares, parts = gauss(quadrature_points(float(length), c, h_middle, a.bits), a)
     times = side * length * np.append(shares, a.number(1))
     path = states_at(c.aligned, begin, times, a.bits)
     end = path[:, -1]
@@ -272,22 +272,6 @@ def quadrature_points(length: float, c: Coefficients, h: float, bits: int) -> in
     # In complex time the weight's share grows with the rotation, up to order one.
     height = min(STRIP / (float(k.half_sigma) * J2), -math.log(weight) / (float(k.kappa) * J2))
     return math.ceil(bits * math.log(2) / 2 / math.asinh(height * 2 / length))
-
-
-@functools.lru_cache(maxsize=16)
-def _gauss(n: int, a: Precision) -> tuple[Any, Any]:
-    """The n points, ascending, and the weights of Gauss's rule on (0, 1)."""
-    x = a.array(np.polynomial.legendre.leggauss(n)[0])
-    # Newton's method from doubles on; the last time for the weights.
-    for _ in range(1 + math.ceil(math.log2(a.bits / 53))):
-        before, last = np.ones_like(x), x
-        for k in range(2, n + 1):
-            share = a.number(Fraction((k - 1) ** 2, (2 * k - 1) * (2 * k - 3)))
-            before, last = last, x * last - share * before
-        slope = (a.number(Fraction(n * n, 2 * n - 1)) * before - n * x * last) / (1 - x * x)
-        x = x - last / slope
-    weights = (1 - x * x) / (before * before)
-    return (1 + x) / 2, weights / weights.sum(axis=0)
 
 
 Kind = TypeVar("Kind")

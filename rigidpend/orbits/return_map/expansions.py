@@ -8,7 +8,9 @@ function of x in [-1, 1] is a sum of Chebyshev polynomials.
 from __future__ import annotations
 
 import functools
+import math
 from collections.abc import Iterator, Sequence
+from fractions import Fraction
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -106,6 +108,22 @@ def chebyshev_analysis(n: int, a: Precision) -> Any:
     matrix = chebyshev_synthesis(n, n, a).T * 2 / n
     matrix[0] = matrix[0] / 2
     return matrix
+
+
+@functools.lru_cache(maxsize=KEPT)
+def gauss(n: int, a: Precision) -> tuple[Any, Any]:
+    """The n points, ascending, and the weights of Gauss's rule on (0, 1)."""
+    x = a.array(np.polynomial.legendre.leggauss(n)[0])
+    # Newton's method from doubles on; the last time for the weights.
+    for _ in range(1 + math.ceil(math.log2(a.bits / 53))):
+        before, last = np.ones_like(x), x
+        for k in range(2, n + 1):
+            share = a.number(Fraction((k - 1) ** 2, (2 * k - 1) * (2 * k - 3)))
+            before, last = last, x * last - share * before
+        slope = (a.number(Fraction(n * n, 2 * n - 1)) * before - n * x * last) / (1 - x * x)
+        x = x - last / slope
+    weights = (1 - x * x) / (before * before)
+    return (1 + x) / 2, weights / weights.sum(axis=0)
 
 
 class Interval(NamedTuple):

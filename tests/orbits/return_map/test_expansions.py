@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from fractions import Fraction
 from typing import Any
 
@@ -13,11 +14,14 @@ from rigidpend.orbits.return_map.expansions import (
     chebyshev_basis,
     fourier_analysis,
     fourier_basis,
+    gauss,
+    grouped,
+    in_blocks,
     nodes,
     phases,
 )
 from rigidpend.orbits.return_map.jets import Jet, Reciprocal
-from rigidpend.orbits.return_map.precision import precision
+from rigidpend.orbits.return_map.precision import UNDIVIDED, precision, product
 from rigidpend.orbits.return_map.storage import joined, split
 
 BITS = [53, 64, 113, 160]
@@ -43,6 +47,37 @@ def test_agrees_a_chebyshev_expansion_with_its_polynomial_and_slope(bits: int) -
     expected, slope = at**5 - 3 * at**2 + 1, 5 * at**4 - 6 * at
     assert a.largest(chebyshev_basis(at, n, a) @ c - expected) < 40 * a.epsilon
     assert a.largest(chebyshev_basis(at, n, a, slope=True) @ c - slope) < 200 * a.epsilon
+
+
+@pytest.mark.parametrize("bits", BITS)
+def test_gauss_s_rule_is_exact_up_to_twice_its_points(bits: int) -> None:
+    """To degree 2 n - 1; at 2 n it errs by (n!)^4/((2 n)!^2 (2 n + 1)) on (0, 1)."""
+    a, n = precision(bits), 5
+    x, weights = gauss(n, a)
+    found = [a.floats((weights * x**k).sum(axis=0) * (k + 1) - 1) for k in (1, 2 * n - 1, 2 * n)]
+    assert (np.abs(found[:2]) < 20 * a.epsilon).all()
+    assert found[2] == pytest.approx(-(math.factorial(n) ** 4) / math.factorial(2 * n) ** 2)
+
+
+@pytest.mark.parametrize("bits", [53, 64])
+@pytest.mark.parametrize("counts", [[3, 254, 2, 600, 1], [5, 5], [256]], ids=str)
+def test_points_of_many_groups_are_taken_in_blocks(bits: int, counts: list[int]) -> None:
+    """A group that ends with a block, goes over three of them, or shares one."""
+    a, random = precision(bits), np.random.default_rng(1)
+    rows, matrices = random.normal(size=(sum(counts), 3)), random.normal(size=(len(counts), 3, 2))
+    blocks = list(in_blocks(counts))
+    assert all(len(rows[at]) == sum(here) <= 256 for _, at, here in blocks)
+    found = [grouped(a.array(rows[at]), a.array(matrices[of]), here) for of, at, here in blocks]
+    each = np.repeat(matrices, counts, axis=0)
+    assert np.abs(a.floats(np.concatenate(found)) - (rows[:, :, None] * each).sum(1)).max() < 1e-14
+
+
+@pytest.mark.parametrize(("rows", "width"), [(1, 7), (7, 1), (40_000, 3), (3, 40_000), (2, 2)])
+def test_products_in_doubles_are_whole_however_they_are_divided(rows: int, width: int) -> None:
+    random = np.random.default_rng(1)
+    x, y = random.normal(size=(2, rows, 9)), random.normal(size=(9, width))
+    assert (max(rows, width) * 9 * 3 > UNDIVIDED) == (max(rows, width) > 7)
+    assert np.abs(product(x, y) - np.matmul(x, y)).max() < 1e-13
 
 
 @pytest.mark.parametrize("bits", BITS)

@@ -177,7 +177,7 @@ def products() -> Any:
         "define i64 @products(ptr noalias %out, ptr %a, ptr %b, i64 %rows, i64 %terms, i64 %width,"
         " i64 %sets, i64 %a_own, i64 %b_own) {"
     )
-    kinds = (*(ctypes.c_void_p,) * 3, *(ctypes.c_int64,) * 6)
+    kinds = (*(machine_code.ArrayPointer,) * 3, *(ctypes.c_int64,) * 6)
     return machine_code.function(code.function(head, "0"), "products", *kinds)
 
 
@@ -239,7 +239,7 @@ def convolution() -> Any:
         "define i64 @convolution(ptr noalias %out, ptr %a, ptr %b, ptr %a_rows, ptr noalias %work,"
         " i64 %count, i64 %rows, i64 %width) {"
     )
-    kinds = (*(ctypes.c_void_p,) * 5, *(ctypes.c_int64,) * 3)
+    kinds = (*(machine_code.ArrayPointer,) * 5, *(ctypes.c_int64,) * 3)
     return machine_code.function(code.function(head, "0"), "convolution", *kinds)
 
 
