@@ -25,7 +25,7 @@ SILENCE = 5.0
 
 _of_thread = threading.local()
 _to_parent: Any = None
-"""In a process of :func:`apart`: its end of the pipe to who hears it."""
+"""End of the pipe to who hears a process of :func:`apart`; None elsewhere."""
 
 
 class _Stop:

@@ -220,9 +220,9 @@ class Shrinking(NamedTuple):
     """Largest terms of each order over a layer, relative to the largest of all."""
 
     by_degree: Any
-    """Of the normal form, of degrees 1, 3, ..."""
+    """Those of the normal form, of degrees 1, 3, ..."""
     by_x: tuple[Any, ...]
-    """Of the charts and the inverse charts, downward and upward, by polynomials of d or I."""
+    """Those of charts and inverse charts, downward and upward, by polynomials of d or I."""
     by_phase: tuple[Any, ...]
     """The same by harmonics."""
 

@@ -20,8 +20,9 @@ from rigidpend.orbits.integrate.pair_arrays import PairArray
 
 FUNCTIONS = {"sin": 1, "cos": 1, "exp": 1, "expm1": 1, "log": 1, "sqrt": 1, "atan2": 2}
 UNDIVIDED, LEAST_ROWS = 2**18, 16
-"""Multiplications of a product up to which OpenBLAS, as NumPy brings it, starts no thread; and rows
-that a part of a larger one has at least."""
+"""Multiplications of a product for which OpenBLAS starts no thread yet; least rows of its parts.
+
+OpenBLAS as NumPy brings it: a larger product is done in parts."""
 MOST_IN_PAIRS = 96
 """Bits that pairs of doubles keep after some hundred operations that each err by 2^-104."""
 

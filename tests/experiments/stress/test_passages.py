@@ -43,8 +43,8 @@ def test_decided_symbols_are_as_predicted_and_right_and_a_wrong_one_is_found(
     """Also where the higher precision is not sure of itself."""
     trial, computed = passages.decided_trial(SCENE, problem(60), 53, 16, 1, 4), []
 
-    def kept(*given: Any, right: Any = scenes.routes) -> Any:
-        computed.append(right(*given))
+    def kept(*given: Any, right: Any = scenes.routes, **more: Any) -> Any:
+        computed.append(right(*given, **more))
         return computed[-1]
 
     monkeypatch.setattr(scenes, "routes", kept)
@@ -56,7 +56,7 @@ def test_decided_symbols_are_as_predicted_and_right_and_a_wrong_one_is_found(
     finer.codes[3, 0] ^= 1
     finer.certain[:] = False
     again = iter(computed)
-    monkeypatch.setattr(scenes, "routes", lambda *_: next(again))
+    monkeypatch.setattr(scenes, "routes", lambda *_, **__: next(again))
     beyond = made["curves"]["predicted"].values + 2 * trial.claims[0].bound
     monkeypatch.setattr(passages, "predicted_symbols", lambda *_: beyond)
     assert failed(trial) == {"decided by 53 bits", "decided by 53 bits, wrong"}

@@ -109,7 +109,7 @@ class _Operand:
 
 
 _made: list[Any] = []
-"""What ufuncs rest on, which has to live as long as they do."""
+"""Data that ufuncs rest on, which have to live as long as they do."""
 
 
 def _ufunc(name: str, loop: Any) -> Any:
