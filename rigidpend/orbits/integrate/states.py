@@ -26,7 +26,7 @@ from rigidpend.orbits.integrate.arithmetic import (
 from rigidpend.orbits.integrate.kernel import samples, taylor_step
 from rigidpend.orbits.integrate.kernel.lane_numbers import exactly, in_parts
 from rigidpend.orbits.integrate.kernel.machine_code import FEW, LANES
-from rigidpend.orbits.integrate.kernel.tape import ALIGNED, AS_WRITTEN, TracedField, trace
+from rigidpend.orbits.integrate.kernel.tape import ALIGNED, TracedField, trace
 from rigidpend.orbits.integrate.pair_arrays import PairArray
 
 Field: TypeAlias = Callable[[Any, Any], Any]
@@ -197,8 +197,7 @@ def _kernel(
 ) -> tuple[Any, Array]:
     """The machine code that carries orbits of a field, and its parameters."""
     if isinstance(field, AlignedCoefficients):
-        traced = AS_WRITTEN if bits == 53 else ALIGNED
-        parameters = in_parts(field, bits)
+        traced, parameters = ALIGNED, in_parts(field, bits)
     else:
         traced, numbers = _traced(field, size)
         parameters = np.array([numbers], dtype=float)

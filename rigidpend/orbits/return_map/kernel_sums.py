@@ -52,7 +52,7 @@ class Sums:
             self._over_energies(n, length, plain, length)
             first = code(f"mul i64 {t}, {FUNCTIONS}")
             for j, total in enumerate(self.totals):
-                n.store(self._settled(total), "%room", code(f"add i64 {first}, {j}"))
+                n.store(self._settled(n, total), "%room", code(f"add i64 {first}, {j}"))
 
     def _over_energies(self, n: Doubles, length: str, start: str, end: str) -> None:
         """Go on with sums over the polynomials of the energy, from one term to another."""
@@ -92,7 +92,7 @@ class Sums:
                 self._add(n, total, value, polynomial)
             n.store(n.minus(n.times(twice, polynomial), n.load(older, 0)), last, 0)
             n.store(polynomial, older, 0)
-        return [n.settled(n.load(total, 0)) for total in self.totals]
+        return [self._settled(n, total) for total in self.totals]
 
     def _row(self, n: Doubles, listed: str, i: str) -> list[Value]:
         """A row of a table: three sums over harmonics, the constants last."""
@@ -100,7 +100,7 @@ class Sums:
         self._clear(self.sums_of_row)
         self._over_harmonics(self.plain, sharp, count)
         self._over_harmonics(n, "0", sharp)
-        sums = [n.settled(n.load(total, 0)) for total in self.sums_of_row]
+        sums = [self._settled(n, total) for total in self.sums_of_row]
         waves = [n.plus(a, b) for a, b in zip(sums[::2], sums[1::2], strict=True)]
         return [n.plus(a, c) for a, c in zip(waves, self._triple(n), strict=True)]
 
@@ -155,7 +155,7 @@ class Sums:
 
     def _triple(self, n: Doubles) -> list[Value]:
         """The next three coefficients at the orbits' energies."""
-        code, n = self.code, self.numbers
+        code = self.code
         place = code.load(self.place, "i64", 8)
         code.store(code(f"add i64 {place}, 1"), self.place, "i64", 8)
         first = code(f"mul i64 {place}, {FUNCTIONS}")
@@ -185,8 +185,8 @@ class Sums:
     def _add(self, n: Doubles, total: str, a: Value, b: Value) -> None:
         n.store(n.with_product(n.load(total, 0), a, b), total, 0)
 
-    def _settled(self, total: str) -> Value:
-        return self.numbers.settled(self.numbers.load(total, 0))
+    def _settled(self, n: Doubles, total: str) -> Value:
+        return n.settled(n.load(total, 0))
 
     def opposite(self, x: Value) -> Value:
         return tuple(self.code(f"fneg {self.code.vector} {part}") for part in x)

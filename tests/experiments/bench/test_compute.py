@@ -228,7 +228,7 @@ def test_a_fault_of_the_benchmark_ends_the_command_in_one_sentence(
 def test_the_full_config_asks_for_everything() -> None:
     content = typed(Config, FULL)
     assert set(METHODS) - set(content.problem.methods) == {"route_codes_map", "route_codes_auto"}
-    assert (content.bodies.kept, content.bodies.drawn, content.bodies.orbits) == (40, 20, 5_000)
+    assert (content.bodies.kept, content.bodies.drawn, content.bodies.orbits) == (40, 20, 20_000)
     assert content.meeting.rounds >= 11
     assert content.meeting.threads == (1, 2)
     assert content.phases.orbits == 2000
