@@ -170,9 +170,10 @@ def decided_by(maps: Maps, *, sampled: bool = True) -> Mapped:
         certainty.climb(run.crossings, known, open_, rate, beyond)
     if sampled:
         # Doubles decide at least the first symbols of each; what is beyond them takes long.
-        samples = (SAMPLE, precisions[:1]), (LEAST_SAMPLE, precisions[:2])
-        for size, ladder in samples[maps.kept :]:
-            here = max(LEAST_SAMPLE, -(-size * n // run.orbits))
+        size = -(-SAMPLE * n // run.orbits)
+        samples = (size, precisions[:1]), (LEAST_SAMPLE, precisions[:2])
+        # In a small part of all orbits the second sample has the first in it.
+        for here, ladder in samples[maps.kept or size <= LEAST_SAMPLE :]:
             wrong = contradicted(known, run.crossings, rate, ladder, here)
             if wrong.size:
                 raise certainty.Contradiction(_alarm(run, wrong))
