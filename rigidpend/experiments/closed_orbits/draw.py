@@ -5,20 +5,18 @@ In tables: closed orbits by their words, and averages over them beside a long or
 
 from __future__ import annotations
 
-from typing import Any, TypeAlias
+from typing import Any
 
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.ticker import MaxNLocator
-from numpy.typing import NDArray
 
 from rigidpend.experiments.data import Data, Loaded
-from rigidpend.experiments.plots import BLUE, RED, WIDTH, title
+from rigidpend.experiments.plots import BLUE, RED, WIDTH, beside, title
 from rigidpend.machine.wording import Column, Table
 from rigidpend.numbers.expressions import NO_SYMBOL
-
-Array: TypeAlias = NDArray[Any]
+from rigidpend.numbers.generic import Array
 
 HEIGHT = 3.2
 """Height of the figure, inches."""
@@ -52,13 +50,13 @@ def _draw_orbits(axes: Axes, data: Data) -> None:
         (orbits["positive"], "positive", BLUE, BLUE),
         (~orbits["positive"], "negative", "0.4", "white"),
     ):
-        look: Any = {"color": colour, "mfc": inside, "label": f"one orbit, multiplier {name}"}
-        axes.plot(place[here], exponent[here], "o", ms=2.7, mew=0.7, **look)
+        marks: Any = {"color": colour, "mfc": inside, "label": f"one orbit, multiplier {name}"}
+        axes.plot(place[here], exponent[here], "o", ms=2.7, mew=0.7, **marks)
     for k in np.flatnonzero(length <= NAMED):
         side, ha = (-4, "right") if place[k] < middles[length[k] - 1] else (4, "left")
-        beside: Any = {"xytext": (side, 0), "textcoords": "offset points", "ha": ha, "va": "center"}
         word = "".join(map(str, orbits["word"][k, : length[k]]))
-        axes.annotate(word, (place[k], exponent[k]), fontsize=7.5, **beside)
+        look: Any = {"ha": ha, "va": "center", "fontsize": 7.5}
+        beside(axes, word, (place[k], exponent[k]), side, 0, **look)
     axes.set(xlabel="symbols of the word", ylabel="Lyapunov exponent per passage")
     axes.set_xticks(middles, [str(n + 1) for n in range(len(middles))])
     axes.legend(fontsize=7, loc="upper right")

@@ -16,22 +16,8 @@ from matplotlib.figure import Figure
 from matplotlib.patches import Patch, Rectangle
 from numpy.typing import NDArray
 
+from rigidpend.experiments import plots
 from rigidpend.experiments.data import Data, Loaded
-from rigidpend.experiments.plots import (
-    DOUBT,
-    NO_RETURN,
-    PROVEN,
-    WIDTH,
-    ZERO,
-    ZOOM,
-    axis_label,
-    column_edges,
-    draw_codes,
-    entry,
-    mark_doubt,
-    panel,
-    symbol_entries,
-)
 from rigidpend.experiments.shared import MEANING
 from rigidpend.machine.wording import Table
 from rigidpend.numbers.expressions import NO_SYMBOL
@@ -64,7 +50,7 @@ class Array(NamedTuple):
     @property
     def ends(self) -> tuple[float, float]:
         """The least and the largest phase of its columns' edges; phases may descend."""
-        first, last = sorted(map(float, column_edges(self.theta2_0)[[0, -1]]))
+        first, last = sorted(map(float, plots.column_edges(self.theta2_0)[[0, -1]]))
         return first, last
 
     @property
@@ -85,7 +71,7 @@ def draw(result: Loaded) -> Figure:
     arrays = [_read(name, group) for name, group in result["data"].items()]
     bands = [arrays[k : k + ACROSS] for k in range(0, len(arrays), ACROSS)]
     cell = _cell(bands)
-    wide = max(NARROWEST, *(WIDTH - _room(band) + _columns(band) * cell for band in bands))
+    wide = max(NARROWEST, *(plots.WIDTH - _room(band) + _columns(band) * cell for band in bands))
     entries = _legend_entries(arrays)
     across = min(len(entries), int(wide / ENTRY))
     below = BELOW + ROW * (-(-len(entries) // across) - 1)
@@ -110,7 +96,7 @@ def draw_together(results: Sequence[tuple[str, Loaded]]) -> Figure:
         [_read(name, group) for name, group in result["data"].items()][:ACROSS]
         for _, result in results
     ]
-    figure = _arranged(bands, _cell(bands), WIDTH, BELOW)
+    figure = _arranged(bands, _cell(bands), plots.WIDTH, BELOW)
     firsts = itertools.accumulate(map(len, bands), initial=0)
     for (label, _), band, first in zip(results, bands, firsts, strict=False):
         figure.axes[first].set_title(f"{band[0].name}, {label}", loc="left")
@@ -131,7 +117,7 @@ def _arranged(bands: list[list[Array]], cell: float, wide: float, below: float) 
         bottom, left = bottom - height - ABOVE, LEFT
         for array in band:
             width = array.codes.shape[1] * cell
-            _draw_array(panel(figure, left, bottom, width, height), array)
+            _draw_array(plots.panel(figure, left, bottom, width, height), array)
             left += width + BETWEEN
         bottom -= APART
     return figure
@@ -148,7 +134,7 @@ def _columns(band: list[Array]) -> int:
 
 def _room(band: list[Array]) -> float:
     """Inches for the cells of arrays side by side."""
-    return WIDTH - LEFT - RIGHT - BETWEEN * (len(band) - 1)
+    return plots.WIDTH - LEFT - RIGHT - BETWEEN * (len(band) - 1)
 
 
 def _read(name: str, group: Data) -> Array:
@@ -162,16 +148,16 @@ def _draw_array(axes: Axes, array: Array) -> None:
     line: dict[str, Any] = (
         {"edgecolors": "0.6", "linewidth": 0.25} if array.codes.size < 5000 else {}
     )
-    draw_codes(axes, column_edges(array.theta2_0), array.codes, **line)
-    mark_doubt(axes, array.theta2_0, array.certain)
+    plots.draw_codes(axes, plots.column_edges(array.theta2_0), array.codes, **line)
+    plots.mark_doubt(axes, array.theta2_0, array.certain)
     row, column = np.nonzero(array.proven)
     if row.size:
-        axes.plot(array.theta2_0[column], row + 1, "o", color=PROVEN, ms=0.9, mew=0)
+        axes.plot(array.theta2_0[column], row + 1, "o", color=plots.PROVEN, ms=0.9, mew=0)
     zeros, below = array.zeros_shown, axes.get_xaxis_transform()
     places = np.full(len(zeros), -0.05)
-    axes.plot(zeros, places, "^", color=ZERO, ms=4, transform=below, clip_on=False, zorder=5)
+    axes.plot(zeros, places, "^", color=plots.ZERO, ms=4, transform=below, clip_on=False, zorder=5)
     axes.tick_params(axis="x", pad=6)
-    axes.set_xlabel(axis_label(MEANING["theta2_0"]), labelpad=2)
+    axes.set_xlabel(plots.axis_label(MEANING["theta2_0"]), labelpad=2)
     axes.set_title(array.name, loc="left")
 
 
@@ -181,25 +167,27 @@ def _mark_zooms(axes: Axes, array: Array, arrays: list[Array]) -> None:
         if other.magnifies(array):
             start, end = other.ends
             frame = Rectangle((start, 0.5), end - start, len(array.codes), fill=False)
-            frame.set(edgecolor=ZOOM, linewidth=1.4, zorder=4)
+            frame.set(edgecolor=plots.ZOOM, linewidth=1.4, zorder=4)
             axes.add_patch(frame)
         if array.magnifies(other):
-            axes.spines[:].set(color=ZOOM, linewidth=1.4)
+            axes.spines[:].set(color=plots.ZOOM, linewidth=1.4)
 
 
 def _legend_entries(arrays: list[Array]) -> list[Artist]:
     """Entries of the legend: those of what the figure shows, and no more."""
-    entries: list[Artist] = [*symbol_entries()]
+    entries: list[Artist] = [*plots.symbol_entries()]
     if any(array.zeros_shown for array in arrays):
-        entries.append(entry("zero of Melnikov's integral", color=ZERO, marker="^", ls="", ms=5))
+        entries.append(
+            plots.entry("zero of Melnikov's integral", color=plots.ZERO, marker="^", ls="", ms=5)
+        )
     if any(a.magnifies(b) for a in arrays for b in arrays):
-        entries.append(Patch(fill=False, edgecolor=ZOOM, lw=1.4, label=MAGNIFIED))
+        entries.append(Patch(fill=False, edgecolor=plots.ZOOM, lw=1.4, label=MAGNIFIED))
     if any((array.codes == NO_SYMBOL).any() for array in arrays):
-        entries.append(Patch(facecolor=NO_RETURN, edgecolor="0.6", label="no return"))
+        entries.append(Patch(facecolor=plots.NO_RETURN, edgecolor="0.6", label="no return"))
     if any(array.proven.any() for array in arrays):
-        entries.append(entry("proven symbol", color=PROVEN, marker="o", ls="", ms=2.5))
+        entries.append(plots.entry("proven symbol", color=plots.PROVEN, marker="o", ls="", ms=2.5))
     if not all(array.certain.all() for array in arrays):
-        entries.append(entry("uncertain", color=DOUBT, marker="x", ls=""))
+        entries.append(plots.entry("uncertain", color=plots.DOUBT, marker="x", ls=""))
     return entries
 
 

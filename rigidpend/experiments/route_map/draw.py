@@ -15,24 +15,13 @@ from matplotlib.figure import Figure
 from matplotlib.patches import Patch, Rectangle
 from numpy.typing import NDArray
 
+from rigidpend.experiments import plots
 from rigidpend.experiments.data import Data, Loaded
-from rigidpend.experiments.plots import (
-    DOUBT,
-    LINES,
-    WIDTH,
-    ZOOM,
-    axis_label,
-    cell_ends,
-    draw_cells,
-    draw_changes,
-    entry,
-    panel,
-)
 from rigidpend.experiments.shared import MEANING
 from rigidpend.machine.wording import Table
 
 NAMES = {
-    "theta2_0": axis_label(MEANING["theta2_0"]),
+    "theta2_0": plots.axis_label(MEANING["theta2_0"]),
     "log10_J1_0": r"$\log_{10} J_1^0$",
     "mu": r"$\mu$",
     "h0": r"$h_0$",
@@ -57,11 +46,11 @@ def draw(result: Loaded) -> Figure:
     # One alone is as large as the plane, with which it is compared.
     small = TALL if len(zooms) == 1 else SMALL
     high = ABOVE + TALL + bands * (small + GAP) + BELOW
-    figure = Figure(figsize=(WIDTH, high))
+    figure = Figure(figsize=(plots.WIDTH, high))
     # A label at the end of an axis of small numbers is wide.
     right = 0.12 if "x_axis" not in data else 0.3
-    wide = WIDTH - LEFT - right
-    whole = panel(figure, LEFT, high - ABOVE - TALL, wide, TALL)
+    wide = plots.WIDTH - LEFT - right
+    whole = plots.panel(figure, LEFT, high - ABOVE - TALL, wide, TALL)
     _draw_plane(whole, data, data)
     columns = min(ACROSS, max(1, len(zooms)))
     each = (wide - (columns - 1) * GAP) / columns
@@ -69,9 +58,9 @@ def draw(result: Loaded) -> Figure:
     for k, (name, zoom) in enumerate(zooms.items()):
         left = LEFT + (k % ACROSS) * (each + GAP)
         bottom = high - ABOVE - TALL - (k // ACROSS + 1) * (small + GAP)
-        axes = panel(figure, left, bottom, each, small, label=name)
+        axes = plots.panel(figure, left, bottom, each, small, label=name)
         _draw_plane(axes, zoom, data)
-        axes.spines[:].set(color=ZOOM, linewidth=1.2)
+        axes.spines[:].set(color=plots.ZOOM, linewidth=1.2)
         times = np.ptp(np.asarray(data["y"])) / np.ptp(np.asarray(zoom["y"]))
         axes.set_title(f"{name}: {times:.3g} times higher", loc="left", fontsize=8, pad=3)
         _frame(before, zoom, name)
@@ -103,18 +92,18 @@ def words(codes: NDArray[np.uint8]) -> NDArray[np.float64]:
 
 def _draw_plane(axes: Axes, plane: Data, data: Data) -> None:
     x, y = np.asarray(plane["x"]), np.asarray(plane["y"])
-    codes, extent = np.asarray(plane["codes"]), (*cell_ends(x), *cell_ends(y))
-    draw_cells(axes, x, y, words(codes), cmap=SHADES, vmin=0, vmax=1)
-    draw_changes(axes, x, y, codes)
+    codes, extent = np.asarray(plane["codes"]), (*plots.cell_ends(x), *plots.cell_ends(y))
+    plots.draw_cells(axes, x, y, words(codes), cmap=SHADES, vmin=0, vmax=1)
+    plots.draw_changes(axes, x, y, codes)
     row, column = np.nonzero(np.asarray(plane["certain"]) < len(codes))
     if row.size:
-        axes.plot(x[column], y[row], ",", color=DOUBT, label="uncertain", rasterized=True)
+        axes.plot(x[column], y[row], ",", color=plots.DOUBT, label="uncertain", rasterized=True)
     _mark(axes.axhline, float(data["marked"]), extent[2:])
     if "marked_x" in data:
         _mark(axes.axvline, float(data["marked_x"]), extent[:2])
     axes.set(xlim=extent[:2], ylim=extent[2:])
     axes.set_xlabel(NAMES[str(data.get("x_axis", "theta2_0"))], labelpad=2)
-    if axes.get_position().x0 * WIDTH < 1.01 * LEFT:
+    if axes.get_position().x0 * plots.WIDTH < 1.01 * LEFT:
         axes.set_ylabel(NAMES[str(data["y_axis"])], labelpad=3)
     wide = axes.get_position().width > 0.5
     axes.tick_params(labelsize=8 if wide else 6.5, pad=2)
@@ -129,12 +118,12 @@ def _mark(line: Callable[..., Any], value: float, ends: tuple[float, ...]) -> No
     """Mark a value of an axis by a line, if it is between the ends."""
     if ends[0] <= value <= ends[1]:
         line(value, color="white", lw=1.6)
-        line(value, color=ZOOM, lw=0.8, ls=(0, (5, 3)), label="marked")
+        line(value, color=plots.ZOOM, lw=0.8, ls=(0, (5, 3)), label="marked")
 
 
 def _frame(before: dict[str, Axes], zoom: Data, name: str) -> None:
     """Frame a zoom in the smallest plane drawn so far that holds it."""
-    (left, right), (low, top) = (cell_ends(np.asarray(zoom[key])) for key in ("x", "y"))
+    (left, right), (low, top) = (plots.cell_ends(np.asarray(zoom[key])) for key in ("x", "y"))
 
     def holds(axes: Axes) -> bool:
         (x0, x1), (y0, y1) = axes.get_xlim(), axes.get_ylim()
@@ -146,7 +135,7 @@ def _frame(before: dict[str, Axes], zoom: Data, name: str) -> None:
     if around:
         axes = min(around, key=lambda axes: float(np.ptp(axes.get_xlim())))
         size = right - left, top - low
-        frame = Rectangle((left, low), *size, fill=False, edgecolor=ZOOM, linewidth=1.2)
+        frame = Rectangle((left, low), *size, fill=False, edgecolor=plots.ZOOM, linewidth=1.2)
         frame.set_label(name)
         axes.add_patch(frame)
 
@@ -159,14 +148,14 @@ def _entries(data: Data, zooms: Data) -> list[Any]:
     entries: list[Any] = [
         Patch(facecolor=SHADES(0.12), label=r"$z_1 = 0$; shades: later symbols"),
         Patch(facecolor=SHADES(0.85), label=r"$z_1 = 1$; shades: later symbols"),
-        entry("changes of symbols 1, 2, 3", color=LINES[0][1], lw=LINES[0][0]),
-        entry(", ".join(own), color=ZOOM, lw=0.8, ls=(0, (5, 3))),
+        plots.entry("changes of symbols 1, 2, 3", color=plots.LINES[0][1], lw=plots.LINES[0][0]),
+        plots.entry(", ".join(own), color=plots.ZOOM, lw=0.8, ls=(0, (5, 3))),
     ]
     if zooms:
-        entries.append(Patch(fill=False, edgecolor=ZOOM, lw=1.2, label="magnified part"))
+        entries.append(Patch(fill=False, edgecolor=plots.ZOOM, lw=1.2, label="magnified part"))
     planes = [data, *zooms.values()]
     if any((np.asarray(plane["certain"]) < len(plane["codes"])).any() for plane in planes):
-        entries.append(entry("uncertain", color=DOUBT, marker=".", ls=""))
+        entries.append(plots.entry("uncertain", color=plots.DOUBT, marker=".", ls=""))
     return entries
 
 
