@@ -20,7 +20,7 @@ against that layout first, and two results are compared by it.
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from typing import TYPE_CHECKING, Any, NamedTuple, Protocol, TypeAlias, TypeVar
+from typing import TYPE_CHECKING, Any, NamedTuple, Protocol, TypeAlias
 
 from rigidpend.experiments.data import Loaded, Tree
 from rigidpend.machine.progress import tell_nobody
@@ -29,17 +29,11 @@ from rigidpend.orbits.integrate.arithmetic import CLOSED_FORM, Arithmetic
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-    from rigidpend.config.schema import ExperimentConfig
     from rigidpend.numbers.exact import Exact
     from rigidpend.routes.problem import RouteProblem
 
     Routes: TypeAlias = Mapping[str, tuple[RouteProblem, Sequence[Exact]]]
     """Orbits by the name of their array: a problem, and the exact phases of its columns."""
-
-    C_contra = TypeVar("C_contra", bound=ExperimentConfig, contravariant=True)
-else:
-    # The bound is for type checkers alone: no schema is imported for it.
-    C_contra = TypeVar("C_contra", contravariant=True)
 
 
 class Piece(NamedTuple):
@@ -79,7 +73,7 @@ class Means(NamedTuple):
     """True if pieces are computed by other machines, which take many small ones best."""
 
 
-class Computation(Protocol[C_contra]):
+class Computation(Protocol):
     """The module ``compute.py`` of an experiment.
 
     It may also have:
@@ -100,8 +94,8 @@ class Computation(Protocol[C_contra]):
         ArithmeticError where it does not, whose text says what is not shown.
     """
 
-    def compute(self, config: C_contra, means: Means) -> Tree:
-        """Compute the data of a result file.
+    def compute(self, config: Any, means: Means) -> Tree:
+        """Compute the data of a result file from its checked `Config`.
 
         Raises
         ------

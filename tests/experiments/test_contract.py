@@ -30,7 +30,7 @@ def signature(function: object) -> str:
     """The parameters of a function, without the first of a method, as they are written."""
     assert callable(function)
     written = str(inspect.signature(function)).replace("'", "")
-    return written.replace("(self, ", "(").replace("C_contra", "Config")
+    return written.replace("(self, ", "(").replace("config: Any", "config: Config")
 
 
 @pytest.mark.parametrize("name", NAMES)

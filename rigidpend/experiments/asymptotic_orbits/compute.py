@@ -34,13 +34,7 @@ FADED = 1e-3
 
 
 def compute(config: Config, means: Means) -> Tree:
-    """Find the orbits, their phases to 30 digits, and sample a few.
-
-    Raises
-    ------
-    ArithmeticError
-        The body has no return map, or integration does not confirm the map's orbits.
-    """
+    """Find the orbits by the body's return map, their phases to 30 digits, and sample a few."""
     problem = config.problem
     level = Level(return_map(problem.body, h=problem.h), float(problem.h))
     launch = Launch(problem.body, level, problem.h, problem.J1_0)

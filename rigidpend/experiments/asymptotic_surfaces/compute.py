@@ -22,13 +22,7 @@ if TYPE_CHECKING:
 
 
 def compute(config: Config, means: Means) -> Tree:
-    """Compute Table 1 and the two surfaces of every body.
-
-    Returns
-    -------
-    Tree
-        `table` with an array for each column; `bodies` with a group for each body.
-    """
+    """Compute Table 1 and the two surfaces of every body."""
     problems = _problems(config.problem)
     groups: dict[str, Any] = {}
     for name, checked in problems.items():

@@ -1,7 +1,4 @@
-"""Closed orbits by their codes, with multipliers and actions.
-
-Here is the layout of a result: what it consists of, with unit and bound.
-"""
+"""Closed orbits by their codes, with multipliers and actions."""
 
 from __future__ import annotations
 

@@ -38,13 +38,7 @@ PIECE = {
 
 
 def compute(config: Config, means: Means) -> Tree:
-    """Compute the exponents of a plane.
-
-    Raises
-    ------
-    MapError
-        The body has no return map.
-    """
+    """Compute the exponents of a plane, of a body that has a return map."""
     problem = config.problem
     x, y = problem.theta2_0.values, problem.log10_J1_0.values
     theta2, J1 = np.tile(x, y.size), np.repeat(10.0**y, x.size)

@@ -23,18 +23,7 @@ if TYPE_CHECKING:
 
 
 def compute(config: Config, means: Means) -> Tree:
-    """Compute the orbit of every case of a config.
-
-    Returns
-    -------
-    Tree
-        A group for each case.
-
-    Raises
-    ------
-    ArithmeticError
-        A route is not certain, or the orbit in doubles left it.
-    """
+    """Compute the orbit of every case of a config, if its route is certain and is kept to."""
     groups: dict[str, Any] = {}
     for name, case in config.problem.cases.items():
         routes = _routes(config, case, means)

@@ -33,13 +33,7 @@ class Edge(NamedTuple):
 
 
 def compute(config: Config, means: Means) -> Tree:
-    """Compute the graph of a config's body: vertices, edges and the two rectangles.
-
-    Returns
-    -------
-    Tree
-        The groups vertices, edges and rectangles.
-    """
+    """Compute the graph of a config's body: vertices, edges and the two rectangles."""
     body = config.problem.body
     theta1 = separatrix_theta1(body.alpha0, body.beta0)
     # The window is 4 pi wide, so that its right edge is its left one once more.

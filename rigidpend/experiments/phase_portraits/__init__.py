@@ -1,7 +1,4 @@
-"""Phase portraits of the free body, on the sphere and in the plane: Fig. 1.
-
-Here is the layout of a result: what it consists of, with unit and bound.
-"""
+"""Phase portraits of the free body, on the sphere and in the plane: Fig. 1."""
 
 from __future__ import annotations
 

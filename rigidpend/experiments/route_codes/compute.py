@@ -45,13 +45,7 @@ LONG = 200
 
 
 def compute(config: Config, means: Means) -> Tree:
-    """Compute every array of a config.
-
-    Returns
-    -------
-    Tree
-        A group for each array, with the fields of `RouteCodes` and the Melnikov zeros.
-    """
+    """Compute every array of a config."""
     problem = config.problem
     zeros = np.array(melnikov.zeros(problem.routes))
     groups: dict[str, Any] = {}

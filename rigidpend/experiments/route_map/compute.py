@@ -44,13 +44,7 @@ The first two are spent before it is integrated, most of them on its numbers in 
 
 
 def compute(config: Config, means: Means) -> Tree:
-    """Compute the plane of a config and its zooms.
-
-    Returns
-    -------
-    Tree
-        The fields of the plane, what its axes are, and a group for each zoom.
-    """
+    """Compute the plane of a config and its zooms."""
     problem = config.problem
     planes = {name: _plane(name, axes, problem, means) for name, axes in problem.planes.items()}
     zooms = {name: plane for name, plane in planes.items() if name}

@@ -38,14 +38,7 @@ AT_LEAST, COLUMNS = 0.02, 25
 
 
 def compute(config: Config, means: Means) -> Tree:
-    """Compute every level of a config.
-
-    Returns
-    -------
-    Tree
-        A group for each level, with the fields of `RouteCodes` but for phases beyond doubles,
-        which are exact texts.
-    """
+    """Compute every level of a config, with phases as exact texts, for they are beyond doubles."""
     problem, steps = config.problem, _steps(config.problem)
     finest = float(steps[-1])
     found: Any = means.part("centres", partial(_centres, problem, steps, means))

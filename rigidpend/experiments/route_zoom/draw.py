@@ -113,10 +113,6 @@ def tables(result: Loaded) -> list[Table]:
     """Table of the levels, with the phase at their centre in the note."""
     data = result["data"]
     levels = list(data["levels"].values())
-    last = levels[-1]
-    # To a hundredth of its step or finer.
-    digits = max(2, 3 - math.floor(math.log10(float(last["step"]))))
-    centre = plots.decimals(Fraction(last["centre"]), digits)
     return [
         Table.of(
             f"Levels around the phase at which symbol {int(data['symbol'])} changes",
@@ -129,7 +125,13 @@ def tables(result: Loaded) -> list[Table]:
                 Column("as before", ["", *(f"{100 * share(*x):.1f} %" for x in pairwise(levels))]),
                 Column("bits", [", ".join(map(str, np.unique(x["bits"]))) for x in levels]),
             ],
-            f"theta2_0 = {centre} rad at the last centre, rounded; rows repeat"
+            f"theta2_0 = {decimals_of(levels[-1])} rad at the last centre, rounded; rows repeat"
             f" after a zoom of {float(data['repeats_after']):.6f}.",
         )
     ]
+
+
+def decimals_of(level: Data) -> str:
+    """The centre of a level, rounded to a hundredth of its step or finer."""
+    digits = max(2, 3 - math.floor(math.log10(float(level["step"]))))
+    return plots.decimals(Fraction(level["centre"]), digits)

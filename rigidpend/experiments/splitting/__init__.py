@@ -1,7 +1,4 @@
-"""Splitting of the asymptotic surfaces: full dynamics beside Melnikov's integral.
-
-Here is the layout of a result: what it consists of, with unit and bound.
-"""
+"""Splitting of the asymptotic surfaces: full dynamics beside Melnikov's integral."""
 
 from __future__ import annotations
 

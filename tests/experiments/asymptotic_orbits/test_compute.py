@@ -9,7 +9,8 @@ import numpy as np
 import pytest
 
 from rigidpend.experiments.asymptotic_orbits import compute as asymptotic_orbits
-from rigidpend.experiments.asymptotic_orbits.draw import address, digits, tables
+from rigidpend.experiments.asymptotic_orbits.draw import address, tables
+from rigidpend.experiments.plots import decimals
 from rigidpend.mechanics.body import Body
 from rigidpend.routes.codes import route_codes
 from rigidpend.routes.symbolic import NoOrbit
@@ -87,9 +88,9 @@ def test_sampled_orbits_gain_the_theta3_that_the_map_tells(data: Any) -> None:
 def test_thirty_digits_are_shown(data: Any) -> None:
     orbits = data["orbits"]["1"]
     high, rest = float(orbits["theta2_0"][0]), float(orbits["theta2_0_rest"][0])
-    shown = digits(high, rest)
+    shown = decimals(Fraction(high) + Fraction(rest), 29)
     assert abs(Fraction(shown) - Fraction(high) - Fraction(rest)) <= Fraction(1, 2 * 10**29)
-    assert digits(0.5, -(2.0**-60), 5) == "0.50000"
+    assert decimals(Fraction(0.5) - Fraction(2) ** -60, 5) == "0.50000"
     assert len(shown) == 31
     assert 0 < abs(rest) < 1e-15
     assert address(data["orbits"]["2"], 0)[0] in "ab"

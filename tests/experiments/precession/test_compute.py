@@ -70,11 +70,11 @@ def test_the_drawn_mu_is_the_one_of_the_config(data: Any) -> None:
 )
 def test_an_order_holds_or_does_not(gained: list[float], holds: bool) -> None:
     groups = ((2,), (1,), (0,), (3,), (4,))
-    assert in_order(np.array(gained, dtype=float), groups, 0.1) is holds
+    assert in_order(np.array(gained, dtype=float), 0.1, groups) is holds
 
 
 def test_equal_increments_are_equal_within_their_errors() -> None:
     groups = ((1, 2), (0,), (3, 4))
     gained = np.array([1.0, 1.05, -1.0, -1.0])
-    assert in_order(gained, groups, 0.03)
-    assert not in_order(gained, groups, 0.02)
+    assert in_order(gained, 0.03, groups)
+    assert not in_order(gained, 0.02, groups)
