@@ -51,11 +51,14 @@ def draw(result: Loaded) -> Figure:
             axes.tick_params(labelleft=k == 0, labelbottom=row == 1)
             if k == 0:
                 axes.set_ylabel(plots.axis_label(CURVES[surface]["J1_over_J2"]), labelpad=2)
-                said = axes.text(-0.44, 0.75, NAMES[surface], transform=axes.transAxes)
-                said.set(color=COLOURS[surface], fontsize=11, ha="center")
+                look: Any = {"color": COLOURS[surface], "fontsize": 11, "ha": "center"}
+                axes.text(-0.44, 0.75, NAMES[surface], transform=axes.transAxes, **look)
         # The last two panels are this column's: the upper bears its title, the lower its axis.
         figure.axes[-2].set_title(_title(name, nu[number]), fontsize=8)
-        figure.axes[-1].set_xlabel(_place(body), fontsize=7, labelpad=3, linespacing=1.5)
+        # Origin and unit of the ticks.
+        origin, unit = f"{body['centre']:.4f}$ rad", f"{body['Delta_1']:.5f}$ rad"
+        said = rf"$\theta_1 - {origin}" + "\n" + rf"$\Delta_1 = {unit}"
+        figure.axes[-1].set_xlabel(said, fontsize=7, labelpad=3, linespacing=1.5)
     entries = [plots.entry(f"orbits on {NAMES[name]}", color=COLOURS[name]) for name in NAMES]
     entries.append(plots.entry(r"$\alpha_0 + \beta_0 \pm \Delta_1$", color="0.35", ls=BORN, lw=0.8))
     figure.legend(handles=entries, loc="lower center", ncols=3, borderaxespad=0.1)
@@ -71,7 +74,8 @@ def _draw_surface(axes: Axes, body: Data, surface: str) -> None:
     curves = body[surface]
     points = np.column_stack((curves["theta1"], curves["J1_over_J2"]))
     lines = np.split(points, np.asarray(curves["offsets"])[1:-1])
-    axes.add_collection(LineCollection(lines, colors=COLOURS[surface], linewidths=THIN))
+    drawn = LineCollection(lines, colors=COLOURS[surface], linewidths=THIN)
+    axes.add_collection(drawn, autolim=False)
     for edge in body["born"]:
         axes.axvline(edge, color="0.35", ls=BORN, lw=0.5, zorder=3)
     axes.set_xlim(*map(float, body["window"]))
@@ -80,12 +84,6 @@ def _draw_surface(axes: Axes, body: Data, surface: str) -> None:
     axes.set_xticks(list(body["born"]), [r"$-\Delta_1$", r"$\Delta_1$"], fontsize=7)
     axes.set_yticks([0, 0.5, 1], ["0", "0.5", "1"])
     axes.tick_params(length=2)
-
-
-def _place(body: Data) -> str:
-    """Origin and unit of the ticks of a column."""
-    lines = rf"$\theta_1 - {body['centre']:.4f}$ rad", rf"$\Delta_1 = {body['Delta_1']:.5f}$ rad"
-    return "\n".join(lines)
 
 
 CAPTION = (

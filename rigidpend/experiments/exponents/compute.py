@@ -30,11 +30,8 @@ SHARES = (0.05, 0.25, 0.5, 0.75, 0.95)
 CELL, CHECK = 2e-5, 5e-5
 """Seconds of a core for a cell of one symbol, followed and checked."""
 
-PIECE = {
-    "growth": Field(FLOAT, ("symbols", "cells"), "1", "ln of the growth through the passages"),
-    "codes": Field(WHOLE, ("symbols", "cells"), "1", "symbols by the map"),
-    "allowed": Field(FLOAT, ("cells",), "1", "bound of the rounding of the last growth"),
-}
+PIECE = {"growth": Field(FLOAT), "codes": Field(WHOLE), "allowed": Field(FLOAT)}
+"""Of a tile: ln of the growth through the passages, symbols, and the last growth's rounding."""
 
 
 def compute(config: Config, means: Means) -> Tree:

@@ -42,9 +42,6 @@ ORBITS = {
 RISING = _look(plots.BLUE, "#A3CBE3", 2.2, "separatrices 2, 4 (up)")
 FALLING = _look(plots.RED, "#F1C09C", 1.8, "separatrices 1, 3 (down)", (0, (4, 1)))
 
-FLAT = ("projected", "visible", "theta1", "J1")
-"""Fields with a value at each point."""
-
 
 class Curve(NamedTuple):
     """One curve of the result."""
@@ -52,33 +49,27 @@ class Curve(NamedTuple):
     number: int
     """Number of the separatrix; 0 for an orbit."""
     look: CurveLook
+    arrows: Any
+    """Indices of the points that bear an arrow."""
     projected: Any
     visible: Any
     theta1: Any
     J1: Any
-    arrows: Any
-    """Indices of the points that bear an arrow."""
-
-
-def _curves(group: Data, numbers: list[int], looks: list[CurveLook]) -> list[Curve]:
-    """Cut the curves of a group from its flat arrays."""
-    found = []
-    for (a, b), number, look in zip(pairwise(group["offsets"]), numbers, looks, strict=True):
-        flat = {field: group[field][..., a:b] for field in FLAT}
-        inside = (group["arrows"] >= a) & (group["arrows"] < b)
-        found.append(Curve(number, look, **flat, arrows=group["arrows"][inside] - a))
-    return found
 
 
 def all_curves(data: Data) -> list[Curve]:
-    """List every orbit, then the separatrices, which lie above."""
-    axes, numbers = data["orbits"]["around"].tolist(), data["separatrices"]["number"].tolist()
+    """Cut every orbit from the flat arrays, then the separatrices, which lie above."""
+    orbits, separatrices = data["orbits"], data["separatrices"]
     # Those on one circle look alike.
-    looks = [FALLING if i % 2 else RISING for i in numbers]
-    return [
-        *_curves(data["orbits"], [0] * len(axes), [ORBITS[i] for i in axes]),
-        *_curves(data["separatrices"], numbers, looks),
-    ]
+    looks = [(0, ORBITS[axis]) for axis in orbits["around"].tolist()]
+    numbered = [(i, FALLING if i % 2 else RISING) for i in separatrices["number"].tolist()]
+    found = []
+    for group, each in ((orbits, looks), (separatrices, numbered)):
+        for (a, b), (number, look) in zip(pairwise(group["offsets"]), each, strict=True):
+            flat = (group[field][..., a:b] for field in Curve._fields[3:])
+            arrows = group["arrows"][(group["arrows"] >= a) & (group["arrows"] < b)] - a
+            found.append(Curve(number, look, arrows, *flat))
+    return found
 
 
 def draw(result: Loaded) -> Figure:

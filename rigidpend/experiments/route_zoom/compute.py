@@ -18,7 +18,7 @@ import numpy as np
 
 from rigidpend.config.description import Row
 from rigidpend.experiments.contract import Means
-from rigidpend.experiments.data import Data, Dataset, Tree, datasets
+from rigidpend.experiments.data import TEXT, Data, Field, Tree, datasets
 from rigidpend.experiments.route_zoom import LAYOUT, LEVEL
 from rigidpend.machine.progress import PartDone
 from rigidpend.numbers.exact import Exact, exact, exacts
@@ -33,6 +33,7 @@ if TYPE_CHECKING:
 
 FINER = 2.0**-20
 """Width to which a level's change is found, as a share of its step, so that levels compare."""
+ENDS = Field(TEXT, (), "rad", "theta2_0 beside the change, exact")
 AT_LEAST, COLUMNS = 0.02, 25
 """Seconds that a level takes for each symbol, and the columns that double them."""
 
@@ -89,13 +90,9 @@ def _centres(problem: Problem, steps: Sequence[Exact], means: Means) -> Tree:
         lambda width: means.report(f"the change is known to {width:.0e} rad"),
     )
     chosen = [next(b for b in path if b.width <= float(step) * FINER) for step in steps]
-    return {f"bracket{k:02d}": _texts(b) for k, b in enumerate([*chosen, path[-1]])}
-
-
-def _texts(bracket: Bracket) -> Tree:
     return {
-        "low": Dataset(bracket.low.text, "rad", "theta2_0 below the change"),
-        "high": Dataset(bracket.high.text, "rad", "theta2_0 above the change"),
+        f"bracket{k:02d}": {name: ENDS.dataset(end.text) for name, end in b._asdict().items()}
+        for k, b in enumerate([*chosen, path[-1]])
     }
 
 
