@@ -125,7 +125,8 @@ def seen(figure: Figure) -> Seen:
         for artist in (*axes.lines, *axes.collections, *axes.patches, *axes.texts, *axes.images):
             _of_artist(panel, artist, put)
         _of_axes(panel, axes, put)
-    texts = [*figure.texts, *(t for legend in figure.legends for t in legend.get_texts())]
+    legends = [t for legend in figure.legends for t in (legend.get_title(), *legend.get_texts())]
+    texts = [*figure.texts, *legends]
     put("figure", "text", [t.get_text() for t in texts])
     return found
 

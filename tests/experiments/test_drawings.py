@@ -48,7 +48,7 @@ def words(figure: Figure) -> Iterator[Text]:
         legends += filter(None, [axes.get_legend()])
         yield from (axes.xaxis.label, axes.yaxis.label)
         yield from (text for text in axes.get_children() if isinstance(text, Text))
-    yield from (text for legend in legends for text in legend.get_texts())
+    yield from (text for legend in legends for text in (legend.get_title(), *legend.get_texts()))
     yield from figure.texts
 
 

@@ -1,7 +1,4 @@
-"""Doubly asymptotic orbits: as the skeleton of Fig. 4's plane, on the sphere, and in space.
-
-In tables: doubly asymptotic orbits counted by the symbols of their codes, and the shortest of them.
-"""
+"""Doubly asymptotic orbits: as the skeleton of Fig. 4's plane, on the sphere, and in space."""
 
 from __future__ import annotations
 

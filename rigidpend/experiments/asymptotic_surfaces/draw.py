@@ -1,7 +1,4 @@
-"""The surfaces of Fig. 3: S2+ above, S1- below, a column for each body.
-
-In tables: Table 1 beside the angles computed, and the initial width of each surface.
-"""
+"""The surfaces of Fig. 3: S2+ above, S1- below, a column for each body."""
 
 from __future__ import annotations
 

@@ -1,7 +1,4 @@
-"""Exponents of closed orbits by the length of their words, and how fast their averages settle.
-
-In tables: closed orbits by their words, and averages over them beside a long orbit.
-"""
+"""Exponents of closed orbits by the length of their words, and how fast their averages settle."""
 
 from __future__ import annotations
 

@@ -1,7 +1,4 @@
-"""Finite-time exponents over a plane, their spread, and the check of some of them.
-
-In tables: Finite-time exponents: their quantiles by the number of passages, and their check.
-"""
+"""Finite-time exponents over a plane, their spread, and the check of some of them."""
 
 from __future__ import annotations
 
@@ -97,7 +94,10 @@ def tables(result: Loaded) -> list[Table]:
     quantiles = zip(growth["share"], growth["exponent"], strict=True)
     below = [Column(f"{100 * share:.0f} % of cells below", x, ".4f") for share, x in quantiles]
     known, difference = np.isfinite(data["exponent"]), np.abs(data["checked"]["difference"])
-    note, held = f"{known.sum()} of {known.size} cells are known.", difference[difference >= 0]
+    note, held = (
+        f"{known.sum()} of {known.size} cells are known.",
+        difference[np.isfinite(difference)],
+    )
     if held.size:
         note += (
             f" The variational equations differ by {np.median(held):.1g} in ln of the growth"

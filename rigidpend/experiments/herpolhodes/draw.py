@@ -1,7 +1,4 @@
-"""Fig. 5: alpha(t) over the separatrices of a route, and the spiral (omega_zeta, omega_xi).
-
-In tables: the published routes and the published increment, beside those computed.
-"""
+"""Fig. 5: alpha(t) over the separatrices of a route, and the spiral (omega_zeta, omega_xi)."""
 
 from __future__ import annotations
 

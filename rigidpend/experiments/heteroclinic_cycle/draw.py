@@ -1,7 +1,4 @@
-"""Fig. 2: the graph of the heteroclinic cycle in the plane (theta1, J1/J2).
-
-In tables: vertices and edges of the heteroclinic cycle of Fig. 2.
-"""
+"""Fig. 2: the graph of the heteroclinic cycle in the plane (theta1, J1/J2)."""
 
 from __future__ import annotations
 

@@ -1,7 +1,4 @@
-"""Fig. 1: the Euler case on the sphere of M, hidden parts lighter, and in (theta1, J1/J2).
-
-In tables: energies of the orbits of Fig. 1, and how well the separatrices close.
-"""
+"""Fig. 1: the Euler case on the sphere of M, hidden parts lighter, and in (theta1, J1/J2)."""
 
 from __future__ import annotations
 

@@ -1,7 +1,4 @@
-"""Increments of theta3 along the separatrices: the orders of (trieq), the remainders of (tri1).
-
-In tables: increments of theta3 beside the first order, and the powers of mu of what is left.
-"""
+"""Increments of theta3 along the separatrices: the orders of (trieq), the remainders of (tri1)."""
 
 from __future__ import annotations
 

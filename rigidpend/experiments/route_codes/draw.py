@@ -1,7 +1,4 @@
-"""Arrays of Fig. 4: black cells are symbol 0, white ones 1, the bottom row is i = 1.
-
-In tables: the precision that decided symbols, and their agreement with Melnikov's sign.
-"""
+"""Arrays of Fig. 4: black cells are symbol 0, white ones 1, the bottom row is i = 1."""
 
 from __future__ import annotations
 

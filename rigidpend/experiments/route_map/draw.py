@@ -1,7 +1,4 @@
-"""Planes of route codes: the word as colour, the changes of its first symbols as lines.
-
-In tables: cells of a plane of route codes: how many are established, and by what.
-"""
+"""Planes of route codes: the word as colour, the changes of its first symbols as lines."""
 
 from __future__ import annotations
 

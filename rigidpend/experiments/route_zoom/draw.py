@@ -1,7 +1,4 @@
-"""Zooms into the arrays of Fig. 4, side by side; what is new in each is in colour.
-
-In tables: levels of a zoom: spacing, symbols, and the precision that decided them.
-"""
+"""Zooms into the arrays of Fig. 4, side by side; what is new in each is in colour."""
 
 from __future__ import annotations
 
@@ -26,8 +23,8 @@ CELLS = ListedColormap(["black", "white", *NEW, plots.NO_RETURN])
 NORM = BoundaryNorm([-0.5, 0.5, 1.5, 2.5, 3.5, NO_SYMBOL + 0.5], 5)
 ACROSS = 3
 """Number of levels side by side."""
-HIGH, TOP, BOTTOM, LEFT, GAP = 0.95, 0.3, 0.95, 0.4, 0.42
-"""Height of an array, margins, and the space between rows, inches."""
+ROW, AROUND = 1.36, 0.8
+"""Height of a row of arrays, and room below all of them, inches."""
 
 
 def draw(result: Loaded) -> Figure:
@@ -35,17 +32,8 @@ def draw(result: Loaded) -> Figure:
     data = result["data"]
     levels = list(data["levels"].values())
     rows = -(-len(levels) // ACROSS)
-    high = TOP + rows * (HIGH + GAP) + BOTTOM - GAP
-    figure = Figure(figsize=(plots.WIDTH, high))
+    figure = Figure(figsize=(plots.WIDTH, rows * ROW + AROUND), layout="constrained")
     grid = figure.subplots(rows, ACROSS, squeeze=False, sharey=True)
-    figure.subplots_adjust(
-        left=LEFT / plots.WIDTH,
-        right=0.985,
-        top=1 - TOP / high,
-        bottom=BOTTOM / high,
-        hspace=GAP / HIGH,
-        wspace=0.08,
-    )
     for axes, before, level in zip(grid.flat, [levels[0], *levels], levels, strict=False):
         _draw_level(axes, level, before, int(data["symbol"]))
         if level is not before:
@@ -55,7 +43,7 @@ def draw(result: Loaded) -> Figure:
         axes.set_ylabel("")
     for axes in grid.flat[len(levels) :]:
         axes.set_axis_off()
-    _explain(figure, data, high)
+    _explain(figure, data)
     return figure
 
 
@@ -77,21 +65,22 @@ def _power(step: float) -> str:
     return rf"${mantissa}\cdot 10^{{{int(exponent)}}}$"
 
 
-def _explain(figure: Figure, data: Data, high: float) -> None:
+def _explain(figure: Figure, data: Data) -> None:
     """Write below the arrays: axis, legend, and by how much the rows repeat."""
-    label = r"columns: $\theta_2^0$ less that of the centre, in steps"
-    figure.text(0.5, (BOTTOM - 0.3) / high, label, ha="center", va="top", fontsize=8)
     text = (
+        "columns: $\\theta_2^0$ less that of the centre, in steps\n"
         f"Rows repeat after a zoom by exp(π²/ν) = {float(data['repeats_after']):.4f}. "
         f"Columns are differences from one orbit in {int(data['reference_bits'])} bits."
     )
-    figure.text(0.5, (BOTTOM - 0.48) / high, text, ha="center", va="top", fontsize=7.5)
     entries = [
         *plots.symbol_entries(r"$z_i = 0$", r"$z_i = 1$"),
         *(Patch(facecolor=NEW[k], label=f"{k}, other than in the array before") for k in (0, 1)),
         Patch(facecolor="none", edgecolor=plots.ZOOM, label=f"above symbol {int(data['symbol'])}"),
     ]
-    figure.legend(handles=entries, loc="lower center", ncols=5, fontsize=7.5, borderaxespad=0.1)
+    legend = figure.legend(
+        handles=entries, loc="outside lower center", ncols=5, title=text, fontsize=7.5
+    )
+    legend.get_title().set(fontsize=7.5, ha="center", linespacing=1.5)
 
 
 CAPTION = (

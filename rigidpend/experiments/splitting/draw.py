@@ -1,7 +1,4 @@
-"""Figure of the splitting of S1- and S2+: the range and the errors of Melnikov's formula.
-
-In tables: distances of the surfaces beside Melnikov's, and the powers of mu of what he leaves out.
-"""
+"""Figure of the splitting of S1- and S2+: the range and the errors of Melnikov's formula."""
 
 from __future__ import annotations
 
