@@ -14,7 +14,6 @@ from typing import TYPE_CHECKING, Any, cast
 if TYPE_CHECKING:
     from rigidpend.config.description import Row
     from rigidpend.config.schema import ExperimentConfig
-    from rigidpend.experiments.contract import Computation, Drawing
     from rigidpend.experiments.data import Layout, Loaded
     from rigidpend.machine.wording import Table
 
@@ -37,9 +36,9 @@ def schema(name: str) -> type[ExperimentConfig]:
     return cast("type[ExperimentConfig]", _module(name, "schema").Config)
 
 
-def computation(name: str) -> Computation:
+def computation(name: str) -> Any:
     """Module that computes an experiment."""
-    return cast("Computation", _module(name, "compute"))
+    return _module(name, "compute")
 
 
 def cost(name: str, config: ExperimentConfig) -> float | None:
@@ -84,9 +83,9 @@ def layout(name: str) -> Layout:
     return cast("Layout", _module(name).LAYOUT)
 
 
-def drawing(name: str) -> Drawing:
+def drawing(name: str) -> Any:
     """Module that draws an experiment."""
-    return cast("Drawing", _module(name, "draw"))
+    return _module(name, "draw")
 
 
 def tables(name: str, result: Loaded) -> list[Table]:

@@ -134,7 +134,7 @@ def image(results: Sequence[Any], suffix: str, title: str = "", origin: str = ""
         told |= {"name": title, "config_hash": "several"}
     with matplotlib.rc_context(fname=STYLE):
         try:
-            drawing: Any = experiments.drawing(told["experiment"])
+            drawing = experiments.drawing(told["experiment"])
             if others:
                 from rigidpend.config import writer
 

@@ -17,7 +17,6 @@ from matplotlib.patches import Patch
 from matplotlib.text import Annotation, Text
 from matplotlib.ticker import FixedLocator
 
-from rigidpend.experiments.contract import Drawing
 from rigidpend.experiments.data import (
     FLOAT,
     TEXT,
@@ -197,7 +196,7 @@ def _of_axes(panel: str, axes: Axes, put: Any) -> None:
             put(panel, f"{kind} window", ends)
 
 
-def where(drawing: Drawing, layout: Layout, result: Loaded, told: Container[str]) -> Any:
+def where(drawing: Any, layout: Layout, result: Loaded, told: Container[str]) -> Any:
     """The names of all axes, and where each of the told datasets is seen: ``a.x= b.colour``.
 
     What is drawn as it is stored is marked ``=`` where all its values are drawn and ``<`` where

@@ -19,7 +19,9 @@ from tests.cli.calls import REFERENCE
 
 
 @pytest.fixture
-def source(tmp_path: Path) -> Path:
+def source(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    """A result whose images are coarse, to be drawn sooner."""
+    monkeypatch.setattr(render, "PIXELS", 300)
     return Path(shutil.copy(REFERENCE / "fig2.h5", tmp_path / "fig2.h5"))
 
 

@@ -4,11 +4,12 @@ from __future__ import annotations
 
 from fractions import Fraction
 from functools import partial
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
 from rigidpend.experiments.asymptotic_orbits import LAYOUT, ORBITS, PLANE
+from rigidpend.experiments.asymptotic_orbits.schema import Config, Problem
 from rigidpend.experiments.contract import Means
 from rigidpend.experiments.data import Tree, datasets
 from rigidpend.mechanics import in_space
@@ -21,9 +22,6 @@ from rigidpend.routes.symbolic.doubly import DoublyAsymptotic, doubly_asymptotic
 from rigidpend.routes.symbolic.levels import Level, columns
 from rigidpend.routes.symbolic.sharp import Launch, sharp
 from rigidpend.routes.symbolic.skeleton import skeleton
-
-if TYPE_CHECKING:
-    from rigidpend.experiments.asymptotic_orbits.schema import Config, Problem
 
 SECONDS, EACH = 15.0, 2.6
 """Seconds that orbits with up to six symbols took, and the factor for each symbol more."""

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import replace
 from functools import partial
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from rigidpend.experiments.contract import Means
 from rigidpend.experiments.data import FLOAT, WHOLE, Field, Tree, datasets
 from rigidpend.experiments.exponents import LAYOUT
+from rigidpend.experiments.exponents.schema import Config, Problem
 from rigidpend.machine.progress import PartDone
 from rigidpend.numbers.exact import exact
 from rigidpend.numbers.expressions import NO_SYMBOL
@@ -20,9 +21,6 @@ from rigidpend.routes import choice
 from rigidpend.routes.cells import cells_of_starts
 from rigidpend.routes.symbolic.levels import Surface, surface
 from rigidpend.routes.symbolic.stretching import INTEGRATED, integrated, stretched
-
-if TYPE_CHECKING:
-    from rigidpend.experiments.exponents.schema import Config, Problem
 
 TILE = 8192
 """Cells at a time: each has tables of its own energy."""

@@ -3,21 +3,18 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
-from rigidpend.experiments.contract import Means
+from rigidpend.experiments.contract import Means, Routes
 from rigidpend.experiments.data import Data, Tree, datasets
 from rigidpend.experiments.herpolhodes import CASE, LAYOUT
+from rigidpend.experiments.herpolhodes.schema import Config, HerpolhodeCase
 from rigidpend.mechanics.in_space import plateaus
 from rigidpend.routes.codes import RouteCodes, codes_of
 from rigidpend.routes.herpolhode import RouteOrbit, follow, samples, separatrices, vertices
 from rigidpend.routes.problem import rotation_period
-
-if TYPE_CHECKING:
-    from rigidpend.experiments.contract import Routes
-    from rigidpend.experiments.herpolhodes.schema import Config, HerpolhodeCase
 
 
 def compute(config: Config, means: Means) -> Tree:

@@ -2,22 +2,19 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
 from rigidpend.experiments.contract import Means
 from rigidpend.experiments.data import Tree, datasets
 from rigidpend.experiments.phase_portraits import LAYOUT
+from rigidpend.experiments.phase_portraits.schema import Config
 from rigidpend.mechanics import free_body
 from rigidpend.mechanics.body import Body
 from rigidpend.mechanics.coordinates import TURN
 from rigidpend.mechanics.equations import hamiltonian_J3_0
 from rigidpend.numbers.generic import Array
-
-if TYPE_CHECKING:
-    from rigidpend.experiments.phase_portraits.schema import Config
-
 
 AXIS = 1.4
 """Length of the axes as drawn, in units of |M|."""

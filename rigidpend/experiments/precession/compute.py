@@ -5,7 +5,7 @@ from __future__ import annotations
 import itertools
 from collections.abc import Iterable
 from functools import partial
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
@@ -14,13 +14,11 @@ from rigidpend.experiments import shared
 from rigidpend.experiments.contract import Means
 from rigidpend.experiments.data import Tree, datasets
 from rigidpend.experiments.precession import BODIES, LAYOUT, SLOPE, UNCERTAINTY
+from rigidpend.experiments.precession.schema import Config
 from rigidpend.mechanics.body import Body
 from rigidpend.mechanics.in_space import increments, regime
 from rigidpend.numbers.generic import Array
 from rigidpend.surfaces import heteroclinic
-
-if TYPE_CHECKING:
-    from rigidpend.experiments.precession.schema import Config
 
 
 def compute(config: Config, means: Means) -> Tree:

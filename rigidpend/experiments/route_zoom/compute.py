@@ -12,24 +12,20 @@ import dataclasses
 import math
 from collections.abc import Callable, Sequence
 from functools import partial
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
 from rigidpend.config.description import Row
-from rigidpend.experiments.contract import Means
+from rigidpend.experiments.contract import Means, Routes
 from rigidpend.experiments.data import TEXT, Data, Field, Tree, datasets
 from rigidpend.experiments.route_zoom import LAYOUT, LEVEL
+from rigidpend.experiments.route_zoom.schema import Config, Problem
 from rigidpend.machine.progress import PartDone
 from rigidpend.numbers.exact import Exact, exact, exacts
 from rigidpend.routes.change import Bracket, NoChange, check_change, narrowed
 from rigidpend.routes.neighbourhood import Neighbourhood
 from rigidpend.routes.phases import Grid
-
-if TYPE_CHECKING:
-    from rigidpend.experiments.contract import Routes
-    from rigidpend.experiments.route_zoom.schema import Config, Problem
-
 
 FINER = 2.0**-20
 """Width to which a level's change is found, as a share of its step, so that levels compare."""

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from functools import partial
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
@@ -12,13 +12,11 @@ from rigidpend.experiments.contract import Means
 from rigidpend.experiments.data import Tree, datasets
 from rigidpend.experiments.shared import joined, mu_over_h0, slope
 from rigidpend.experiments.splitting import BODIES, LAYOUT, admitted
+from rigidpend.experiments.splitting.schema import Config, Problem
 from rigidpend.numbers.generic import Array
 from rigidpend.orbits.integrate.arithmetic import DEFAULT_TOLERANCE
 from rigidpend.surfaces import surface_orbits
 from rigidpend.surfaces.splitting import FEWEST, SurfaceSplitting, amplitude, distance, measure
-
-if TYPE_CHECKING:
-    from rigidpend.experiments.splitting.schema import Config, Problem
 
 BEGIN, ORBIT, ORBITS = 1.0, (5e-4, 8e-3), 1200
 """Seconds of any run, those of an orbit in doubles or in pairs of them, orbits per mu/h0.
