@@ -15,8 +15,6 @@ from rigidpend.machine.wording import Column, Table
 from rigidpend.numbers.expressions import NO_SYMBOL
 from rigidpend.numbers.generic import Array
 
-HEIGHT = 3.2
-"""Height of the figure, inches."""
 LEAST, APART = 4, 4
 """Least width of the marks of one length, and the room between two lengths, marks."""
 NAMED = 2
@@ -28,7 +26,7 @@ ALIKE = 9
 def draw(result: Loaded) -> Figure:
     """Draw the exponent of every orbit, and how far averages are from that of the longest words."""
     data = result["data"]
-    figure = Figure(figsize=(WIDTH, HEIGHT), layout="constrained")
+    figure = Figure(figsize=(WIDTH, 3.2), layout="constrained")
     left, right = figure.subplots(1, 2, width_ratios=(1.5, 1))
     _draw_orbits(left, data)
     _draw_averages(right, data["averages"])

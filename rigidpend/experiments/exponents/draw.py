@@ -13,8 +13,6 @@ from rigidpend.experiments.exponents import LOG10_J1_0
 from rigidpend.experiments.shared import MEANING
 from rigidpend.machine.wording import Column, Table
 
-HEIGHT = 5.6
-"""Height of the figure, inches."""
 SHADES = ("#cfe3f1", "#8fbfdf")
 """Colours of the spread's wider and narrower band."""
 HIGHEST = 0.99
@@ -26,7 +24,7 @@ CHANGES = ((0.6, "white"), (0.35, "0.8"), (0.2, "0.7"))
 def draw(result: Loaded) -> Figure:
     """Draw the plane, and below it the exponents' spread and their check."""
     data = result["data"]
-    figure = Figure(figsize=(plots.WIDTH, HEIGHT), layout="constrained")
+    figure = Figure(figsize=(plots.WIDTH, 5.6), layout="constrained")
     grid = figure.add_gridspec(2, 2, height_ratios=(1.7, 1))
     _draw_plane(figure, figure.add_subplot(grid[0, :]), data)
     _draw_spread(figure.add_subplot(grid[1, 0]), data["growth"])

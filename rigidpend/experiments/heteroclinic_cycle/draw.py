@@ -13,8 +13,6 @@ from rigidpend.experiments.plots import BLUE, RED, WIDTH, arrow, beside, entry, 
 from rigidpend.machine.wording import Column, Table
 from rigidpend.numbers.expressions import NO_SYMBOL
 
-HEIGHT = 3.4
-"""Height of the figure, inches."""
 PANEL = (0.085, 0.33, 0.845, 0.57)
 """Left, bottom, width and height of the panel, in parts of the figure."""
 
@@ -34,7 +32,7 @@ SHADES = {"left": "#D6E9F5", "right": "#FBE3D2"}
 def draw(result: Loaded) -> Figure:
     """Draw the graph of a result."""
     data = result["data"]
-    figure = Figure(figsize=(WIDTH, HEIGHT))
+    figure = Figure(figsize=(WIDTH, 3.4))
     axes = figure.add_axes(PANEL)
     _draw_rectangles(axes, data["rectangles"])
     _draw_edges(axes, data["edges"])

@@ -14,8 +14,6 @@ from rigidpend.experiments.data import Data, Loaded
 from rigidpend.machine.wording import Column, Table
 from rigidpend.numbers.generic import Scalar
 
-HEIGHT = 3.3
-"""Height of the figure, inches."""
 SPHERE, PLANE = (0.02, 0.10, 0.43, 0.86), (0.515, 0.305, 0.432, 0.565)
 """Left, bottom, width and height of the panels, in parts of the figure."""
 
@@ -72,7 +70,7 @@ def all_curves(data: Data) -> list[Curve]:
 def draw(result: Loaded) -> Figure:
     """Draw both phase portraits of a result."""
     data = result["data"]
-    figure = Figure(figsize=(plots.WIDTH, HEIGHT))
+    figure = Figure(figsize=(plots.WIDTH, 3.3))
     _draw_sphere(figure.add_axes(SPHERE), data)
     _draw_plane(figure.add_axes(PLANE), data)
     for x, name in ((SPHERE[0], "a"), (PLANE[0], "b")):

@@ -15,8 +15,6 @@ from rigidpend.experiments.data import Data, Loaded
 from rigidpend.experiments.shared import MU_OVER_H0
 from rigidpend.machine.wording import Column, Table
 
-HEIGHT = 5.4
-"""Height of the figure, inches."""
 MARKERS = "osD^"
 """Markers of the separatrices 1, 2, 3, 4."""
 BODIES: list[dict[str, Any]] = [
@@ -45,7 +43,7 @@ REST = (
 def draw(result: Loaded) -> Figure:
     """Draw the increments of every body, and their remainders against mu."""
     data = result["data"]
-    figure = Figure(figsize=(plots.WIDTH, HEIGHT))
+    figure = Figure(figsize=(plots.WIDTH, 5.4))
     figure.set_layout_engine("constrained", w_pad=0.05, h_pad=0.06, hspace=0.05)
     rows: Any = figure.subfigures(2, 1, height_ratios=(1.12, 1))
     above, below = rows

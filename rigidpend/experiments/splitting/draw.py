@@ -14,8 +14,6 @@ from rigidpend.experiments.data import Data, Loaded
 from rigidpend.experiments.shared import MU_OVER_H0
 from rigidpend.machine.wording import Column, Table
 
-HEIGHT = 6.1
-"""Height of the figure, inches."""
 SHOWN = 0.03
 """Least mu/h0 at which curves are drawn."""
 LOOKS: tuple[tuple[str, Any], ...] = (
@@ -45,7 +43,7 @@ NONE = "#F2B8A0"
 def draw(result: Loaded) -> Figure:
     """Draw the distance of a body, the errors of the formula, its decay, and the precisions."""
     data = result["data"]
-    figure = Figure(figsize=(plots.WIDTH, HEIGHT))
+    figure = Figure(figsize=(plots.WIDTH, 6.1))
     figure.set_layout_engine("constrained", w_pad=0.06, h_pad=0.07, wspace=0.03, hspace=0.03)
     panels = figure.subplots(2, 2).ravel()
     for axes, drawn, letter in zip(
