@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import copy
 import functools
 import operator
 from pathlib import Path
@@ -15,7 +14,6 @@ import pytest
 from rigidpend import experiments
 from rigidpend.experiments.data import Field, Layout, declared, fields
 from rigidpend.render import captions
-from rigidpend.results import store
 from tests.cli.calls import REFERENCE
 from tests.experiments.trees import (
     CONFIGS,
@@ -68,11 +66,11 @@ COORDINATES = {
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("path", sorted(REFERENCE.glob("*.h5")), ids=lambda path: path.stem)
+@pytest.mark.parametrize("name", sorted(path.stem for path in REFERENCE.glob("*.h5")))
 def test_a_result_has_tables_and_differs_neither_from_itself_nor_from_its_file(
-    path: Path, tmp_path: Path
+    name: str, tmp_path: Path
 ) -> None:
-    result = store.load(path)
+    result = reference(name)
     experiment = result["attributes"]["experiment"]
     layout = experiments.layout(experiment)
     again = from_file(tmp_path, experiment, declared_again(layout, result["data"]))["data"]
@@ -81,7 +79,7 @@ def test_a_result_has_tables_and_differs_neither_from_itself_nor_from_its_file(
     assert tables
     assert all(table.rows for table in tables)
     assert "A = (2, " in " ".join(captions.bodies(result))
-    assert coordinates(tmp_path / f"{experiment}.h5") == COORDINATES.get(path.stem, set())
+    assert coordinates(tmp_path / f"{experiment}.h5") == COORDINATES.get(name, set())
     stored, kept = ({x[0]: x[1] for x in fields(layout, y)} for y in (result["data"], again))
     assert [*stored] == [*kept]
     for place, values in stored.items():
@@ -136,7 +134,7 @@ STATED: list[tuple[str, str, Any, float]] = [
 def test_a_result_may_differ_by_what_is_declared_and_no_more(
     name: str, place: str, at: Any, allowed: float, stated: bool
 ) -> None:
-    result, other = kept_reference(name), copy.deepcopy(kept_reference(name)["data"])
+    result, other = reference(name), reference(name)["data"]
     array = functools.reduce(operator.getitem, place.split("/"), other)
     begin = 0.0 if stated else array[at]
     for part, found in ((0.99, 0), (1.01, 1)):
@@ -145,16 +143,9 @@ def test_a_result_may_differ_by_what_is_declared_and_no_more(
         assert len(differences(experiment, result["data"], other)) == found
 
 
-@functools.cache
-def kept_reference(name: str) -> Any:
-    """A reference that none changes."""
-    return reference(name)
-
-
 @pytest.mark.slow
 def test_a_stated_error_opens_no_tolerance() -> None:
-    data = kept_reference("precession")["data"]
-    other = copy.deepcopy(data)
+    data, other = (reference("precession")["data"] for _ in range(2))
     other["bodies"]["error"] = 1.1e-12 * data["bodies"]["unit"]
     [found] = differences("precession", data, other)
     assert found.startswith("bodies/error[")

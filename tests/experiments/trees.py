@@ -67,7 +67,12 @@ def plain(tree: Any) -> Any:
 
 
 def reference(name: str) -> Loaded:
-    """The stored reference of a config."""
+    """The stored reference of a config, read once, as each test's own."""
+    return copy.deepcopy(_reference(name))
+
+
+@functools.cache
+def _reference(name: str) -> Loaded:
     return store.load(REFERENCE / f"{name}.h5")
 
 
