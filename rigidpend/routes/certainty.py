@@ -74,24 +74,12 @@ Share: TypeAlias = Callable[[Work, Columns, int], list[tuple[Columns, Decided]]]
 
 
 def agreement(a: Crossings, b: Crossings, rate: float, limit: float) -> NDArray[np.bool_]:
-    """Mask of the symbols that two computations establish.
+    """Mask (n_crossings - 1, n) of the symbols that two computations establish.
 
     Symbol i is certain where at every crossing up to i + 1, the one behind it, both find the
-    same separatrix and times that differ by less than ``limit / rate``. An orbit that both
-    find on an invariant plane is certain to have no further symbol.
-
-    Parameters
-    ----------
-    a, b : Crossings
-        In t'.
-    rate : float
-        Radians per unit of t'.
-    limit : float
-        Largest phase difference, radians.
-
-    Returns
-    -------
-    (n_crossings - 1, n) array of bool
+    same separatrix and times, t', that differ by less than ``limit / rate``, radians over radians
+    per unit of t'. An orbit that both find on an invariant plane is certain to have no further
+    symbol.
     """
     with np.errstate(invalid="ignore"):
         close = rate * np.abs(a.time - b.time) <= limit
@@ -176,16 +164,7 @@ def climb(
 ) -> None:
     """Decide some columns further, from what is found of them on, in higher precisions.
 
-    Parameters
-    ----------
-    compute : callable
-        As for :func:`decide`.
-    found : Decided
-        Of all columns; what is decided replaces what is there.
-    columns : array of int
-    rate : float
-    precisions : tuple of int
-        Bits, ascending, more than those of what is found.
+    `found` is of all columns; what is decided replaces what is there.
     """
     for bits in precisions:
         replace(found, columns, _further(compute, found, rate, bits, columns))

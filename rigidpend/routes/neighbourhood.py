@@ -5,28 +5,44 @@ precision, once in each of the scales of `certainty`. All others are differences
 doubles or 64 bits, whatever their distance (`integrate.neighbours`), and their symbols become
 certain by the same rule as elsewhere. What two references in 64 bits leave open is integrated by
 itself, in as many bits as the distance asks for.
+
+So the phase at which a symbol changes, that of a doubly asymptotic orbit, is narrowed by
+bisection: cheap down to a small part of the distance, what doubles resolve. Then the next
+reference begins there.
 """
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from typing import Any
+import math
+from collections.abc import Callable, Sequence
+from typing import Any, NamedTuple
 
 import numpy as np
 
-from rigidpend.numbers.exact import PI, Exact, exact
-from rigidpend.orbits.integrate import Crossings, neighbours
+from rigidpend.numbers.exact import GUARD_BITS, PI, Exact, fraction, rational
+from rigidpend.orbits.integrate import Crossings
 from rigidpend.orbits.integrate.arithmetic import Arithmetic
-from rigidpend.orbits.integrate.differences import KINDS, array
-from rigidpend.orbits.integrate.neighbours import Neighbours
-from rigidpend.orbits.integrate.reference_orbit import ReferenceOrbit, followed, reference_bits
+from rigidpend.orbits.integrate.neighbours import Walk
+from rigidpend.orbits.integrate.reference_orbit import (
+    KINDS,
+    ReferenceOrbit,
+    array,
+    followed,
+    reference_bits,
+)
 from rigidpend.routes import certainty
 from rigidpend.routes.choice import Mapped
 from rigidpend.routes.codes import RouteCodes, routes_of
+from rigidpend.routes.cycle import symbols
 from rigidpend.routes.phases import Phases
 from rigidpend.routes.problem import RouteProblem, passage_limit, phase_rate
 from rigidpend.routes.run import tolerance_of
 from rigidpend.routes.start import Scales, start, states_exact
+
+GAIN = 38
+"""Bits that are gained beside one reference orbit: doubles then still have some ten to spare."""
+AT_ONCE = 6
+"""Bits that are gained at a time, by as many phases as they tell apart."""
 
 
 class Neighbourhood:
@@ -72,34 +88,46 @@ class Neighbourhood:
         known = certainty.decide(compute, n, rate, self.arithmetic.precisions)
         return routes_of(taken, Mapped(known, np.zeros(n, dtype=bool)))
 
+    def prefixes(self, phases: Sequence[Exact]) -> list[list[int]]:
+        """The symbols of each of some phases, as one computation in doubles finds them."""
+        found = self.crossings(53, certainty.FIRST, phases)
+        return [list(map(int, column)) for column in symbols(found.separatrix).T]
+
     def crossings(self, bits: int, scales: Scales, phases: Sequence[Exact]) -> Crossings:
         """The crossings of some phases in `bits` bits, relative to their distances, in t'."""
-        if bits not in KINDS:
-            return self._alone(bits, scales, phases)
-        reference = self._reference(scales)
+        if bits in KINDS:
+            found = self._beside(bits, scales, phases)
+        else:
+            found = followed(self._alone(bits, scales, phases), self.problem.n_symbols + 1)
+        return found._replace(time=found.time * scales.time_unit)
+
+    def _beside(self, bits: int, scales: Scales, phases: Sequence[Exact]) -> Crossings:
+        if scales not in self._references:
+            self._references[scales] = self._orbit(self.centre, self.bits, scales)
         begin = start(self.problem, self.bits, scales)
         states = states_exact(begin, [self.centre, *phases], self.bits)
         # Differences of fractions are exact; `self.bits` leave the closest enough of their own.
         apart = [[x - y for x, y in zip(other, states[0], strict=True)] for other in states[1:]]
-        unit = float(begin.time_unit)
-        found = neighbours.crossings(
-            reference,
-            Neighbours(
-                array(apart, bits).T,
-                np.array([float(phase - self.centre) for phase in phases]),
-                self.problem.n_symbols + 1,
-                passage_limit(self.problem, bits) / unit,
-            ),
+        walk = Walk(
+            self._references[scales],
+            array(apart, bits).T,
+            np.array([float(phase - self.centre) for phase in phases]),
+            n_crossings=self.problem.n_symbols + 1,
+            passage_limit=passage_limit(self.problem, bits) / scales.time_unit,
             bits=bits,
             tolerance=tolerance_of(self.arithmetic, bits, scales),
-            jobs=self.jobs,
         )
-        return found._replace(time=found.time * unit)
+        return walk.crossings(self.jobs)
 
-    def _reference(self, scales: Scales) -> ReferenceOrbit:
-        if scales not in self._references:
-            self._references[scales] = self._orbit(self.centre, self.bits, scales)
-        return self._references[scales]
+    def _alone(self, bits: int, scales: Scales, phases: Sequence[Exact]) -> list[ReferenceOrbit]:
+        """Each orbit by itself, in `bits` bits relative to its distance."""
+        # Each in a precision of its own, by its distance: none share a step. What is closer than
+        # is to be resolved gets no further bits.
+        apart = [max(self.finest, abs(float(phase - self.centre))) for phase in phases]
+        return [
+            self._orbit(phase, reference_bits(distance, bits), scales)
+            for phase, distance in zip(phases, apart, strict=True)
+        ]
 
     def _orbit(self, phase: Exact, bits: int, scales: Scales) -> ReferenceOrbit:
         """The orbit of a phase, with its derivative in the phase."""
@@ -111,20 +139,107 @@ class Neighbourhood:
             state,
             [0 * further[0]] * 3 + further[3:],
             tangent_bits=self.finest_bits,
-            longest=passage_limit(self.problem, bits) / float(begin.time_unit),
+            longest=passage_limit(self.problem, bits) / scales.time_unit,
             engine=self.arithmetic.engine,
             bits=bits,
             tolerance=tolerance_of(self.arithmetic, bits, scales),
         )
 
-    def _alone(self, bits: int, scales: Scales, phases: Sequence[Exact]) -> Crossings:
-        """Each orbit by itself, in `bits` bits relative to its distance."""
-        # Each in a precision of its own, by its distance: none share a step. What is closer than
-        # is to be resolved gets no further bits.
-        apart = [max(self.finest, abs(float(phase - self.centre))) for phase in phases]
-        orbits = [
-            self._orbit(phase, reference_bits(distance, bits), scales)
-            for phase, distance in zip(phases, apart, strict=True)
-        ]
-        found = followed(orbits, self.problem.n_symbols + 1)
-        return found._replace(time=found.time * float(exact(scales.momentum)))
+
+class NoChange(ValueError):
+    """Error: the symbol does not change between two phases, or one before it does."""
+
+
+class Bracket(NamedTuple):
+    """Two phases theta2_0, radians, between which a symbol changes."""
+
+    low: Exact
+    high: Exact
+
+    @property
+    def width(self) -> float:
+        """Their distance, radians."""
+        return float(self.high - self.low)
+
+    def between(self, k: int, n: int) -> Exact:
+        """The phase at k nths of the way; where it is not rational one close to it that is."""
+        x = self.low + (self.high - self.low) * k / n
+        # Enough to tell the n parts apart, and guard bits beyond.
+        bits = GUARD_BITS - min(0, math.floor(math.log2(self.width / n)))
+        return rational(fraction(x.at(bits), bits) if x.fraction is None else x.fraction, None)
+
+
+def narrowed(
+    problem: RouteProblem,
+    bracket: Bracket,
+    width: float,
+    arithmetic: Arithmetic,
+    report: Callable[[float], None] = lambda width: None,
+) -> list[Bracket]:
+    """Narrow two phases between which the last symbol of a problem changes.
+
+    The symbols on the way are those of one computation; whoever needs them certain computes the
+    ends again (`Neighbourhood.routes`).
+
+    Parameters
+    ----------
+    problem : RouteProblem
+        With the symbols up to the one that changes.
+    bracket : Bracket
+    width : float
+        Largest distance to end with, radians.
+    arithmetic : Arithmetic
+    report : callable, optional
+        Told the distance now and then.
+
+    Returns
+    -------
+    list of Bracket
+        The given one, and each half of the one before it up to the last.
+
+    Raises
+    ------
+    NoChange
+        The symbol is the same on both sides, or an earlier one differs.
+    """
+    path, doubles = [bracket], arithmetic._replace(precisions=(53,))
+    while True:
+        wide = path[-1]
+        finest = max(wide.width / 2**GAIN, width)
+        around = Neighbourhood(problem, wide.between(1, 2), finest, doubles)
+        path += bisect(around.prefixes, wide, finest)[1:]
+        report(path[-1].width)
+        if path[-1].width <= width:
+            return path
+
+
+def bisect(
+    prefixes: Callable[[Sequence[Exact]], list[list[int]]], bracket: Bracket, width: float
+) -> list[Bracket]:
+    """Halve the distance of two phases as :func:`narrowed` does, down to `width` or less.
+
+    `prefixes` tells the symbols of each of some phases, up to the one that changes.
+    """
+    path = [bracket]
+    left, right = prefixes(bracket)
+    check_change(left, right, bracket)
+    while path[-1].width > width:
+        whole, n = path[-1], 2**AT_ONCE
+        points = [whole.low, *(whole.between(k, n) for k in range(1, n)), whole.high]
+        # Orbits side by side cost little more than one: six halvings at a time.
+        found = prefixes(points[1:-1])
+        a, b = 0, n
+        while b - a > 1 and path[-1].width > width:
+            middle = (a + b) // 2
+            # `found` begins with the second point.
+            a, b = (middle, b) if found[middle - 1] == left else (a, middle)
+            path.append(Bracket(points[a], points[b]))
+    return path
+
+
+def check_change(left: list[int], right: list[int], bracket: Bracket) -> None:
+    """Raise NoChange unless two lists of symbols differ in the last one alone."""
+    if left[:-1] != right[:-1] or left == right:
+        found = f"{left} at {bracket.low} and {right} at {bracket.high}"
+        message = f"symbol {len(left)} must change, and no other before it; it is {found}"
+        raise NoChange(message)

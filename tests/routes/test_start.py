@@ -111,8 +111,8 @@ def scaled_times(scales: Scales, engine: str, bits: int) -> Any:
     columns = [0, 1] if bits == 53 else [0]
     states: Any = doubles(problem(), scales)[:, columns]
     if bits > 53:
-        states = states_exact(begin, PHASES.exactly(columns), bits)
-    unit = float(begin.time_unit)
+        states = np.array(states_exact(begin, PHASES.exactly(columns), bits)).T
+    unit = scales.time_unit
     orbits = Orbits(begin.coefficients, states, 4, 200 / unit)
     return unit * crossings(orbits, engine=engine, bits=bits, tolerance=1e-13, jobs=1).time
 

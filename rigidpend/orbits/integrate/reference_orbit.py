@@ -4,20 +4,31 @@ A neighbour at a distance d needs of the reference no more bits than tell the tw
 those of d itself. As d grows, fewer and fewer suffice: the precision falls with the tangent, the
 derivative of the orbit along the family of its neighbours. So it is for a single orbit in many
 bits: what rounding has done to it has grown as much.
+
+Differences from it are found without cancellation. The field is quadratic, f(x) = L x + B(x, x)
+with B symmetric. So the difference d = x - X of an orbit x from a reference orbit X obeys
+
+    d' = L d + B(d, 2 X + d),
+
+where nothing cancels however small d is: it keeps its relative precision, and the reference
+needs no more digits than d has. L and B are read off :func:`rigidpend.mechanics.equations.aligned`
+itself.
 """
 
 from __future__ import annotations
 
+import functools
 import math
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from fractions import Fraction
-from itertools import chain, islice
+from itertools import combinations_with_replacement, islice
 from typing import Any, NamedTuple
 
 import numpy as np
 
-from rigidpend.mechanics.equations import AlignedCoefficients
+from rigidpend.mechanics.equations import AlignedCoefficients, aligned
 from rigidpend.numbers.exact import GUARD_BITS
+from rigidpend.numbers.generic import Numbers
 from rigidpend.orbits.integrate import (
     Crossings,
     Orbits,
@@ -28,13 +39,7 @@ from rigidpend.orbits.integrate import (
 )
 from rigidpend.orbits.integrate.arithmetic import LADDER, in_kernel
 from rigidpend.orbits.integrate.batch import advance
-from rigidpend.orbits.integrate.differences import (
-    DifferenceField,
-    array,
-    scaled,
-    series_order,
-    summed,
-)
+from rigidpend.orbits.integrate.kernel.lane_numbers import in_parts
 from rigidpend.orbits.integrate.passages import UNDECIDED, crossings_of_series, touch
 
 BLOCK = 8
@@ -47,6 +52,14 @@ MAX_STEPS = 10_000_000
 """Steps after which an orbit counts as failed: some 300,000 passages."""
 TINY = 2.0**-800
 """Size of the differences that stand for a tangent: their squares vanish beside them."""
+SIZE = 6
+"""Number of aligned components."""
+KINDS: dict[int, Any] = {53: np.float64}
+"""NumPy's types of so many bits: of 64, where a long double has as many."""
+if np.finfo(np.longdouble).nmant == 63:
+    KINDS[64] = np.longdouble
+MORE_TERMS = 4
+"""Terms of a difference's series beyond those that the reference's own would need."""
 
 
 class Point(NamedTuple):
@@ -73,19 +86,10 @@ def crossings(orbits: Orbits, bits: int, engine: str, tolerance: float) -> Cross
     """Crossings of orbits in `bits` bits at first, one by one, in a precision that falls.
 
     The tangent that tells how it falls is as large in M and in gamma, so that it has its share in
-    whatever grows; roundings stay below by `GUARD_BITS`.
-
-    Parameters
-    ----------
-    orbits : Orbits
-        With states as lists of Fractions.
-    bits : int
-        Relative precision of the smallest initial component.
-    engine : str
-    tolerance : float
-        As for :class:`ReferenceOrbit`.
+    whatever grows; roundings stay below by `GUARD_BITS`. `bits` are relative to the smallest
+    initial component.
     """
-    alone = (
+    alone = [
         ReferenceOrbit(
             orbits.coefficients,
             state,
@@ -96,9 +100,9 @@ def crossings(orbits: Orbits, bits: int, engine: str, tolerance: float) -> Cross
             bits=bits + GUARD_BITS,
             tolerance=tolerance,
         )
-        for state in orbits.states
-    )
-    return followed(list(alone), orbits.n_crossings)
+        for state in orbits.states.T
+    ]
+    return followed(alone, orbits.n_crossings)
 
 
 def followed(orbits: Sequence[ReferenceOrbit], n_crossings: int) -> Crossings:
@@ -163,7 +167,7 @@ class ReferenceOrbit:
         self.tangent_bits = tangent_bits
         self.points = [Point(Fraction(0), tuple(state), 0.0, 0.0)]
         self.crossings: list[list[Passed]] = []
-        self._fields: dict[int, DifferenceField] = {}
+        self._fields = {kind: _field(coefficients, kind) for kind in (53, tangent_bits)}
         self._states: dict[tuple[int, int], Any] = {}
         self._units = _units(state)
         self._last = 0.0
@@ -184,11 +188,14 @@ class ReferenceOrbit:
             self._states[k, bits] = array(self.points[k].state, bits)
         return self._states[k, bits]
 
-    def field(self, bits: int) -> DifferenceField:
-        """The field of differences from this orbit in 53 or 64 bits."""
-        if bits not in self._fields:
-            self._fields[bits] = DifferenceField(self.coefficients, bits)
-        return self._fields[bits]
+    def series(self, k: int, differences: Numbers, bits: int, order: int) -> Any:
+        """Series (order + 1, 6, 1 + n) of the orbit and of others on the step from point k.
+
+        Column 0 is the orbit's own, the others are those of the `differences` (6, n); in powers of
+        the share of the step, in 53 or 64 bits.
+        """
+        series = self._fields[bits].series(self.state(k, bits), differences, order)
+        return scaled(series, self.points[k + 1].step)
 
     def size(self, differences: Any) -> Any:
         """The sizes of differences (6, n), relative to |M| and to |gamma|."""
@@ -200,10 +207,6 @@ class ReferenceOrbit:
         while self.reaches(k + 1) and self.growth[k + 1] < size:
             k += 1
         return k
-
-    def crossed_before(self, k: int) -> Iterator[Passed]:
-        """The crossings before point k."""
-        return chain.from_iterable(self.crossings[:k])
 
     def path(self, n_crossings: int) -> tuple[list[Passed], Outcome]:
         """The first crossings, and how the orbit ended."""
@@ -236,6 +239,7 @@ class ReferenceOrbit:
             self._carry_tangent(k)
 
     def advanced(self, state: Sequence[Fraction], bits: int) -> Any:
+        """Times and states at the ends of some further steps."""
         if in_kernel(self.engine, bits):
             return advance(self.coefficients, state, BLOCK, bits, self.tolerance)
         from rigidpend.orbits.integrate import bigint
@@ -245,14 +249,13 @@ class ReferenceOrbit:
 
     def _carry_tangent(self, k: int) -> None:
         """Carry the tangent over step k, and note what the orbit crosses there."""
-        here, tiny = self.state(k, self.tangent_bits), TINY * self.tangents[k][:, None]
-        order, step = series_order(self.tangent_bits, self.tolerance), self.points[k + 1].step
-        series = scaled(self.field(self.tangent_bits).series(here, tiny, order), step)
-        depth = touch(self.tangent_bits) * float(np.linalg.norm(here[:3].astype(float)))
+        tiny, order = TINY * self.tangents[k], series_order(self.tangent_bits, self.tolerance)
+        series = self.series(k, tiny[:, None], self.tangent_bits, order)
+        depth = touch(self.tangent_bits) * float(np.linalg.norm(series[0, :3, 0].astype(float)))
         found = list(crossings_of_series(series[:, :3, 0].T.astype(float), depth))
         if any(separatrix == UNDECIDED for _, separatrix in found):
             found = self._finely(k)
-        began = self.points[k].exact_time
+        began, step = self.points[k].exact_time, self.points[k + 1].step
         self.crossings.append([Passed(float(began + Fraction(x * step)), s) for x, s in found])
         self._last = max([self._last, *(passed.time for passed in self.crossings[-1])])
         self.tangents.append(summed(series)[:, 1] / TINY)
@@ -282,3 +285,86 @@ def _units(state: Sequence[Fraction]) -> Any:
     """The inverse sizes of M and of gamma, for each component; of nothing 1."""
     M, gamma = (math.hypot(*map(float, part)) or 1.0 for part in (state[:3], state[3:]))
     return np.repeat((1 / M, 1 / gamma), 3)
+
+
+def array(values: Any, bits: int) -> Any:
+    """An array in so many bits from a nested list of Fractions or floats."""
+    if bits == 53:
+        return np.array(values, dtype=float)
+    exact = np.vectorize(Fraction, otypes=[object])(values)
+    return in_parts(exact, 106).astype(KINDS[bits]).sum(axis=0)
+
+
+class DifferenceField:
+    """The field of a reference orbit and of differences from it, in one precision of `KINDS`."""
+
+    def __init__(self, coefficients: AlignedCoefficients, bits: int) -> None:
+        linear, products = polarised(coefficients)
+        self.kind, self.linear = KINDS[bits], array(linear, bits)
+        # B(d, s) holds d_i s_j and d_j s_i alike.
+        pairs = [(i, j, products[i, j]) for i, j in products]
+        pairs += [(j, i, products[i, j]) for i, j in products if i != j]
+        self.left, self.right = (np.array([pair[k] for pair in pairs]) for k in (0, 1))
+        halves = [[x / (2 if i != j else 1) for x in weight] for i, j, weight in pairs]
+        self.weights = array(halves, bits).T
+
+    def series(self, reference: Numbers, differences: Numbers, order: int) -> Any:
+        """Series (order + 1, 6, 1 + n), in powers of t', of a state (6,) and differences (6, n)."""
+        n = 1 + differences.shape[1]
+        terms = np.empty((order + 1, SIZE, n), dtype=self.kind)
+        terms[0, :, 0], terms[0, :, 1:] = reference, differences
+        left, right = np.empty((2, order, len(self.left), n), dtype=self.kind)
+        for k in range(order):
+            now = terms[k]
+            total = now + 2 * now[:, :1]
+            # The reference itself is a difference from the orbit that stays at zero.
+            total[:, 0] = now[:, 0]
+            now.take(self.left, axis=0, out=left[k], mode="clip")
+            total.take(self.right, axis=0, out=right[k], mode="clip")
+            products = np.einsum("kpn,kpn->pn", left[: k + 1], right[k::-1])
+            terms[k + 1] = (self.linear @ now + self.weights @ products) / (k + 1)
+        return terms
+
+
+_field = functools.lru_cache(maxsize=16)(DifferenceField)
+"""Fields are kept: orbits of a call share theirs."""
+
+
+def series_order(bits: int, tolerance: float) -> int:
+    """The order of a difference's Taylor series on the steps of a reference orbit.
+
+    These are the radius of convergence over e^2, in any precision, so that each order gains two
+    nats.
+    """
+    return math.ceil(((bits - 53) * math.log(2) - math.log(tolerance)) / 2) + MORE_TERMS
+
+
+def scaled(series: Numbers, step: float) -> Any:
+    """Series (order + 1, 6, n) with the step as the unit of time."""
+    return series * (series.dtype.type(step) ** np.arange(len(series)))[:, None, None]
+
+
+def summed(series: Numbers) -> Any:
+    """The values (6, n) of scaled series at the end of the step, small terms first."""
+    return series[::-1].sum(axis=0)
+
+
+def polarised(coefficients: AlignedCoefficients) -> tuple[Any, dict[tuple[int, int], Any]]:
+    """The aligned field's linear part (6, 6), and the weights of its products, in Fractions.
+
+    ``products[i, j]``, i <= j, is what x_i x_j adds to each of the six components; products that
+    add nothing are left out.
+    """
+    exactly = AlignedCoefficients(*map(Fraction, coefficients))
+
+    def field(state: Any) -> Any:
+        return np.array(aligned(state, exactly), dtype=object)
+
+    ones = np.eye(SIZE, dtype=int) * Fraction(1)
+    plus, minus = (np.array([field(one) for one in each]) for each in (ones, -ones))
+    products = {}
+    for i, j in combinations_with_replacement(range(SIZE), 2):
+        both = (plus[i] + minus[i]) / 2 if i == j else field(ones[i] + ones[j]) - plus[i] - plus[j]
+        if both.any():
+            products[i, j] = both
+    return (plus - minus).T / 2, products

@@ -76,9 +76,9 @@ def task(
     coefficients: Any = aligned_coefficients(body.angles(), math)
     if bits == 53:
         return Orbits(coefficients, states, n_crossings, passage_limit)
-    exactly = [[Fraction(float(x)) for x in state] for state in states.T]
+    exactly = np.vectorize(Fraction, otypes=[object])
     coefficients = type(coefficients)(*map(Fraction, coefficients))
-    return Orbits(coefficients, exactly, n_crossings, passage_limit)
+    return Orbits(coefficients, exactly(states), n_crossings, passage_limit)
 
 
 def find(

@@ -13,7 +13,7 @@ from tests.orbits.integrate.problems import fan, task
 
 def after(time: int, bits: int) -> list[Fraction]:
     """An orbit's state after some time t'."""
-    [begin], c = task(fan(1), 113).states, task(fan(1), 113).coefficients
+    [begin], c = task(fan(1), 113).states.T, task(fan(1), 113).coefficients
     for step in bigint.steps(c, begin, bits):
         if step.time(step.length) >= time:
             return list(step.at(step.since_begin(Fraction(time))))
@@ -26,7 +26,7 @@ def test_products_of_whole_series_are_the_sums_of_their_terms(
 ) -> None:
     """Whole numbers, of which no digit depends on the way."""
     orbits = task(fan(1), 113)
-    given = orbits.coefficients, orbits.states[0], bits
+    given = orbits.coefficients, orbits.states[:, 0], bits
     by_products = list(islice(bigint.steps(*given), 2))
     monkeypatch.setattr(bigint, "SHORT", 10**6)
     assert list(islice(bigint.steps(*given), 2)) == by_products

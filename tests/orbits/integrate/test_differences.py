@@ -11,7 +11,7 @@ import pytest
 from rigidpend import Body
 from rigidpend.mechanics.equations import AlignedCoefficients, aligned, aligned_coefficients
 from rigidpend.orbits.integrate import bigint
-from rigidpend.orbits.integrate.differences import (
+from rigidpend.orbits.integrate.reference_orbit import (
     DifferenceField,
     array,
     polarised,

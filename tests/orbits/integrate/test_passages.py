@@ -28,10 +28,10 @@ from rigidpend.orbits.integrate import (
     neighbours,
     no_crossings,
 )
-from rigidpend.orbits.integrate.passages import UNDECIDED, Found, zeros
+from rigidpend.orbits.integrate.batch import Found
+from rigidpend.orbits.integrate.passages import UNDECIDED, zeros
 from rigidpend.orbits.integrate.reference_orbit import Passed
-from rigidpend.orbits.integrate.sections import first_crossings
-from rigidpend.orbits.integrate.states import states_at
+from rigidpend.orbits.integrate.states import first_crossings, states_at
 from tests.orbits.integrate.problems import FREE, on_separatrix
 
 LIMIT = 10.0
@@ -114,14 +114,21 @@ def test_crossings_that_do_not_rise_and_sink_in_turn_end_an_orbit(
 
 def test_an_orbit_is_complete_with_its_last_crossing_and_not_with_a_touch() -> None:
     """Three orbits are noted: whole, on their way, and ended by a touch that is not decided."""
-    beside = neighbours.Neighbours(np.zeros((6, 3)), np.zeros(3), 2, 10.0)
-    walk = neighbours.Walk(None, beside, 53, 20)  # type: ignore[arg-type]
-    walk.note(iter([Passed(1.0, 2)]))
-    walk.note(iter([Passed(2.0, 1)]), 0)
-    walk.note(iter([Passed(2.0, UNDECIDED)]), 2)
+    walk = neighbours.Walk(
+        None,  # type: ignore[arg-type]
+        np.zeros((6, 3)),
+        np.zeros(3),
+        n_crossings=2,
+        passage_limit=10.0,
+        bits=53,
+        tolerance=1e-15,
+    )
+    walk.note(Passed(1.0, 2))
+    walk.note(Passed(2.0, 1), 0)
+    walk.note(Passed(2.0, UNDECIDED), 2)
     assert walk.found.outcome.tolist() == [Outcome.COMPLETE, Outcome.FAILED, Outcome.FAILED]
     assert walk.found.separatrix.T.tolist() == [[2, 1], [2, 0], [2, 0]]
-    walk.note(iter([Passed(3.0, 3)]))
+    walk.note(Passed(3.0, 3))
     assert walk.found.separatrix.T.tolist() == [[2, 1], [2, 3], [2, 0]]
 
 
@@ -133,8 +140,8 @@ def test_the_depth_of_a_touch_is_relative_to_the_momentum_alone(
     series = np.zeros((3, 6, 2))
     series[:, 2, 0] = 0.25 + gap, -1.0, 1.0
     series[0, :2, 0] = 0.6, 0.8
-    state = np.array([0.6, 0.8, 0.25, 1e4, 1e4, 1e4])
-    found = [separatrix for _, _, separatrix in neighbours.crossed(series, state, 53)]
+    series[0, 2:, 0] = 0.25 + gap, 1e4, 1e4, 1e4
+    found = [separatrix for _, _, separatrix in neighbours.crossed(series, 53)]
     assert found == expected
 
 
@@ -206,11 +213,10 @@ def before_touch(depth: str) -> tuple[Fraction, ...]:
 
 @functools.cache
 def found(depth: str, bits: int, wanted: int = 2, limit: float = 2 * BACK) -> Crossings:
-    states: Any = [before_touch(depth)]
+    states: Any = np.array([before_touch(depth)]).T
     c: Any = body(53)
     if bits == 53:
-        states = np.array(states, dtype=float).T
-        c = AlignedCoefficients(*map(float, c))
+        states, c = states.astype(float), AlignedCoefficients(*map(float, c))
     engine = "taylor" if bits in (53, 64, 106, 113, 160) else "scipy"
     return crossings(
         Orbits(c, states, wanted, limit),

@@ -158,8 +158,15 @@ def test_differences_that_are_multiples_of_the_tangent_are_not_integrated() -> N
     """Those of the farther neighbour stay below what its square would add."""
     reference, shifts = orbit("4.7", 192), np.array([1e-30, -2e-30])
     tangent = reference.tangents[0]
-    beside = neighbours.Neighbours(np.outer(tangent, shifts), shifts, 2, 1e3)
-    walk = neighbours.Walk(reference, beside, 53, 20)
+    walk = neighbours.Walk(
+        reference,
+        np.outer(tangent, shifts),
+        shifts,
+        n_crossings=2,
+        passage_limit=1e3,
+        bits=53,
+        tolerance=1e-14,
+    )
     k, small = walk.skip(), 2.0 ** -(53 + neighbours.MARGIN)
     assert k > 4
     assert reference.growth[k] * 2e-30 < small <= reference.growth[k + 1] * 2e-30

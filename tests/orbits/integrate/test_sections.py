@@ -11,11 +11,11 @@ import pytest
 
 from rigidpend.mechanics.equations import AlignedCoefficients
 from rigidpend.orbits.integrate import states
-from rigidpend.orbits.integrate.sections import first_crossings
+from rigidpend.orbits.integrate.states import first_crossings
 from tests.orbits.integrate.problems import WAYS, fan, find, task
 
 ORBITS = task(fan(3), 212)
-STATES = np.array(ORBITS.states).T
+STATES = ORBITS.states
 
 
 def first(engine: str, bits: int, limit: float = 200.0, jobs: int = 1) -> Any:
@@ -42,7 +42,7 @@ def test_agrees_with_260_bit_integers_and_the_first_of_all_crossings(
 ) -> None:
     unit, found = Fraction(1, 2**bits), crossed(engine, bits)
     for (time, state), (then, there), start in zip(
-        found, crossed("scipy", 260), ORBITS.states, strict=True
+        found, crossed("scipy", 260), ORBITS.states.T, strict=True
     ):
         assert max(abs(a - b) for a, b in zip(state, there, strict=True)) < 200 * unit
         assert abs(time - then) < 20_000 * unit

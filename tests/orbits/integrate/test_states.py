@@ -248,7 +248,7 @@ def test_a_time_beside_a_double_is_met_as_if_one_went_on_from_there(bits: int) -
 @pytest.mark.parametrize("bits", [106, 430])
 def test_each_orbit_of_fractions_is_carried_on_for_its_own_time(bits: int) -> None:
     """By any number of threads, and of the same bits whatever the body before."""
-    begin = np.array(TASK.states).T
+    begin = TASK.states
     found = states_at(TASK.coefficients, begin, DURATIONS, bits, jobs=2)
     other = task(fan(3), 106, body=FIG4).coefficients
     assert (states_at(other, begin, DURATIONS, bits) != found).all()
