@@ -32,14 +32,14 @@ def problem(n_symbols: int, body: Body = BODY, h0: str = "1.3342") -> RouteProbl
 
 
 @functools.cache
-def truth(asked: RouteProblem, phases: tuple[Exact, ...], bits: int) -> Any:
+def truth(asked: RouteProblem, phases: tuple[Exact, ...], *bits: int) -> Any:
     return route_codes(
         asked.body,
         phases,
         h0=asked.h0,
         J1_0=asked.J1_0,
         n_symbols=asked.n_symbols,
-        precisions=(bits,),
+        precisions=bits,
         method="integration",
     )
 
@@ -178,28 +178,18 @@ def test_narrowing_ends_at_a_width_that_is_met_to_the_last_bit(
         told.append(width)
         assert len(told) < 9, "it goes on for ever"
 
-    problem = RouteProblem(BODY, exact("1.3342"), exact("1e-8"), 2)
-    path = narrowed(problem, Bracket(exact("0"), exact("1")), 2.0**-60, resolve(), counted)
+    path = narrowed(problem(2), Bracket(exact("0"), exact("1")), 2.0**-60, resolve(), counted)
     assert path[-1].width == 2.0**-60
     assert len(path) == 61
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("symbol", [1, 2])
-def test_narrowed_ends_lie_on_both_sides_of_the_change(symbol: int) -> None:
+def test_narrowed_ends_lie_on_both_sides_of_the_change() -> None:
     """Established by integration, at a distance of 1e-20."""
-    asked = RouteProblem(BODY, exact("1.3342"), exact("1e-8"), symbol)
+    asked = problem(2)
 
     def codes(phases: Sequence[Exact]) -> list[list[int]]:
-        found = route_codes(
-            BODY,
-            phases,
-            h0=asked.h0,
-            J1_0=asked.J1_0,
-            n_symbols=symbol,
-            precisions=(53, 64, 113, 160),
-            method="integration",
-        )
+        found = truth(asked, tuple(phases), 53, 64, 113, 160)
         assert found.certain.all()
         return [list(map(int, column)) for column in found.codes.T]
 

@@ -206,10 +206,9 @@ class Found(NamedTuple):
         rows, n = found.time.shape
         stop = np.full(n, rows)
         np.minimum.at(stop, columns[ends], row[ends])
-        kept, last = row < stop[columns], ends & (row == stop[columns]) & (row < rows)
+        kept, last = row < stop[columns], ends & (row == stop[columns])
         undecided = separatrix[last] == UNDECIDED
-        outcome = np.where(undecided, Outcome.FAILED, Outcome.NO_CROSSING)
-        found.outcome[columns[last]] = outcome
+        found.outcome[columns[last]] = np.where(undecided, Outcome.FAILED, Outcome.NO_CROSSING)
         # A pair beside a touch may complete an orbit that seemed to have been silent.
         found.outcome[columns[kept & (row == rows - 1)]] = Outcome.COMPLETE
         found.time[row[kept], columns[kept]] = times[kept]

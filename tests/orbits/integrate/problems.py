@@ -21,10 +21,7 @@ from tests.bodies import GENERIC as GENERIC
 
 
 def needs_heyoka(why: str) -> pytest.MarkDecorator:
-    """Mark of a test that is not for where heyoka is not installed, with the reason.
-
-    pip has it for Linux. No result needs it, only what measures against it.
-    """
+    """Mark of a test that is not for where heyoka is not installed: pip has it for Linux."""
     absent = importlib.util.find_spec("heyoka") is None
     return pytest.mark.skipif(absent, reason=f"heyoka is not installed: {why}")
 

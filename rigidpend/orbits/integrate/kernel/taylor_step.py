@@ -22,8 +22,10 @@ exponentials takes these from the system's mathematical library.
 
 from __future__ import annotations
 
+import functools
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager
 from fractions import Fraction
 
 from rigidpend.orbits.integrate.kernel.lane_numbers import KINDS, Doubles, Value
@@ -133,6 +135,21 @@ class Kernel:
             self.numbers.store(end, series, 0)
         self._let_time_pass(h)
 
+    def any_lane(self, mask: str) -> tuple[str, str]:
+        """The bits of a mask as a whole number, and whether one of them is set."""
+        code, kind = self.code, f"i{self.code.lanes}"
+        bits = code(f"bitcast {code.mask} {mask} to {kind}")
+        return bits, code(f"icmp ne {kind} {bits}, 0")
+
+    @contextmanager
+    def each_lane(self, bits: str) -> Iterator[str]:
+        """Lines for the number of each lane whose bit is set."""
+        code, kind = self.code, f"i{self.code.lanes}"
+        with code.loop(code.lanes) as lane:
+            bit = code(f"lshr {kind} {bits}, {code(f'trunc i64 {lane} to {kind}')}")
+            with code.when(code(f"trunc {kind} {bit} to i1")):
+                yield lane
+
     def head(self, component: int, k: int) -> str:
         """The first part of a coefficient: as a double."""
         return self.code.element(self.component[component], k * self.parts)
@@ -165,11 +182,8 @@ class Kernel:
 
     def _norm(self, m: int) -> str:
         """Largest coefficient of an order."""
-        code = self.code
-        norm, *sizes = [code.size(self.head(i, m)) for i in range(self.size)]
-        for size in sizes:
-            norm = code.larger(size, norm)
-        return norm
+        sizes = [self.code.size(self.head(i, m)) for i in range(self.size)]
+        return functools.reduce(lambda norm, size: self.code.larger(size, norm), sizes)
 
     def _binary_logarithm(self, x: str) -> str:
         """log2 x from the exponent and a polynomial of the rest: good enough for a length."""
