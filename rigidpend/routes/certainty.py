@@ -150,9 +150,25 @@ def decide(
 
 
 def _further(compute: Compute, found: Decided, rate: float, bits: int, columns: Columns) -> Decided:
-    """Decide some columns in a precision, from what is found of them on."""
-    steps = [(bits, FIRST), (bits, SECOND)]
-    return _climb(compute, part(found, columns), columns, rate, steps)
+    """Decide some columns in a precision, from what is found of them on.
+
+    One computation is held against the last one of a lower precision; where these differ a second
+    one is held against the first.
+    """
+    known = part(found, columns)
+    for scales in (FIRST, SECOND):
+        open_ = np.flatnonzero(~known.certain.all(axis=0))
+        if not open_.size:
+            break
+        before, sharper = _columns(known.crossings, open_), compute(bits, scales, columns[open_])
+        if scales == FIRST:
+            certain = agreement(before, sharper, rate, LINEAR)
+        else:
+            third = functools.partial(compute, bits, THIRD)
+            certain = _established(before, sharper, rate, third, columns[open_])
+        decided = np.full(open_.size, bits, dtype=np.uint16)
+        replace(known, open_, Decided(sharper, certain, decided))
+    return known
 
 
 def climb(
@@ -173,35 +189,6 @@ def climb(
 def undivided(work: Work, columns: Columns, _: int) -> list[tuple[Columns, Decided]]:
     """All columns decided at once: what `share` is where nothing is shared."""
     return [(columns, work(columns))]
-
-
-def _climb(
-    compute: Compute,
-    found: Decided,
-    columns: Columns,
-    rate: float,
-    steps: Sequence[tuple[int, Scales]],
-) -> Decided:
-    """Decide columns by further computations, each compared with the last one before."""
-    for precision, scales in steps:
-        open_ = np.flatnonzero(~found.certain.all(axis=0))
-        if not open_.size:
-            break
-        whole = open_.size == found.bits.size
-        before = found.crossings if whole else _columns(found.crossings, open_)
-        sharper = compute(precision, scales, columns[open_])
-        # The first in a precision is held against one of a lower, the second against its equal.
-        if scales == FIRST:
-            certain = agreement(before, sharper, rate, LINEAR)
-        else:
-            third = functools.partial(compute, precision, THIRD)
-            certain = _established(before, sharper, rate, third, columns[open_])
-        decided = Decided(sharper, certain, np.full(open_.size, precision, dtype=np.uint16))
-        if whole:
-            found = decided
-        else:
-            replace(found, open_, decided)
-    return found
 
 
 def _established(

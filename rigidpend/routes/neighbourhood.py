@@ -48,17 +48,10 @@ AT_ONCE = 6
 class Neighbourhood:
     """Routes in the neighbourhood of one phase.
 
-    Parameters
-    ----------
-    problem : RouteProblem
-    centre : Exact
-        Phase of the reference orbit, theta2_0, radians.
-    finest : float
-        Least distance of phases that is to be resolved, radians.
-    arithmetic : Arithmetic
-        Its precisions are relative to the distances: 53 and 64 bits by differences, higher ones
-        by integration, first in so many bits more as the least distance takes.
-    jobs : int
+    The `centre` is the phase of the reference orbit, and `finest` the least distance of phases that
+    is to be resolved, both theta2_0 in radians. Precisions are relative to the distances: 53 and 64
+    bits by differences, higher ones by integration, first in so many bits more as the least
+    distance takes.
     """
 
     def __init__(
@@ -176,31 +169,12 @@ def narrowed(
     arithmetic: Arithmetic,
     report: Callable[[float], None] = lambda width: None,
 ) -> list[Bracket]:
-    """Narrow two phases between which the last symbol of a problem changes.
+    """Narrow two phases between which the last symbol of a problem changes, to `width` radians.
 
-    The symbols on the way are those of one computation; whoever needs them certain computes the
-    ends again (`Neighbourhood.routes`).
-
-    Parameters
-    ----------
-    problem : RouteProblem
-        With the symbols up to the one that changes.
-    bracket : Bracket
-    width : float
-        Largest distance to end with, radians.
-    arithmetic : Arithmetic
-    report : callable, optional
-        Told the distance now and then.
-
-    Returns
-    -------
-    list of Bracket
-        The given one, and each half of the one before it up to the last.
-
-    Raises
-    ------
-    NoChange
-        The symbol is the same on both sides, or an earlier one differs.
+    The result begins with the given bracket; each further one is a half of the one before. The
+    symbols on the way are those of one computation; whoever needs them certain computes the ends
+    again (`Neighbourhood.routes`). NoChange says that the symbol is the same on both sides, or an
+    earlier one differs. Now and then `report` is told the distance.
     """
     path, doubles = [bracket], arithmetic._replace(precisions=(53,))
     while True:

@@ -18,7 +18,6 @@ from rigidpend.mechanics.coordinates import (
 )
 from rigidpend.mechanics.equations import energy, hamiltonian_J3_0
 from rigidpend.numbers.exact import exact
-from rigidpend.orbits.integrate import Orbits, crossings
 from rigidpend.routes.certainty import FIRST, SECOND
 from rigidpend.routes.phases import Phases
 from rigidpend.routes.problem import RouteProblem
@@ -104,28 +103,6 @@ def test_rests_of_phases_reach_the_state() -> None:
     truth = np.array(fine, dtype=float).T
     assert np.abs(without - truth).max() > 1e-12
     np.testing.assert_allclose(whole, truth, rtol=0, atol=4e-16)
-
-
-def scaled_times(scales: Scales, bits: int) -> Any:
-    begin = start(problem(), bits, scales)
-    columns = [0, 1] if bits == 53 else [0]
-    states: Any = doubles(problem(), scales)[:, columns]
-    if bits > 53:
-        states = np.array(states_exact(begin, PHASES.exactly(columns), bits)).T
-    unit = scales.time_unit
-    orbits = Orbits(begin.coefficients, states, 4, 200 / unit)
-    return unit * crossings(orbits, engine="taylor", bits=bits, tolerance=1e-13, jobs=1).time
-
-
-def test_scales_change_crossing_times_by_rounding_alone() -> None:
-    first, second = (scaled_times(scales, 53) for scales in (FIRST, SECOND))
-    np.testing.assert_allclose(first, second, rtol=0, atol=1e-9)
-    assert (first != second).any(), "they must round differently"
-
-
-def test_scales_change_nothing_in_many_bits() -> None:
-    first, second = (scaled_times(scales, 113) for scales in (FIRST, SECOND))
-    np.testing.assert_allclose(first, second, rtol=3e-16)
 
 
 def test_scales_share_no_constant() -> None:

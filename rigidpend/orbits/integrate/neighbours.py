@@ -40,20 +40,10 @@ MARGIN = 16
 class Walk:
     """Orbits on their way beside a reference orbit.
 
-    Parameters
-    ----------
-    reference : ReferenceOrbit
-    differences : (6, n) array
-        States at time 0 less that of the reference, in numbers of `bits` bits.
-    shifts : (n,) array
-        The same as multiples of the reference's tangent, to first order.
-    n_crossings : int
-    passage_limit : float
-        Longest wait for the next crossing, t', of an orbit that goes alone.
-    bits : int
-        Relative precision of the differences, 53 or 64.
-    tolerance : float
-        Local tolerance at 53 bits.
+    `differences` are their states at time 0 less that of the reference, (6, n), in numbers of
+    `bits` bits, 53 or 64, and `shifts` the same as multiples of its tangent, (n,), to first order.
+    `passage_limit` is the longest wait for the next crossing, t', of an orbit that goes alone, and
+    `tolerance` the local one at 53 bits.
     """
 
     def __init__(

@@ -121,33 +121,11 @@ def followed(orbits: Sequence[ReferenceOrbit], n_crossings: int) -> Crossings:
 class ReferenceOrbit:
     """An orbit in high precision, continued as far as it is asked for.
 
-    Parameters
-    ----------
-    coefficients : AlignedCoefficients
-        Fractions.
-    state : 6 Fractions
-        Aligned components at time 0.
-    tangent : 6 Fractions
-        Derivative of the state at time 0 along the family of neighbours.
-    tangent_bits : int
-        Precision of the tangents, 53 or 64.
-    longest : float
-        Longest wait for the next crossing, t', after which the orbit is not continued.
-    engine : str
-        One of `ENGINES`; integers serve where its numbers end.
-    bits : int
-        Precision at time 0; the computation's own is one of `PRECISIONS`.
-    tolerance : float
-        Of a compiled Taylor series in 53 bits; every bit more halves it.
-
-    Attributes
-    ----------
-    points : list of Point
-        As far as the orbit is known; the first is the start.
-    crossings : list of lists of Passed
-        The crossings on each step.
-    growth : list of float
-        The size of the tangent at each point.
+    State and coefficients are Fractions, and so is the tangent, the derivative of the state at time
+    0 along the family of neighbours, which is carried in `tangent_bits`, 53 or 64. `bits` are the
+    precision at time 0, the computation's own is one of `PRECISIONS`; integers serve where the
+    engine's numbers end. After a wait of `longest` for the next crossing, t', the orbit is not
+    continued. `tolerance` is that of a compiled Taylor series in 53 bits; every bit more halves it.
     """
 
     def __init__(
@@ -166,13 +144,16 @@ class ReferenceOrbit:
         self.engine, self.bits, self.tolerance = engine, bits, tolerance
         self.tangent_bits = tangent_bits
         self.points = [Point(Fraction(0), tuple(state), 0.0, 0.0)]
+        """As far as the orbit is known; the first is the start."""
         self.crossings: list[list[Passed]] = []
+        """The crossings on each step."""
         self._fields = {kind: _field(coefficients, kind) for kind in (53, tangent_bits)}
         self._states: dict[tuple[int, int], Any] = {}
         self._units = _units(state)
         self._last = 0.0
         self.tangents = [array(tangent, self.tangent_bits)]
         self.growth = [float(self.size(self.tangents[0][:, None])[0])]
+        """The size of the tangent at each point."""
 
     def reaches(self, k: int) -> bool:
         """Continue the orbit to point k; False if it has long had no crossing before that."""

@@ -247,29 +247,15 @@ def first_crossings(
     `integrate.crossings` keeps times only, as doubles. Here each orbit is carried on by Newton's
     method, until M3 vanishes in the working precision.
 
-    Parameters
-    ----------
-    coefficients : AlignedCoefficients
-        Doubles at 53 bits by engine `taylor`, else Fractions of the working precision.
-    states : (6, n) array
-        Aligned components at time 0, such numbers too.
-    limit : float
-        How long, in t', to wait for the crossing.
-    engine : str
-        One of `integrate.ENGINES`; integers serve where its numbers end.
-    bits : int
-        Working precision.
-    tolerance : float
-        Of a compiled Taylor series at 53 bits; every bit more halves it.
-    jobs : int
-        How many orbits at a time.
+    The coefficients, and the states (6, n) at time 0, are doubles at 53 bits by engine `taylor`,
+    else Fractions of the working precision; `limit` is how long, in t', to wait for the crossing,
+    and `tolerance` that of a compiled Taylor series at 53 bits: every bit more halves it.
 
     Returns
     -------
-    times : (n,) array
-        t' since the start.
-    states : (6, n) array
-        None for both if an orbit does not cross within the limit, or that is not decided.
+    times, states : (n,) and (6, n) arrays
+        t' since the start, and where they cross; None if an orbit does not cross within the limit,
+        or that is not decided.
     """
     exact = states.dtype == object
     # The whole of the kernel's numbers, if it computes.

@@ -150,24 +150,6 @@ def test_a_field_of_every_operation_agrees_with_its_closed_form() -> None:
     np.testing.assert_allclose(found, expected + powers, rtol=4e-15, atol=2e-15)
 
 
-def products(state: Any, m: Any) -> list[Any]:
-    """Sines, cosines and quotients of expressions, powers, differences from numbers."""
-    x, y, z = state
-    return [
-        m.sin(x * y) / (1 + z * z) + 0.1 * m.cos(x) ** 2,
-        2 - m.exp(-x * x) * m.sqrt(1 + y**2) - (y - 3) / (2 + x * x),
-        (x - y) ** 3 / 4 - z / 3 + 1 / (1 + x**2),
-    ]
-
-
-def test_a_field_of_nested_functions_agrees_with_the_other_engine() -> None:
-    times = np.linspace(0.0, 3.0, 9)
-    taylor, scipy = (states_at(products, [0.3, -0.2, 0.5], times, engine=e) for e in ENGINES)
-    np.testing.assert_allclose(taylor, scipy, rtol=0, atol=2e-12)
-    # The system does not stand still.
-    assert np.abs(np.diff(scipy)).min() > 1e-3
-
-
 def test_a_field_with_another_function_is_refused_by_name() -> None:
     with pytest.raises(AttributeError, match="must do without tan"):
         states_at(lambda x, m: (m.tan(x[0]),), [0.1], [1.0])
