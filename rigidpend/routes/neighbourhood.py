@@ -2,9 +2,9 @@
 
 A phase beyond doubles costs an integration beyond doubles, but only one: the reference in high
 precision, once in each of the scales of `certainty`. All others are differences from it, in
-doubles or 64 bits, whatever their distance (`integrate.neighbours`), and their symbols become
-certain by the same rule as elsewhere. What two references in 64 bits leave open is integrated by
-itself, in as many bits as the distance asks for.
+doubles, whatever their distance (`integrate.neighbours`), and their symbols become certain by the
+same rule as elsewhere. What these leave open is integrated by itself, in as many bits more as the
+distance asks for.
 
 So the phase at which a symbol changes, that of a doubly asymptotic orbit, is narrowed by
 bisection: cheap down to a small part of the distance, what doubles resolve. Then the next
@@ -20,15 +20,14 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from rigidpend.numbers.exact import GUARD_BITS, PI, Exact, fraction, rational
-from rigidpend.orbits.integrate import Crossings
+from rigidpend.orbits.integrate import Crossings, Orbits, crossings, joined
 from rigidpend.orbits.integrate.arithmetic import Arithmetic
 from rigidpend.orbits.integrate.neighbours import Walk
 from rigidpend.orbits.integrate.reference_orbit import (
-    KINDS,
     ReferenceOrbit,
-    array,
     followed,
     reference_bits,
+    rung,
 )
 from rigidpend.routes import certainty
 from rigidpend.routes.choice import Mapped
@@ -39,6 +38,10 @@ from rigidpend.routes.problem import RouteProblem, passage_limit, phase_rate
 from rigidpend.routes.run import tolerance_of
 from rigidpend.routes.start import Scales, start, states_exact
 
+SPARE = 64
+"""Bits of the reference orbit beyond a distance: more than doubles, in which it is told, have."""
+FIXED = 212
+"""Bits up to which the kernel carries an orbit to its end sooner than a tangent beside it."""
 GAIN = 38
 """Bits that are gained beside one reference orbit: doubles then still have some ten to spare."""
 AT_ONCE = 6
@@ -49,9 +52,8 @@ class Neighbourhood:
     """Routes in the neighbourhood of one phase.
 
     The `centre` is the phase of the reference orbit, and `finest` the least distance of phases that
-    is to be resolved, both theta2_0 in radians. Precisions are relative to the distances: 53 and 64
-    bits by differences, higher ones by integration, first in so many bits more as the least
-    distance takes.
+    is to be resolved, both theta2_0 in radians. Precisions are relative to the distances: 53 bits
+    by differences, higher ones by integration, first in so many bits more as the distance takes.
     """
 
     def __init__(
@@ -64,9 +66,7 @@ class Neighbourhood:
     ) -> None:
         self.problem, self.centre, self.finest = problem, centre, finest
         self.arithmetic, self.jobs = arithmetic, jobs
-        # One reference serves 53 and 64 bits: it is made for the higher of those asked for.
-        self.finest_bits = max((b for b in arithmetic.precisions if b in KINDS), default=53)
-        self.bits = reference_bits(finest, self.finest_bits)
+        self.bits = reference_bits(finest, SPARE)
         """Bits of the reference orbit."""
         self._references: dict[Scales, ReferenceOrbit] = {}
 
@@ -88,13 +88,16 @@ class Neighbourhood:
 
     def crossings(self, bits: int, scales: Scales, phases: Sequence[Exact]) -> Crossings:
         """The crossings of some phases in `bits` bits, relative to their distances, in t'."""
-        if bits in KINDS:
-            found = self._beside(bits, scales, phases)
+        if bits == 53:
+            found = self._beside(scales, phases)
         else:
-            found = followed(self._alone(bits, scales, phases), self.problem.n_symbols + 1)
+            # What is closer than is to be resolved gets no further bits.
+            apart = [max(self.finest, abs(float(phase - self.centre))) for phase in phases]
+            each = [rung(reference_bits(distance, bits)) for distance in apart]
+            found = joined([self._alone(*x, scales) for x in zip(phases, each, strict=True)])
         return found._replace(time=found.time * scales.time_unit)
 
-    def _beside(self, bits: int, scales: Scales, phases: Sequence[Exact]) -> Crossings:
+    def _beside(self, scales: Scales, phases: Sequence[Exact]) -> Crossings:
         if scales not in self._references:
             self._references[scales] = self._orbit(self.centre, self.bits, scales)
         begin = start(self.problem, self.bits, scales)
@@ -103,24 +106,29 @@ class Neighbourhood:
         apart = [[x - y for x, y in zip(other, states[0], strict=True)] for other in states[1:]]
         walk = Walk(
             self._references[scales],
-            array(apart, bits).T,
+            np.array(apart, dtype=float).T,
             np.array([float(phase - self.centre) for phase in phases]),
             n_crossings=self.problem.n_symbols + 1,
-            passage_limit=passage_limit(self.problem, bits) / scales.time_unit,
-            bits=bits,
-            tolerance=tolerance_of(self.arithmetic, bits, scales),
+            passage_limit=passage_limit(self.problem, 53) / scales.time_unit,
+            tolerance=tolerance_of(self.arithmetic, 53, scales),
         )
         return walk.crossings(self.jobs)
 
-    def _alone(self, bits: int, scales: Scales, phases: Sequence[Exact]) -> list[ReferenceOrbit]:
-        """Each orbit by itself, in `bits` bits relative to its distance."""
-        # Each in a precision of its own, by its distance: none share a step. What is closer than
-        # is to be resolved gets no further bits.
-        apart = [max(self.finest, abs(float(phase - self.centre))) for phase in phases]
-        return [
-            self._orbit(phase, reference_bits(distance, bits), scales)
-            for phase, distance in zip(phases, apart, strict=True)
-        ]
+    def _alone(self, phase: Exact, bits: int, scales: Scales) -> Crossings:
+        """An orbit by itself, where the kernel takes long in a precision that falls."""
+        n_crossings = self.problem.n_symbols + 1
+        if bits > FIXED:
+            return followed([self._orbit(phase, bits, scales)], n_crossings)
+        begin = start(self.problem, bits, scales)
+        states = np.array(states_exact(begin, [phase], bits)).T
+        limit = passage_limit(self.problem, bits) / scales.time_unit
+        return crossings(
+            Orbits(begin.coefficients, states, n_crossings, limit),
+            engine=self.arithmetic.engine,
+            bits=bits,
+            tolerance=tolerance_of(self.arithmetic, bits, scales),
+            jobs=1,
+        )
 
     def _orbit(self, phase: Exact, bits: int, scales: Scales) -> ReferenceOrbit:
         """The orbit of a phase, with its derivative in the phase."""
@@ -131,7 +139,6 @@ class Neighbourhood:
             begin.coefficients,
             state,
             [0 * further[0]] * 3 + further[3:],
-            tangent_bits=self.finest_bits,
             longest=passage_limit(self.problem, bits) / scales.time_unit,
             engine=self.arithmetic.engine,
             bits=bits,

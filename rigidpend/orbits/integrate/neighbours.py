@@ -9,14 +9,13 @@ one of the engines' own.
 from __future__ import annotations
 
 from collections.abc import Iterator
-from fractions import Fraction
 from itertools import chain
 from typing import Any
 
 import numpy as np
 
 from rigidpend.machine.workers import check_stop
-from rigidpend.numbers.generic import Numbers
+from rigidpend.numbers.generic import Array
 from rigidpend.orbits import integrate
 from rigidpend.orbits.integrate import (
     Crossings,
@@ -26,8 +25,8 @@ from rigidpend.orbits.integrate import (
     no_crossings,
     silent_outcome,
 )
-from rigidpend.orbits.integrate.passages import UNDECIDED, crossings_of_series, touch
-from rigidpend.orbits.integrate.reference_orbit import Passed, ReferenceOrbit, series_order, summed
+from rigidpend.orbits.integrate.passages import TOUCH, UNDECIDED, crossings_of_series
+from rigidpend.orbits.integrate.reference_orbit import Passed, ReferenceOrbit, summed
 
 LARGE = 2.0**-4
 """Size of a difference, relative to the state, from which on the orbit goes alone.
@@ -40,32 +39,30 @@ MARGIN = 16
 class Walk:
     """Orbits on their way beside a reference orbit.
 
-    `differences` are their states at time 0 less that of the reference, (6, n), in numbers of
-    `bits` bits, 53 or 64, and `shifts` the same as multiples of its tangent, (n,), to first order.
-    `passage_limit` is the longest wait for the next crossing, t', of an orbit that goes alone, and
-    `tolerance` the local one at 53 bits.
+    `differences` are their states at time 0 less that of the reference, (6, n), and `shifts` the
+    same as multiples of its tangent, (n,), to first order. `passage_limit` is the longest wait for
+    the next crossing, t', of an orbit that goes alone.
     """
 
     def __init__(
         self,
         reference: ReferenceOrbit,
-        differences: Any,
-        shifts: Any,
+        differences: Array,
+        shifts: Array,
         *,
         n_crossings: int,
         passage_limit: float,
-        bits: int,
         tolerance: float,
     ) -> None:
         self.reference, self.differences, self.shifts = reference, differences, shifts
         self.n_crossings, self.passage_limit = n_crossings, passage_limit
-        self.bits, self.tolerance = bits, tolerance
+        self.tolerance = tolerance
         n = len(shifts)
         self.found, self.columns = no_crossings(n_crossings, n), np.arange(n)
         self.count = np.zeros(n, dtype=np.intp)
         self.departed = np.full(n, np.nan)
         """t' at which an orbit has left the reference, to go on from its state alone."""
-        self.states = np.empty((6, n), dtype=float if bits == 53 else object)
+        self.states = np.empty((6, n))
 
     def crossings(self, jobs: int) -> Crossings:
         """Follow all orbits to their crossings of M3 = 0, so many at a time of those alone.
@@ -107,20 +104,17 @@ class Walk:
     def skip(self) -> int:
         """Pass over the steps on which the differences are multiples of the tangent."""
         largest = float(np.abs(self.shifts).max(initial=0.0))
-        k = self.reference.last_below(2.0 ** -(self.bits + MARGIN) / largest) if largest else 0
+        k = self.reference.last_below(2.0 ** -(53 + MARGIN) / largest) if largest else 0
         if k:
-            kind = self.differences.dtype
-            tangent = self.reference.tangents[k].astype(kind)
-            self.differences = np.outer(tangent, self.shifts.astype(kind))
+            self.differences = np.outer(self.reference.tangents[k], self.shifts)
         for passed in chain.from_iterable(self.reference.crossings[:k]):
             self.note(passed)
         return k
 
     def _step(self, k: int) -> None:
         begin, step = self.reference.points[k].time, self.reference.points[k + 1].step
-        order = series_order(self.bits, self.tolerance)
-        series = self.reference.series(k, self.differences, self.bits, order)
-        for column, share, separatrix in crossed(series, self.bits):
+        series = self.reference.series(k, self.differences, self.tolerance)
+        for column, share, separatrix in crossed(series):
             self.note(Passed(begin + share * step, separatrix), column)
         self.differences = summed(series)[:, 1:]
 
@@ -131,37 +125,29 @@ class Walk:
         large = ~done & (size > LARGE)
         leaving = self.columns[large]
         self.departed[leaving] = self.reference.points[k].time
-        self.states[:, leaving] = self._states(k, self.differences[:, large])
+        here = self.reference.points[k].doubles[:, None]
+        self.states[:, leaving] = here + self.differences[:, large]
         stays = ~(done | large)
         self.columns, self.differences = self.columns[stays], self.differences[:, stays]
 
     def _fall_silent(self, k: int) -> None:
         """End the orbits that are still beside a reference that does not cross again."""
-        state = self.reference.state(k, self.bits)[:, None] + self.differences
+        state = self.reference.points[k].doubles[:, None] + self.differences
         for column, (Qp, Qm) in zip(self.columns, state[:2].T, strict=True):
             self.found.outcome[column] = silent_outcome(Qp, Qm)
-
-    def _states(self, k: int, differences: Numbers) -> Any:
-        """The orbits' own states: doubles, or Fractions."""
-        if self.bits == 53:
-            return self.reference.state(k, 53)[:, None] + differences
-        exactly = np.frompyfunc(lambda d: Fraction(*d.as_integer_ratio()), 1, 1)
-        return np.array(self.reference.points[k].state, dtype=object)[:, None] + exactly(
-            differences
-        )
 
     def _go_on(self, count: int, columns: Any, jobs: int) -> None:
         """Integrate orbits that have `count` crossings behind them."""
         c = self.reference.coefficients
         after = integrate.crossings(
             Orbits(
-                type(c)(*map(float, c)) if self.bits == 53 else c,
+                type(c)(*map(float, c)),
                 self.states[:, columns],
                 self.n_crossings - count,
                 self.passage_limit,
             ),
             engine=self.reference.engine,
-            bits=self.bits,
+            bits=53,
             tolerance=self.tolerance,
             jobs=jobs,
         )
@@ -170,11 +156,11 @@ class Walk:
         self.found.outcome[columns] = after.outcome
 
 
-def crossed(series: Numbers, bits: int) -> Iterator[tuple[int, float, int]]:
+def crossed(series: Array) -> Iterator[tuple[int, float, int]]:
     """(orbit, share of the step, separatrix) of the crossings of all orbits on a step."""
-    depth = touch(bits) * float(np.linalg.norm(series[0, :3, 0].astype(float)))
+    depth = TOUCH * float(np.linalg.norm(series[0, :3, 0]))
     M3 = np.abs(series[:, 2, 1:] + series[:, 2, :1])
     for column in np.flatnonzero(~(M3[0] > depth + M3[1:].sum(axis=0))):
-        orbit = (series[:, :3, 1 + column] + series[:, :3, 0]).astype(float)
+        orbit = series[:, :3, 1 + column] + series[:, :3, 0]
         for share, separatrix in crossings_of_series(orbit.T, depth):
             yield int(column), share, separatrix

@@ -28,7 +28,7 @@ import numpy as np
 
 from rigidpend.mechanics.equations import AlignedCoefficients, aligned
 from rigidpend.numbers.exact import GUARD_BITS
-from rigidpend.numbers.generic import Numbers
+from rigidpend.numbers.generic import Array
 from rigidpend.orbits.integrate import (
     Crossings,
     Orbits,
@@ -39,8 +39,7 @@ from rigidpend.orbits.integrate import (
 )
 from rigidpend.orbits.integrate.arithmetic import LADDER, in_kernel
 from rigidpend.orbits.integrate.batch import advance
-from rigidpend.orbits.integrate.kernel.lane_numbers import in_parts
-from rigidpend.orbits.integrate.passages import UNDECIDED, crossings_of_series, touch
+from rigidpend.orbits.integrate.passages import TOUCH, UNDECIDED, crossings_of_series, touch
 
 BLOCK = 8
 """Steps at a time, all in one precision."""
@@ -54,10 +53,6 @@ TINY = 2.0**-800
 """Size of the differences that stand for a tangent: their squares vanish beside them."""
 SIZE = 6
 """Number of aligned components."""
-KINDS: dict[int, Any] = {53: np.float64}
-"""NumPy's types of so many bits: of 64, where a long double has as many."""
-if np.finfo(np.longdouble).nmant == 63:
-    KINDS[64] = np.longdouble
 MORE_TERMS = 4
 """Terms of a difference's series beyond those that the reference's own would need."""
 
@@ -72,6 +67,8 @@ class Point(NamedTuple):
     time: float
     step: float
     """Length t' of the step that ends here."""
+    doubles: Array
+    """The components rounded."""
 
 
 class Passed(NamedTuple):
@@ -94,7 +91,6 @@ def crossings(orbits: Orbits, bits: int, engine: str, tolerance: float) -> Cross
             orbits.coefficients,
             state,
             [Fraction(1 / x) for x in _units(state)],
-            tangent_bits=53,
             longest=orbits.passage_limit,
             engine=engine,
             bits=bits + GUARD_BITS,
@@ -122,10 +118,10 @@ class ReferenceOrbit:
     """An orbit in high precision, continued as far as it is asked for.
 
     State and coefficients are Fractions, and so is the tangent, the derivative of the state at time
-    0 along the family of neighbours, which is carried in `tangent_bits`, 53 or 64. `bits` are the
-    precision at time 0, the computation's own is one of `PRECISIONS`; integers serve where the
-    engine's numbers end. After a wait of `longest` for the next crossing, t', the orbit is not
-    continued. `tolerance` is that of a compiled Taylor series in 53 bits; every bit more halves it.
+    0 along the family of neighbours, which is carried in doubles. `bits` are the precision at time
+    0, the computation's own is one of `PRECISIONS`; integers serve where the engine's numbers end.
+    After a wait of `longest` for the next crossing, t', the orbit is not continued. `tolerance` is
+    that of a compiled Taylor series in 53 bits; every bit more halves it.
     """
 
     def __init__(
@@ -134,7 +130,6 @@ class ReferenceOrbit:
         state: Sequence[Fraction],
         tangent: Sequence[Fraction],
         *,
-        tangent_bits: int,
         longest: float,
         engine: str,
         bits: int,
@@ -142,16 +137,14 @@ class ReferenceOrbit:
     ) -> None:
         self.coefficients, self.longest = coefficients, longest
         self.engine, self.bits, self.tolerance = engine, bits, tolerance
-        self.tangent_bits = tangent_bits
-        self.points = [Point(Fraction(0), tuple(state), 0.0, 0.0)]
+        self.points = [Point(Fraction(0), tuple(state), 0.0, 0.0, np.array(state, dtype=float))]
         """As far as the orbit is known; the first is the start."""
         self.crossings: list[list[Passed]] = []
         """The crossings on each step."""
-        self._fields = {kind: _field(coefficients, kind) for kind in (53, tangent_bits)}
-        self._states: dict[tuple[int, int], Any] = {}
+        self._field = _field(coefficients)
         self._units = _units(state)
         self._last = 0.0
-        self.tangents = [array(tangent, self.tangent_bits)]
+        self.tangents = [np.array(tangent, dtype=float)]
         self.growth = [float(self.size(self.tangents[0][:, None])[0])]
         """The size of the tangent at each point."""
 
@@ -163,19 +156,14 @@ class ReferenceOrbit:
             self._extend()
         return True
 
-    def state(self, k: int, bits: int) -> Any:
-        """The state at a known point as an array in 53 or 64 bits."""
-        if (k, bits) not in self._states:
-            self._states[k, bits] = array(self.points[k].state, bits)
-        return self._states[k, bits]
-
-    def series(self, k: int, differences: Numbers, bits: int, order: int) -> Any:
+    def series(self, k: int, differences: Array, tolerance: float) -> Array:
         """Series (order + 1, 6, 1 + n) of the orbit and of others on the step from point k.
 
         Column 0 is the orbit's own, the others are those of the `differences` (6, n); in powers of
-        the share of the step, in 53 or 64 bits.
+        the share of the step.
         """
-        series = self._fields[bits].series(self.state(k, bits), differences, order)
+        order = series_order(tolerance)
+        series = self._field.series(self.points[k].doubles, differences, order)
         return scaled(series, self.points[k + 1].step)
 
     def size(self, differences: Any) -> Any:
@@ -215,7 +203,8 @@ class ReferenceOrbit:
         begin = self.points[first]
         for time, state in self.advanced(begin.state, rung(self.bits_at(first))):
             last, here = self.points[-1].exact_time, begin.exact_time + time
-            self.points.append(Point(here, state, float(here), float(here - last)))
+            doubles = np.array(state, dtype=float)
+            self.points.append(Point(here, state, float(here), float(here - last), doubles))
         for k in range(first, len(self.points) - 1):
             self._carry_tangent(k)
 
@@ -230,10 +219,9 @@ class ReferenceOrbit:
 
     def _carry_tangent(self, k: int) -> None:
         """Carry the tangent over step k, and note what the orbit crosses there."""
-        tiny, order = TINY * self.tangents[k], series_order(self.tangent_bits, self.tolerance)
-        series = self.series(k, tiny[:, None], self.tangent_bits, order)
-        depth = touch(self.tangent_bits) * float(np.linalg.norm(series[0, :3, 0].astype(float)))
-        found = list(crossings_of_series(series[:, :3, 0].T.astype(float), depth))
+        series = self.series(k, TINY * self.tangents[k][:, None], self.tolerance)
+        depth = TOUCH * float(np.linalg.norm(series[0, :3, 0]))
+        found = list(crossings_of_series(series[:, :3, 0].T, depth))
         if any(separatrix == UNDECIDED for _, separatrix in found):
             found = self._finely(k)
         began, step = self.points[k].exact_time, self.points[k + 1].step
@@ -268,33 +256,25 @@ def _units(state: Sequence[Fraction]) -> Any:
     return np.repeat((1 / M, 1 / gamma), 3)
 
 
-def array(values: Any, bits: int) -> Any:
-    """An array in so many bits from a nested list of Fractions or floats."""
-    if bits == 53:
-        return np.array(values, dtype=float)
-    exact = np.vectorize(Fraction, otypes=[object])(values)
-    return in_parts(exact, 106).astype(KINDS[bits]).sum(axis=0)
-
-
 class DifferenceField:
-    """The field of a reference orbit and of differences from it, in one precision of `KINDS`."""
+    """The field of a reference orbit and of differences from it, in doubles."""
 
-    def __init__(self, coefficients: AlignedCoefficients, bits: int) -> None:
+    def __init__(self, coefficients: AlignedCoefficients) -> None:
         linear, products = polarised(coefficients)
-        self.kind, self.linear = KINDS[bits], array(linear, bits)
+        self.linear = linear.astype(float)
         # B(d, s) holds d_i s_j and d_j s_i alike.
         pairs = [(i, j, products[i, j]) for i, j in products]
         pairs += [(j, i, products[i, j]) for i, j in products if i != j]
         self.left, self.right = (np.array([pair[k] for pair in pairs]) for k in (0, 1))
         halves = [[x / (2 if i != j else 1) for x in weight] for i, j, weight in pairs]
-        self.weights = array(halves, bits).T
+        self.weights = np.array(halves, dtype=float).T
 
-    def series(self, reference: Numbers, differences: Numbers, order: int) -> Any:
+    def series(self, reference: Array, differences: Array, order: int) -> Array:
         """Series (order + 1, 6, 1 + n), in powers of t', of a state (6,) and differences (6, n)."""
         n = 1 + differences.shape[1]
-        terms = np.empty((order + 1, SIZE, n), dtype=self.kind)
+        terms = np.empty((order + 1, SIZE, n))
         terms[0, :, 0], terms[0, :, 1:] = reference, differences
-        left, right = np.empty((2, order, len(self.left), n), dtype=self.kind)
+        left, right = np.empty((2, order, len(self.left), n))
         for k in range(order):
             now = terms[k]
             total = now + 2 * now[:, :1]
@@ -311,21 +291,21 @@ _field = functools.lru_cache(maxsize=16)(DifferenceField)
 """Fields are kept: orbits of a call share theirs."""
 
 
-def series_order(bits: int, tolerance: float) -> int:
+def series_order(tolerance: float) -> int:
     """The order of a difference's Taylor series on the steps of a reference orbit.
 
     These are the radius of convergence over e^2, in any precision, so that each order gains two
     nats.
     """
-    return math.ceil(((bits - 53) * math.log(2) - math.log(tolerance)) / 2) + MORE_TERMS
+    return math.ceil(-math.log(tolerance) / 2) + MORE_TERMS
 
 
-def scaled(series: Numbers, step: float) -> Any:
+def scaled(series: Array, step: float) -> Array:
     """Series (order + 1, 6, n) with the step as the unit of time."""
-    return series * (series.dtype.type(step) ** np.arange(len(series)))[:, None, None]
+    return series * (step ** np.arange(len(series)))[:, None, None]
 
 
-def summed(series: Numbers) -> Any:
+def summed(series: Array) -> Any:
     """The values (6, n) of scaled series at the end of the step, small terms first."""
     return series[::-1].sum(axis=0)
 

@@ -105,7 +105,6 @@ def test_an_orbit_is_complete_with_its_last_crossing_and_not_with_a_touch() -> N
         np.zeros(3),
         n_crossings=2,
         passage_limit=10.0,
-        bits=53,
         tolerance=1e-15,
     )
     walk.note(Passed(1.0, 2))
@@ -126,7 +125,7 @@ def test_the_depth_of_a_touch_is_relative_to_the_momentum_alone(
     series[:, 2, 0] = 0.25 + gap, -1.0, 1.0
     series[0, :2, 0] = 0.6, 0.8
     series[0, 2:, 0] = 0.25 + gap, 1e4, 1e4, 1e4
-    found = [separatrix for _, _, separatrix in neighbours.crossed(series, 53)]
+    found = [separatrix for _, _, separatrix in neighbours.crossed(series)]
     assert found == expected
 
 
