@@ -23,12 +23,7 @@ from rigidpend.numbers.exact import GUARD_BITS, PI, Exact, fraction, rational
 from rigidpend.orbits.integrate import Crossings, Orbits, crossings, joined
 from rigidpend.orbits.integrate.arithmetic import Arithmetic
 from rigidpend.orbits.integrate.neighbours import Walk
-from rigidpend.orbits.integrate.reference_orbit import (
-    ReferenceOrbit,
-    followed,
-    reference_bits,
-    rung,
-)
+from rigidpend.orbits.integrate.reference_orbit import ReferenceOrbit, reference_bits, rung
 from rigidpend.routes import certainty
 from rigidpend.routes.choice import Mapped
 from rigidpend.routes.codes import RouteCodes, routes_of
@@ -118,7 +113,7 @@ class Neighbourhood:
         """An orbit by itself, where the kernel takes long in a precision that falls."""
         n_crossings = self.problem.n_symbols + 1
         if bits > FIXED:
-            return followed([self._orbit(phase, bits, scales)], n_crossings)
+            return self._orbit(phase, bits, scales).followed(n_crossings)
         begin = start(self.problem, bits, scales)
         states = np.array(states_exact(begin, [phase], bits)).T
         limit = passage_limit(self.problem, bits) / scales.time_unit

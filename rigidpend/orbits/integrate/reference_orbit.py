@@ -34,6 +34,7 @@ from rigidpend.orbits.integrate import (
     Orbits,
     Outcome,
     in_turn,
+    joined,
     no_crossings,
     silent_outcome,
 )
@@ -86,8 +87,9 @@ def crossings(orbits: Orbits, bits: int, engine: str, tolerance: float) -> Cross
     whatever grows; roundings stay below by `GUARD_BITS`. `bits` are relative to the smallest
     initial component.
     """
-    alone = [
-        ReferenceOrbit(
+    found = []
+    for state in orbits.states.T:
+        orbit = ReferenceOrbit(
             orbits.coefficients,
             state,
             [Fraction(1 / x) for x in _units(state)],
@@ -96,22 +98,8 @@ def crossings(orbits: Orbits, bits: int, engine: str, tolerance: float) -> Cross
             bits=bits + GUARD_BITS,
             tolerance=tolerance,
         )
-        for state in orbits.states.T
-    ]
-    return followed(alone, orbits.n_crossings)
-
-
-def followed(orbits: Sequence[ReferenceOrbit], n_crossings: int) -> Crossings:
-    """The first crossings of orbits, each for itself in a precision that falls.
-
-    FAILED where they do not rise and sink in turn.
-    """
-    found = no_crossings(n_crossings, len(orbits))
-    for column, orbit in enumerate(orbits):
-        path, found.outcome[column] = orbit.path(n_crossings)
-        for k, passed in enumerate(path):
-            found.time[k, column], found.separatrix[k, column] = passed
-    return in_turn(found)
+        found.append(orbit.followed(orbits.n_crossings))
+    return joined(found)
 
 
 class ReferenceOrbit:
@@ -176,6 +164,14 @@ class ReferenceOrbit:
         while self.reaches(k + 1) and self.growth[k + 1] < size:
             k += 1
         return k
+
+    def followed(self, n_crossings: int) -> Crossings:
+        """The first crossings; FAILED where they do not rise and sink in turn."""
+        found = no_crossings(n_crossings, 1)
+        path, found.outcome[0] = self.path(n_crossings)
+        for k, passed in enumerate(path):
+            found.time[k, 0], found.separatrix[k, 0] = passed
+        return in_turn(found)
 
     def path(self, n_crossings: int) -> tuple[list[Passed], Outcome]:
         """The first crossings, and how the orbit ended."""

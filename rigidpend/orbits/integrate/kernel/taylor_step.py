@@ -28,7 +28,7 @@ from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from fractions import Fraction
 
-from rigidpend.orbits.integrate.kernel.lane_numbers import KINDS, Doubles, Value
+from rigidpend.orbits.integrate.kernel.lane_numbers import KINDS, Value
 from rigidpend.orbits.integrate.kernel.machine_code import LANES, Writer
 from rigidpend.orbits.integrate.kernel.tape import FUNCTIONS, Operation, TracedField
 
@@ -120,14 +120,6 @@ class Kernel:
         """The place of a group of lanes in a row of an array."""
         begin = self.code(f"mul i64 %stride, {row}")
         return self.code.at(base, self.code(f"add i64 {begin}, {first}"), "double")
-
-    def integrated(self, rates: Sequence[Value], k: str, numbers: Doubles) -> None:
-        """Store the coefficients of order k + 1 of components from those of order k of rates."""
-        following = self.code(f"add i64 {k}, 1")
-        share = self.scalar(self.shares, following, self.order + 1)
-        whole = self.code.everywhere(self.code(f"sitofp i64 {following} to double"))
-        for series, rate in zip(self.component, rates, strict=True):
-            numbers.store(numbers.divided(rate, share, whole), series, following)
 
     def go_on(self, h: str, ends: list[Value]) -> None:
         """Step to the ends of the series."""
@@ -241,9 +233,8 @@ class Kernel:
         high, low = (code.load(x) for x in self.time)
         total = code.binary("fadd", high, h)
         part = self._minus(total, high)
-        lost = code.binary(
-            "fadd", self._minus(high, self._minus(total, part)), self._minus(h, part)
-        )
+        first, second = self._minus(high, self._minus(total, part)), self._minus(h, part)
+        lost = code.binary("fadd", first, second)
         code.store(total, self.time[0])
         code.store(code.binary("fadd", low, lost), self.time[1])
 
@@ -328,8 +319,11 @@ class Recurrences:
 
     def _integrate(self, found: dict[int, Value], k: str) -> None:
         """Coefficients of order k + 1 of the components, those of a fixed rate zero from k = 1."""
-        rates = [found.get(i, self.zero) for i in self.field.rates]
-        self.kernel.integrated(rates, k, self.numbers)
+        n, kernel, following = self.numbers, self.kernel, self.code(f"add i64 {k}, 1")
+        share = kernel.scalar(kernel.shares, following, kernel.order + 1)
+        whole = self.code.everywhere(self.code(f"sitofp i64 {following} to double"))
+        for series, i in zip(kernel.component, self.field.rates, strict=True):
+            n.store(n.divided(found.get(i, self.zero), share, whole), series, following)
 
     def _value(self, i: int, values: dict[int, Value]) -> Value:
         """A line's result at the beginning of the step."""
@@ -337,7 +331,7 @@ class Recurrences:
         if operation == "parameter":
             return self.parameter[operands[0]]
         if operation == "component":
-            return self._component(operands[0], "0")
+            return self.numbers.load(self.kernel.component[operands[0]], "0")
         if operation in FUNCTIONS:
             v = self.code.vector
             name = f"@llvm.{operation}.{self.code.suffix}"
@@ -348,7 +342,7 @@ class Recurrences:
         """A line's coefficient from those of the same order of its operands."""
         operation, operands = self.field.lines[i]
         if operation == "component":
-            return self._component(operands[0], k)
+            return self.numbers.load(self.kernel.component[operands[0]], k)
         if operation in ("times", "divided"):
             # The factor that is no series is a number; a sum has none of it from k = 1 on.
             return self._combined(operation, *({**values, **found}[j] for j in operands))
@@ -418,9 +412,6 @@ class Recurrences:
         operation, operands = self.field.lines[i]
         partner = {"sin": "cos", "cos": "sin", "exp": "exp"}[operation]
         return self.field.lines.index(Operation(partner, operands))
-
-    def _component(self, number: int, k: str) -> Value:
-        return self.numbers.load(self.kernel.component[number], k)
 
     def _combined(self, operation: str, a: Value, b: Value) -> Value:
         n = self.numbers
