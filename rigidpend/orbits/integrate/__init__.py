@@ -169,3 +169,12 @@ def crossings(orbits: Orbits, *, engine: str, bits: int, tolerance: float, jobs:
         work, further, count = reference_orbit.crossings, (bits, engine, tolerance), n
     parts = [orbits._replace(states=states) for states in spread(orbits.states, count, axis=1)]
     return joined(side_by_side(work, further, not compiled, parts, jobs))
+
+
+def on_one_thread(engine: str, bits: int, n: int) -> bool:
+    """True if so many orbits are computed in machine code by one thread, however many there are."""
+    if not in_kernel(engine, bits):
+        return False
+    from rigidpend.orbits.integrate import batch
+
+    return n <= batch.WORTH[kernel_bits(bits)]
