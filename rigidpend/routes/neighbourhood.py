@@ -178,11 +178,11 @@ def narrowed(
     again (`Neighbourhood.routes`). NoChange says that the symbol is the same on both sides, or an
     earlier one differs. Now and then `report` is told the distance.
     """
-    path, doubles = [bracket], arithmetic._replace(precisions=(53,))
+    path = [bracket]
     while True:
         wide = path[-1]
         finest = max(wide.width / 2**GAIN, width)
-        around = Neighbourhood(problem, wide.between(1, 2), finest, doubles)
+        around = Neighbourhood(problem, wide.between(1, 2), finest, arithmetic)
         path += bisect(around.prefixes, wide, finest)[1:]
         report(path[-1].width)
         if path[-1].width <= width:
