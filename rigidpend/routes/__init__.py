@@ -4,6 +4,6 @@
 hold what is asked, `start` where the orbits begin, `certainty` what makes a symbol certain, `cycle`
 the graph of Fig. 2 and its symbols. `run` integrates the orbits of a call, `mapped` follows them by
 return maps, and `choice` has the one or the other decide, by the `costs` of both. `neighbourhood`
-finds routes of phases close together beside one reference orbit, `change` the phase at which a
-symbol changes, and `herpolhode` samples one orbit.
+finds routes of phases close together beside one reference orbit, and the phase at which a
+symbol changes; `herpolhode` samples one orbit.
 """

@@ -45,18 +45,10 @@ class Cells(NamedTuple):
 
 
 def cell_problem(problem: RouteProblem, values: Mapping[str, Scalar]) -> RouteProblem:
-    """The problem with other values of some parameters, taken as exact.
+    """The problem with other values of some parameters, taken as exact, by names of `AXES`.
 
-    Parameters
-    ----------
-    problem : RouteProblem
-    values : mapping of number
-        By names of `AXES`; beta0 and alpha0 in radians, the rest dimensionless.
-
-    Raises
-    ------
-    ParameterError
-        A value that the problem or the body excludes.
+    beta0 and alpha0 are in radians, the rest dimensionless. A value that the problem or the body
+    excludes is a ParameterError.
     """
     h0, J1_0 = problem.h0, problem.J1_0
     if "log10_J1_0" in values:
@@ -100,26 +92,9 @@ def cells_of_starts(
 ) -> Cells:
     """Route codes of orbits of one body and h0, by maps or by integration.
 
-    Parameters
-    ----------
-    problem : RouteProblem
-        What is common to all.
-    theta2_0, J1_0 : (n,) arrays
-        Radians, and dimensionless; the doubles are taken as exact.
-    arithmetic : Arithmetic
-    jobs : int, optional
-        Threads. No result depends on it.
-    ends : 2 floats, optional
-        The least and the largest J1_0 of all orbits, if these are a part: so all share one map.
-    orbits : int, optional
-        How many there are in all, if these are a part.
-
-    Raises
-    ------
-    ParameterError
-        A value that the problem excludes.
-    Contradiction
-        Maps and integration call different symbols of an orbit certain.
+    The problem is what is common to all; theta2_0 and J1_0, (n,), are taken as exact. If these are
+    a part, `ends` are the least and the largest J1_0 of all orbits, so that all share one map, and
+    `orbits` is how many there are. No result depends on `jobs`, threads.
     """
     least, largest = ends or (float(J1_0.min()), float(J1_0.max()))
     lowest, common = (replace(problem, J1_0=exact(x)) for x in (least, largest))
@@ -136,24 +111,10 @@ def cells_of_each(
 ) -> Cells:
     """Route codes of orbits of several bodies, all of them integrated.
 
-    Orbits of one body go side by side, whatever their energies and actions.
-
-    Parameters
-    ----------
-    problem : RouteProblem
-        What is common to all.
-    values : mapping of (n,) arrays
-        What is not, as for :func:`cell_problem`.
-    theta2_0 : (n,) array
-        Radians; the doubles are taken as exact.
-    arithmetic : Arithmetic
-    jobs : int, optional
-        Processes, for most of the work is to begin the orbits. No result depends on it.
-
-    Raises
-    ------
-    ParameterError
-        A value that the problem or the body excludes.
+    The problem is what is common to all; what is not are `values`, (n,) each, as for
+    :func:`cell_problem`, and theta2_0, (n,), taken as exact. Orbits of one body go side by side,
+    whatever their energies and actions. No result depends on `jobs`: processes, for most of the
+    work is to begin the orbits.
     """
     groups = _bodies(values, theta2_0.size)
     shares = spread(np.arange(len(groups)), jobs * SHARES, 0)
@@ -179,17 +140,14 @@ def _bodies(values: Mapping[str, Values], n: int) -> list[NDArray[np.intp]]:
 def _of_bodies(
     groups: Sequence[Group], problem: RouteProblem, arithmetic: Arithmetic
 ) -> list[Cells]:
-    return [_of_one_body(*group, problem, arithmetic) for group in groups]
-
-
-def _of_one_body(
-    values: Mapping[str, Values], theta2_0: Values, problem: RouteProblem, arithmetic: Arithmetic
-) -> Cells:
-    each: Any = zip(*(x.tolist() for x in values.values()), strict=True)
-    problems = [cell_problem(problem, dict(zip(values, cell, strict=True))) for cell in each]
-    patient = max(problems, key=lambda one: longest_wait(one, arithmetic.precisions[0]))
-    run = Run(patient, Phases(theta2_0), arithmetic, each=problems)
-    return _cells(choice.decided(run, "integration"))
+    found = []
+    for values, theta2_0 in groups:
+        each: Any = zip(*(x.tolist() for x in values.values()), strict=True)
+        problems = [cell_problem(problem, dict(zip(values, cell, strict=True))) for cell in each]
+        patient = max(problems, key=lambda one: longest_wait(one, arithmetic.precisions[0]))
+        run = Run(patient, Phases(theta2_0), arithmetic, each=problems)
+        found.append(_cells(choice.decided(run, "integration")))
+    return found
 
 
 def _cells(found: Mapped) -> Cells:

@@ -74,24 +74,12 @@ Share: TypeAlias = Callable[[Work, Columns, int], list[tuple[Columns, Decided]]]
 
 
 def agreement(a: Crossings, b: Crossings, rate: float, limit: float) -> NDArray[np.bool_]:
-    """Mask of the symbols that two computations establish.
+    """Mask (n_crossings - 1, n) of the symbols that two computations establish.
 
     Symbol i is certain where at every crossing up to i + 1, the one behind it, both find the
-    same separatrix and times that differ by less than ``limit / rate``. An orbit that both
-    find on an invariant plane is certain to have no further symbol.
-
-    Parameters
-    ----------
-    a, b : Crossings
-        In t'.
-    rate : float
-        Radians per unit of t'.
-    limit : float
-        Largest phase difference, radians.
-
-    Returns
-    -------
-    (n_crossings - 1, n) array of bool
+    same separatrix and times, t', that differ by less than ``limit / rate``, radians over radians
+    per unit of t'. An orbit that both find on an invariant plane is certain to have no further
+    symbol.
     """
     with np.errstate(invalid="ignore"):
         close = rate * np.abs(a.time - b.time) <= limit
@@ -167,9 +155,25 @@ def decide(
 def _further(
     compute: Compute, found: Decided, rate: float, bits: int, once: bool, columns: Columns
 ) -> Decided:
-    """Decide some columns in a precision, from what is found of them on."""
-    steps = [(bits, scales) for scales in (FIRST, SECOND)[: 1 if once else 2]]
-    return _climb(compute, part(found, columns), columns, rate, steps)
+    """Decide some columns in a precision, from what is found of them on.
+
+    One computation is held against the last one of a lower precision; where these differ a second
+    one is held against the first, unless `once` says that one is all.
+    """
+    known = part(found, columns)
+    for scales in (FIRST, SECOND)[: 1 if once else 2]:
+        open_ = np.flatnonzero(~known.certain.all(axis=0))
+        if not open_.size:
+            break
+        before, sharper = columns_of(known.crossings, open_), compute(bits, scales, columns[open_])
+        if scales == FIRST:
+            certain = agreement(before, sharper, rate, LINEAR)
+        else:
+            third = functools.partial(compute, bits, THIRD)
+            certain = _established(before, sharper, rate, third, columns[open_])
+        decided = np.full(open_.size, bits, dtype=np.uint16)
+        replace(known, open_, Decided(sharper, certain, decided))
+    return known
 
 
 def climb(
@@ -182,18 +186,8 @@ def climb(
 ) -> None:
     """Decide some columns further, from what is found of them on, in higher precisions.
 
-    Parameters
-    ----------
-    compute : callable
-        As for :func:`decide`.
-    found : Decided
-        Of all columns; what is decided replaces what is there.
-    columns : array of int
-    rate : float
-    precisions : tuple of int
-        Bits, ascending, more than those of what is found.
-    single : collection of int, optional
-        As for :func:`decide`.
+    `found` is of all columns; what is decided replaces what is there. In the precisions that are
+    `single` one computation is all.
     """
     for bits in precisions:
         sharper = _further(compute, found, rate, bits, bits in single, columns)
@@ -203,35 +197,6 @@ def climb(
 def undivided(work: Work, columns: Columns, _: int) -> list[tuple[Columns, Decided]]:
     """All columns decided at once: what `share` is where nothing is shared."""
     return [(columns, work(columns))]
-
-
-def _climb(
-    compute: Compute,
-    found: Decided,
-    columns: Columns,
-    rate: float,
-    steps: Sequence[tuple[int, Scales]],
-) -> Decided:
-    """Decide columns by further computations, each compared with the last one before."""
-    for precision, scales in steps:
-        open_ = np.flatnonzero(~found.certain.all(axis=0))
-        if not open_.size:
-            break
-        whole = open_.size == found.bits.size
-        before = found.crossings if whole else columns_of(found.crossings, open_)
-        sharper = compute(precision, scales, columns[open_])
-        # The first in a precision is held against one of a lower, the second against its equal.
-        if scales == FIRST:
-            certain = agreement(before, sharper, rate, LINEAR)
-        else:
-            third = functools.partial(compute, precision, THIRD)
-            certain = _established(before, sharper, rate, third, columns[open_])
-        decided = Decided(sharper, certain, np.full(open_.size, precision, dtype=np.uint16))
-        if whole:
-            found = decided
-        else:
-            replace(found, open_, decided)
-    return found
 
 
 def _established(

@@ -46,28 +46,14 @@ def follow(
 ) -> RouteOrbit:
     """Integrate the orbit of a route, sampled evenly to half a passage behind its last crossing.
 
-    Parameters
-    ----------
-    problem : RouteProblem
-    theta2_0 : float
-        Initial phase in radians.
-    crossing_time : (k,) array
-        t' of the crossings of the route, k >= 2.
-    step : float
-        t' between samples.
-    engine, tolerance : as in `states.states_at`
+    `crossing_time` are the route's, (k,), k >= 2, and `step` lies between samples, both in t'.
     """
     end = crossing_time[-1] + (crossing_time[-1] - crossing_time[-2]) / 2
     t = np.arange(0.0, end, step)
     # One integration for both: the samples to be drawn, and the crossings by which they are judged.
     times = np.union1d(t, crossing_time)
-    states = states_at(
-        in_space.field_without_alpha(problem.body),
-        initial_state(problem, theta2_0),
-        times,
-        engine=engine,
-        tolerance=tolerance,
-    )
+    field, begin = in_space.field_without_alpha(problem.body), initial_state(problem, theta2_0)
+    states = states_at(field, begin, times, engine=engine, tolerance=tolerance)
     at = np.searchsorted(times, crossing_time)
     rates = aligned(states[:6, at], aligned_coefficients(problem.body.angles(), math))
     # One Newton step: M3 at the route's crossing over its rate is the delay.
@@ -96,14 +82,7 @@ def alpha_at(
 ) -> Array:
     """Angle alpha (n,) in radians of orbits, each at a time t' of its own.
 
-    Parameters
-    ----------
-    body : Body
-    states : (7, n) array
-        Aligned components and theta3 at t' = 0.
-    ends : (n,) array
-        t'.
-    tolerance, engine : as in `states.states_at`
+    `states` are aligned components and theta3 at t' = 0, (7, n).
     """
     field = in_space.field_without_alpha(body)
     times = np.asarray(ends)[None]

@@ -2,47 +2,53 @@
 
 A phase beyond doubles costs an integration beyond doubles, but only one: the reference in high
 precision, once in each of the scales of `certainty`. All others are differences from it, in
-doubles or 64 bits, whatever their distance (`integrate.neighbours`), and their symbols become
-certain by the same rule as elsewhere. What two references in 64 bits leave open is integrated by
-itself, in as many bits as the distance asks for.
+doubles, whatever their distance (`integrate.neighbours`), and their symbols become certain by the
+same rule as elsewhere. What these leave open is integrated by itself, in as many bits more as the
+distance asks for.
+
+So the phase at which a symbol changes, that of a doubly asymptotic orbit, is narrowed by
+bisection: cheap down to a small part of the distance, what doubles resolve. Then the next
+reference begins there.
 """
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from typing import Any
+import math
+from collections.abc import Callable, Sequence
+from typing import Any, NamedTuple
 
 import numpy as np
 
-from rigidpend.numbers.exact import PI, Exact, exact
-from rigidpend.orbits.integrate import Crossings, neighbours
+from rigidpend.numbers.exact import GUARD_BITS, PI, Exact, fraction, rational
+from rigidpend.orbits.integrate import Crossings, Orbits, crossings, joined
 from rigidpend.orbits.integrate.arithmetic import Arithmetic
-from rigidpend.orbits.integrate.differences import KINDS, array
-from rigidpend.orbits.integrate.neighbours import Neighbours
-from rigidpend.orbits.integrate.reference_orbit import ReferenceOrbit, followed, reference_bits
+from rigidpend.orbits.integrate.neighbours import Walk
+from rigidpend.orbits.integrate.reference_orbit import ReferenceOrbit, reference_bits, rung
 from rigidpend.routes import certainty
 from rigidpend.routes.choice import Mapped
 from rigidpend.routes.codes import RouteCodes, routes_of
+from rigidpend.routes.cycle import symbols
 from rigidpend.routes.phases import Phases
 from rigidpend.routes.problem import RouteProblem, passage_limit, phase_rate
 from rigidpend.routes.run import tolerance_of
 from rigidpend.routes.start import Scales, start, states_exact
 
+SPARE = 64
+"""Bits of the reference orbit beyond a distance: more than doubles, in which it is told, have."""
+FIXED = 212
+"""Bits up to which the kernel carries an orbit to its end sooner than a tangent beside it."""
+GAIN = 38
+"""Bits that are gained beside one reference orbit: doubles then still have some ten to spare."""
+AT_ONCE = 6
+"""Bits that are gained at a time, by as many phases as they tell apart."""
+
 
 class Neighbourhood:
     """Routes in the neighbourhood of one phase.
 
-    Parameters
-    ----------
-    problem : RouteProblem
-    centre : Exact
-        Phase of the reference orbit, theta2_0, radians.
-    finest : float
-        Least distance of phases that is to be resolved, radians.
-    arithmetic : Arithmetic
-        Its precisions are relative to the distances: 53 and 64 bits by differences, higher ones
-        by integration, first in so many bits more as the least distance takes.
-    jobs : int
+    The `centre` is the phase of the reference orbit, and `finest` the least distance of phases that
+    is to be resolved, both theta2_0 in radians. Precisions are relative to the distances: 53 bits
+    by differences, higher ones by integration, first in so many bits more as the distance takes.
     """
 
     def __init__(
@@ -55,9 +61,7 @@ class Neighbourhood:
     ) -> None:
         self.problem, self.centre, self.finest = problem, centre, finest
         self.arithmetic, self.jobs = arithmetic, jobs
-        # One reference serves 53 and 64 bits: it is made for the higher of those asked for.
-        self.finest_bits = max((b for b in arithmetic.precisions if b in KINDS), default=53)
-        self.bits = reference_bits(finest, self.finest_bits)
+        self.bits = reference_bits(finest, SPARE)
         """Bits of the reference orbit."""
         self._references: dict[Scales, ReferenceOrbit] = {}
 
@@ -72,34 +76,54 @@ class Neighbourhood:
         known = certainty.decide(compute, n, rate, self.arithmetic.precisions)
         return routes_of(taken, Mapped(known, np.zeros(n, dtype=bool)))
 
+    def prefixes(self, phases: Sequence[Exact]) -> list[list[int]]:
+        """The symbols of each of some phases, as one computation in doubles finds them."""
+        found = self.crossings(53, certainty.FIRST, phases)
+        return [list(map(int, column)) for column in symbols(found.separatrix).T]
+
     def crossings(self, bits: int, scales: Scales, phases: Sequence[Exact]) -> Crossings:
         """The crossings of some phases in `bits` bits, relative to their distances, in t'."""
-        if bits not in KINDS:
-            return self._alone(bits, scales, phases)
-        reference = self._reference(scales)
+        if bits == 53:
+            found = self._beside(scales, phases)
+        else:
+            # What is closer than is to be resolved gets no further bits.
+            apart = [max(self.finest, abs(float(phase - self.centre))) for phase in phases]
+            each = [rung(reference_bits(distance, bits)) for distance in apart]
+            found = joined([self._alone(*x, scales) for x in zip(phases, each, strict=True)])
+        return found._replace(time=found.time * scales.time_unit)
+
+    def _beside(self, scales: Scales, phases: Sequence[Exact]) -> Crossings:
+        if scales not in self._references:
+            self._references[scales] = self._orbit(self.centre, self.bits, scales)
         begin = start(self.problem, self.bits, scales)
         states = states_exact(begin, [self.centre, *phases], self.bits)
         # Differences of fractions are exact; `self.bits` leave the closest enough of their own.
         apart = [[x - y for x, y in zip(other, states[0], strict=True)] for other in states[1:]]
-        unit = float(begin.time_unit)
-        found = neighbours.crossings(
-            reference,
-            Neighbours(
-                array(apart, bits).T,
-                np.array([float(phase - self.centre) for phase in phases]),
-                self.problem.n_symbols + 1,
-                passage_limit(self.problem, bits) / unit,
-            ),
+        walk = Walk(
+            self._references[scales],
+            np.array(apart, dtype=float).T,
+            np.array([float(phase - self.centre) for phase in phases]),
+            n_crossings=self.problem.n_symbols + 1,
+            passage_limit=passage_limit(self.problem, 53) / scales.time_unit,
+            tolerance=tolerance_of(self.arithmetic, 53, scales),
+        )
+        return walk.crossings(self.jobs)
+
+    def _alone(self, phase: Exact, bits: int, scales: Scales) -> Crossings:
+        """An orbit by itself, where the kernel takes long in a precision that falls."""
+        n_crossings = self.problem.n_symbols + 1
+        if bits > FIXED:
+            return self._orbit(phase, bits, scales).followed(n_crossings)
+        begin = start(self.problem, bits, scales)
+        states = np.array(states_exact(begin, [phase], bits)).T
+        limit = passage_limit(self.problem, bits) / scales.time_unit
+        return crossings(
+            Orbits(begin.coefficients, states, n_crossings, limit),
+            engine=self.arithmetic.engine,
             bits=bits,
             tolerance=tolerance_of(self.arithmetic, bits, scales),
-            jobs=self.jobs,
+            jobs=1,
         )
-        return found._replace(time=found.time * unit)
-
-    def _reference(self, scales: Scales) -> ReferenceOrbit:
-        if scales not in self._references:
-            self._references[scales] = self._orbit(self.centre, self.bits, scales)
-        return self._references[scales]
 
     def _orbit(self, phase: Exact, bits: int, scales: Scales) -> ReferenceOrbit:
         """The orbit of a phase, with its derivative in the phase."""
@@ -110,21 +134,88 @@ class Neighbourhood:
             begin.coefficients,
             state,
             [0 * further[0]] * 3 + further[3:],
-            tangent_bits=self.finest_bits,
-            longest=passage_limit(self.problem, bits) / float(begin.time_unit),
+            longest=passage_limit(self.problem, bits) / scales.time_unit,
             engine=self.arithmetic.engine,
             bits=bits,
             tolerance=tolerance_of(self.arithmetic, bits, scales),
         )
 
-    def _alone(self, bits: int, scales: Scales, phases: Sequence[Exact]) -> Crossings:
-        """Each orbit by itself, in `bits` bits relative to its distance."""
-        # Each in a precision of its own, by its distance: none share a step. What is closer than
-        # is to be resolved gets no further bits.
-        apart = [max(self.finest, abs(float(phase - self.centre))) for phase in phases]
-        orbits = [
-            self._orbit(phase, reference_bits(distance, bits), scales)
-            for phase, distance in zip(phases, apart, strict=True)
-        ]
-        found = followed(orbits, self.problem.n_symbols + 1)
-        return found._replace(time=found.time * float(exact(scales.momentum)))
+
+class NoChange(ValueError):
+    """Error: the symbol does not change between two phases, or one before it does."""
+
+
+class Bracket(NamedTuple):
+    """Two phases theta2_0, radians, between which a symbol changes."""
+
+    low: Exact
+    high: Exact
+
+    @property
+    def width(self) -> float:
+        """Their distance, radians."""
+        return float(self.high - self.low)
+
+    def between(self, k: int, n: int) -> Exact:
+        """The phase at k nths of the way; where it is not rational one close to it that is."""
+        x = self.low + (self.high - self.low) * k / n
+        # Enough to tell the n parts apart, and guard bits beyond.
+        bits = GUARD_BITS - min(0, math.floor(math.log2(self.width / n)))
+        return rational(fraction(x.at(bits), bits) if x.fraction is None else x.fraction, None)
+
+
+def narrowed(
+    problem: RouteProblem,
+    bracket: Bracket,
+    width: float,
+    arithmetic: Arithmetic,
+    report: Callable[[float], None] = lambda width: None,
+) -> list[Bracket]:
+    """Narrow two phases between which the last symbol of a problem changes, to `width` radians.
+
+    The result begins with the given bracket; each further one is a half of the one before. The
+    symbols on the way are those of one computation; whoever needs them certain computes the ends
+    again (`Neighbourhood.routes`). NoChange says that the symbol is the same on both sides, or an
+    earlier one differs. Now and then `report` is told the distance.
+    """
+    path = [bracket]
+    while True:
+        wide = path[-1]
+        finest = max(wide.width / 2**GAIN, width)
+        around = Neighbourhood(problem, wide.between(1, 2), finest, arithmetic)
+        path += bisect(around.prefixes, wide, finest)[1:]
+        report(path[-1].width)
+        if path[-1].width <= width:
+            return path
+
+
+def bisect(
+    prefixes: Callable[[Sequence[Exact]], list[list[int]]], bracket: Bracket, width: float
+) -> list[Bracket]:
+    """Halve the distance of two phases as :func:`narrowed` does, down to `width` or less.
+
+    `prefixes` tells the symbols of each of some phases, up to the one that changes.
+    """
+    path = [bracket]
+    left, right = prefixes(bracket)
+    check_change(left, right, bracket)
+    while path[-1].width > width:
+        whole, n = path[-1], 2**AT_ONCE
+        points = [whole.low, *(whole.between(k, n) for k in range(1, n)), whole.high]
+        # Orbits side by side cost little more than one: six halvings at a time.
+        found = prefixes(points[1:-1])
+        a, b = 0, n
+        while b - a > 1 and path[-1].width > width:
+            middle = (a + b) // 2
+            # `found` begins with the second point.
+            a, b = (middle, b) if found[middle - 1] == left else (a, middle)
+            path.append(Bracket(points[a], points[b]))
+    return path
+
+
+def check_change(left: list[int], right: list[int], bracket: Bracket) -> None:
+    """Raise NoChange unless two lists of symbols differ in the last one alone."""
+    if left[:-1] != right[:-1] or left == right:
+        found = f"{left} at {bracket.low} and {right} at {bracket.high}"
+        message = f"symbol {len(left)} must change, and no other before it; it is {found}"
+        raise NoChange(message)

@@ -30,21 +30,11 @@ class Grid(Sequence[Exact]):
 
 
 class Phases:
-    """A sequence of phases in radians.
-
-    Attributes
-    ----------
-    high, rest : (n,) arrays
-        The doubles nearest to the phases, and what they leave.
-
-    Raises
-    ------
-    ExactError
-        A phase is not a finite number.
-    """
+    """A sequence of phases in radians; an ExactError where one is not a finite number."""
 
     high: NDArray[np.float64]
     rest: NDArray[np.float64]
+    """The doubles nearest to the phases, and what they leave, (n,) each."""
 
     def __init__(self, values: Any) -> None:
         self._given: Any

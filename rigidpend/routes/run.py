@@ -42,32 +42,21 @@ class Starts(NamedTuple):
 
 @dataclass(frozen=True, eq=False)
 class Run:
-    """One call's orbits and means; computes any columns in any precision.
-
-    Attributes
-    ----------
-    problem : RouteProblem
-        What is common to all; without `starts` it says how long to wait for a crossing.
-    phases : Phases
-        theta2_0 of the orbits.
-    arithmetic : Arithmetic
-    jobs : int
-        Threads, or processes where Python itself computes. No result depends on it.
-    starts : Starts, optional
-        J1_0 of each orbit.
-    each : sequence of RouteProblem, optional
-        The problem of each orbit: of one body, with energies and J1_0 of their own.
-    of : int, optional
-        Number of orbits in all, if these are a part: many take return maps.
-    """
+    """One call's orbits and means; computes any columns in any precision."""
 
     problem: RouteProblem
+    """What is common to all; without `starts` it says how long to wait for a crossing."""
     phases: Phases
+    """theta2_0 of the orbits."""
     arithmetic: Arithmetic
     jobs: int = 1
+    """Threads, or processes where Python itself computes. No result depends on it."""
     starts: Starts | None = None
+    """J1_0 of each orbit."""
     each: Sequence[RouteProblem] | None = None
+    """The problem of each orbit: of one body, with energies and J1_0 of their own."""
     of: int | None = None
+    """Number of orbits in all, if these are a part: many take return maps."""
 
     @property
     def orbits(self) -> int:
@@ -82,7 +71,7 @@ class Run:
     def crossings(self, bits: int, scales: Scales, columns: Any) -> Crossings:
         """The crossings of those columns in `bits` bits, in t'."""
         begin, states = self.begin(bits, scales, columns)
-        unit = float(begin.time_unit)
+        unit = scales.time_unit
         patient = self.starts.least if self.starts else self.problem
         limit = longest_wait(patient, bits) / unit
         found = integrate.crossings(
@@ -114,10 +103,7 @@ class Run:
             for key, here in zip(alike, groups, strict=True)
         ]
         back = np.argsort(np.concatenate(groups))
-        if bits == 53:
-            return begun[0][0], np.concatenate([x for _, x in begun], axis=1)[:, back]
-        states = [state for _, part in begun for state in part]
-        return begun[0][0], [states[k] for k in back]
+        return begun[0][0], np.concatenate([x for _, x in begun], axis=1)[:, back]
 
     def _begun(
         self, problem: RouteProblem, bits: int, scales: Scales, columns: Any
@@ -125,7 +111,8 @@ class Run:
         begin = start(problem, bits, scales)
         if bits == 53:
             return begin, states_double(begin, self.phases.high[columns], self.phases.rest[columns])
-        return begin, states_exact(begin, self.phases.exactly(columns), bits)
+        states = states_exact(begin, self.phases.exactly(columns), bits)
+        return begin, np.array(states, dtype=object).reshape(-1, 6).T
 
     def decided(self) -> Decided:
         """Decide all columns by integration.

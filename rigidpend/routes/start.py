@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from rigidpend.mechanics.coordinates import Canonical, aligned_from_canonical
 from rigidpend.mechanics.equations import AlignedCoefficients, aligned_coefficients
-from rigidpend.numbers.exact import GUARD_BITS, Exact, context, fraction
+from rigidpend.numbers.exact import GUARD_BITS, Exact, context, exact, fraction
 from rigidpend.routes.problem import RouteProblem
 
 
@@ -27,6 +27,11 @@ class Scales(NamedTuple):
     momentum: str = "1"
     vertical: str = "1"
 
+    @property
+    def time_unit(self) -> float:
+        """Unit of the computation's time, t'."""
+        return float(exact(self.momentum))
+
 
 class Start(NamedTuple):
     """Initial states as functions of theta2_0: gamma is linear in its cosine and sine."""
@@ -36,8 +41,6 @@ class Start(NamedTuple):
     gamma_cos: Sequence[Any]
     gamma_sin: Sequence[Any]
     coefficients: AlignedCoefficients
-    time_unit: Any
-    """Unit of the computation's time, t'."""
 
 
 @functools.lru_cache(maxsize=32)
@@ -71,7 +74,6 @@ def start(problem: RouteProblem, bits: int, scales: Scales) -> Start:
         tuple(rounded(tall * x) for x in at[0][3:]),
         tuple(rounded(tall * x) for x in at[1][3:]),
         AlignedCoefficients(*map(rounded, aligned_coefficients(scaled, m))),
-        rounded(unit),
     )
 
 

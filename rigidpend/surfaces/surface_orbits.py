@@ -20,7 +20,7 @@ from rigidpend.mechanics.free_body import SeparatrixMotion, theta1, u
 from rigidpend.numbers.exact import GUARD_BITS, Exact, context, fraction
 from rigidpend.numbers.generic import Numbers, Scalar
 from rigidpend.orbits.integrate.arithmetic import Arithmetic
-from rigidpend.orbits.integrate.sections import first_crossings
+from rigidpend.orbits.integrate.states import first_crossings
 from rigidpend.orbits.return_map.precision import MOST_IN_PAIRS, Precision, precision
 from rigidpend.surfaces.melnikov import delta
 

@@ -19,7 +19,7 @@ from rigidpend.machine import workers
 from rigidpend.machine.workers import WorkerError
 from rigidpend.orbits.integrate import arithmetic
 from rigidpend.results import store
-from rigidpend.routes.change import NoChange
+from rigidpend.routes.neighbourhood import NoChange
 from rigidpend.runs import runner
 from tests.cli.calls import ENVIRONMENT, REFERENCE, call
 from tests.config.samples import SMALL, written

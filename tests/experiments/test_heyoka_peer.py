@@ -35,7 +35,7 @@ def by_heyoka(kind: Any) -> Any:
     field = aligned(names, AlignedCoefficients(*(hy.par[i] for i in range(9))))
     integrator = hy.taylor_adaptive(
         list(zip(names, field, strict=True)),
-        [typed(x, kind) for x in ORBIT.states[0]],
+        [typed(x, kind) for x in ORBIT.states[:, 0]],
         pars=[typed(x, kind) for x in ORBIT.coefficients],
         time=kind(0),
         fp_type=kind,
@@ -51,7 +51,7 @@ def by_heyoka(kind: Any) -> Any:
 def test_fours_of_doubles_and_integers_agree_with_real128(bits: int) -> None:
     if not offers(113):
         pytest.skip("no real128 here")
-    found = states_at(ORBIT.coefficients, np.array(ORBIT.states).T, TIMES, bits)[..., 0].T
+    found = states_at(ORBIT.coefficients, ORBIT.states, TIMES, bits)[..., 0].T
     off = np.abs(found - by_heyoka(working_type(113)))
     # Some sixty steps each round to 2^-113; a passage lets errors grow some hundredfold.
     assert off.max() < Fraction(2) ** -100

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from typing import Any
 
-import numpy as np
 import pytest
 
 from rigidpend.orbits import integrate
@@ -17,9 +16,7 @@ def integrations(monkeypatch: pytest.MonkeyPatch) -> list[dict[str, Any]]:
     real = integrate.crossings
 
     def noting(orbits: Any, **numerics: Any) -> Any:
-        states = orbits.states
-        n = np.shape(states)[-1] if numerics["bits"] == 53 else len(states)
-        seen.append({"orbits": n, **numerics})
+        seen.append({"orbits": orbits.states.shape[1], **numerics})
         return real(orbits, **numerics)
 
     monkeypatch.setattr(integrate, "crossings", noting)

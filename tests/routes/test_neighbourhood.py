@@ -1,8 +1,10 @@
-"""Routes beside a reference orbit against integration in as many bits as the distance takes."""
+"""Routes beside a reference orbit against integration in as many bits; changes of a symbol."""
 
 from __future__ import annotations
 
 import functools
+from collections.abc import Sequence
+from itertools import pairwise
 from typing import Any
 
 import numpy as np
@@ -10,10 +12,10 @@ import pytest
 
 from rigidpend import Body, route_codes
 from rigidpend.numbers.exact import Exact, exact
-from rigidpend.orbits.integrate import differences
 from rigidpend.orbits.integrate.arithmetic import resolve
+from rigidpend.orbits.integrate.neighbours import Walk
 from rigidpend.routes import certainty, neighbourhood
-from rigidpend.routes.neighbourhood import Neighbourhood
+from rigidpend.routes.neighbourhood import Bracket, Neighbourhood, NoChange, bisect, narrowed
 from rigidpend.routes.problem import RouteProblem
 
 BODY = Body(A=(2, 1, 1.5), r=(1, 1, 0), mu="0.001")
@@ -30,14 +32,14 @@ def problem(n_symbols: int, body: Body = BODY, h0: str = "1.3342") -> RouteProbl
 
 
 @functools.cache
-def truth(asked: RouteProblem, phases: tuple[Exact, ...], bits: int) -> Any:
+def truth(asked: RouteProblem, phases: tuple[Exact, ...], *bits: int) -> Any:
     return route_codes(
         asked.body,
         phases,
         h0=asked.h0,
         J1_0=asked.J1_0,
         n_symbols=asked.n_symbols,
-        precisions=(bits,),
+        precisions=bits,
         method="integration",
     )
 
@@ -90,7 +92,7 @@ def test_higher_precisions_integrate_each_orbit() -> None:
     by_differences = Neighbourhood(asked, centre, FINEST, resolve()).routes(phases)
     assert by_integration.certain.all()
     assert set(by_integration.bits) == {113}
-    assert set(by_differences.bits) <= {53, 64}
+    assert set(by_differences.bits) == {53}
     assert np.array_equal(by_integration.codes, by_differences.codes)
     apart = np.abs(by_integration.crossing_time - by_differences.crossing_time)
     assert apart.max() < 1e-6
@@ -99,16 +101,16 @@ def test_higher_precisions_integrate_each_orbit() -> None:
 @pytest.mark.slow
 def test_spoilt_differences_make_no_wrong_symbol_certain(monkeypatch: pytest.MonkeyPatch) -> None:
     """A millionth of every difference is wrong, another one in each computation."""
-    random, array = np.random.default_rng(0), differences.array
+    random = np.random.default_rng(0)
 
-    def spoilt(values: Any, bits: int) -> Any:
-        made = array(values, bits)
-        return made * (1 + 1e-6 * random.standard_normal(made.shape).astype(made.dtype))
+    def spoilt(reference: Any, differences: Any, *more: Any, **given: Any) -> Walk:
+        made = differences * (1 + 1e-6 * random.standard_normal(differences.shape))
+        return Walk(reference, made, *more, **given)
 
     asked, centre = problem(12), exact(FIRST)
     phases = [centre + exact(f"{k}e-12") for k in range(-9, 10) if k]
     honest = Neighbourhood(asked, centre, 1e-14, resolve()).routes(phases)
-    monkeypatch.setattr(neighbourhood, "array", spoilt)
+    monkeypatch.setattr(neighbourhood, "Walk", spoilt)
     # No tangent is to be taken instead of them.
     monkeypatch.setattr("rigidpend.orbits.integrate.neighbours.MARGIN", 1000)
     found = Neighbourhood(asked, centre, 1e-14, resolve(precisions=(53,))).routes(phases)
@@ -126,3 +128,76 @@ def test_without_weight_no_orbit_leaves_and_none_is_certain() -> None:
     )
     true = route_codes(free.body, [1.001], h0="1.3342", J1_0="1e-8", n_symbols=2)
     assert np.array_equal(found.codes, true.codes)
+
+
+CHANGE = exact("0.7234567890123456789")
+
+
+def threshold(phases: Sequence[Exact]) -> list[list[int]]:
+    return [[1, int(float(x - CHANGE) > 0)] for x in phases]
+
+
+@pytest.mark.parametrize("width", [0.3, 1e-3, 1e-17])
+def test_every_half_holds_the_change_and_the_last_is_as_narrow_as_asked(width: float) -> None:
+    path = bisect(threshold, Bracket(exact("0"), exact("1")), width)
+    for whole, half in pairwise(path):
+        assert half.width == whole.width / 2
+        assert {half.low, half.high} & {whole.low, whole.high}
+        assert float(half.low - CHANGE) <= 0 < float(half.high - CHANGE)
+    assert path[-1].width <= width < path[-2].width
+
+
+def test_irrational_ends_are_halved_too() -> None:
+    path = bisect(threshold, Bracket(exact("pi/10"), exact("pi/3")), 1e-20)
+    assert path[-1].low.fraction is not None
+    assert 0 < path[-1].width <= 1e-20
+    assert float(path[-1].low - CHANGE) <= 0 < float(path[-1].high - CHANGE)
+
+
+@pytest.mark.parametrize("between", [("0", "0.5"), ("0.8", "1")])
+def test_no_change_is_told_with_the_symbols(between: tuple[str, str]) -> None:
+    with pytest.raises(NoChange, match=r"symbol 2 must change, and no other before it; it is \[1"):
+        bisect(threshold, Bracket(*map(exact, between)), 1e-3)
+
+
+def test_an_earlier_change_is_none() -> None:
+    def both(phases: Sequence[Exact]) -> list[list[int]]:
+        return [[side, side] for _, side in threshold(phases)]
+
+    with pytest.raises(NoChange):
+        bisect(both, Bracket(exact("0"), exact("1")), 1e-3)
+
+
+def test_narrowing_ends_at_a_width_that_is_met_to_the_last_bit(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    monkeypatch.setattr(Neighbourhood, "prefixes", lambda _, phases: threshold(phases))
+    told: list[float] = []
+
+    def counted(width: float) -> None:
+        told.append(width)
+        assert len(told) < 9, "it goes on for ever"
+
+    path = narrowed(problem(2), Bracket(exact("0"), exact("1")), 2.0**-60, resolve(), counted)
+    assert path[-1].width == 2.0**-60
+    assert len(path) == 61
+
+
+@pytest.mark.slow
+def test_narrowed_ends_lie_on_both_sides_of_the_change() -> None:
+    """Established by integration, at a distance of 1e-20."""
+    asked = problem(2)
+
+    def codes(phases: Sequence[Exact]) -> list[list[int]]:
+        found = truth(asked, tuple(phases), 53, 64, 113, 160)
+        assert found.certain.all()
+        return [list(map(int, column)) for column in found.codes.T]
+
+    grid = [exact(f"{k}/100") for k in range(440, 500)]
+    prefixes = codes(grid)
+    k = next(k for k, (a, b) in enumerate(pairwise(prefixes)) if a[:-1] == b[:-1] and a != b)
+    told: list[float] = []
+    path = narrowed(asked, Bracket(grid[k], grid[k + 1]), 1e-20, resolve(), told.append)
+    assert path[-1].width <= 1e-20
+    assert told == sorted(told, reverse=True)
+    assert codes(path[-1]) == [prefixes[k], prefixes[k + 1]]

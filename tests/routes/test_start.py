@@ -18,12 +18,11 @@ from rigidpend.mechanics.coordinates import (
 )
 from rigidpend.mechanics.equations import energy, hamiltonian_J3_0
 from rigidpend.numbers.exact import exact
-from rigidpend.orbits.integrate import Orbits, crossings
 from rigidpend.routes.certainty import FIRST, SECOND
 from rigidpend.routes.phases import Phases
 from rigidpend.routes.problem import RouteProblem
 from rigidpend.routes.start import Scales, start, states_double, states_exact
-from tests.orbits.integrate.problems import ENGINES, FIG4, GENERIC
+from tests.orbits.integrate.problems import FIG4, GENERIC
 from tests.strategies import apart, floats_of
 
 PHASES = Phases(["1/10", "31/10", "2*pi - 1/7", 5.5, "1e5"])
@@ -104,30 +103,6 @@ def test_rests_of_phases_reach_the_state() -> None:
     truth = np.array(fine, dtype=float).T
     assert np.abs(without - truth).max() > 1e-12
     np.testing.assert_allclose(whole, truth, rtol=0, atol=4e-16)
-
-
-def scaled_times(scales: Scales, engine: str, bits: int) -> Any:
-    begin = start(problem(), bits, scales)
-    columns = [0, 1] if bits == 53 else [0]
-    states: Any = doubles(problem(), scales)[:, columns]
-    if bits > 53:
-        states = states_exact(begin, PHASES.exactly(columns), bits)
-    unit = float(begin.time_unit)
-    orbits = Orbits(begin.coefficients, states, 4, 200 / unit)
-    return unit * crossings(orbits, engine=engine, bits=bits, tolerance=1e-13, jobs=1).time
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize("engine", ENGINES)
-def test_scales_change_crossing_times_by_rounding_alone(engine: str) -> None:
-    first, second = (scaled_times(scales, engine, 53) for scales in (FIRST, SECOND))
-    np.testing.assert_allclose(first, second, rtol=0, atol=1e-9)
-    assert (first != second).any(), "they must round differently"
-
-
-def test_scales_change_nothing_in_many_bits() -> None:
-    first, second = (scaled_times(scales, "taylor", 113) for scales in (FIRST, SECOND))
-    np.testing.assert_allclose(first, second, rtol=3e-16)
 
 
 def test_scales_share_no_constant() -> None:

@@ -23,8 +23,13 @@ from rigidpend.experiments.route_zoom import LAYOUT, LEVEL
 from rigidpend.experiments.route_zoom.schema import Config, Problem
 from rigidpend.machine.progress import PartDone
 from rigidpend.numbers.exact import Exact, exact, exacts
-from rigidpend.routes.change import Bracket, NoChange, check_change, narrowed
-from rigidpend.routes.neighbourhood import Neighbourhood
+from rigidpend.routes.neighbourhood import (
+    Bracket,
+    Neighbourhood,
+    NoChange,
+    check_change,
+    narrowed,
+)
 from rigidpend.routes.phases import Grid
 
 FINER = 2.0**-20

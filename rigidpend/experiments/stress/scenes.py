@@ -137,7 +137,7 @@ def sampled(
 def exactly(orbits: Orbits) -> Orbits:
     """Orbits in doubles as the same orbits, number by number, for a higher precision."""
     coefficients = AlignedCoefficients(*map(Fraction, orbits.coefficients))
-    states = [[Fraction(float(x)) for x in state] for state in orbits.states.T]
+    states = np.vectorize(Fraction, otypes=[object])(orbits.states)
     return orbits._replace(coefficients=coefficients, states=states)
 
 

@@ -1,7 +1,7 @@
 """Engines that follow orbits in any precision: to their crossings, or to given times.
 
 There are three questions: :func:`crossings`, the many crossings of M3 = 0 of many orbits;
-`sections.first_crossings`, the state at the first one; `states.states_at`, states at times.
+`states.first_crossings`, the state at the first one; `states.states_at`, states at times.
 
 ======== ============================================ ==================
 engine   how                                          precisions (bits)
@@ -75,7 +75,7 @@ class Orbits(NamedTuple):
     coefficients: AlignedCoefficients
     """Floats at 53 bits, else Fractions that are numbers of the working precision."""
     states: Any
-    """At 53 bits an array (6, n), else n lists of 6 Fractions; at time 0."""
+    """(6, n) at time 0: doubles at 53 bits, else Fractions."""
     n_crossings: int
     """Number of crossings of M3 = 0 to find on each orbit."""
     passage_limit: float
@@ -149,10 +149,26 @@ def crossings(orbits: Orbits, *, engine: str, bits: int, tolerance: float, jobs:
     Crossings
         In the time unit of the orbits. It does not depend on `jobs`.
     """
-    if not len(orbits.states) or not np.size(orbits.states):
+    n, compiled = orbits.states.shape[1], in_kernel(engine, bits)
+    if not n:
         return no_crossings(orbits.n_crossings, 0)
-    work, further, holds_interpreter, parts = _plan(orbits, engine, bits, tolerance, jobs)
-    return joined(side_by_side(work, further, holds_interpreter, parts, jobs))
+    work: Any
+    further: tuple[Any, ...] = bits, tolerance
+    if compiled:
+        from rigidpend.orbits.integrate import batch
+
+        work, count = batch.crossings, min(jobs, -(-n // batch.WORTH[kernel_bits(bits)]))
+    elif bits == 53:
+        from rigidpend.orbits.integrate import dop853
+
+        # Parts that don't depend on `jobs`: orbits of one part share their steps.
+        work, further, count = dop853.crossings, (tolerance,), -(-n // dop853.SIDE_BY_SIDE)
+    else:
+        from rigidpend.orbits.integrate import reference_orbit
+
+        work, further, count = reference_orbit.crossings, (bits, engine, tolerance), n
+    parts = [orbits._replace(states=states) for states in spread(orbits.states, count, axis=1)]
+    return joined(side_by_side(work, further, not compiled, parts, jobs))
 
 
 def on_one_thread(engine: str, bits: int, n: int) -> bool:
@@ -162,33 +178,3 @@ def on_one_thread(engine: str, bits: int, n: int) -> bool:
     from rigidpend.orbits.integrate import batch
 
     return n <= batch.WORTH[kernel_bits(bits)]
-
-
-def _plan(
-    orbits: Orbits, engine: str, bits: int, tolerance: float, jobs: int
-) -> tuple[Any, tuple[Any, ...], bool, list[Orbits]]:
-    """The function that integrates, its further arguments, whether it holds the GIL, the parts."""
-    if in_kernel(engine, bits):
-        from rigidpend.orbits.integrate import batch
-
-        n = len(orbits.states) if bits > 53 else orbits.states.shape[1]
-        count = min(jobs, -(-n // batch.WORTH[kernel_bits(bits)]))
-        return batch.crossings_batch, (bits, tolerance), False, _split(orbits, count)
-    if bits == 53:
-        from rigidpend.orbits.integrate import dop853
-
-        # Parts that don't depend on `jobs`: orbits of one part share their steps.
-        count = -(-orbits.states.shape[1] // dop853.SIDE_BY_SIDE)
-        return dop853.crossings, (tolerance,), True, _split(orbits, count)
-    from rigidpend.orbits.integrate import reference_orbit
-
-    parts = [orbits._replace(states=[state]) for state in orbits.states]
-    return reference_orbit.crossings, (bits, engine, tolerance), True, parts
-
-
-def _split(orbits: Orbits, count: int) -> list[Orbits]:
-    if isinstance(orbits.states, list):
-        size = -(-len(orbits.states) // count)
-        starts = range(0, len(orbits.states), size)
-        return [orbits._replace(states=orbits.states[k : k + size]) for k in starts]
-    return [orbits._replace(states=states) for states in spread(orbits.states, count, axis=1)]

@@ -1,7 +1,4 @@
-"""The arithmetic of a computation: engine, tolerance and precisions, resolved once.
-
-No engine is imported here.
-"""
+"""The arithmetic of a computation: engine, tolerance and precisions, resolved once."""
 
 from __future__ import annotations
 
@@ -104,13 +101,7 @@ def default_engine() -> str:
 
 
 def check_engine(engine: str) -> str:
-    """The engine's name, if it is known.
-
-    Raises
-    ------
-    EngineError
-        It is not, with what to do about it.
-    """
+    """The engine's name, if it is known; else EngineError says which are."""
     if not isinstance(engine, str) or engine not in ENGINES:
         known = ", ".join(ENGINES)
         raise EngineError(f"engine {named(engine)} is not known; choose one of {known}")

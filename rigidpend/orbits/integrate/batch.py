@@ -1,16 +1,17 @@
 """Engine `taylor`: many orbits at once, by a kernel (see `kernel`).
 
-A call carries many orbits some steps on and notes the steps on which M3 may have
-been zero, with their series; `passages` finds the crossings there. Then orbits that are done
-make room for the next. Nothing is called back, and other threads have the interpreter while the
-kernel works: 4,000 orbits take two threads 0.56 of the time of one.
+A call carries many orbits some steps on and notes the steps on which M3 may have been zero, with
+their series; the crossings there are found afterwards. Where M3 is monotone the kernel has found
+its zero by Newton's method. Then orbits that are done make room for the next. Nothing is called
+back, and other threads have the interpreter while the kernel works: 4,000 orbits take two threads
+0.56 of the time of one.
 """
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from fractions import Fraction
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -27,16 +28,10 @@ from rigidpend.orbits.integrate import (
 )
 from rigidpend.orbits.integrate.arithmetic import kernel_bits
 from rigidpend.orbits.integrate.kernel import notes, taylor_step
-from rigidpend.orbits.integrate.kernel.lane_numbers import exactly, in_parts
+from rigidpend.orbits.integrate.kernel.lane_numbers import KINDS, exactly, in_parts
 from rigidpend.orbits.integrate.kernel.machine_code import LANES
 from rigidpend.orbits.integrate.kernel.tape import COMPONENTS
-from rigidpend.orbits.integrate.passages import (
-    UNDECIDED,
-    Found,
-    Steps,
-    crossings_on,
-    touch,
-)
+from rigidpend.orbits.integrate.passages import UNDECIDED, crossings_of_series, touch, value_at
 
 MAX_STEPS = 1_000_000
 """Steps without a crossing after which an orbit counts as failed; a passage takes some fifty."""
@@ -48,24 +43,14 @@ STEPS = {53: 128, 106: 32, 212: 8, 424: 2}
 """Steps in a call, by bits; who is done sooner goes on to no purpose, on the average for half."""
 EXPECTED = 50
 """Steps that a passage takes."""
+CONVERGED = 1e-9
+"""Size of Newton's last correction, in steps, above which the zeros are isolated instead."""
 
 
-def crossings_batch(orbits: Orbits, bits: int, tolerance: float) -> Crossings:
-    """Crossings of orbits by vectors of lanes.
+def crossings(orbits: Orbits, bits: int, tolerance: float) -> Crossings:
+    """Crossings of orbits: the same to the last bit whatever the other orbits.
 
-    Parameters
-    ----------
-    orbits : Orbits
-        With states (6, n) at 53 bits, else lists of Fractions.
-    bits : int
-        53, or up to the last of `arithmetic.LADDER`.
-    tolerance : float
-        Of the Taylor series in 53 bits; every bit more halves it.
-
-    Returns
-    -------
-    Crossings
-        An orbit's are the same to the last bit whatever the other orbits.
+    `tolerance` is that of the Taylor series in 53 bits; every bit more halves it.
     """
     return Batch(orbits, bits, tolerance * 2.0 ** (53 - bits)).run()
 
@@ -77,7 +62,8 @@ class Batch:
         self.orbits, self.bits, order = orbits, bits, taylor_step.order_of(tolerance)
         self.kind = bits = kernel_bits(bits)
         self.kernel = notes.function(order, bits)
-        self.initial = _initial(orbits, bits)
+        self.initial = np.concatenate(in_parts(orbits.states, bits))
+        """The parts of the states one below the other, (6 parts, n)."""
         self.n = self.initial.shape[1]
         self.width = min(TOGETHER[bits], -(-self.n // LANES) * LANES)
         self.found, self.seen = no_crossings(orbits.n_crossings, self.n), [Found.of([])]
@@ -98,7 +84,9 @@ class Batch:
         while self.columns.size:
             check_stop()
             note(self._told)
-            number = self._number()
+            left = int(self.orbits.n_crossings - self.counts.min())
+            # Few where all orbits are nearly done.
+            number = max(8, min(STEPS[self.kind], MAX_STEPS, left * EXPECTED // 2))
             self._take(self.carried(number), number)
             self.load(~self._ended())
         Found.joined(self.seen).write(self.found, self.orbits.passage_limit)
@@ -111,13 +99,8 @@ class Batch:
         said = f"{open_} of {self.n} orbits under way in {self.bits} bits, at t' = {reached:.4g}"
         return f"{said} of {self.orbits.passage_limit:.4g} at most for each passage"
 
-    def _number(self) -> int:
-        """Number of steps of the next call: few where all orbits are nearly done."""
-        left = int(self.orbits.n_crossings - self.counts.min())
-        return max(8, min(STEPS[self.kind], MAX_STEPS, left * EXPECTED // 2))
-
-    def carried(self, number: int) -> Steps:
-        """All columns some steps further: those on which M3 may have been zero."""
+    def carried(self, number: int) -> Found:
+        """All columns some steps further: the crossings on the way, by columns."""
         m = self.columns.size
         groups = -(-m // LANES)
         # Lanes without an orbit repeat the first: their steps are not looked at.
@@ -126,11 +109,10 @@ class Batch:
         given = self.states, self.width, self.times, self.parameters
         count = self.kernel(*given, 2 * depth, groups, number, self.notes)
         taken = self.notes[:count]
-        return Steps(taken[taken[:, 0] < m], self.bits)
+        return crossings_on(Steps(taken[taken[:, 0] < m], self.bits))
 
-    def _take(self, taken: Steps, number: int) -> None:
-        """Take in the crossings on the steps."""
-        found = crossings_on(taken)
+    def _take(self, found: Found, number: int) -> None:
+        """Take in the crossings on so many steps."""
         lanes = found.columns
         self.seen.append(found._replace(columns=self.columns[lanes]))
         crossed = np.bincount(lanes, minlength=self.columns.size)
@@ -153,7 +135,7 @@ class Batch:
 
     def load(self, kept: Any = slice(None)) -> None:
         """Close the gaps of orbits that are done, and put the next ones behind."""
-        m, states, times = self.columns.size, self.states[:, :0], self.times[:, :0]
+        m = self.columns.size
         states, times = self.states[:, :m][:, kept], self.times[:, :m][:, kept]
         columns = self.columns[kept]
         new = np.arange(self.next, min(self.n, self.next + self.width - columns.size))
@@ -168,11 +150,107 @@ class Batch:
         )
 
 
-def _initial(orbits: Orbits, bits: int) -> Array:
-    """Initial states, their parts one below the other: (6 parts, n)."""
-    if bits == 53:
-        return np.asarray(orbits.states, dtype=float)
-    return np.concatenate(in_parts(np.array(orbits.states, dtype=object).T, bits))
+class Steps(NamedTuple):
+    """Taylor steps on which M3 may have been zero."""
+
+    notes: Array
+    """(m, width), the kernel's (see `kernel.notes`)."""
+    bits: int
+    """Precision that was asked for."""
+
+    def field(self, name: str) -> Array:
+        """One of the `FIELDS`, of m steps."""
+        return self.notes[:, notes.FIELDS.index(name)]
+
+    @property
+    def series(self) -> Array:
+        """(m, MOMENTA, order + 1, parts), in powers of t' from the beginning; M3 is the third."""
+        parts, begin = KINDS[kernel_bits(self.bits)].parts, len(notes.FIELDS)
+        terms = (self.notes.shape[1] - begin) // (notes.MOMENTA * parts)
+        return self.notes[:, begin:].reshape(-1, notes.MOMENTA, terms, parts)
+
+    def chosen(self, where: NDArray[Any]) -> Steps:
+        """Some of the steps, by a mask."""
+        return self._replace(notes=self.notes[where])
+
+
+class Found(NamedTuple):
+    """Crossings as they were found, in no order."""
+
+    columns: NDArray[np.int64]
+    times: Array
+    separatrix: NDArray[np.int64]
+
+    @staticmethod
+    def of(rows: Sequence[tuple[int, float, int]]) -> Found:
+        """Crossings from a row for each."""
+        columns, times, separatrix = np.array(rows, dtype=float).reshape(-1, 3).T
+        return Found(columns.astype(np.int64), times, separatrix.astype(np.int64))
+
+    @staticmethod
+    def joined(parts: list[Found]) -> Found:
+        """All crossings of several records."""
+        return Found(*(np.concatenate(x) for x in zip(*parts, strict=True)))
+
+    def write(self, found: Crossings, limit: float) -> None:
+        """Write them into a record, each orbit's in order.
+
+        An orbit ends before a touch that is not decided, and before a crossing that came after
+        the limit of a passage.
+        """
+        order = np.lexsort((self.times, self.columns))
+        columns, times, separatrix = (x[order] for x in self)
+        row = np.arange(columns.size) - np.searchsorted(columns, columns)
+        waited = np.where(row > 0, times - np.roll(times, 1), times)
+        ends = (separatrix == UNDECIDED) | (waited > limit)
+        rows, n = found.time.shape
+        stop = np.full(n, rows)
+        np.minimum.at(stop, columns[ends], row[ends])
+        kept, last = row < stop[columns], ends & (row == stop[columns])
+        undecided = separatrix[last] == UNDECIDED
+        found.outcome[columns[last]] = np.where(undecided, Outcome.FAILED, Outcome.NO_CROSSING)
+        # A pair beside a touch may complete an orbit that seemed to have been silent.
+        found.outcome[columns[kept & (row == rows - 1)]] = Outcome.COMPLETE
+        found.time[row[kept], columns[kept]] = times[kept]
+        found.separatrix[row[kept], columns[kept]] = separatrix[kept]
+
+
+def crossings_on(steps: Steps) -> Found:
+    """All crossings on steps; a touch that is not decided comes as `UNDECIDED`."""
+    changed = (steps.series[:, 2, 0, 0] < 0) != (steps.field("after") < 0)
+    steady = steps.field("steady") > 0
+    with np.errstate(invalid="ignore"):
+        exact = np.abs(steps.field("correction")) <= CONVERGED * steps.field("length")
+    single = steady & changed & exact
+    doubtful = ~single & (changed | ~steady)
+    return Found.joined([_single(steps.chosen(single)), _isolated(steps.chosen(doubtful))])
+
+
+def _single(steps: Steps) -> Found:
+    """The one crossing on each step, as the kernel has found it."""
+    up, down = np.where(steps.field("Qp") > 0, 2, 4), np.where(steps.field("Qm") < 0, 1, 3)
+    separatrix = np.where(steps.field("after") >= 0, up, down)
+    times = steps.field("time") + steps.field("zero")
+    return Found(steps.field("lane").astype(np.int64), times, separatrix)
+
+
+def _isolated(steps: Steps) -> Found:
+    """Every crossing on steps in doubt, from the isolated zeros of each series."""
+    seen: list[tuple[int, float, int]] = []
+    places = zip(*(steps.field(name) for name in ("lane", "time", "length")), strict=True)
+    for series, (lane, time, length) in zip(steps.series, places, strict=True):
+        shares = series[..., 0] * length ** np.arange(series.shape[1])
+        depth = touch(steps.bits) * float(np.sqrt((shares[:, 0] ** 2).sum()))
+        exactly_ = _without_rounding(series[2], length) if steps.bits > 53 else None
+        for share, separatrix in crossings_of_series(shares, depth, exactly_):
+            seen.append((int(lane), time + share * length, separatrix))
+    return Found.of(seen)
+
+
+def _without_rounding(series: Array, length: float) -> Callable[[float], float]:
+    """A series (order + 1, parts) as a function of the share of the step, without rounding."""
+    terms = [sum(map(Fraction, parts)) for parts in series]
+    return lambda share: float(value_at(terms, Fraction(share) * Fraction(length)))
 
 
 def advance(
@@ -182,18 +260,9 @@ def advance(
     bits: int,
     tolerance: float,
 ) -> list[tuple[Fraction, tuple[Fraction, ...]]]:
-    """Carry an orbit some steps of natural length: times since the start, and states.
+    """Carry an orbit of Fractions so many steps: times since the start, and states.
 
-    Parameters
-    ----------
-    coefficients : AlignedCoefficients
-        Fractions, as the six components of `state`.
-    count : int
-        Number of steps.
-    bits : int
-        Those of `arithmetic.LADDER` that have as many serve.
-    tolerance : float
-        Of the Taylor series in 53 bits.
+    The kernel's numbers that have as many `bits` serve; `tolerance` is that of 53 bits.
     """
     kind, size = kernel_bits(bits), len(COMPONENTS)
     order = taylor_step.order_of(tolerance * 2.0 ** (53 - kind))

@@ -90,14 +90,7 @@ def steps(
 ) -> Iterator[IntegerStep]:
     """Follow an orbit of the aligned field, step by step of natural length, for ever.
 
-    Parameters
-    ----------
-    coefficients : AlignedCoefficients
-        Fractions.
-    state : 6 Fractions
-        At time 0.
-    bits : int
-        Relative precision of the smallest component of the state.
+    All numbers are Fractions; `bits` are relative to the smallest component of the state.
     """
     unit = unit_of(state)
     c = coefficients._replace(**{x: getattr(coefficients, x) / unit**2 for x in WEIGHTS})

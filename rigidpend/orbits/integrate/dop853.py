@@ -27,16 +27,11 @@ SIDE_BY_SIDE = 64
 
 
 def crossings(orbits: Orbits, tolerance: float) -> Crossings:
-    """Crossings of orbits in double precision, all of them one system.
-
-    Parameters
-    ----------
-    orbits : Orbits
-        With states (6, n).
-    tolerance : float
-        Relative; SciPy takes 2.3e-14 or more.
-    """
-    return Abreast(orbits, tolerance).run()
+    """Crossings of orbits, all of them one system; SciPy takes relative tolerances from 2.3e-14."""
+    abreast, time, states = Abreast(orbits, tolerance), 0.0, orbits.states
+    while abreast.active.size:
+        time, states = abreast.advance(time, states)
+    return abreast.found
 
 
 def sample(field: Any, states: Array, times: Array, tolerance: float) -> Array:
@@ -76,23 +71,12 @@ class Abreast:
         self.orbits, self.tolerance = orbits, tolerance
         n = orbits.states.shape[1]
         self.found = no_crossings(orbits.n_crossings, n)
-        self.count = np.zeros(n, dtype=int)
-        self.last = np.zeros(n)
-        self.active = np.arange(n)
-        self.floor = self._floor(orbits.states)
+        self.count, self.last, self.active = np.zeros(n, dtype=int), np.zeros(n), np.arange(n)
+        # Absolute tolerances: a Q counts relative to its smallest initial size.
+        size = np.abs(orbits.states[:2]).max(axis=0).min() or 1.0
+        self.floor = tolerance * np.array([size, size, 1, 1, 1, 1])[:, None]
 
-    def run(self) -> Crossings:
-        time, states = 0.0, self.orbits.states
-        while self.active.size:
-            time, states = self._advance(time, states)
-        return self.found
-
-    def _floor(self, states: Array) -> Array:
-        """Absolute tolerances (6, 1): a Q counts relative to its smallest initial size."""
-        size = np.abs(states[:2]).max(axis=0).min() or 1.0
-        return self.tolerance * np.array([size, size, 1, 1, 1, 1])[:, None]
-
-    def _advance(self, time: float, states: Array) -> tuple[float, Array]:
+    def advance(self, time: float, states: Array) -> tuple[float, Array]:
         """Integrate until some orbit is done; the time and the states of those left."""
         from scipy.integrate import DOP853
 
@@ -132,11 +116,10 @@ class Abreast:
     def _record(self, crossed: Any, solver: Any, shape: tuple[int, ...], now: Array) -> None:
         columns = self.active[crossed]
         times = _zeros(solver.dense_output(), solver.t_old, solver.t, shape, crossed, now)
-        for lane, column, time in zip(crossed, columns, times, strict=True):
-            k = self.count[column]
-            Qp, Qm, M3 = now[:3, lane]
-            self.found.time[k, column] = time
-            self.found.separatrix[k, column] = separatrix_beside(M3 > 0, Qp, Qm)
+        Qp, Qm, M3 = now[:3, crossed]
+        self.found.time[self.count[columns], columns] = times
+        beside = list(map(separatrix_beside, M3 > 0, Qp, Qm))
+        self.found.separatrix[self.count[columns], columns] = beside
         self.count[columns] += 1
         self.last[columns] = times
 

@@ -1,29 +1,21 @@
 """Crossings of M3 = 0 on Taylor steps, none lost: zeros of polynomials, and touches that are told.
 
-Where M3 is monotone the kernel has found its zero by Newton's method; else the zeros are isolated
-by exclusion and bisection.
+Zeros are isolated by exclusion and bisection.
 """
 
 from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterator, Sequence
-from fractions import Fraction
-from typing import Any, NamedTuple
-
-import numpy as np
-from numpy.typing import NDArray
+from typing import Any
 
 from rigidpend.mechanics.free_body import separatrix_beside
-from rigidpend.numbers.generic import Array, Numbers, Scalar
-from rigidpend.orbits.integrate import Crossings, Outcome
-from rigidpend.orbits.integrate.arithmetic import kernel_bits
-from rigidpend.orbits.integrate.kernel.lane_numbers import KINDS
-from rigidpend.orbits.integrate.kernel.notes import FIELDS, MOMENTA
+from rigidpend.numbers.generic import Numbers, Scalar
 
+UNDECIDED = 5
+"""Mark in place of a separatrix: the orbit is not known from here on."""
 FINEST = 2.0**-20
 """Share of a step below which a turning point beside zero is looked at closely."""
-
 TOUCH = 1e-5
 """Depth of a touch of M3 = 0, relative to |M|, up to which doubles do not decide it.
 
@@ -41,16 +33,9 @@ def zeros(
 ) -> Iterator[tuple[float, bool]]:
     """The zeros of sum c_k x^k in (0, 1], in order, each with True.
 
-    Where the polynomial turns so near to zero that its arithmetic cannot tell whether it crosses
-    it, comes the turn with False.
-
-    Parameters
-    ----------
-    c : sequence of float
-    depth : float
-        A turning point that is no farther from zero is not decided.
-    exactly : callable, optional
-        The polynomial in its own arithmetic, where that is finer than a double's.
+    Where the polynomial turns no farther from zero than `depth`, so that its arithmetic cannot tell
+    whether it crosses it, comes the turn with False. `exactly` is the polynomial in its own
+    arithmetic, where that is finer than a double's.
     """
     if abs(c[0]) > depth + sum(map(abs, c[1:])):
         return
@@ -134,118 +119,6 @@ def _sign_change(value: Callable[[float], Any], a: float, b: float) -> float:
         else:
             a = middle
     return b
-
-
-UNDECIDED = 5
-"""Mark in place of a separatrix: the orbit is not known from here on."""
-CONVERGED = 1e-9
-"""Size of Newton's last correction, in steps, above which the zeros are isolated instead."""
-
-
-class Steps(NamedTuple):
-    """Taylor steps on which M3 may have been zero: the kernel's notes (see `kernel.notes`)."""
-
-    notes: Array
-    """(m, width)."""
-    bits: int
-    """Precision that was asked for."""
-
-    def field(self, name: str) -> Array:
-        """One of the `FIELDS`, of m steps."""
-        return self.notes[:, FIELDS.index(name)]
-
-    @property
-    def series(self) -> Array:
-        """(m, MOMENTA, order + 1, parts), in powers of t' from the beginning; M3 is the third."""
-        parts = KINDS[kernel_bits(self.bits)].parts
-        terms = (self.notes.shape[1] - len(FIELDS)) // (MOMENTA * parts)
-        return self.notes[:, len(FIELDS) :].reshape(-1, MOMENTA, terms, parts)
-
-    def chosen(self, where: NDArray[Any]) -> Steps:
-        """Some of the steps, by a mask or by their numbers."""
-        return self._replace(notes=self.notes[where])
-
-
-class Found(NamedTuple):
-    """Crossings as they were found, in no order."""
-
-    columns: NDArray[np.int64]
-    times: Array
-    separatrix: NDArray[np.int64]
-
-    @staticmethod
-    def of(rows: Sequence[tuple[int, float, int]]) -> Found:
-        """Crossings from a row for each."""
-        columns, times, separatrix = np.array(rows, dtype=float).reshape(-1, 3).T
-        return Found(columns.astype(np.int64), times, separatrix.astype(np.int64))
-
-    @staticmethod
-    def joined(parts: list[Found]) -> Found:
-        """All crossings of several records."""
-        return Found(*(np.concatenate(x) for x in zip(*parts, strict=True)))
-
-    def write(self, found: Crossings, limit: float) -> None:
-        """Write them into a record, each orbit's in order.
-
-        An orbit ends before a touch that is not decided, and before a crossing that came after
-        the limit of a passage.
-        """
-        if not self.columns.size:
-            return
-        order = np.lexsort((self.times, self.columns))
-        columns, times, separatrix = (x[order] for x in self)
-        first = np.searchsorted(columns, columns)
-        row = np.arange(columns.size) - first
-        waited = np.where(row > 0, times - np.roll(times, 1), times)
-        kept = row < len(found.time)
-        ends = (separatrix == UNDECIDED) | (waited > limit)
-        for k in np.flatnonzero(ends & kept):
-            if kept[k]:
-                undecided = separatrix[k] == UNDECIDED
-                found.outcome[columns[k]] = Outcome.FAILED if undecided else Outcome.NO_CROSSING
-                kept &= ~((columns == columns[k]) & (row >= row[k]))
-        # A pair beside a touch may complete an orbit that seemed to have been silent.
-        found.outcome[columns[kept & (row == len(found.time) - 1)]] = Outcome.COMPLETE
-        found.time[row[kept], columns[kept]] = times[kept]
-        found.separatrix[row[kept], columns[kept]] = separatrix[kept]
-
-
-def crossings_on(steps: Steps) -> Found:
-    """All crossings on steps; a touch that is not decided comes as `UNDECIDED`."""
-    changed = (steps.series[:, 2, 0, 0] < 0) != (steps.field("after") < 0)
-    steady = steps.field("steady") > 0
-    with np.errstate(invalid="ignore"):
-        exact = np.abs(steps.field("correction")) <= CONVERGED * steps.field("length")
-    single = steady & changed & exact
-    doubtful = ~single & (changed | ~steady)
-    return Found.joined([_single(steps.chosen(single)), _isolated(steps.chosen(doubtful))])
-
-
-def _single(steps: Steps) -> Found:
-    """The one crossing on each step, as the kernel has found it."""
-    up, down = np.where(steps.field("Qp") > 0, 2, 4), np.where(steps.field("Qm") < 0, 1, 3)
-    separatrix = np.where(steps.field("after") >= 0, up, down)
-    times = steps.field("time") + steps.field("zero")
-    return Found(steps.field("lane").astype(np.int64), times, separatrix)
-
-
-def _isolated(steps: Steps) -> Found:
-    """Every crossing on steps in doubt, from the isolated zeros of each series."""
-    seen: list[tuple[int, float, int]] = []
-    places = zip(*(steps.field(name) for name in ("lane", "time", "length")), strict=True)
-    for series, (lane, time, length) in zip(steps.series, places, strict=True):
-        shares = series[..., 0] * length ** np.arange(series.shape[1])
-        depth = touch(steps.bits) * float(np.sqrt((shares[:, 0] ** 2).sum()))
-        exactly = _exactly(series[2], length) if steps.bits > 53 else None
-        for share, separatrix in crossings_of_series(shares, depth, exactly):
-            seen.append((int(lane), time + share * length, separatrix))
-    return Found.of(seen)
-
-
-def _exactly(series: Array, length: float) -> Callable[[float], float]:
-    """A series (order + 1, parts) as a function of the share of the step, without rounding."""
-    terms = [sum(map(Fraction, parts)) for parts in series]
-    return lambda share: float(value_at(terms, Fraction(share) * Fraction(length)))
 
 
 def crossings_of_series(

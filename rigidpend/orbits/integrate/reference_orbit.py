@@ -4,38 +4,43 @@ A neighbour at a distance d needs of the reference no more bits than tell the tw
 those of d itself. As d grows, fewer and fewer suffice: the precision falls with the tangent, the
 derivative of the orbit along the family of its neighbours. So it is for a single orbit in many
 bits: what rounding has done to it has grown as much.
+
+Differences from it are found without cancellation. The field is quadratic, f(x) = L x + B(x, x)
+with B symmetric. So the difference d = x - X of an orbit x from a reference orbit X obeys
+
+    d' = L d + B(d, 2 X + d),
+
+where nothing cancels however small d is: it keeps its relative precision, and the reference
+needs no more digits than d has. L and B are read off :func:`rigidpend.mechanics.equations.aligned`
+itself.
 """
 
 from __future__ import annotations
 
+import functools
 import math
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from fractions import Fraction
-from itertools import chain, islice
+from itertools import combinations_with_replacement, islice
 from typing import Any, NamedTuple
 
 import numpy as np
 
-from rigidpend.mechanics.equations import AlignedCoefficients
+from rigidpend.mechanics.equations import AlignedCoefficients, aligned
 from rigidpend.numbers.exact import GUARD_BITS
+from rigidpend.numbers.generic import Array
 from rigidpend.orbits.integrate import (
     Crossings,
     Orbits,
     Outcome,
     in_turn,
+    joined,
     no_crossings,
     silent_outcome,
 )
 from rigidpend.orbits.integrate.arithmetic import LADDER, in_kernel
 from rigidpend.orbits.integrate.batch import advance
-from rigidpend.orbits.integrate.differences import (
-    DifferenceField,
-    array,
-    scaled,
-    series_order,
-    summed,
-)
-from rigidpend.orbits.integrate.passages import UNDECIDED, crossings_of_series, touch
+from rigidpend.orbits.integrate.passages import TOUCH, UNDECIDED, crossings_of_series, touch
 
 BLOCK = 8
 """Steps at a time, all in one precision."""
@@ -47,6 +52,10 @@ MAX_STEPS = 10_000_000
 """Steps after which an orbit counts as failed: some 300,000 passages."""
 TINY = 2.0**-800
 """Size of the differences that stand for a tangent: their squares vanish beside them."""
+SIZE = 6
+"""Number of aligned components."""
+MORE_TERMS = 4
+"""Terms of a difference's series beyond those that the reference's own would need."""
 
 
 class Point(NamedTuple):
@@ -59,6 +68,8 @@ class Point(NamedTuple):
     time: float
     step: float
     """Length t' of the step that ends here."""
+    doubles: Array
+    """The components rounded."""
 
 
 class Passed(NamedTuple):
@@ -73,77 +84,32 @@ def crossings(orbits: Orbits, bits: int, engine: str, tolerance: float) -> Cross
     """Crossings of orbits in `bits` bits at first, one by one, in a precision that falls.
 
     The tangent that tells how it falls is as large in M and in gamma, so that it has its share in
-    whatever grows; roundings stay below by `GUARD_BITS`.
-
-    Parameters
-    ----------
-    orbits : Orbits
-        With states as lists of Fractions.
-    bits : int
-        Relative precision of the smallest initial component.
-    engine : str
-    tolerance : float
-        As for :class:`ReferenceOrbit`.
+    whatever grows; roundings stay below by `GUARD_BITS`. `bits` are relative to the smallest
+    initial component.
     """
-    alone = (
-        ReferenceOrbit(
+    found = []
+    for state in orbits.states.T:
+        orbit = ReferenceOrbit(
             orbits.coefficients,
             state,
             [Fraction(1 / x) for x in _units(state)],
-            tangent_bits=53,
             longest=orbits.passage_limit,
             engine=engine,
             bits=bits + GUARD_BITS,
             tolerance=tolerance,
         )
-        for state in orbits.states
-    )
-    return followed(list(alone), orbits.n_crossings)
-
-
-def followed(orbits: Sequence[ReferenceOrbit], n_crossings: int) -> Crossings:
-    """The first crossings of orbits, each for itself in a precision that falls.
-
-    FAILED where they do not rise and sink in turn.
-    """
-    found = no_crossings(n_crossings, len(orbits))
-    for column, orbit in enumerate(orbits):
-        path, found.outcome[column] = orbit.path(n_crossings)
-        for k, passed in enumerate(path):
-            found.time[k, column], found.separatrix[k, column] = passed
-    return in_turn(found)
+        found.append(orbit.followed(orbits.n_crossings))
+    return joined(found)
 
 
 class ReferenceOrbit:
     """An orbit in high precision, continued as far as it is asked for.
 
-    Parameters
-    ----------
-    coefficients : AlignedCoefficients
-        Fractions.
-    state : 6 Fractions
-        Aligned components at time 0.
-    tangent : 6 Fractions
-        Derivative of the state at time 0 along the family of neighbours.
-    tangent_bits : int
-        Precision of the tangents, 53 or 64.
-    longest : float
-        Longest wait for the next crossing, t', after which the orbit is not continued.
-    engine : str
-        One of `ENGINES`; integers serve where its numbers end.
-    bits : int
-        Precision at time 0; the computation's own is one of `PRECISIONS`.
-    tolerance : float
-        Of a compiled Taylor series in 53 bits; every bit more halves it.
-
-    Attributes
-    ----------
-    points : list of Point
-        As far as the orbit is known; the first is the start.
-    crossings : list of lists of Passed
-        The crossings on each step.
-    growth : list of float
-        The size of the tangent at each point.
+    State and coefficients are Fractions, and so is the tangent, the derivative of the state at time
+    0 along the family of neighbours, which is carried in doubles. `bits` are the precision at time
+    0, the computation's own is one of `PRECISIONS`; integers serve where the engine's numbers end.
+    After a wait of `longest` for the next crossing, t', the orbit is not continued. `tolerance` is
+    that of a compiled Taylor series in 53 bits; every bit more halves it.
     """
 
     def __init__(
@@ -152,7 +118,6 @@ class ReferenceOrbit:
         state: Sequence[Fraction],
         tangent: Sequence[Fraction],
         *,
-        tangent_bits: int,
         longest: float,
         engine: str,
         bits: int,
@@ -160,15 +125,16 @@ class ReferenceOrbit:
     ) -> None:
         self.coefficients, self.longest = coefficients, longest
         self.engine, self.bits, self.tolerance = engine, bits, tolerance
-        self.tangent_bits = tangent_bits
-        self.points = [Point(Fraction(0), tuple(state), 0.0, 0.0)]
+        self.points = [Point(Fraction(0), tuple(state), 0.0, 0.0, np.array(state, dtype=float))]
+        """As far as the orbit is known; the first is the start."""
         self.crossings: list[list[Passed]] = []
-        self._fields: dict[int, DifferenceField] = {}
-        self._states: dict[tuple[int, int], Any] = {}
+        """The crossings on each step."""
+        self._field = _field(coefficients)
         self._units = _units(state)
         self._last = 0.0
-        self.tangents = [array(tangent, self.tangent_bits)]
+        self.tangents = [np.array(tangent, dtype=float)]
         self.growth = [float(self.size(self.tangents[0][:, None])[0])]
+        """The size of the tangent at each point."""
 
     def reaches(self, k: int) -> bool:
         """Continue the orbit to point k; False if it has long had no crossing before that."""
@@ -178,17 +144,15 @@ class ReferenceOrbit:
             self._extend()
         return True
 
-    def state(self, k: int, bits: int) -> Any:
-        """The state at a known point as an array in 53 or 64 bits."""
-        if (k, bits) not in self._states:
-            self._states[k, bits] = array(self.points[k].state, bits)
-        return self._states[k, bits]
+    def series(self, k: int, differences: Array, tolerance: float) -> Array:
+        """Series (order + 1, 6, 1 + n) of the orbit and of others on the step from point k.
 
-    def field(self, bits: int) -> DifferenceField:
-        """The field of differences from this orbit in 53 or 64 bits."""
-        if bits not in self._fields:
-            self._fields[bits] = DifferenceField(self.coefficients, bits)
-        return self._fields[bits]
+        Column 0 is the orbit's own, the others are those of the `differences` (6, n); in powers of
+        the share of the step.
+        """
+        order = series_order(tolerance)
+        series = self._field.series(self.points[k].doubles, differences, order)
+        return scaled(series, self.points[k + 1].step)
 
     def size(self, differences: Any) -> Any:
         """The sizes of differences (6, n), relative to |M| and to |gamma|."""
@@ -201,9 +165,13 @@ class ReferenceOrbit:
             k += 1
         return k
 
-    def crossed_before(self, k: int) -> Iterator[Passed]:
-        """The crossings before point k."""
-        return chain.from_iterable(self.crossings[:k])
+    def followed(self, n_crossings: int) -> Crossings:
+        """The first crossings; FAILED where they do not rise and sink in turn."""
+        found = no_crossings(n_crossings, 1)
+        path, found.outcome[0] = self.path(n_crossings)
+        for k, passed in enumerate(path):
+            found.time[k, 0], found.separatrix[k, 0] = passed
+        return in_turn(found)
 
     def path(self, n_crossings: int) -> tuple[list[Passed], Outcome]:
         """The first crossings, and how the orbit ended."""
@@ -231,11 +199,13 @@ class ReferenceOrbit:
         begin = self.points[first]
         for time, state in self.advanced(begin.state, rung(self.bits_at(first))):
             last, here = self.points[-1].exact_time, begin.exact_time + time
-            self.points.append(Point(here, state, float(here), float(here - last)))
+            doubles = np.array(state, dtype=float)
+            self.points.append(Point(here, state, float(here), float(here - last), doubles))
         for k in range(first, len(self.points) - 1):
             self._carry_tangent(k)
 
     def advanced(self, state: Sequence[Fraction], bits: int) -> Any:
+        """Times and states at the ends of some further steps."""
         if in_kernel(self.engine, bits):
             return advance(self.coefficients, state, BLOCK, bits, self.tolerance)
         from rigidpend.orbits.integrate import bigint
@@ -245,14 +215,12 @@ class ReferenceOrbit:
 
     def _carry_tangent(self, k: int) -> None:
         """Carry the tangent over step k, and note what the orbit crosses there."""
-        here, tiny = self.state(k, self.tangent_bits), TINY * self.tangents[k][:, None]
-        order, step = series_order(self.tangent_bits, self.tolerance), self.points[k + 1].step
-        series = scaled(self.field(self.tangent_bits).series(here, tiny, order), step)
-        depth = touch(self.tangent_bits) * float(np.linalg.norm(here[:3].astype(float)))
-        found = list(crossings_of_series(series[:, :3, 0].T.astype(float), depth))
+        series = self.series(k, TINY * self.tangents[k][:, None], self.tolerance)
+        depth = TOUCH * float(np.linalg.norm(series[0, :3, 0]))
+        found = list(crossings_of_series(series[:, :3, 0].T, depth))
         if any(separatrix == UNDECIDED for _, separatrix in found):
             found = self._finely(k)
-        began = self.points[k].exact_time
+        began, step = self.points[k].exact_time, self.points[k + 1].step
         self.crossings.append([Passed(float(began + Fraction(x * step)), s) for x, s in found])
         self._last = max([self._last, *(passed.time for passed in self.crossings[-1])])
         self.tangents.append(summed(series)[:, 1] / TINY)
@@ -282,3 +250,78 @@ def _units(state: Sequence[Fraction]) -> Any:
     """The inverse sizes of M and of gamma, for each component; of nothing 1."""
     M, gamma = (math.hypot(*map(float, part)) or 1.0 for part in (state[:3], state[3:]))
     return np.repeat((1 / M, 1 / gamma), 3)
+
+
+class DifferenceField:
+    """The field of a reference orbit and of differences from it, in doubles."""
+
+    def __init__(self, coefficients: AlignedCoefficients) -> None:
+        linear, products = polarised(coefficients)
+        self.linear = linear.astype(float)
+        # B(d, s) holds d_i s_j and d_j s_i alike.
+        pairs = [(i, j, products[i, j]) for i, j in products]
+        pairs += [(j, i, products[i, j]) for i, j in products if i != j]
+        self.left, self.right = (np.array([pair[k] for pair in pairs]) for k in (0, 1))
+        halves = [[x / (2 if i != j else 1) for x in weight] for i, j, weight in pairs]
+        self.weights = np.array(halves, dtype=float).T
+
+    def series(self, reference: Array, differences: Array, order: int) -> Array:
+        """Series (order + 1, 6, 1 + n), in powers of t', of a state (6,) and differences (6, n)."""
+        n = 1 + differences.shape[1]
+        terms = np.empty((order + 1, SIZE, n))
+        terms[0, :, 0], terms[0, :, 1:] = reference, differences
+        left, right = np.empty((2, order, len(self.left), n))
+        for k in range(order):
+            now = terms[k]
+            total = now + 2 * now[:, :1]
+            # The reference itself is a difference from the orbit that stays at zero.
+            total[:, 0] = now[:, 0]
+            now.take(self.left, axis=0, out=left[k], mode="clip")
+            total.take(self.right, axis=0, out=right[k], mode="clip")
+            products = np.einsum("kpn,kpn->pn", left[: k + 1], right[k::-1])
+            terms[k + 1] = (self.linear @ now + self.weights @ products) / (k + 1)
+        return terms
+
+
+_field = functools.lru_cache(maxsize=16)(DifferenceField)
+"""Fields are kept: orbits of a call share theirs."""
+
+
+def series_order(tolerance: float) -> int:
+    """The order of a difference's Taylor series on the steps of a reference orbit.
+
+    These are the radius of convergence over e^2, in any precision, so that each order gains two
+    nats.
+    """
+    return math.ceil(-math.log(tolerance) / 2) + MORE_TERMS
+
+
+def scaled(series: Array, step: float) -> Array:
+    """Series (order + 1, 6, n) with the step as the unit of time."""
+    return series * (step ** np.arange(len(series)))[:, None, None]
+
+
+def summed(series: Array) -> Any:
+    """The values (6, n) of scaled series at the end of the step, small terms first."""
+    return series[::-1].sum(axis=0)
+
+
+def polarised(coefficients: AlignedCoefficients) -> tuple[Any, dict[tuple[int, int], Any]]:
+    """The aligned field's linear part (6, 6), and the weights of its products, in Fractions.
+
+    ``products[i, j]``, i <= j, is what x_i x_j adds to each of the six components; products that
+    add nothing are left out.
+    """
+    exactly = AlignedCoefficients(*map(Fraction, coefficients))
+
+    def field(state: Any) -> Any:
+        return np.array(aligned(state, exactly), dtype=object)
+
+    ones = np.eye(SIZE, dtype=int) * Fraction(1)
+    plus, minus = (np.array([field(one) for one in each]) for each in (ones, -ones))
+    products = {}
+    for i, j in combinations_with_replacement(range(SIZE), 2):
+        both = (plus[i] + minus[i]) / 2 if i == j else field(ones[i] + ones[j]) - plus[i] - plus[j]
+        if both.any():
+            products[i, j] = both
+    return (plus - minus).T / 2, products

@@ -1,7 +1,8 @@
-"""States of orbits at given times: of any field in doubles, of the aligned one in any precision.
+"""States of orbits at given times, and at their first crossings of M3 = 0 (J1 = J2/2).
 
-Doubles and sums of them are carried by a kernel (`kernel.samples`), in vectors of lanes, or by
-engine `scipy`; integers serve beyond its numbers.
+Any field is followed in doubles, the aligned one in any precision. Doubles and sums of them are
+carried by a kernel (`kernel.samples`), in vectors of lanes, or by engine `scipy`; integers serve
+beyond its numbers.
 """
 
 from __future__ import annotations
@@ -14,11 +15,13 @@ from typing import Any, TypeAlias
 import numpy as np
 
 from rigidpend.machine.workers import check_stop, side_by_side, spread
-from rigidpend.mechanics.equations import AlignedCoefficients
+from rigidpend.mechanics.equations import AlignedCoefficients, aligned
 from rigidpend.numbers.exact import fraction
 from rigidpend.numbers.generic import Array, Numbers
+from rigidpend.orbits.integrate import Orbits, Outcome, crossings
 from rigidpend.orbits.integrate.arithmetic import (
     FINEST_TOLERANCE,
+    PAIRS,
     check_engine,
     in_kernel,
     kernel_bits,
@@ -26,7 +29,7 @@ from rigidpend.orbits.integrate.arithmetic import (
 from rigidpend.orbits.integrate.kernel import samples, taylor_step
 from rigidpend.orbits.integrate.kernel.lane_numbers import exactly, in_parts
 from rigidpend.orbits.integrate.kernel.machine_code import FEW, LANES
-from rigidpend.orbits.integrate.kernel.tape import ALIGNED, TracedField, trace
+from rigidpend.orbits.integrate.kernel.tape import ALIGNED, trace
 from rigidpend.orbits.integrate.pair_arrays import PairArray
 
 Field: TypeAlias = Callable[[Any, Any], Any]
@@ -37,6 +40,10 @@ STEPS = 5_000
 """Steps in a call, which cannot be interrupted: 3 ms."""
 TOGETHER = 256
 """Orbits in a call, so that what they leave behind stays small."""
+FIRST = "taylor"
+"""Engine that tells in doubles which crossing is the first, for no touch escapes it."""
+GAINED = 40
+"""Bits of the time that an iteration gains at least: steps of Newton's are told in doubles."""
 
 
 def states_at(
@@ -179,7 +186,12 @@ def _sampled(
     """Samples (parts, d, k, n) of states (parts, d, n) at times (parts, k, n) or (parts, k, 1)."""
     parts, size, n = states.shape
     lanes = FEW if n <= FEW else LANES
-    kernel, parameters = _kernel(field, size, bits, tolerance, lanes)
+    if isinstance(field, AlignedCoefficients):
+        traced, parameters = ALIGNED, in_parts(field, bits)
+    else:
+        traced, numbers = _traced(field, size)
+        parameters = np.array([numbers], dtype=float)
+    kernel = samples.function(taylor_step.order_of(tolerance), bits, traced, lanes)
     found = np.empty((parts, size, times.shape[1], n))
     senses = np.broadcast_to(np.where(times[0, -1] < 0, -1.0, 1.0), n)
     for sense in set(senses.tolist()):
@@ -192,22 +204,8 @@ def _sampled(
     return found
 
 
-def _kernel(
-    field: Field | AlignedCoefficients, size: int, bits: int, tolerance: float, lanes: int
-) -> tuple[Any, Array]:
-    """The machine code that carries orbits of a field, and its parameters."""
-    if isinstance(field, AlignedCoefficients):
-        traced, parameters = ALIGNED, in_parts(field, bits)
-    else:
-        traced, numbers = _traced(field, size)
-        parameters = np.array([numbers], dtype=float)
-    return samples.function(taylor_step.order_of(tolerance), bits, traced, lanes), parameters
-
-
-@functools.lru_cache(maxsize=32)
-def _traced(field: Field, size: int) -> tuple[TracedField, tuple[float, ...]]:
-    """A field taken down; one that is integrated again is not taken down again."""
-    return trace(field, size)
+_traced = functools.lru_cache(maxsize=32)(trace)
+"""A field that is integrated again is not taken down again."""
 
 
 def _lanes(
@@ -232,3 +230,55 @@ def _lanes(
         if left and not np.isfinite(state[:, passed < count]).all():
             raise ArithmeticError("the integration ended early: an orbit did not reach its time")
     return found[..., :n].reshape(count, parts, size, n).transpose(1, 2, 0, 3)
+
+
+def first_crossings(
+    coefficients: AlignedCoefficients,
+    states: Any,
+    limit: float,
+    *,
+    engine: str,
+    bits: int,
+    tolerance: float,
+    jobs: int,
+) -> tuple[Any, Any] | None:
+    """Follow orbits to their first crossing of M3 = 0.
+
+    `integrate.crossings` keeps times only, as doubles. Here each orbit is carried on by Newton's
+    method, until M3 vanishes in the working precision.
+
+    The coefficients, and the states (6, n) at time 0, are doubles at 53 bits by engine `taylor`,
+    else Fractions of the working precision; `limit` is how long, in t', to wait for the crossing,
+    and `tolerance` that of a compiled Taylor series at 53 bits: every bit more halves it.
+
+    Returns
+    -------
+    times, states : (n,) and (6, n) arrays
+        t' since the start, and where they cross; None if an orbit does not cross within the limit,
+        or that is not decided.
+    """
+    exact = states.dtype == object
+    # The whole of the kernel's numbers, if it computes.
+    whole = kernel_bits(max(bits, PAIRS)) if in_kernel(engine, bits) else max(bits, 54)
+    floats = AlignedCoefficients(*map(float, coefficients))
+    finest = max(tolerance, FINEST_TOLERANCE[FIRST])
+    orbits = Orbits(floats, states.astype(float), 1, limit)
+    seen = crossings(orbits, engine=FIRST, bits=53, tolerance=finest, jobs=jobs)
+    if exact and (seen.outcome == Outcome.FAILED).any():
+        # What doubles do not decide.
+        orbits = Orbits(coefficients, states, 1, limit)
+        seen = crossings(orbits, engine=engine, bits=whole, tolerance=tolerance, jobs=jobs)
+    if (seen.outcome != Outcome.COMPLETE).any():
+        return None
+    late: Any = seen.time[0]
+    local = tolerance * 2.0 ** (53 - whole if exact else 0)
+    times = np.zeros(len(late), dtype=states.dtype)
+    for _ in range(2 + bits // GAINED):
+        steps = np.array([Fraction(t) for t in late]) if exact else late
+        given = coefficients, states, steps[None], whole if exact else 53, jobs
+        states = states_at(*given, engine=engine, tolerance=local)[:, 0]
+        times = times + steps
+        late = (-states[2] / aligned(states, coefficients)[2]).astype(float)
+        if np.abs(late).max() < 2.0 ** (2 - bits):
+            break
+    return times, states

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from fractions import Fraction
 from itertools import pairwise
+from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
@@ -14,9 +15,10 @@ from rigidpend.experiments.route_zoom import compute as route_zoom
 from rigidpend.experiments.route_zoom import draw
 from rigidpend.mechanics import floquet
 from rigidpend.numbers.exact import context, exact
-from rigidpend.orbits.integrate import Crossings, neighbours
+from rigidpend.orbits.integrate import Crossings
 from rigidpend.results import store
-from rigidpend.routes.change import Bracket, NoChange
+from rigidpend.routes import neighbourhood
+from rigidpend.routes.neighbourhood import Bracket, NoChange
 from rigidpend.routes.problem import RouteProblem
 from rigidpend.surfaces import melnikov
 from scripts import check_certificate
@@ -87,16 +89,17 @@ def test_every_phase_that_is_stored_is_the_number_that_was_used(
     step = "pi/32"
     used: list[tuple[Any, Any]] = []
 
-    def crossings(reference: Any, beside: Any, **_: Any) -> Crossings:
+    def walk(reference: Any, differences: Any, *_: Any, **given: Any) -> Any:
         """Note the starts, and find that the symbol changes between the first two."""
-        n, k = beside.differences.shape[1], beside.n_crossings
-        used.append((reference.points[0].state, beside.differences))
+        n, k = differences.shape[1], given["n_crossings"]
+        used.append((reference.points[0].state, differences))
         separatrix = np.array([(2 - np.arange(k) - 1) % 4 + 1] * n).T
         separatrix[1:, 1] = separatrix[:-1, 1] % 4 + 1
-        time = np.outer(np.arange(k), np.full(n, beside.passage_limit / 99))
-        return Crossings(time, separatrix.astype(np.uint8), np.zeros(n, dtype=np.uint8))
+        time = np.outer(np.arange(k), np.full(n, given["passage_limit"] / 99))
+        found = Crossings(time, separatrix.astype(np.uint8), np.zeros(n, dtype=np.uint8))
+        return SimpleNamespace(crossings=lambda jobs: found)
 
-    monkeypatch.setattr(neighbours, "crossings", crossings)
+    monkeypatch.setattr(neighbourhood, "Walk", walk)
     deep = ("factor=1000000", "levels=10", "count=5", "n_symbols=30", f"step={step}")
     content = asked("fig4_zoom", *(f"problem.{each}" for each in deep))
     widths = [exact(step) / 10 ** (6 * level + 8) for level in range(10)]

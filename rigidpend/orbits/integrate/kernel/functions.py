@@ -27,13 +27,7 @@ NEAR_1 = 0.0295
 
 
 class Functions:
-    """Elementary functions of one kind of numbers.
-
-    Parameters
-    ----------
-    numbers : Doubles
-        Or its heir for pairs.
-    """
+    """Elementary functions of one kind of numbers, doubles or pairs of them."""
 
     def __init__(self, numbers: Doubles) -> None:
         self.numbers, self.code = numbers, numbers.code

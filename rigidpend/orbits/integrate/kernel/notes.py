@@ -36,11 +36,12 @@ def width_of_note(order: int, bits: int) -> int:
     return len(FIELDS) + MOMENTA * (order + 1) * KINDS[bits].parts
 
 
-def text(order: int, bits: int) -> str:
-    """The kernel's text for series of an order, in numbers of so many bits.
+@functools.cache
+def function(order: int, bits: int) -> Any:
+    """The kernel for series of an order, in numbers of so many bits.
 
-    It defines ``carry(state, stride, time, parameters, depth, groups, steps, notes)``, all
-    arrays of doubles or int64, depth a double, and returns the number of notes:
+    It is called with (state, stride, time, parameters, depth, groups, steps, notes), all arrays of
+    doubles or int64, depth a double, and returns the number of notes:
 
     - state: 6 rows of `stride` doubles for each part of a number, carried on in place;
     - time: 2 rows, t' and what its last digit leaves over;
@@ -50,15 +51,9 @@ def text(order: int, bits: int) -> str:
     - notes: rows of `width_of_note` doubles, room for one on each step of each lane; the series
       are those of the first `MOMENTA` components.
     """
-    return _Carrying(order, bits, ALIGNED).whole()
-
-
-@functools.cache
-def function(order: int, bits: int) -> Any:
-    """The compiled kernel (see :func:`text`)."""
     array, count, number = machine_code.ArrayPointer, ctypes.c_int64, ctypes.c_double
     kinds = (array, count, array, array, number, count, count, array)
-    return machine_code.function(text(order, bits), "carry", *kinds)
+    return machine_code.function(_Carrying(order, bits, ALIGNED).whole(), "carry", *kinds)
 
 
 class _Carrying(Kernel):
@@ -107,8 +102,8 @@ class _Carrying(Kernel):
         begin, end = (code.compare("olt", x, zero) for x in (self.head(M3, 0), after))
         changed = code.logic("xor", begin, end)
         doubtful = code.logic("xor", code.logic("or", far, steady), code.everywhere("true", "i1"))
-        mask = code(f"bitcast {code.mask} {code.logic('or', changed, doubtful)} to i{LANES}")
-        with code.when(code(f"icmp ne i{LANES} {mask}, 0")):
+        mask, some = self.any_lane(code.logic("or", changed, doubtful))
+        with code.when(some):
             self._note(first, mask, (h, after, code.one_where(steady), *self._zero(h, after)))
 
     def _zero(self, h: str, after: str) -> tuple[str, ...]:
@@ -138,10 +133,8 @@ class _Carrying(Kernel):
         told = code.variable(f"[{len(FIELDS)} x {code.vector}]")
         for i, value in enumerate((time, *fields), start=1):
             code.store(value, code.at(told, i))
-        with code.loop(LANES) as lane:
-            bit = code(f"lshr i{LANES} {mask}, {code(f'trunc i64 {lane} to i{LANES}')}")
-            with code.when(code(f"trunc i{LANES} {bit} to i1")):
-                self._note_lane(first, lane, told)
+        with self.each_lane(mask) as lane:
+            self._note_lane(first, lane, told)
 
     def _note_lane(self, first: str, lane: str, told: str) -> None:
         code = self.code

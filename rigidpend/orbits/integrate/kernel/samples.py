@@ -13,11 +13,12 @@ from rigidpend.orbits.integrate.kernel.tape import ALIGNED, TracedField
 from rigidpend.orbits.integrate.kernel.taylor_step import Kernel
 
 
-def text(order: int, bits: int, field: TracedField = ALIGNED, lanes: int = LANES) -> str:
-    """The kernel's text for series of an order, in numbers of so many bits.
+@functools.cache
+def function(order: int, bits: int, field: TracedField = ALIGNED, lanes: int = LANES) -> Any:
+    """The kernel for series of an order, in numbers of so many bits.
 
-    It defines ``sample(state, stride, time, parameters, grid, all, apart, count, next, sense,
-    groups, steps, samples)``, all pointers to doubles or int64, sense a double, and returns the
+    It is called with (state, stride, time, parameters, grid, all, apart, count, next, sense,
+    groups, steps, samples), all pointers to doubles or int64, sense a double, and returns the
     number of lanes that have not reached the last of the times:
 
     - state, stride, time, parameters: of the field, as in the module `notes`;
@@ -29,16 +30,10 @@ def text(order: int, bits: int, field: TracedField = ALIGNED, lanes: int = LANES
     - groups, steps: vectors of lanes, and steps for each of them at most;
     - samples: rows of `stride` doubles, for each time those of `state`.
     """
-    return _Sampling(order, bits, field, lanes).whole()
-
-
-@functools.cache
-def function(order: int, bits: int, field: TracedField = ALIGNED, lanes: int = LANES) -> Any:
-    """The compiled kernel (see :func:`text`)."""
     array, count, number = machine_code.ArrayPointer, ctypes.c_int64, ctypes.c_double
     state = (array, count, array, array)
     kinds = (*state, array, count, count, count, array, number, count, count, array)
-    return machine_code.function(text(order, bits, field, lanes), "sample", *kinds)
+    return machine_code.function(_Sampling(order, bits, field, lanes).whole(), "sample", *kinds)
 
 
 class _Sampling(Kernel):
@@ -71,7 +66,7 @@ class _Sampling(Kernel):
             self._set_due(first, lane)
         with code.loop("%steps"):
             open_ = code.compare("olt", code.size(code.load(self.due)), self.never)
-            with code.when(self._any(open_)):
+            with code.when(self.any_lane(open_)[1]):
                 self._step(first)
         self.store_lanes(places)
         with code.loop(code.lanes) as lane:
@@ -103,10 +98,10 @@ class _Sampling(Kernel):
         with code.repeated() as again:
             since = self._since()
             ahead = code.binary("fmul", since[0], self.sense)
-            mask = code.compare("ole", ahead, length)
-            again.append(self._any(mask))
+            within = code.compare("ole", ahead, length)
+            again.append(self.any_lane(within)[1])
             with code.when(again[0]):
-                self._write(first, since, mask)
+                self._write(first, since, within)
         h = code.binary("fmul", length, self.sense)
         self.go_on(h, [self.at(i, h) for i in range(self.size)])
 
@@ -116,22 +111,14 @@ class _Sampling(Kernel):
         due = self.numbers.load(self.due, 0)
         return self.numbers.minus(self.numbers.minus(due, high), low)
 
-    def _any(self, mask: str) -> str:
-        """True where a mask holds in some lane."""
-        code = self.code
-        bits = code(f"bitcast {code.mask} {mask} to i{code.lanes}")
-        return code(f"icmp ne i{code.lanes} {bits}, 0")
-
     def _write(self, first: str, since: Value, mask: str) -> None:
         """Write down where the lanes of a mask are at the time that is due."""
         code = self.code
         for i in range(self.size):
             self.numbers.store(self.at_number(i, since), self.found, i)
         bits = code(f"bitcast {code.mask} {mask} to i{code.lanes}")
-        with code.loop(code.lanes) as lane:
-            bit = code(f"lshr i{code.lanes} {bits}, {code(f'trunc i64 {lane} to i{code.lanes}')}")
-            with code.when(code(f"trunc i{code.lanes} {bit} to i1")):
-                self._write_lane(first, lane)
+        with self.each_lane(bits) as lane:
+            self._write_lane(first, lane)
 
     def _write_lane(self, first: str, lane: str) -> None:
         code = self.code

@@ -1,7 +1,7 @@
 """A field's Python taken down: the operations of a state's derivatives, in their order.
 
 A field is a function of generic numbers. Called with symbols it leaves behind what it does with
-them, for `recurrences` to write as machine code and `bigint` to do in integers. Plain numbers
+them, for `taylor_step` to write as machine code and `bigint` to do in integers. Plain numbers
 become parameters, so that fields that differ by these alone share their code; 0 and 1 alone are
 taken into account. Products stay as they are written: with parameters moved in front of them
 |gamma| drifts in proportion to the time in doubles, by 4e-18 a rotation of Fig. 4's orbits.
@@ -61,17 +61,8 @@ class TracedField(NamedTuple):
 def trace(field: Callable[[Any, Any], Any], size: int) -> tuple[TracedField, tuple[float, ...]]:
     """Take down a field of `size` components, and the parameters in it.
 
-    Parameters
-    ----------
-    field : callable
-        ``field(state, m)`` gives the derivatives by ``+ - * /``, powers with whole exponents and
-        the functions `FUNCTIONS` of the namespace `m`.
-    size : int
-
-    Raises
-    ------
-    AttributeError
-        The field asks for another function.
+    ``field(state, m)`` gives the derivatives by ``+ - * /``, powers with whole exponents and the
+    functions `FUNCTIONS` of the namespace `m`; another one is an AttributeError.
     """
     tape = _Tape()
     found = tape.taken(field([tape.write("component", i) for i in range(size)], _Functions()))
