@@ -248,10 +248,7 @@ Integration in pairs of doubles knows no more; the bound grows as that distance 
 def trials(of: ShiftProblem, half_turns: int | None = None) -> Iterator[ShiftProblem]:
     """Ways to try a full shift, the fewest half rotations first; one if these are given.
 
-    Raises
-    ------
-    MapError, ArithmeticError
-        There is none; the text says why.
+    Where there is none, the text of a MapError or an ArithmeticError says why.
     """
     first = of._replace(half_turns=half_turns or 1)
     if half_turns:

@@ -19,12 +19,12 @@ from rigidpend.mechanics.coordinates import Canonical, aligned_from_canonical
 from rigidpend.mechanics.equations import AlignedCoefficients, aligned, aligned_coefficients
 from rigidpend.mechanics.free_body import separatrix_beside
 from rigidpend.numbers.exact import Exact
-from rigidpend.routes.certified.balls import BALLS, LogarithmicNorm, angles, precision
-from rigidpend.routes.certified.checker import LARGEST, SCALARS, Undecided
-from rigidpend.routes.certified.families import Family
+from rigidpend.routes.certified.balls import BALLS, SCALARS, LogarithmicNorm, angles, precision
+from rigidpend.routes.certified.checker import LARGEST, Undecided
+from rigidpend.routes.certified.models import Family
 from rigidpend.routes.certified.passages import on_parts, tube
 from rigidpend.routes.certified.pieces import CLOCK, FamilyStep
-from rigidpend.routes.certified.sections import BITS, distances
+from rigidpend.routes.certified.sections import BITS, distances, norms
 
 MOST_TERMS = 100
 """Terms of cosine and sine on an interval at most."""
@@ -115,10 +115,7 @@ def _turned(angle: arb) -> tuple[Family, Family]:
 def symbols(starts: EnclosedStarts, of: PhaseInterval, pieces: Sequence[FamilyStep]) -> list[bool]:
     """Check the orbits that start on an interval: the symbols that all of them have.
 
-    Raises
-    ------
-    Undecided
-        A hypothesis is not shown; the text begins with its name.
+    The text of what is undecided begins with the name of the hypothesis.
     """
     return symbols_of(list(_signs(starts, starts.states(of), pieces)))
 
@@ -126,15 +123,8 @@ def symbols(starts: EnclosedStarts, of: PhaseInterval, pieces: Sequence[FamilySt
 def symbols_of(told: Sequence[int | tuple[bool, int]]) -> list[bool]:
     """H4: the symbols of what is told of parts one after another.
 
-    Parameters
-    ----------
-    told : sequence
-        Of each part the sign of M3, or, beside a crossing, whether M3 rises and the sign of the
-        large one of Q+ and Q-.
-
-    Raises
-    ------
-    Undecided
+    Of each part that is the sign of M3, or, beside a crossing, whether M3 rises and the sign of
+    the large one of Q+ and Q-.
     """
     runs = [sign for k, sign in enumerate(told) if k == 0 or told[k - 1] != sign]
     # M3 < 0, a crossing on which it rises, M3 > 0, one on which it falls, and so on.
@@ -161,9 +151,9 @@ def _signs(
             if not half.range > 0:
                 raise Undecided("H2: the length of a step is not shown to be positive")
             pairs = zip(states, before, strict=True)
-            begin = bound + _norm([s.at("z", -1) - e for s, e in pairs], growth)
+            begin = bound + norms([s.at("z", -1) - e for s, e in pairs], growth, "")[0]
             rates = zip(states, aligned(states, c), strict=True)
-            leap = _norm([P.derivative() - half * rate for P, rate in rates], growth)
+            leap = norms([P.derivative() - half * rate for P, rate in rates], growth, "")[0]
             # Halfway between both orbits.
             near = Fraction(1, 2)
             bound, _ = tube(states[2], half, begin + 2 * leap, growth, near, ("H3", LARGEST))
@@ -189,7 +179,3 @@ def _on_step(
         if not (large > 0 or large < 0):
             raise Undecided("H5: Q is too near zero at a crossing to tell its separatrix")
         yield bool(rate > 0), 1 if large > 0 else -1
-
-
-def _norm(states: Sequence[Family], growth: LogarithmicNorm) -> arb:
-    return arb(growth.norm(tuple(state.bound for state in states)).upper())

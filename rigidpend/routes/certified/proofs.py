@@ -16,12 +16,7 @@ from rigidpend.machine.workers import check_stop
 from rigidpend.numbers.exact import Exact
 from rigidpend.routes.certified.approximation import Approximation
 from rigidpend.routes.certified.balls import enclosed
-from rigidpend.routes.certified.checker import (
-    OrbitChecker,
-    Outgrown,
-    ProvenCrossing,
-    Undecided,
-)
+from rigidpend.routes.certified.checker import OrbitChecker, Outgrown, ProvenCrossing, Undecided
 from rigidpend.routes.certified.pieces import ORBIT_STEPS, Step
 from rigidpend.routes.problem import RouteProblem
 
@@ -40,18 +35,8 @@ Report = Callable[[str], None]
 class ProofProgress:
     """Lines on the proof of one orbit.
 
-    Parameters
-    ----------
-    name : str
-        What the orbit is called.
-    steps : int
-        Steps that are expected.
-    bits : int
-        Bits of the first one; they fall to nearly none.
-    report : callable
-        Takes a line.
-    spent : int, optional
-        Work of trials before this one.
+    So many steps are expected, of `bits` that fall to nearly none; trials before this one have
+    `spent` some work.
     """
 
     def __init__(self, name: str, steps: int, bits: int, report: Report, spent: int = 0) -> None:
@@ -111,21 +96,9 @@ def prove(
     limit: float,
     progress: ProofProgress | None = None,
 ) -> Proof:
-    """Find steps that prove crossings, from a bound of 2^-bits at the start.
+    """Find steps that prove so many crossings, from a bound of 2^-bits at the start.
 
-    Parameters
-    ----------
-    problem : RouteProblem
-    theta2_0 : Exact
-        Radians.
-    bits : int
-        Bits to begin with; they are lowered as the bound grows.
-    n_crossings : int
-        Crossings after which to stop.
-    limit : float
-        Longest wait for the next crossing, t'.
-    progress : ProofProgress, optional
-        Tells how far it is, and ends it where it takes too much work.
+    Bits are lowered as the bound grows. `limit` is the longest wait for the next crossing, t'.
     """
     start = enclosed(problem, theta2_0, bits + MARGIN + AT_START)
     orbit, checker = Approximation(start.coefficients, start.state), OrbitChecker(start)

@@ -17,7 +17,7 @@ from rigidpend.experiments.full_shift import compute as full_shift
 from rigidpend.experiments.full_shift.schema import Config
 from rigidpend.numbers.checked import ParameterError
 from rigidpend.results import store
-from rigidpend.routes.certified import beginnings, chains, coverings, family_orbits, horseshoe
+from rigidpend.routes.certified import chains, coverings, family_orbits, horseshoe, sections
 from rigidpend.routes.certified.pieces import FamilyStep
 from rigidpend.runs import certificates
 from tests.config.samples import content as typed
@@ -268,4 +268,4 @@ def test_bounds_are_rounded_outward() -> None:
     times = result["data"]["sets"]["longest"].reshape(2, 2)
     assert np.exp(-stated * times).sum(axis=1).prod() > 1
     assert np.exp(-(stated + 1e-5) * times).sum(axis=1).prod() < 1
-    assert beginnings.ALONE
+    assert sections.ALONE

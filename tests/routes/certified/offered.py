@@ -21,10 +21,10 @@ from rigidpend.orbits.integrate.states import states_at
 from rigidpend.orbits.return_map.poincare import state_of
 from rigidpend.orbits.return_map.precision import precision
 from rigidpend.orbits.return_map.reduced import coefficients
-from rigidpend.routes.certified import beginnings, passages, pieces, sections
+from rigidpend.routes.certified import passages, pieces, sections
 from rigidpend.routes.certified.balls import LogarithmicNorm
 from rigidpend.routes.certified.checker import Undecided
-from rigidpend.routes.certified.families import Family
+from rigidpend.routes.certified.models import Family
 from rigidpend.routes.certified.pieces import (
     CLOCK,
     FamilyStep,
@@ -206,9 +206,9 @@ class Stored:
     def numbers(self) -> sections.Numbers:
         return sections.Numbers.of(BODY, exact(GIVEN["h"]))
 
-    @cached_property
+    @property
     def growth(self) -> LogarithmicNorm:
-        return LogarithmicNorm.of(self.numbers.field)
+        return self.numbers.growth
 
     @cached_property
     def arrivals(self) -> list[passages.Reached]:
@@ -230,9 +230,9 @@ class Stored:
 
         def by_package() -> list[float]:
             if isinstance(start, StartLine):
-                _, bounds = beginnings.line_beginning(self.numbers, start, piece, self.growth)
+                _, bounds = sections.line_beginning(self.numbers, start, piece)
             else:
-                _, bounds = beginnings.beginning(self.numbers, start, piece, self.growth)
+                _, bounds = sections.beginning(self.numbers, start, piece)
             return [float(x.upper()) for x in bounds]
 
         def by_script() -> list[float]:

@@ -23,8 +23,9 @@ from rigidpend.orbits.return_map import return_map
 from rigidpend.orbits.return_map.precision import precision
 from rigidpend.routes.certified import connections, coverings, passages, sections
 from rigidpend.routes.certified.balls import LogarithmicNorm
-from rigidpend.routes.certified.families import Family
+from rigidpend.routes.certified.family_orbits import LineStarts
 from rigidpend.routes.certified.horseshoe import ShiftProblem
+from rigidpend.routes.certified.models import Family
 from rigidpend.routes.certified.pieces import (
     CLOCK,
     FamilyStep,
@@ -35,7 +36,6 @@ from rigidpend.routes.certified.pieces import (
     unpacked,
     unpacked_quads,
 )
-from rigidpend.routes.certified.start_lines import LineStarts
 from rigidpend.routes.symbolic.address import parsed
 from rigidpend.routes.symbolic.closed import closed, words
 from rigidpend.routes.symbolic.levels import Level
@@ -198,7 +198,7 @@ def test_C2_defects_are_the_same_for_both(stored: Stored) -> None:
     own, growth = stored.orbits[0][6], stored.growth
     for piece in (own, moved(own, 2, (3, 2, 0), 1e-9)):
         states, half = [Family.of(x, piece.bits) for x in piece.terms], Family.of(piece.half, CLOCK)
-        found = passages.defects(stored.numbers, states, half, growth)
+        found = passages.defects(stored.numbers, states, half)
         mine = [float(x.upper()) for x in found]
         theirs = script.defects(problem(), step(piece))
         assert mine == pytest.approx([float(x) for x in theirs], rel=1e-6)
@@ -255,7 +255,7 @@ def test_C3_derivatives_are_carried_as_the_page_says(stored: Stored) -> None:
     piece = FamilyStep(BITS, length, terms)
     states, family = [Family.of(each, BITS) for each in terms], Family.of(length, CLOCK)
     at, more = list(map(arb, begin)), list(map(arb, leap))
-    mine = passages._carried(states, family, at, more, stored.growth)
+    mine = passages._carried(stored.numbers, states, family, at, more)
     exactly = list(map(Fraction, begin)), list(map(Fraction, leap))
     theirs = script.carried(problem(), step(piece), *exactly)
     _, upright, w, F, Omega = (float(x.mid()) for x in stored.growth)
@@ -280,7 +280,7 @@ def test_C4_the_sign_of_M3_beside_its_bound(stored: Stored, factor: float, reaso
     M3 = constant(factor * bound / float(stored.growth.upright.mid()))
     piece = FamilyStep(BITS, {(0, 0, 0): 2}, [CALM, CALM, M3, CALM, CALM, CALM])
     states = [Family.of(terms, BITS) for terms in piece.terms]
-    mine = said(passages._signs, stored.numbers, states, arb(bound), stored.growth, 1)
+    mine = said(passages._signs, stored.numbers, states, arb(bound), 1)
     theirs = said(lambda: list(script.signs(problem(), step(piece), Fraction(bound), 1)))
     assert [mine[:2], theirs[:2]] == [reason, reason]
 
@@ -338,7 +338,7 @@ def crossing(stored: Stored, end: list[dict[Any, int]], bounds: list[float]) -> 
     """C5 by both, of ends of steps as terms and bounds on their distance."""
     states, theirs = [Family.of(x, BITS) for x in end], [series(x, BITS) for x in end]
     balls, exactly = list(map(arb, bounds)), list(map(Fraction, bounds))
-    own: Any = stored.numbers, states, balls, stored.growth, 1, [], arb(0)
+    own: Any = stored.numbers, states, balls, 1, [], arb(0)
     return [
         lambda: passages._crossing(*own),
         lambda: script.crossing(problem(), theirs, exactly, 1, []),

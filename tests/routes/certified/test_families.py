@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from rigidpend.routes.certified.families import Family
+from rigidpend.routes.certified.models import Family
 
 BITS = 40
 FIRST: dict[tuple[int, ...], int] = {(0, 0, 0, 0): 3**21, (2, 3, 1, 1): 3**20}

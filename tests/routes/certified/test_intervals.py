@@ -19,9 +19,10 @@ from rigidpend.numbers.exact import exact
 from rigidpend.routes.certified import interval_search, intervals, pieces
 from rigidpend.routes.certified.balls import precision
 from rigidpend.routes.certified.checker import Undecided
-from rigidpend.routes.certified.families import Family
-from rigidpend.routes.certified.interval_search import IntervalSearch, ProvenInterval
+from rigidpend.routes.certified.horseshoe import ShiftProblem
+from rigidpend.routes.certified.interval_search import ProvenInterval, within
 from rigidpend.routes.certified.intervals import EnclosedStarts, PhaseInterval
+from rigidpend.routes.certified.models import Family
 from rigidpend.routes.certified.pieces import FamilyStep
 from rigidpend.runs import loading
 from scripts import check_intervals as script
@@ -40,21 +41,21 @@ GIVEN = {
 }
 H0, J1 = exact("1.3342"), Fraction(1, 10**8)
 CONFIG = Path(__file__).parents[3] / "configs" / "fig4_intervals.yaml"
-SEARCH = IntervalSearch.of(BODY, H0, J1, 1, 4)
-TWO = IntervalSearch.of(BODY, H0, J1, 2, 7)
+SETTING = ShiftProblem(BODY, H0, 1, h0=H0)
+ONE, TWO = (SETTING, J1, 1, 4), (SETTING, J1, 2, 7)
 
 
 @pytest.fixture(scope="module")
 def one() -> ProvenInterval:
     """One symbol of the starts from 0 to pi/8."""
-    [found] = SEARCH.within(PhaseInterval(0, 4))
+    [found] = within(PhaseInterval(0, 4), *ONE)
     return found
 
 
 @pytest.fixture(scope="module")
 def two() -> list[ProvenInterval]:
     """Two symbols, and one beside a place where the first one changes."""
-    return [*TWO.within(PhaseInterval(1, 5)), *TWO.within(PhaseInterval(8, 5))]
+    return [x for k in (1, 8) for x in within(PhaseInterval(k, 5), *TWO)]
 
 
 @pytest.mark.parametrize(
@@ -136,7 +137,7 @@ def test_an_interval_a_percent_wider_is_not_proven_by_these_steps(
 
 @pytest.mark.slow
 def test_an_interval_on_which_the_symbol_changes_is_halved_and_never_proven() -> None:
-    found = SEARCH.within(PhaseInterval(1, 2))
+    found = within(PhaseInterval(1, 2), *ONE)
     assert [each.of for each in found] == [
         PhaseInterval(4, 4),
         PhaseInterval(5, 4),
@@ -232,7 +233,7 @@ def test_intervals_that_overlap_or_are_none_are_refused(places: list[tuple[int, 
 def test_more_bits_than_pairs_of_doubles_have_are_undecided() -> None:
     times = np.array([[100.0], [200.0]]) + np.zeros((2, interval_search.NODES))
     with pytest.raises(Undecided, match="bits"):
-        interval_search.pieces(SEARCH.setting, J1, PhaseInterval(0, 10), times)
+        interval_search.pieces(SETTING, J1, PhaseInterval(0, 10), times)
 
 
 FORGED = ("a hidden gap", "a larger share", "an overlap", "a symbol after a gap", "fewer intervals")

@@ -178,12 +178,12 @@ DEPTH = 60
     ("before", "after", "made"),
     [
         (
-            'bound + _norm([s.at("z", -1) - e for s, e in pairs], growth)',
+            'bound + norms([s.at("z", -1) - e for s, e in pairs], growth, "")[0]',
             "bound",
             other_side,
         ),
         (
-            "_norm([P.derivative() - half * rate for P, rate in rates], growth)",
+            'norms([P.derivative() - half * rate for P, rate in rates], growth, "")[0]',
             "arb(0)",
             bent,
         ),
