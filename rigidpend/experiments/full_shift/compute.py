@@ -9,7 +9,6 @@ from fractions import Fraction
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from rigidpend.experiments.contract import Means
 from rigidpend.experiments.data import Data, Tree, datasets
@@ -23,6 +22,7 @@ from rigidpend.experiments.full_shift import (
     RELATIONS,
 )
 from rigidpend.numbers.exact import exact
+from rigidpend.numbers.generic import Array
 
 if TYPE_CHECKING:
     from rigidpend.experiments.full_shift.schema import Config
@@ -33,8 +33,6 @@ if TYPE_CHECKING:
     from rigidpend.routes.certified.passages import Reached
     from rigidpend.routes.certified.pieces import FamilyStep, Quad, StartLine
     from rigidpend.routes.certified.sections import Numbers
-
-Array = NDArray[np.float64]
 
 SIDE = 24
 """Points on a side of an outline."""

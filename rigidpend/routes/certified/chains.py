@@ -15,9 +15,9 @@ from itertools import pairwise
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from rigidpend.machine.workers import check_stop
+from rigidpend.numbers.generic import Array
 from rigidpend.orbits.return_map import SectionPoint
 from rigidpend.routes.certified.checker import Undecided
 from rigidpend.routes.certified.coverings import prove_link, relation
@@ -26,8 +26,6 @@ from rigidpend.routes.certified.horseshoe import OVERSHOOT, ShiftProblem
 from rigidpend.routes.certified.passages import arrival
 from rigidpend.routes.certified.pieces import FamilyStep, Quad, StartLine, made
 from rigidpend.routes.certified.sections import Numbers
-
-Array = NDArray[np.float64]
 
 SHARE, WIDE = 1 / 2000, 1e-4
 """Half of a set's width over its distance from the stable surface, and in gamma3, at most."""
@@ -46,7 +44,7 @@ MORE = 0, 6, 14
 
 
 class OrbitCrossings(NamedTuple):
-    """OrbitCrossings of an orbit by the return map, and where it starts, radians."""
+    """Crossings of an orbit by the return map, and where it starts, radians."""
 
     theta2: float
     d: Array

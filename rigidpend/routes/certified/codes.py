@@ -23,10 +23,9 @@ from rigidpend.routes.certified.proofs import (
     Proof,
     ProofProgress,
     Report,
-    bits_for,
+    asked_for,
     check,
     prove,
-    steps_for,
 )
 from rigidpend.routes.codes import route_codes, shown
 from rigidpend.routes.cycle import symbols
@@ -162,8 +161,8 @@ def _orbit(
     # Near enough to be recognised: the exact phase of a grid is written as start + step * k.
     name = f"theta2_0 = {float(theta2_0)!r}"
     n, limit = problem.n_symbols + 1, passage_limit(problem, 53)
-    steps = steps_for(problem, time, theta2_0)
-    asked, tries = (bits_for(problem, time, theta2_0), tries) if bits is None else (bits, 1)
+    steps, enough = asked_for(problem, time, theta2_0)
+    asked, tries = (enough, tries) if bits is None else (bits, 1)
     found, spent = Proof([], [], ""), 0
     for _ in range(tries):
         asked = min(asked, ORBIT_BITS)

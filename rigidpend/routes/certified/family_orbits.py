@@ -19,6 +19,7 @@ from rigidpend.mechanics.body import Angles, Body
 from rigidpend.mechanics.coordinates import Canonical, aligned_from_canonical
 from rigidpend.mechanics.equations import AlignedCoefficients, aligned, hamiltonian_J3_0, height
 from rigidpend.numbers.exact import GUARD_BITS, Exact, exact
+from rigidpend.numbers.generic import Array
 from rigidpend.orbits.integrate.pair_arrays import PairArray
 from rigidpend.orbits.integrate.states import states_at
 from rigidpend.orbits.return_map import SectionPoint
@@ -31,7 +32,6 @@ from rigidpend.routes.certified.horseshoe import (
     ITERATIONS,
     NUMBERS,
     OVERSHOOT,
-    Array,
     ShiftProblem,
     energies_of,
     moving,

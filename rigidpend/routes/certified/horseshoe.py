@@ -18,16 +18,15 @@ from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.polynomial import polynomial
-from numpy.typing import NDArray
 
 from rigidpend.mechanics.body import Body
 from rigidpend.numbers.exact import GUARD_BITS, Exact
+from rigidpend.numbers.generic import Array
 from rigidpend.orbits.return_map import EnergyLevel, SectionPoint, return_map
 from rigidpend.orbits.return_map.precision import precision
 from rigidpend.orbits.return_map.reduced import Coefficients, coefficients
 from rigidpend.routes.certified.pieces import Quad, made
 
-Array = NDArray[np.float64]
 NUMBERS = precision(96)
 """Pairs of doubles."""
 DEGREE = 4

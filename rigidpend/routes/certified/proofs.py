@@ -144,26 +144,22 @@ def check(problem: RouteProblem, theta2_0: Exact, steps: Sequence[Step], n_cross
     return Proof(checker.crossings[:n_crossings], list(steps), reason)
 
 
-def steps_for(problem: RouteProblem, time: float, theta2_0: Exact) -> int:
-    """Number of steps that a proof up to a time t' takes, if each has its full length."""
-    start = enclosed(problem, theta2_0, AT_START)
-    longest = Approximation(start.coefficients, start.state).longest
-    return min(ORBIT_STEPS, math.ceil(time * float(start.unit) / longest))
-
-
-def bits_for(problem: RouteProblem, time: float, theta2_0: Exact) -> int:
-    """Bits that a proof up to a time t' asks for, by the mean growth of its bound."""
-    start = enclosed(problem, theta2_0, AT_START)
-    size = float(start.state[2].abs_upper())
-    # The rate at |M3| = |M|, as beside the periodic orbits, where an orbit spends most of its time.
-    rate = float(OrbitChecker(start).growth.rate(arb(size), arb(0)))
-    return math.ceil(MEAN * rate * time * float(start.unit) / math.log(2)) + LEFT
-
-
 LEFT = 14
 """Bits that are to be left at the end."""
 MEAN = 0.9
 """Mean rate of growth over that far from a crossing, where M3 passes zero; measured on Fig. 4."""
+
+
+def asked_for(problem: RouteProblem, time: float, theta2_0: Exact) -> tuple[int, int]:
+    """Steps that a proof up to a time t' takes, of full length, and bits, by its bound's growth."""
+    start = enclosed(problem, theta2_0, AT_START)
+    length = time * float(start.unit)
+    longest = Approximation(start.coefficients, start.state).longest
+    size = float(start.state[2].abs_upper())
+    # The rate at |M3| = |M|, as beside the periodic orbits, where an orbit spends most of its time.
+    rate = float(OrbitChecker(start).growth.rate(arb(size), arb(0)))
+    bits = math.ceil(MEAN * rate * length / math.log(2)) + LEFT
+    return min(ORBIT_STEPS, math.ceil(length / longest)), bits
 
 
 def _digits(bound: arb) -> int:

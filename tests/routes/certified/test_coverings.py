@@ -21,6 +21,7 @@ from rigidpend.experiments.full_shift.schema import Config
 from rigidpend.numbers.exact import exact
 from rigidpend.orbits.return_map import return_map
 from rigidpend.orbits.return_map.precision import precision
+from rigidpend.results import store
 from rigidpend.routes.certified import connections, coverings, passages, sections
 from rigidpend.routes.certified.balls import LogarithmicNorm
 from rigidpend.routes.certified.family_orbits import LineStarts
@@ -39,6 +40,7 @@ from rigidpend.routes.certified.pieces import (
 from rigidpend.routes.symbolic.address import parsed
 from rigidpend.routes.symbolic.closed import closed, words
 from rigidpend.routes.symbolic.levels import Level
+from rigidpend.runs import certificates
 from scripts import check_full_shift as script
 from scripts.check_certificate import Fails, Interval, Refused
 from tests.attacks import lot
@@ -630,6 +632,23 @@ def known(stored: Stored, start: Any, theirs: bool = False) -> Any:
 )
 def test_the_second_checker_reads_the_symbols_of_an_address(address: str, word: str) -> None:
     assert script.word_of(address) == word == "".join(map(str, parsed(address).symbols))
+
+
+@pytest.mark.slow
+def test_the_command_that_checks_certificates_proves_a_result_again(
+    stored: Stored, followed: None, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    said = certificates.check(STORED, jobs=1, report=print)
+    assert [type(each) for each in said] == [certificates.Theorem] * 5
+    assert all(str(each).startswith("proven: ") for each in said)
+    assert str(certificates.Theorem("undecided: C7")) == "undecided: C7"
+    monkeypatch.setattr(coverings, "arrival", passages.arrival)
+    wide = tmp_path / "wide.h5"
+    wide.write_bytes(STORED.read_bytes())
+    with h5py.File(wide, "r+") as file:
+        file["data/sets/a"][0] *= 3
+    with pytest.raises(store.StoreError, match=r"wide\.h5: undecided, nothing is proven: "):
+        certificates.check(wide, jobs=1, report=print)
 
 
 @pytest.mark.slow

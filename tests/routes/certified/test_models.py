@@ -14,7 +14,7 @@ from rigidpend import Body
 from rigidpend.mechanics.equations import AlignedCoefficients, aligned, aligned_coefficients
 from rigidpend.routes.certified.approximation import jacobian, rule
 from rigidpend.routes.certified.balls import LogarithmicNorm, precision
-from rigidpend.routes.certified.models import VALUE_BITS, Model, Values
+from rigidpend.routes.certified.models import VALUE_BITS, Family, Model, Values
 from scripts import check_certificate
 
 UNIT = 40
@@ -218,3 +218,17 @@ def test_the_norm_is_the_weighted_one() -> None:
     d = np.array([1.0, -2.0, 3.0, 0.1, -0.2, 0.3])
     found = float(growth.norm(tuple(map(arb, d))))
     assert found == pytest.approx(np.linalg.norm(weights(growth) * d), rel=1e-12)
+
+
+FIRST: dict[tuple[int, ...], int] = {(0, 0, 0, 0): 3**21, (2, 3, 1, 1): 3**20}
+SECOND: dict[tuple[int, ...], int] = {(1, 0, 2, 0): 3**19, (0, 1, 0, 2): 3**18}
+
+
+def test_degrees_are_the_largest_of_all_terms_and_add_up_in_products() -> None:
+    """A derivative errs by as many times more: by its degree."""
+    one, other = Family.of(FIRST, UNIT), Family.of(SECOND, UNIT)
+    assert (one.orders, other.orders, (one * other).orders) == (
+        (3, 1, 1),
+        (1, 2, 2),
+        (4, 3, 3),
+    )
