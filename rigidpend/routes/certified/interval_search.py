@@ -144,9 +144,10 @@ def _halves(times: Array, rate: float) -> list[dict[Powers, int]]:
     for k, time in enumerate(times):
         between = time - beside - (times[k - 1] + beside if k else 0.0)
         steps = math.ceil(between.max() / length)
-        found += steps * [_polynomial(between / (2 * steps))] + 2 * [
-            _polynomial(0 * time + beside / 2)
-        ]
+        # None where the first crossing comes at once.
+        if steps > 0:
+            found += steps * [_polynomial(between / (2 * steps))]
+        found += 2 * [_polynomial(0 * time + beside / 2)]
     return found
 
 

@@ -29,7 +29,7 @@ SHORT = (
 def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """A folder with a result of one symbol on intervals of 2 pi/8, half of which have it."""
     found = tmp_path_factory.mktemp("intervals")
-    done = call(found, "run", "fig4_intervals", *SHORT, "--out", ".")
+    done = call(found, "run", "fig4_intervals", *SHORT, "--out", ".", "-j", "1")
     assert done.returncode == 0, done.stderr
     return found
 

@@ -226,6 +226,11 @@ def test_more_bits_than_pairs_of_doubles_have_are_undecided() -> None:
         interval_search.pieces(SETTING, J1, PhaseInterval(0, 10), times)
 
 
+def test_a_crossing_that_comes_at_once_has_no_steps_before_it() -> None:
+    once, later = (interval_search._halves(np.full((1, 20), x), 1.0) for x in (0.1, 2.0))
+    assert (len(once), len(later)) == (2, 3)
+
+
 FORGED = ("a hidden gap", "a larger share", "an overlap", "a symbol after a gap", "fewer intervals")
 
 
