@@ -22,7 +22,7 @@ from rigidpend.machine.workers import side_by_side
 from rigidpend.numbers.exact import exact
 from rigidpend.results import store
 from rigidpend.routes.certified.checker import Undecided
-from rigidpend.routes.certified.proofs import Report
+from rigidpend.routes.certified.codes import Report
 from rigidpend.runs import certificate_files, provenance
 from rigidpend.runs.loading import LoadedConfig
 

@@ -15,8 +15,8 @@ sections, passages, coverings, connections
 
 What finds, and need not be trusted
 -----------------------------------
-approximation, proofs, codes
-             polynomials of an orbit, both together, route codes made of them
+approximation, codes
+             polynomials of an orbit, route codes made of them and the checker
 interval_search
              intervals with their polynomials
 horseshoe, family_orbits, chains

@@ -24,10 +24,10 @@ from rigidpend.orbits.return_map.precision import precision
 from rigidpend.orbits.return_map.reduced import coefficients
 from rigidpend.routes.certified import (
     approximation,
+    codes,
     intervals,
     passages,
     pieces,
-    proofs,
     sections,
 )
 from rigidpend.routes.certified.balls import LogarithmicNorm, enclosed
@@ -243,7 +243,7 @@ class Start(NamedTuple):
 
 def by_package(start: Start, steps: Sequence[Step]) -> str:
     """The reason for which the package proves no more."""
-    return proofs.check(start.problem, exact(start.phase), steps, 2).reason
+    return codes.check(start.problem, exact(start.phase), steps, 2).reason
 
 
 def by_script(start: Start, steps: Sequence[Step]) -> str:

@@ -12,7 +12,7 @@ import pytest
 from rigidpend import Body, certify_codes, route_codes
 from rigidpend.numbers.exact import exact
 from rigidpend.numbers.expressions import ExactError
-from rigidpend.routes.certified import codes, proofs
+from rigidpend.routes.certified import codes
 from rigidpend.routes.problem import ProblemError
 from tests.routes.reference import fig4_left
 
@@ -106,7 +106,7 @@ def test_an_orbit_that_does_not_come_in_time_is_undecided(mu: Any, J1_0: str, n:
 
 
 def test_progress_names_a_phase_of_a_grid_by_one_number(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(proofs, "BETWEEN", -1.0)
+    monkeypatch.setattr(codes, "BETWEEN", -1.0)
     lines: list[str] = []
     phase = exact("0") + exact("1/10") * 16
     certify_codes(BODY, [phase], h0="1.3342", J1_0="1e-8", n_symbols=1, report=lines.append)

@@ -190,7 +190,7 @@ def test_H5_the_large_Q_beside_its_bound(rising: bool, factor: float, reason: st
     values, told = [0.0] * 6, list[Any]()
     values[0 if rising else 1], values[3 if rising else 4] = factor * bound, 1.0
     mine = [Family.of(constant(x), BITS) for x in values]
-    refused = said(lambda: told.extend(intervals._on_step(starts, mine, arb(bound))))
+    refused = said(lambda: told.extend(intervals._on_step(starts.numbers, mine, arb(bound))))
     assert refused.startswith(reason)
     assert set(told) == (set() if reason else {(rising, 1)})
 

@@ -155,7 +155,7 @@ def test_without_a_hypothesis_a_false_certificate_is_believed(
             other_side,
         ),
         ("len(runs) % 2 == 0 or not kinds or heads != order", "False", late),
-        ("starts.field)[2]", "starts.field)[2].mid()", once),
+        ("numbers.field)[2]", "numbers.field)[2].mid()", once),
         ("if not (large > 0 or large < 0):", "if False:", other_beside),
     ],
     ids=["H1", "H2", "H3", "H4", "H5 rate", "H5 side"],
