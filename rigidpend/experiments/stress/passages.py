@@ -167,7 +167,11 @@ def growths(scene: Scene, state: Array, until: float) -> tuple[Array, Array]:
 
 
 def with_tangent(c: AlignedCoefficients) -> Callable[[Any, Any], list[Any]]:
-    """The aligned field of 12 components: an orbit, and a small deviation from it."""
+    """The aligned field of 12 components: an orbit, and a small deviation from it.
+
+    Over many passages the deviation grows by more than doubles have digits, so that a difference
+    along it, as `routes.symbolic.stretching` takes it, would lose the orbit.
+    """
 
     def field(y: Scalar, _: Any) -> list[Any]:
         rows = zip(*jacobian(y[:6], c), strict=True)
