@@ -181,7 +181,13 @@ Orders: TypeAlias = tuple[int, int, int]
 
 
 class Family:
-    """A polynomial in units of 2^-bits, with an error in the same units."""
+    """A series in x with coefficients that are polynomials in u, v and w, and an error.
+
+    It stands for every polynomial of (x, u, v, w) in [-1, 1]^4 whose coefficients differ from
+    those that it has by at most its error, all together, in units of 2^-bits. So derivatives in
+    u, v and w are known too. Nothing is rounded: products get longer, and only irrational numbers
+    bring an error.
+    """
 
     def __init__(
         self,
