@@ -21,7 +21,7 @@ SLIPS = {
     "Circles": ("mechanics/free_body.py", "from rigidpend.mechanics import in_space"),
     "what checks a proof": (
         "routes/certified/checker.py",
-        "import rigidpend.routes.certified.proofs",
+        "import rigidpend.routes.certified.codes",
     ),
     "what draws": ("experiments/route_codes/draw.py", "from rigidpend.surfaces import melnikov"),
     "what computes": ("orbits/integrate/batch.py", "import matplotlib"),

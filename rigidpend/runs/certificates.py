@@ -23,7 +23,7 @@ from rigidpend.numbers.exact import Exact, exact
 from rigidpend.numbers.expressions import NO_SYMBOL, ExactError, as_written
 from rigidpend.results import store
 from rigidpend.routes.certified import codes
-from rigidpend.routes.certified.proofs import Report
+from rigidpend.routes.certified.codes import Report
 from rigidpend.routes.problem import RouteProblem
 from rigidpend.runs import certificate_files as storage
 from rigidpend.runs import cluster, loading, orbit_proofs, provenance

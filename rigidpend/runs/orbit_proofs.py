@@ -22,7 +22,7 @@ from rigidpend.machine.workers import side_by_side
 from rigidpend.numbers.exact import exact
 from rigidpend.results import store
 from rigidpend.routes.certified.checker import Undecided
-from rigidpend.routes.certified.proofs import Report
+from rigidpend.routes.certified.codes import Report
 from rigidpend.runs import certificate_files, provenance
 from rigidpend.runs.loading import LoadedConfig
 
@@ -58,7 +58,7 @@ def prove(
     ------
     Undecided, StoreError, ConfigError
     """
-    from rigidpend.routes.certified import chains, pieces, start_lines
+    from rigidpend.routes.certified import chains, family_orbits, pieces
 
     if not is_proof(file):
         raise store.StoreError(f"{file}: a proof is named X{SUFFIX}")
@@ -66,7 +66,7 @@ def prove(
     stated = {key: config.resolved()["problem"][key] for key in PROBLEM}
     problem, J1 = _problem(file, stated)
     theta2, n = float(found.theta2_0), len(found.symbols)
-    setting = start_lines.of_start(problem.body, problem.h0, J1, theta2)
+    setting = family_orbits.of_start(problem.body, problem.h0, J1, theta2)
     links = chains.links(setting, J1, chains.OrbitCrossings(theta2, found.d, found.chi))
     parts = [(links[part.start : part.stop], whole) for part, whole in _parts(len(links))]
     arrays = _in_rounds(_made, (), parts, jobs, n, report)
@@ -96,7 +96,7 @@ def check(file: Path, jobs: int, report: Report) -> str:
     StoreError
         It is none, or does not prove what it says.
     """
-    from rigidpend.routes.certified import beginnings, pieces, sections
+    from rigidpend.routes.certified import pieces, sections
 
     stored = store.load(file, LAYOUT, ratio=certificate_files.RATIO)
     stated, data = stored["config"], stored["data"]
@@ -118,12 +118,12 @@ def check(file: Path, jobs: int, report: Report) -> str:
             raise Undecided(f"the code is {symbols}")
         numbers = sections.Numbers.of(*of)
         [begin] = pieces.unpacked(pieces.of_some(data["proof"], len(sources), range(1)), 1)
-        low, high = beginnings.phases(numbers, line, begin)
+        low, high = sections.phases(numbers, line, begin)
     except (ValueError, Undecided) as error:
         raise store.StoreError(f"{file}: not proven: {short(error)}") from None
     return (
         f"of the starts with h0 = {problem.h0}, J1_0 = {problem.J1_0} and"
-        f" {beginnings.told(low, high)}"
+        f" {sections.told(low, high)}"
         f" one has these {len(code)} symbols: {code}"
     )
 

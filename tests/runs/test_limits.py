@@ -12,7 +12,7 @@ import pytest
 
 from rigidpend import Body, certify_codes
 from rigidpend.results import store
-from rigidpend.routes.certified import proofs
+from rigidpend.routes.certified import codes
 from rigidpend.routes.certified.pieces import ORBIT_STEPS
 from rigidpend.runs import certificate_files as storage
 from tests.attacks import lot
@@ -144,8 +144,8 @@ def test_work_without_hope_is_not_begun_and_its_size_is_said() -> None:
 
 def test_a_proof_ends_where_its_work_is_spent(monkeypatch: pytest.MonkeyPatch) -> None:
     lines: list[str] = []
-    monkeypatch.setattr(proofs, "MOST_WORK", 4 * 60**2)
-    monkeypatch.setattr(proofs, "BETWEEN", 0.0)
+    monkeypatch.setattr(codes, "MOST_WORK", 4 * 60**2)
+    monkeypatch.setattr(codes, "BETWEEN", 0.0)
     body = Body(A=(2, 1, "3/2"), r=(1, 1, 0), mu="0.001")
     found = certify_codes(
         body, "3/10", h0="1.3342", J1_0="1e-8", n_symbols=2, bits=60, report=lines.append
@@ -161,7 +161,7 @@ def test_what_is_left_follows_from_what_was_done(monkeypatch: pytest.MonkeyPatch
     monkeypatch.setattr("time.monotonic", lambda: next(clock))
     lines: list[str] = []
     # Bits fall to nothing, so that 30 steps from 100 bits cost a third of 30 x 100^2.
-    seen = proofs.ProofProgress("x", 30, 100, lines.append)
+    seen = codes.ProofProgress("x", 30, 100, lines.append)
     assert seen.step(100)
     assert seen.step(100)
     assert seen.step(100)

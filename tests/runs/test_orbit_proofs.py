@@ -15,7 +15,7 @@ import numpy as np
 import pytest
 
 from rigidpend.results import store
-from rigidpend.routes.certified import beginnings, coverings, pieces
+from rigidpend.routes.certified import coverings, pieces, sections
 from rigidpend.runs import certificates, orbit_proofs
 from scripts import check_full_shift
 from scripts import check_orbit as script
@@ -94,7 +94,7 @@ def test_parts_meet_and_ends_are_rounded_outward(
     """Four sources are two parts of two, each with the first of the next."""
     monkeypatch.setattr(orbit_proofs, "AT_ONCE", 2)
     ends = Fraction("0.1234567891"), Fraction("0.1234567899")
-    monkeypatch.setattr(beginnings, "phases", lambda *_: tuple(map(float, ends)))
+    monkeypatch.setattr(sections, "phases", lambda *_: tuple(map(float, ends)))
     where = SimpleNamespace(low=round(ends[0] * (1 << check_full_shift.DIGITS)), above=ends[1])
     monkeypatch.setattr(script, "phases", lambda *_: where)
     for believed, text in said_by_both(file):

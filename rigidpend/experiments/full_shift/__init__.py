@@ -6,7 +6,7 @@ Here is the layout of a result: what it consists of, with unit and bound.
 from __future__ import annotations
 
 from rigidpend.experiments.compare import bound, of_largest, stated
-from rigidpend.experiments.data import ANY, FLAG, FLOAT, WHOLE, Field, Layout, held
+from rigidpend.experiments.data import ANY, FLAG, FLOAT, WHOLE, Bound, Field, Layout, held
 from rigidpend.experiments.shared import STEPS
 
 SETS, COVERED, CROSSED = ("sets",), ("sets", "targets"), ("targets",)
@@ -23,93 +23,74 @@ SLOPES = 0.2
 NEAR = stated(2.0**-12)
 """The bound on a distance, as large as a proof admits; its digits hang on roundings."""
 
+
+def _number(
+    description: str, *dimensions: int | str, units: str = "1", within: float | Bound = 0.0
+) -> Field:
+    return Field(FLOAT, dimensions, units, description, within=within)
+
+
+OF_SET = "the set of which a step is, counted from 0; then the line, and its approach"
+OFF = "bound on the distance of the polynomials from the orbits"
 QUADS = {
     "rising": Field(FLAG, SETS, "1", "whether it is on the section of upward crossings"),
-    "p": Field(
-        FLOAT, ("sets", "curve"), "1", "p: its curve U = 0 is d = sum of p_k gamma3^k", within=CURVE
-    ),
-    "a": Field(FLOAT, SETS, "1", "half of its width in d: U = (d - p(gamma3))/a"),
-    "b": Field(FLOAT, SETS, "1", "V = (d - p(gamma3) - l0 - l1 gamma3)/b"),
-    "l0": Field(FLOAT, SETS, "1", "see b"),
-    "l1": Field(FLOAT, SETS, "1", "see b"),
+    "p": _number("p: its curve U = 0 is d = sum of p_k gamma3^k", "sets", "curve", within=CURVE),
+    "a": _number("half of its width in d: U = (d - p(gamma3))/a", "sets"),
+    "b": _number("V = (d - p(gamma3) - l0 - l1 gamma3)/b", "sets"),
+    "l0": _number("see b", "sets"),
+    "l1": _number("see b", "sets"),
     "symbol": Field(WHOLE, SETS, "1", "symbol of the passage from it: 0 left, 1 right"),
-    "bound": Field(
-        FLOAT, SETS, "1", "bound on the distance of the polynomials from the orbits", within=NEAR
+    "bound": _number(OFF, "sets", within=NEAR),
+    "late": _number(
+        "bound on the distance of the crossings from their ends", "sets", units="t'", within=NEAR
     ),
-    "late": Field(
-        FLOAT, SETS, "t'", "bound on the distance of the crossings from their ends", within=NEAR
-    ),
-    "shortest": Field(FLOAT, SETS, "t'", "least time of a passage from it"),
-    "longest": Field(FLOAT, SETS, "t'", "largest time of a passage from it"),
+    "shortest": _number("least time of a passage from it", "sets", units="t'"),
+    "longest": _number("largest time of a passage from it", "sets", units="t'"),
 }
 RELATIONS = {
     "target": Field(WHOLE, COVERED, "1", "the sets that it covers, counted from 0"),
     "orientation": Field(WHOLE, COVERED, "1", "1 or -1: end of the target beyond which u = 1 goes"),
-    "edge": Field(
-        FLOAT, COVERED, "1", "lower bound on |U| of the images of u = -1 and 1", within=ANY
-    ),
-    "across": Field(FLOAT, COVERED, "1", "upper bound on |V| of the whole image", within=MARGIN),
-    "stretch": Field(
-        FLOAT, COVERED, "1", "lower bound on |dU/du| - |dU/dv| of the passage", within=ANY
-    ),
-    "squeeze": Field(
-        FLOAT, COVERED, "1", "upper bound on |dV/du| + |dV/dv| of the passage", within=SLOPES
-    ),
+    "edge": _number("lower bound on |U| of the images of u = -1 and 1", *COVERED, within=ANY),
+    "across": _number("upper bound on |V| of the whole image", *COVERED, within=MARGIN),
+    "stretch": _number("lower bound on |dU/du| - |dU/dv| of the passage", *COVERED, within=ANY),
+    "squeeze": _number("upper bound on |dV/du| + |dV/dv| of the passage", *COVERED, within=SLOPES),
 }
 LINE = {
-    "e1": Field(FLOAT, (), "1", "e1 gamma1 + e2 gamma2 = centre + half u, u from -1 to 1"),
-    "e2": Field(FLOAT, (), "1", "see e1"),
-    "centre": Field(FLOAT, (), "1", "see e1", within=PHASE),
-    "half": Field(FLOAT, (), "1", "see e1"),
-    "wide": Field(FLOAT, (), "1", "Qm = wide v, v from -1 to 1, on a strip about it"),
-    "theta2": Field(FLOAT, (2,), "rad", "theta2 at its ends, about"),
-    "bound": Field(
-        FLOAT, (), "1", "bound on the distance of the polynomials from the orbits", within=NEAR
-    ),
+    "e1": _number("e1 gamma1 + e2 gamma2 = centre + half u, u from -1 to 1"),
+    "e2": _number("see e1"),
+    "centre": _number("see e1", within=PHASE),
+    "half": _number("see e1"),
+    "wide": _number("Qm = wide v, v from -1 to 1, on a strip about it"),
+    "theta2": _number("theta2 at its ends, about", 2, units="rad"),
+    "bound": _number(OFF, within=NEAR),
     "target": Field(
         WHOLE, CROSSED, "1", "the sets that it, or the last set of the approach, crosses, from 0"
     ),
-    "edge": Field(FLOAT, CROSSED, "1", "lower bound on |U| at its ends", within=ANY),
-    "across": Field(FLOAT, CROSSED, "1", "upper bound on |V| of all of it", within=MARGIN),
-    "stretch": Field(FLOAT, CROSSED, "1", "lower bound on |dU/du| along it", within=ANY),
-    "squeeze": Field(FLOAT, CROSSED, "1", "upper bound on |dV/du| along it", within=SLOPES),
+    "edge": _number("lower bound on |U| at its ends", *CROSSED, within=ANY),
+    "across": _number("upper bound on |V| of all of it", *CROSSED, within=MARGIN),
+    "stretch": _number("lower bound on |dU/du| along it", *CROSSED, within=ANY),
+    "squeeze": _number("upper bound on |dV/du| along it", *CROSSED, within=SLOPES),
 }
 APPROACH = {
-    name: QUADS[name]._replace(dimensions=dimensions)
-    for name, dimensions in {
-        **dict.fromkeys(("rising", "a", "b", "l0", "l1", "symbol"), ("passages",)),
-        "p": ("passages", "coefficients"),
-    }.items()
-}
+    name: QUADS[name]._replace(dimensions=("passages",))
+    for name in ("rising", "a", "b", "l0", "l1", "symbol")
+} | {"p": QUADS["p"]._replace(dimensions=("passages", "coefficients"))}
 """Sets between the line of starts and those of the full shift, of which each covers the next."""
 ENERGIES = {
-    "shift": Field(
-        FLOAT, (), "1", "energies are h or h0 + shift + spread w, w from -1 to 1", within=CURVE
-    ),
-    "spread": Field(FLOAT, (), "1", "see shift"),
-    "moves": Field(
-        FLOAT,
-        ("sets", "orders", "curve"),
-        "1",
-        "what w, w^2 and so on add to p",
-        within=ANY,
-    ),
-    "line": Field(FLOAT, ("line orders",), "1", "what w, w^2 and so on add to centre", within=ANY),
+    "shift": _number("energies are h or h0 + shift + spread w, w from -1 to 1", within=CURVE),
+    "spread": _number("see shift"),
+    "moves": _number("what w, w^2 and so on add to p", "sets", "orders", "curve", within=ANY),
+    "line": _number("what w, w^2 and so on add to centre", "line orders", within=ANY),
 }
 DRAWN = {
-    "chi": Field(FLOAT, ("sets", "outline"), "rad", "chi around the sets"),
-    "d": Field(FLOAT, ("sets", "outline"), "1", "d around the sets, less the stable surface's"),
-    "image_chi": Field(FLOAT, ("sets", "outline"), "rad", "chi around their images"),
-    "line_chi": Field(FLOAT, ("line",), "rad", "chi along the image of the line of starts"),
-    "line_d": Field(FLOAT, ("line",), "1", "d along it, less the stable surface's"),
-    "image_d": Field(FLOAT, ("sets", "outline"), "1", "d around them, less the stable surface's"),
+    "chi": _number("chi around the sets", "sets", "outline", units="rad"),
+    "d": _number("d around the sets, less the stable surface's", "sets", "outline"),
+    "image_chi": _number("chi around their images", "sets", "outline", units="rad"),
+    "line_chi": _number("chi along the image of the line of starts", "line", units="rad"),
+    "line_d": _number("d along it, less the stable surface's", "line"),
+    "image_d": _number("d around them, less the stable surface's", "sets", "outline"),
 }
-PROOF = {
-    **STEPS,
-    "family": STEPS["family"]._replace(
-        description="the set of which a step is, counted from 0; then the line, and its approach"
-    ),
-}
+PROOF = {**STEPS, "family": STEPS["family"]._replace(description=OF_SET)}
 LAYOUT: Layout = {
     "sets": held(CLOSE, QUADS),
     "relations": RELATIONS,

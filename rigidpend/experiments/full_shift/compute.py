@@ -9,7 +9,6 @@ from fractions import Fraction
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from rigidpend.experiments.contract import Means
 from rigidpend.experiments.data import Data, Tree, datasets
@@ -23,18 +22,17 @@ from rigidpend.experiments.full_shift import (
     RELATIONS,
 )
 from rigidpend.numbers.exact import exact
+from rigidpend.numbers.generic import Array
 
 if TYPE_CHECKING:
     from rigidpend.experiments.full_shift.schema import Config
     from rigidpend.routes.certified.chains import Link, OrbitCrossings
     from rigidpend.routes.certified.coverings import Relation
-    from rigidpend.routes.certified.families import Family
     from rigidpend.routes.certified.horseshoe import ShiftProblem
+    from rigidpend.routes.certified.models import Family
     from rigidpend.routes.certified.passages import Reached
     from rigidpend.routes.certified.pieces import FamilyStep, Quad, StartLine
     from rigidpend.routes.certified.sections import Numbers
-
-Array = NDArray[np.float64]
 
 SIDE = 24
 """Points on a side of an outline."""
@@ -81,19 +79,19 @@ def compute(config: Config, means: Means) -> Tree:
 def _proven(
     config: Config, setting: ShiftProblem, approach: OrbitCrossings | None, means: Means
 ) -> Tree:
-    from rigidpend.routes.certified import chains, family_orbits, horseshoe, start_lines
+    from rigidpend.routes.certified import chains, family_orbits, horseshoe
 
     J1 = _fraction(config)
     if approach is not None:
         links = chains.links(setting, J1, approach, horseshoe.quads(setting))
         setting = setting._replace(spread=links[0].setting.spread)
     elif config.problem.h0 is not None:
-        setting = start_lines.widened(setting, J1)
+        setting = family_orbits.widened(setting, J1)
     sets = horseshoe.quads(setting)
     orbits = [family_orbits.pieces(setting, quad) for quad in sets]
     if approach is not None:
         return _stored(config, sets, orbits + chains.linked(links, True), links, means)
-    starts, ends = start_lines.line(setting, J1, sets)
+    starts, ends = family_orbits.line(setting, J1, sets)
     link = chains.Link(starts, setting, theta2=ends)
     begun = link.pieces()
     # Only Theorem 8 needs a strip about the line, which may be too wide to cross the sets.
@@ -174,7 +172,7 @@ def checked(config: Config, data: Data) -> Proven:
     Undecided
         Something is not shown; the text says what.
     """
-    from rigidpend.routes.certified import beginnings, connections, coverings, pieces
+    from rigidpend.routes.certified import connections, coverings, pieces, sections
     from rigidpend.routes.certified.checker import Undecided
 
     energies, approach = data.get("energies"), data.get("approach")
@@ -195,7 +193,7 @@ def checked(config: Config, data: Data) -> Proven:
     middle = _doubt(connections.prove_connections, numbers, sets, arrivals)
     of_line = starts, links[0][1], start
     crossing = _doubt(connections.prove_transversal, numbers, of_line, sets, arrivals)
-    theta2 = beginnings.phases(numbers, starts, links[0][1]) if before else None
+    theta2 = sections.phases(numbers, starts, links[0][1]) if before else None
     doubts = cone, middle, cone or middle or crossing
     return Proven(arrivals, relations, start, crossed, list(map(int, symbols)), theta2, doubts)
 
@@ -237,7 +235,7 @@ def _of_starts(proven: Proven) -> str:
     every = "every one-sided sequence is a start's code"
     if proven.theta2 is None:
         return f"the line of starts crosses the upward sets: {every}"
-    from rigidpend.routes.certified.beginnings import told
+    from rigidpend.routes.certified.sections import told
 
     word, starts = "".join(map(str, proven.symbols)), told(*proven.theta2)
     after = f"crosses the sets after the symbols {word}: {every} behind these"
@@ -270,17 +268,17 @@ def _approach(config: Config) -> OrbitCrossings | None:
 
 def _found(config: Config, approach: OrbitCrossings | None) -> ShiftProblem:
     """The body and its energy, or that of the middle of a line of starts of one J2_0."""
-    from rigidpend.routes.certified import horseshoe, start_lines
+    from rigidpend.routes.certified import family_orbits, horseshoe
 
     problem = config.problem
     if problem.h is not None:
         found = horseshoe.ShiftProblem(problem.body, problem.h, 1, spread=_spread(config))
     elif problem.h0 is not None and approach is not None:
         of = problem.body, problem.h0, _fraction(config)
-        found = start_lines.of_start(*of, approach.theta2)
+        found = family_orbits.of_start(*of, approach.theta2)
     else:
         assert problem.h0 is not None
-        found = start_lines.of_one_J2(problem.body, problem.h0, _fraction(config))
+        found = family_orbits.of_one_J2(problem.body, problem.h0, _fraction(config))
     return found._replace(lengths=problem.lengths)
 
 

@@ -20,7 +20,6 @@ from rigidpend.numbers.expressions import NO_SYMBOL
 
 if TYPE_CHECKING:
     from rigidpend.experiments.route_intervals.schema import Config, Problem
-    from rigidpend.routes.certified.interval_search import IntervalSearch, ProvenInterval
     from rigidpend.routes.certified.intervals import PhaseInterval
     from rigidpend.routes.certified.pieces import FamilyStep
 
@@ -111,14 +110,14 @@ def contradictions(intervals: Data, columns: Data) -> list[float]:
 
 def _part(every: Sequence[PhaseInterval], config: Config, jobs: int) -> Tree:
     """Search some intervals, each by a process."""
-    from rigidpend.routes.certified import pieces
-    from rigidpend.routes.certified.interval_search import IntervalSearch
+    from rigidpend.routes.certified import interval_search, pieces
+    from rigidpend.routes.certified.horseshoe import ShiftProblem
 
     problem = config.problem
-    of = IntervalSearch.of(
-        problem.body, problem.h0, _fraction(problem), problem.n_symbols, problem.halvings
-    )
-    found = [x for some in side_by_side(_searched, (of,), True, every, jobs) for x in some]
+    setting = ShiftProblem(problem.body, problem.h0, 1, h0=problem.h0)
+    of = setting, _fraction(problem), problem.n_symbols, problem.halvings
+    parts = side_by_side(interval_search.within, of, True, every, jobs)
+    found = [x for some in parts for x in some]
     codes = np.full((problem.n_symbols, len(found)), NO_SYMBOL, dtype=np.uint8)
     for column, each in enumerate(found):
         codes[: len(each.symbols), column] = each.symbols
@@ -129,10 +128,6 @@ def _part(every: Sequence[PhaseInterval], config: Config, jobs: int) -> Tree:
     }
     proof = pieces.packed([each.pieces for each in found])
     return {"intervals": datasets(INTERVALS, intervals), "proof": datasets(PROOF, proof)}
-
-
-def _searched(of: PhaseInterval, search: IntervalSearch) -> list[ProvenInterval]:
-    return search.within(of)
 
 
 def unpacked(intervals: Data) -> list[PhaseInterval]:

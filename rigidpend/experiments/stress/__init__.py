@@ -2,17 +2,15 @@
 
 Here is the layout of a result: what it consists of, with unit and bound.
 
-claims      claims, their limits and verdicts; a trial tests some of them by one measurement
-scenes      orbits and their starts, in some arithmetic and in another, and how far they are apart
-growth      the rounding error of a crossing, predicted from the variational equations
-extremes    bodies, energies and starts at the ends of their ranges
-symmetries  reflection, time reversal, change of units
-passages    growth of errors a passage; how many symbols a precision decides
-honesty     flags `certain` where the tolerance, or the tables of return maps, are spoilt
-addresses   orbits found from random codes of random bodies, read back
-long_time   integrals over up to 1e6 rotations, and the period of the pendulum
+scenes     claims, their limits and verdicts; orbits, their starts, and how far they are apart
+passages   growth of errors a passage, predicted from the variational equations; how many
+           symbols a precision decides
+conserved  reflection, time reversal, change of units; integrals over up to 1e6 rotations
+extremes   bodies, energies and starts at the ends of their ranges
+honesty    flags `certain` where the tolerance, or the tables of return maps, are spoilt; orbits
+           found from random codes of random bodies, read back
 compute, draw
-            the experiment: all trials in their order, stored, told and drawn
+           the experiment: all trials in their order, stored, told and drawn
 """
 
 from __future__ import annotations
@@ -42,12 +40,11 @@ def _text(description: str) -> Field:
     return Field(TEXT, (), "", description, within=ANY)
 
 
-VERDICT = "passed, limit (declared before), FAILED"
 OF_CLAIM = {
     "value": _number("", ""),
     "bound": _number("", ""),
     "ratio": _number("1", "value over bound"),
-    "verdict": _text(VERDICT)._replace(within=Bound(_verdicts)),
+    "verdict": _text("passed, limit (declared before), FAILED")._replace(within=Bound(_verdicts)),
     "limit": _text("why it is known to exceed the bound, if it is"),
     "up_to": _number("", "the largest value that the limit explains"),
     "note": _text("what else is to be said of this run"),
@@ -83,7 +80,7 @@ PENDULUM = {
     "phase": _number("rad", "phase error", "periods"),
     "walk": _number("rad", "predicted", "periods"),
 }
-"""Phase errors of the motion with J1 = 0: see `long_time.pendulum_trial`."""
+"""Phase errors of the motion with J1 = 0: see `conserved.pendulum_trial`."""
 DRIFT = {
     "name": Field(TEXT, (), "", "what integrates"),
     "rotations": _number("1", "time in rotations without weight", "times"),
@@ -91,13 +88,13 @@ DRIFT = {
     "walk": _number("1", "predicted random walk of roundings", "times"),
     "power": _number("1", "fitted power of t of each", 3),
 }
-"""Drift of the integrals of motion: see `long_time`."""
+"""Drift of the integrals of motion: see `conserved`."""
 CURVES: dict[str, Layout] = {
     "passages": {"growth?": GROWTH, "<precisions>": DECIDED},
     "honesty": {"<starts>": SPOILT},
     "long_time": {"pendulum?": PENDULUM, "<methods>": DRIFT},
 }
-"""Curves behind the claims, by kind of trial; a trial that refuses to compute has none."""
+"""Curves behind the claims, by kind of trial and by its label; what refuses to compute has none."""
 
 LAYOUT: Layout = {
     **{

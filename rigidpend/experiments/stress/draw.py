@@ -5,10 +5,11 @@ Tables count those that passed by kind and name the failures; as text and as JSO
 
 from __future__ import annotations
 
+import math
 import textwrap
 from collections import Counter
 from collections.abc import Iterator
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 from matplotlib.axes import Axes
@@ -18,7 +19,7 @@ from matplotlib.ticker import MaxNLocator
 from rigidpend.experiments.data import Data, Loaded
 from rigidpend.experiments.plots import BLUE, GREEN, ORANGE, PINK, RED, WIDTH, entry, title
 from rigidpend.experiments.stress import FAILED, LIMIT, PASSED
-from rigidpend.machine.wording import Table, terminal
+from rigidpend.machine.wording import Column, Table, terminal
 
 CAPTION = (
     "Each trial goes to a limit, and its value stays below the bound that was stated before it"
@@ -29,25 +30,18 @@ HEIGHT = 8.8
 """Inches."""
 FLOOR, CEILING = 1e-17, 1e2
 """Ratios beyond are drawn at the edge."""
-
-
-class Look(NamedTuple):
-    """Look of a verdict."""
-
-    colour: str
-    marker: str
-    label: str
-
-
 LOOKS = {
-    PASSED: Look(BLUE, "o", "within its bound"),
-    LIMIT: Look(ORANGE, "D", "beyond, a documented limit"),
-    FAILED: Look(RED, "X", "beyond: failed"),
+    PASSED: (BLUE, "o", "within its bound"),
+    LIMIT: (ORANGE, "D", "beyond, a documented limit"),
+    FAILED: (RED, "X", "beyond: failed"),
 }
+"""Colour, marker and label of each verdict."""
 INTEGRALS = (("energy", BLUE), (r"$|\gamma|$", RED), (r"$M\cdot\gamma$", GREEN))
 """Integrals of motion in the order in which results have them, with their colours."""
-NOTHING: dict[str, Any] = {"curves": {}}
-"""A kind of trial that refused to compute: it has claims, but no curves."""
+SPLITTINGS = ((BLUE, "-"), (RED, "--"), (GREEN, "-."), (PINK, ":"))
+"""Colours and styles of splittings, by their order."""
+PRECISIONS = {53: (BLUE, "-"), 64: (GREEN, "--"), 106: (ORANGE, ":"), 113: (RED, "-.")}
+"""Colour and style of each precision, bits."""
 BESIDE, LINES = 46, 6.3
 """Characters in a line beside the claims, and its size in points."""
 
@@ -55,25 +49,21 @@ BESIDE, LINES = 46, 6.3
 def draw(result: Loaded) -> Figure:
     """Draw a result."""
     data = result["data"]
+    # A kind of trial that refused to compute has claims, but no curves.
+    curves = {kind: data.get(kind, {"curves": {}})["curves"] for kind in ("long_time", "passages")}
+    drifts = [x for x in curves["long_time"].values() if "drift" in x]
+    splittings = [x for x in drifts if str(x["name"]).startswith("splitting")]
+    engines = [x for x in drifts if not str(x["name"]).startswith("splitting")]
     figure = Figure(figsize=(WIDTH, HEIGHT))
     margins: Any = {"left": 0.1, "right": 0.985, "top": 0.965, "bottom": 0.06}
     grid = figure.add_gridspec(3, 6, **margins, hspace=0.42, wspace=1.5, height_ratios=(1, 1.45, 1))
-    engines, methods = _drifts(data)
     _draw_engines(figure.add_subplot(grid[0, :3]), engines)
-    _draw_splittings(figure.add_subplot(grid[0, 3:]), methods)
+    _draw_splittings(figure.add_subplot(grid[0, 3:]), splittings)
     _draw_claims(figure.add_axes((0.125, 0.355, 0.86, 0.3)), data)
-    curves = data.get("passages", NOTHING)["curves"]
-    if "growth" in curves:
-        _draw_growth(figure.add_subplot(grid[2, :3]), curves["growth"])
-    _draw_symbols(figure.add_subplot(grid[2, 3:]), curves)
+    if "growth" in curves["passages"]:
+        _draw_growth(figure.add_subplot(grid[2, :3]), curves["passages"]["growth"])
+    _draw_symbols(figure.add_subplot(grid[2, 3:]), curves["passages"])
     return figure
-
-
-def _drifts(data: Data) -> tuple[list[Any], list[Any]]:
-    """The drifts of engines, and those of splittings."""
-    curves = [x for x in data.get("long_time", NOTHING)["curves"].values() if "drift" in x]
-    splittings = [x for x in curves if str(x["name"]).startswith("splitting")]
-    return [x for x in curves if not str(x["name"]).startswith("splitting")], splittings
 
 
 def _draw_engines(axes: Axes, engines: list[Any]) -> None:
@@ -94,7 +84,7 @@ def _draw_engines(axes: Axes, engines: list[Any]) -> None:
     small: Any = {"fontsize": 6.5, "title_fontsize": 6.5, "labelspacing": 0.25, "columnspacing": 1}
     said = "tolerance: power of t of the three" if engines else ""
     axes.legend(handles=entries, loc="upper left", ncols=2, title=said, **small)
-    _log(axes, "rotations", "rms drift, relative")
+    _scale_drift(axes)
     # Room for the legend above the curves.
     low, high = axes.get_ylim()
     axes.set_ylim(low, high * 10**3.5)
@@ -103,9 +93,8 @@ def _draw_engines(axes: Axes, engines: list[Any]) -> None:
 def _draw_splittings(axes: Axes, methods: list[Any]) -> None:
     """Energy bounded, the Casimirs, in thin lines, kept."""
     title(axes, "b", "Lie-Poisson splittings")
-    looks = ((BLUE, "-"), (RED, "--"), (GREEN, "-."), (PINK, ":"))
     entries = []
-    for curve, (colour, style) in zip(methods, looks, strict=False):
+    for curve, (colour, style) in zip(methods, SPLITTINGS, strict=False):
         late = curve["rotations"] >= 1
         for row, width in zip(curve["drift"][:, late], (None, 0.6, 0.6), strict=True):
             axes.plot(curve["rotations"][late], row, color=colour, ls=style, lw=width)
@@ -116,59 +105,61 @@ def _draw_splittings(axes: Axes, methods: list[Any]) -> None:
         axes.text(0.97, 0.86, "energy", **place)
         axes.text(0.97, 0.24, r"$|\gamma|,\ M\cdot\gamma$", **place)
     axes.legend(handles=entries, fontsize=6.5, loc=(0.25, 0.3), ncols=2, labelspacing=0.25)
-    _log(axes, "rotations", "rms drift, relative")
+    _scale_drift(axes)
+
+
+def _scale_drift(axes: Axes) -> None:
+    axes.set(xscale="log", yscale="log", xlabel="rotations", ylabel="rms drift, relative")
 
 
 def _draw_claims(axes: Axes, data: Data) -> None:
     """Value over bound of every claim, a row a group; what is beyond its bound is named."""
-    groups = list(data)
     counts = dict.fromkeys(LOOKS, 0)
-    for row, group in enumerate(groups):
-        claims = data[group]["claims"]
-        members = [(name, float(x["ratio"]), str(x["verdict"])) for name, x in claims.items()]
+    for row, content in enumerate(data.values()):
+        claims, beyond = content["claims"], []
         # Below each other, or claims of equal ratio would look like one.
-        lift = np.linspace(-0.32, 0.32, len(members)) if len(members) > 1 else [0.0]
-        for (_, ratio, verdict), up in zip(members, lift, strict=True):
-            look, x = LOOKS[verdict], min(max(ratio, FLOOR), CEILING)
+        lift = np.linspace(-0.32, 0.32, len(claims)) if len(claims) > 1 else [0.0]
+        for (name, claim), up in zip(claims.items(), lift, strict=True):
+            verdict, x = str(claim["verdict"]), min(max(float(claim["ratio"]), FLOOR), CEILING)
+            colour, marker, _ = LOOKS[verdict]
+            axes.plot(x, row + up, marker, color=colour, ms=3.2, mew=0, clip_on=False)
             counts[verdict] += 1
-            axes.plot(x, row + up, look.marker, color=look.colour, ms=3.2, mew=0, clip_on=False)
-        _name(axes, row, members)
+            if verdict != PASSED:
+                beyond.append(name)
+        text = textwrap.fill(_together(beyond), BESIDE)
+        if text:
+            axes.text(4 * CEILING, row, text, fontsize=LINES, va="center", linespacing=1.0)
     axes.axvline(1, color="0.3", lw=0.8)
     title(axes, "c", f"all {sum(counts.values())} claims")
     axes.set_xscale("log")
     # Far beyond the last ratio, for the names of what is beyond its bound.
     axes.set_xlim(FLOOR / 3, 1e12)
-    ticks = [10.0**k for k in range(-16, 3, 2)]
-    axes.set_xticks([FLOOR, *ticks], ["0", *(f"$10^{{{k}}}$" for k in range(-16, 3, 2))])
+    powers = range(-16, 3, 2)
+    axes.set_xticks([FLOOR, *(10.0**k for k in powers)], ["0", *(f"$10^{{{k}}}$" for k in powers)])
     axes.set_xticks([], minor=True)
-    axes.set_yticks(range(len(groups)), [x.replace("_", " ") for x in groups])
-    axes.set(ylim=(len(groups) - 0.4, -0.6), xlabel="value / bound")
+    axes.set_yticks(range(len(data)), [x.replace("_", " ") for x in data])
+    axes.set(ylim=(len(data) - 0.4, -0.6), xlabel="value / bound")
     entries = [
-        entry(f"{counts[key]} {look.label}", ls="", marker=look.marker, color=look.colour, ms=4)
-        for key, look in LOOKS.items()
+        entry(f"{counts[key]} {label}", ls="", marker=marker, color=colour, ms=4)
+        for key, (colour, marker, label) in LOOKS.items()
         if counts[key]
     ]
     place: Any = {"loc": "lower right", "bbox_to_anchor": (1, 1), "borderaxespad": 0.1}
     axes.legend(handles=entries, ncols=3, fontsize=7, **place)
 
 
-def _name(axes: Axes, row: int, members: list[tuple[str, float, str]]) -> None:
-    """Name the claims of a group that are beyond their bounds."""
-    beyond: dict[str, list[str]] = {}
-    for name, _, verdict in members:
-        if verdict != PASSED:
-            setting, _, rest = name.partition(", ")
-            beyond.setdefault(setting, []).append(rest)
-    if beyond:
-        # Of many claims in one setting their number is enough; the table has them all.
-        named = [
-            f"{setting}: {len(rest)} claims"
-            if len(rest) > 2
-            else ", ".join(filter(None, (setting, *rest)))
-            for setting, rest in beyond.items()
-        ]
-        text = textwrap.fill("; ".join(named), BESIDE)
-        axes.text(4 * CEILING, row, text, fontsize=LINES, va="center", linespacing=1.0)
+def _together(names: list[str]) -> str:
+    """Names of claims; of many in one setting their number is enough, for the table has them."""
+    settings: dict[str, list[str]] = {}
+    for name in names:
+        setting, _, rest = name.partition(", ")
+        settings.setdefault(setting, []).append(rest)
+    return "; ".join(
+        f"{setting}: {len(rest)} claims"
+        if len(rest) > 2
+        else ", ".join(filter(None, (setting, *rest)))
+        for setting, rest in settings.items()
+    )
 
 
 def _draw_growth(axes: Axes, growth: Any) -> None:
@@ -193,15 +184,14 @@ def _draw_growth(axes: Axes, growth: Any) -> None:
 def _draw_symbols(axes: Axes, curves: Any) -> None:
     """Draw the symbols that each precision decides: share of orbits with at least so many."""
     title(axes, "e", "symbols that a precision decides")
-    looks = {53: (BLUE, "-"), 64: (GREEN, "--"), 106: (ORANGE, ":"), 113: (RED, "-.")}
     for curve in (x for x in curves.values() if "bits" in x):
         bits = int(curve["bits"])
-        colour, style = looks[bits]
-        ways: dict[str, Any] = {
-            "measured": {"ls": style, "lw": 1.4},
-            "predicted": {"ls": "-", "lw": 2.6, "alpha": 0.35},
-        }
-        for key, look in ways.items():
+        colour, style = PRECISIONS[bits]
+        looks: tuple[tuple[str, dict[str, Any]], ...] = (
+            ("measured", {"ls": style, "lw": 1.4}),
+            ("predicted", {"ls": "-", "lw": 2.6, "alpha": 0.35}),
+        )
+        for key, look in looks:
             ordered = np.r_[0, np.sort(curve[key])]
             share = np.linspace(1, 0, ordered.size)
             axes.step(ordered, share, where="post", color=colour, **look)
@@ -211,34 +201,23 @@ def _draw_symbols(axes: Axes, curves: Any) -> None:
     axes.legend(loc="upper right", fontsize=7)
 
 
-def _log(axes: Axes, x: str, y: str) -> None:
-    axes.set(xscale="log", yscale="log", xlabel=x, ylabel=y)
-
-
 def tables(result: Loaded) -> list[Table]:
     """The trials by kind, then those beyond their bounds, from a loaded result."""
-    groups = {name: content["claims"] for name, content in result["data"].items()}
-    counted = Table(
-        "Trials, and the largest part of its bound that one which passed reached",
-        ("kind", PASSED, LIMIT, FAILED, "largest part"),
-        [_counts(name, claims) for name, claims in groups.items()],
-    )
-    beyond = [
-        (str(claim["verdict"]), f"{group.replace('_', ' ')}, {name}", str(claim["limit"]))
-        for group, claims in groups.items()
-        for name, claim in claims.items()
-        if claim["verdict"] != PASSED
-    ]
-    if not beyond:
-        return [counted]
-    return [counted, Table("Beyond their bounds", ("verdict", "trial", "reason"), beyond)]
-
-
-def _counts(name: str, claims: Any) -> tuple[str, ...]:
-    verdicts = Counter(str(claim["verdict"]) for claim in claims.values())
-    parts = [float(claim["ratio"]) for claim in claims.values() if claim["verdict"] == PASSED]
-    numbers = (str(verdicts[verdict]) for verdict in (PASSED, LIMIT, FAILED))
-    return (name.replace("_", " "), *numbers, f"{max(parts, default=0):.2g}")
+    rows, beyond = [], []
+    for group, content in result["data"].items():
+        kind, claims = group.replace("_", " "), content["claims"]
+        verdicts = Counter(str(claim["verdict"]) for claim in claims.values())
+        passed = [float(x["ratio"]) for x in claims.values() if x["verdict"] == PASSED]
+        numbers = (str(verdicts[verdict]) for verdict in LOOKS)
+        rows.append((kind, *numbers, f"{max(passed, default=0):.2g}"))
+        for name, claim in claims.items():
+            if claim["verdict"] != PASSED:
+                beyond.append((str(claim["verdict"]), f"{kind}, {name}", str(claim["limit"])))
+    caption = "Trials, and the largest part of its bound that one which passed reached"
+    found = [Table(caption, ("kind", *LOOKS, "largest part"), rows)]
+    if beyond:
+        found.append(Table("Beyond their bounds", ("verdict", "trial", "reason"), beyond))
+    return found
 
 
 def lines(data: Data) -> list[dict[str, Any]]:
@@ -254,40 +233,36 @@ def lines(data: Data) -> list[dict[str, Any]]:
     return found
 
 
-def summary(data: Data) -> dict[str, Any]:
-    """Counts and claims as JSON can hold them: what is not finite is a text."""
-    told = [{key: _plain(value) for key, value in line.items()} for line in lines(data)]
-    return {"counts": counts(data), "claims": told}
-
-
 def counts(data: Data) -> dict[str, int]:
     """The number of claims of each verdict."""
     counted = Counter(line["verdict"] for line in lines(data))
-    return {verdict: counted[verdict] for verdict in (PASSED, LIMIT, FAILED)}
+    return {verdict: counted[verdict] for verdict in LOOKS}
+
+
+def summary(data: Data) -> dict[str, Any]:
+    """Counts and claims as JSON can hold them: what is not finite is a text."""
+
+    def plain(value: Any) -> Any:
+        return str(value) if isinstance(value, float) and not math.isfinite(value) else value
+
+    told = [{key: plain(value) for key, value in line.items()} for line in lines(data)]
+    return {"counts": counts(data), "claims": told}
 
 
 def text(data: Data) -> Iterator[str]:
     """All for people: by how much each claim passes, then what does not and why."""
     found = lines(data)
-    header = ("claim", "value", "bound", "of bound", "unit", "verdict")
+    forms = {"name": "", "value": ".2g", "bound": ".2g", "ratio": ".2g", "unit": "", "verdict": ""}
+    headers = {"name": "claim", "ratio": "of bound"}
     for group in data:
-        rows = [
-            (
-                x["name"],
-                *(f"{x[key]:.2g}" for key in ("value", "bound", "ratio")),
-                x["unit"],
-                x["verdict"],
-            )
-            for x in found
-            if x["group"] == group
-        ]
-        yield from terminal(Table(group.replace("_", " "), header, rows))
+        own = [line for line in found if line["group"] == group]
+        columns = (
+            Column(headers.get(key, key), [line[key] for line in own], form)
+            for key, form in forms.items()
+        )
+        yield from terminal(Table.of(group.replace("_", " "), columns))
     for x in found:
         if x["verdict"] != PASSED:
             why = "; ".join(filter(None, (x["measured"], x["note"], x["limit"])))
             yield f"{x['verdict']}: {x['group']}, {x['name']}: {why}"
     yield ", ".join(f"{number} {verdict}" for verdict, number in counts(data).items())
-
-
-def _plain(value: Any) -> Any:
-    return str(value) if isinstance(value, float) and not abs(value) < float("inf") else value

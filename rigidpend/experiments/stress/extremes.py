@@ -14,9 +14,8 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from rigidpend.experiments.stress import scenes
-from rigidpend.experiments.stress.claims import Claim, Findings, Trial
-from rigidpend.experiments.stress.growth import DEVIATIONS, compared
-from rigidpend.experiments.stress.scenes import PHASES, Place, Scene, state
+from rigidpend.experiments.stress.passages import DEVIATIONS, compared
+from rigidpend.experiments.stress.scenes import Claim, Findings, Place, Scene, Trial
 from rigidpend.mechanics.body import Body
 from rigidpend.numbers.exact import exact, exacts
 from rigidpend.numbers.generic import Array
@@ -24,6 +23,8 @@ from rigidpend.orbits.integrate import Crossings
 from rigidpend.routes.codes import RouteCodes
 from rigidpend.routes.problem import RouteProblem, phase_rate
 
+PHASES = ("3/10", "29/10", "47/10", "7/5", "1/5", "6", "22/7", "13/4")
+"""theta2_0 of columns, radians: nothing special."""
 ERROR = 1e-2
 """Radians: a symbol turns over at about one, so a hundredth leaves room for the worst orbit."""
 
@@ -43,56 +44,52 @@ class Extreme(NamedTuple):
     """True if the truth about it takes minutes."""
 
 
-NEAR_SPHERE = ("1.01", "0.99", "1")
-"""Moments two per cent apart: nu is 157, and the separatrices split by exp(-157)."""
-BODIES = (
-    Extreme("A3 = A2 + 0.05", A=("1.5", "1", "1.05"), most=8),
-    Extreme("A3 = A2 + 0.01", A=("1.5", "1", "1.01"), most=4),
-    Extreme("A3 = A2 + 0.001", A=("1.5", "1", "1.001"), most=2),
-    Extreme("A3 = A1 - 0.1", A=("2", "1", "1.9"), most=8),
-    Extreme("A3 = A1 - 0.01", A=("2", "1", "1.99"), most=4),
-    Extreme("A3 = A1 - 0.001", A=("2", "1", "1.999"), most=2),
-    Extreme("flat", A=("2", "1/2", "3/2")),
-    Extreme("near-spherical, 2 %", A=NEAR_SPHERE, most=2),
-    Extreme(
-        "near-spherical, J1_0 = 1e-80",
-        ("1.02", "0.98", "1"),
-        J1_0="1e-80",
-        most=1,
+GROUPS = {
+    # Two moments nearly equal, flat or nearly a sphere, and special beta0.
+    "bodies": (
+        Extreme("A3 = A2 + 0.05", A=("1.5", "1", "1.05"), most=8),
+        Extreme("A3 = A2 + 0.01", A=("1.5", "1", "1.01"), most=4),
+        Extreme("A3 = A2 + 0.001", A=("1.5", "1", "1.001"), most=2),
+        Extreme("A3 = A1 - 0.1", A=("2", "1", "1.9"), most=8),
+        Extreme("A3 = A1 - 0.01", A=("2", "1", "1.99"), most=4),
+        Extreme("A3 = A1 - 0.001", A=("2", "1", "1.999"), most=2),
+        Extreme("flat", A=("2", "1/2", "3/2")),
+        # nu is 157, and the separatrices split by exp(-157).
+        Extreme("near-spherical, 2 %", A=("1.01", "0.99", "1"), most=2),
         # Splitting and J1_0 are both below the rounding of 113 bits: 160 decide, and a passage
         # takes hundreds of rotations.
-        long=True,
+        Extreme(
+            "near-spherical, J1_0 = 1e-80", ("1.02", "0.98", "1"), J1_0="1e-80", most=1, long=True
+        ),
+        Extreme("beta0 = 0", r=("1", "0", "0")),
+        Extreme("beta0 = pi", r=("0", "1", "0")),
+        Extreme("Hess", r=("1", "sqrt(2)", "0")),
+        Extreme("Grioli", r=("1", "1", "0")),
     ),
-    Extreme("beta0 = 0", r=("1", "0", "0")),
-    Extreme("beta0 = pi", r=("0", "1", "0")),
-    Extreme("Hess", r=("1", "sqrt(2)", "0")),
-    Extreme("Grioli", r=("1", "1", "0")),
-)
-"""Bodies with two moments nearly equal, flat or nearly a sphere, and special beta0."""
-ENERGIES = (
-    Extreme("mu = 1e-60 h0", mu="1.3342e-60", most=2),
-    Extreme("mu = 1e-90 h0", mu="1.3342e-90", most=2),
-    *(
-        Extreme(f"mu = {share} h0", mu=f"1.3342*{share}")
-        for share in ("0", "1e-30", "1e-8", "1e-2", "0.1", "0.3", "0.6", "0.9")
+    # Weights from none to nearly h0, where the pendulum nearly stops at the top.
+    "energies": (
+        Extreme("mu = 1e-60 h0", mu="1.3342e-60", most=2),
+        Extreme("mu = 1e-90 h0", mu="1.3342e-90", most=2),
+        *(
+            Extreme(f"mu = {share} h0", mu=f"1.3342*{share}")
+            for share in ("0", "1e-30", "1e-8", "1e-2", "0.1", "0.3", "0.6", "0.9")
+        ),
+        *(
+            Extreme(f"h0 = mu (1 + {above})", mu="1.3342", h0=f"1.3342*(1 + {above})")
+            for above in ("1e-3", "1e-6", "1e-12")
+        ),
     ),
-    *(
-        Extreme(f"h0 = mu (1 + {above})", mu="1.3342", h0=f"1.3342*(1 + {above})")
-        for above in ("1e-3", "1e-6", "1e-12")
+    # Ever closer to the lower periodic orbit.
+    "lower_starts": tuple(
+        Extreme(f"J1_0 = {J1}", J1_0=J1)
+        for J1 in ("1e-2", "1e-4", "1e-6", "1e-12", "1e-16", "1e-32", "1e-64", "1e-100", "1e-300")
     ),
-)
-"""Weights from none to nearly h0, where the pendulum nearly stops at the top."""
-LOWER = tuple(
-    Extreme(f"J1_0 = {J1}", J1_0=J1)
-    for J1 in ("1e-2", "1e-4", "1e-6", "1e-12", "1e-16", "1e-32", "1e-64", "1e-100", "1e-300")
-)
-"""Starts ever closer to the lower periodic orbit."""
-UPPER = tuple(
-    Extreme(f"J2_0 - J1_0 = {J}", J1_0=f"sqrt(2*1.3342*3/4) - {J}")
-    for J in ("1e-2", "1e-4", "1e-8", "1e-16", "1e-20", "1e-24", "1e-32", "1e-100", "1e-300")
-)
-"""Starts ever closer to the upper one, where J2_0 - J1_0 is small."""
-GROUPS = {"bodies": BODIES, "energies": ENERGIES, "lower_starts": LOWER, "upper_starts": UPPER}
+    # Ever closer to the upper one, where J2_0 - J1_0 is small.
+    "upper_starts": tuple(
+        Extreme(f"J2_0 - J1_0 = {J}", J1_0=f"sqrt(2*1.3342*3/4) - {J}")
+        for J in ("1e-2", "1e-4", "1e-8", "1e-16", "1e-20", "1e-24", "1e-32", "1e-100", "1e-300")
+    ),
+}
 """Route problems, by kind."""
 
 PLACES = (
@@ -107,7 +104,6 @@ PLACES = (
     Place("M.gamma = -0.999 |M|", 3, 1e-2, 1.4, 0.0, -0.999 * 1.41),
 )
 """Starts on every separatrix near both its ends, beside it, and with M . gamma."""
-
 
 CERTAIN = (
     f"largest phase error at a certain symbol, against {scenes.BITS} or {scenes.INTEGER_BITS} bits"
@@ -136,7 +132,6 @@ def trials(asked: Any, jobs: int) -> Iterator[Trial]:
 def trial(kind: str, extreme: Extreme, jobs: int, columns: int, n_symbols: int) -> Trial:
     """Both claims of a route problem, of so many orbits and symbols, and their measurement."""
     phases = PHASES[: columns if extreme.most > 2 else min(columns, 2)]
-    name = extreme.name
 
     def measure() -> Findings:
         body, n = Body(extreme.A, extreme.r, extreme.mu), min(n_symbols, extreme.most)
@@ -147,10 +142,10 @@ def trial(kind: str, extreme: Extreme, jobs: int, columns: int, n_symbols: int) 
         return Findings([worst, 1 - found.certain.mean()])
 
     claims = (
-        Claim(f"{name}: error", ERROR, CERTAIN, FAR, "rad"),
-        Claim(f"{name}: uncertain", 0.0, UNCERTAIN, OUTLAST),
+        Claim(f"{extreme.name}: error", ERROR, CERTAIN, FAR, "rad"),
+        Claim(f"{extreme.name}: uncertain", 0.0, UNCERTAIN, OUTLAST),
     )
-    return Trial(kind, name, claims, measure)
+    return Trial(kind, extreme.name, claims, measure)
 
 
 def _errors(problem: RouteProblem, found: RouteCodes, phases: tuple[str, ...], jobs: int) -> Array:
@@ -175,7 +170,7 @@ def start_trial(body: Body, place: Place, jobs: int, columns: int, n_crossings: 
 
     def measure() -> Findings:
         scene, phases = Scene(body, place.J1 + place.J2mJ1, jobs), exacts(PHASES[:columns])
-        states = np.stack([state(place, body, float(x)) for x in phases], axis=1)
+        states = np.stack([place.state(body, float(x)) for x in phases], axis=1)
         # From 1e-300 an orbit takes some 700 units of 1/u to arrive.
         errors, predicted, floor = compared(scene, states, n_crossings, 2000 / scene.u)
         return Findings([np.max(errors / (predicted + floor))])

@@ -1,14 +1,16 @@
-"""The flags `certain` where a computation is spoilt: wrong symbols come, flagged ones do not.
+"""What is said of orbits is true: no wrong symbol is called certain, found orbits have their code.
 
-Tolerances are spoilt, and the tables of return maps: the three maps behind a code are off by
-smooth functions of a given size, one map alone or all, each by its own. The sample that is
-integrated as well would discard such maps at once; here it is left out, so that the flags stand
-alone.
+Computations are spoilt, so that wrong symbols come: tolerances, and the tables of return maps. The
+three maps behind a code are off by smooth functions of a given size, one map alone or all, each by
+its own. The sample that is integrated as well would discard such maps at once; here it is left
+out, so that the flags stand alone.
 
 The truth comes from elsewhere. Every orbit is followed in principal axes too, and where that
 differs from the default run anywhere it is followed there once more in more bits, at last in 113,
 whose word is final. So the default run is judged like all others, and a wrong symbol is missed
 only if both formulations err alike. Some orbits go to 113 bits at once.
+
+Orbits found from random codes and addresses of random bodies are read back by integration.
 """
 
 from __future__ import annotations
@@ -21,9 +23,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rigidpend.experiments import principal_axes
-from rigidpend.experiments.stress import SPOILT, scenes
-from rigidpend.experiments.stress.claims import Claim, Findings, Trial
-from rigidpend.experiments.stress.scenes import random_phases
+from rigidpend.experiments.stress import scenes
+from rigidpend.experiments.stress.scenes import BITS, Claim, Findings, Trial, random_phases
 from rigidpend.mechanics.body import Body
 from rigidpend.numbers.exact import exact
 from rigidpend.orbits.integrate.arithmetic import resolve
@@ -35,6 +36,7 @@ from rigidpend.routes.cycle import symbols
 from rigidpend.routes.phases import Phases
 from rigidpend.routes.problem import RouteProblem
 from rigidpend.routes.run import Run
+from rigidpend.routes.symbolic import Address, FoundOrbit, NoOrbit, address_of, find_orbit
 
 Codes = NDArray[np.uint8]
 
@@ -74,9 +76,26 @@ MAPS_CLAIMS = (
     Claim("certain, all off", MAPS_CERTAIN, SHARE, TESTED),
 )
 
+DELAY = 1e-9
+"""Allowed difference of a crossing's time, t'.
+
+A map may err by 2^13 roundings, 1e-12, of a passage's time, which is 100 t' at most; ten add up."""
+LONGER = 2, 6
+"""Half rotations by which passages of a random address are longer than the shortest, one beyond.
+
+Such an address has half of the symbols, for each half rotation takes half a digit of theta2_0."""
+DIGITS = 26
+"""Digits of theta2_0: they are found in 106 bits, fewer than those that read the address."""
+LOST = "random words, and their longer addresses, for which no orbit was found"
+OCCURS = "every finite sequence of turns occurs, and with long passages at every address"
+OTHER = f"found orbits whose address by integration in {BITS} bits is another"
+ENOUGH = "26 digits outlast ten of the shortest passages, which take two each at most"
+LATE = "largest difference of a crossing's time by integration and by the map"
+ADD_UP = "2^13 roundings of a passage's time, which is 100 t' at most, for each of ten passages"
+
 
 def trials(asked: Any, jobs: int) -> Iterator[Trial]:
-    """A hard orbit, spoilt tolerances at each start, and spoilt maps of as many orbits."""
+    """A hard orbit, spoilt tolerances at each start, spoilt maps, and orbits of random codes."""
     sizes, n = asked.honesty, len(STARTS)
     yield hard_trial()
     for k, J1_0 in enumerate(STARTS):
@@ -85,6 +104,12 @@ def trials(asked: Any, jobs: int) -> Iterator[Trial]:
         yield trial(asked, J1_0, orbits, checked, jobs)
     problem = RouteProblem(asked.body, asked.h0, asked.J1_0, sizes.n_symbols)
     yield maps_trial(problem, jobs, sizes.orbits // n, asked.seed)
+    words, n_symbols = asked.addresses.words, asked.addresses.n_symbols
+    own = RouteProblem(asked.body, asked.h0, asked.J1_0, n_symbols)
+    yield address_trial("own body", own, words, asked.seed)
+    for k in range(asked.addresses.bodies):
+        problem = drawn(1000 * asked.seed + k, n_symbols)
+        yield address_trial(f"body {k + 1}", problem, words, asked.seed + k + 1)
 
 
 def trial(asked: Any, J1_0: str, orbits: int, checked: int, jobs: int) -> Trial:
@@ -106,50 +131,58 @@ def trial(asked: Any, J1_0: str, orbits: int, checked: int, jobs: int) -> Trial:
         phases = random_phases(orbits, (asked.seed, *J1_0.encode()))
         problem = RouteProblem(asked.body, asked.h0, exact(J1_0), asked.honesty.n_symbols)
         default = scenes.routes(problem, phases, jobs)
-        true, known = true_codes(problem, phases, default.codes, checked, jobs)
+        true = true_codes(problem, phases, default.codes, checked, jobs)
         # A tolerance spoils integrations; the maps' tables have a trial of their own.
         alone = [
             scenes.routes(problem, phases, jobs, (53,), float(x), "integration") for x in tolerances
         ]
-        compared, wrong, lies = np.transpose([counted(x, true, known) for x in (*alone, default)])
+        wrong, lies = np.transpose([counted(x, true) for x in (*alone, default)])
         spoilt = np.array(tolerances, dtype=float)
-        coarse = int(np.argmax(spoilt))
         values = [
             *lies,
             (default.codes[:, :checked] != true[:, :checked]).sum(),
             1 - default.certain.mean(),
-            1 - wrong[coarse] / compared[coarse],
+            1 - wrong[np.argmax(spoilt)] / true.size,
         ]
-        counts = {"symbols": compared[:-1], "wrong": wrong[:-1], "lies": lies[:-1]}
-        notes = [f"of {n} symbols {k} are wrong" for n, k in zip(compared, wrong, strict=True)]
-        return Findings(values, notes, {"tolerance": spoilt, **counts})
+        curve = {
+            "tolerance": spoilt,
+            "symbols": np.full(len(spoilt), true.size),
+            "wrong": wrong[:-1],
+            "lies": lies[:-1],
+        }
+        return Findings(values, [f"of {true.size} symbols {k} are wrong" for k in wrong], curve)
 
-    return Trial("honesty", at, claims, measure, SPOILT)
+    return Trial("honesty", at, claims, measure)
 
 
 def true_codes(
     problem: RouteProblem, phases: Any, doubted: Codes, checked: int, jobs: int
-) -> tuple[Codes, NDArray[np.bool_]]:
-    """The symbols of orbits from an independent formulation, and of which orbits they are known.
+) -> Codes:
+    """The symbols of orbits from an independent formulation.
 
     Where nothing differs from `doubted`, which a run found, doubles are enough; the first
-    `checked` orbits are followed in 113 bits in any case. All are known, but without heyoka only
-    those, in integers of 113 bits.
+    `checked` orbits are followed in 113 bits in any case. Without heyoka those alone are known,
+    from integers of 113 bits, and the others left out.
     """
-    known = np.ones(phases.size, dtype=bool)
+    first = phases[:checked]
     if not principal_axes.installed():
-        known[checked:] = False
-        true = doubted.copy()
-        found = scenes.route_crossings(problem, phases[:checked], jobs, scenes.BITS, "scipy")
-        true[:, :checked] = symbols(found.separatrix)
-        return true, known
+        return symbols(scenes.route_crossings(problem, first, jobs, BITS, "scipy").separatrix)
     true = principal_axes.codes(problem, phases, bits=53, jobs=jobs)
     differ = (true != doubted).any(axis=0)
     true[:, differ], _ = principal_axes.settled(problem, phases[differ], doubted[:, differ], jobs)
-    if checked and principal_axes.offers(scenes.BITS):
-        first = phases[:checked]
-        true[:, :checked] = principal_axes.codes(problem, first, bits=scenes.BITS, jobs=jobs)
-    return true, known
+    if checked and principal_axes.offers(BITS):
+        true[:, :checked] = principal_axes.codes(problem, first, bits=BITS, jobs=jobs)
+    return true
+
+
+def counted(found: RouteCodes, true: Codes) -> tuple[int, int]:
+    """Numbers of wrong symbols, and of lies, on the first orbits, whose truth is known.
+
+    A lie is wrong and called certain.
+    """
+    n = true.shape[1]
+    differ = found.codes[:, :n] != true
+    return int(differ.sum()), int((differ & found.certain[:, :n]).sum())
 
 
 def hard_trial() -> Trial:
@@ -158,19 +191,10 @@ def hard_trial() -> Trial:
     def measure() -> Findings:
         phases = np.array([HARD_PHASE])
         found = scenes.routes(HARD, phases, 1)
-        compared, wrong, lies = counted(found, *true_codes(HARD, phases, found.codes, 1, 1))
-        return Findings([lies], [f"of {compared} symbols {wrong} are wrong"])
+        wrong, lies = counted(found, true_codes(HARD, phases, found.codes, 1, 1))
+        return Findings([lies], [f"of {HARD.n_symbols} symbols {wrong} are wrong"])
 
     return Trial("honesty", "hard orbit", (HARD_CLAIM,), measure)
-
-
-def counted(found: RouteCodes, true: Codes, known: NDArray[np.bool_]) -> tuple[int, int, int]:
-    """Numbers of symbols of the orbits whose truth is known, of wrong ones, and of lies.
-
-    A lie is wrong and called certain.
-    """
-    differ = (found.codes != true) & known
-    return int(known.sum()) * len(true), int(differ.sum()), int((differ & found.certain).sum())
 
 
 def spoilt(made: ReturnMap, size: float, seed: int) -> ReturnMap:
@@ -211,8 +235,9 @@ def maps_trial(problem: RouteProblem, jobs: int, orbits: int, seed: int) -> Tria
 
     def measure() -> Findings:
         phases = random_phases(orbits, (seed, orbits))
-        doubted = scenes.routes(problem, phases, jobs).codes
-        true, _ = true_codes(problem, phases, doubted, 0, jobs)
+        true = scenes.routes(problem, phases, jobs).codes
+        if principal_axes.installed():
+            true = true_codes(problem, phases, true, 0, jobs)
         flags = [
             _flagged(problem, phases, true, float(size), which == "all", jobs)
             for which, size in SPOILT_MAPS
@@ -228,7 +253,7 @@ def maps_trial(problem: RouteProblem, jobs: int, orbits: int, seed: int) -> Tria
 
 
 def _flagged(
-    problem: RouteProblem, phases: Any, true: Any, size: float, every: bool, jobs: int
+    problem: RouteProblem, phases: Any, true: Codes, size: float, every: bool, jobs: int
 ) -> tuple[Any, Any]:
     """Flags of wrong symbols and of certain ones, (n_symbols, orbits and some of them again)."""
     some, wrong, certain = slice(None, None, CLIMBING), [], []
@@ -240,3 +265,59 @@ def _flagged(
         wrong.append(symbols(found.crossings.separatrix) != true[:, chosen])
         certain.append(found.certain)
     return np.hstack(wrong), np.hstack(certain)
+
+
+def drawn(seed: int, n_symbols: int) -> RouteProblem:
+    """A problem with three distinct moments, the centre of gravity and the weight by lot."""
+    random = np.random.default_rng(seed)
+    # Far from two equal moments, where passages take hundreds of rotations; A2 = 1.
+    A1 = random.uniform(1.6, 2)
+    A3 = 1 + (A1 - 1) * random.uniform(0.35, 0.75)
+    angle, h0 = random.uniform(0.2, 1.3), random.uniform(0.8, 1.6)
+    mu = h0 * 10 ** random.uniform(-3.5, -2.5)
+    r = f"{np.cos(angle):.3f}", f"{np.sin(angle):.3f}", "0"
+    body = Body((f"{A1:.3f}", "1", f"{A3:.3f}"), r, f"{mu:.3g}")
+    return RouteProblem(body, exact(f"{h0:.4f}"), exact("1e-8"), n_symbols)
+
+
+def address_trial(name: str, problem: RouteProblem, words: int, seed: int) -> Trial:
+    """Random words of a problem's body, of its number of symbols, found and read back."""
+    n = problem.n_symbols
+
+    def measure() -> Findings:
+        random, lost, other, delay = np.random.default_rng(seed), 0, 0, 0.0
+        for _ in range(words):
+            asked = Address(None, tuple(int(s) for s in random.integers(0, 2, n)), None)
+            for _ in ("shortest", "longer"):
+                start: Any = {"h0": problem.h0, "J1_0": problem.J1_0}
+                try:
+                    found = find_orbit(problem.body, asked, **start, digits=DIGITS)
+                except NoOrbit:
+                    lost += 1
+                    break
+                other += not _read_back(problem, found)
+                delay = max(delay, found.delay)
+                asked = _longer(found.address, (n + 1) // 2, random)
+        said = f"{words} codes of {n} symbols, and as many longer addresses of half of them"
+        return Findings([lost, other, delay], [said])
+
+    claims = (
+        Claim(f"{name}: none found", 0, LOST, OCCURS),
+        Claim(f"{name}: read back", 0, OTHER, ENOUGH),
+        Claim(f"{name}: delay", DELAY, LATE, ADD_UP, "t'"),
+    )
+    return Trial("addresses", f"addresses {name}", claims, measure)
+
+
+def _longer(address: Address, n: int, random: np.random.Generator) -> Address:
+    """The first n symbols of an address, with more half rotations by lot."""
+    turns = np.add(address.half_turns or (), random.integers(*LONGER, len(address.symbols)))
+    return Address(address.first, address.symbols[:n], tuple(int(k) for k in turns[:n]))
+
+
+def _read_back(problem: RouteProblem, found: FoundOrbit) -> bool:
+    """True if more bits than those that found an orbit tell all of its address."""
+    n = len(found.address.symbols)
+    start: Any = {"h0": problem.h0, "J1_0": problem.J1_0}
+    own = address_of(problem.body, found.theta2_0, **start, n_symbols=n, precisions=(BITS,))
+    return own == found.address and found.confirmed == n

@@ -1,25 +1,53 @@
-"""Trials of the growth of errors from passage to passage, and of the symbols that it decides.
+"""Growth of errors from passage to passage, and the symbols that it decides, predicted first.
 
-Both are predicted first: `growth` carries roundings along the orbit by the variational
-equations; nothing is fitted.
+Every step of an integrator rounds every component once. What a rounding at time s does to the
+phase at a crossing is the cotangent vector there, carried back along the orbit by the variational
+equations; the roundings are independent, so their squares add. Nothing is fitted.
 """
 
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
+from itertools import pairwise
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from rigidpend.experiments.stress import DECIDED, GROWTH, growth, scenes
-from rigidpend.experiments.stress.claims import Claim, Findings, Trial
-from rigidpend.experiments.stress.growth import compared
-from rigidpend.experiments.stress.scenes import Scene, random_phases
-from rigidpend.numbers.generic import Array
+from rigidpend.experiments.stress import scenes
+from rigidpend.experiments.stress.scenes import (
+    BITS,
+    Claim,
+    Findings,
+    Scene,
+    Trial,
+    followed,
+    random_phases,
+)
+from rigidpend.mechanics.equations import AlignedCoefficients, aligned
+from rigidpend.numbers.generic import Array, Numbers, Scalar
+from rigidpend.orbits.integrate import Orbits
+from rigidpend.orbits.integrate.states import states_at
 from rigidpend.routes.codes import RouteCodes
 from rigidpend.routes.problem import RouteProblem, whisker_growth
+
+ROUNDING = math.sqrt(3 / (8 * math.log(2)) / 12)
+"""Root mean square of a rounding, relative to its number, in units of 2^(1 - bits).
+
+It is 1/sqrt(12) of the mantissa's last bit, the mantissa being distributed as 1/m over 1 to 2."""
+NOISE = ROUNDING * 2.0**-52
+"""Root mean square relative error of a step in doubles: the series' own error is below rounding."""
+SHARE = math.exp(-2)
+"""Step of a Taylor series over its radius of convergence."""
+SAMPLES = 0.2
+"""Time between samples of cotangent vectors, in units of 1/u."""
+DEEPEST = 30.0
+"""Longest time, in units of 1/u, that an orbit is followed backwards in one go."""
+DEVIATIONS = 10
+"""Bound over predicted root mean square, where one orbit's error is measured."""
+TOLERANCE = 1e-11
+"""Tolerance of the variational equations: a prediction needs three digits."""
 
 FACTOR = 3.0
 """Allowed factor between a measured error and the predicted one."""
@@ -59,6 +87,129 @@ WALKS = (
 RIGHT = "what two computations establish is right"
 
 
+def step(u: float) -> float:
+    """The step of a Taylor integrator in t', near separatrices of exponent u.
+
+    On them J1 = J2/(exp(-u t' + v) + 1) has its poles pi/u off the real axis.
+    """
+    return SHARE * math.pi / u
+
+
+def predicted_errors(scene: Scene, states: Array, crossings: Array) -> Array:
+    """The root mean square errors of crossings in doubles, in radians, (k, n).
+
+    `states` are (6, n), at time 0; `crossings` their times t', (k, n), ascending.
+    """
+    columns = []
+    for state, own in zip(states.T, crossings.T, strict=True):
+        begun = restarts(np.r_[0.0, own], scene.u)
+        times = np.union1d(begun, own)
+        along = states_at(scene.c, state, times)
+        insides = [(times == t) | (np.isin(times, begun) & (times < t)) for t in own]
+        squares = [_squares(scene, times[inside], along[:, inside]) for inside in insides]
+        # One rounding a step: the sum over steps is the integral over the length of a step.
+        columns.append(NOISE * np.sqrt(np.array(squares) / step(scene.u)))
+    return np.array(columns).T
+
+
+def restarts(times: Array, u: float) -> Array:
+    """Times at which a cotangent vector goes on from the orbit as it was followed forwards.
+
+    Backwards, the orbit leaves itself as exp(u t'/2). So a passage that is too long for doubles
+    is divided.
+    """
+    parts = [times[:1]]
+    for a, b in pairwise(times):
+        n = math.ceil((b - a) * u / DEEPEST)
+        parts += [np.linspace(a, b, n + 1)] if n > 1 else []
+    return np.unique(np.concatenate(parts))
+
+
+def _squares(scene: Scene, times: Array, states: Array) -> float:
+    """Integral of (weight times component)^2, summed, back from a crossing at the last time."""
+    c = scene.c
+
+    def backward(y: Scalar, _: Any) -> list[Any]:
+        # Cotangents obey the transposed equations with the opposite sign.
+        back = (-sum(w * s for w, s in zip(y[6:], x, strict=True)) for x in jacobian(y[:6], c))
+        return [*aligned(y[:6], c), *back]
+
+    # As in a Newton step: a deviation of M3 shifts the crossing by that over -M3'.
+    weights = np.array([0, 0, -scene.rate / aligned(states[:, -1], c)[2], 0, 0, 0])
+    total = 0.0
+    for k in range(times.size - 1, 0, -1):
+        span = times[k] - times[k - 1]
+        grid = np.linspace(0.0, -span, max(8, math.ceil(span * scene.u / SAMPLES)))
+        # The weights go on from piece to piece, the orbit from where it was forwards.
+        start = np.r_[states[:, k], weights]
+        y = states_at(backward, start, grid, tolerance=TOLERANCE)
+        total += ((y[:6] * y[6:]) ** 2).sum(axis=0).mean() * span
+        weights = y[6:, -1]
+    return total
+
+
+def growths(scene: Scene, state: Array, until: float) -> tuple[Array, Array]:
+    """Crossing times of an orbit, and ln of how much a small error of the phase has grown there.
+
+    The orbit is followed to t' = `until`; both are (k,) arrays, and the growth at the first
+    crossing is 0.
+    """
+    times = np.arange(0.0, until, SAMPLES / scene.u)
+    # A shift of the phase: M is nearly along Oz at the start, and gamma turns about that axis.
+    start = np.r_[state, 0.0, 0.0, 0.0, -state[4], state[3], 0.0]
+    y = states_at(with_tangent(scene.c), start, times, tolerance=TOLERANCE)
+    M3 = y[2]
+    k = np.flatnonzero(M3[:-1] * M3[1:] < 0)
+    share = M3[k] / (M3[k] - M3[k + 1])
+    shift = (y[8, k] + share * (y[8, k + 1] - y[8, k])) / aligned(y[:6, k], scene.c)[2]
+    logarithm = np.log(np.abs(shift))
+    return times[k] + share * (times[k + 1] - times[k]), logarithm - logarithm[:1]
+
+
+def with_tangent(c: AlignedCoefficients) -> Callable[[Any, Any], list[Any]]:
+    """The aligned field of 12 components: an orbit, and a small deviation from it.
+
+    Over many passages the deviation grows by more than doubles have digits, so that a difference
+    along it, as `routes.symbolic.stretching` takes it, would lose the orbit.
+    """
+
+    def field(y: Scalar, _: Any) -> list[Any]:
+        rows = zip(*jacobian(y[:6], c), strict=True)
+        along = (sum(s * v for s, v in zip(row, y[6:], strict=True)) for row in rows)
+        return [*aligned(y[:6], c), *along]
+
+    return field
+
+
+def jacobian(x: Numbers, c: AlignedCoefficients) -> list[list[Any]]:
+    """Derivatives of the aligned field along each axis: six columns of six.
+
+    The field is quadratic, so that half the difference between two points on either side of x is
+    the derivative there, at any distance: here one.
+    """
+    columns = []
+    for j in range(6):
+        ahead, behind = ([a + side * (i == j) for i, a in enumerate(x)] for side in (1.0, -1.0))
+        both = zip(aligned(ahead, c), aligned(behind, c), strict=True)
+        columns.append([(a - b) / 2 for a, b in both])
+    return columns
+
+
+def compared(
+    scene: Scene, states: Array, n_crossings: int, limit: float
+) -> tuple[Array, Array, Array]:
+    """Phase errors of doubles, against 113 bits, and as predicted, and the last bit of the times.
+
+    All are in radians, (n_crossings, n); each passage may take t' = `limit`.
+    """
+    orbits = Orbits(scene.c, states, n_crossings, limit)
+    # The truth of the very same doubles: what rounds their starts is no error of integration.
+    found, true = followed(scene, orbits), followed(scene, orbits, BITS)
+    predicted = predicted_errors(scene, states, true.time)
+    floor = scene.rate * np.spacing(true.time)
+    return scenes.phase_errors(found, true, scene.rate), predicted, floor
+
+
 def trials(asked: Any, jobs: int) -> Iterator[Trial]:
     """The growth of errors, and what each precision decides."""
     sizes, scene = asked.passages, scenes.of_problem(asked, jobs)
@@ -80,10 +231,10 @@ def growth_trial(scene: Scene, J1: float, orbits: int, n_crossings: int) -> Tria
         slopes = np.array([slopes_of(x) for x in (measured, predicted)])
         rms = np.sqrt(((measured / predicted) ** 2).mean(axis=1))
         a_passage = np.exp(slopes.mean(axis=1))
-        curves = {
+        curve = {
             "crossing": np.arange(len(measured)),
-            "measured": np.exp(_typical(measured)),
-            "predicted": GEOMETRIC * np.exp(_typical(predicted)),
+            "measured": np.exp(_logarithm(measured).mean(axis=1)),
+            "predicted": GEOMETRIC * np.exp(_logarithm(predicted).mean(axis=1)),
             "floor": floor.mean(axis=1),
             "scatter": measured,
             "growth_measured": a_passage[0],
@@ -91,13 +242,13 @@ def growth_trial(scene: Scene, J1: float, orbits: int, n_crossings: int) -> Tria
             "growth_whisker": whisker_growth(scene.body.nu),
         }
         values = [np.maximum(rms, 1 / rms).max(), abs((slopes[0] - slopes[1]).mean())]
-        return Findings(values, curves=curves)
+        return Findings(values, curve=curve)
 
     claims = (
         Claim("size of errors", FACTOR, SIZE, COUNTED),
         Claim("growth a passage", slope_spread(orbits, n_crossings), SLOPE, NORMAL),
     )
-    return Trial("passages", "growth", claims, measure, GROWTH)
+    return Trial("passages", "growth", claims, measure)
 
 
 def slope_spread(orbits: int, n_crossings: int) -> float:
@@ -109,12 +260,12 @@ def slope_spread(orbits: int, n_crossings: int) -> float:
 def slopes_of(errors: Array) -> Array:
     """ln of the growth a passage of each orbit, where times in doubles can tell its errors."""
     number = np.arange(SETTLED, len(errors))
-    return np.asarray(np.polyfit(number, np.log(np.maximum(errors[SETTLED:], 2.0**-53)), 1)[0])
+    return np.asarray(np.polyfit(number, _logarithm(errors[SETTLED:]), 1)[0])
 
 
-def _typical(errors: Array) -> Array:
-    """The mean logarithm; what rounds to no error counts as half a unit in the last place of 1."""
-    return np.asarray(np.log(np.maximum(errors, 2.0**-53)).mean(axis=1))
+def _logarithm(errors: Array) -> Array:
+    # What rounds to no error counts as half a unit in the last place of 1.
+    return np.asarray(np.log(np.maximum(errors, 2.0**-53)))
 
 
 def decided_trial(
@@ -144,19 +295,19 @@ def decided_trial(
         numbers = {"measured": decided, "predicted": predicted, "asked": problem.n_symbols}
         return Findings(values, [said], {"bits": bits, **numbers})
 
-    return Trial("passages", f"{bits} bits", claims, measure, DECIDED)
+    return Trial("passages", f"{bits} bits", claims, measure)
 
 
 def finer(bits: int) -> int:
     """The precision that judges what `bits` bits decide: half as many bits again at least."""
-    return scenes.BITS if 3 * bits <= 2 * scenes.BITS else 2 * bits
+    return BITS if 3 * bits <= 2 * BITS else 2 * bits
 
 
 def _wrong(problem: RouteProblem, found: RouteCodes, phases: Array, jobs: int) -> float:
     """Symbols that are called certain and that a higher precision contradicts."""
     bits = finer(int(found.bits[0]))
     # Above 113 bits integers compute: they share no arithmetic with what they judge.
-    engine = "taylor" if bits == scenes.BITS else "scipy"
+    engine = "taylor" if bits == BITS else "scipy"
     known = scenes.routes(problem, phases, jobs, (bits,), engine=engine)
     differ = found.codes[:, : phases.size] != known.codes
     return float((found.certain[:, : phases.size] & differ).sum())
@@ -171,20 +322,22 @@ def predicted_symbols(
     independently differ by sqrt(2) times it.
     """
     n = problem.n_symbols
-    until = n * passage(scene.body.angles().mu / scene.h0) / scene.u
+    # A mean passage in units of 1/u, at most: from a distance mu/h0 to one and back, and more.
+    passage = 2 * math.log(scene.h0 / scene.body.angles().mu) + 8
     numbers = []
     for x in scene.starts(tangents, float(problem.J1_0)).T:
-        times, grown = growth.growths(scene, x, until)
-        there = growth.predicted_errors(scene, x[:, None], times[: LEVEL + 1, None])[-1, 0]
+        times, grown = growths(scene, x, n * passage / scene.u)
+        there = predicted_errors(scene, x[:, None], times[: LEVEL + 1, None])[-1, 0]
         # In other precisions roundings are larger or smaller, and what becomes of them is the same.
         difference = math.sqrt(2) * there * np.exp(grown - grown[LEVEL]) * 2.0 ** (53 - bits)
-        numbers.append(growth.decided(difference[: n + 1], UNDECIDED))
+        numbers.append(decided(difference[: n + 1]))
     return np.array(numbers)
 
 
-def passage(weight: float) -> float:
-    """A mean passage in units of 1/u, at most: from a distance mu/h0 to one and back, and more."""
-    return 2 * math.log(1 / weight) + 8
+def decided(differences: Array) -> int:
+    """Count the decided symbols: crossings behind the first, while computations agree."""
+    beyond = differences > UNDECIDED
+    return max(0, int(beyond.argmax()) - 1 if beyond.any() else differences.size - 1)
 
 
 def median_spread(bits: int, columns: int, tangents: int, nu: float) -> float:

@@ -1,17 +1,22 @@
-"""Scenes that trials share: orbits of a body, their starts, and how far computations are apart.
+"""Claims that a run may refute, and the scenes that trials share: orbits, starts, distances.
 
-The truth about doubles has 113 bits; about more bits it comes from integers.
+A claim has its bound, and its known limit, before the run. The truth about doubles has 113 bits;
+about more bits it comes from integers.
 """
 
 from __future__ import annotations
 
+import itertools
 import math
-from collections.abc import Sequence
+import re
+from collections.abc import Callable, Mapping, Sequence
 from fractions import Fraction
 from typing import Any, NamedTuple
 
 import numpy as np
 
+from rigidpend.experiments.data import Tree, datasets
+from rigidpend.experiments.stress import CURVES, FAILED, LIMIT, OF_CLAIM, PASSED
 from rigidpend.mechanics.body import Body
 from rigidpend.mechanics.coordinates import Canonical, aligned_from_canonical
 from rigidpend.mechanics.equations import AlignedCoefficients, aligned_coefficients
@@ -21,11 +26,10 @@ from rigidpend.numbers.generic import Array
 from rigidpend.orbits import integrate
 from rigidpend.orbits.integrate import DEFAULT_TOLERANCE, Crossings, Orbits
 from rigidpend.orbits.integrate.arithmetic import resolve
-from rigidpend.orbits.integrate.states import states_at
 from rigidpend.routes.certainty import FIRST
 from rigidpend.routes.codes import RouteCodes, codes_of
 from rigidpend.routes.phases import Phases
-from rigidpend.routes.problem import RouteProblem
+from rigidpend.routes.problem import ProblemError, RouteProblem
 from rigidpend.routes.run import Run
 
 BITS = 113
@@ -35,12 +39,113 @@ INTEGER_BITS = 192
 
 It is above the last of the default precisions, so that nothing judges itself."""
 
-PHASES = ("3/10", "29/10", "47/10", "7/5", "1/5", "6", "22/7", "13/4")
-"""theta2_0 of columns, radians: nothing special."""
+
+class Claim(NamedTuple):
+    """A sentence about the program that one number can refute."""
+
+    name: str
+    bound: float
+    """The largest value that passes."""
+    measured: str
+    """The meaning of the number."""
+    reason: str
+    """Reason for the bound."""
+    unit: str = "1"
+    limit: str = ""
+    """Reason for which its bound is known to be exceeded, where it is."""
+    up_to: float = -math.inf
+    """The largest value that this explains."""
+
+    def told(self, value: float, note: str) -> Tree:
+        """The claim with what was found, as it is stored; NaN, which is no measurement, fails."""
+        ratio = value / self.bound if self.bound else math.inf if value else 0.0
+        values = {
+            "verdict": PASSED if value <= self.bound else LIMIT if value <= self.up_to else FAILED,
+            "limit": self.limit,
+            "note": note,
+            "value": value,
+            "bound": float(self.bound),
+            "up_to": float(max(self.bound, self.up_to)),
+            "ratio": float(ratio),
+        }
+        found = datasets(OF_CLAIM, values)
+        said = {"value": self.measured, "bound": self.reason, "up_to": found["up_to"].description}
+        meant = {k: found[k]._replace(units=self.unit, description=x) for k, x in said.items()}
+        return {**found, **meant}
+
+
+class Findings(NamedTuple):
+    """The outcome of a trial: a number for each of its claims, in their order."""
+
+    values: Sequence[float]
+    notes: Sequence[str] = ()
+    """Further remarks on the claims in this run, in their order."""
+    curve: Mapping[str, Any] | None = None
+    """Values behind the numbers, of the fields in `CURVES`."""
+
+
+class Trial(NamedTuple):
+    """Claims, and the measurement that tests them all."""
+
+    kind: str
+    name: str
+    claims: Sequence[Claim]
+    measure: Callable[[], Findings]
+
+    @property
+    def label(self) -> str:
+        """Its name in a file and on the disk, which bears no blank, slash or bracket."""
+        return re.sub(r"[^A-Za-z0-9.-]+", "_", self.name).strip("_")
+
+    def tried(self) -> Tree:
+        """Measure; what is refused refutes all that is claimed.
+
+        What was claimed and not measured is NaN, which fails; what was measured and not claimed
+        is a ValueError.
+        """
+        try:
+            found = self.measure()
+        except (ProblemError, ArithmeticError) as refused:
+            found = Findings([], [f"refused: {refused}"] * len(self.claims))
+        if len(found.values) > len(self.claims):
+            said = f"measured {len(found.values)} values, declared {len(self.claims)} before"
+            raise ValueError(said)
+        rows = itertools.zip_longest(self.claims, found.values, found.notes)
+        claims = {
+            claim.name: claim.told(math.nan if value is None else float(value), note or "")
+            for claim, value, note in rows
+        }
+        curves = {self.label: found.curve} if found.curve else {}
+        return {"claims": claims, "curves": datasets(CURVES.get(self.kind, {}), curves)}
+
+
+class Place(NamedTuple):
+    """Place where orbits start, with a bound of their own instead of a route problem."""
+
+    name: str
+    separatrix: int
+    J1: float
+    J2mJ1: float
+    aside: float = 0.0
+    """theta1 from the separatrix, radians."""
+    J3: float = 0.0
+
+    def state(self, body: Body, theta2: float) -> Array:
+        """The aligned components (6,) of a start; on a separatrix its own Q is exactly 0."""
+        p = body.angles()
+        J2 = self.J1 + self.J2mJ1
+        cosq = math.sqrt((J2 - self.J3) * (J2 + self.J3)) / J2
+        at = float(theta1(self.separatrix, p, np)) + self.aside
+        c = Canonical(self.J1, self.J2mJ1, self.J3, at, theta2, 0.0, cosq)
+        made = aligned_from_canonical(c, p.alpha0, p.beta0)
+        # The sine of a rounded theta1 is not quite 0, which the start must not depend on.
+        if not self.aside:
+            made = made._replace(**{"Qm" if self.separatrix in (2, 4) else "Qp": 0.0})
+        return np.array(made)
 
 
 class Scene(NamedTuple):
-    """A body and |M|, dimensionless, of orbits near separatrices."""
+    """A body and \\|M\\|, dimensionless, of orbits near separatrices."""
 
     body: Body
     J2: float
@@ -78,7 +183,7 @@ class Scene(NamedTuple):
         """Aligned components, (6, n), of starts on separatrix 2 with random phases."""
         place = Place("", 2, J1, self.J2 - J1, 0.0, J3)
         phases = random_phases(n, self.seed)
-        return np.stack([state(place, self.body, x) for x in phases], axis=1)
+        return np.stack([place.state(self.body, x) for x in phases], axis=1)
 
 
 def of_problem(asked: Any, jobs: int) -> Scene:
@@ -87,14 +192,20 @@ def of_problem(asked: Any, jobs: int) -> Scene:
     return Scene(asked.body, J2, jobs, asked.seed)
 
 
+def random_phases(n: int, seed: Any) -> Array:
+    """Phases theta2_0 of n orbits, radians, the same in every run."""
+    return np.random.default_rng(seed).uniform(0, 2 * np.pi, n)
+
+
 def followed(scene: Scene, orbits: Orbits, bits: int = 53) -> Crossings:
     """The crossings of orbits at the default tolerance; of more bits those of the same doubles."""
+    if bits > 53:
+        coefficients = AlignedCoefficients(*map(Fraction, orbits.coefficients))
+        states = np.vectorize(Fraction, otypes=[object])(orbits.states)
+        orbits = orbits._replace(coefficients=coefficients, states=states)
+    tolerance = DEFAULT_TOLERANCE["taylor"]
     return integrate.crossings(
-        orbits if bits == 53 else exactly(orbits),
-        engine="taylor",
-        bits=bits,
-        tolerance=DEFAULT_TOLERANCE["taylor"],
-        jobs=scene.jobs,
+        orbits, engine="taylor", bits=bits, tolerance=tolerance, jobs=scene.jobs
     )
 
 
@@ -123,24 +234,6 @@ def route_crossings(
     return run.crossings(bits, FIRST, range(len(run.phases)))
 
 
-def sampled(
-    states: Array,
-    scene: Scene,
-    times: Array,
-    tolerance: float | None = None,
-    engine: str = "taylor",
-) -> Array:
-    """States of orbits at times, (6, k, n), by default at the default tolerance."""
-    return np.asarray(states_at(scene.c, states, times, engine=engine, tolerance=tolerance))
-
-
-def exactly(orbits: Orbits) -> Orbits:
-    """Orbits in doubles as the same orbits, number by number, for a higher precision."""
-    coefficients = AlignedCoefficients(*map(Fraction, orbits.coefficients))
-    states = np.vectorize(Fraction, otypes=[object])(orbits.states)
-    return orbits._replace(coefficients=coefficients, states=states)
-
-
 def phase_errors(found: Crossings, true: Crossings, rate: float) -> Array:
     """Distances of crossings from the true ones, (n_crossings, n), in radians.
 
@@ -150,34 +243,3 @@ def phase_errors(found: Crossings, true: Crossings, rate: float) -> Array:
     apart = rate * np.abs(found.time - true.time)
     absent = (found.separatrix == 0) & (true.separatrix == 0)
     return np.where(absent, 0.0, np.where(found.separatrix == true.separatrix, apart, np.inf))
-
-
-class Place(NamedTuple):
-    """Place where orbits start, with a bound of their own instead of a route problem."""
-
-    name: str
-    separatrix: int
-    J1: float
-    J2mJ1: float
-    aside: float = 0.0
-    """theta1 from the separatrix, radians."""
-    J3: float = 0.0
-
-
-def state(place: Place, body: Body, theta2: float) -> Array:
-    """The aligned components (6,) of a start; on a separatrix its own Q is exactly 0."""
-    p = body.angles()
-    J2 = place.J1 + place.J2mJ1
-    cosq = math.sqrt((J2 - place.J3) * (J2 + place.J3)) / J2
-    at = float(theta1(place.separatrix, p, np)) + place.aside
-    c = Canonical(place.J1, place.J2mJ1, place.J3, at, theta2, 0.0, cosq)
-    made = aligned_from_canonical(c, p.alpha0, p.beta0)
-    # The sine of a rounded theta1 is not quite 0, which the start must not depend on.
-    if not place.aside:
-        made = made._replace(**{"Qm" if place.separatrix in (2, 4) else "Qp": 0.0})
-    return np.array(made)
-
-
-def random_phases(n: int, seed: Any) -> Array:
-    """Phases theta2_0 of n orbits, radians, the same in every run."""
-    return np.random.default_rng(seed).uniform(0, 2 * np.pi, n)

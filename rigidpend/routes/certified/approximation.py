@@ -119,15 +119,7 @@ def rule(n: int) -> Rule:
 
 
 class Approximation:
-    """An approximate orbit, advanced step by step.
-
-    Parameters
-    ----------
-    coefficients : AlignedCoefficients
-        Balls.
-    state : 6 balls
-        Where it starts; their midpoints are taken.
-    """
+    """An approximate orbit, advanced step by step from the midpoints of six balls."""
 
     def __init__(self, coefficients: AlignedCoefficients, state: Sequence[arb]) -> None:
         self.coefficients = coefficients

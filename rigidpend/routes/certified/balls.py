@@ -15,6 +15,7 @@ periodic orbits: what remains is sin(alpha0)/2 |M3|, the true exponent beside th
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from typing import Any, NamedTuple
@@ -37,6 +38,20 @@ def precision(bits: int) -> Iterator[None]:
         yield
     finally:
         ctx.prec = before
+
+
+SCALARS = 64
+"""Precision in which bounds are computed, bits; each is rounded outward."""
+
+
+def upper(x: arb) -> arb:
+    """The upper end of a ball."""
+    return arb(x.upper())
+
+
+def double_above(x: arb) -> float:
+    """A double above a ball."""
+    return math.nextafter(float(x.upper()), math.inf)
 
 
 class Balls:
@@ -74,13 +89,7 @@ class Enclosed(NamedTuple):
 def enclosed(problem: RouteProblem, theta2_0: Exact, bits: int) -> Enclosed:
     """Enclose the exact problem of an orbit that starts at theta1_0 = alpha0 + beta0.
 
-    Parameters
-    ----------
-    problem : RouteProblem
-    theta2_0 : Exact
-        Radians.
-    bits : int
-        Working precision; what is lost in it widens the balls.
+    What is lost in a working precision of so many bits widens the balls.
     """
     with precision(bits):
         p = angles(problem.body)
@@ -160,12 +169,8 @@ class LogarithmicNorm(NamedTuple):
     def rate(self, M3: arb, radius: arb) -> arb:
         """Bound on the logarithmic rate of growth of the distance of two orbits.
 
-        Parameters
-        ----------
-        M3 : arb
-            Bound on |M3| halfway between the orbits.
-        radius : arb
-            Bound on their distance; one of them has |gamma| = 1.
+        Bounds are given on |M3| halfway between them, and on their distance; one of them has
+        |gamma| = 1.
         """
         # The larger eigenvalue of the lemma's quadratic form.
         steep = self.saddle * M3

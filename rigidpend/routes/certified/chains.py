@@ -15,20 +15,17 @@ from itertools import pairwise
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from rigidpend.machine.workers import check_stop
+from rigidpend.numbers.generic import Array
 from rigidpend.orbits.return_map import SectionPoint
 from rigidpend.routes.certified.checker import Undecided
 from rigidpend.routes.certified.coverings import prove_link, relation
-from rigidpend.routes.certified.family_orbits import pieces
+from rigidpend.routes.certified.family_orbits import BEYOND, LineStarts, line_pieces, pieces
 from rigidpend.routes.certified.horseshoe import OVERSHOOT, ShiftProblem
 from rigidpend.routes.certified.passages import arrival
 from rigidpend.routes.certified.pieces import FamilyStep, Quad, StartLine, made
 from rigidpend.routes.certified.sections import Numbers
-from rigidpend.routes.certified.start_lines import BEYOND, LineStarts, line_pieces
-
-Array = NDArray[np.float64]
 
 SHARE, WIDE = 1 / 2000, 1e-4
 """Half of a set's width over its distance from the stable surface, and in gamma3, at most."""
@@ -47,7 +44,7 @@ MORE = 0, 6, 14
 
 
 class OrbitCrossings(NamedTuple):
-    """OrbitCrossings of an orbit by the return map, and where it starts, radians."""
+    """Crossings of an orbit by the return map, and where it starts, radians."""
 
     theta2: float
     d: Array
@@ -173,15 +170,7 @@ LOOSE = 2.0**-12
 def linked(part: Sequence[Link], whole: bool) -> list[list[FamilyStep]]:
     """Polynomials of the orbits of links, each of which is proven to cover the next.
 
-    Parameters
-    ----------
-    part : sequence of Link
-    whole : bool
-        Whether the passage from the last link is wanted as well; else it is only covered.
-
-    Raises
-    ------
-    Undecided
+    The passage from the last one is wanted as well if `whole`; else that is only covered.
     """
     of = part[0].setting
     numbers = Numbers.of(of.body, of.h, of.spread, of.h0)

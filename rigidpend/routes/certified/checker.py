@@ -6,7 +6,6 @@ are its hypotheses. Whatever is not shown ends in :class:`Undecided`, never in a
 
 from __future__ import annotations
 
-import math
 from collections.abc import Sequence
 from typing import NamedTuple
 
@@ -15,14 +14,19 @@ from flint import arb
 from rigidpend.machine.workers import check_stop
 from rigidpend.mechanics.equations import AlignedCoefficients, aligned
 from rigidpend.mechanics.free_body import separatrix_beside
-from rigidpend.routes.certified.balls import Enclosed, LogarithmicNorm, precision
+from rigidpend.routes.certified.balls import (
+    SCALARS,
+    Enclosed,
+    LogarithmicNorm,
+    double_above,
+    precision,
+    upper,
+)
 from rigidpend.routes.certified.models import PARTS, VALUE_BITS, Model, Values
 from rigidpend.routes.certified.pieces import ORBIT_CLOCK, Step
 
 NEWTON = 3
 """Iterations in doubles to the place of a crossing."""
-SCALARS = 64
-"""Precision in which bounds are computed, bits; each is rounded outward."""
 ROOM = 8
 """Assumed radius of the tube over the bound at the step's beginning, where none is grown yet."""
 LARGEST = 2.0**-6
@@ -60,13 +64,7 @@ class OrbitChecker:
         self._end: list[arb] | None = None
 
     def take(self, step: Step) -> None:
-        """Check a step and go to its end.
-
-        Raises
-        ------
-        Undecided
-            Its inequality, or a sign on it, is not shown.
-        """
+        """Check a step and go to its end."""
         check_stop()
         models = [Model.of_series(w, step.bits) for w in step.series]
         duration = arb(step.half_length) / 2**ORBIT_CLOCK
@@ -95,7 +93,7 @@ class OrbitChecker:
             before = self.start if self._end is None else self._end
             gap = tuple(abs(a - b).upper() for a, b in zip(here, before, strict=True))
         self._end = [_end(model, 1) for model in models]
-        return _up(self.bound + self.growth.norm(gap))
+        return upper(self.bound + self.growth.norm(gap))
 
     def _tube(self, begin: arb, leap: arb, M3: Values, duration: arb, parts: int) -> arb:
         """H2 and H3: the distance over the whole step, from the assumed radius of the tube."""
@@ -120,11 +118,11 @@ class OrbitChecker:
     ) -> arb:
         """exp(integral of the rate) (distance at the beginning + integral of the defect)."""
         # The lemma takes M3 halfway between both orbits: half of their distance more.
-        wide = _up(assumed / (2 * self.growth.upright))
+        wide = upper(assumed / (2 * self.growth.upright))
         rates = (self.growth.rate(_units(M3.most(k)) + wide, assumed) for k in range(parts))
         # x has the range [-1, 1], of length 2, hence the factors 2 here and at the defect.
         total = sum(rates, arb(0)) * (2 * duration / parts)
-        return _up(total.exp() * (begin + 2 * leap))
+        return upper(total.exp() * (begin + 2 * leap))
 
     def _doubt(
         self, models: Sequence[Model], M3: Values, radius: arb, duration: arb, parts: int
@@ -167,10 +165,12 @@ class OrbitChecker:
         if min(map(large.least, where)) <= _whole(radius):
             return "H5: Q is too near zero at a crossing to tell its separatrix"
         Q = large.at[where[0]]
-        x = self._zero(models[2], slopes, where, parts, _up(radius / self.growth.upright), least)
+        x = self._zero(models[2], slopes, where, parts, upper(radius / self.growth.upright), least)
         # x = -1 is the beginning of the step, and t' here is in units of the inverse of `unit`.
         time = (self.time + (1 + x) * duration) / self.unit
-        return ProvenCrossing(*_contained(time), separatrix_beside(rising, Q, Q), _double(radius))
+        return ProvenCrossing(
+            *_contained(time), separatrix_beside(rising, Q, Q), double_above(radius)
+        )
 
     def _rate_apart(self, models: Sequence[Model], radius: arb, duration: arb) -> arb:
         """Bound on the distance of dM3/dx of the polynomial from that of the exact orbit."""
@@ -180,7 +180,7 @@ class OrbitChecker:
         torque = (c.mu_r1**2 + c.mu_r2**2).sqrt() * self.growth.weight
         # The defect is contained in the radius, in the same norm.
         own = radius / self.growth.upright
-        return _up(duration * (2 * abs(c.twist) * widest + torque) * radius + own)
+        return upper(duration * (2 * abs(c.twist) * widest + torque) * radius + own)
 
     def _zero(
         self, M3: Model, slopes: Model, where: range, parts: int, away: arb, least: int
@@ -208,7 +208,7 @@ def defect(
     numbers = AlignedCoefficients(*(Model.of_ball(arb(c), bits) for c in coefficients))
     rates = aligned(models, numbers)
     parts = [P.derivative() - half * rate for P, rate in zip(models, rates, strict=True)]
-    return _up(growth.norm(tuple(arb(part.size) / arb(2) ** bits for part in parts)))
+    return upper(growth.norm(tuple(arb(part.size) / arb(2) ** bits for part in parts)))
 
 
 def _end(model: Model, x: int) -> arb:
@@ -230,12 +230,7 @@ def _check_below(what: str, distance: arb) -> None:
 def _contained(ball: arb) -> tuple[float, float]:
     """A double, and a distance from it that contains a ball."""
     middle = float(ball.mid())
-    return middle, _double(abs(ball - arb(middle)))
-
-
-def _double(x: arb) -> float:
-    """A double above a positive ball."""
-    return math.nextafter(float(x.upper()), math.inf)
+    return middle, double_above(abs(ball - arb(middle)))
 
 
 def _gaps(sides: Sequence[int]) -> list[tuple[int, int]]:
@@ -244,10 +239,6 @@ def _gaps(sides: Sequence[int]) -> list[tuple[int, int]]:
     starts = [k for k, side in enumerate(sides) if not side and sides[k - 1]]
     ends = [k for k, side in enumerate(sides) if not side and sides[k + 1]]
     return list(zip(starts, ends, strict=True))
-
-
-def _up(x: arb) -> arb:
-    return arb(x.upper())
 
 
 def _units(value: int) -> arb:

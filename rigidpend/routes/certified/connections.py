@@ -10,13 +10,20 @@ from typing import NamedTuple
 
 from flint import arb
 
-from rigidpend.routes.certified.balls import LogarithmicNorm, precision
-from rigidpend.routes.certified.beginnings import ALONE, line_beginning
-from rigidpend.routes.certified.checker import SCALARS, Undecided
-from rigidpend.routes.certified.families import PARAMETERS, Family
+from rigidpend.routes.certified.balls import SCALARS, LogarithmicNorm, precision
+from rigidpend.routes.certified.checker import Undecided
+from rigidpend.routes.certified.models import PARAMETERS, Family
 from rigidpend.routes.certified.passages import Reached
 from rigidpend.routes.certified.pieces import FamilyStep, Quad, StartLine
-from rigidpend.routes.certified.sections import BITS, Numbers, largest, norms, place
+from rigidpend.routes.certified.sections import (
+    ALONE,
+    BITS,
+    Numbers,
+    largest,
+    line_beginning,
+    norms,
+    place,
+)
 
 
 class Middle(NamedTuple):
@@ -90,12 +97,7 @@ class Middle(NamedTuple):
 def prove_connections(
     numbers: Numbers, quads: Sequence[Quad], arrivals: Iterable[Reached]
 ) -> Middle:
-    """C8: beside the sets an orbit crosses M3 = 0 again on one of two sides, or tends to T1 or T2.
-
-    Raises
-    ------
-    Undecided
-    """
+    """C8: orbits beside the sets cross M3 = 0 again on one of two sides, or tend to T1 or T2."""
     small = [place(quad)[0].bound for quad in quads] + [found.d.bound for found in arrivals]
     with precision(SCALARS):
         return check_middle(numbers, largest(small))
@@ -103,7 +105,7 @@ def prove_connections(
 
 def check_middle(numbers: Numbers, small: arb) -> Middle:
     """C8, for orbits that cross M3 = 0 at |d| <= small."""
-    c, growth = numbers.field, LogarithmicNorm.of(numbers.field)
+    c, growth = numbers.field, numbers.growth
     energy = numbers.energies.range
     saddle, force = growth.saddle, growth.torque
     mu = (c.mu_r1**2 + c.mu_r2**2).sqrt()
@@ -140,19 +142,7 @@ def prove_transversal(
     quads: Sequence[Quad],
     arrivals: Sequence[Reached],
 ) -> None:
-    """C9: the unstable surface of T1 and the stable one of T2 cross transversally beside the sets.
-
-    Parameters
-    ----------
-    numbers : Numbers
-    line : StartLine, sequence of FamilyStep and Reached
-    quads : 4 Quad
-    arrivals : 4 Reached
-
-    Raises
-    ------
-    Undecided
-    """
+    """C9: the unstable surface of T1 and the stable one of T2 cross transversally beside them."""
     strip, pieces, start = line
     if numbers.h0 is not None:
         raise Undecided("C9: the starts are of several energies")
@@ -173,7 +163,7 @@ def prove_transversal(
 
 def check_strip(numbers: Numbers, middle: Middle, strip: StartLine, piece: FamilyStep) -> None:
     """C9: in the strip of a line of starts the unstable surface is a curve from end to end."""
-    _, bounds = line_beginning(numbers, strip, piece, middle.growth)
+    _, bounds = line_beginning(numbers, strip, piece)
     states = [Family.of(terms, piece.bits).at("z", -1) for terms in piece.terms]
     momentum = states[0].bound + bounds[0]
     wide = arb(strip.wide.numerator) / strip.wide.denominator

@@ -14,17 +14,17 @@ from typing import NamedTuple
 
 from flint import arb
 
-from rigidpend.routes.certified.balls import LogarithmicNorm, precision
-from rigidpend.routes.certified.beginnings import ALONE, beginning
-from rigidpend.routes.certified.checker import SCALARS, Undecided
+from rigidpend.routes.certified.balls import SCALARS, double_above, precision
+from rigidpend.routes.certified.checker import Undecided
 from rigidpend.routes.certified.passages import Reached, arrival
 from rigidpend.routes.certified.pieces import FamilyStep, Quad, StartLine
 from rigidpend.routes.certified.sections import (
+    ALONE,
     LIGHT,
     Numbers,
+    beginning,
     coordinates,
     directions,
-    double_above,
     place,
 )
 
@@ -49,21 +49,9 @@ class Relation(NamedTuple):
 
 
 def relation(source: Reached, target: Quad, begin: Sequence[arb], place: int) -> Relation:
-    """C6: whether the orbits of a set cover another.
+    """C6: whether the orbits of a set cover another, of the section that they cross.
 
-    Parameters
-    ----------
-    source : Reached
-    target : Quad
-        Of the section that they cross.
-    begin : 3 arb
-        Q, gamma1 and gamma2 of the target's points.
-    place : int
-        Of the target in the list.
-
-    Raises
-    ------
-    Undecided
+    `begin` has Q, gamma1 and gamma2 of the target's points; `place` is that of it in the list.
     """
     with precision(SCALARS):
         if not all(abs(a - b) <= ALONE for a, b in zip(source.box, begin, strict=True)):
@@ -99,12 +87,7 @@ def _cone(source: Reached, target: Quad) -> tuple[float, float]:
 
 
 def prove_cones(relations: Iterable[Relation]) -> None:
-    """C7: every difference of two orbits grows along u, or shrinks along v.
-
-    Raises
-    ------
-    Undecided
-    """
+    """C7: every difference of two orbits grows along u, or shrinks along v."""
     for each in relations:
         if not (each.stretch > 1 and each.squeeze < 1):
             raise Undecided(
@@ -118,21 +101,8 @@ def prove(
 ) -> tuple[list[Reached], list[list[Relation]]]:
     """Check the full shift: sets of each symbol on each section, which cover all of the other one.
 
-    Parameters
-    ----------
-    numbers : Numbers
-    quads : n Quad
-    orbits : n sequences of FamilyStep
-
-    Returns
-    -------
-    arrivals : n Reached
-    relations : n lists of Relation
-
-    Raises
-    ------
-    Undecided
-        The first that is not shown; the text names the set.
+    Where the orbits of each set arrive, and its relations. The text of the first that is not shown
+    names the set.
     """
     arrivals = []
     for k, (quad, pieces) in enumerate(zip(quads, orbits, strict=True)):
@@ -168,26 +138,9 @@ def prove_line(
 ) -> tuple[Reached, list[Relation], list[bool]]:
     """Check that a line of starts crosses the sets of a section, as an image does.
 
-    Parameters
-    ----------
-    numbers : Numbers
-    links : sequence of StartLine and Quad, with their FamilyStep
-        The line, and sets of which each has to cover the next one, the last one those of a full
-        shift: an approach. Without any the line itself crosses the upward ones.
-    quads : n Quad
-    arrivals : n Reached
-
-    Returns
-    -------
-    end : Reached
-        The next crossings of the last link.
-    crossed : list of Relation
-    symbols : list of bool
-        Those of the passages up to there.
-
-    Raises
-    ------
-    Undecided
+    The `links` are the line and sets of which each has to cover the next one, the last one those
+    of a full shift: an approach. Without any the line itself crosses the upward ones. Of the last
+    link the next crossings and their relations, and the symbols of the passages up to there.
     """
     symbols, last = prove_chain(numbers, links, " of the approach"), links[-1]
     with _named(_link(len(links) - 1, " of the approach")):
@@ -207,12 +160,8 @@ def prove_chain(
     """Check that each link covers the next: the symbols of all but the last one.
 
     A last one that is None asks nothing of where the one before it goes. `first` is the number of
-    the first link, 0 of a line of starts, and `of` what their names end with.
-
-    Raises
-    ------
-    Undecided
-        The first that is not shown; the text names the link.
+    the first link, 0 of a line of starts, and `of` what their names end with, by which the text of
+    the first that is not shown names it.
     """
     symbols = []
     for k, (link, after) in enumerate(pairwise(links), first):
@@ -238,15 +187,7 @@ def prove_link(
 ) -> bool:
     """Check that a set, or a line of starts, covers the next one: the symbol of its passage.
 
-    Parameters
-    ----------
-    numbers : Numbers
-    link, after : Quad and sequence of FamilyStep
-        A set and the polynomials of its orbits; `after` is None behind the last set.
-
-    Raises
-    ------
-    Undecided
+    `after` is None behind the last set.
     """
     # Nothing is asked of cones along a chain.
     numbers = numbers._replace(along="")
@@ -255,9 +196,7 @@ def prove_link(
         (source, _), (target, pieces) = link, after
         if isinstance(target, StartLine) or target.rising != crosses_upward(source) or not pieces:
             raise Undecided("C6: the next set is not one of the section that is crossed")
-        with precision(SCALARS):
-            growth = LogarithmicNorm.of(numbers.field)
-        begin, _ = beginning(numbers, target, pieces[0], growth)
+        begin, _ = beginning(numbers, target, pieces[0])
         relation(found, target, begin, 0)
     return found.right
 

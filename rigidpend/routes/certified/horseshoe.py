@@ -18,16 +18,15 @@ from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.polynomial import polynomial
-from numpy.typing import NDArray
 
 from rigidpend.mechanics.body import Body
 from rigidpend.numbers.exact import GUARD_BITS, Exact
+from rigidpend.numbers.generic import Array
 from rigidpend.orbits.return_map import EnergyLevel, SectionPoint, return_map
 from rigidpend.orbits.return_map.precision import precision
 from rigidpend.orbits.return_map.reduced import Coefficients, coefficients
 from rigidpend.routes.certified.pieces import Quad, made
 
-Array = NDArray[np.float64]
 NUMBERS = precision(96)
 """Pairs of doubles."""
 DEGREE = 4
@@ -248,10 +247,7 @@ Integration in pairs of doubles knows no more; the bound grows as that distance 
 def trials(of: ShiftProblem, half_turns: int | None = None) -> Iterator[ShiftProblem]:
     """Ways to try a full shift, the fewest half rotations first; one if these are given.
 
-    Raises
-    ------
-    MapError, ArithmeticError
-        There is none; the text says why.
+    Where there is none, the text of a MapError or an ArithmeticError says why.
     """
     first = of._replace(half_turns=half_turns or 1)
     if half_turns:

@@ -14,8 +14,6 @@ import numpy as np
 from numpy.polynomial import chebyshev
 
 from rigidpend.machine.workers import check_stop
-from rigidpend.mechanics.body import Body
-from rigidpend.numbers.exact import Exact
 from rigidpend.numbers.generic import Array
 from rigidpend.orbits.integrate.pair_arrays import PairArray
 from rigidpend.orbits.return_map.expansions import nodes
@@ -25,6 +23,7 @@ from rigidpend.routes.certified.family_orbits import (
     GROWTH,
     LENGTH,
     FamilyOrbits,
+    LineStarts,
     fitted,
     grid_of,
     values_at,
@@ -32,7 +31,6 @@ from rigidpend.routes.certified.family_orbits import (
 from rigidpend.routes.certified.horseshoe import NUMBERS, ShiftProblem
 from rigidpend.routes.certified.intervals import EnclosedStarts, PhaseInterval, symbols
 from rigidpend.routes.certified.pieces import CLOCK, FamilyStep, Powers
-from rigidpend.routes.certified.start_lines import LineStarts
 from rigidpend.routes.codes import route_codes
 
 NODES = 20
@@ -54,80 +52,75 @@ class ProvenInterval(NamedTuple):
     """Polynomials that prove them; none where there are no symbols."""
 
 
-class IntervalSearch(NamedTuple):
-    """Search on a line of starts: symbols at most, and the shortest intervals."""
+def within(
+    of: PhaseInterval, setting: ShiftProblem, J1: Fraction, n_symbols: int, finest: int
+) -> list[ProvenInterval]:
+    """Intervals that cover one, halved where it does not have all symbols proven.
 
-    setting: ShiftProblem
-    J1: Fraction
-    n_symbols: int
-    finest: int
-    """Depth of the shortest intervals."""
-
-    @classmethod
-    def of(cls, body: Body, h0: Exact, J1: Fraction, n_symbols: int, finest: int) -> IntervalSearch:
-        """Search on the line of starts of a problem."""
-        return cls(ShiftProblem(body, h0, 1, h0=h0), J1, n_symbols, finest)
-
-    def within(self, of: PhaseInterval) -> list[ProvenInterval]:
-        """Intervals that cover one, halved where it does not have all symbols proven."""
-        starts = EnclosedStarts.of(self.setting.body, self.setting.h0 or self.setting.h, self.J1)
-        found, left = [], [of]
-        while left:
-            check_stop()
-            here = left.pop()
-            times, common = self._sampled(here)
-            last = here.depth >= self.finest
-            least = 1 if last else self.n_symbols
-            proven = self._proven(starts, here, times, range(common, least - 1, -1))
-            if proven.symbols or last:
-                found.append(proven)
-            else:
-                left += here.halves[::-1]
-        return found
-
-    def _sampled(self, of: PhaseInterval) -> tuple[Array, int]:
-        """Times of crossings at nodes, and how many symbols are the same there and at the ends."""
-        u = np.concatenate((nodes(NODES, precision(53)), [-1.0, 1.0]))
-        routes = route_codes(
-            self.setting.body,
-            2 * np.pi * (float(of.middle) + u / (2 << of.depth)),
-            h0=self.setting.h,
-            J1_0=self.J1,
-            n_symbols=self.n_symbols,
-            precisions=(53,),
-            method="integration",
+    The shortest ones have the depth `finest`.
+    """
+    starts = EnclosedStarts.of(setting.body, setting.h, J1)
+    found, left = [], [of]
+    while left:
+        check_stop()
+        here = left.pop()
+        times, common = _sampled(here, setting, J1, n_symbols)
+        last = here.depth >= finest
+        proven = _proven(
+            setting, starts, here, times, range(common, 0 if last else n_symbols - 1, -1)
         )
-        same = (routes.codes == routes.codes[:, :1]).all(axis=1) & (routes.codes[:, 0] <= 1)
-        common = int(np.argmin(same)) if not same.all() else len(same)
-        return routes.crossing_time[:, :NODES], common
+        if proven.symbols or last:
+            found.append(proven)
+        else:
+            left += here.halves[::-1]
+    return found
 
-    def _proven(
-        self, starts: EnclosedStarts, of: PhaseInterval, times: Array, counts: range
-    ) -> ProvenInterval:
-        """As many symbols of an interval as can be proven, of some numbers of them."""
-        for count in counts:
-            try:
-                found = pieces(self.setting, starts.J1, of, times[: count + 1])
-                return ProvenInterval(of, symbols(starts, of, found), found)
-            except Undecided:
-                continue
-        return ProvenInterval(of, [], [])
+
+def _sampled(
+    of: PhaseInterval, setting: ShiftProblem, J1: Fraction, n_symbols: int
+) -> tuple[Array, int]:
+    """Times of crossings at nodes, and how many symbols are the same there and at the ends."""
+    u = np.concatenate((nodes(NODES, precision(53)), [-1.0, 1.0]))
+    routes = route_codes(
+        setting.body,
+        2 * np.pi * (float(of.middle) + u / (2 << of.depth)),
+        h0=setting.h,
+        J1_0=J1,
+        n_symbols=n_symbols,
+        precisions=(53,),
+        method="integration",
+    )
+    same = (routes.codes == routes.codes[:, :1]).all(axis=1) & (routes.codes[:, 0] <= 1)
+    common = int(np.argmin(same)) if not same.all() else len(same)
+    return routes.crossing_time[:, :NODES], common
+
+
+def _proven(
+    setting: ShiftProblem, starts: EnclosedStarts, of: PhaseInterval, times: Array, counts: range
+) -> ProvenInterval:
+    """As many symbols of an interval as can be proven, of some numbers of them."""
+    for count in counts:
+        try:
+            found = pieces(setting, starts.J1, of, times[: count + 1])
+            return ProvenInterval(of, symbols(starts, of, found), found)
+        except Undecided:
+            continue
+    return ProvenInterval(of, [], [])
 
 
 def pieces(
     setting: ShiftProblem, J1: Fraction, of: PhaseInterval, times: Array
 ) -> list[FamilyStep]:
     """Polynomials of the orbits of an interval, from the times of their crossings at nodes."""
-    a, sizes = NUMBERS, (times.shape[1], 1, 1)
+    a, sizes, rate = NUMBERS, (times.shape[1], 1, 1), setting.rate
+    fine = LEFT + math.ceil(GROWTH * rate * times.max())
+    if fine > MOST_BITS:
+        raise Undecided(f"{fine} bits are wanted, and {MOST_BITS} are known")
     at = grid_of(*(nodes(n, a) for n in sizes))
     middle = a.number(of.middle) * a.pi * 2
     phase = middle + a.pi * a.number(Fraction(1, 1 << of.depth)) * at[0]
     orbits = FamilyOrbits(setting, LineStarts(setting, J1).states(phase, a))
-    rate = orbits.rate
     halves = _halves(times, rate)
-    fine = LEFT + math.ceil(GROWTH * rate * times.max())
-    if fine > MOST_BITS:
-        raise Undecided(f"{fine} bits are wanted, and {MOST_BITS} are known")
     x = nodes(IN_TIME + fine // MORE, a)[::-1]
     begin, grid, starts = 0 * at[0], [], []
     for half in halves:
@@ -151,9 +144,10 @@ def _halves(times: Array, rate: float) -> list[dict[Powers, int]]:
     for k, time in enumerate(times):
         between = time - beside - (times[k - 1] + beside if k else 0.0)
         steps = math.ceil(between.max() / length)
-        found += steps * [_polynomial(between / (2 * steps))] + 2 * [
-            _polynomial(0 * time + beside / 2)
-        ]
+        # None where the first crossing comes at once.
+        if steps > 0:
+            found += steps * [_polynomial(between / (2 * steps))]
+        found += 2 * [_polynomial(0 * time + beside / 2)]
     return found
 
 

@@ -16,15 +16,15 @@ from flint import arb
 from rigidpend.machine.workers import check_stop
 from rigidpend.mechanics.body import Body
 from rigidpend.mechanics.coordinates import Canonical, aligned_from_canonical
-from rigidpend.mechanics.equations import AlignedCoefficients, aligned, aligned_coefficients
+from rigidpend.mechanics.equations import AlignedCoefficients, aligned
 from rigidpend.mechanics.free_body import separatrix_beside
 from rigidpend.numbers.exact import Exact
-from rigidpend.routes.certified.balls import BALLS, LogarithmicNorm, angles, precision
-from rigidpend.routes.certified.checker import LARGEST, SCALARS, Undecided
-from rigidpend.routes.certified.families import Family
+from rigidpend.routes.certified.balls import BALLS, SCALARS, angles, precision
+from rigidpend.routes.certified.checker import LARGEST, Undecided
+from rigidpend.routes.certified.models import Family
 from rigidpend.routes.certified.passages import on_parts, tube
 from rigidpend.routes.certified.pieces import CLOCK, FamilyStep
-from rigidpend.routes.certified.sections import BITS, distances
+from rigidpend.routes.certified.sections import BITS, Numbers, distances, norms
 
 MOST_TERMS = 100
 """Terms of cosine and sine on an interval at most."""
@@ -62,8 +62,7 @@ class PhaseInterval(NamedTuple):
 class EnclosedStarts(NamedTuple):
     """Starts of one J1_0 and h0 on the left array's line, over balls."""
 
-    field: AlignedCoefficients
-    growth: LogarithmicNorm
+    numbers: Numbers
     body: Body
     J1: Fraction
     h0: Exact
@@ -71,10 +70,7 @@ class EnclosedStarts(NamedTuple):
     @classmethod
     def of(cls, body: Body, h0: Exact, J1: Fraction) -> EnclosedStarts:
         """Enclose the numbers of a problem."""
-        with precision(BITS):
-            field = aligned_coefficients(angles(body), BALLS)
-        with precision(SCALARS):
-            return cls(field, LogarithmicNorm.of(field), body, J1, h0)
+        return cls(Numbers.of(body, h0), body, J1, h0)
 
     def states(self, of: PhaseInterval) -> list[Family]:
         """The starts of an interval, as functions of u."""
@@ -115,10 +111,7 @@ def _turned(angle: arb) -> tuple[Family, Family]:
 def symbols(starts: EnclosedStarts, of: PhaseInterval, pieces: Sequence[FamilyStep]) -> list[bool]:
     """Check the orbits that start on an interval: the symbols that all of them have.
 
-    Raises
-    ------
-    Undecided
-        A hypothesis is not shown; the text begins with its name.
+    The text of what is undecided begins with the name of the hypothesis.
     """
     return symbols_of(list(_signs(starts, starts.states(of), pieces)))
 
@@ -126,15 +119,8 @@ def symbols(starts: EnclosedStarts, of: PhaseInterval, pieces: Sequence[FamilySt
 def symbols_of(told: Sequence[int | tuple[bool, int]]) -> list[bool]:
     """H4: the symbols of what is told of parts one after another.
 
-    Parameters
-    ----------
-    told : sequence
-        Of each part the sign of M3, or, beside a crossing, whether M3 rises and the sign of the
-        large one of Q+ and Q-.
-
-    Raises
-    ------
-    Undecided
+    Of each part that is the sign of M3, or, beside a crossing, whether M3 rises and the sign of
+    the large one of Q+ and Q-.
     """
     runs = [sign for k, sign in enumerate(told) if k == 0 or told[k - 1] != sign]
     # M3 < 0, a crossing on which it rises, M3 > 0, one on which it falls, and so on.
@@ -151,37 +137,37 @@ def _signs(
     starts: EnclosedStarts, before: list[Family], pieces: Sequence[FamilyStep]
 ) -> Iterator[int | tuple[bool, int]]:
     """H1 to H3; on each part the sign of M3, or whether it rises with the sign of the large Q."""
-    growth, bound = starts.growth, arb(0)
+    numbers, growth, bound = starts.numbers, starts.numbers.growth, arb(0)
     for piece in pieces:
         check_stop()
         states = [Family.of(terms, piece.bits) for terms in piece.terms]
         half = Family.of(piece.half, CLOCK)
-        c = AlignedCoefficients(*(Family.of_ball(x, piece.bits + FINER) for x in starts.field))
+        c = AlignedCoefficients(*(Family.of_ball(x, piece.bits + FINER) for x in numbers.field))
         with precision(SCALARS):
             if not half.range > 0:
                 raise Undecided("H2: the length of a step is not shown to be positive")
             pairs = zip(states, before, strict=True)
-            begin = bound + _norm([s.at("z", -1) - e for s, e in pairs], growth)
+            begin = bound + norms([s.at("z", -1) - e for s, e in pairs], growth, "")[0]
             rates = zip(states, aligned(states, c), strict=True)
-            leap = _norm([P.derivative() - half * rate for P, rate in rates], growth)
+            leap = norms([P.derivative() - half * rate for P, rate in rates], growth, "")[0]
             # Halfway between both orbits.
             near = Fraction(1, 2)
             bound, _ = tube(states[2], half, begin + 2 * leap, growth, near, ("H3", LARGEST))
             before = [state.at("z", 1) for state in states]
-            yield from _on_step(starts, states, bound)
+            yield from _on_step(numbers, states, bound)
 
 
 def _on_step(
-    starts: EnclosedStarts, states: Sequence[Family], bound: arb
+    numbers: Numbers, states: Sequence[Family], bound: arb
 ) -> Iterator[int | tuple[bool, int]]:
-    apart, M3, others = distances(bound, starts.growth), on_parts(states[2]), None
+    apart, M3, others = distances(bound, numbers.growth), on_parts(states[2]), None
     for k, value in enumerate(M3):
         if abs(value) > apart[2]:
             yield 1 if value > 0 else -1
             continue
         others = others or [on_parts(state) for state in states]
         box = [each[k] + arb(0, e) for each, e in zip(others, apart, strict=True)]
-        rate = aligned(box, starts.field)[2]
+        rate = aligned(box, numbers.field)[2]
         if not (rate > 0 or rate < 0):
             raise Undecided("H5: neither the sign of M3 nor that of its rate is told on a part")
         # Where M3 rises Qp is the large one, else Qm.
@@ -189,7 +175,3 @@ def _on_step(
         if not (large > 0 or large < 0):
             raise Undecided("H5: Q is too near zero at a crossing to tell its separatrix")
         yield bool(rate > 0), 1 if large > 0 else -1
-
-
-def _norm(states: Sequence[Family], growth: LogarithmicNorm) -> arb:
-    return arb(growth.norm(tuple(state.bound for state in states)).upper())

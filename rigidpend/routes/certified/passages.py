@@ -16,23 +16,27 @@ from flint import arb
 
 from rigidpend.machine.workers import check_stop
 from rigidpend.mechanics.equations import AlignedCoefficients, aligned
-from rigidpend.routes.certified.balls import LogarithmicNorm, precision
-from rigidpend.routes.certified.beginnings import beginning, line_beginning
-from rigidpend.routes.certified.checker import SCALARS, Undecided
-from rigidpend.routes.certified.families import PARAMETERS, Family
+from rigidpend.routes.certified.balls import (
+    SCALARS,
+    LogarithmicNorm,
+    double_above,
+    precision,
+    upper,
+)
+from rigidpend.routes.certified.checker import Undecided
 from rigidpend.routes.certified.models import VALUE_BITS as VALUES
-from rigidpend.routes.certified.models import Values
+from rigidpend.routes.certified.models import Family, Values
 from rigidpend.routes.certified.pieces import CLOCK, FamilyStep, Quad, StartLine
 from rigidpend.routes.certified.sections import (
     ALONG,
     BITS,
     ENERGY,
     Numbers,
+    beginning,
     distances,
-    double_above,
     largest,
+    line_beginning,
     norms,
-    upper,
 )
 
 PARTS = 32
@@ -71,39 +75,34 @@ class Reached(NamedTuple):
 def arrival(numbers: Numbers, start: Quad | StartLine, pieces: Sequence[FamilyStep]) -> Reached:
     """Check the orbits of a set, or of a line of starts, up to their next crossing.
 
-    Raises
-    ------
-    Undecided
-        A hypothesis is not shown; the text begins with its name.
+    The text of what is undecided begins with the name of the hypothesis.
     """
     if not pieces:
         raise Undecided("there are no steps")
-    with precision(SCALARS):
-        growth = LogarithmicNorm.of(numbers.field)
     if isinstance(start, StartLine):
         side, order = -1, [0, -1]
-        begin, bounds = line_beginning(numbers, start, pieces[0], growth)
+        begin, bounds = line_beginning(numbers, start, pieces[0])
     else:
         side, order = 1 if start.rising else -1, [1, 0, -1]
-        begin, bounds = beginning(numbers, start, pieces[0], growth)
+        begin, bounds = beginning(numbers, start, pieces[0])
     signs: list[int] = []
     time, starts = arb(0), bounds
-    for states, half, apart in followed(numbers, pieces, bounds, growth):
+    for states, half, apart in followed(numbers, pieces, bounds):
         with precision(SCALARS):
             time += 2 * half.range
-            signs += _signs(numbers, states, apart[0], growth, side)
+            signs += _signs(numbers, states, apart[0], side)
     _check_signs(signs, order)
     end = [state.at("z", 1) for state in states]
     with precision(SCALARS):
-        found = _crossing(numbers, end, apart, growth, side, begin, time)
+        found = _crossing(numbers, end, apart, side, begin, time)
         if not isinstance(start, StartLine) or numbers.h0 is None:
             return found
-        w, slopes = _energies_along(numbers, numbers.h0, pieces[0], starts, growth)
+        w, slopes = _energies_along(numbers, numbers.h0, pieces[0], starts)
         return found._replace(w=w, slopes_of_w=slopes)
 
 
 def _energies_along(
-    numbers: Numbers, h0: arb, piece: FamilyStep, bounds: Sequence[arb], growth: LogarithmicNorm
+    numbers: Numbers, h0: arb, piece: FamilyStep, bounds: Sequence[arb]
 ) -> tuple[Family, list[Family]]:
     """w along a line of starts of one J2_0, and its derivatives; kappa J2_0^2/2 is h0."""
     gamma1, gamma2 = (Family.of(terms, piece.bits).at("z", -1) for terms in piece.terms[3:5])
@@ -112,7 +111,7 @@ def _energies_along(
         r1, r2, off = (Family.of_ball(x, BITS) for x in (c.mu_r1, c.mu_r2, h0 - numbers.h))
         per = Family.of_fraction(1 / numbers.spread, BITS)
         found = (r1 * gamma1 + r2 * gamma2 + off) * per
-        unsure = (abs(c.mu_r1) + abs(c.mu_r2)) * per.bound * growth.weight
+        unsure = (abs(c.mu_r1) + abs(c.mu_r2)) * per.bound * numbers.growth.weight
         w = found.widened(unsure * bounds[0])
         if not w.bound <= 1:
             said = f"the energies of its starts have |w| <= {float(w.bound):.4g}"
@@ -122,22 +121,12 @@ def _energies_along(
 
 
 def followed(
-    numbers: Numbers, pieces: Sequence[FamilyStep], bounds: list[arb], growth: LogarithmicNorm
+    numbers: Numbers, pieces: Sequence[FamilyStep], bounds: list[arb]
 ) -> Iterator[tuple[list[Family], Family, list[arb]]]:
     """Check steps one after the other (C2, C3): states, half-length and distances over each.
 
-    Parameters
-    ----------
-    numbers : Numbers
-    pieces : sequence of FamilyStep
-    bounds : arb, one and one of each variable in numbers.along
-        On the distance of the polynomials from the orbits at the beginning, and on those of its
-        derivatives.
-    growth : LogarithmicNorm
-
-    Raises
-    ------
-    Undecided
+    The `bounds` are on the distance of the polynomials from the orbits at the beginning, and on
+    those of its derivatives in the variables of `numbers.along`.
     """
     end: list[Family] | None = None
     for piece in pieces:
@@ -149,17 +138,15 @@ def followed(
                 raise Undecided("C2: the length of a step is not shown to be positive")
             if end is not None:
                 off = [s.at("z", -1) - e for s, e in zip(states, end, strict=True)]
-                gaps = norms(off, growth, numbers.along)
+                gaps = norms(off, numbers.growth, numbers.along)
                 bounds = [upper(bound + gap) for bound, gap in zip(bounds, gaps, strict=True)]
             end = [state.at("z", 1) for state in states]
-            leaps = defects(numbers, states, half, growth)
-            bounds = _carried(states, half, bounds, leaps, growth)
+            leaps = defects(numbers, states, half)
+            bounds = _carried(numbers, states, half, bounds, leaps)
         yield states, half, bounds
 
 
-def defects(
-    numbers: Numbers, states: Sequence[Family], half: Family, growth: LogarithmicNorm
-) -> list[arb]:
+def defects(numbers: Numbers, states: Sequence[Family], half: Family) -> list[arb]:
     """C2: bounds on the norm of dP/dx - half f(P) over the step, f the aligned field.
 
     All but the first are of its derivatives.
@@ -167,25 +154,24 @@ def defects(
     c = AlignedCoefficients(*(Family.of_ball(x, BITS) for x in numbers.field))
     rates = aligned(states, c)
     off = [P.derivative() - half * rate for P, rate in zip(states, rates, strict=True)]
-    return norms(off, growth, numbers.along)
+    return norms(off, numbers.growth, numbers.along)
 
 
 def _carried(
+    numbers: Numbers,
     states: Sequence[Family],
     half: Family,
     begin: Sequence[arb],
     leaps: Sequence[arb],
-    growth: LogarithmicNorm,
 ) -> list[arb]:
     """C3: the distance over the whole step, and those of the derivatives."""
     # At the orbits themselves, and not halfway to the polynomials, for the derivatives' sake.
-    bound, factor = tube(states[2], half, begin[0] + 2 * leaps[0], growth, 1, ("C3", WIDEST))
-    along = PARAMETERS[: len(begin) - 1]
-    size, *slopes = norms(states, growth, along)
-    apart = begin[0] + 2 * leaps[0]
+    growth, apart = numbers.growth, begin[0] + 2 * leaps[0]
+    bound, factor = tube(states[2], half, apart, growth, 1, ("C3", WIDEST))
+    size, *slopes = norms(states, growth, numbers.along)
     rate = growth.steepness(size + WIDEST)
     found = [bound]
-    for k, (name, slope) in enumerate(zip(along, slopes, strict=True)):
+    for k, (name, slope) in enumerate(zip(numbers.along, slopes, strict=True)):
         # Where orbits and polynomials differ, so does what carries their derivatives.
         bent = half.bound * growth.bending * slope + half.partial(name).bound * rate
         found.append(upper(factor * (begin[1 + k] + 2 * (leaps[1 + k] + bent * apart))))
@@ -202,21 +188,9 @@ def tube(
 ) -> tuple[arb, arb]:
     """The distance over a whole step, from the assumed radius of a tube, and its growth.
 
-    Parameters
-    ----------
-    M3, half : Family
-        Of the polynomials; half of the length in time.
-    begin : arb
-        What the distance is at the beginning, and what the step adds.
-    growth : LogarithmicNorm
-    away : Fraction or int
-        How far from the polynomials, beside the radius, growth is bounded.
-    allowed : str and float
-        Name of the hypothesis, and the largest radius.
-
-    Raises
-    ------
-    Undecided
+    M3 and half of the length in time are those of the polynomials; `begin` is the distance at the
+    beginning with what the step adds. Growth is bounded as far from the polynomials as `away` is
+    of the radius; `allowed` has the name of the hypothesis, and the largest radius.
     """
     name, widest = allowed
     sizes, length = [abs(each).upper() for each in on_parts(M3)], 2 * half.bound / PARTS
@@ -236,12 +210,10 @@ def tube(
     raise Undecided(f"{said}, and within {widest:.3g} is needed")
 
 
-def _signs(
-    numbers: Numbers, states: Sequence[Family], bound: arb, growth: LogarithmicNorm, side: int
-) -> list[int]:
+def _signs(numbers: Numbers, states: Sequence[Family], bound: arb, side: int) -> list[int]:
     """C4: on each part 0 where M3 has the sign of the passage, else that of M3' by then."""
     found, M3 = [], on_parts(states[2])
-    apart = distances(bound, growth)
+    apart = distances(bound, numbers.growth)
     for k, value in enumerate(M3):
         if side * value > apart[2]:
             found.append(0)
@@ -265,12 +237,12 @@ def _crossing(
     numbers: Numbers,
     end: Sequence[Family],
     bounds: Sequence[arb],
-    growth: LogarithmicNorm,
     side: int,
     begin: Sequence[arb],
     passed: arb,
 ) -> Reached:
     """C5: the crossing beside the end of the last step, on which side, and where."""
+    growth = numbers.growth
     apart = distances(bounds[0], growth)
     M3 = end[2].bound + apart[2]
     late = apart[2] + M3

@@ -1,4 +1,7 @@
-"""Data of proofs, of one orbit and of covering relations: steps and sets; nothing computes."""
+"""Data of proofs, of one orbit and of covering relations: steps and sets; nothing computes.
+
+What is read of arrays that are no such data is a ValueError.
+"""
 
 from __future__ import annotations
 
@@ -105,13 +108,7 @@ def packed_energies(
 
 
 def unpacked_energies(data: Mapping[str, Any] | None) -> tuple[Fraction, Fraction]:
-    """Shift of energies from that of a config, and their spread.
-
-    Raises
-    ------
-    ValueError
-        They are no energies.
-    """
+    """Shift of energies from that of a config, and their spread."""
     if data is None:
         return Fraction(0), Fraction(0)
     if not (np.isfinite(data["shift"]) and 0 < data["spread"] < math.inf):
@@ -122,13 +119,7 @@ def unpacked_energies(data: Mapping[str, Any] | None) -> tuple[Fraction, Fractio
 def unpacked_quads(
     data: Mapping[str, Any], energies: Mapping[str, Any] | None = None
 ) -> list[Quad]:
-    """Sets from their arrays, with how they move.
-
-    Raises
-    ------
-    ValueError
-        They are no sets.
-    """
+    """Sets from their arrays, with how they move."""
     moves = np.zeros((len(data["p"]), 0, 0)) if energies is None else np.asarray(energies["moves"])
     if not np.isfinite(moves).all():
         raise ValueError("a set moves by what is not finite")
@@ -184,13 +175,7 @@ def packed(orbits: Sequence[Sequence[FamilyStep]]) -> dict[str, Any]:
 
 
 def of_some(data: Mapping[str, Any], n: int, which: range) -> dict[str, Any]:
-    """The arrays of the steps of some of n sets, which :func:`unpacked` reads as the first ones.
-
-    Raises
-    ------
-    ValueError
-        They are no arrays of steps.
-    """
+    """The arrays of the steps of some of n sets, which :func:`unpacked` reads as the first ones."""
     family, terms = (np.asarray(data[name], dtype=np.int64) for name in ("family", "terms"))
     if np.any(terms < 1) or sum(map(int, terms)) != len(data["powers"]):
         raise ValueError("the steps have other terms than are stored")
@@ -251,13 +236,7 @@ def _rows(piece: FamilyStep, wide: int) -> Iterator[tuple[Powers, list[int]]]:
 
 
 def unpacked(data: Mapping[str, Any], n: int) -> list[list[FamilyStep]]:
-    """The steps of each of n sets, from their arrays.
-
-    Raises
-    ------
-    ValueError
-        They are no steps.
-    """
+    """The steps of each of n sets, from their arrays."""
     # Whole numbers of Python, which do not come round again.
     ends = list(itertools.accumulate(map(int, data["terms"])))
     if not ends or ends[-1] != len(data["powers"]) or np.min(data["terms"]) < 1:

@@ -11,15 +11,12 @@ import pytest
 
 from rigidpend.experiments.compare import differences
 from rigidpend.experiments.contract import Means
-from rigidpend.experiments.data import datasets
 from rigidpend.experiments.full_shift import LAYOUT, draw
 from rigidpend.experiments.full_shift import compute as full_shift
 from rigidpend.experiments.full_shift.schema import Config
 from rigidpend.numbers.checked import ParameterError
-from rigidpend.results import store
-from rigidpend.routes.certified import beginnings, chains, coverings, family_orbits, horseshoe
+from rigidpend.routes.certified import chains, coverings, family_orbits, horseshoe, sections
 from rigidpend.routes.certified.pieces import FamilyStep
-from rigidpend.runs import certificates
 from tests.config.samples import content as typed
 from tests.experiments.trees import plain, reference, shifted
 
@@ -44,9 +41,31 @@ ALONE = [FamilyStep(60, {(0, 0, 0): 2}, [{(0, 0, 0): 0}] * 6)]
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("changes", [[], OWN])
-def test_all_eight_relations_are_proven_of_what_is_stored(
-    monkeypatch: pytest.MonkeyPatch, changes: list[str]
+def test_sets_and_polynomials_are_found_as_they_are_stored(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """What these prove is asked of the stored ones, by both checkers."""
+
+    class Offered(Exception):
+        """What is offered to the checker."""
+
+    def offered(_: Config, data: Any) -> Any:
+        raise Offered(data)
+
+    monkeypatch.setattr(full_shift, "checked", offered)
+    with pytest.raises(Offered) as caught:
+        full_shift.compute(typed(Config, CONFIG, []), Means())
+    [found] = caught.value.args
+    assert found.keys() == {"sets", "line", "proof"}
+    stored, layout = reference("full_shift")["data"], dict[str, Any](LAYOUT)
+    fields = {name: {key: layout[name][key] for key in found[name]} for name in found}
+    known = {name: {key: stored[name][key] for key in found[name]} for name in found}
+    assert differences(fields, known, found) == []
+
+
+@pytest.mark.slow
+def test_all_eight_relations_are_proven_of_starts_of_one_J2_0(
+    monkeypatch: pytest.MonkeyPatch,
 ) -> None:
     found: list[Any] = []
     check = full_shift.checked
@@ -56,14 +75,13 @@ def test_all_eight_relations_are_proven_of_what_is_stored(
         return found[-1][1]
 
     monkeypatch.setattr(full_shift, "checked", checked)
-    config = typed(Config, CONFIG, changes)
-    data = plain(full_shift.compute(config, Means()))
+    data = plain(full_shift.compute(typed(Config, CONFIG, OWN), Means()))
     [((_, groups), proven)] = found
     # What is checked is what is stored.
     for name, group in groups.items():
         for key, values in group.items():
             np.testing.assert_array_equal(values, data[name][key])
-    assert ("energies" in data) == ("energies" in groups)
+    assert "energies" in groups
     assert [len(pair) for pair in proven.relations] == [2, 2, 2, 2]
     assert len(proven.crossed) == 2
     assert data["relations"]["edge"].min() > 1
@@ -72,51 +90,43 @@ def test_all_eight_relations_are_proven_of_what_is_stored(
     assert sorted(zip(data["sets"]["rising"], data["sets"]["symbol"], strict=True)) == [
         (False, 0), (False, 1), (True, 0), (True, 1)
     ]  # fmt: skip
-    if not changes:
-        assert differences(LAYOUT, reference("full_shift")["data"], data) == []
-    assert (changes == OWN) == ("energies" in data) == (data["proof"]["powers"].shape[1] == 4)
-    if changes == OWN:
-        # What docs/full-shift.md says of them.
-        shift, spread = (Fraction(float(data["energies"][name])) for name in ("shift", "spread"))
-        off = Fraction("1.33519996") - Fraction("1.3342") - shift
-        assert abs(off) + Fraction("2.7e-8") <= spread
-        assert 1.559 < data["line"]["theta2"].min() < data["line"]["theta2"].max() < 1.565
-        times = data["sets"]["shortest"].min(), data["sets"]["longest"].max()
-        assert 23.94 < times[0] < times[1] < 23.99
-        squeeze = data["relations"]["squeeze"]
-        assert squeeze[:2].max() * squeeze[2:].max() < 1 / 3
-        assert data["relations"]["stretch"][:2].min() * data["relations"]["stretch"][2:].min() > 1e5
+    assert data["proof"]["powers"].shape[1] == 4
+    # What docs/full-shift.md says of them.
+    shift, spread = (Fraction(float(data["energies"][name])) for name in ("shift", "spread"))
+    off = Fraction("1.33519996") - Fraction("1.3342") - shift
+    assert abs(off) + Fraction("2.7e-8") <= spread
+    assert 1.559 < data["line"]["theta2"].min() < data["line"]["theta2"].max() < 1.565
+    times = data["sets"]["shortest"].min(), data["sets"]["longest"].max()
+    assert 23.94 < times[0] < times[1] < 23.99
+    squeeze = data["relations"]["squeeze"]
+    assert squeeze[:2].max() * squeeze[2:].max() < 1 / 3
+    assert data["relations"]["stretch"][:2].min() * data["relations"]["stretch"][2:].min() > 1e5
 
 
 @pytest.mark.slow
-def test_smaller_angles_and_more_lengths_ask_for_more_bits() -> None:
-    """By twice the logarithm of the distance from the surface; of some bodies more than a word."""
+def test_smaller_angles_and_more_lengths_ask_for_more_bits_and_then_sets_are_tried_wider(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """Bits by twice the logarithm of the distance from the surface, for some more than a word."""
+    monkeypatch.setattr(horseshoe, "TRIALS", 1)
 
-    def tried(changes: list[str]) -> Any:
+    def tried(changes: list[str]) -> list[Any]:
         config = typed(Config, CONFIG, changes)
-        return next(horseshoe.trials(full_shift._found(config, None), config.problem.half_turns))
+        return list(horseshoe.trials(full_shift._found(config, None), config.problem.half_turns))
 
-    own, other = tried([]), tried(OTHER)
+    [own], (narrow, wide) = tried([]), tried(OTHER)
     assert (own.half_turns, own.bits) == (14, 60)
-    assert other.half_turns > 14
-    assert 62 < other.bits <= horseshoe.MOST_BITS
-    two, three = (tried([f"problem.lengths={k}"]) for k in (2, 3))
+    assert narrow.half_turns > 14
+    assert 62 < narrow.bits <= horseshoe.MOST_BITS
+    words = [x.described.partition(" half")[2] for x in (narrow, wide)]
+    assert words == [" rotations", " rotations, in wider sets"]
+    turns = wide.half_turns
+    widths = [horseshoe.quads(x._replace(half_turns=turns))[0].b for x in (narrow, wide)]
+    assert widths[1] / widths[0] == pytest.approx(horseshoe.WIDER / horseshoe.WIDTH)
+    [two], [three] = (tried([f"problem.lengths={k}"]) for k in (2, 3))
     # Two half rotations are 2 pi of its exponent.
     grown = 4 * np.pi * float(own.level.exponent[0, 0]) / np.log(2)
     assert three.bits - two.bits == pytest.approx(grown, abs=1)
-
-
-@pytest.mark.slow
-def test_sets_are_tried_wider_where_the_others_prove_nothing() -> None:
-    config = typed(Config, CONFIG, OTHER)
-    every = list(horseshoe.trials(full_shift._found(config, None)))
-    narrow, wide = every[: horseshoe.TRIALS], every[horseshoe.TRIALS :]
-    assert len(narrow) == len(wide) == horseshoe.TRIALS
-    assert {x.described.partition(" half")[2] for x in narrow} == {" rotations"}
-    assert {x.described.partition(" half")[2] for x in wide} == {" rotations, in wider sets"}
-    turns = wide[0].half_turns
-    widths = [horseshoe.quads(x._replace(half_turns=turns))[0].b for x in (narrow[0], wide[0])]
-    assert widths[1] / widths[0] == pytest.approx(horseshoe.WIDER / horseshoe.WIDTH)
 
 
 @pytest.mark.slow
@@ -156,26 +166,6 @@ def test_sets_without_a_width_are_lost_in_rounding(monkeypatch: pytest.MonkeyPat
     monkeypatch.setattr(horseshoe, "OVERSHOOT", 0.0)
     with pytest.raises(ArithmeticError, match="lost in rounding"):
         full_shift.compute(typed(Config, CONFIG, ["problem.half_turns=14"]), Means())
-
-
-@pytest.mark.slow
-def test_the_command_that_checks_certificates_proves_a_result_again(tmp_path: Path) -> None:
-    stored = store.load(FOLDER / "full_shift.h5")
-    said = certificates.check(FOLDER / "full_shift.h5", jobs=1, report=print)
-    assert [type(each) for each in said] == [certificates.Theorem] * 5
-    assert all(str(each).startswith("proven: ") for each in said)
-    assert str(certificates.Theorem("undecided: C7")) == "undecided: C7"
-    stored["data"]["sets"]["a"][0] *= 3
-    tree: Any = {}
-    for name, fields in LAYOUT.items():
-        assert isinstance(fields, dict)
-        if name.endswith("?"):
-            continue
-        tree[name] = datasets(fields, stored["data"][name])
-    changed = store.Result(stored["attributes"], stored["config"], stored["provenance"], tree)
-    store.write(tmp_path / "wide.h5", changed)
-    with pytest.raises(store.StoreError, match=r"wide\.h5: undecided, nothing is proven: "):
-        certificates.check(tmp_path / "wide.h5", jobs=1, report=print)
 
 
 def test_a_free_body_is_refused_where_it_stands() -> None:
@@ -268,4 +258,4 @@ def test_bounds_are_rounded_outward() -> None:
     times = result["data"]["sets"]["longest"].reshape(2, 2)
     assert np.exp(-stated * times).sum(axis=1).prod() > 1
     assert np.exp(-(stated + 1e-5) * times).sum(axis=1).prod() < 1
-    assert beginnings.ALONE
+    assert sections.ALONE

@@ -14,9 +14,9 @@ from rigidpend import render
 from rigidpend.cli.measure import stress_command
 from rigidpend.config import catalogue
 from rigidpend.experiments.contract import Means
-from rigidpend.experiments.stress import claims, extremes, scenes
 from rigidpend.experiments.stress import compute as stress
-from rigidpend.experiments.stress.claims import Claim, Findings, Trial
+from rigidpend.experiments.stress import extremes, scenes
+from rigidpend.experiments.stress.scenes import Claim, Findings, Trial
 from rigidpend.results import store
 from rigidpend.routes.problem import ProblemError
 from tests.config.samples import refused
@@ -31,7 +31,7 @@ def trials(config: str) -> list[Trial]:
 @pytest.mark.parametrize(("config", "long"), [("stress", 1), ("stress_quick", 0)])
 def test_configs_ask_for_every_trial_under_its_own_name(config: str, long: int) -> None:
     every = trials(config)
-    labels = [f"{x.kind}.{stress.label(x.name)}" for x in every]
+    labels = [f"{x.kind}.{x.label}" for x in every]
     assert len(set(labels)) == len(labels) > 75
     kinds = ["symmetries", *extremes.GROUPS, "separatrices", "passages", "honesty", "addresses"]
     assert list(dict.fromkeys(x.kind for x in every)) == [*kinds, "long_time"]
@@ -41,7 +41,7 @@ def test_configs_ask_for_every_trial_under_its_own_name(config: str, long: int) 
 def trial(kind: str, name: str, claim: str, value: float, up_to: float = 0.0) -> Trial:
     """A trial of one claim, of bound 1."""
     declared = Claim(claim, 1.0, "what is measured", "why", "rad", "known", up_to)
-    found = Findings([value], curves={})
+    found = Findings([value])
     return Trial(kind, name, (declared,), lambda: found)
 
 
@@ -54,7 +54,7 @@ def test_claims_of_one_group_come_together(monkeypatch: pytest.MonkeyPatch) -> N
 
     def part(name: str, compute: Any) -> Any:
         kept.append(name)
-        return compute() | ({"curves": {"c": 1}} if name == "a.second" else {})
+        return compute() | ({"curves": {"second": 1}} if name == "a.second" else {})
 
     config: Any = type("Config", (), {"problem": None})
     made: Any = stress.compute(config, Means(report=said.append, part=part))
@@ -121,11 +121,12 @@ def test_a_route_codes_that_always_refuses_fails_everything_that_needs_it(
         raise ProblemError("J1_0", "not today")
 
     monkeypatch.setattr(scenes, "routes", refuse)
-    needed = {*extremes.GROUPS, "honesty", "symmetries"}
-    tried = [x for x in trials("stress_quick") if x.kind in needed]
-    assert len(tried) > 40
-    for each in tried:
-        made = claims.tried(each)
+    # All trials of a group of extremes are made alike.
+    first = {x.kind: x for x in reversed(trials("stress_quick")) if x.kind in extremes.GROUPS}
+    others = [x for x in trials("stress_quick") if x.kind in ("honesty", "symmetries")]
+    assert (len(first), len(others)) == (4, 5 + 1)
+    for each in (*first.values(), *others):
+        made = each.tried()
         assert (set(verdicts(made).values()), made["curves"]) == ({"FAILED"}, {}), each.name
 
 

@@ -91,7 +91,7 @@ def test_every_claim_is_a_point_at_its_ratio_and_what_is_beyond_is_named() -> No
         ),
     )
     axes = panel(made, "c")
-    verdicts = {look.colour: verdict for verdict, look in LOOKS.items()}
+    verdicts = {colour: verdict for verdict, (colour, *_) in LOOKS.items()}
     points = {
         (verdicts[line.get_color()], float(line.get_xdata()[0]), round(line.get_ydata()[0]))
         for line in axes.lines

@@ -1,4 +1,4 @@
-"""A lie would be found."""
+"""A lie would be found; orbits are found and read back, and what goes wrong is found out."""
 
 from __future__ import annotations
 
@@ -8,24 +8,32 @@ import numpy as np
 import pytest
 
 from rigidpend.experiments import principal_axes
-from rigidpend.experiments.stress import honesty
-from rigidpend.experiments.stress.claims import tried
+from rigidpend.experiments.stress import honesty, scenes
 from rigidpend.numbers.exact import exact
 from rigidpend.routes import certainty
 from rigidpend.routes.codes import RouteCodes, route_codes
 from rigidpend.routes.problem import RouteProblem
-from tests.experiments.stress.verdicts import asked, changed, failed
+from rigidpend.routes.symbolic import NoOrbit, find_orbit
+from tests.experiments.stress.verdicts import asked, changed, failed, verdicts
 from tests.orbits.integrate.problems import FIG4, needs_heyoka
+from tests.remembered import remembered
 
 CLAIMS = {
     *("lies at 0.01", "lies at 0.0001", "lies by default"),
     *("against 113 bits", "uncertain", "right at the coarsest"),
 }
+OWN = RouteProblem(FIG4, exact("1.3342"), exact("1e-8"), 4)
+ADDRESSES = honesty.address_trial("x", OWN, 1, 3)
 
 
-def run(orbits: int, tolerances: str = "[0.01, 0.0001]") -> Any:
+CODES = principal_axes.codes
+HARD_SYMBOLS = "10000110010110000101010111010110"
+
+
+def run(tolerances: str = "[0.01, 0.0001]") -> Any:
+    """A hundred orbits, two of which are checked in 113 bits, tried."""
     problem = asked(f"honesty.tolerances={tolerances}", "seed=5")
-    return tried(honesty.trial(problem, "1e-8", orbits, 2, 1))
+    return honesty.trial(problem, "1e-8", 100, 2, 1).tried()
 
 
 def failures(trial: Any) -> set[str]:
@@ -35,69 +43,64 @@ def failures(trial: Any) -> set[str]:
 
 @pytest.mark.slow
 @needs_heyoka("orbits in principal axes")
-def test_wrong_symbols_come_and_none_is_called_certain_but_where_all_are(
+def test_lies_errors_doubt_and_trials_that_show_nothing_are_found(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
-    made = run(100)
-    assert (made["curves"]["wrong"].values > 0).all()
-    assert made["curves"]["symbols"].values.tolist() == [100 * 15] * 2
-    assert {name.rpartition(", ")[0] for name in made["claims"]} == CLAIMS
-    assert failures(made) == set()
-    changed(monkeypatch, lambda made, _: made._replace(certain=np.ones_like(made.certain)))
-    sure = run(100)
-    assert failures(sure) == {"lies at 0.01", "lies at 0.0001"}
-    assert np.array_equal(sure["curves"]["lies"].values, made["curves"]["wrong"].values)
+    """What is computed rightly, which all cases share, is computed once."""
+    routes, codes = (remembered(x) for x in (scenes.routes, _in_principal_axes))
+    monkeypatch.setattr(scenes, "routes", routes)
+    monkeypatch.setattr(principal_axes, "codes", lambda *x, bits, jobs: codes(*x, bits).copy())
+    right = run()
+    curve = right["curves"]["J1_0_1e-8"]
+    assert (curve["wrong"].values > 0).all()
+    assert curve["symbols"].values.tolist() == [100 * 15] * 2
+    assert {name.rpartition(", ")[0] for name in right["claims"]} == CLAIMS
+    assert failures(right) == set()
+    assert failures(run("[1e-13]")) == {"right at the coarsest"}
 
-
-@pytest.mark.slow
-@needs_heyoka("orbits in principal axes")
-@pytest.mark.parametrize(
-    ("row", "column", "certain", "fails"),
-    [
-        # One symbol of the default run is turned over: it is no judge of itself.
-        (7, -1, True, {"lies by default"}),
-        (14, 0, False, {"against 113 bits", "uncertain"}),
-    ],
-)
-def test_an_error_of_the_default_run_is_found(
-    row: int, column: int, certain: bool, fails: set[str], monkeypatch: pytest.MonkeyPatch
-) -> None:
     def turned(made: RouteCodes, spoilt: bool) -> RouteCodes:
-        made.codes[row, column] ^= not spoilt
-        made.certain[row, column] &= certain
-        return made
+        """The default run is no judge of itself, where it is certain and where it is not."""
+        symbols, certain = made.codes.copy(), made.certain.copy()
+        symbols[[7, 14], [-1, 0]] ^= not spoilt
+        certain[14, 0] = False
+        return made._replace(codes=symbols, certain=certain)
 
-    changed(monkeypatch, turned)
-    assert failures(run(10)) == fails
+    sure, unsure = (np.full((15, 100), x) for x in (True, False))
+    for change, fails, lies in (
+        (lambda made, _: made._replace(certain=sure), {"lies at 0.01", "lies at 0.0001"}, 1),
+        (lambda made, _: made._replace(certain=unsure), {"uncertain"}, 0),
+        (turned, {"lies by default", "against 113 bits", "uncertain"}, 0),
+    ):
+        changed(monkeypatch, change, routes)
+        found = run()
+        assert failures(found) == fails
+        told = found["curves"]["J1_0_1e-8"]["lies"].values
+        assert np.array_equal(told, lies * curve["wrong"].values)
+
+
+def _in_principal_axes(problem: RouteProblem, phases: Any, bits: int) -> Any:
+    return CODES(problem, phases, bits=bits, jobs=1)
 
 
 @pytest.mark.slow
-def test_a_computation_that_is_never_sure_fails_and_one_that_never_errs_shows_nothing(
-    monkeypatch: pytest.MonkeyPatch,
-) -> None:
-    changed(monkeypatch, lambda made, _: made._replace(certain=np.zeros_like(made.certain)))
-    assert failures(run(4)) == {"uncertain"}
-    monkeypatch.undo()
-    assert failures(run(10, "[1e-13]")) == {"right at the coarsest"}
-
-
 def test_without_heyoka_the_orbits_checked_are_followed_in_integers(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
     monkeypatch.setattr(principal_axes, "installed", lambda: False)
-    problem = RouteProblem(FIG4, exact("1.3342"), exact("1e-6"), 2)
-    doubted = np.full((2, 3), 9, dtype=np.uint8)
-    true, known = honesty.true_codes(problem, np.array([0.4, 1.1, 2.0]), doubted, 1, 1)
-    assert known.tolist() == [True, False, False]
-    expected = route_codes(FIG4, [0.4], h0="1.3342", J1_0="1e-6", n_symbols=2)
-    assert true[:, 0].tolist() == expected.codes[:, 0].tolist()
-    assert (true[:, 1:] == 9).all()
+    problem = RouteProblem(FIG4, exact("1.3342"), exact("1e-6"), 1)
+    doubted = np.full((1, 3), 9, dtype=np.uint8)
+    true = honesty.true_codes(problem, np.array([0.4, 1.1, 2.0]), doubted, 1, 1)
+    expected = route_codes(FIG4, [0.4], h0="1.3342", J1_0="1e-6", n_symbols=1)
+    assert true.tolist() == expected.codes.tolist()
 
 
 @pytest.mark.slow
 def test_the_hard_orbit_tells_where_a_computation_is_compared_with_itself(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
+    # As principal axes have it in 113 bits.
+    truth = np.array([list(map(int, HARD_SYMBOLS))], dtype=np.uint8).T
+    monkeypatch.setattr(honesty, "true_codes", lambda *_: truth)
     assert failures(honesty.hard_trial()) == set()
     monkeypatch.setattr(certainty, "SECOND", certainty.FIRST)
     assert failures(honesty.hard_trial()) == {"lies on a hard orbit"}
@@ -106,8 +109,7 @@ def test_the_hard_orbit_tells_where_a_computation_is_compared_with_itself(
 def test_lies_are_counted_where_the_truth_is_known() -> None:
     codes, certain = (np.array([x]) for x in ([0, 1, 1, 0, 1], [1, 1, 0, 0, 1]))
     spoilt: Any = RouteCodes(codes, codes, certain > 0, *[codes] * 4)
-    known, true = np.array([True] * 4 + [False]), np.zeros((1, 5), dtype=np.uint8)
-    assert honesty.counted(spoilt, true, known) == (4, 2, 1)
+    assert honesty.counted(spoilt, np.zeros((1, 4), dtype=np.uint8)) == (2, 1)
 
 
 @pytest.mark.slow
@@ -117,16 +119,17 @@ def test_no_flag_lies_where_maps_are_spoilt_but_one_that_asks_for_no_agreement(
 ) -> None:
     problem = RouteProblem(FIG4, exact("1.3342"), exact("1e-8"), 15)
     trial = honesty.maps_trial(problem, 1, 60, 2)
-    made: Any = tried(trial)
+    # The first map alone, and all by most.
+    few, names = (1, 5), ("lies, one off by 1e-12", "lies, all off by 1e-9")
+    monkeypatch.setattr(honesty, "SPOILT_MAPS", [honesty.SPOILT_MAPS[k] for k in few])
+    trial = trial._replace(claims=[honesty.MAPS_CLAIMS[k] for k in (*few, -1)])
+    made: Any = trial.tried()
     # 60 orbits in doubles, and one of them again with 64 bits and with 106.
-    for which in ("one", "all"):
-        assert "of 930 symbols" in made["claims"][f"lies, {which} off by 1e-12"]["note"].values
+    assert all("of 930 symbols" in made["claims"][name]["note"].values for name in names)
     assert failed(made) == set()
-    monkeypatch.setattr(honesty, "SPOILT_MAPS", [("all", "1e-9")])
-    claims = honesty.MAPS_CLAIMS[5:]
     for limit in ("CLOSE", "AGREEMENT", "LINEAR"):
         monkeypatch.setattr(certainty, limit, 1e9)
-    assert "lies, all off by 1e-9" in failed(trial._replace(claims=claims))
+    assert "lies, all off by 1e-9" in failed(trial)
 
 
 def test_no_orbit_is_lost_where_the_starts_share_them(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -134,4 +137,54 @@ def test_no_orbit_is_lost_where_the_starts_share_them(monkeypatch: pytest.Monkey
     monkeypatch.setattr(honesty, "trial", lambda *given: shares.append(given[2:4]))
     trials = list(honesty.trials(asked("honesty.orbits=8", "honesty.checked=4"), 1))
     assert shares == [(3, 2), (3, 1), (2, 1)]
-    assert (len(trials), trials[-1].name) == (5, "spoilt maps")
+    assert [x.name for x in trials[4:]] == ["spoilt maps", "addresses own body", "addresses body 1"]
+
+
+@pytest.mark.slow
+def test_orbits_are_found_and_read_back_and_what_is_found_otherwise_is_found_out(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    found: list[Any] = []
+
+    def kept(*given: Any, **named: Any) -> Any:
+        found.append((given[1], find_orbit(*given, **named)))
+        return found[-1][1]
+
+    monkeypatch.setattr(honesty, "find_orbit", kept)
+    monkeypatch.setattr(honesty, "DIGITS", 14)
+    assert failed(ADDRESSES) == set()
+    (shortest, orbit), (longer, _) = found
+    assert shortest.half_turns is None
+    assert longer.symbols == shortest.symbols[:2]
+    assert min(longer.half_turns) > 10
+
+    turns, symbols = orbit.address.half_turns, orbit.address.symbols
+    for other, own, expected in (
+        ({}, {}, set()),
+        ({"delay": 2e-9}, {}, {"x: delay"}),
+        ({"confirmed": 3}, {}, {"x: read back"}),
+        ({}, {"half_turns": (*turns[:3], turns[3] + 1)}, {"x: read back"}),
+        ({}, {"symbols": (*symbols[:3], 1 - symbols[3])}, {"x: read back"}),
+    ):
+        made, read = orbit._replace(**other), orbit.address._replace(**own)
+        monkeypatch.setattr(honesty, "find_orbit", lambda *_, made=made, **__: made)
+        monkeypatch.setattr(honesty, "address_of", lambda *_, read=read, **__: read)
+        assert failed(ADDRESSES) == expected
+
+
+def test_codes_without_an_orbit_are_counted(monkeypatch: pytest.MonkeyPatch) -> None:
+    def none(*_: Any, **__: Any) -> Any:
+        raise NoOrbit
+
+    monkeypatch.setattr(honesty, "find_orbit", none)
+    assert list(verdicts(ADDRESSES).values()) == ["FAILED", "passed", "passed"]
+
+
+def test_random_bodies_are_bodies_and_differ() -> None:
+    drawn = [honesty.drawn(seed, 4) for seed in range(40)]
+    assert len({problem.body.A for problem in drawn}) == 40
+    for problem in drawn:
+        (A1, A2, A3), _, mu = problem.body.floats()
+        assert A1 - A3 > 0.14
+        assert A3 - A2 > 0.2
+        assert 0 < mu < float(problem.h0) / 100

@@ -6,10 +6,8 @@ from pathlib import Path
 from typing import Any
 
 from rigidpend.experiments.stress import scenes
-from rigidpend.experiments.stress.claims import Trial, tried
-from rigidpend.experiments.stress.scenes import Scene
+from rigidpend.experiments.stress.scenes import Trial
 from rigidpend.experiments.stress.schema import Config
-from rigidpend.mechanics.body import Body
 from tests.config.samples import content
 
 CONFIGS = Path(__file__).resolve().parents[3] / "configs" / "measure"
@@ -20,13 +18,9 @@ def asked(*settings: str, config: str = "stress_quick") -> Any:
     return content(Config, CONFIGS / f"{config}.yaml", [f"problem.{x}" for x in settings]).problem
 
 
-def scene(body: Body, J2: float, seed: int = 1) -> Scene:
-    return Scene(body, J2, 1, seed)
-
-
 def verdicts(trial: Trial | Any) -> dict[str, str]:
     """The verdict on each claim of a trial, or of one that was tried."""
-    made: Any = tried(trial) if isinstance(trial, Trial) else trial
+    made: Any = trial.tried() if isinstance(trial, Trial) else trial
     return {name: str(claim["verdict"].values) for name, claim in made["claims"].items()}
 
 
@@ -37,9 +31,8 @@ def failed(trial: Trial | Any) -> set[str]:
     return {name for name, verdict in found.items() if verdict == "FAILED"}
 
 
-def changed(monkeypatch: Any, change: Any) -> None:
+def changed(monkeypatch: Any, change: Any, right: Any = scenes.routes) -> None:
     """Let the routes that trials compute be changed: ``change(routes, True if spoilt)``."""
-    right = scenes.routes
 
     def other(problem: Any, phases: Any, jobs: int, *more: Any) -> Any:
         # What is spoilt has precisions, a tolerance and a method of its own.

@@ -5,6 +5,7 @@ The second checker has sets, steps and balls of its own; here the package's beco
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Mapping, Sequence
 from fractions import Fraction
 from functools import cached_property
@@ -21,19 +22,29 @@ from rigidpend.orbits.integrate.states import states_at
 from rigidpend.orbits.return_map.poincare import state_of
 from rigidpend.orbits.return_map.precision import precision
 from rigidpend.orbits.return_map.reduced import coefficients
-from rigidpend.routes.certified import beginnings, passages, pieces, sections
-from rigidpend.routes.certified.balls import LogarithmicNorm
+from rigidpend.routes.certified import (
+    approximation,
+    codes,
+    intervals,
+    passages,
+    pieces,
+    sections,
+)
+from rigidpend.routes.certified.balls import LogarithmicNorm, enclosed
 from rigidpend.routes.certified.checker import Undecided
-from rigidpend.routes.certified.families import Family
+from rigidpend.routes.certified.models import Family
 from rigidpend.routes.certified.pieces import (
     CLOCK,
     FamilyStep,
     Quad,
     StartLine,
+    Step,
     unpacked,
     unpacked_line,
     unpacked_quads,
 )
+from rigidpend.routes.problem import RouteProblem
+from scripts import check_certificate, check_intervals
 from scripts import check_full_shift as script
 from scripts.check_certificate import Fails, Interval
 from tests.cli.calls import REFERENCE
@@ -182,6 +193,65 @@ def crossings(
     return Crossings(end, late)
 
 
+DEPTH = 60
+"""Halvings of an interval that is hardly more than a point."""
+
+
+class Start(NamedTuple):
+    """A config and a phase, and what is offered of its orbit, or of all those beside it."""
+
+    A: tuple[str, str, str] = GIVEN["A"]
+    r: tuple[str, str, str] = GIVEN["r"]
+    mu: str = "1/1000"
+    h0: str = "6671/5000"
+    J1_0: str = "1e-8"
+    phase: str = "1"
+
+    @property
+    def given(self) -> dict[str, Any]:
+        return {name: x for name, x in self._asdict().items() if name != "phase"}
+
+    @property
+    def problem(self) -> RouteProblem:
+        body = Body(A=self.A, r=self.r, mu=self.mu)
+        return RouteProblem(body, exact(self.h0), exact(self.J1_0), 1)
+
+    @property
+    def place(self) -> int:
+        """That of the interval about the phase."""
+        return math.floor(float(self.phase) / (2 * math.pi) * 2**DEPTH)
+
+    def approximation(self, bits: int, **off: float) -> approximation.Approximation:
+        """The orbit, or one from a state that is off."""
+        start = enclosed(self.problem, exact(self.phase), bits + 64)
+        names = ("Qp", "Qm", "M3", "gamma1", "gamma2", "gamma3")
+        state = [x + arb(off.get(name, 0)) for x, name in zip(start.state, names, strict=True)]
+        return approximation.Approximation(start.coefficients, state)
+
+    def signs(self, steps: Sequence[Step], module: Any = intervals) -> list[Any]:
+        """What the package, or one with a slip, is told of the orbits of the interval."""
+        starts = module.EnclosedStarts.of(self.problem.body, exact(self.h0), Fraction(self.J1_0))
+        of = module.PhaseInterval(self.place, DEPTH)
+        signs = list(module._signs(starts, starts.states(of), of_one(steps)))
+        module.symbols_of(signs)
+        return signs
+
+    def signs_by_script(self, steps: Sequence[Step]) -> Any:
+        pieces = [step(x) for x in of_one(steps)]
+        return check_intervals.prove(self.given, self.place, DEPTH, pieces)
+
+
+def by_package(start: Start, steps: Sequence[Step]) -> str:
+    """The reason for which the package proves no more."""
+    return codes.check(start.problem, exact(start.phase), steps, 2).reason
+
+
+def by_script(start: Start, steps: Sequence[Step]) -> str:
+    """The reason for which the second checker proves no more."""
+    other = [check_certificate.Step(*step) for step in steps]
+    return check_certificate.prove(start.given, start.phase, other).reason
+
+
 class Stored:
     """The stored full shift, with the orbits that each checker follows, once for all tests."""
 
@@ -206,9 +276,9 @@ class Stored:
     def numbers(self) -> sections.Numbers:
         return sections.Numbers.of(BODY, exact(GIVEN["h"]))
 
-    @cached_property
+    @property
     def growth(self) -> LogarithmicNorm:
-        return LogarithmicNorm.of(self.numbers.field)
+        return self.numbers.growth
 
     @cached_property
     def arrivals(self) -> list[passages.Reached]:
@@ -230,9 +300,9 @@ class Stored:
 
         def by_package() -> list[float]:
             if isinstance(start, StartLine):
-                _, bounds = beginnings.line_beginning(self.numbers, start, piece, self.growth)
+                _, bounds = sections.line_beginning(self.numbers, start, piece)
             else:
-                _, bounds = beginnings.beginning(self.numbers, start, piece, self.growth)
+                _, bounds = sections.beginning(self.numbers, start, piece)
             return [float(x.upper()) for x in bounds]
 
         def by_script() -> list[float]:

@@ -13,9 +13,9 @@ from rigidpend import route_codes
 from rigidpend.numbers.exact import exact
 from rigidpend.routes.certified.balls import enclosed
 from rigidpend.routes.certified.checker import OrbitChecker, ProvenCrossing, Undecided
+from rigidpend.routes.certified.codes import MARGIN, check, prove
 from rigidpend.routes.certified.models import Model
 from rigidpend.routes.certified.pieces import Step
-from rigidpend.routes.certified.proofs import MARGIN, check, prove
 from rigidpend.routes.problem import RouteProblem
 from tests.bodies import FIG4
 

@@ -9,11 +9,10 @@ from typing import Any
 import numpy as np
 import pytest
 
-import rigidpend
 from rigidpend import Body, certify_codes, route_codes
 from rigidpend.numbers.exact import exact
 from rigidpend.numbers.expressions import ExactError
-from rigidpend.routes.certified import codes, proofs
+from rigidpend.routes.certified import codes
 from rigidpend.routes.problem import ProblemError
 from tests.routes.reference import fig4_left
 
@@ -80,7 +79,7 @@ def test_too_few_bits_are_undecided_and_no_code_is_wrong() -> None:
 def test_bits_that_do_not_suffice_are_followed_by_more(monkeypatch: pytest.MonkeyPatch) -> None:
     few = certify_codes(BODY, "3/10", h0="1.3342", J1_0="1e-8", n_symbols=2, bits=20)
     assert few.status == ["undecided"]
-    monkeypatch.setattr(codes, "bits_for", lambda *_: 20)
+    monkeypatch.setattr(codes, "asked_for", lambda *_: (10, 20))
     found = certify_codes(BODY, "3/10", h0="1.3342", J1_0="1e-8", n_symbols=2)
     assert found.proven.all()
     assert found.bits[0] > 20
@@ -107,7 +106,7 @@ def test_an_orbit_that_does_not_come_in_time_is_undecided(mu: Any, J1_0: str, n:
 
 
 def test_progress_names_a_phase_of_a_grid_by_one_number(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(proofs, "BETWEEN", -1.0)
+    monkeypatch.setattr(codes, "BETWEEN", -1.0)
     lines: list[str] = []
     phase = exact("0") + exact("1/10") * 16
     certify_codes(BODY, [phase], h0="1.3342", J1_0="1e-8", n_symbols=1, report=lines.append)
@@ -179,8 +178,3 @@ def test_what_is_excluded_is_said(changed: dict[str, Any], message: str) -> None
     } | changed
     with pytest.raises((ProblemError, ExactError), match=message):
         certify_codes(BODY, given.pop("theta2_0"), **given)
-
-
-def test_it_is_a_public_name() -> None:
-    assert rigidpend.certify_codes is certify_codes
-    assert "CertifiedCodes" in rigidpend.__all__

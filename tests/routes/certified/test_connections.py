@@ -342,6 +342,14 @@ def surface(m: dict[str, float], norm: Norm, strip: Strip) -> dict[str, float]:
     }
 
 
+def of_strip(stored: Stored, both: Sequence[Any], line: Any, piece: FamilyStep) -> list[str]:
+    """What both say of a strip, from their numbers of C8."""
+    return [
+        said(connections.check_strip, stored.numbers, both[0], line, piece),
+        said(script.check_strip, problem(), both[1], script.Line(*line), step(piece)),
+    ]
+
+
 WORDS_OF_STRIP = {
     "m1": "to be beside",
     "lean": "pass between",
@@ -356,13 +364,8 @@ WORDS_OF_STRIP = {
 def test_C9_the_surface_is_a_curve_in_the_strip(stored: Stored, strip: Strip, name: str) -> None:
     """Each number in turn up to where nothing is told any more, for both."""
     both = sides(stored.numbers, name, lambda m, norm: min(surface(m, norm, strip).values()) > 0)
-    for (mine, theirs), words in zip(both, ("", WORDS_OF_STRIP[name]), strict=True):
-        for reason in (
-            said(connections.check_strip, stored.numbers, mine, strip.line, strip.piece),
-            said(
-                script.check_strip, problem(), theirs, script.Line(*strip.line), step(strip.piece)
-            ),
-        ):
+    for numbers, words in zip(both, ("", WORDS_OF_STRIP[name]), strict=True):
+        for reason in of_strip(stored, numbers, strip.line, strip.piece):
             assert bool(reason) is bool(words)
             assert words in reason
 
@@ -372,13 +375,11 @@ def test_C9_an_energy_that_the_strip_has_itself(
     stored: Stored, strip: Strip, factor: float, words: str
 ) -> None:
     """As h - mu sinks to K n1^2 nothing is left for M3."""
-    mine, theirs, m = middles(stored.numbers)
+    mine, _, m = middles(stored.numbers)
     r0 = ratio(m, norm_of(mine))
     level = factor * m["most"] * strip.momentum**2 * (1 + r0**2) / (1 - r0**2)
-    mine, theirs, _ = middles(stored.numbers, level=level)
-    line = script.Line(*strip.line)
-    assert words in said(connections.check_strip, stored.numbers, mine, strip.line, strip.piece)
-    assert words in said(script.check_strip, problem(), theirs, line, step(strip.piece))
+    both = middles(stored.numbers, level=level)
+    assert all(words in x for x in of_strip(stored, both, strip.line, strip.piece))
 
 
 @pytest.mark.parametrize("words", ["to be beside", "pass between", "u lie along", "v lie along"])
@@ -403,17 +404,12 @@ def test_C9_how_far_the_strip_may_be_from_its_polynomials(
     balls, exactly = list(map(arb, bounds)), list(map(Fraction, bounds))
     monkeypatch.setattr(connections, "line_beginning", lambda *_: ([], balls))
     monkeypatch.setattr(script, "line_beginning", lambda *_: exactly)
-    line = script.Line(*strip.line)
-    for reason in (
-        said(connections.check_strip, stored.numbers, mine, strip.line, strip.piece),
-        said(script.check_strip, problem(), theirs, line, step(strip.piece)),
-    ):
+    for reason in of_strip(stored, (mine, theirs), strip.line, strip.piece):
         assert (words.removeprefix("u ").removeprefix("v ") in reason) is (factor > 1), reason
 
 
 def test_C9_a_line_alone_is_no_strip(stored: Stored, strip: Strip) -> None:
     """Neither is one that is turned over, both with the polynomials that are theirs."""
-    mine, theirs, _ = middles(stored.numbers)
     for side in (0, -1):
         line = strip.line._replace(wide=side * strip.line.wide)
         terms = [
@@ -421,10 +417,7 @@ def test_C9_a_line_alone_is_no_strip(stored: Stored, strip: Strip) -> None:
             for each in strip.piece.terms
         ]
         piece = strip.piece._replace(terms=terms)
-        reasons = (
-            said(connections.check_strip, stored.numbers, mine, line, piece),
-            said(script.check_strip, problem(), theirs, script.Line(*line), step(piece)),
-        )
+        reasons = of_strip(stored, middles(stored.numbers), line, piece)
         assert all("pass between" in reason for reason in reasons)
 
 
@@ -525,11 +518,10 @@ def test_C9_without_its_sides_a_strip_beside_the_surface_is_believed(stored: Sto
     guard, (first, *_) = "not middle.share * momentum < wide", stored.orbits[4]
     line, [piece] = smaller(stored.line, [first], 2.0**-10, 2.0**-10)
     assert set(leaves(begun(piece), 0.0, np.array([-1.0, 1.0]))) == {1.0}
-    of = stored.numbers, middles(stored.numbers)[0], line, piece
+    both = middles(stored.numbers)
+    of = stored.numbers, both[0], line, piece
     assert said(weakened(connections, (guard, "False")).check_strip, *of) == ""
-    assert "between the strip's sides" in said(connections.check_strip, *of)
-    of_script = problem(), middles(stored.numbers)[1], script.Line(*line), step(piece)
-    assert "between the strip's sides" in said(script.check_strip, *of_script)
+    assert all("between the strip's sides" in x for x in of_strip(stored, both, line, piece))
 
 
 @pytest.mark.slow
@@ -552,7 +544,8 @@ def test_C9_without_its_last_condition_of_a_strip_the_surface_may_go_across(
     """Twice as long: points farther apart across than along, with less slope than there may be."""
     guard = "not middle.slant_at(momentum) * (by_u + bounds[1] + by_v + bounds[2]) < wide"
     line, [piece] = smaller(stored.line, stored.orbits[4][:1], along=2.0)
-    mine, theirs, _ = middles(stored.numbers)
+    both = middles(stored.numbers)
+    mine = both[0]
     of = stored.numbers, mine, line, piece
     assert said(weakened(connections, (guard, "False")).check_strip, *of) == ""
     apart = np.array([value(x, 0.9, 1.0) - value(x, 0.0, 0.0) for x in begun(piece)])
@@ -560,9 +553,7 @@ def test_C9_without_its_last_condition_of_a_strip_the_surface_may_go_across(
     weights = np.array([1, 0, norm.upright, *[1 / norm.weight] * 3])
     zeta = float(mine.slant_at(arb(strip.momentum)))
     assert abs(apart[1]) < zeta * np.linalg.norm(weights * apart)
-    assert "lie along" in said(connections.check_strip, *of)
-    of_script = problem(), theirs, script.Line(*line), step(piece)
-    assert "lie along" in said(script.check_strip, *of_script)
+    assert all("lie along" in x for x in of_strip(stored, both, line, piece))
 
 
 def test_C9_without_its_graph_two_points_of_one_gamma3_are_believed(

@@ -21,10 +21,12 @@ from rigidpend.experiments.full_shift.schema import Config
 from rigidpend.numbers.exact import exact
 from rigidpend.orbits.return_map import return_map
 from rigidpend.orbits.return_map.precision import precision
+from rigidpend.results import store
 from rigidpend.routes.certified import connections, coverings, passages, sections
 from rigidpend.routes.certified.balls import LogarithmicNorm
-from rigidpend.routes.certified.families import Family
+from rigidpend.routes.certified.family_orbits import LineStarts
 from rigidpend.routes.certified.horseshoe import ShiftProblem
+from rigidpend.routes.certified.models import Family
 from rigidpend.routes.certified.pieces import (
     CLOCK,
     FamilyStep,
@@ -35,10 +37,10 @@ from rigidpend.routes.certified.pieces import (
     unpacked,
     unpacked_quads,
 )
-from rigidpend.routes.certified.start_lines import LineStarts
 from rigidpend.routes.symbolic.address import parsed
 from rigidpend.routes.symbolic.closed import closed, words
 from rigidpend.routes.symbolic.levels import Level
+from rigidpend.runs import certificates
 from scripts import check_full_shift as script
 from scripts.check_certificate import Fails, Interval, Refused
 from tests.attacks import lot
@@ -198,7 +200,7 @@ def test_C2_defects_are_the_same_for_both(stored: Stored) -> None:
     own, growth = stored.orbits[0][6], stored.growth
     for piece in (own, moved(own, 2, (3, 2, 0), 1e-9)):
         states, half = [Family.of(x, piece.bits) for x in piece.terms], Family.of(piece.half, CLOCK)
-        found = passages.defects(stored.numbers, states, half, growth)
+        found = passages.defects(stored.numbers, states, half)
         mine = [float(x.upper()) for x in found]
         theirs = script.defects(problem(), step(piece))
         assert mine == pytest.approx([float(x) for x in theirs], rel=1e-6)
@@ -255,7 +257,7 @@ def test_C3_derivatives_are_carried_as_the_page_says(stored: Stored) -> None:
     piece = FamilyStep(BITS, length, terms)
     states, family = [Family.of(each, BITS) for each in terms], Family.of(length, CLOCK)
     at, more = list(map(arb, begin)), list(map(arb, leap))
-    mine = passages._carried(states, family, at, more, stored.growth)
+    mine = passages._carried(stored.numbers, states, family, at, more)
     exactly = list(map(Fraction, begin)), list(map(Fraction, leap))
     theirs = script.carried(problem(), step(piece), *exactly)
     _, upright, w, F, Omega = (float(x.mid()) for x in stored.growth)
@@ -280,7 +282,7 @@ def test_C4_the_sign_of_M3_beside_its_bound(stored: Stored, factor: float, reaso
     M3 = constant(factor * bound / float(stored.growth.upright.mid()))
     piece = FamilyStep(BITS, {(0, 0, 0): 2}, [CALM, CALM, M3, CALM, CALM, CALM])
     states = [Family.of(terms, BITS) for terms in piece.terms]
-    mine = said(passages._signs, stored.numbers, states, arb(bound), stored.growth, 1)
+    mine = said(passages._signs, stored.numbers, states, arb(bound), 1)
     theirs = said(lambda: list(script.signs(problem(), step(piece), Fraction(bound), 1)))
     assert [mine[:2], theirs[:2]] == [reason, reason]
 
@@ -338,7 +340,7 @@ def crossing(stored: Stored, end: list[dict[Any, int]], bounds: list[float]) -> 
     """C5 by both, of ends of steps as terms and bounds on their distance."""
     states, theirs = [Family.of(x, BITS) for x in end], [series(x, BITS) for x in end]
     balls, exactly = list(map(arb, bounds)), list(map(Fraction, bounds))
-    own: Any = stored.numbers, states, balls, stored.growth, 1, [], arb(0)
+    own: Any = stored.numbers, states, balls, 1, [], arb(0)
     return [
         lambda: passages._crossing(*own),
         lambda: script.crossing(problem(), theirs, exactly, 1, []),
@@ -630,6 +632,23 @@ def known(stored: Stored, start: Any, theirs: bool = False) -> Any:
 )
 def test_the_second_checker_reads_the_symbols_of_an_address(address: str, word: str) -> None:
     assert script.word_of(address) == word == "".join(map(str, parsed(address).symbols))
+
+
+@pytest.mark.slow
+def test_the_command_that_checks_certificates_proves_a_result_again(
+    stored: Stored, followed: None, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    said = certificates.check(STORED, jobs=1, report=print)
+    assert [type(each) for each in said] == [certificates.Theorem] * 5
+    assert all(str(each).startswith("proven: ") for each in said)
+    assert str(certificates.Theorem("undecided: C7")) == "undecided: C7"
+    monkeypatch.setattr(coverings, "arrival", passages.arrival)
+    wide = tmp_path / "wide.h5"
+    wide.write_bytes(STORED.read_bytes())
+    with h5py.File(wide, "r+") as file:
+        file["data/sets/a"][0] *= 3
+    with pytest.raises(store.StoreError, match=r"wide\.h5: undecided, nothing is proven: "):
+        certificates.check(wide, jobs=1, report=print)
 
 
 @pytest.mark.slow

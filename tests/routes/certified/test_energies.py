@@ -16,7 +16,6 @@ from rigidpend.experiments.full_shift import compute as full_shift
 from rigidpend.experiments.full_shift.schema import Config
 from rigidpend.numbers.exact import exact
 from rigidpend.routes.certified import (
-    beginnings,
     chains,
     connections,
     coverings,
@@ -24,10 +23,9 @@ from rigidpend.routes.certified import (
     horseshoe,
     passages,
     sections,
-    start_lines,
 )
-from rigidpend.routes.certified.balls import LogarithmicNorm, enclosed
-from rigidpend.routes.certified.families import Family
+from rigidpend.routes.certified.balls import enclosed
+from rigidpend.routes.certified.models import Family
 from rigidpend.routes.certified.pieces import FamilyStep, Quad, StartLine, made
 from rigidpend.routes.problem import RouteProblem
 from rigidpend.routes.symbolic import find_orbit
@@ -83,12 +81,12 @@ class Found(NamedTuple):
 
 @pytest.fixture(scope="module")
 def found() -> Found:
-    setting = start_lines.of_one_J2(BODY, H0, J1)._replace(half_turns=14)
-    setting = start_lines.widened(setting, J1)
+    setting = family_orbits.of_one_J2(BODY, H0, J1)._replace(half_turns=14)
+    setting = family_orbits.widened(setting, J1)
     quads = horseshoe.quads(setting)
-    line, theta2 = start_lines.line(setting, J1, quads)
+    line, theta2 = family_orbits.line(setting, J1, quads)
     pieces = {k: family_orbits.pieces(setting, quads[k]) for k in (0, 2)}
-    return Found(setting, quads, pieces, line, start_lines.line_pieces(setting, line, theta2))
+    return Found(setting, quads, pieces, line, family_orbits.line_pieces(setting, line, theta2))
 
 
 def covered(
@@ -98,11 +96,11 @@ def covered(
     targets: Sequence[tuple[Quad, FamilyStep]],
 ) -> list[list[str]]:
     """What both say of the relations of a set to others, of which the first steps are given."""
-    growth, told = LogarithmicNorm.of(numbers.field), []
+    told = []
     mine = passages.arrival(numbers, *source)
     theirs = script.arrival(problem, quad_of(source[0]), [step(x) for x in source[1]])
     for quad, first in targets:
-        begin, _ = beginnings.beginning(numbers, quad, first, growth)
+        begin, _ = sections.beginning(numbers, quad, first)
         balls = [interval(x) for x in begin]
         told.append(
             [
@@ -120,7 +118,7 @@ def test_an_approach_ends_across_both_sets_of_its_section() -> None:
     assert 3 * math.pi / 40 < found.theta2_0 < 3 * math.pi / 40 + 0.31
     orbit = chains.OrbitCrossings(float(found.theta2_0), found.d, found.chi)
     # At the energy of the middle alone.
-    setting = start_lines.of_start(BODY, H0, J1, orbit.theta2)._replace(half_turns=14)
+    setting = family_orbits.of_start(BODY, H0, J1, orbit.theta2)._replace(half_turns=14)
     quads = horseshoe.quads(setting)
     *_, link = chains.links(setting, J1, orbit, quads)
     link = link._replace(setting=link.setting._replace(spread=Fraction(0)))
@@ -175,8 +173,7 @@ class Arrived(NamedTuple):
 def arrived(found: Found) -> Arrived:
     Interval.digits = script.DIGITS
     numbers, steps = found.numbers(), found.pieces[2]
-    growth = LogarithmicNorm.of(numbers.field)
-    begin, _ = beginnings.beginning(numbers, found.quads[0], found.pieces[0][0], growth)
+    begin, _ = sections.beginning(numbers, found.quads[0], found.pieces[0][0])
     again = [step(x) for x in steps]
     theirs = script.arrival(found.problem(), quad_of(found.quads[2]), again)
     return Arrived(passages.arrival(numbers, found.quads[2], steps), theirs, begin)
@@ -230,8 +227,8 @@ def test_starts_have_energies_of_which_sets_are_known(
     found: Found, factor: float, reason: str
 ) -> None:
     """The largest w along the line, in doubles, beside 1."""
-    theta2 = start_lines.line(found.setting, J1, found.quads)[1]
-    energies = start_lines.LineStarts(found.setting, J1).energies(np.linspace(*theta2, 99))
+    theta2 = family_orbits.line(found.setting, J1, found.quads)[1]
+    energies = family_orbits.LineStarts(found.setting, J1).energies(np.linspace(*theta2, 99))
     most = float(np.abs(energies - float(found.setting.shift)).max() / float(found.setting.spread))
     other = passages.arrival, found.numbers(most * factor), found.line, found.starts
     steps = [step(x) for x in found.starts]
@@ -330,13 +327,13 @@ def test_energies_of_a_config_are_rounded_upward() -> None:
 def test_energies_along_a_line_are_off_by_the_weight_where_gamma_is(found: Found) -> None:
     """By mu (|rho1| + |rho2|) over the spread times how far gamma may be, derivatives likewise."""
     numbers = found.numbers(2.0)
-    growth, c, held = LogarithmicNorm.of(numbers.field), numbers.field, numbers.h0
+    c, held = numbers.field, numbers.h0
     assert held is not None
-    off = 0.1 * float(numbers.spread) / float((abs(c.mu_r1) + abs(c.mu_r2)) * growth.weight)
+    off = 0.1 * float(numbers.spread) / float((abs(c.mu_r1) + abs(c.mu_r2)) * numbers.growth.weight)
 
     def sizes(*apart: float) -> Any:
         bounds = list(map(arb, apart))
-        w, slopes = passages._energies_along(numbers, held, found.starts[0], bounds, growth)
+        w, slopes = passages._energies_along(numbers, held, found.starts[0], bounds)
         return np.array([float(x.bound) for x in (w, *slopes)])
 
     for k, grown in enumerate(np.eye(4)):
@@ -351,28 +348,28 @@ def test_phases_of_a_line_are_told_in_every_quarter(
     """By both checkers, between 0 and 2 pi, and not ten times as wide as the line."""
     setting = horseshoe.ShiftProblem(BODY, H0, 1, h0=H0)
     ends = theta2 + np.array([-1e-6, 1e-6])
-    shifts = start_lines.LineStarts(setting, J1).energies(ends)
+    shifts = family_orbits.LineStarts(setting, J1).energies(ends)
     shift, spread = Fraction(float(shifts.mean())), Fraction(float(np.abs(np.diff(shifts))[0]))
     setting = setting._replace(h=H0 + exact(shift), spread=spread)
-    line, _ = start_lines.LineStarts(setting, J1).between(ends)
-    first, *_ = start_lines.line_pieces(setting, line, (float(ends[0]), float(ends[1])))
+    line, _ = family_orbits.LineStarts(setting, J1).between(ends)
+    first, *_ = family_orbits.line_pieces(setting, line, (float(ends[0]), float(ends[1])))
     numbers = sections.Numbers.of(BODY, setting.h, spread, H0)
     given = {**GIVEN, "h0": "1.3342", "shift": shift, "spread": spread}
     problem = script.problem_of({name: x for name, x in given.items() if name != "h"})
     theirs = script.phases(problem, script.Line(*line[:5]), step(first))
     bounds = Fraction(theirs.low, 1 << script.DIGITS), theirs.above
-    for low, high in (beginnings.phases(numbers, line, [first]), map(float, bounds)):
+    for low, high in (sections.phases(numbers, line, [first]), map(float, bounds)):
         assert low <= ends[0] + 1e-12 < ends[1] - 1e-12 <= high
         assert 2e-6 - 1e-12 < high - low < 2e-5
     # How far the polynomials are from the starts counts.
-    beginning = beginnings.line_beginning
+    beginning = sections.line_beginning
 
     def loose(*given: Any) -> Any:
         reached, (bound, *others) = beginning(*given)
         return reached, (bound + arb(1e-3), *others)
 
-    monkeypatch.setattr(beginnings, "line_beginning", loose)
-    low, high = beginnings.phases(numbers, line, [first])
+    monkeypatch.setattr(sections, "line_beginning", loose)
+    low, high = sections.phases(numbers, line, [first])
     assert high - low > 1e-4
 
 
@@ -418,19 +415,19 @@ def test_C9_of_starts_of_one_J2_0_would_be_of_several_energies(
     setting, wider = found.setting, 4.0
     setting = setting._replace(spread=setting.spread * Fraction(wider))
     # As far as the images of sets.
-    low, high = start_lines.line(found.setting, J1, found.quads)[1]
+    low, high = family_orbits.line(found.setting, J1, found.quads)[1]
     ends = (low + high) / 2 + np.array([-1.5, 1.5]) * (high - low)
-    line, _ = start_lines.LineStarts(setting, J1).between(ends)
+    line, _ = family_orbits.LineStarts(setting, J1).between(ends)
     momentum = float(begun(found.starts[0])[0].bound)
-    wide = start_lines._wide(setting._replace(h0=None), line, momentum, found.quads)
+    wide = family_orbits._wide(setting._replace(h0=None), line, momentum, found.quads)
     line = line._replace(wide=wide)
     c, *to_M = setting.coefficients
     free: Any = SimpleNamespace(
         coefficients=(c._replace(mu_r1=0 * c.mu_r1, mu_r2=0 * c.mu_r2), *to_M), h=H0, spread=0
     )
-    beside = start_lines._beside
-    monkeypatch.setattr(start_lines, "_beside", lambda _, *of: beside(free, *of))
-    pieces = start_lines.line_pieces(setting, line, (float(ends[0]), float(ends[1])))
+    beside = family_orbits._beside
+    monkeypatch.setattr(family_orbits, "_beside", lambda _, *of: beside(free, *of))
+    pieces = family_orbits.line_pieces(setting, line, (float(ends[0]), float(ends[1])))
     numbers = found.numbers(wider)
     strip = line, pieces, passages.arrival(numbers, line, pieces)
     of = numbers, strip, [found.quads[2]], [arrived.mine]

@@ -7,93 +7,45 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Sequence
-from fractions import Fraction
-from typing import NamedTuple
 
 import pytest
-from flint import arb
 
-from rigidpend.mechanics.body import Body
-from rigidpend.numbers.exact import exact
-from rigidpend.routes.certified import approximation, intervals, proofs
-from rigidpend.routes.certified.balls import enclosed
-from rigidpend.routes.certified.intervals import EnclosedStarts, PhaseInterval
+from rigidpend.routes.certified import approximation
 from rigidpend.routes.certified.pieces import Step
-from rigidpend.routes.problem import RouteProblem
-from scripts import check_certificate, check_intervals
-from tests.routes.certified import offered
-from tests.routes.certified.offered import of_one, said
+from tests.routes.certified.offered import GIVEN, Start, by_package, by_script, said
 
 BITS = 60
 WIDEST = 2.0**-6
 """Radius of a tube at most."""
-PHASE = "1"
-DEPTH = 60
-"""Halvings of an interval that is hardly more than a point."""
 BARELY, NEARLY = 0.005, 0.02
 """Shares of a limit; the latter where a checker's parts are too coarse for the former."""
 
 
-class Start(NamedTuple):
-    """Numbers of a config."""
-
-    A: tuple[str, str, str] = ("2", "1", "3/2")
-    mu: str = "1/1000"
-    h0: str = "6671/5000"
-    J1_0: str = "1e-8"
-
-    @property
-    def problem(self) -> RouteProblem:
-        body = Body(A=self.A, r=("1", "1", "0"), mu=self.mu)
-        return RouteProblem(body, exact(self.h0), exact(self.J1_0), 1)
-
-    def step(self, away: float, half: float) -> Step:
-        """A step along the orbit that starts so far from the true one, in Qm."""
-        start = enclosed(self.problem, exact(PHASE), BITS + 64)
-        moved = [x + arb(away) if k == 1 else x for k, x in enumerate(start.state)]
-        orbit = approximation.Approximation(start.coefficients, moved)
-        orbit.longest = 2 * half
-        return orbit.step(BITS)
-
-
-def by_package(start: Start, steps: Sequence[Step]) -> str:
-    """The reason for which the package proves no more."""
-    return proofs.check(start.problem, exact(PHASE), steps, 2).reason
-
-
-def by_script(start: Start, steps: Sequence[Step]) -> str:
-    """The reason for which the second checker proves no more."""
-    given = {**start._asdict(), "r": ("1", "1", "0")}
-    other = [check_certificate.Step(*step) for step in steps]
-    return check_certificate.prove(given, PHASE, other).reason
-
-
-def of_interval(start: Start) -> PhaseInterval:
-    """Starts so near to the phase that they are one to all that is asked here."""
-    return PhaseInterval(math.floor(float(PHASE) / (2 * math.pi) * 2**DEPTH), DEPTH)
+def step_of(start: Start, away: float, half: float) -> Step:
+    """A step along the orbit that starts so far from the true one, in Qm."""
+    orbit = start.approximation(BITS, Qm=away)
+    orbit.longest = 2 * half
+    return orbit.step(BITS)
 
 
 def of_intervals(start: Start, steps: Sequence[Step]) -> str:
     """The reason for which the package proves no more of an interval of starts."""
-    begin = EnclosedStarts.of(start.problem.body, exact(start.h0), Fraction(start.J1_0))
-    return said(intervals.symbols, begin, of_interval(start), of_one(steps))
+    return said(start.signs, steps)
 
 
 def of_intervals_by_script(start: Start, steps: Sequence[Step]) -> str:
     """The reason for which the second checker proves no more of an interval of starts."""
-    given = {**start._asdict(), "r": ("1", "1", "0")}
-    place, other = of_interval(start).place, [offered.step(x) for x in of_one(steps)]
-    return said(check_intervals.prove, given, place, DEPTH, other)
+    return said(start.signs_by_script, steps)
 
 
 def joint(times: float) -> tuple[Start, Step]:
     """H1: the first polynomial begins so far from the orbit, for the widest tube."""
-    return Start(), Start().step(times * WIDEST, 2.0**-12)
+    return Start(), step_of(Start(), times * WIDEST, 2.0**-12)
 
 
 def flaw(times: float) -> tuple[Start, Step]:
     """H2: c (T_2 - 1), which vanishes at both ends, has the derivative 4 c T_1."""
-    step = Start().step(0.0, 2.0**-12)
+    step = step_of(Start(), 0.0, 2.0**-12)
     series = [list(row) for row in step.series]
     c = round(times * WIDEST / 8 * 2**BITS)
     series[0][2] += c
@@ -118,7 +70,7 @@ def tube(times: float) -> tuple[Start, Step]:
     w = math.sqrt(Omega / F)
     k = w * F + (1 + w * WIDEST / 2) * Omega / w
     rate = (l + math.hypot(l, k)) / 2
-    return start, start.step(times * WIDEST / math.exp(2 * half * rate), half)
+    return start, step_of(start, times * WIDEST / math.exp(2 * half * rate), half)
 
 
 def sign(times: float) -> tuple[Start, Step]:
@@ -126,7 +78,7 @@ def sign(times: float) -> tuple[Start, Step]:
     start = Start(J1_0="7/10")
     M3 = 1.4 - math.sqrt(2 * 1.3342 / (4 / 3))
     # sigma = sin(alpha0)/sqrt(2) = 2/3.
-    return start, start.step(times * abs(M3) * 2 / 3, 2.0**-16)
+    return start, step_of(start, times * abs(M3) * 2 / 3, 2.0**-16)
 
 
 def slope(times: float) -> tuple[Start, Step]:
@@ -136,7 +88,7 @@ def slope(times: float) -> tuple[Start, Step]:
     sine, J2 = 2 * math.sqrt(s2 * (1 - s2)), math.sqrt(2 * h0 / kappa)
     rate = J2**2 * sine / 2
     J1 = (J2 - half * rate) / 2
-    start = Start(("2", "1", str(A3)), "1e-9", str(h0), repr(J1))
+    start = Start(("2", "1", str(A3)), GIVEN["r"], "1e-9", str(h0), repr(J1))
     # rate = (2 |Qp| + 2 B) B/(4 lambda) + B/(sigma tau), for a weight of nearly nothing.
     B = 0.01
     for _ in range(50):
@@ -146,7 +98,7 @@ def slope(times: float) -> tuple[Start, Step]:
     l = lam * (half * rate / 2 + WIDEST / (2 * sigma))
     k = WIDEST / 2 * kappa / sigma
     grown = math.exp(half * (l + math.hypot(l, k)))
-    return start, start.step(times * B / grown, half)
+    return start, step_of(start, times * B / grown, half)
 
 
 @pytest.mark.parametrize("checker", [of_intervals, of_intervals_by_script])
@@ -170,7 +122,7 @@ def test_the_same_limits_hold_of_an_interval_of_starts(
 def test_a_step_of_an_interval_goes_forward(
     checker: Callable[[Start, Sequence[Step]], str],
 ) -> None:
-    step = Start().step(0.0, 2.0**-12)
+    step = step_of(Start(), 0.0, 2.0**-12)
     for length, reason in ((step.half_length, ""), (0, "H2: "), (-step.half_length, "H2: ")):
         found = checker(Start(), [step._replace(half_length=length)])
         assert (found.startswith(reason), bool(found)) == (True, bool(reason))

@@ -10,6 +10,9 @@ from pathlib import Path
 import h5py
 import pytest
 
+from rigidpend.experiments.route_intervals import compute
+from rigidpend.results import store
+from rigidpend.runs import certificates
 from scripts import check_intervals as script
 from scripts.check_certificate import Fails
 from tests.cli.calls import REFERENCE, call
@@ -26,16 +29,21 @@ SHORT = (
 def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """A folder with a result of one symbol on intervals of 2 pi/8, half of which have it."""
     found = tmp_path_factory.mktemp("intervals")
-    done = call(found, "run", "fig4_intervals", *SHORT, "--out", ".")
+    done = call(found, "run", "fig4_intervals", *SHORT, "--out", ".", "-j", "1")
     assert done.returncode == 0, done.stderr
     return found
 
 
+@pytest.fixture(autouse=True)
+def in_one_process(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(compute, "cores", lambda: 1)
+
+
 @pytest.mark.slow
 def test_a_whole_file_is_checked_again(folder: Path) -> None:
-    done = call(folder, "certify", "--check", "short.h5")
-    assert done.returncode == 0, done.stderr
-    assert "1 symbol, the same on each interval, of all starts on 1/2 of the line" in done.stdout
+    [said] = certificates.check(folder / "short.h5", jobs=1, report=print)
+    words = "1 symbol, the same on each interval, of all starts on 1/2 of the line"
+    assert str(said).startswith(f"proven: {words}")
     [told] = script.check(folder / "short.h5")
     assert told.endswith("1 on 1/2, 0.5")
 
@@ -53,9 +61,8 @@ def test_a_spoilt_file_is_not_proven(how: str, folder: Path) -> None:
         else:
             # The first of Q+ of the first step.
             content["data/proof/coefficients"][0, 0] += 1 << 50
-    done = call(folder, "certify", "--check", "spoilt.h5")
-    assert done.returncode != 0
-    assert "undecided" in done.stderr
+    with pytest.raises(store.StoreError, match="undecided"):
+        certificates.check(file, jobs=1, report=print)
     with pytest.raises(Fails):
         list(script.check(file))
 

@@ -19,9 +19,10 @@ from rigidpend.numbers.exact import exact
 from rigidpend.routes.certified import interval_search, intervals, pieces
 from rigidpend.routes.certified.balls import precision
 from rigidpend.routes.certified.checker import Undecided
-from rigidpend.routes.certified.families import Family
-from rigidpend.routes.certified.interval_search import IntervalSearch, ProvenInterval
+from rigidpend.routes.certified.horseshoe import ShiftProblem
+from rigidpend.routes.certified.interval_search import ProvenInterval, within
 from rigidpend.routes.certified.intervals import EnclosedStarts, PhaseInterval
+from rigidpend.routes.certified.models import Family
 from rigidpend.routes.certified.pieces import FamilyStep
 from rigidpend.runs import loading
 from scripts import check_intervals as script
@@ -40,21 +41,21 @@ GIVEN = {
 }
 H0, J1 = exact("1.3342"), Fraction(1, 10**8)
 CONFIG = Path(__file__).parents[3] / "configs" / "fig4_intervals.yaml"
-SEARCH = IntervalSearch.of(BODY, H0, J1, 1, 4)
-TWO = IntervalSearch.of(BODY, H0, J1, 2, 7)
+SETTING = ShiftProblem(BODY, H0, 1, h0=H0)
+ONE, TWO = (SETTING, J1, 1, 4), (SETTING, J1, 2, 7)
 
 
 @pytest.fixture(scope="module")
 def one() -> ProvenInterval:
     """One symbol of the starts from 0 to pi/8."""
-    [found] = SEARCH.within(PhaseInterval(0, 4))
+    [found] = within(PhaseInterval(0, 4), *ONE)
     return found
 
 
 @pytest.fixture(scope="module")
 def two() -> list[ProvenInterval]:
     """Two symbols, and one beside a place where the first one changes."""
-    return [*TWO.within(PhaseInterval(1, 5)), *TWO.within(PhaseInterval(8, 5))]
+    return [x for k in (1, 8) for x in within(PhaseInterval(k, 5), *TWO)]
 
 
 @pytest.mark.parametrize(
@@ -135,17 +136,6 @@ def test_an_interval_a_percent_wider_is_not_proven_by_these_steps(
 
 
 @pytest.mark.slow
-def test_an_interval_on_which_the_symbol_changes_is_halved_and_never_proven() -> None:
-    found = SEARCH.within(PhaseInterval(1, 2))
-    assert [each.of for each in found] == [
-        PhaseInterval(4, 4),
-        PhaseInterval(5, 4),
-        PhaseInterval(3, 3),
-    ]
-    assert [each.symbols for each in found] == [[], [True], [True]]
-
-
-@pytest.mark.slow
 def test_starts_drawn_at_random_have_the_symbols_in_113_bits(two: list[ProvenInterval]) -> None:
     proven = [each for each in two if each.symbols]
     assert {len(each.symbols) for each in proven} == {1, 2}
@@ -161,11 +151,12 @@ def test_starts_drawn_at_random_have_the_symbols_in_113_bits(two: list[ProvenInt
 
 
 @pytest.mark.slow
-def test_intervals_cover_the_one_that_is_halved(two: list[ProvenInterval]) -> None:
-    ends = [end for each in two[1:] for end in each.of.ends]
-    assert two[0].of == PhaseInterval(1, 5)
-    assert (ends[0], ends[-1]) == (Fraction(8, 32), Fraction(9, 32))
-    assert ends[1:-1:2] == ends[2::2]
+def test_an_interval_on_which_the_symbol_changes_is_halved_and_never_proven(
+    two: list[ProvenInterval],
+) -> None:
+    found = [(each.of.place, each.of.depth, each.symbols) for each in two]
+    beside = [(k, 7, [True] if k > 32 else []) for k in range(32, 36)]
+    assert found == [(1, 5, [False, True]), *beside]
 
 
 def test_cosine_and_sine_hold_those_of_the_ends() -> None:
@@ -199,7 +190,7 @@ def test_H5_the_large_Q_beside_its_bound(rising: bool, factor: float, reason: st
     values, told = [0.0] * 6, list[Any]()
     values[0 if rising else 1], values[3 if rising else 4] = factor * bound, 1.0
     mine = [Family.of(constant(x), BITS) for x in values]
-    refused = said(lambda: told.extend(intervals._on_step(starts, mine, arb(bound))))
+    refused = said(lambda: told.extend(intervals._on_step(starts.numbers, mine, arb(bound))))
     assert refused.startswith(reason)
     assert set(told) == (set() if reason else {(rising, 1)})
 
@@ -232,7 +223,12 @@ def test_intervals_that_overlap_or_are_none_are_refused(places: list[tuple[int, 
 def test_more_bits_than_pairs_of_doubles_have_are_undecided() -> None:
     times = np.array([[100.0], [200.0]]) + np.zeros((2, interval_search.NODES))
     with pytest.raises(Undecided, match="bits"):
-        interval_search.pieces(SEARCH.setting, J1, PhaseInterval(0, 10), times)
+        interval_search.pieces(SETTING, J1, PhaseInterval(0, 10), times)
+
+
+def test_a_crossing_that_comes_at_once_has_no_steps_before_it() -> None:
+    once, later = (interval_search._halves(np.full((1, 20), x), 1.0) for x in (0.1, 2.0))
+    assert (len(once), len(later)) == (2, 3)
 
 
 FORGED = ("a hidden gap", "a larger share", "an overlap", "a symbol after a gap", "fewer intervals")
@@ -269,7 +265,10 @@ def test_arrays_that_say_more_than_they_prove_are_refused(how: str, tmp_path: Pa
 
 
 @pytest.mark.slow
-def test_a_flipped_symbol_is_refused(one: ProvenInterval) -> None:
+def test_a_flipped_symbol_is_refused(one: ProvenInterval, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Whatever is stored is compared with what both prove of it."""
+    monkeypatch.setattr(intervals, "symbols", lambda *_: [False])
+    monkeypatch.setattr(script, "prove", lambda *_: [0])
     config: Any = loading.load(CONFIG).content
     compute._again((one.of, one.pieces, [0, 255]), config.problem)
     for stored in ([1, 255], [0, 0]):

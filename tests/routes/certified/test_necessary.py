@@ -8,80 +8,46 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Sequence
-from fractions import Fraction
-from typing import Any, NamedTuple
+from typing import Any
 
 import pytest
-from flint import arb
 
-from rigidpend import Body, route_codes
+from rigidpend import route_codes
 from rigidpend.mechanics.free_body import separatrix_beside
 from rigidpend.numbers.exact import exact
-from rigidpend.routes.certified import approximation, checker, intervals, proofs
+from rigidpend.routes.certified import checker, intervals
 from rigidpend.routes.certified.balls import enclosed
 from rigidpend.routes.certified.checker import Undecided
 from rigidpend.routes.certified.pieces import ORBIT_CLOCK, Step
-from rigidpend.routes.problem import RouteProblem
-from scripts import check_certificate, check_intervals
 from scripts.check_certificate import Fails
-from tests.routes.certified import offered
-from tests.routes.certified.offered import of_one
+from tests.routes.certified.offered import GIVEN, Start, by_package, by_script
 from tests.weakened import weakened
 
 BITS = 80
 """Of the polynomials: so many that their own defect counts for nothing."""
 
 
-class Start(NamedTuple):
-    """A config and a phase."""
+def truth(start: Start, until: float) -> list[int]:
+    """The separatrices beside which the orbit crosses, by integration in 113 bits."""
+    given: Any = {"h0": start.h0, "J1_0": start.J1_0, "n_symbols": 2, "precisions": (113,)}
+    found = route_codes(start.problem.body, start.phase, **given)
+    return found.separatrix[found.crossing_time[:, 0] < until, 0].tolist()
 
-    A3: str = "3/2"
-    r: tuple[str, str, str] = ("1", "1", "0")
-    mu: str = "1/1000"
-    h0: str = "1.3342"
-    J1_0: str = "1e-8"
-    phase: str = "1"
 
-    @property
-    def given(self) -> dict[str, Any]:
-        A = ("2", "1", self.A3)
-        return {"A": A, "r": self.r, "mu": self.mu, "h0": self.h0, "J1_0": self.J1_0}
-
-    @property
-    def problem(self) -> RouteProblem:
-        body = Body(self.given["A"], self.r, self.mu)
-        return RouteProblem(body, exact(self.h0), exact(self.J1_0), 1)
-
-    def truth(self, until: float) -> list[int]:
-        """The separatrices beside which the orbit crosses, by integration in 113 bits."""
-        found = route_codes(
-            self.problem.body,
-            self.phase,
-            h0=self.h0,
-            J1_0=self.J1_0,
-            n_symbols=2,
-            precisions=(113,),
-        )
-        return found.separatrix[found.crossing_time[:, 0] < until, 0].tolist()
-
-    def steps(self, *lengths: float, like: Start | None = None, **off: float) -> list[Step]:
-        """Steps along another orbit: of other numbers, or from a state that is off."""
-        other = like or self
-        start = enclosed(other.problem, exact(other.phase), BITS + 64)
-        names = ("Qp", "Qm", "M3", "gamma1", "gamma2", "gamma3")
-        state = [x + arb(off.get(name, 0)) for x, name in zip(start.state, names, strict=True)]
-        orbit = approximation.Approximation(start.coefficients, state)
-        steps, longest = [], orbit.longest
-        for share in lengths:
-            orbit.longest = share * longest
-            steps.append(orbit.step(BITS))
-        return steps
+def along(start: Start, *lengths: float, **off: float) -> list[Step]:
+    """Steps along an orbit from a state that is off, their lengths in those of the longest."""
+    orbit = start.approximation(BITS, **off)
+    steps, longest = [], orbit.longest
+    for share in lengths:
+        orbit.longest = share * longest
+        steps.append(orbit.step(BITS))
+    return steps
 
 
 def other_side() -> tuple[Start, list[Step]]:
     """The orbit from Qp = -2e-4 in place of 2e-4, so that it first crosses beside 4 and not 2."""
     start = Start()
-    return start, start.steps(*[1] * 9, Qp=-2 * Qp_of(start))
+    return start, along(start, *[1] * 9, Qp=-2 * Qp_of(start))
 
 
 def bent() -> tuple[Start, list[Step]]:
@@ -102,7 +68,7 @@ def Qp_of(start: Start) -> float:
 def above() -> tuple[Start, list[Step]]:
     """M3 = 2e-8 at the start, where the true orbit crosses at once from M3 = -2e-8."""
     start = Start(h0="2/3", J1_0="0.49999999")
-    return start, start.steps(0.001, *[1] * 8, M3=4e-8)
+    return start, along(start, 0.001, *[1] * 8, M3=4e-8)
 
 
 def once() -> tuple[Start, list[Step]]:
@@ -110,28 +76,30 @@ def once() -> tuple[Start, list[Step]]:
 
     So the numbers are found: at one time M3 = 0 and M3' = -2e-4 or 2e-4, while M3'' is small.
     """
-    start = Start("6/5", ("3", "4", "0"), "1", "2", "0.7033276173680131", "8.171498451090635")
+    start = Start(
+        ("2", "1", "6/5"), ("3", "4", "0"), "1", "2", "0.7033276173680131", "8.171498451090635"
+    )
     like = start._replace(J1_0="0.7035407937984435", phase="8.173451809314095")
-    return start, start.steps(0.4, 0.4, like=like)
+    return start, along(like, 0.4, 0.4)
 
 
 def late() -> tuple[Start, list[Step]]:
     """M3 = 2e-8 at the start, and rises: the crossing was before."""
     start = Start(h0="2/3", J1_0="0.50000001")
-    return start, start.steps(0.001, *[1] * 3)
+    return start, along(start, 0.001, *[1] * 3)
 
 
 def beside() -> tuple[Start, list[Step]]:
     """Qp > 0 where M3 rises through zero, and Qp < 0 on the true orbit, a little later in phase."""
-    start = Start("3/2", ("1", "4", "0"), "1", "1.1", "0.002196736300645435", "6.08698")
-    return start, start.steps(*[0.5] * 4, like=start._replace(phase="6.08696"))
+    start = Start(GIVEN["A"], ("1", "4", "0"), "1", "1.1", "0.002196736300645435", "6.08698")
+    return start, along(start._replace(phase="6.08696"), *[0.5] * 4)
 
 
 def other_beside() -> tuple[Start, list[Step]]:
     """The same with both orbits exchanged, for a side that nobody knows is taken for Qp < 0."""
     like, _ = beside()
     start = like._replace(phase="6.08696")
-    return start, start.steps(*[0.5] * 4, like=like)
+    return start, along(like, *[0.5] * 4)
 
 
 def taken(module: Any, start: Start, steps: Sequence[Step]) -> tuple[list[int], float]:
@@ -160,17 +128,11 @@ def test_without_a_hypothesis_a_false_certificate_is_believed(
 ) -> None:
     start, steps = made()
     claimed, until = taken(weakened(checker, (before, after)), start, steps)
-    assert claimed != start.truth(until)
+    assert claimed != truth(start, until)
     # The hypothesis itself refuses it, or the tube, if that would grow too wide before.
     reasons = (without, "H3")
-    assert proofs.check(start.problem, exact(start.phase), steps, 2).reason.startswith(reasons)
-    other = [check_certificate.Step(*step) for step in steps]
-    said = check_certificate.prove(start.given, start.phase, other).reason
-    assert said.partition(": ")[2].startswith(reasons)
-
-
-DEPTH = 60
-"""Halvings of an interval that is hardly more than a point."""
+    assert by_package(start, steps).startswith(reasons)
+    assert by_script(start, steps).partition(": ")[2].startswith(reasons)
 
 
 @pytest.mark.slow
@@ -178,12 +140,12 @@ DEPTH = 60
     ("before", "after", "made"),
     [
         (
-            'bound + _norm([s.at("z", -1) - e for s, e in pairs], growth)',
+            'bound + norms([s.at("z", -1) - e for s, e in pairs], growth, "")[0]',
             "bound",
             other_side,
         ),
         (
-            "_norm([P.derivative() - half * rate for P, rate in rates], growth)",
+            'norms([P.derivative() - half * rate for P, rate in rates], growth, "")[0]',
             "arb(0)",
             bent,
         ),
@@ -193,7 +155,7 @@ DEPTH = 60
             other_side,
         ),
         ("len(runs) % 2 == 0 or not kinds or heads != order", "False", late),
-        ("starts.field)[2]", "starts.field)[2].mid()", once),
+        ("numbers.field)[2]", "numbers.field)[2].mid()", once),
         ("if not (large > 0 or large < 0):", "if False:", other_beside),
     ],
     ids=["H1", "H2", "H3", "H4", "H5 rate", "H5 side"],
@@ -203,21 +165,12 @@ def test_without_a_hypothesis_other_crossings_of_an_interval_are_believed(
 ) -> None:
     """Of the same orbits, as those of an interval."""
     start, steps = made()
-    pieces, place = of_one(steps), math.floor(float(start.phase) / (2 * math.pi) * 2**DEPTH)
     until = sum(math.ldexp(x.half_length, 1 - ORBIT_CLOCK) for x in steps)
-    given = start.problem.body, start.problem.h0, Fraction(start.J1_0)
-
-    def told(module: Any) -> list[Any]:
-        starts, of = module.EnclosedStarts.of(*given), module.PhaseInterval(place, DEPTH)
-        signs = list(module._signs(starts, starts.states(of), pieces))
-        module.symbols_of(signs)
-        return signs
-
-    found = told(weakened(intervals, (before, after)))
+    found = start.signs(steps, weakened(intervals, (before, after)))
     runs = [x for k, x in enumerate(found) if k == 0 or found[k - 1] != x]
     claimed = [separatrix_beside(x[0], x[1], x[1]) for x in runs if isinstance(x, tuple)]
-    assert claimed != start.truth(until)
+    assert claimed != truth(start, until)
     with pytest.raises(Undecided, match=r"H[345]"):
-        told(intervals)
+        start.signs(steps)
     with pytest.raises(Fails, match=r"H[345]"):
-        check_intervals.prove(start.given, place, DEPTH, [offered.step(x) for x in pieces])
+        start.signs_by_script(steps)

@@ -25,16 +25,14 @@ from rigidpend.orbits.return_map.precision import precision
 from rigidpend.orbits.return_map.reduced import coefficients
 from rigidpend.routes.certified import (
     approximation,
-    beginnings,
     coverings,
     passages,
     pieces,
     sections,
 )
-from rigidpend.routes.certified.balls import LogarithmicNorm
 from rigidpend.routes.certified.balls import precision as ball_precision
 from rigidpend.routes.certified.checker import Undecided
-from rigidpend.routes.certified.families import Family
+from rigidpend.routes.certified.models import Family
 from rigidpend.routes.certified.pieces import (
     CLOCK,
     FamilyStep,
@@ -141,13 +139,13 @@ def bent(quad: Quad, pieces: Pieces) -> Pieces:
     ("home", "before", "after", "change", "h"),
     [
         (
-            beginnings,
+            sections,
             "near = _nearest(residual, slopes(1, q, d.range, y1, y2), turned, ALONE)",
-            "near = 4 * [arb(0)]",
+            "near = [arb(0)]",
             None,
             "1.3343",
         ),
-        (beginnings, "gamma2)], normed(apart, growth)", "gamma2)], 4 * [arb(0)]", None, H),
+        (sections, "gamma2)], normed(apart, numbers.growth)", "gamma2)], [arb(0)]", None, H),
         (
             passages,
             "bounds = [upper(bound + gap) for bound, gap in zip(bounds, gaps, strict=True)]",
@@ -157,8 +155,8 @@ def bent(quad: Quad, pieces: Pieces) -> Pieces:
         ),
         (
             passages,
-            "leaps = defects(numbers, states, half, growth)",
-            "leaps = 4 * [arb(0)]",
+            "leaps = defects(numbers, states, half)",
+            "leaps = [arb(0)]",
             bent,
             H,
         ),
@@ -179,12 +177,13 @@ def test_without_a_hypothesis_a_relation_of_the_stored_proof_is_believed(
     target, quad = quads[2], quads[0] if h != H else moved(quads[0])
     steps = change(quads[0], orbits[0]) if change else orbits[0]
     numbers = sections.Numbers.of(FIG4, exact(H))
-    growth = LogarithmicNorm.of(numbers.field)
-    begin, _ = beginnings.beginning(numbers, target, orbits[2][0], growth)
+    begin, _ = sections.beginning(numbers, target, orbits[2][0])
 
     def believed(by: Any) -> bool:
         try:
-            found = by.arrival(sections.Numbers.of(FIG4, exact(h)), quad, steps)
+            # A relation asks for no derivatives.
+            others = sections.Numbers.of(FIG4, exact(h))._replace(along="")
+            found = by.arrival(others, quad, steps)
             coverings.relation(found, target, begin, 2)
         except Undecided:
             return False
@@ -193,9 +192,9 @@ def test_without_a_hypothesis_a_relation_of_the_stored_proof_is_believed(
     assert not is_covered(quad, target, h)
     assert not believed(passages)
     slip: Any = weakened(home, (before, after))
-    if home is beginnings:
+    if home is sections:
         monkeypatch.setattr(passages, "beginning", slip.beginning)
-    assert believed(passages if home is beginnings else slip)
+    assert believed(passages if home is sections else slip)
     Interval.digits = script.DIGITS
     problem = script.problem_of({**GIVEN, "h": h})
     with pytest.raises(Fails, match="C3"):
@@ -306,11 +305,11 @@ def test_with_a_wider_bound_of_C6_a_false_relation_is_believed(
 
 def test_without_the_sign_of_C5_a_side_is_believed_that_nobody_knows() -> None:
     """The large Q is half of what it may be off: some of the orbits so near leave elsewhere."""
-    growth, bound = LogarithmicNorm.of(sections.Numbers.of(FIG4, exact(H)).field), 1e-9
-    Q = radius_of_crossing(growth, bound) / 2
+    numbers, bound = sections.Numbers.of(FIG4, exact(H)), 1e-9
+    Q = radius_of_crossing(numbers.growth, bound) / 2
     values = (0.0, Q, 0.0, -math.sqrt(0.5), math.sqrt(0.5), 0.0)
     end = [Family.of(constant(x), BITS) for x in values]
-    asked: Any = sections.Numbers.of(FIG4, exact(H)), end, [arb(bound)] * 4, growth, 1, [], arb(0)
+    asked: Any = numbers, end, [arb(bound)] * 4, 1, [], arb(0)
     slip = weakened(passages, ("not (box[large] > 0 or box[large] < 0)", "False"))
     assert slip._crossing(*asked).right
     with pytest.raises(Undecided, match="C5: the side"):
@@ -320,11 +319,12 @@ def test_without_the_sign_of_C5_a_side_is_believed_that_nobody_knows() -> None:
 def test_without_a_positive_length_of_C2_a_bound_shrinks_where_orbits_part() -> None:
     """Backwards along M3 > 0 the free body's Qp grows by exp(sin(alpha0)/2 M3 t), as in (Im)."""
     numbers, M3, half, begin = sections.Numbers.of(FIG4, exact(H)), 1.2, 0.5, 1e-9
-    growth = LogarithmicNorm.of(numbers.field)
     states = [Family.of(constant(M3 if k == 2 else 0.0), BITS) for k in range(6)]
     back = Family.of({(0, 0, 0): -int(half * 2 ** (CLOCK + 1))}, CLOCK)
     slip = weakened(passages, ("2 * half.bound / PARTS", "2 * half.range / PARTS"))
-    stated = float(slip.tube(states[2], back, arb(begin), growth, 1, ("C3", passages.WIDEST))[0])
+    stated = float(
+        slip.tube(states[2], back, arb(begin), numbers.growth, 1, ("C3", passages.WIDEST))[0]
+    )
     apart = begin * math.exp(math.sqrt(8) / 6 * M3 * 2 * half)
     assert stated < begin < apart
     quad, (first, *rest) = orbit(0.25, -0.375, 0.1, 0.1)

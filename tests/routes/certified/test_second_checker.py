@@ -13,7 +13,7 @@ from rigidpend.mechanics.body import Body
 from rigidpend.numbers.exact import exact
 from rigidpend.routes.certified.balls import enclosed
 from rigidpend.routes.certified.checker import OrbitChecker
-from rigidpend.routes.certified.proofs import prove
+from rigidpend.routes.certified.codes import prove
 from rigidpend.routes.problem import RouteProblem
 from scripts import check_certificate
 from scripts.check_certificate import Interval

@@ -1,4 +1,4 @@
-"""Drifts are random walks where nothing but rounding is at work, and only there."""
+"""Symmetries hold; drifts are random walks where nothing but rounding is at work, only there."""
 
 from __future__ import annotations
 
@@ -8,24 +8,46 @@ import numpy as np
 import pytest
 
 from rigidpend.experiments.lie_poisson import splitting
-from rigidpend.experiments.stress import long_time
-from rigidpend.experiments.stress.claims import tried
+from rigidpend.experiments.stress import conserved
+from rigidpend.experiments.stress.scenes import Scene
 from rigidpend.mechanics.coordinates import Aligned, body_from_aligned, scale
+from rigidpend.mechanics.equations import aligned
 from rigidpend.routes.problem import rotation_period
-from tests.experiments.stress.verdicts import failed, scene, verdicts
+from tests.experiments.stress.verdicts import failed, verdicts
 from tests.orbits.integrate.problems import FIG4, GENERIC
 
-SCENE, FIG_4 = scene(GENERIC, 1.3, 4), scene(FIG4, 1.41467, 12)
+SCENE, FIG_4 = Scene(GENERIC, 1.3, 1, 4), Scene(FIG4, 1.41467, 1, 12)
+C = SCENE.c
+X = np.array([0.4, -0.2, 0.9, 0.3, -0.5, 0.8])
+
+
+def test_the_field_has_the_symmetries_and_is_the_same_in_other_units() -> None:
+    rates = np.array(aligned(X, C))
+    assert np.array_equal(aligned(conserved.MIRROR * X, C), conserved.MIRROR * rates)
+    assert np.array_equal(aligned(conserved.REVERSAL * X, C), -conserved.REVERSAL * rates)
+    states, coefficients = conserved.in_units(X[:, None], C, 1.37, 0.73)
+    units = np.array([1.37] * 3 + [0.73] * 3)
+    found = np.array(aligned(states[:, 0], coefficients))
+    assert np.allclose(found, 1.37 * units * rates, rtol=1e-14)
+
+
+def test_all_hold_and_a_wrong_mirror_does_not(monkeypatch: pytest.MonkeyPatch) -> None:
+    trial = conserved.symmetries(SCENE, 2)
+    right = verdicts(trial)
+    assert (set(right.values()), len(right)) == ({"passed"}, 6)
+    monkeypatch.setattr(conserved, "MIRRORED", np.arange(5))
+    monkeypatch.setattr(conserved, "REVERSAL", -conserved.REVERSAL)
+    assert failed(trial) == {"reflection", "time reversal"}
 
 
 def drift(engine: str, tolerance: float, rotations: int = 300, orbits: int = 8) -> Any:
-    return tried(long_time.engine_trial(SCENE, engine, tolerance, rotations, orbits))
+    return conserved.engine_trial(SCENE, engine, tolerance, rotations, orbits).tried()
 
 
 def test_integrals_are_energy_length_and_projection() -> None:
     s = float(scale(GENERIC.floats()[0]))
-    M, gamma = body_from_aligned(Aligned(*long_time.passing(SCENE, 3)), GENERIC.alpha0, s)
-    h, half_square, along = long_time.integrals(SCENE, M, gamma)
+    M, gamma = body_from_aligned(Aligned(*conserved.passing(SCENE, 3)), GENERIC.alpha0, s)
+    h, half_square, along = conserved.integrals(SCENE, M, gamma)
     assert np.allclose(half_square, 0.5, rtol=1e-15)
     assert np.allclose(along, 0.2, rtol=1e-14)
     # On the separatrix without weight the energy is h0.
@@ -35,7 +57,7 @@ def test_integrals_are_energy_length_and_projection() -> None:
 def test_slope_is_the_power_of_the_late_times() -> None:
     rotations = np.geomspace(1, 1e4, 61)
     row = 1e-16 * rotations**0.7 + np.where(rotations < 90, 1e-10, 0)
-    assert long_time.slope(rotations, row) == pytest.approx(0.7)
+    assert conserved.slope(rotations, row) == pytest.approx(0.7)
 
 
 def test_the_finest_tolerance_walks_at_random_and_a_coarse_one_does_not() -> None:
@@ -45,32 +67,36 @@ def test_the_finest_tolerance_walks_at_random_and_a_coarse_one_does_not() -> Non
 
 
 def claims(tolerance: float) -> Any:
-    made = long_time.engine_trial(SCENE, "taylor", tolerance, 10**6, 16).claims
+    made = conserved.engine_trial(SCENE, "taylor", tolerance, 10**6, 16).claims
     return zip(made[0::2], made[1::2], strict=True)
 
 
 def test_bounds_of_a_random_walk_and_the_limit_of_a_biased_one() -> None:
     """A walk's power is known to 4/sqrt(16) over ln(1e4), its size to a factor of four."""
+
+    def verdicts(claim: Any, *values: float) -> tuple[str, ...]:
+        return tuple(claim.told(value, "")["verdict"].values for value in values)
+
     for power, size in claims(2.0**-52):
-        assert (power.verdict(0.107), power.verdict(0.113)) == ("passed", "FAILED")
+        assert verdicts(power, 0.107, 0.113) == ("passed", "FAILED")
         assert 3e-13 < size.bound < 1e-12
         assert power.limit == size.limit == ""
     for power, size in claims(3e-14):
-        assert (power.verdict(0.6), power.verdict(0.62)) == ("limit", "FAILED")
-        assert (size.verdict(4e-10), size.verdict(5e-10)) == ("limit", "FAILED")
+        assert verdicts(power, 0.6, 0.62) == ("limit", "FAILED")
+        assert verdicts(size, 4e-10, 5e-10) == ("limit", "FAILED")
 
 
 def test_scipy_keeps_its_tolerance() -> None:
     made = drift("scipy", 1e-9, 10, 2)
     assert (len(verdicts(made)), failed(made)) == (3, set())
-    assert made["curves"]["drift"].values.max() > 1e-13
+    assert made["curves"]["scipy_1.0e-09"]["drift"].values.max() > 1e-13
 
 
 @pytest.mark.slow
 def test_splittings_keep_energy_and_casimirs() -> None:
-    made: Any = tried(long_time.splitting_trial(SCENE, 2, 100, 4))
+    made: Any = conserved.splitting_trial(SCENE, 2, 100, 4).tried()
     assert (len(verdicts(made)), failed(made)) == (3, set())
-    energy, gamma, along = made["curves"]["drift"].values
+    energy, gamma, along = made["curves"]["splitting_2"]["drift"].values
     assert energy.max() > 1e3 * max(gamma.max(), along.max())
 
 
@@ -84,8 +110,8 @@ def test_a_method_that_is_no_poisson_map_fails(monkeypatch: pytest.MonkeyPatch) 
         def advance(self, v: Any, h: float, steps: int) -> Any:
             return [x * (1 + 1e-6) ** steps for x in self.made.advance(v, h, steps)]
 
-    monkeypatch.setattr(long_time, "splitting", Heated)
-    assert len(failed(long_time.splitting_trial(SCENE, 2, 100, 2))) == 3
+    monkeypatch.setattr(conserved, "splitting", Heated)
+    assert len(failed(conserved.splitting_trial(SCENE, 2, 100, 2))) == 3
 
 
 @pytest.mark.slow
@@ -94,16 +120,16 @@ def test_an_energy_error_of_a_fifth_of_its_bound_comes_and_one_of_the_bound_does
     order: int,
 ) -> None:
     """A bound a thousand times looser, or tighter, would be noticed."""
-    drift = long_time.splitting_drift(FIG_4, order, np.arange(1, 400, 5), 8)
-    assert 0.2 < drift[0].max() / long_time.ENERGIES[order] < 1
+    drift = conserved.splitting_drift(FIG_4, order, np.arange(1, 400, 5), 8)
+    assert 0.2 < drift[0].max() / conserved.ENERGIES[order] < 1
     assert drift[1:].max() < 1e-13
 
 
 def test_the_pendulum_keeps_its_period_and_another_is_noticed(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
-    trial = long_time.pendulum_trial(FIG4, "1.3342", 1, 300)
+    trial = conserved.pendulum_trial(FIG4, "1.3342", 1, 300)
     assert failed(trial) == set()
     longer: Any = lambda problem: rotation_period(problem) * (1 + 1e-12)  # noqa: E731
-    monkeypatch.setattr(long_time, "rotation_period", longer)
+    monkeypatch.setattr(conserved, "rotation_period", longer)
     assert failed(trial) == {"pendulum at J1 = 0"}
