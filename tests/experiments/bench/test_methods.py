@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from rigidpend.experiments.bench import methods as choice
-from rigidpend.experiments.bench.methods import METHODS, PROBLEMS
+from rigidpend.experiments.bench.methods import METHODS, PROBLEMS, Entry
 from rigidpend.experiments.bench.schema import Config
 from tests.config.samples import content as typed
 from tests.experiments.bench.data import record
@@ -49,9 +49,9 @@ def test_guests_bring_their_knob_form_and_variant(content: Any) -> None:
     }
     found = choice.guests("free_body", group, content)
     assert set(found) == {"heyoka_principal", "cyrk", "closed_form"}, "too slow, or absent"
-    assert found["heyoka_principal"]["setting"] == METHODS["heyoka_principal"].forms[2]
-    assert found["cyrk"]["setting"] == {"method": "Vern8"}
-    assert found["closed_form"]["knob"] is None
+    assert found["heyoka_principal"].setting == METHODS["heyoka_principal"].forms[2]
+    assert found["cyrk"].setting == {"method": "Vern8"}
+    assert found["closed_form"].knob is None
 
 
 def test_all_methods_are_searched_but_those_of_many_orbits_alone(content: Any) -> None:
@@ -65,8 +65,8 @@ def test_knobs_stop_where_a_method_takes_no_finer(content: Any) -> None:
         assert method.knob == "none" or len(knobs) >= 8, key
         assert all(x is None or method.knob == "steps" or x >= method.finest for x in knobs)
     usual = choice.best("codes", "cyrk", {}, content.search)
-    assert usual == {"knob": 1e-13, "setting": {"method": "DOP853"}}
-    assert choice.best("codes", "heyoka_eq1", {}, content.search)["setting"] == {"lanes": 8}
+    assert usual == Entry(1e-13, {"method": "DOP853"})
+    assert choice.best("codes", "heyoka_eq1", {}, content.search).setting == {"lanes": 8}
     assert choice.knobs(METHODS["lie_poisson"], content.search, True) == [8, 16, 32]
 
 
