@@ -1,22 +1,15 @@
 """Experiment `bench`: time, error and trust of our methods and of others.
 
 What is measured is measured by workers, each a process of its own: fresh memory, cold caches,
-libraries of one thread. It takes a work of `measure` with its arguments on stdin, and tells a line
-of JSON for each measurement on stdout, as soon as it is there.
+libraries of one thread. It does a work of `measure`, and tells each line as soon as it is there.
 """
 
 from __future__ import annotations
 
-import contextlib
 import importlib.util
-import json
 import os
-import pickle
-import subprocess
-import sys
 import tempfile
-import time
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from functools import partial
 from typing import TYPE_CHECKING, Any
 
@@ -37,12 +30,12 @@ from rigidpend.experiments.bench import (
     measure,
     methods,
 )
-from rigidpend.experiments.bench.measure import FAILED, Line
+from rigidpend.experiments.bench.measure import Line
 from rigidpend.experiments.bench.methods import METHODS, PROBLEMS, Entry
 from rigidpend.experiments.bench.problems import stage
 from rigidpend.experiments.contract import Means
 from rigidpend.experiments.data import Data, Dataset, Layout, Tree, datasets, named
-from rigidpend.machine.workers import PERIOD, check_stop
+from rigidpend.machine.workers import WorkerError, apart
 from rigidpend.orbits.integrate.arithmetic import EngineError
 
 if TYPE_CHECKING:
@@ -59,11 +52,6 @@ ALONE = {
     "JAX_PLATFORMS": "cpu",
 }
 """The environment that leaves threads to whoever shares the orbits among them."""
-WORKER = "from rigidpend.experiments.bench.measure import main; main()"
-
-
-class Fault(Exception):
-    """A worker stopped for a fault of the benchmark itself: nothing that it measures counts."""
 
 
 def compute(config: Config, means: Means) -> Tree:
@@ -273,57 +261,34 @@ def _said(found: Mapping[str, Any]) -> str:
 
 
 def measured(
-    work: Callable[..., Any], given: tuple[Any, ...], budgets: float
+    work: Callable[..., Iterator[Line]], given: tuple[Any, ...], budgets: float
 ) -> tuple[list[Line], str]:
     """The lines that a worker tells of its work, and how it ended: empty, or what went wrong.
 
     It is ended at :data:`PATIENCE` times the seconds of all its budgets; what it has measured
     until then is kept.
-
-    Raises
-    ------
-    Fault
-        The worker met what no method may raise.
     """
-    limit = PATIENCE * budgets + GRACE
+    lines: list[Line] = []
+    before = dict(os.environ)
     with tempfile.TemporaryDirectory() as cache:
-        # The cache is empty: what is compiled is compiled here, what is built is built.
-        environment = {**os.environ, **ALONE, "XDG_CACHE_HOME": cache}
-        process = subprocess.Popen(
-            [sys.executable, "-c", WORKER], env=environment,
-            stdin=subprocess.PIPE, stdout=subprocess.PIPE, stderr=subprocess.PIPE,
-        )  # fmt: skip
-        with process:
-            out, err, late = _heard(process, pickle.dumps((work, given)), limit)
-    lines = []
-    for text in out.splitlines():
-        # The last may be half a line.
-        with contextlib.suppress(json.JSONDecodeError):
-            lines.append(json.loads(text))
-    if late:
-        return lines, f"ended at {limit:g} s"
-    code, said = process.returncode, (err.decode(errors="replace").strip().splitlines() or [""])[-1]
-    # A library may crash, which ends the process by a signal.
-    if code in (0, FAILED) or code < 0:
-        return lines, f"failed: {said or f'signal {-code}'}" if code else ""
-    of = given[1] if isinstance(given[1], str) else ", ".join(given[1])
-    raise Fault(f"the benchmark's worker stopped ({of}): {said or code}")
+        # The cache is empty: what is compiled is compiled there, what is built is built.
+        os.environ.update(ALONE, XDG_CACHE_HOME=cache)
+        try:
+            return lines, apart(_tell, (work, given), lines.append, PATIENCE * budgets + GRACE)
+        except TimeoutError as late:
+            return lines, str(late)
+        except WorkerError as crash:
+            return lines, f"failed: {crash}"
+        finally:
+            os.environ.clear()
+            os.environ.update(before)
 
 
-def _heard(process: Any, given: bytes | None, limit: float) -> tuple[bytes, bytes, bool]:
-    """Words of a process on stdout and stderr, and whether it had to be ended at the limit."""
-    until = time.monotonic() + limit
+def _tell(work: Callable[..., Iterator[Line]], given: tuple[Any, ...], say: Any) -> str:
+    """Do work in a worker and say its lines; how it failed, if the method did."""
     try:
-        while True:
-            with contextlib.suppress(subprocess.TimeoutExpired):
-                out, err = process.communicate(given, timeout=PERIOD)
-                # A signal may be sent to both: then it failed for nothing of its own.
-                check_stop()
-                return out, err, False
-            given = None
-            check_stop()
-            if time.monotonic() > until:
-                process.kill()
-                return *process.communicate(), True
-    finally:
-        process.kill()
+        for line in work(*given):
+            say(line)
+    except measure.FAILURES as error:
+        return f"failed: {measure.said(error)}"
+    return ""

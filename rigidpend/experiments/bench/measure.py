@@ -9,7 +9,7 @@ Then symbols are counted and timed: on random phases, on ever more orbits, and o
 lot. The codes of the random phases are in a file, computed in 113 bits by a program written before
 this package, which rounds by itself.
 
-Each work is a generator of lines, which :func:`main` tells as JSON.
+Each work is a generator of lines, of numbers and lists that any process can take.
 """
 
 from __future__ import annotations
@@ -18,12 +18,10 @@ import contextlib
 import importlib
 import json
 import math
-import pickle
 import resource
 import statistics
 import sys
 import time
-import traceback
 from collections import Counter
 from collections.abc import Callable, Iterator
 from dataclasses import replace
@@ -65,8 +63,6 @@ FAILURES = (ArithmeticError, ImportError, MemoryError, RuntimeError, ValueError)
 """Errors that a method may raise: it found no number, its library is not there or refuses.
 
 Whatever else is raised is a fault of this package's own lines."""
-FAILED = 3
-"""Exit code of a worker whose method failed."""
 LITTLE = 1e-3
 """The part of the way by which the time of all of it is told, over long times; the least."""
 WARM = 8.0
@@ -427,20 +423,3 @@ def memory() -> float:
     peak = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
     # Linux counts in kB, macOS in bytes.
     return peak / (1024**2 if sys.platform == "darwin" else 1024)
-
-
-def main() -> None:
-    """Do the work that comes on stdin and tell its lines; end with a sentence where it fails."""
-    work, given = pickle.load(sys.stdin.buffer)
-    try:
-        for line in work(*given):
-            print(json.dumps(line), flush=True)
-    except FAILURES as error:
-        print(said(error), file=sys.stderr)
-        sys.exit(FAILED)
-    except Exception as error:  # noqa: BLE001
-        # With the place in the package where it rose.
-        frames = traceback.extract_tb(error.__traceback__)
-        own = [x for x in frames if "rigidpend" in Path(x.filename).parts][-1]
-        print(f"{said(error)} ({Path(own.filename).name}, line {own.lineno})", file=sys.stderr)
-        sys.exit(1)

@@ -2,13 +2,11 @@
 
 from __future__ import annotations
 
-import io
-import pickle
-import re
-import sys
+import os
 from collections.abc import Callable
 from dataclasses import replace
 from itertools import pairwise
+from pathlib import Path
 from types import SimpleNamespace
 from typing import Any
 
@@ -35,6 +33,7 @@ from rigidpend.experiments.bench.problems import (
     time_unit,
 )
 from rigidpend.experiments.bench.solvers import Solver, in_looks
+from rigidpend.machine.workers import WorkerError
 
 SHORT = replace(FIG4, n_symbols=2)
 
@@ -189,55 +188,40 @@ def test_a_method_that_finds_no_number_has_failed_and_the_rest_is_measured() -> 
     assert failed["failed"].startswith("ZeroDivisionError: ")
 
 
+def test_a_failure_of_a_method_is_told_and_a_fault_of_our_own_ends_the_benchmark() -> None:
+    """A knob of the wrong type stands for the fault."""
+    assert compute._tell(int, ("no number",), None).startswith("failed: ValueError: ")  # type: ignore[arg-type]
+    heard: list[Any] = []
+    with pytest.raises(TypeError):
+        compute._tell(measure.search, searching("lie_poisson", ["8"]), heard.append)
+    assert len(heard) == 2, "what was measured before"
+
+
 @pytest.mark.parametrize(
-    ("work", "given", "code", "text"),
+    ("error", "ended"),
     [
-        (int, ("no number",), measure.FAILED, "^ValueError: .*'no number'$"),
-        # A knob of the wrong type stands for a fault of our own: where it rose is told.
-        (
-            measure.search,
-            searching("lie_poisson", ["8"]),
-            1,
-            r"^TypeError: .* \(ours.py, line \d+\)$",
-        ),
+        (None, ""),
+        (TimeoutError("ended at 3 s"), "ended at 3 s"),
+        (WorkerError("it was killed"), "failed: it was killed"),
     ],
 )
-def test_a_failure_of_a_method_has_a_code_of_its_own(
-    work: Any, given: Any, code: int, text: str, monkeypatch: pytest.MonkeyPatch, capsys: Any
+def test_a_worker_s_end_is_told_and_what_it_had_is_kept(
+    monkeypatch: pytest.MonkeyPatch, error: Exception | None, ended: str
 ) -> None:
-    asked = io.BytesIO(pickle.dumps((work, given)))
-    monkeypatch.setattr(sys, "stdin", SimpleNamespace(buffer=asked))
-    with pytest.raises(SystemExit) as ended:
-        measure.main()
-    assert ended.value.code == code
-    assert re.search(text, capsys.readouterr().err.strip())
+    before = dict(os.environ)
 
+    def apart(work: Any, given: Any, hear: Any, limit: float) -> str:
+        hear({"x": given})
+        assert limit == compute.PATIENCE * 2.0 + compute.GRACE
+        assert os.environ["OMP_NUM_THREADS"] == "1"
+        assert not list(Path(os.environ["XDG_CACHE_HOME"]).iterdir())
+        if error:
+            raise error
+        return ""
 
-@pytest.fixture
-def worker(monkeypatch: pytest.MonkeyPatch) -> Any:
-    """What is made of a worker that runs a text, of which the work is named cyrk."""
-
-    def run(text: str) -> Any:
-        head = "import os, sys, time; print('{\"x\": 1}', flush=True); os.write(2, b'no');"
-        monkeypatch.setattr(compute, "WORKER", f"{head} {text}")
-        monkeypatch.setattr(compute, "GRACE", 2)
-        return compute.measured(print, (None, "cyrk"), 0.0)
-
-    return run
-
-
-def test_a_worker_that_is_too_slow_is_ended_and_what_it_had_is_kept(worker: Any) -> None:
-    assert worker("time.sleep(60)") == ([{"x": 1}], "ended at 2 s")
-
-
-@pytest.mark.parametrize("end", [f"os._exit({measure.FAILED})", "os.abort()"])
-def test_a_worker_whose_method_failed_or_crashed_has_failed(worker: Any, end: str) -> None:
-    assert worker(end) == ([{"x": 1}], "failed: no")
-
-
-def test_a_worker_that_stops_otherwise_is_a_fault(worker: Any) -> None:
-    with pytest.raises(compute.Fault, match=r"worker stopped \(cyrk\): no"):
-        worker("os._exit(1)")
+    monkeypatch.setattr(compute, "apart", apart)
+    assert compute.measured(iter, ("x",), 2.0) == ([{"x": (iter, ("x",))}], ended)
+    assert dict(os.environ) == before
 
 
 def sleeping(clock: list[float], each: float, n_symbols: int, first: float = 0.0) -> Any:
