@@ -38,11 +38,20 @@ from rigidpend.machine.workers import WorkerError
 SHORT = replace(FIG4, n_symbols=2)
 
 
-def given(long: bool = False, orbits: int = 6) -> Stage:
-    """A problem of which the error is the size of the truth."""
-    times = np.tile(10.0 * np.arange(1, 21)[:, None] / 20, orbits)
-    task = Task("motion", FIG4.body, np.arange(6.0 * orbits).reshape(6, orbits), times)
-    return Stage(task, {"x": np.arange(orbits)}, lambda _, truth: {"error": truth["x"].size}, long)
+def given(long: bool = False) -> Stage:
+    """A problem of six orbits, of which any answer is right."""
+    times = np.tile(10.0 * np.arange(1, 21)[:, None] / 20, 6)
+    task = Task("motion", FIG4.body, np.arange(36.0).reshape(6, 6), times)
+    return Stage(task, {}, lambda _, __: {"error": 0.0}, long)
+
+
+@pytest.fixture
+def clock(monkeypatch: pytest.MonkeyPatch) -> list[float]:
+    """The clock of all timings, which goes on only when it is told to: the machine may be busy."""
+    now = [0.0]
+    for module in (measure, principal_axes):
+        monkeypatch.setattr(module, "time", SimpleNamespace(perf_counter=lambda: now[0]))
+    return now
 
 
 @pytest.fixture
@@ -242,11 +251,10 @@ def sleeping(clock: list[float], each: float, n_symbols: int, first: float = 0.0
     return made
 
 
-@pytest.fixture
-def many(monkeypatch: pytest.MonkeyPatch, clock: list[float]) -> Any:
-    """Lines of many orbits."""
-
-    def lines(each: float, first: float, numbers: list[int], seconds: float) -> Any:
+def test_numbers_are_tried_until_the_next_would_go_beyond_the_budget(
+    monkeypatch: pytest.MonkeyPatch, clock: list[float]
+) -> None:
+    def many(each: float, first: float, numbers: list[int], seconds: float) -> Any:
         monkeypatch.setattr(measure, "made", sleeping(clock, each, 2, first))
         config: Any = SimpleNamespace(
             many=SimpleNamespace(orbits=numbers, seconds=seconds),
@@ -255,10 +263,6 @@ def many(monkeypatch: pytest.MonkeyPatch, clock: list[float]) -> Any:
         )
         return list(measure.many_orbits(config, "x", Entry()))
 
-    return lines
-
-
-def test_numbers_are_tried_until_the_next_would_go_beyond_the_budget(many: Any) -> None:
     lines = many(1e-3, 0.2, [4, 20, 1000], 0.5)
     assert [line["orbits"] for line in lines] == [4, 20]
     assert [line["undecided"] for line in lines] == [1, 1]

@@ -54,11 +54,6 @@ def test_guests_bring_their_knob_form_and_variant(content: Any) -> None:
     assert found["closed_form"].knob is None
 
 
-def test_all_methods_are_searched_but_those_of_many_orbits_alone(content: Any) -> None:
-    left = set(METHODS) - set(content.problem.methods)
-    assert left == {"route_codes_map", "route_codes_auto"}
-
-
 def test_knobs_stop_where_a_method_takes_no_finer(content: Any) -> None:
     for key, method in METHODS.items():
         knobs = choice.knobs(method, content.search, False)
