@@ -79,17 +79,10 @@ def integrator(
     bits: int,
     crossed: Callable[[Any, int], bool] | None = None,
 ) -> Any:
-    """heyoka's integrator of one orbit in numbers of so many bits, to their rounding.
+    """heyoka's integrator of one orbit in numbers of 53, 64 or 113 bits, to their rounding.
 
-    Parameters
-    ----------
-    body : Body
-    field : callable
-        ``field(A, r, mu)`` gives the function from `size` components to their derivatives.
-    size, bits : int
-        The bits are 53, 64 or 113.
-    crossed : callable, optional
-        Called with the integrator, and a sign, where M3 = 0; goes on where it gives True.
+    ``field(A, r, mu)`` gives the function from `size` components to their derivatives. `crossed` is
+    called with the integrator, and a sign, where M3 = 0; it goes on where that gives True.
     """
     hy, kind, m = heyoka(), working_type(bits), context(bits + GUARD_BITS)
     names = [hy.make_vars(f"x{i}") for i in range(size)]
@@ -149,24 +142,16 @@ def codes(
 ) -> NDArray[np.uint8]:
     """The symbols of orbits, (n_symbols, n), `NO_SYMBOL` where there is none.
 
-    Parameters
-    ----------
-    problem : RouteProblem
-    phases : sequence of numbers
-        theta2_0, radians.
-    bits : int
-        53, 64 or 113: a type that heyoka has here.
-    jobs : int
-        Processes at a time.
+    Phases are theta2_0, radians; bits are 53, 64 or 113, of a type that heyoka has here; jobs are
+    processes at a time.
     """
     body = problem.body
     # In physical time, t = t'/s.
     limit = passage_limit(problem, bits) / float(scale(body.floats()[0]))
     states = np.array(initial(problem, exacts(phases), bits), dtype=object)
     given = body, problem.n_symbols + 1, limit, bits
-    theta1 = np.concatenate(
-        side_by_side(_angles, given, True, spread(states, jobs, axis=0), jobs), axis=1
-    )
+    found = side_by_side(_angles, given, True, spread(states, jobs, axis=0), jobs)
+    theta1 = np.concatenate(found, axis=1)
     return symbols(beside(theta1 + body.beta0, separatrix_theta1(body.alpha0, body.beta0)))
 
 
