@@ -180,15 +180,11 @@ def test_an_interrupted_run_goes_on_where_it_was(
     assert asked == found
 
 
-def test_a_result_does_not_differ_from_itself_nor_by_its_times(data: Any) -> None:
+def test_results_differ_by_a_larger_error_and_a_wrong_symbol_and_not_by_times(data: Any) -> None:
     fresh = copy.deepcopy(data)
     fresh["codes"]["aligned_batch"]["seconds"] *= 100
     fresh["meetings"]["threads_1"]["codes"]["aligned_batch"]["rounds"] *= 100
     assert differences("bench", data, fresh) == []
-
-
-def test_a_larger_error_and_a_wrong_symbol_are_found(data: Any) -> None:
-    fresh = copy.deepcopy(data)
     fresh["pendulum"]["aligned_batch"]["error"][1] *= 1e3
     fresh["codes"]["route_codes"]["wrong_symbols"][0] = 1
     second, first = sorted(differences("bench", data, fresh))
