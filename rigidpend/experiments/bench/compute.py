@@ -156,14 +156,15 @@ def _meeting(config: Config, name: str, guests: dict[str, Entry], truth: dict[st
     asked = config.meeting
     budgets = len(guests) * len(asked.threads) * float(asked.seconds)
     lines, ended = measured(measure.meeting, (config, name, guests, truth), budgets)
-    found: dict[str, dict[str, Any]] = {f"threads_{n}": {} for n in asked.threads}
+    # Where a second thread serves nobody there is no meeting.
+    missed = {"ended": ENDED.dataset(ended)}
+    found: dict[str, Any] = {f"threads_{n}": missed for n in asked.threads if ended}
     for line in lines:
         record = _told(MET, {**line, "chosen": str(guests[line["method"]])})
-        found[f"threads_{line['most']}"][line["method"]] = record
-    for group in found.values():
-        group["ended"] = ENDED.dataset(COMPLETE if group else ended)
-    # Where a second thread serves nobody there is no meeting.
-    return {name: group for name, group in found.items() if len(group) > 1 or ended}
+        most = f"threads_{line['most']}"
+        rest = {"ended": ENDED.dataset(COMPLETE), line["method"]: record}
+        found[most] = {**found.get(most, {}), **rest}
+    return found
 
 
 def _phases(config: Config, key: str, entry: Entry) -> Tree:

@@ -171,9 +171,8 @@ def _eq1(body: Body, parameters: bool) -> Equations:
 
 def _eq1_start(task: Task) -> Array:
     p, phases = task.routes, Phases(task.theta2_0).high
-    first = p.body.alpha0 + p.body.beta0, float(p.J1_0)
-    rows = np.broadcast_arrays(*first, phases, float(p.J2_0(53)))
-    return np.array(rows)
+    theta1, J1, J2 = p.body.alpha0 + p.body.beta0, float(p.J1_0), float(p.J2_0(53))
+    return np.array(np.broadcast_arrays(theta1, J1, phases, J2))
 
 
 def _to_eq1(states: Array, body: Body) -> Array:
