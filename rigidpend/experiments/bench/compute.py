@@ -136,7 +136,7 @@ def _search(config: Config, key: str, truth: dict[str, Data]) -> Tree:
         said = f"absent: {missing} is not installed"
         return {name: _told(SEARCHED, {"ended": said}) for name in problems}
     budgets = len(problems) * float(config.search.seconds)
-    lines, ended = measured(measure.search, (config, key, truth), budgets)
+    lines, ended = by_worker(measure.search, (config, key, truth), budgets)
     return {name: _searched(config, key, name, lines, ended) for name in problems}
 
 
@@ -155,7 +155,7 @@ def _meeting(config: Config, name: str, guests: dict[str, Entry], truth: dict[st
     """The records of the methods that meet at a problem, by the number of threads."""
     asked = config.meeting
     budgets = len(guests) * len(asked.threads) * float(asked.seconds)
-    lines, ended = measured(measure.meeting, (config, name, guests, truth), budgets)
+    lines, ended = by_worker(measure.meeting, (config, name, guests, truth), budgets)
     # Where a second thread serves nobody there is no meeting.
     missed = {"ended": ENDED.dataset(ended)}
     found: dict[str, Any] = {f"threads_{n}": missed for n in asked.threads if ended}
@@ -170,7 +170,7 @@ def _meeting(config: Config, name: str, guests: dict[str, Entry], truth: dict[st
 def _phases(config: Config, key: str, entry: Entry) -> Tree:
     """The records of a method on random phases, by J1_0."""
     budgets = 2 * float(config.phases.seconds)
-    lines, ended = measured(measure.random_phases, (config, key, entry), budgets)
+    lines, ended = by_worker(measure.random_phases, (config, key, entry), budgets)
     if ended:
         raise RuntimeError(f"random phases, {METHODS[key].label}: {ended}")
     return {f"J1_0_{line['J1_0']}": _told(COUNTED, line) for line in lines}
@@ -179,7 +179,7 @@ def _phases(config: Config, key: str, entry: Entry) -> Tree:
 def _many(config: Config, key: str, entry: Entry) -> Tree:
     """The record of a method at ever more orbits, with its setting for the codes of Fig. 4."""
     budgets = len(config.many.orbits) * config.many.seconds
-    lines, ended = measured(measure.many_orbits, (config, key, entry), budgets)
+    lines, ended = by_worker(measure.many_orbits, (config, key, entry), budgets)
     if not lines:
         raise RuntimeError(f"many orbits, {METHODS[key].label}: {ended}")
     return _told(MANY, {**_columns(lines), "chosen": str(entry), "ended": ended or COMPLETE})
@@ -195,7 +195,7 @@ def _bodies(config: Config, codes: Data) -> Tree:
             entries[key] = entry._replace(setting={**entry.setting, "parameters": True})
     # Of peers and of the truth, and of ours.
     budgets = n * (len(entries) * float(asked.seconds) + asked.longest)
-    lines, ended = measured(measure.bodies, (config, entries), budgets) if n else ([], "")
+    lines, ended = by_worker(measure.bodies, (config, entries), budgets) if n else ([], "")
     if not lines:
         return {}
     each = {key: _told(OF_BODIES, _columns([line[key] for line in lines])) for key in entries}
@@ -261,7 +261,7 @@ def _said(found: Mapping[str, Any]) -> str:
     return next(iter(each.values()), "done")
 
 
-def measured(
+def by_worker(
     work: Callable[..., Iterator[Line]], given: tuple[Any, ...], budgets: float
 ) -> tuple[list[Line], str]:
     """The lines that a worker tells of its work, and how it ended: empty, or what went wrong.

@@ -38,7 +38,7 @@ def answered(task: Task, tolerance: float, threads: int, method: str) -> Solver:
         return carry
 
     def crossings(part: Task) -> Callable[[], Array]:
-        orbits, wanted = np.ascontiguousarray(part.states.T), part.routes.n_symbols + 1
+        orbits, wanted = np.ascontiguousarray(part.states.T), part.problem.n_symbols + 1
         piece = float(part.times.max()) / PIECES
         given = _address(part.body, 6), orbits, wanted, piece, method, tolerance
         return lambda: np.transpose(_crossings(*given), (2, 1, 0))

@@ -143,7 +143,7 @@ def _draw_shares(axes: Axes, sample: dict[str, Any]) -> None:
 
 def _draw_work(axes: Axes, data: Data) -> None:
     """Time against error, the best of the settings of methods that vouch for nothing."""
-    for name, record in report.measured(data["codes"]):
+    for name, record in report.records(data["codes"]):
         if "error" not in record or METHODS[name].certain:
             continue
         error = np.maximum(record["error"], np.finfo(float).eps)
@@ -165,7 +165,7 @@ def _front(error: Any, seconds: Any) -> Any:
 def _draw_wrong(axes: Axes, data: Data) -> None:
     """Wrong symbols per million against the time of an orbit; none at all lies on the floor."""
     for group in data["random_phases"].values():
-        for name, record in report.measured(group):
+        for name, record in report.records(group):
             wrong = 1e6 * float(record["wrong_trusted"]) / float(record["symbols"])
             cost = 1e3 * float(record["seconds"]) / float(record["orbits"])
             look = {**style(name), "ls": "none", "clip_on": False}
@@ -183,7 +183,7 @@ def _draw_many(axes: Axes, data: Data) -> None:
     """Time against the number of orbits; dotted where it is scaled."""
     group = data["many_orbits"]
     most = max(float(max(record["orbits"])) for record in group.values())
-    for name, record in report.measured(group):
+    for name, record in report.records(group):
         orbits, warm = np.asarray(record["orbits"]), np.asarray(record["seconds"])
         axes.plot(orbits, warm, **style(name))
         beyond = np.array([orbits[-1], most])

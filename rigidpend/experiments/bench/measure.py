@@ -406,7 +406,7 @@ def _settled(task: Task, answers: dict[str, Crossed], seconds: float) -> tuple[i
     for k in map(int, np.flatnonzero(differ)):
         if spent > seconds:
             return k, true
-        orbit = task.routes, task.theta2_0[[k]], true[:, [k]]
+        orbit = task.problem, task.theta2_0[[k]], true[:, [k]]
         taken, (codes, doubtful) = timed(partial(principal_axes.settled, *orbit, 1, seconds))
         if doubtful.size:
             return k, true

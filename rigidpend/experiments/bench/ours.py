@@ -45,7 +45,7 @@ def answered(
     if way == "splitting":
         return Solver(in_looks(task, _split(task, knob, order)))
     if way:
-        given = task.routes, task.theta2_0, resolve(), threads, way
+        given = task.problem, task.theta2_0, resolve(), threads, way
         return Solver(
             lambda: codes.codes_of(*given, kept=True),
             lambda found: Crossed(found.codes, found.crossing_time, certain=found.certain),
@@ -58,7 +58,7 @@ def answered(
 def one_computation(task: Task, tolerance: float | None, threads: int, bits: int) -> Solver:
     """Symbols from the first of the two alone, by default at the tolerance of the package."""
     arithmetic = Arithmetic("taylor", tolerance or DEFAULT_TOLERANCE["taylor"], (bits,))
-    run = Run(task.routes, Phases(task.theta2_0), arithmetic, threads)
+    run = Run(task.problem, Phases(task.theta2_0), arithmetic, threads)
     every = range(len(run.phases))
     return Solver(
         lambda: run.crossings(bits, FIRST, every),
@@ -68,7 +68,7 @@ def one_computation(task: Task, tolerance: float | None, threads: int, bits: int
 
 def alpha(task: Task, tolerance: float) -> Solver:
     """alpha(T) as rigidpend has it: theta3 by quadrature, alpha by (th_al), side by side."""
-    beginning = [initial_state(task.routes, float(x)) for x in task.theta2_0]
+    beginning = [initial_state(task.problem, float(x)) for x in task.theta2_0]
     states, ends = np.stack(beginning, axis=1), time_unit(task.body) * task.times[-1]
     return Solver(lambda: alpha_at(task.body, states, ends, tolerance))
 

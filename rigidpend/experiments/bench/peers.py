@@ -170,7 +170,7 @@ def _eq1(body: Body, parameters: bool) -> Equations:
 
 
 def _eq1_start(task: Task) -> Array:
-    p, phases = task.routes, Phases(task.theta2_0).high
+    p, phases = task.problem, Phases(task.theta2_0).high
     theta1, J1, J2 = p.body.alpha0 + p.body.beta0, float(p.J1_0), float(p.J2_0(53))
     return np.array(np.broadcast_arrays(theta1, J1, phases, J2))
 
@@ -221,7 +221,7 @@ def _follow(
     It gives times of `wanted` zeros and the components `kept` there, (1 + k, wanted, n); NaN for
     none. A lane whose orbit is done takes the next one.
     """
-    wanted, limit, n = task.routes.n_symbols + 1, float(task.times.max()), task.states.shape[1]
+    wanted, limit, n = task.problem.n_symbols + 1, float(task.times.max()), task.states.shape[1]
     found = np.empty((1 + len(kept), wanted, n))
     # By lane: its orbit, and the zeros that it has had.
     column, count = [0] * lanes, [0] * lanes
@@ -283,7 +283,7 @@ def vmapped(task: Task, tolerance: float, threads: int, solver: str) -> Solver:
 
     def crossings(part: Task) -> Callable[[], Array]:
         """From crossing to crossing."""
-        solve, first = _crossings(part.body, part.routes.n_symbols + 1, solver), part.states.T
+        solve, first = _crossings(part.body, part.problem.n_symbols + 1, solver), part.states.T
 
         def find(horizon: float) -> Array:
             times, there = (np.asarray(x) for x in solve(first, tolerance, horizon))
@@ -376,7 +376,7 @@ def _all_to(task: Task, tolerance: float) -> Ends:
 
 def _all_crossings(task: Task, tolerance: float) -> Callable[[], Array]:
     """Give a function that finds crossings by each step's dense output."""
-    rates, wanted, states = flat(task.body, 6), task.routes.n_symbols + 1, task.states
+    rates, wanted, states = flat(task.body, 6), task.problem.n_symbols + 1, task.states
     (n, horizon), shape = (states.shape[1], float(task.times.max())), states.shape
 
     def find() -> Array:

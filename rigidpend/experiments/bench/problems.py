@@ -63,15 +63,10 @@ class Task(NamedTuple):
     """A typical period, which a method with fixed steps divides."""
     h0: Any = None
     """(n,) energies of pendulum motions, exact, from which closed forms start."""
-    problem: RouteProblem | None = None
+    problem: Any = None
+    """The `RouteProblem` of orbits that start on a separatrix."""
     theta2_0: Any = None
     """(n,) initial phases in radians, texts or doubles."""
-
-    @property
-    def routes(self) -> RouteProblem:
-        """The problem of an orbit that starts on a separatrix."""
-        assert self.problem is not None
-        return self.problem
 
     def of(self, columns: Any) -> Task:
         """The same for some of the orbits."""
@@ -244,7 +239,7 @@ def ends_of_pendulums(task: Task) -> dict[str, Array]:
 
 def codes_in_113_bits(task: Task) -> dict[str, Any]:
     """Symbols and crossing times in 113 bits, each established twice."""
-    found = routes(task.routes, task.theta2_0, precisions=(113,))
+    found = routes(task.problem, task.theta2_0, precisions=(113,))
     if not found.certain.all():
         raise ArithmeticError("the reference is not certain")
     return {"codes": found.codes, "time": found.crossing_time}
@@ -253,7 +248,7 @@ def codes_in_113_bits(task: Task) -> dict[str, Any]:
 def alpha_in_113_bits(task: Task) -> dict[str, Array]:
     """alpha(T) in 113 bits, of the exact initial states."""
     made = integrator(task.body, with_angles, 8, 113)
-    starts = initial(task.routes, [exact(x) for x in task.theta2_0], 113)
+    starts = initial(task.problem, [exact(x) for x in task.theta2_0], 113)
     # Where the two angles start is a mere constant; its double is the same for everyone.
     ways = zip(starts, task.states[6:].T, task.times[-1], strict=True)
     return {"alpha": np.array([carry(made, [*y, *angles], end)[7] for y, angles, end in ways])}

@@ -59,7 +59,7 @@ def met(data: Data, problem: str, threads: int, default: str = "") -> list[Stand
     group = data.get("meetings", {}).get(f"threads_{threads}", {}).get(problem, {})
     own = group.get(default or str(data[problem]["default"]))
     found = []
-    for name, record in measured(group) if own else ():
+    for name, record in records(group) if own else ():
         ratios = record["rounds"] / own["rounds"]
         ratios = ratios[np.isfinite(ratios)]
         if ratios.size:
@@ -117,12 +117,12 @@ def of_bodies(data: Data) -> dict[str, dict[str, Any]]:
     ``first`` is the first call with each body, seconds, scaled to as many orbits as ours followed;
     ``again`` the same call again, seconds an orbit.
     """
-    records = dict(measured(data.get("bodies", {})))
-    most = next(iter(records.values()))["orbits"] if records else 0
-    found = {}
-    for name, record in records.items():
+    group = records(data.get("bodies", {}))
+    found: dict[str, dict[str, Any]] = {}
+    for name, record in group:
         again = record["again"] / record["orbits"]
-        found[name] = {"first": record["first"] + (most - record["orbits"]) * again, "again": again}
+        more = group[0][1]["orbits"] - record["orbits"]
+        found[name] = {"first": record["first"] + more * again, "again": again}
     return found
 
 
@@ -290,7 +290,7 @@ def many_table(data: Data) -> Table:
     numbers = [float(x) for x in max((one["orbits"] for one in group.values()), key=len)]
     own = scaled(group[MAPS], numbers[-1])[0] if MAPS in group else math.nan
     rows = []
-    for name, record in measured(group):
+    for name, record in records(group):
         cells = [METHODS[name].label]
         for number in numbers:
             taken, prepare, orbits = scaled(record, number)
@@ -323,7 +323,7 @@ def scaled(record: Data, number: float) -> tuple[float, float, float]:
 def search_table(data: Data, problem: str) -> Table:
     """Time to reach an error, of every method alone."""
     group, rows = data[problem], []
-    for name, record in measured(group):
+    for name, record in records(group):
         cells = [seconds(time_to_reach(record, level)) for level in LEVELS]
         prepare = float(np.max(record.get("prepare", math.inf)))
         ended = str(record["ended"]).replace("complete", "")
@@ -357,7 +357,7 @@ def level_text(data: Data, problem: str) -> str:
     return f"{data[problem]['title']}, {goal}"
 
 
-def measured(group: Data) -> list[tuple[str, Any]]:
+def records(group: Data) -> list[tuple[str, Any]]:
     """The methods of a group with their records, in the order of `METHODS`."""
     return [(name, group[name]) for name in METHODS if name in group]
 

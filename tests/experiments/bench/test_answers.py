@@ -176,12 +176,12 @@ def test_aligned_states_are_exact_beside_a_separatrix() -> None:
 
 def test_the_start_in_principal_axes_is_that_of_the_aligned_components() -> None:
     task = problems.codes(SMALL)
-    expected = states_double(start(task.routes, 53, Scales()), np.array([0.0, 0.1, 0.2]), 0.0)
+    expected = states_double(start(task.problem, 53, Scales()), np.array([0.0, 0.1, 0.2]), 0.0)
     body = task.body
     found = aligned_from_body(task.states[:3], task.states[3:], body.alpha0, time_unit(body))
     np.testing.assert_allclose(np.stack(found), expected, atol=1e-15)
-    random = problems.random_routes(task.routes, 4)
-    one_by_one = initial(random.routes, [exact(float(x)) for x in random.theta2_0])
+    random = problems.random_routes(task.problem, 4)
+    one_by_one = initial(random.problem, [exact(float(x)) for x in random.theta2_0])
     np.testing.assert_allclose(random.states, np.array(one_by_one, dtype=float).T, atol=2e-16)
 
 

@@ -14,7 +14,7 @@ from rigidpend.cli.measure import bench_command
 from rigidpend.experiments import principal_axes
 from rigidpend.experiments.bench import compute as bench
 from rigidpend.experiments.bench import report as reading
-from rigidpend.experiments.bench.compute import measured
+from rigidpend.experiments.bench.compute import by_worker
 from rigidpend.experiments.bench.methods import METHODS
 from rigidpend.experiments.bench.problems import SEED, drawn
 from rigidpend.experiments.bench.schema import Config
@@ -80,7 +80,7 @@ def said(folder: Path) -> Any:
     lacking = METHODS["diffrax"]._replace(libraries=("no_such_library",))
     patch.setitem(METHODS, "diffrax", lacking)
     patch.setattr(
-        bench, "measured", lambda *x: (measured if x[1][1] == "closed_form" else here)(*x)
+        bench, "by_worker", lambda *x: (by_worker if x[1][1] == "closed_form" else here)(*x)
     )
     done = called(folder, "--json")
     patch.undo()
@@ -171,7 +171,7 @@ def test_an_interrupted_run_goes_on_where_it_was(
             raise KeyboardInterrupt
         return here(work, given, budgets)
 
-    monkeypatch.setattr(bench, "measured", breaking)
+    monkeypatch.setattr(bench, "by_worker", breaking)
     for _ in range(2):
         with pytest.raises(KeyboardInterrupt):
             runner.run(planned, jobs=1, report=lambda _: None)
@@ -207,7 +207,7 @@ def test_a_fault_of_the_benchmark_ends_the_command_in_one_sentence(
     def broken(*_: Any) -> Any:
         raise NameError("name 'x'")
 
-    monkeypatch.setattr(bench, "measured", broken)
+    monkeypatch.setattr(bench, "by_worker", broken)
     done = called(tmp_path, "--set", "problem.problems=[long_time]")
     assert done.exit_code == 4
     assert "internal error: NameError(" in done.stderr

@@ -229,7 +229,7 @@ def test_a_worker_s_end_is_told_and_what_it_had_is_kept(
         return ""
 
     monkeypatch.setattr(compute, "apart", apart)
-    assert compute.measured(iter, ("x",), 2.0) == ([{"x": (iter, ("x",))}], ended)
+    assert compute.by_worker(iter, ("x",), 2.0) == ([{"x": (iter, ("x",))}], ended)
     assert dict(os.environ) == before
 
 
@@ -276,7 +276,7 @@ def test_numbers_are_tried_until_the_next_would_go_beyond_the_budget(
 
 def route(task: Task, turned: int = -1) -> Crossed:
     """What integration finds, with one symbol of the column `turned` turned over."""
-    found = routes(task.routes, task.theta2_0)
+    found = routes(task.problem, task.theta2_0)
     codes = found.codes.copy()
     if turned in range(codes.shape[1]):
         codes[1, turned] ^= 1

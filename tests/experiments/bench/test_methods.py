@@ -22,21 +22,20 @@ def content() -> Any:
     return typed(Config, FULL)
 
 
-def test_the_fastest_good_one_is_chosen_even_where_a_finer_is_faster() -> None:
-    found = record([1e-3, 5e-10, 1e-12], [1e-3, 4e-3, 3e-3])
-    assert choice.chosen("free_body", found) == 2
-    found = record([1e-3, 2e-9, 1e-8], [1e-3, 4e-3, 3e-3])
-    assert choice.chosen("free_body", found) == 1, "none is good enough: the most exact"
-
-
-def test_at_the_codes_every_symbol_is_to_be_right() -> None:
-    found = record([1e-9, 1e-3], [1e-3, 2e-3], wrong_symbols=[1.0, 0.0])
-    assert choice.chosen("codes", found) == 1
-
-
-def test_over_long_times_half_the_way_is_not_good_enough() -> None:
-    found = record([1e-12, 1e-10], [1e-3, 2e-3], part=[0.5, 1.0])
-    assert choice.chosen("long_time", found) == 1
+@pytest.mark.parametrize(
+    ("problem", "error", "more", "row"),
+    [
+        ("free_body", [1e-3, 5e-10, 1e-12], {}, 2),
+        # None is good enough: the most exact.
+        ("free_body", [1e-3, 2e-9, 1e-8], {}, 1),
+        ("codes", [1e-9, 1e-3, 1e-9], {"wrong_symbols": [1.0, 0.0, 1.0]}, 1),
+        ("long_time", [1e-12, 1e-10, 1e-3], {"part": [0.5, 1.0, 1.0]}, 1),
+    ],
+)
+def test_the_fastest_good_one_is_chosen_even_where_a_finer_is_faster(
+    problem: str, error: Any, more: Any, row: int
+) -> None:
+    assert choice.chosen(problem, record(error, [1e-3, 4e-3, 3e-3], **more)) == row
 
 
 def test_guests_bring_their_knob_form_and_variant(content: Any) -> None:
