@@ -103,14 +103,15 @@ def compute(config: Config, means: Means) -> Tree:
         if len(guests) > 1:
             met[name] = part(f"meeting.{name}", x.title, _meeting, name, guests, truth)
     codes = records.get("codes", {})
+    phases = parts("phases", "random phases", _phases, config.phases.methods, {})
+    many = parts("many", "many orbits", _many, config.many.methods, codes)
+    bodies = part("bodies", "bodies drawn by lot", _bodies, codes)
     return {
         **{name: {**datasets(PROBLEM, x._asdict()), **found[name]} for name, x in problems.items()},
         "meetings": {**{f"threads_{n}": {} for n in config.meeting.threads}, **_turned(met)},
-        "random_phases": _turned(
-            parts("phases", "random phases", _phases, config.phases.methods, {})
-        ),
-        "many_orbits": parts("many", "many orbits", _many, config.many.methods, codes),
-        "bodies": part("bodies", "bodies drawn by lot", _bodies, codes),
+        "random_phases": _turned(phases),
+        "many_orbits": many,
+        **({"bodies": bodies} if bodies else {}),
     }
 
 

@@ -162,6 +162,7 @@ def test_an_interrupted_run_goes_on_where_it_was(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     few = ["problem.problems=[pendulum]", "problem.methods=[closed_form, lie_poisson]"]
+    few += ["phases.methods=[]", "many.methods=[]", "bodies.kept=0", "bodies.drawn=0"]
     planned = runner.plan(loading.load(QUICK, [*SMALL, *few]), tmp_path)
     asked: list[str] = []
 
@@ -178,6 +179,9 @@ def test_an_interrupted_run_goes_on_where_it_was(
     # What follows the search of both is their meeting.
     found = ["search closed_form", *["search lie_poisson"] * 2, "meeting pendulum"]
     assert asked == found
+    # Without a body that is drawn there is no group of them.
+    runner.run(planned, jobs=1, report=lambda _: None)
+    assert not store.load(planned.target)["data"].get("bodies")
 
 
 def test_results_differ_by_a_larger_error_and_a_wrong_symbol_and_not_by_times(data: Any) -> None:
