@@ -17,15 +17,10 @@ import numpy as np
 
 from docs import floors
 from rigidpend.experiments.bench import report as reading
-from rigidpend.experiments.bench.methods import METHODS, OWN, PROBLEMS
+from rigidpend.experiments.bench.methods import METHODS, PROBLEMS
 from rigidpend.experiments.data import Data, Loaded
 from rigidpend.experiments.stress import draw as trials
-from rigidpend.machine.wording import (
-    Table,
-    markdown,
-    seconds,
-    times,
-)
+from rigidpend.machine.wording import Table, markdown, seconds, times
 from rigidpend.results import store
 
 ROOT = Path(__file__).resolve().parents[1]
@@ -92,7 +87,7 @@ def bench_lines(result: Loaded) -> Iterator[str]:
     yield f"{machine(result)}; medians over rounds in which methods take turns."
     for table in (
         reading.losses_table(data),
-        *([reading.bodies_table(data), reading.slowest_table(data)] if data.get("bodies") else []),
+        *reading.bodies_tables(data),
         reading.meeting_table(data, "codes"),
         shortest(data),
         reading.cross_checks_table(data),
@@ -114,30 +109,35 @@ def shortest(data: Data) -> Table:
 def _pair(data: Data, problem: str) -> Iterator[tuple[str, ...]]:
     results = reading.met(data, problem, 1)
     own = next((r for r in results if r.method == str(data[problem]["default"])), None)
-    if own is None:
-        return
-    peers = [r for r in results if r.reached and METHODS[r.method].family not in OWN]
-    first = (reading.level_text(data, problem), METHODS[own.method].label)
-    if not peers:
-        yield (*first, seconds(own.seconds), "none reaches it", "-", "-")
-        return
-    label = METHODS[peers[0].method].label
-    ratio = times(peers[0].ratio)
-    yield (*first, seconds(own.seconds), label, seconds(peers[0].seconds), ratio)
+    best = next((r for r in results if r.reached and reading.peer(r.method)), None)
+    if own:
+        yield (
+            *(reading.level_text(data, problem), METHODS[own.method].label, seconds(own.seconds)),
+            *(
+                _of(best.method, best.seconds, best.ratio)
+                if best
+                else ("none reaches it", "-", "-")
+            ),
+        )
 
 
 def _pairs_with_bodies(data: Data) -> Iterator[tuple[str, ...]]:
     """Ours and the fastest peer that vouches for symbols too, medians over the bodies."""
     found = reading.of_bodies(data)
-    peers = [name for name in found if METHODS[name].certain and METHODS[name].family not in OWN]
+    peers = [name for name in found if METHODS[name].certain and reading.peer(name)]
     for call, key in reading.CALLS.items() if peers else ():
         (name, own), *_ = found.items()
         medians = {peer: float(np.median(found[peer][key])) for peer in peers}
         best = min(medians, key=medians.__getitem__)
-        ratio = times(float(np.median(found[best][key] / own[key])))
-        title = f"bodies drawn by lot, every symbol vouched for: {call}"
-        time = seconds(float(np.median(own[key])))
-        yield title, METHODS[name].label, time, METHODS[best].label, seconds(medians[best]), ratio
+        yield (
+            *(f"bodies drawn by lot, every symbol vouched for: {call}", METHODS[name].label),
+            seconds(float(np.median(own[key]))),
+            *_of(best, medians[best], float(np.median(found[best][key] / own[key]))),
+        )
+
+
+def _of(method: str, time: float, ratio: float) -> tuple[str, str, str]:
+    return METHODS[method].label, seconds(time), times(ratio)
 
 
 def stress_lines(result: Loaded) -> Iterator[str]:

@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from rigidpend import Body
-from rigidpend.experiments.bench.solvers import time_unit, with_angles
+from rigidpend.experiments.bench.problems import time_unit, with_angles
 from rigidpend.experiments.principal_axes import carry, initial, integrator
 from rigidpend.mechanics import pendulum
 from rigidpend.mechanics.equations import AlignedCoefficients, aligned, aligned_coefficients

@@ -27,8 +27,6 @@ from rigidpend.numbers.generic import Elementary, Numbers, Scalar
 
 KICK = 3
 """The fourth part, the potential; 0, 1 and 2 are the turns about the axes."""
-
-
 SCHEMES: dict[int, tuple[str, ...]] = {
     2: (),
     # 1/(4 - 4^(1/3)), twice [2]_.
@@ -64,21 +62,10 @@ class Splitting(NamedTuple):
     """Substeps: the part, and its share of the step; the first and the last are kicks."""
 
     def advance(self, vectors: Numbers, h: Scalar, steps: int = 1, m: Elementary = np) -> list[Any]:
-        """Take `steps` steps of length `h`.
+        """Take some steps of length `h`, physical time; an array gives every orbit its own.
 
-        Parameters
-        ----------
-        vectors : 3 arrays (k, ...)
-            The components of k vectors in principal axes: M first, then gamma and any others
-            that are fixed in space.
-        h : number or (...) array
-            Physical time; an array gives every orbit its own step.
-        steps : int, optional
-        m : namespace of sin and cos, optional
-
-        Returns
-        -------
-        list of 3 arrays (k, ...)
+        Vectors are 3 arrays (k, ...), the components of k vectors in principal axes: M first, then
+        gamma and any others that are fixed in space. `m` has sin and cos.
         """
         (_, first), *inner, (_, last) = self.substeps
         found = self._kicked(list(vectors), first * h)
@@ -109,17 +96,9 @@ class Splitting(NamedTuple):
 
 
 def splitting(A: Numbers, r: Numbers, mu: Scalar, order: int, number: Any = float) -> Splitting:
-    """The splitting of a body.
+    """The splitting of a body, of order 2, 4, 6 or 8.
 
-    Parameters
-    ----------
-    A, r : 3 numbers each
-        Moments of inertia and the unit vector to the centre of gravity.
-    mu : number
-        Weight times distance.
-    order : {2, 4, 6, 8}
-    number : callable, optional
-        Makes a number of a text: `float`, or that of an mpmath context.
+    `number` makes a number of a text: `float`, or that of an mpmath context.
     """
     substeps: list[tuple[int, Any]] = [(KICK, 0 * number("1"))]
     outer = [number(w) for w in SCHEMES[order]]

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import os
 import signal
 import sys
@@ -189,7 +190,10 @@ def ahead(
 
 
 def apart(
-    work: Callable[..., Result], arguments: tuple[Any, ...], hear: Callable[[str], object]
+    work: Callable[..., Result],
+    arguments: tuple[Any, ...],
+    hear: Callable[[Any], object],
+    limit: float = math.inf,
 ) -> Result:
     """Do ``work(*arguments, say)`` in a process of its own; `hear` takes here what it says there.
 
@@ -197,6 +201,8 @@ def apart(
     ------
     WorkerError
         The process was killed.
+    TimeoutError
+        The work took more than `limit` seconds, and was ended.
     """
     from multiprocessing import get_context
 
@@ -205,10 +211,13 @@ def apart(
     with here, there, _ended(_processes(1, there), stop) as pool:
         with kept_from_children():
             future = pool.submit(_heard, work, arguments)
-        line: str | None = ""
+        line: Any = ""
+        until = time.monotonic() + limit
         # The last word is None: the result follows at once. Who is killed says none.
         while line is not None:
             check_stop()
+            if time.monotonic() > until:
+                raise TimeoutError(f"ended at {limit:g} s")
             over = future.done()
             if here.poll(0 if over else PERIOD):
                 if (line := here.recv()) is not None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import functools
 from fractions import Fraction
 from typing import Any
 
@@ -28,9 +29,10 @@ def exactly(x: Any) -> Fraction:
     return total
 
 
-def by_heyoka(kind: Any) -> Any:
-    """The orbit (3, 6) in a type of heyoka's, by its own expressions of the field."""
-    hy = heyoka()
+@functools.cache
+def by_heyoka() -> Any:
+    """The orbit (3, 6) in 113 bits, by heyoka's own expressions of the field."""
+    hy, kind = heyoka(), working_type(113)
     names = hy.make_vars("Qp", "Qm", "M3", "gamma1", "gamma2", "gamma3")
     field = aligned(names, AlignedCoefficients(*(hy.par[i] for i in range(9))))
     integrator = hy.taylor_adaptive(
@@ -52,7 +54,7 @@ def test_fours_of_doubles_and_integers_agree_with_real128(bits: int) -> None:
     if not offers(113):
         pytest.skip("no real128 here")
     found = states_at(ORBIT.coefficients, ORBIT.states, TIMES, bits)[..., 0].T
-    off = np.abs(found - by_heyoka(working_type(113)))
+    off = np.abs(found - by_heyoka())
     # Some sixty steps each round to 2^-113; a passage lets errors grow some hundredfold.
     assert off.max() < Fraction(2) ** -100
     assert off[0].max() < Fraction(2) ** -110

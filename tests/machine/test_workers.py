@@ -104,6 +104,8 @@ def spoken(parts: int, say: Callable[[str], object]) -> int:
         say(PartDone(f"part {part}", part + 1, parts))
     if parts == 2:
         os.kill(os.getpid(), signal.SIGKILL)
+    if parts == 4:
+        time.sleep(60)
     return os.getpid() // min(parts, 1)
 
 
@@ -117,6 +119,8 @@ def test_work_apart_is_heard_here_and_its_end_comes_through() -> None:
         workers.apart(spoken, (0,), heard.append)
     with pytest.raises(WorkerError, match="was killed"):
         workers.apart(spoken, (2,), heard.append)
+    with pytest.raises(TimeoutError, match=r"ended at 0\.5 s"):
+        workers.apart(spoken, (4,), heard.append, 0.5)
 
 
 @pytest.mark.parametrize(("columns", "parts"), [(7, 3), (2, 5), (6, 6), (5, 1), (4, 0)])

@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rigidpend import Body
-from rigidpend.experiments.bench import counts
+from rigidpend.experiments.bench import measure
 
 DATA = Path(__file__).parent.parent / "data"
 
@@ -44,7 +44,7 @@ def fig4_left() -> Reference:
 @functools.cache
 def random_phases(J1_0: str) -> Reference:
     """2000 phases drawn at random, for J1_0 = "1e-6" or "1e-10"."""
-    read = json.loads(counts.STORED.read_text())
+    read = json.loads(measure.STORED.read_text())
     starts, codes, times = zip(*read["orbits"][J1_0], strict=True)
     last = np.array([times])
     return Reference(

@@ -5,11 +5,9 @@ Here is the layout of a result: what it consists of, with unit and bound.
 methods    problems and methods as data: what is tried for each, and which setting is chosen
 problems   the task of each problem, its truth and its error; bodies drawn by lot
 solvers    a method made ready for a task; the equations as methods integrate them
-ours, heyoka_batches, cyrk_compiled, diffrax_vmapped, scipy_abreast
-           the adapters, one a library: ``answered(task, knob, threads, **setting)``
-protocol   how methods are searched and timed in turn
-counts     symbols on random phases, on ever more orbits, and of bodies drawn by lot
-worker     measurements in a process of their own
+ours, peers, cyrk_compiled
+           the adapters: ``answered(task, knob, threads, **setting)``
+measure    what a worker measures: search, meeting, symbols counted and orbits timed
 compute, layout, report, draw
            the experiment: what is measured in which order, stored, told and drawn
 

@@ -1,9 +1,15 @@
-"""Experiment `bench`: time, error and trust of our methods and of others."""
+"""Experiment `bench`: time, error and trust of our methods and of others.
+
+What is measured is measured by workers, each a process of its own: fresh memory, cold caches,
+libraries of one thread. It does a work of `measure`, and tells each line as soon as it is there.
+"""
 
 from __future__ import annotations
 
 import importlib.util
-from collections.abc import Callable, Mapping, Sequence
+import os
+import tempfile
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from functools import partial
 from typing import TYPE_CHECKING, Any
 
@@ -21,13 +27,15 @@ from rigidpend.experiments.bench import (
     OF_LOT,
     PROBLEM,
     SEARCHED,
+    measure,
     methods,
 )
-from rigidpend.experiments.bench.methods import METHODS, PROBLEMS, Setting
-from rigidpend.experiments.bench.problems import ASKED, SEED
-from rigidpend.experiments.bench.worker import measured
+from rigidpend.experiments.bench.measure import Line
+from rigidpend.experiments.bench.methods import METHODS, PROBLEMS, Entry
+from rigidpend.experiments.bench.problems import stage
 from rigidpend.experiments.contract import Means
-from rigidpend.experiments.data import Data, Dataset, Field, Layout, Tree, datasets, named
+from rigidpend.experiments.data import Data, Dataset, Layout, Tree, datasets, named
+from rigidpend.machine.workers import WorkerError, apart
 from rigidpend.orbits.integrate.arithmetic import EngineError
 
 if TYPE_CHECKING:
@@ -36,9 +44,14 @@ if TYPE_CHECKING:
 PATIENCE, GRACE = 4, 240
 """A worker is ended after so many budgets, and so many seconds more."""
 COMPLETE = "complete"
-Line = dict[str, Any]
-Truth = dict[str, dict[str, Any]]
-"""Arrays by problem and name, as lists that a worker can be told."""
+ALONE = {
+    **dict.fromkeys(
+        ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "NUMBA_NUM_THREADS"), "1"
+    ),
+    "XLA_FLAGS": "--xla_cpu_multi_thread_eigen=false intra_op_parallelism_threads=1",
+    "JAX_PLATFORMS": "cpu",
+}
+"""The environment that leaves threads to whoever shares the orbits among them."""
 
 
 def compute(config: Config, means: Means) -> Tree:
@@ -50,8 +63,7 @@ def compute(config: Config, means: Means) -> Tree:
     -------
     Tree
         A group for each problem, with a record of the search for each method; `meetings`, by
-        the number of threads, then by problem; `random_phases`, by J1_0; `many_orbits`; `bodies`,
-        by their list.
+        the number of threads, then by problem; `random_phases`, by J1_0; `many_orbits`; `bodies`.
 
     Raises
     ------
@@ -66,49 +78,40 @@ def compute(config: Config, means: Means) -> Tree:
         means.report(f"{title}: {_said(found)}")
         return found
 
-    problems = config.problem.problems
-    truth: Truth = {}
-    groups: dict[str, dict[str, Any]] = {}
-    for name in problems:
-        title = PROBLEMS[name].title
-        found: Any = part(f"reference.{name}", f"reference, {title}", _reference, name)
-        truth[name] = {key: np.asarray(node[0]).tolist() for key, node in found.items()}
-        groups[name] = datasets(PROBLEM, PROBLEMS[name]._asdict())
-    for key in config.problem.methods:
-        if any(METHODS[key].answer(name) for name in problems):
-            found = part(f"search.{key}", METHODS[key].label, _search, key, truth)
-            for name, record in found.items():
-                groups[name][key] = record
-    meetings: dict[str, dict[str, Any]] = {f"threads_{n}": {} for n in config.meeting.threads}
-    for name in problems:
-        guests = methods.guests(name, _records(groups[name]), config)
-        if len(guests) > 1:
-            found = part(f"meeting.{name}", PROBLEMS[name].title, _meeting, name, guests, truth)
-            for threads, record in found.items():
-                meetings[threads][name] = record
-    phases: dict[str, dict[str, Any]] = {}
-    for key in filter(_there, config.phases.methods):
-        found = part(f"phases.{key}", f"random phases, {METHODS[key].label}", _phases, key)
-        for start, record in found.items():
-            phases.setdefault(start, {})[key] = record
-    codes = _records(groups.get("codes", {}))
-    many = {
-        key: part(f"many.{key}", f"many orbits, {METHODS[key].label}", _many, key, codes)
-        for key in filter(_there, config.many.methods)
+    def parts(name: str, title: str, work: Any, keys: Sequence[str], known: Data) -> dict[str, Any]:
+        """A part of each method that is there, with its setting for the codes of Fig. 4."""
+        entries = _entries(config, keys, known)
+        return {
+            key: part(f"{name}.{key}", f"{title}, {METHODS[key].label}", work, key, entry)
+            for key, entry in entries.items()
+        }
+
+    problems = {name: PROBLEMS[name] for name in config.problem.problems}
+    truth = {
+        name: _arrays(part(f"reference.{name}", f"reference, {x.title}", _reference, name))
+        for name, x in problems.items()
     }
-    asked = config.bodies
-    lists = ("kept", SEED, asked.kept), ("drawn", asked.seed, asked.drawn)
-    bodies = [
-        part(f"bodies.{title}", f"bodies, {title}", _bodies, title, seed, n, codes)
-        for title, seed, n in lists
-        if n
-    ]
+    searched = {
+        key: part(f"search.{key}", METHODS[key].label, _search, key, truth)
+        for key in config.problem.methods
+        if any(map(METHODS[key].answer, truth))
+    }
+    found = {name: _turned(searched).get(name, {}) for name in problems}
+    records, met = _arrays(found), {}
+    for name, x in problems.items():
+        guests = methods.guests(name, records[name], config)
+        if len(guests) > 1:
+            met[name] = part(f"meeting.{name}", x.title, _meeting, name, guests, truth)
+    codes = records.get("codes", {})
+    phases = parts("phases", "random phases", _phases, config.phases.methods, {})
+    many = parts("many", "many orbits", _many, config.many.methods, codes)
+    bodies = part("bodies", "bodies drawn by lot", _bodies, codes)
     return {
-        **groups,
-        "meetings": meetings,
-        "random_phases": phases,
+        **{name: {**datasets(PROBLEM, x._asdict()), **found[name]} for name, x in problems.items()},
+        "meetings": {**{f"threads_{n}": {} for n in config.meeting.threads}, **_turned(met)},
+        "random_phases": _turned(phases),
         "many_orbits": many,
-        "bodies": _joined([x for x in bodies if len(x) > 1]),
+        **({"bodies": bodies} if bodies else {}),
     }
 
 
@@ -121,35 +124,93 @@ def describe(config: Config) -> list[Row]:
     ]
 
 
-def _measured(work: str, budgets: float, **given: Any) -> tuple[list[Line], str]:
-    """Measurements by a worker, within so many budgets of `seconds`, and how that ended."""
-    given["seconds"] = float(given["seconds"])
-    return measured(work, given, PATIENCE * given["seconds"] * budgets + GRACE)
-
-
-def _told(layout: Layout, row: Mapping[str, Any]) -> Tree:
-    """Numbers, texts and lists of those fields of a layout that a row has."""
-    return {
-        name: field.dataset(row[name] if isinstance(row[name], str) else np.array(row[name], float))
-        for name, (field, _) in named(layout).items()
-        if name in row and isinstance(field, Field)
-    }
-
-
-def _columns(rows: Sequence[Line]) -> Line:
-    """The numbers of rows by their names."""
-    return {name: [row[name] for row in rows] for name in (rows[0] if rows else ())}
-
-
 def _reference(config: Config, name: str) -> Tree:
     """The truth of a problem."""
-    asked = ASKED[name]
-    found = asked.truth(asked.task(config.problem))
+    found = stage(name, config.problem).truth
     return {key: Dataset(values, "", "the truth") for key, values in found.items()}
 
 
-def _there(key: str) -> bool:
-    return not _missing(key)
+def _search(config: Config, key: str, truth: dict[str, Data]) -> Tree:
+    """The records of a method, by problem."""
+    problems = [name for name in truth if METHODS[key].answer(name)]
+    if missing := _missing(key):
+        said = f"absent: {missing} is not installed"
+        return {name: _told(SEARCHED, {"ended": said}) for name in problems}
+    budgets = len(problems) * float(config.search.seconds)
+    lines, ended = by_worker(measure.search, (config, key, truth), budgets)
+    return {name: _searched(config, key, name, lines, ended) for name in problems}
+
+
+def _searched(config: Config, key: str, problem: str, lines: list[Line], ended: str) -> Tree:
+    """The record of a method at a problem; first the worker told the costs of its import."""
+    method, long = METHODS[key], PROBLEMS[problem].kind == "long"
+    planned = len(methods.knobs(method, config.search, long)) * len(method.variants)
+    own = [line for line in lines[1:] if line["problem"] == problem]
+    rows = [line for line in own if "knob" in line]
+    wrong = next((line["failed"] for line in own if "failed" in line), ended)
+    once = {k: v for line in [*lines[:1], *own] for k, v in line.items()}
+    return _told(SEARCHED, {**once, **_columns(rows), "ended": _cut(wrong, len(rows), planned)})
+
+
+def _meeting(config: Config, name: str, guests: dict[str, Entry], truth: dict[str, Data]) -> Tree:
+    """The records of the methods that meet at a problem, by the number of threads."""
+    asked = config.meeting
+    budgets = len(guests) * len(asked.threads) * float(asked.seconds)
+    lines, ended = by_worker(measure.meeting, (config, name, guests, truth), budgets)
+    # Where a second thread serves nobody there is no meeting.
+    missed = {"ended": ENDED.dataset(ended)}
+    found: dict[str, Any] = {f"threads_{n}": missed for n in asked.threads if ended}
+    for line in lines:
+        record = _told(MET, {**line, "chosen": str(guests[line["method"]])})
+        most = f"threads_{line['most']}"
+        rest = {"ended": ENDED.dataset(COMPLETE), line["method"]: record}
+        found[most] = {**found.get(most, {}), **rest}
+    return found
+
+
+def _phases(config: Config, key: str, entry: Entry) -> Tree:
+    """The records of a method on random phases, by J1_0."""
+    budgets = 2 * float(config.phases.seconds)
+    lines, ended = by_worker(measure.random_phases, (config, key, entry), budgets)
+    if ended:
+        raise RuntimeError(f"random phases, {METHODS[key].label}: {ended}")
+    return {f"J1_0_{line['J1_0']}": _told(COUNTED, line) for line in lines}
+
+
+def _many(config: Config, key: str, entry: Entry) -> Tree:
+    """The record of a method at ever more orbits, with its setting for the codes of Fig. 4."""
+    budgets = len(config.many.orbits) * config.many.seconds
+    lines, ended = by_worker(measure.many_orbits, (config, key, entry), budgets)
+    if not lines:
+        raise RuntimeError(f"many orbits, {METHODS[key].label}: {ended}")
+    return _told(MANY, {**_columns(lines), "chosen": str(entry), "ended": ended or COMPLETE})
+
+
+def _bodies(config: Config, codes: Data) -> Tree:
+    """The bodies drawn by lot, and the records of all methods with them."""
+    asked, n = config.bodies, config.bodies.kept + config.bodies.drawn
+    entries = _entries(config, asked.methods, codes)
+    for key, entry in entries.items():
+        if METHODS[key].family == methods.HEYOKA:
+            # It is compiled once for all of them.
+            entries[key] = entry._replace(setting={**entry.setting, "parameters": True})
+    # Of peers and of the truth, and of ours.
+    budgets = n * (len(entries) * float(asked.seconds) + asked.longest)
+    lines, ended = by_worker(measure.bodies, (config, entries), budgets) if n else ([], "")
+    if not lines:
+        return {}
+    each = {key: _told(OF_BODIES, _columns([line[key] for line in lines])) for key in entries}
+    bodies = _columns([dict(zip(BODY, line["body"], strict=True)) for line in lines])
+    return {**_told(OF_LOT, {**bodies, "ended": _cut(ended, len(lines), n)}), **each}
+
+
+def _entries(config: Config, keys: Sequence[str], codes: Data) -> dict[str, Entry]:
+    """The methods that are there, each with its setting for the codes of Fig. 4."""
+    return {
+        key: methods.best("codes", key, codes.get(key, {}), config.search)
+        for key in keys
+        if not _missing(key)
+    }
 
 
 def _missing(key: str) -> str:
@@ -158,134 +219,37 @@ def _missing(key: str) -> str:
     return next(missing, "")
 
 
-def _search(config: Config, key: str, truth: Truth) -> Tree:
-    """The records of a method, by problem."""
-    method, problems = METHODS[key], config.problem.problems
-    knobs = {
-        name: methods.knobs(method, config.search, PROBLEMS[name].kind == "long")
-        for name in problems
-        if method.answer(name)
-    }
-    if missing := _missing(key):
-        said = f"absent: {missing} is not installed"
-        return {name: _told(SEARCHED, {"ended": said}) for name in knobs}
-    lines, ended = _measured(
-        "search", len(knobs), entries={key: knobs}, truth=truth,
-        sizes=config.problem.model_dump(),
-        repeats=config.search.repeats, seconds=config.search.seconds,
-    )  # fmt: skip
-    planned = {name: len(x) * len(method.variants) for name, x in knobs.items()}
-    return {name: searched(lines, ended, name, planned[name]) for name in knobs}
+def _turned(groups: Mapping[str, Mapping[str, Any]]) -> dict[str, dict[str, Any]]:
+    """Groups in groups, the inner names outside."""
+    found: dict[str, dict[str, Any]] = {}
+    for outer, group in groups.items():
+        for inner, node in group.items():
+            found.setdefault(inner, {})[outer] = node
+    return found
 
 
-def searched(lines: list[Line], ended: str, problem: str, planned: int) -> Tree:
-    """The record of a method at a problem, of what a worker told.
+def _told(layout: Layout, row: Mapping[str, Any]) -> Tree:
+    """Numbers, texts and lists of those fields of a layout that a row has."""
+    own = {name: row[name] for name in named(layout) if name in row}
+    return datasets(
+        layout, {k: x if isinstance(x, str) else np.array(x, float) for k, x in own.items()}
+    )
 
-    Parameters
-    ----------
-    lines : list of dict
-        All that it told: first the costs of its import.
-    ended : str
-        What went wrong with the worker; empty where nothing did.
-    problem : str
-    planned : int
-        How many measurements were asked for.
-    """
-    own = [line for line in lines[1:] if line["problem"] == problem]
-    rows = [line for line in own if "knob" in line]
-    wrong = next((line["failed"] for line in own if "failed" in line), ended)
-    once = {k: v for line in [*lines[:1], *own] for k, v in line.items()}
-    ends = {"ended": _cut(wrong, len(rows), planned)}
-    return _told(SEARCHED, {**once, **_columns(rows), **ends})
+
+def _columns(rows: Sequence[Line]) -> Line:
+    """The numbers of rows by their names."""
+    return {name: [row[name] for row in rows] for name in (rows[0] if rows else ())}
+
+
+def _arrays(tree: Any) -> Any:
+    """The arrays of a tree, without their meanings."""
+    return {k: _arrays(x) if isinstance(x, dict) else x[0] for k, x in tree.items()}
 
 
 def _cut(wrong: str, done: int, planned: int) -> str:
     """End of a measurement: complete, at its budget, or by what went wrong."""
     cut = wrong or ("cut at the budget" if done < planned else "")
     return f"{cut}: {done} of {planned}" if cut else COMPLETE
-
-
-def _meeting(config: Config, name: str, guests: dict[str, Setting], truth: Truth) -> Tree:
-    """The records of the methods that meet at a problem, by the number of threads."""
-    asked = config.meeting
-    lines, ended = _measured(
-        "meeting", len(guests) * len(asked.threads), entries=guests, problem=name, truth=truth,
-        threads=asked.threads, sizes=config.problem.model_dump(),
-        repeats=asked.rounds, seconds=asked.seconds,
-    )  # fmt: skip
-    found: dict[str, dict[str, Any]] = {f"threads_{n}": {} for n in asked.threads}
-    for line in lines:
-        chosen = methods.spelt(guests[line["method"]])
-        told = _told(MET, {**line, "chosen": chosen})
-        found[f"threads_{line['most']}"][line["method"]] = told
-    for group in found.values():
-        group["ended"] = ENDED.dataset(COMPLETE if group else ended)
-    # Where a second thread serves nobody there is no meeting.
-    return {name: group for name, group in found.items() if len(group) > 1 or ended}
-
-
-def _records(group: Data) -> dict[str, dict[str, Any]]:
-    """The arrays of the methods' records at a problem, without their meanings."""
-    return {
-        key: {name: node[0] for name, node in group[key].items()} for key in METHODS if key in group
-    }
-
-
-def _phases(config: Config, key: str) -> Tree:
-    """The records of a method on random phases, by J1_0."""
-    entries, asked = {key: methods.best("codes", key, {}, config.search)}, config.phases
-    given: Any = {"entries": entries, "orbits": asked.orbits, "seconds": asked.seconds}
-    lines, ended = _measured("phases", 2, **given)
-    if ended:
-        raise RuntimeError(f"random phases, {METHODS[key].label}: {ended}")
-    return {f"J1_0_{line['J1_0']}": _told(COUNTED, line) for line in lines}
-
-
-def _many(config: Config, key: str, codes: Data) -> Tree:
-    """The record of a method at ever more orbits, with its setting for the codes of Fig. 4."""
-    entry = methods.best("codes", key, codes, config.search)
-    numbers, seconds = config.many.orbits, config.many.seconds
-    lines, ended = _measured(
-        "many", len(numbers), entries={key: entry}, numbers=numbers, seconds=seconds,
-        n_symbols=config.problem.n_symbols, repeats=config.search.repeats,
-    )  # fmt: skip
-    if not lines:
-        raise RuntimeError(f"many orbits, {METHODS[key].label}: {ended}")
-    texts = {"chosen": methods.spelt(entry), "ended": ended or COMPLETE}
-    return _told(MANY, {**_columns(lines), **texts})
-
-
-def _bodies(config: Config, title: str, seed: int, n: int, codes: Data) -> Tree:
-    """The bodies of a list, and the records of all methods with them."""
-    asked, entries = config.bodies, {}
-    for key in filter(_there, asked.methods):
-        entry = methods.best("codes", key, codes, config.search)
-        entries[key] = {**entry, "setting": {**entry["setting"], **METHODS[key].of_bodies}}
-    # Of peers and of the truth, and of ours.
-    budgets = n * (len(entries) + asked.longest / float(asked.seconds))
-    lines, ended = _measured(
-        "bodies", budgets, entries=entries, seed=seed, bodies=n, orbits=asked.orbits,
-        threads=asked.threads, repeats=asked.repeats, seconds=asked.seconds, longest=asked.longest,
-    )  # fmt: skip
-    bodies = [dict(zip(BODY, [title == "kept", *x["body"]], strict=True)) for x in lines]
-    each = {
-        key: _told(OF_BODIES, _columns([line[key] for line in lines]))
-        for key in (entries if lines else ())
-    }
-    ends = {"ended": _cut(ended, len(lines), n)}
-    return {**_told(OF_LOT, {**_columns(bodies), **ends}), **each}
-
-
-def _joined(parts: list[Any]) -> Any:
-    """Trees of arrays as one, end to end; of texts one that is not `COMPLETE`."""
-    if not parts or not isinstance(parts[0], Dataset):
-        return {
-            name: _joined([part[name] for part in parts]) for part in parts[:1] for name in part
-        }
-    first: Any = parts[0]
-    if isinstance(first.values, str):
-        return next((x for x in parts if x.values != COMPLETE), first)
-    return first._replace(values=np.concatenate([part.values for part in parts]))
 
 
 def _said(found: Mapping[str, Any]) -> str:
@@ -296,3 +260,37 @@ def _said(found: Mapping[str, Any]) -> str:
     if len(set(each.values())) > 1:
         return "; ".join(f"{name} {text}" for name, text in each.items())
     return next(iter(each.values()), "done")
+
+
+def by_worker(
+    work: Callable[..., Iterator[Line]], given: tuple[Any, ...], budgets: float
+) -> tuple[list[Line], str]:
+    """The lines that a worker tells of its work, and how it ended: empty, or what went wrong.
+
+    It is ended at :data:`PATIENCE` times the seconds of all its budgets; what it has measured
+    until then is kept.
+    """
+    lines: list[Line] = []
+    before = dict(os.environ)
+    with tempfile.TemporaryDirectory() as cache:
+        # The cache is empty: what is compiled is compiled there, what is built is built.
+        os.environ.update(ALONE, XDG_CACHE_HOME=cache)
+        try:
+            return lines, apart(_tell, (work, given), lines.append, PATIENCE * budgets + GRACE)
+        except TimeoutError as late:
+            return lines, str(late)
+        except WorkerError as crash:
+            return lines, f"failed: {crash}"
+        finally:
+            os.environ.clear()
+            os.environ.update(before)
+
+
+def _tell(work: Callable[..., Iterator[Line]], given: tuple[Any, ...], say: Any) -> str:
+    """Do work in a worker and say its lines; how it failed, if the method did."""
+    try:
+        for line in work(*given):
+            say(line)
+    except measure.FAILURES as error:
+        return f"failed: {measure.said(error)}"
+    return ""

@@ -12,7 +12,8 @@ import numpy as np
 from CyRK import nb_diffeq_addr, nbsolve2_ivp
 from numba import njit
 
-from rigidpend.experiments.bench.solvers import SMALLER, Ends, Solver, Task, answering, flat
+from rigidpend.experiments.bench.problems import Task
+from rigidpend.experiments.bench.solvers import SMALLER, Ends, Solver, answering, flat
 from rigidpend.mechanics.body import Body
 from rigidpend.numbers.generic import Array
 
@@ -26,7 +27,7 @@ def answered(task: Task, tolerance: float, threads: int, method: str) -> Solver:
     """The answer to any task."""
 
     def ends(part: Task) -> Ends:
-        address = _address(part.body, len(part.states) == 8)
+        address = _address(part.body, len(part.states))
 
         def carry(states: Array, start: float, times: Array) -> Array:
             ended = _ends(address, np.ascontiguousarray(states.T), start, times, method, tolerance)
@@ -37,18 +38,18 @@ def answered(task: Task, tolerance: float, threads: int, method: str) -> Solver:
         return carry
 
     def crossings(part: Task) -> Callable[[], Array]:
-        orbits, wanted = np.ascontiguousarray(part.states.T), part.routes.n_symbols + 1
+        orbits, wanted = np.ascontiguousarray(part.states.T), part.problem.n_symbols + 1
         piece = float(part.times.max()) / PIECES
-        given = _address(part.body), orbits, wanted, piece, method, tolerance
+        given = _address(part.body, 6), orbits, wanted, piece, method, tolerance
         return lambda: np.transpose(_crossings(*given), (2, 1, 0))
 
     return answering(task, threads, ends, crossings)
 
 
 @functools.cache
-def _address(body: Body, angles: bool = False) -> int:
+def _address(body: Body, size: int) -> int:
     """The address of the compiled field."""
-    address: int = nb_diffeq_addr(flat(body, angles))
+    address: int = nb_diffeq_addr(flat(body, size))
     return address
 
 

@@ -50,12 +50,9 @@ def style(name: str) -> dict[str, Any]:
     """The words of a plot for a method: the colour tells whose, dashes that two runs compare."""
     method = METHODS[name]
     look = APPEARANCES[method.family]
-    said: dict[str, Any] = {
-        "color": look.colour,
-        "marker": look.marker,
-        "ls": "--" if method.certain else "-",
-    }
-    said |= {"ms": 7.5 if look.marker == "*" else 4.2, "lw": 1.1, "mew": 0.8}
+    dashes, size = "--" if method.certain else "-", 7.5 if look.marker == "*" else 4.2
+    said: dict[str, Any] = {"color": look.colour, "marker": look.marker, "ls": dashes}
+    said |= {"ms": size, "lw": 1.1, "mew": 0.8}
     if method.certain and method.family == "ours":
         said |= CERTAIN
     return {**said, "label": name, "zorder": 3.0 + list(APPEARANCES).index(method.family)}
@@ -70,9 +67,10 @@ def draw(result: Loaded) -> Figure:
         *((_draw_wrong,) if data.get("random_phases") else ()),
         *((_draw_many,) if data.get("many_orbits") else ()),
     ]
+    meetings = {x: met for x in PROBLEMS if x in data and (met := report.met(data, x, 1))}
     # What is left of the last row holds the legend.
-    rows, lines = len(diagrams) // 2 + 1, len(list(_meetings(data)))
-    heights = [ROW * (lines + 3.2), DIAGRAM * rows]
+    rows = len(diagrams) // 2 + 1
+    heights = [ROW * (len(meetings) + 3.2), DIAGRAM * rows]
     figure = Figure(figsize=(WIDTH, sum(heights)))
     figure.set_layout_engine("constrained", w_pad=0.05, h_pad=0.05)
     # Apart, so that the long names above take no width from the diagrams.
@@ -80,7 +78,7 @@ def draw(result: Loaded) -> Figure:
     above, below = halves
     grid = below.add_gridspec(rows, 2)
     every = [above.subplots()]
-    _draw_ratios(every[0], data)
+    _draw_ratios(every[0], data, meetings)
     for k, draw_one in enumerate(diagrams):
         every.append(below.add_subplot(grid[k // 2, k % 2]))
         draw_one(every[-1], data)
@@ -94,34 +92,25 @@ def draw(result: Loaded) -> Figure:
     return figure
 
 
-def _meetings(data: Data) -> Any:
-    """Problems at which methods met, with their standings, one thread."""
-    return ((name, met) for name in PROBLEMS if name in data and (met := report.met(data, name, 1)))
-
-
-def _draw_ratios(axes: Axes, data: Data) -> None:
+def _draw_ratios(axes: Axes, data: Data, meetings: dict[str, list[report.Standing]]) -> None:
     """Times in units of ours: of each family the fastest; hollow: level not reached."""
     axes.set_title("time at equal error, the fastest of each; hollow: that error is not reached")
-    labels = []
-    for row, (name, met) in enumerate(_meetings(data)):
-        labels.append(str(data[name]["title"]))
-        best: dict[str, Any] = {}
+    for row, met in enumerate(meetings.values()):
+        best: dict[str, report.Standing] = {}
         for standing in sorted(met, key=lambda x: (not x.reached, x.ratio)):
             if not METHODS[standing.method].certain:
                 best.setdefault(METHODS[standing.method].family, standing)
         for standing in best.values():
             look = style(standing.method)
-            face = look["color"] if standing.reached else "white"
-            axes.plot(
-                standing.ratio, row, **{**look, "ls": "none", "mfc": face, "ms": look["ms"] + 1}
-            )
+            look |= {"ls": "none", "mfc": look["color"] if standing.reached else "white"}
+            axes.plot(standing.ratio, row, **{**look, "ms": look["ms"] + 1})
     axes.axvline(1.0, color="black", lw=0.8, zorder=2)
     axes.set_xscale("log")
     low, high = axes.get_xlim()
     axes.set_xlim(min(low, 0.4), max(high, 2.5))
     axes.axvspan(axes.get_xlim()[0], 1.0, color=FASTER, zorder=0)
-    axes.set_yticks(range(len(labels)), labels)
-    axes.set(ylim=(len(labels) - 0.4, -0.6), xlabel="time in units of ours")
+    axes.set_yticks(range(len(meetings)), [str(data[name]["title"]) for name in meetings])
+    axes.set(ylim=(len(meetings) - 0.4, -0.6), xlabel="time in units of ours")
     inside: Any = {"transform": axes.transAxes, "va": "bottom", "fontsize": 7.5, "color": "0.3"}
     axes.text(0.008, 0.03, "faster\nthan ours", **inside)
     axes.tick_params(axis="y", length=0)
@@ -129,16 +118,17 @@ def _draw_ratios(axes: Axes, data: Data) -> None:
 
 def _draw_again(axes: Axes, data: Data) -> None:
     _draw_shares(axes, {name: 1e6 * one["again"] for name, one in report.of_bodies(data).items()})
-    axes.set_title("bodies drawn by lot: the same call again")
-    axes.set(xlabel="time of an orbit (us)", ylabel="share of bodies below")
+    axes.set(title="bodies drawn by lot: the same call again", xlabel="time of an orbit (us)")
 
 
 def _draw_first(axes: Axes, data: Data) -> None:
     found = report.of_bodies(data)
     _draw_shares(axes, {name: one["first"] for name, one in found.items()})
     orbits = max(data["bodies"][next(iter(found))]["orbits"])
-    axes.set_title("bodies drawn by lot: first call with each")
-    axes.set(xlabel=f"time of {orbits:,.0f} orbits (s)", ylabel="share of bodies below")
+    axes.set(
+        title="bodies drawn by lot: first call with each",
+        xlabel=f"time of {orbits:,.0f} orbits (s)",
+    )
 
 
 def _draw_shares(axes: Axes, sample: dict[str, Any]) -> None:
@@ -147,22 +137,21 @@ def _draw_shares(axes: Axes, sample: dict[str, Any]) -> None:
         ordered = np.sort(values)
         share = np.arange(1, ordered.size + 1) / ordered.size
         axes.step(ordered, share, where="post", **{**style(name), "marker": ""})
-    axes.set(xscale="log", ylim=(0, 1.03))
+    axes.set(xscale="log", ylim=(0, 1.03), ylabel="share of bodies below")
     axes.yaxis.set_major_formatter(PercentFormatter(1.0))
 
 
 def _draw_work(axes: Axes, data: Data) -> None:
     """Time against error, the best of the settings of methods that vouch for nothing."""
-    for name, record in _in_order(data["codes"]):
+    for name, record in report.records(data["codes"]):
         if "error" not in record or METHODS[name].certain:
             continue
         error = np.maximum(record["error"], np.finfo(float).eps)
         kept = _front(error, record["seconds"]) & np.isfinite(error) & (error <= LARGEST)
         order = np.argsort(-error[kept])
         axes.plot(error[kept][order], record["seconds"][kept][order], **style(name))
-    axes.set_title("Fig. 4: time against error")
-    axes.set(xscale="log", yscale="log", ylabel="time (s)")
-    axes.set_xlabel("error of the crossing times ($t'$)")
+    axes.set(title="Fig. 4: time against error", ylabel="time (s)")
+    axes.set(xscale="log", yscale="log", xlabel="error of the crossing times ($t'$)")
     axes.invert_xaxis()
 
 
@@ -176,14 +165,14 @@ def _front(error: Any, seconds: Any) -> Any:
 def _draw_wrong(axes: Axes, data: Data) -> None:
     """Wrong symbols per million against the time of an orbit; none at all lies on the floor."""
     for group in data["random_phases"].values():
-        for name, record in _in_order(group):
+        for name, record in report.records(group):
             wrong = 1e6 * float(record["wrong_trusted"]) / float(record["symbols"])
             cost = 1e3 * float(record["seconds"]) / float(record["orbits"])
             look = {**style(name), "ls": "none", "clip_on": False}
-            look |= {"marker": look.get("marker", "*")}
-            axes.plot(cost, wrong, **{**look, "mfc": "white"} if METHODS[name].certain else look)
-    axes.set_title("Fig. 4: wrong symbols; hollow: compared")
-    axes.set(xscale="log", xlabel="time of an orbit (ms)", ylabel="wrong per million")
+            look |= {"mfc": "white"} if METHODS[name].certain else {}
+            axes.plot(cost, wrong, **look)
+    axes.set(title="Fig. 4: wrong symbols; hollow: compared", ylabel="wrong per million")
+    axes.set(xscale="log", xlabel="time of an orbit (ms)")
     axes.set_yscale("symlog", linthresh=10, linscale=0.5)
     axes.set_ylim(0, max(100.0, 1.5 * axes.get_ylim()[1]))
     low, high = axes.get_xlim()
@@ -194,7 +183,7 @@ def _draw_many(axes: Axes, data: Data) -> None:
     """Time against the number of orbits; dotted where it is scaled."""
     group = data["many_orbits"]
     most = max(float(max(record["orbits"])) for record in group.values())
-    for name, record in _in_order(group):
+    for name, record in report.records(group):
         orbits, warm = np.asarray(record["orbits"]), np.asarray(record["seconds"])
         axes.plot(orbits, warm, **style(name))
         beyond = np.array([orbits[-1], most])
@@ -203,8 +192,8 @@ def _draw_many(axes: Axes, data: Data) -> None:
         if name == report.MAPS:
             beside: Any = {"textcoords": "offset points", "ha": "right", "fontsize": 7}
             axes.annotate("by return maps", (orbits[-1], warm[-1]), (4, -15), **beside)
-    axes.set_title("Fig. 4: codes of ever more orbits, warm")
-    axes.set(xscale="log", yscale="log", ylabel="time (s)", xlabel="orbits; dotted: scaled")
+    axes.set(title="Fig. 4: codes of ever more orbits, warm", xlabel="orbits; dotted: scaled")
+    axes.set(xscale="log", yscale="log", ylabel="time (s)")
 
 
 def _draw_legend(axes: Axes, every: list[Axes]) -> None:
@@ -218,7 +207,3 @@ def _draw_legend(axes: Axes, every: list[Axes]) -> None:
         handles.insert(1, entry("rigidpend, every symbol certain", **CERTAIN))
         handles.append(entry("two runs of a peer compared", color="0.4", ls="--"))
     axes.legend(handles=handles, loc="center", fontsize=8.5, frameon=False)
-
-
-def _in_order(group: Data) -> list[tuple[str, Data]]:
-    return [(name, group[name]) for name in METHODS if name in group]

@@ -12,9 +12,24 @@ import numpy as np
 from rigidpend.experiments.data import Data
 
 Setting = dict[str, Any]
+"""Words to a method's module."""
 
 
-class BenchProblem(NamedTuple):
+class Entry(NamedTuple):
+    """A method's knob and setting."""
+
+    knob: float | None = None
+    """Tolerance, or steps in a period; None where there is none."""
+    setting: Setting = {}  # noqa: RUF012
+    part: float = 1.0
+    """The part of the way that it goes, over long times."""
+
+    def __str__(self) -> str:
+        knob = [] if self.knob is None else [f"knob {self.knob:g}"]
+        return ", ".join([*knob, *(f"{name} {value}" for name, value in self.setting.items())])
+
+
+class Problem(NamedTuple):
     """A problem of the benchmark; `problems.ASKED` has its task, its truth and its error."""
 
     title: str
@@ -30,24 +45,24 @@ class BenchProblem(NamedTuple):
 
 _DISTANCE = "largest distance of (M/|M|, gamma) from the truth at the end, over the orbits"
 PROBLEMS = {
-    "free_body": BenchProblem("free body", _DISTANCE, "motion", "aligned_batch", 1e-9),
-    "pendulum": BenchProblem("pendulum (5:3)", _DISTANCE, "motion", "closed_form", 1e-9),
+    "free_body": Problem("free body", _DISTANCE, "motion", "aligned_batch", 1e-9),
+    "pendulum": Problem("pendulum (5:3)", _DISTANCE, "motion", "closed_form", 1e-9),
     # Like is compared with like: other methods deliver symbols and no word on whether they are
     # right. `route_codes`, which vouches for each, is a line of its own.
-    "codes": BenchProblem(
+    "codes": Problem(
         "route codes of Fig. 4",
         "median over the columns of the largest error of a crossing time, t'",
         "routes",
         "aligned_batch",
     ),
-    "precession_angle": BenchProblem(
+    "precession_angle": Problem(
         "alpha(T) of Fig. 5",
         "largest error of alpha(T), radians, over the two orbits",
         "angle",
         "aligned_batch",
         1e-6,
     ),
-    "long_time": BenchProblem(
+    "long_time": Problem(
         "integrals over long times",
         "largest drift of energy, |gamma| and M.gamma, relative, over the orbits and the time",
         "long",
@@ -62,11 +77,11 @@ class Method(NamedTuple):
 
     label: str
     family: str
-    """Ours, or whose; `protocol.made` has the module that answers for it."""
+    """Ours, or whose; `measure.made` has the module that answers for it."""
     answers: tuple[str, ...] = ("motion", "long", "routes", "angle")
     """Problems that it answers, or kinds of them."""
     told: Setting = {}  # noqa: RUF012
-    """Words to its module beyond task, knob and threads."""
+    """Words to its module beyond task, knob, threads and a setting."""
     knob: str = "tolerance"
     """``tolerance``, ``steps`` (in a period), or ``none``."""
     finest: float = 2.0**-52
@@ -77,18 +92,20 @@ class Method(NamedTuple):
     """Settings that change the cost and not the error: tried at one knob, the fastest counts."""
     variants: tuple[Setting, ...] = ({},)
     """Settings that change the error too: each is tried at every knob."""
-    of_bodies: Setting = {}  # noqa: RUF012
-    """Settings beyond, where many bodies are followed."""
     threads: bool = True
     """True if a second thread can serve it: it leaves Python's lock while it computes."""
-    runs: tuple[tuple[str, Setting], ...] = ()
-    """Methods, each with knob and setting, that a cross-check compares; the third decides."""
+    runs: tuple[tuple[str, Entry], ...] = ()
+    """Methods that a cross-check compares; the third decides."""
     certain: bool = False
     """True if it says which of its symbols can be trusted."""
 
     def answer(self, problem: str) -> bool:
         """True if it answers a problem."""
         return problem in self.answers or PROBLEMS[problem].kind in self.answers
+
+    def entry(self, knob: float | None, form: int = 0, variant: int = 0, part: float = 1) -> Entry:
+        """A knob with the setting of a form and a variant."""
+        return Entry(knob, {**self.forms[form], **self.variants[variant]}, part)
 
 
 def _variants(name: str, *values: Any) -> tuple[Setting, ...]:
@@ -100,27 +117,12 @@ def _certain(label: str, way: str, *answers: str) -> Method:
     return Method(said, OURS, answers, {"way": way}, "none", certain=True)
 
 
-def _compared(label: str, family: str, libraries: tuple[str, ...], *runs: Any) -> Method:
-    entries = tuple((name, {"knob": knob, "setting": setting}) for name, knob, setting in runs)
-    return Method(
-        f"{label} compared", family, ("routes",), knob="none", libraries=libraries, runs=entries,
-        threads=family != SCIPY, certain=True,
-        of_bodies=COMPILED_ONCE if family == HEYOKA else {},
-    )  # fmt: skip
-
-
 OURS, HEYOKA, CYRK, DIFFRAX, SCIPY = "ours", "heyoka", "cyrk", "diffrax", "scipy"
 """Families of methods; our operator splitting, `lie_poisson`, is one of its own."""
 OWN = (OURS, "lie_poisson")
 """Families that are in this package: they are no peers."""
-COMPILED_ONCE: Setting = {"parameters": True}
-LANES: Setting = {
-    "libraries": ("heyoka",), "forms": _variants("lanes", 4, 8, 16), "of_bodies": COMPILED_ONCE,
-}  # fmt: skip
+LANES: Setting = {"libraries": ("heyoka",), "forms": _variants("lanes", 4, 8, 16)}
 FINEST_SCIPY = 2.3e-14
-NUMBA, JAX, SCIPYS = ("CyRK", "numba"), ("jax", "diffrax"), ("scipy.integrate",)
-PRINCIPAL = "heyoka_principal", 2.0**-52, {"lanes": 8}
-COARSER, EQ1 = ("heyoka_principal", 1e-14, {"lanes": 8}), ("heyoka_eq1", 2.0**-52, {"lanes": 8})
 
 METHODS = {
     "closed_form": Method(
@@ -141,42 +143,48 @@ METHODS = {
         "heyoka, (eq1), batches", HEYOKA, ("motion", "long", "routes"), {"eq1": True}, **LANES
     ),
     "cyrk": Method(
-        "CyRK, compiled by numba", CYRK, finest=FINEST_SCIPY, libraries=NUMBA,
+        "CyRK, compiled by numba", CYRK, finest=FINEST_SCIPY, libraries=("CyRK", "numba"),
         variants=_variants("method", "DOP853", "Vern8", "LSODA"),
     ),
     # Tighter, steps are refused for ever.
     "diffrax": Method(
-        "diffrax, jitted and vmapped", DIFFRAX, finest=2e-14, libraries=JAX,
+        "diffrax, jitted and vmapped", DIFFRAX, finest=2e-14, libraries=("jax", "diffrax"),
         variants=_variants("solver", "Dopri8", "Tsit5"),
     ),
     "scipy_dop853": Method(
-        "SciPy DOP853", SCIPY, finest=FINEST_SCIPY, libraries=SCIPYS, threads=False
-    ),
-    "heyoka_two_forms": _compared(
-        "heyoka, both forms", HEYOKA, ("heyoka",), PRINCIPAL, EQ1, COARSER
-    ),
-    "heyoka_two_tolerances": _compared(
-        "heyoka, two tolerances", HEYOKA, ("heyoka",), PRINCIPAL, COARSER, EQ1
-    ),
-    "cyrk_two_methods": _compared(
-        "CyRK, two methods", CYRK, NUMBA,
-        *(("cyrk", knob, {"method": name})
-          for knob, name in ((1e-13, "DOP853"), (1e-13, "Vern8"), (3e-14, "DOP853"))),
-    ),
-    "diffrax_two_tolerances": _compared(
-        "diffrax, two tolerances", DIFFRAX, JAX,
-        *(("diffrax", knob, {"solver": name})
-          for knob, name in ((1e-13, "Dopri8"), (3e-14, "Dopri8"), (1e-12, "Dopri5"))),
-    ),
-    "scipy_two_tolerances": _compared(
-        "SciPy DOP853, two tolerances", SCIPY, SCIPYS,
-        *(("scipy_dop853", knob, {}) for knob in (1e-12, 1e-13, 3e-14)),
+        "SciPy DOP853", SCIPY, finest=FINEST_SCIPY, libraries=("scipy.integrate",), threads=False
     ),
 }  # fmt: skip
-"""Every method by its name; the last are cross-checks of peers."""
+"""Every method by its name; cross-checks of peers follow."""
+PRINCIPAL, EQ1 = (
+    (name, Entry(2.0**-52, {"lanes": 8})) for name in ("heyoka_principal", "heyoka_eq1")
+)
+COARSER = "heyoka_principal", Entry(1e-14, {"lanes": 8})
+COMPARED = {
+    "heyoka_two_forms": ("heyoka, both forms", (PRINCIPAL, EQ1, COARSER)),
+    "heyoka_two_tolerances": ("heyoka, two tolerances", (PRINCIPAL, COARSER, EQ1)),
+    "cyrk_two_methods": ("CyRK, two methods", tuple(
+        ("cyrk", Entry(knob, {"method": name}))
+        for knob, name in ((1e-13, "DOP853"), (1e-13, "Vern8"), (3e-14, "DOP853"))
+    )),
+    "diffrax_two_tolerances": ("diffrax, two tolerances", tuple(
+        ("diffrax", Entry(knob, {"solver": name}))
+        for knob, name in ((1e-13, "Dopri8"), (3e-14, "Dopri8"), (1e-12, "Dopri5"))
+    )),
+    "scipy_two_tolerances": ("SciPy DOP853, two tolerances", tuple(
+        ("scipy_dop853", Entry(knob)) for knob in (1e-12, 1e-13, 3e-14)
+    )),
+}  # fmt: skip
+METHODS |= {
+    name: Method(
+        f"{label} compared", METHODS[runs[0][0]].family, ("routes",), knob="none", runs=runs,
+        libraries=METHODS[runs[0][0]].libraries, threads=METHODS[runs[0][0]].threads, certain=True,
+    )
+    for name, (label, runs) in COMPARED.items()
+}  # fmt: skip
 
 
-def knobs(method: Method, search: Any, long: bool) -> list[Any]:
+def knobs(method: Method, search: Any, long: bool) -> list[float | None]:
     """Knobs that a method is tried with, loosest first."""
     if method.knob == "none":
         return [None]
@@ -186,27 +194,18 @@ def knobs(method: Method, search: Any, long: bool) -> list[Any]:
     return [float(x) for x in tolerances if float(x) >= method.finest]
 
 
-def best(problem: str, name: str, group: Data, search: Any) -> Setting:
-    """Knob and setting of a method: those that its search at a problem chose.
+def best(problem: str, name: str, record: Data, search: Any) -> Entry:
+    """The entry of a method that its search at a problem chose.
 
     Without a search, the finest knob with the middle form and the first variant.
     """
-    record, method = group.get(name, {}), METHODS[name]
-    if "seconds" in record:
-        return setting(name, record, chosen(problem, record))
-    usual = {**method.forms[len(method.forms) // 2], **method.variants[0]}
-    return {"knob": knobs(method, search, False)[-1], "setting": usual}
-
-
-def setting(name: str, record: Data, k: int) -> Setting:
-    """Knob, setting and part of the way of a row of a method's search."""
-    method, knob = METHODS[name], record["knob"][k]
-    variant = method.variants[int(record["setting"][k])]
-    return {
-        "knob": None if np.isnan(knob) else float(knob),
-        "setting": {**method.forms[int(record["form"])], **variant},
-        "part": float(record["part"][k]),
-    }
+    method = METHODS[name]
+    if "seconds" not in record:
+        return method.entry(knobs(method, search, False)[-1], len(method.forms) // 2)
+    k = chosen(problem, record)
+    knob, part = (float(record[key][k]) for key in ("knob", "part"))
+    form, variant = int(record["form"]), int(record["setting"][k])
+    return method.entry(None if np.isnan(knob) else knob, form, variant, part)
 
 
 def chosen(problem: str, record: Data) -> int:
@@ -226,26 +225,16 @@ def good_enough(problem: str, record: Data) -> Any:
     return (error <= level) & (np.asarray(record["part"]) == 1)
 
 
-def guests(problem: str, group: Data, config: Any) -> dict[str, Setting]:
-    """The methods that meet at a problem, each with knob, setting and part of the way.
+def guests(problem: str, group: Data, config: Any) -> dict[str, Entry]:
+    """The methods that meet at a problem, of which `group` has the records of the search.
 
     Each comes with the fastest of its settings that reached the level of the problem, or with
     its most exact one where none did. Who is too slow stays away.
-
-    `group` has, by method, its record of the search at the problem, arrays.
     """
-    slowest, found = float(config.meeting.slowest), {}
-    for name in config.problem.methods:
-        if "seconds" in group.get(name, {}):
-            k = chosen(problem, group[name])
-            if group[name]["once"][k] <= slowest:
-                found[name] = setting(name, group[name], k)
-    return found
-
-
-def spelt(entry: Setting) -> str:
-    """A choice, or a setting alone, in words."""
-    knob = entry.get("knob")
-    words = entry.get("setting", entry)
-    said = [] if knob is None else [f"knob {knob:g}"]
-    return ", ".join([*said, *(f"{name} {value}" for name, value in words.items())])
+    slowest = float(config.meeting.slowest)
+    return {
+        name: best(problem, name, group[name], config.search)
+        for name in config.problem.methods
+        if "seconds" in group.get(name, {})
+        and group[name]["once"][chosen(problem, group[name])] <= slowest
+    }

@@ -9,15 +9,8 @@ from typing import Any
 import numpy as np
 
 from rigidpend.experiments import lie_poisson
-from rigidpend.experiments.bench.solvers import (
-    Crossed,
-    Ends,
-    Solver,
-    Task,
-    in_looks,
-    shared_out,
-    time_unit,
-)
+from rigidpend.experiments.bench.problems import Crossed, Task, time_unit
+from rigidpend.experiments.bench.solvers import Ends, Solver, in_looks, shared_out
 from rigidpend.mechanics.body import Body
 from rigidpend.mechanics.coordinates import Aligned, body_from_aligned, scale
 from rigidpend.mechanics.equations import aligned_coefficients, cross
@@ -42,15 +35,9 @@ def answered(
 ) -> Solver:
     """The answer to any task.
 
-    Parameters
-    ----------
-    task : Task
-    knob : float or None
-        Tolerance of the series, or steps in a period of the splitting.
-    threads : int
-    way : str, optional
-        ``closed``, ``splitting`` (of that `order`), or a method of `route_codes`, where every
-        symbol is told by two computations; else series, of so many `bits`, and no cross-check.
+    The knob is the tolerance of the series, or steps in a period of the splitting. The way is
+    ``closed``, ``splitting`` (of that `order`), or a method of `route_codes`, where every symbol
+    is told by two computations; else series, of so many `bits`, and no cross-check.
     """
     if way == "closed":
         at = _pendulums(task) if task.h0 is not None else _free_bodies(task)
@@ -58,25 +45,20 @@ def answered(
     if way == "splitting":
         return Solver(in_looks(task, _split(task, knob, order)))
     if way:
-        return route_codes(task, threads, way)
+        given = task.problem, task.theta2_0, resolve(), threads, way
+        return Solver(
+            lambda: codes.codes_of(*given, kept=True),
+            lambda found: Crossed(found.codes, found.crossing_time, certain=found.certain),
+        )
     if task.kind == "routes":
         return one_computation(task, knob, threads, bits)
     return alpha(task, knob) if task.kind == "angle" else motion(task, knob, threads)
 
 
-def route_codes(task: Task, threads: int, method: str) -> Solver:
-    """Route codes as a user gets them: every symbol by two computations."""
-    given = task.routes, task.theta2_0, resolve(), threads, method
-    return Solver(
-        lambda: codes.codes_of(*given, kept=True),
-        lambda found: Crossed(found.codes, found.crossing_time, certain=found.certain),
-    )
-
-
 def one_computation(task: Task, tolerance: float | None, threads: int, bits: int) -> Solver:
-    """Symbols from the first of those two alone, by default at the tolerance of the package."""
+    """Symbols from the first of the two alone, by default at the tolerance of the package."""
     arithmetic = Arithmetic("taylor", tolerance or DEFAULT_TOLERANCE["taylor"], (bits,))
-    run = Run(task.routes, Phases(task.theta2_0), arithmetic, threads)
+    run = Run(task.problem, Phases(task.theta2_0), arithmetic, threads)
     every = range(len(run.phases))
     return Solver(
         lambda: run.crossings(bits, FIRST, every),
@@ -86,7 +68,7 @@ def one_computation(task: Task, tolerance: float | None, threads: int, bits: int
 
 def alpha(task: Task, tolerance: float) -> Solver:
     """alpha(T) as rigidpend has it: theta3 by quadrature, alpha by (th_al), side by side."""
-    beginning = [initial_state(task.routes, float(x)) for x in task.theta2_0]
+    beginning = [initial_state(task.problem, float(x)) for x in task.theta2_0]
     states, ends = np.stack(beginning, axis=1), time_unit(task.body) * task.times[-1]
     return Solver(lambda: alpha_at(task.body, states, ends, tolerance))
 

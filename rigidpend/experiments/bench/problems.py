@@ -1,6 +1,7 @@
 """The problems: the task of each, its truth, and what an answer errs by; bodies drawn by lot.
 
-`methods.PROBLEMS` says what each is.
+`methods.PROBLEMS` says what each is. States are (6, n), M and gamma in principal axes, or (8, n)
+with theta3 and alpha. Times are physical.
 """
 
 from __future__ import annotations
@@ -11,18 +12,20 @@ from dataclasses import replace
 from typing import Any, NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
-from rigidpend.experiments.bench.solvers import Crossed, Task, time_unit, with_angles
+from rigidpend.experiments.bench.methods import PROBLEMS
 from rigidpend.experiments.data import Data
 from rigidpend.experiments.principal_axes import carry, euler_poisson_field, initial, integrator
 from rigidpend.mechanics.body import Body
-from rigidpend.mechanics.equations import cross, energy
+from rigidpend.mechanics.coordinates import scale
+from rigidpend.mechanics.equations import cross, energy, euler_poisson
 from rigidpend.mechanics.free_body import around_M1, around_M2
-from rigidpend.mechanics.in_space import alpha_ahead, angular_velocity
+from rigidpend.mechanics.in_space import alpha_ahead, angular_velocity, hodograph, turning_rate
 from rigidpend.mechanics.pendulum import body_motion
 from rigidpend.numbers.exact import PI, context, exact
-from rigidpend.numbers.generic import Array
-from rigidpend.routes.codes import route_codes
+from rigidpend.numbers.generic import Array, Numbers, Scalar
+from rigidpend.routes.codes import RouteCodes, route_codes
 from rigidpend.routes.problem import RouteProblem, rotation_period
 
 FREE = Body(A=(2, 1, "1.5"), r=(1, 1, 0), mu=0)
@@ -35,15 +38,70 @@ PASSAGE = 26.0
 FIG5 = RouteProblem(
     Body((2, "1.5", "1.8"), (0, 1, 0), "0.01"), exact("10/9"), exact("2.39205e-9"), 5
 )
-FIG5_PHASES = ("1.02", "1.83")
+FIG5_PHASES = np.array(("1.02", "1.83"), dtype=object)
 LOOKS = 20
 """Number of times at which the integrals are looked at, over long times."""
-SEED, BODIES = 40, 40
-"""Seed and number of the drawn bodies that are the same in every run."""
+SEED = 40
+"""Seed of the drawn bodies that are the same in every run."""
 WEIGHT = -4.0, math.log10(0.02)
 """log10 of the least and the largest mu/h0 of a drawn body."""
 START = -12.0, -6.0
 """log10 of the least and the largest J1_0."""
+
+
+class Task(NamedTuple):
+    """Orbits, and what is asked of them: where they are at times, their symbols, or alpha."""
+
+    kind: str
+    """``motion``, ``routes`` or ``angle``."""
+    body: Body
+    states: Array
+    """(6 or 8, n) at time 0."""
+    times: Array
+    """(k, n): when an orbit is looked at; for routes a time by which it has made all crossings."""
+    period: float = math.nan
+    """A typical period, which a method with fixed steps divides."""
+    h0: Any = None
+    """(n,) energies of pendulum motions, exact, from which closed forms start."""
+    problem: Any = None
+    """The `RouteProblem` of orbits that start on a separatrix."""
+    theta2_0: Any = None
+    """(n,) initial phases in radians, texts or doubles."""
+
+    def of(self, columns: Any) -> Task:
+        """The same for some of the orbits."""
+        given = ("h0", self.h0), ("theta2_0", self.theta2_0)
+        rest: dict[str, Any] = {name: x[columns] for name, x in given if x is not None}
+        states = np.ascontiguousarray(self.states[:, columns])
+        return self._replace(states=states, times=self.times[:, columns], **rest)
+
+
+class Crossed(NamedTuple):
+    """The answer to a task of routes."""
+
+    codes: NDArray[np.uint8]
+    """(n_symbols, n)."""
+    time: Array
+    """(n_symbols + 1, n), t'."""
+    certain: Any = None
+    """(n_symbols, n), of a method that says which symbols it vouches for."""
+
+
+def time_unit(body: Body) -> float:
+    """s, by which t' = t s."""
+    return float(scale(body.floats()[0], math))
+
+
+def with_angles(A: Numbers, r: Numbers, mu: Scalar) -> Callable[[Any], tuple[Any, ...]]:
+    """Euler-Poisson with the rates of theta3 and alpha, of 8 numbers."""
+
+    def field(y: Scalar) -> tuple[Any, ...]:
+        M, gamma = y[:3], y[3:6]
+        rates = euler_poisson(M, gamma, A, r, mu)
+        omega, domega = angular_velocity(M, A), angular_velocity(rates[:3], A)
+        return (*rates, turning_rate(M, r, mu), hodograph(omega, gamma, domega)[2])
+
+    return field
 
 
 def _motion(body: Body, states: Array, period: float, turns: float, looks: int = 1) -> Task:
@@ -85,9 +143,12 @@ def pendulum(sizes: Any) -> Task:
 def codes(sizes: Any) -> Task:
     """The first columns of the left array."""
     problem = replace(FIG4, n_symbols=sizes.n_symbols)
-    phases = tuple(f"{k}/10" for k in range(sizes.columns))
-    states = np.array(initial(problem, [exact(x) for x in phases]), dtype=float).T
-    return _routes(problem, phases, states)
+    phases = np.array([f"{k}/10" for k in range(sizes.columns)], dtype=object)
+    return _routes(problem, phases, _starts(problem, phases))
+
+
+def _starts(problem: RouteProblem, phases: Any) -> Array:
+    return np.array(initial(problem, [exact(x) for x in phases]), dtype=float).T
 
 
 def precession_angle(sizes: Any) -> Task:
@@ -95,12 +156,10 @@ def precession_angle(sizes: Any) -> Task:
 
     alpha - theta3 at the start is that of (th_al).
     """
-    body = FIG5.body
-    states = np.array(initial(FIG5, [exact(x) for x in FIG5_PHASES]), dtype=float).T
+    body, states = FIG5.body, _starts(FIG5, FIG5_PHASES)
     omega = angular_velocity(states[:3], body.floats()[0])
     ahead = alpha_ahead(states[:3], omega, states[3:])
-    given: dict[str, Any] = {"h0": FIG5.h0, "J1_0": FIG5.J1_0, "n_symbols": FIG5.n_symbols}
-    route = route_codes(body, FIG5_PHASES, **given).crossing_time
+    route = routes(FIG5, FIG5_PHASES).crossing_time
     ends = np.round(route[-1] + (route[-1] - route[-2]) / 2) / time_unit(body)
     full = np.concatenate((states, np.zeros((1, len(ends))), ahead[None]))
     return Task("angle", body, full, ends[None], problem=FIG5, theta2_0=FIG5_PHASES)
@@ -133,7 +192,7 @@ def _routes(problem: RouteProblem, phases: Any, states: Array) -> Task:
     return Task("routes", problem.body, states, times, problem=problem, theta2_0=phases)
 
 
-def drawn(seed: int = SEED, bodies: int = BODIES) -> list[RouteProblem]:
+def drawn(seed: int = SEED, bodies: int = 40) -> list[RouteProblem]:
     """Problems of bodies drawn by lot: any shape, any direction of r, any energy.
 
     Numbers have three or four digits, so that a problem can be written down.
@@ -156,6 +215,11 @@ def _drawn(random: np.random.Generator) -> RouteProblem:
     return RouteProblem(body, exact(h), exact(f"{start:.3g}"), FIG4.n_symbols)
 
 
+def routes(p: RouteProblem, theta2_0: Any, **more: Any) -> RouteCodes:
+    """Route codes of a problem, every symbol by two computations."""
+    return route_codes(p.body, theta2_0, h0=p.h0, J1_0=p.J1_0, n_symbols=p.n_symbols, **more)
+
+
 def ends_in_113_bits(task: Task) -> dict[str, Array]:
     """The states at the end, in 113 bits."""
     made = integrator(task.body, euler_poisson_field, 6, 113)
@@ -175,9 +239,7 @@ def ends_of_pendulums(task: Task) -> dict[str, Array]:
 
 def codes_in_113_bits(task: Task) -> dict[str, Any]:
     """Symbols and crossing times in 113 bits, each established twice."""
-    p = task.routes
-    given: dict[str, Any] = {"h0": p.h0, "J1_0": p.J1_0, "n_symbols": p.n_symbols}
-    found = route_codes(p.body, task.theta2_0, **given, precisions=(113,))
+    found = routes(task.problem, task.theta2_0, precisions=(113,))
     if not found.certain.all():
         raise ArithmeticError("the reference is not certain")
     return {"codes": found.codes, "time": found.crossing_time}
@@ -186,22 +248,17 @@ def codes_in_113_bits(task: Task) -> dict[str, Any]:
 def alpha_in_113_bits(task: Task) -> dict[str, Array]:
     """alpha(T) in 113 bits, of the exact initial states."""
     made = integrator(task.body, with_angles, 8, 113)
-    starts = initial(task.routes, [exact(x) for x in task.theta2_0], 113)
+    starts = initial(task.problem, [exact(x) for x in task.theta2_0], 113)
     # Where the two angles start is a mere constant; its double is the same for everyone.
     ways = zip(starts, task.states[6:].T, task.times[-1], strict=True)
     return {"alpha": np.array([carry(made, [*y, *angles], end)[7] for y, angles, end in ways])}
 
 
-def integrals_at_the_start(task: Task) -> dict[str, Array]:
-    """The integrals at the start, in units of what they are compared with."""
-    return dict(zip(("energy", "gamma", "area"), integrals(task.body, task.states), strict=True))
-
-
-def integrals(body: Body, states: Array) -> tuple[Array, Array, Array]:
-    """Energy, \\|gamma\\| and M . gamma, each (n,)."""
+def integrals(states: Array) -> dict[str, Array]:
+    """Energy, \\|gamma\\| and M . gamma with the body of Fig. 4; `states` are (6, ...)."""
     M, gamma = states[:3], states[3:]
-    height = energy(M, gamma, *body.floats())
-    return height, np.linalg.norm(gamma, axis=0), (M * gamma).sum(axis=0)
+    height = energy(M, gamma, *FIG4.body.floats())
+    return {"energy": height, "gamma": np.linalg.norm(gamma, axis=0), "area": (M * gamma).sum(0)}
 
 
 def error_of_motion(answer: Array, truth: Data) -> dict[str, float]:
@@ -242,33 +299,41 @@ def error_of_alpha(answer: Array, truth: Data) -> dict[str, float]:
 
 def error_of_integrals(answer: Array, truth: Data) -> dict[str, float]:
     """The largest drifts at any look; `answer` is (k, 6, n)."""
-    found = np.array([integrals(FIG4.body, states) for states in answer])
-    energy, gamma, area = found.transpose(1, 0, 2)
-    drift = {
-        "energy": np.abs(energy / truth["energy"] - 1).max(),
-        "gamma": np.abs(gamma / truth["gamma"] - 1).max(),
-        # M . gamma is zero; it is compared with |M|, which is sqrt(2 A E) up to a few per cent.
-        "area": (np.abs(area - truth["area"]) / np.sqrt(np.abs(truth["energy"]))).max(),
-    }
-    return {"error": float(max(drift.values())), **{k: float(v) for k, v in drift.items()}}
+    found = integrals(answer.transpose(1, 0, 2))
+    # M . gamma is zero; it is compared with |M|, which is sqrt(2 A E) up to a few per cent.
+    units = {**truth, "area": np.sqrt(np.abs(truth["energy"]))}
+    drift = {k: float(np.abs((x - truth[k]) / units[k]).max()) for k, x in found.items()}
+    return {"error": max(drift.values()), **drift}
 
 
-class Asked(NamedTuple):
-    """Functions of a problem."""
+class Stage(NamedTuple):
+    """A problem made ready."""
 
-    task: Callable[[Any], Task]
-    """From the sizes of `schema.Workload`."""
-    truth: Callable[[Task], dict[str, Any]]
+    task: Task
+    truth: Data
     """Arrays: in 113 bits, in closed form, or integrals of motion."""
     error: Callable[[Any, Data], dict[str, float]]
     """From an answer and the truth: ``error`` first, then what else is told."""
+    long: bool = False
+    """True if a slow method goes a part of the way."""
+
+    def part(self, share: float) -> Task:
+        """The task, of a part of the way."""
+        return self.task._replace(times=share * self.task.times)
 
 
-ASKED = {
-    "free_body": Asked(free_body, ends_in_113_bits, error_of_motion),
-    "pendulum": Asked(pendulum, ends_of_pendulums, error_of_motion),
-    "codes": Asked(codes, codes_in_113_bits, error_of_codes),
-    "precession_angle": Asked(precession_angle, alpha_in_113_bits, error_of_alpha),
-    "long_time": Asked(long_time, integrals_at_the_start, error_of_integrals),
+ASKED: dict[str, tuple[Callable[[Any], Task], Callable[[Task], Data], Callable[..., Any]]] = {
+    "free_body": (free_body, ends_in_113_bits, error_of_motion),
+    "pendulum": (pendulum, ends_of_pendulums, error_of_motion),
+    "codes": (codes, codes_in_113_bits, error_of_codes),
+    "precession_angle": (precession_angle, alpha_in_113_bits, error_of_alpha),
+    "long_time": (long_time, lambda task: integrals(task.states), error_of_integrals),
 }
-"""Functions by the names of `methods.PROBLEMS`."""
+"""By the names of `methods.PROBLEMS`: task, truth and error."""
+
+
+def stage(problem: str, sizes: Any, truth: Data | None = None) -> Stage:
+    """A problem of the sizes of `schema.Workload`; its truth is computed if it is not given."""
+    make, true, error = ASKED[problem]
+    task = make(sizes)
+    return Stage(task, truth or true(task), error, PROBLEMS[problem].kind == "long")

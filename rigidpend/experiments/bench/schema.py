@@ -54,6 +54,7 @@ BY_PROBLEM = tuple(name for name, method in METHODS.items() if any(map(method.an
 Methods = Annotated[tuple[str, ...], _of("method", tuple(METHODS))]
 Seconds = Annotated[Number, AfterValidator(_positive)]
 Count = Annotated[Whole, Field(ge=1, le=10**7)]
+Few = Annotated[Whole, Field(ge=1, le=100)]
 Counts = Annotated[tuple[Count, ...], Field(min_length=1)]
 Tolerances = Annotated[tuple[Number, ...], AfterValidator(_descending)]
 
@@ -82,7 +83,7 @@ class Workload(Part):
 class Search(Part):
     """Search for settings, each method alone."""
 
-    repeats: Annotated[Whole, Field(ge=1, le=100)] = 3
+    repeats: Few = 3
     """Measurements of each setting; their median counts."""
     seconds: Seconds
     """Budget of a method at a problem, seconds of solving: after it no further knob is tried."""
@@ -99,7 +100,7 @@ class Search(Part):
 class Meeting(Part):
     """Meeting: the chosen settings are timed in turn."""
 
-    rounds: Annotated[Whole, Field(ge=1, le=100)] = 11
+    rounds: Few = 11
     """Rounds of a meeting; the median of their ratios counts."""
     seconds: Seconds
     """Time of one method at a problem in all, seconds; then it misses the rounds that are left."""
@@ -146,7 +147,7 @@ class Bodies(Part):
     """Orbits of each body, of 15 symbols."""
     threads: Annotated[Whole, Field(ge=1, le=64)] = 2
     """Threads of all methods that can use them."""
-    repeats: Annotated[Whole, Field(ge=1, le=100)] = 3
+    repeats: Few = 3
     """Calls again with each body; their median counts."""
     seconds: Seconds
     """Time of a peer at a body, seconds of solving: it follows fewer orbits where it is slow.

@@ -1,9 +1,9 @@
-"""Tasks, and solvers: a method made ready for a task, its orbits in looks and shared by threads.
+"""Solvers: a method made ready for a task, its orbits in looks and shared by threads.
 
-States are (6, n), M and gamma in principal axes, or (8, n) with theta3 and alpha. Times are
-physical. Most methods carry states on, and find crossings by themselves: two functions of a part
-of the orbits, which :func:`answering` makes the answer to any task. The fields that they integrate
-are composed of the package's equations.
+An adapter is a function ``answered(task, knob, threads, **setting)`` that gives a `Solver`. Most
+methods carry states on, and find crossings by themselves: two functions of a part of the orbits,
+which :func:`answering` makes the answer to any task. The fields that they integrate are composed
+of the package's equations.
 """
 
 from __future__ import annotations
@@ -14,67 +14,17 @@ from concurrent.futures import ThreadPoolExecutor
 from typing import Any, NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
+from rigidpend.experiments.bench.problems import Crossed, Task, time_unit, with_angles
 from rigidpend.experiments.principal_axes import euler_poisson_field
 from rigidpend.mechanics.body import Body
-from rigidpend.mechanics.coordinates import scale
-from rigidpend.mechanics.equations import euler_poisson
-from rigidpend.mechanics.in_space import angular_velocity, hodograph, turning_rate
-from rigidpend.numbers.generic import Array, Numbers, Scalar
+from rigidpend.numbers.generic import Array
 from rigidpend.orbits.integrate.kernel.tape import trace
 from rigidpend.routes.cycle import symbols
-from rigidpend.routes.problem import RouteProblem
 
 SMALLER = 1e-2
 """The absolute tolerance, of the relative one: for components that pass through zero."""
 SIGNS = {"plus": "+", "minus": "-", "times": "*", "divided": "/"}
-
-
-class Task(NamedTuple):
-    """Orbits, and what is asked of them: where they are at times, their symbols, or alpha."""
-
-    kind: str
-    """``motion``, ``routes`` or ``angle``."""
-    body: Body
-    states: Array
-    """(6 or 8, n) at time 0."""
-    times: Array
-    """(k, n): when an orbit is looked at; for routes a time by which it has made all crossings."""
-    period: float = math.nan
-    """A typical period, which a method with fixed steps divides."""
-    h0: Any = None
-    """(n,) energies of pendulum motions, exact, from which closed forms start."""
-    problem: RouteProblem | None = None
-    theta2_0: Any = None
-    """Initial phases in radians, n texts, or an array of doubles."""
-
-    @property
-    def routes(self) -> RouteProblem:
-        """The problem of an orbit that starts on a separatrix."""
-        assert self.problem is not None
-        return self.problem
-
-    def of(self, columns: Any) -> Task:
-        """The same for some of the orbits."""
-        rest: dict[str, Any] = {"h0": None if self.h0 is None else self.h0[columns]}
-        if self.theta2_0 is not None:
-            plain = isinstance(self.theta2_0, np.ndarray)
-            phases = self.theta2_0 if plain else np.array(self.theta2_0, dtype=object)
-            rest["theta2_0"] = phases[columns] if plain else tuple(phases[columns])
-        states = np.ascontiguousarray(self.states[:, columns])
-        return self._replace(states=states, times=self.times[:, columns], **rest)
-
-
-class Crossed(NamedTuple):
-    """The answer to a task of routes."""
-
-    codes: NDArray[np.uint8]
-    """(n_symbols, n)."""
-    time: Array
-    """(n_symbols + 1, n), t'."""
-    certain: Any = None
-    """(n_symbols, n), of a method that says which symbols it vouches for."""
 
 
 class Solver(NamedTuple):
@@ -86,12 +36,12 @@ class Solver(NamedTuple):
     """From what `solve` gave to the answer: states (k, d, n), `Crossed`, or alpha (n,)."""
 
 
+Make = Callable[[Task], Solver]
 Ends = Callable[[Any, float, Array], Any]
 """A function from states (d, n), their time and n later ones to the states then.
 
 Of 8 components the last two are theta3 and alpha.
 """
-Field = Callable[[Any], tuple[Any, ...]]
 
 
 def answering(
@@ -130,7 +80,7 @@ def shared_out(make: Callable[[Task], Any], task: Task, threads: int) -> Callabl
     """Give ``make(task)``, a function without arguments, with the orbits shared among threads.
 
     It serves every method that leaves Python's lock while it computes. What is found has the
-    orbits last: an array, or a named tuple of arrays.
+    orbits last.
     """
     if threads == 1:
         return make(task)
@@ -151,41 +101,21 @@ def crossed(time: Any, M: Any, body: Body) -> Crossed:
     half = body.alpha0 / 2
     along, across = math.cos(half) * M[0], math.sin(half) * M[1]
     beside = np.where(rising, np.where(along + across > 0, 2, 4), np.where(along < across, 1, 3))
-    return Crossed(
-        symbols(np.where(np.isnan(time), 0, beside)).astype(np.uint8), time_unit(body) * time
-    )
+    return Crossed(symbols(np.where(np.isnan(time), 0, beside)), time_unit(body) * time)
 
 
-def time_unit(body: Body) -> float:
-    """s, by which t' = t s."""
-    return float(scale(body.floats()[0], math))
-
-
-def with_angles(A: Numbers, r: Numbers, mu: Scalar) -> Field:
-    """Euler-Poisson with the rates of theta3 and alpha, of 8 numbers."""
-
-    def field(y: Scalar) -> tuple[Any, ...]:
-        M, gamma = y[:3], y[3:6]
-        rates = euler_poisson(M, gamma, A, r, mu)
-        omega, domega = angular_velocity(M, A), angular_velocity(rates[:3], A)
-        return (*rates, turning_rate(M, r, mu), hodograph(omega, gamma, domega)[2])
-
-    return field
-
-
-def field_of(body: Body, angles: bool = False) -> Field:
+def field_of(body: Body, size: int) -> Any:
     """The field of a body in floats, of 6 numbers, or of 8 with angles."""
-    make = with_angles if angles else euler_poisson_field
-    return make(*body.floats())
+    return (with_angles if size == 8 else euler_poisson_field)(*body.floats())
 
 
-def flat(body: Body, angles: bool = False) -> Any:
+def flat(body: Body, size: int) -> Any:
     """Write ``rates(dy, t, y, args)``, which takes floats or arrays, and which numba can compile.
 
     Each quantity is a local variable, as a hand would write it for speed, from the tape that the
     package's own compiled fields are made of.
     """
-    make, size = (with_angles, 8) if angles else (euler_poisson_field, 6)
+    make = with_angles if size == 8 else euler_poisson_field
     A, r, mu = body.floats()
     # The moments are components too, for the tape multiplies by reciprocals of parameters: with
     # quotients, which round once, CyRK was a sixth faster.

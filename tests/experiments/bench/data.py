@@ -10,60 +10,48 @@ import numpy as np
 def record(error: Any, seconds: Any, **more: Any) -> dict[str, Any]:
     """The record of a method's search."""
     n = len(error)
-    return {
-        "ended": "complete",
-        "form": np.float64(0),
-        "knob": np.logspace(-2, -1 - n, n),
-        "setting": np.zeros(n),
-        "error": np.array(error),
-        "seconds": np.array(seconds),
-        "once": np.array(seconds),
-        "part": np.ones(n),
-        "orbits": np.full(n, 16.0),
-        "repeats": np.full(n, 3.0),
-        "prepare": np.full(n, 0.5),
-        "memory": np.full(n, 50.0),
-        **{name: np.array(values) for name, values in more.items()},
-    }
+    columns = {"setting": 0, "error": error, "seconds": seconds, "once": seconds, "part": 1}
+    columns |= {"orbits": 16, "repeats": 3, "prepare": 0.5, "memory": 50}
+    told = {name: np.zeros(n) + x for name, x in columns.items()}
+    knob = np.logspace(-2, -1 - n, n)
+    return {"ended": "complete", "form": np.float64(0), "knob": knob, **told, **_arrays(more)}
+
+
+def _arrays(values: Any) -> Any:
+    return {name: np.array(x) for name, x in values.items()}
 
 
 def guest(rounds: Any, error: float = 1e-10, **more: Any) -> dict[str, Any]:
     """The record of a method at a meeting."""
     values = {"knob": 1e-9, "part": 1.0, "orbits": 16.0, "error": error, **more}
-    return {
-        "rounds": np.array(rounds, dtype=float),
-        "chosen": "knob 1e-09",
-        **{name: np.float64(value) for name, value in values.items()},
-    }
+    numbers = {name: np.float64(value) for name, value in values.items()}
+    return {"rounds": np.array(rounds, dtype=float), "chosen": "knob 1e-09", **numbers}
 
 
-def codes_guest(rounds: Any, wrong: float = 0, **more: Any) -> dict[str, Any]:
+def codes_guest(rounds: Any, undecided: float = 0.0) -> dict[str, Any]:
     """The same at the codes."""
-    told = {"wrong_symbols": wrong, "wrong_trusted": wrong, "undecided": 0.0, **more}
-    return guest(rounds, 1e-7, **told)
+    return guest(rounds, 1e-7, wrong_symbols=0.0, wrong_trusted=0.0, undecided=undecided)
 
 
-def counted(wrong: float, undecided: float = 0.0) -> dict[str, Any]:
+def counted(wrong: float) -> dict[str, Any]:
     """The record of a method on random phases: 100 orbits."""
     told = {"orbits": 100, "symbols": 1500, "wrong": wrong, "wrong_trusted": wrong}
-    return {**told, "undecided": undecided, "seconds": 0.02, "last_crossing": 1e-7}
+    return {**told, "undecided": 0.0, "seconds": 0.02, "last_crossing": 1e-7}
 
 
 def many(orbits: Any, seconds: Any, prepare: Any, undecided: float = 0.0) -> dict[str, Any]:
     """The record of a method at ever more orbits."""
-    arrays = {"orbits": orbits, "seconds": seconds, "prepare": prepare}
-    found = {name: np.array(values, dtype=float) for name, values in arrays.items()}
-    ones = np.ones(len(orbits))
-    told = {"repeats": 3 * ones, "undecided": undecided * ones}
-    return {**found, **told, "chosen": "", "ended": "complete"}
+    arrays = {"orbits": orbits, "seconds": seconds, "prepare": prepare, "repeats": 3.0}
+    zero = np.zeros(len(orbits))
+    found = {name: zero + x for name, x in {**arrays, "undecided": undecided}.items()}
+    return {**found, "chosen": "", "ended": "complete"}
 
 
 def with_bodies(first: Any, again: Any, orbits: float, **more: float) -> dict[str, Any]:
     """The record of a method with bodies drawn by lot."""
-    counts = {"symbols": 1e5, "wrong": 0.0, "wrong_trusted": 0.0, "undecided": 0.0, **more}
-    told = {"orbits": orbits, **counts}
-    columns = {"first": first, "again": again}
-    return {name: np.zeros(len(first)) + np.array(x) for name, x in {**columns, **told}.items()}
+    told = {"first": first, "again": again, "orbits": orbits, "symbols": 1e5}
+    told |= {"wrong": 0.0, "wrong_trusted": 0.0, "undecided": 0.0, **more}
+    return {name: np.zeros(len(first)) + x for name, x in told.items()}
 
 
 def bodies(**methods: Any) -> dict[str, Any]:

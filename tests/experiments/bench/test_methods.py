@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from rigidpend.experiments.bench import methods as choice
-from rigidpend.experiments.bench.methods import METHODS, PROBLEMS
+from rigidpend.experiments.bench.methods import METHODS, PROBLEMS, Entry
 from rigidpend.experiments.bench.schema import Config
 from tests.config.samples import content as typed
 from tests.experiments.bench.data import record
@@ -22,21 +22,20 @@ def content() -> Any:
     return typed(Config, FULL)
 
 
-def test_the_fastest_good_one_is_chosen_even_where_a_finer_is_faster() -> None:
-    found = record([1e-3, 5e-10, 1e-12], [1e-3, 4e-3, 3e-3])
-    assert choice.chosen("free_body", found) == 2
-    found = record([1e-3, 2e-9, 1e-8], [1e-3, 4e-3, 3e-3])
-    assert choice.chosen("free_body", found) == 1, "none is good enough: the most exact"
-
-
-def test_at_the_codes_every_symbol_is_to_be_right() -> None:
-    found = record([1e-9, 1e-3], [1e-3, 2e-3], wrong_symbols=[1.0, 0.0])
-    assert choice.chosen("codes", found) == 1
-
-
-def test_over_long_times_half_the_way_is_not_good_enough() -> None:
-    found = record([1e-12, 1e-10], [1e-3, 2e-3], part=[0.5, 1.0])
-    assert choice.chosen("long_time", found) == 1
+@pytest.mark.parametrize(
+    ("problem", "error", "more", "row"),
+    [
+        ("free_body", [1e-3, 5e-10, 1e-12], {}, 2),
+        # None is good enough: the most exact.
+        ("free_body", [1e-3, 2e-9, 1e-8], {}, 1),
+        ("codes", [1e-9, 1e-3, 1e-9], {"wrong_symbols": [1.0, 0.0, 1.0]}, 1),
+        ("long_time", [1e-12, 1e-10, 1e-3], {"part": [0.5, 1.0, 1.0]}, 1),
+    ],
+)
+def test_the_fastest_good_one_is_chosen_even_where_a_finer_is_faster(
+    problem: str, error: Any, more: Any, row: int
+) -> None:
+    assert choice.chosen(problem, record(error, [1e-3, 4e-3, 3e-3], **more)) == row
 
 
 def test_guests_bring_their_knob_form_and_variant(content: Any) -> None:
@@ -49,14 +48,9 @@ def test_guests_bring_their_knob_form_and_variant(content: Any) -> None:
     }
     found = choice.guests("free_body", group, content)
     assert set(found) == {"heyoka_principal", "cyrk", "closed_form"}, "too slow, or absent"
-    assert found["heyoka_principal"]["setting"] == METHODS["heyoka_principal"].forms[2]
-    assert found["cyrk"]["setting"] == {"method": "Vern8"}
-    assert found["closed_form"]["knob"] is None
-
-
-def test_all_methods_are_searched_but_those_of_many_orbits_alone(content: Any) -> None:
-    left = set(METHODS) - set(content.problem.methods)
-    assert left == {"route_codes_map", "route_codes_auto"}
+    assert found["heyoka_principal"].setting == METHODS["heyoka_principal"].forms[2]
+    assert found["cyrk"].setting == {"method": "Vern8"}
+    assert found["closed_form"].knob is None
 
 
 def test_knobs_stop_where_a_method_takes_no_finer(content: Any) -> None:
@@ -65,8 +59,8 @@ def test_knobs_stop_where_a_method_takes_no_finer(content: Any) -> None:
         assert method.knob == "none" or len(knobs) >= 8, key
         assert all(x is None or method.knob == "steps" or x >= method.finest for x in knobs)
     usual = choice.best("codes", "cyrk", {}, content.search)
-    assert usual == {"knob": 1e-13, "setting": {"method": "DOP853"}}
-    assert choice.best("codes", "heyoka_eq1", {}, content.search)["setting"] == {"lanes": 8}
+    assert usual == Entry(1e-13, {"method": "DOP853"})
+    assert choice.best("codes", "heyoka_eq1", {}, content.search).setting == {"lanes": 8}
     assert choice.knobs(METHODS["lie_poisson"], content.search, True) == [8, 16, 32]
 
 

@@ -1,0 +1,425 @@
+"""What a worker measures: what is timed, in which order, within which budget.
+
+Two passes. The search takes each method alone, at every setting and knob of its grid, and keeps
+error and time: the material of the diagrams, and of the choice of a setting. The meeting then
+brings the chosen ones together in one process and times them in turn, round by round, so that
+what slows the machine slows all of them: ratios come from it and from nothing else.
+
+Then symbols are counted and timed: on random phases, on ever more orbits, and on bodies drawn by
+lot. The codes of the random phases are in a file, computed in 113 bits by a program written before
+this package, which rounds by itself.
+
+Each work is a generator of lines, of numbers and lists that any process can take.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import importlib
+import json
+import math
+import resource
+import statistics
+import sys
+import time
+from collections import Counter
+from collections.abc import Callable, Iterator
+from dataclasses import replace
+from functools import partial
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+import numpy as np
+
+from rigidpend.experiments import principal_axes
+from rigidpend.experiments.bench.methods import METHODS, Entry, knobs
+from rigidpend.experiments.bench.peers import made
+from rigidpend.experiments.bench.problems import (
+    FIG4,
+    SEED,
+    Crossed,
+    Stage,
+    Task,
+    drawn,
+    from_phases,
+    judged,
+    random_routes,
+    stage,
+    time_unit,
+)
+from rigidpend.experiments.bench.solvers import Make, Solver
+from rigidpend.experiments.data import Data
+from rigidpend.numbers.exact import exact
+from rigidpend.routes.choice import expected_seconds
+from rigidpend.routes.problem import RouteProblem
+
+if TYPE_CHECKING:
+    from rigidpend.experiments.bench import schema
+
+Line = dict[str, Any]
+"""A measurement, as a worker tells it."""
+
+FAILURES = (ArithmeticError, ImportError, MemoryError, RuntimeError, ValueError)
+"""Errors that a method may raise: it found no number, its library is not there or refuses.
+
+Whatever else is raised is a fault of this package's own lines."""
+LITTLE = 1e-3
+"""The part of the way by which the time of all of it is told, over long times; the least."""
+WARM = 8.0
+"""Seconds: a first solve that took less, compilation and all, is always followed by a second."""
+TRIED = 2
+"""Solves by which a method finds out whether several threads serve it."""
+GROWTH = 2.0
+"""Expected cost of the next knob, relative to the last one."""
+STORED = Path(__file__).parent / "random_phases_113bit.json"
+"""2,000 phases for each of two starts J1_0, with codes of 15 symbols and the last crossing's t'."""
+CHUNK = 250
+"""Random phases in one call."""
+PILOT = 16
+"""Orbits of a body by which the time of a peer's orbit is told."""
+TRUTH = 4.0
+"""Time of the truth at a body, over that of a peer."""
+
+
+def timed(work: Callable[[], Any]) -> tuple[float, Any]:
+    """Time some work; give the seconds and what it returned."""
+    begun = time.perf_counter()
+    found = work()
+    return time.perf_counter() - begun, found
+
+
+class Timed(NamedTuple):
+    """A method that was made ready, solved a first time, and again."""
+
+    answer: Any
+    made: float
+    """Seconds in which it was made ready."""
+    first: float
+    """Seconds of the first solve."""
+    again: list[float]
+    """Seconds of the further solves."""
+
+    @property
+    def seconds(self) -> float:
+        """A warm solve: the median of the further ones; the first one where there is none."""
+        return statistics.median(self.again or [self.first])
+
+    @property
+    def line(self) -> Line:
+        """The times that are told: to prepare takes what goes beyond a warm solve."""
+        prepare = self.made + max(0.0, self.first - self.seconds)
+        return {"seconds": self.seconds, "repeats": len(self.again) or 1, "prepare": prepare}
+
+
+def timed_solver(make: Callable[[], Solver], repeats: int, seconds: float, warm: float) -> Timed:
+    """Make a method ready and solve, and again as often as some seconds allow.
+
+    Once more at least where the first solve took less than `warm` seconds.
+    """
+    prepared, solver = timed(make)
+    first, found = timed(solver.solve)
+    answer = solver.read(found)
+    taken = [timed(solver.solve)[0]] if first < warm else []
+    while len(taken) < repeats and sum(taken) + (taken or [first])[-1] < seconds:
+        taken.append(timed(solver.solve)[0])
+    return Timed(answer, prepared, first, taken)
+
+
+def search(config: schema.Config, name: str, truth: dict[str, Data]) -> Iterator[Line]:
+    """One method at each problem that it answers; first what its import cost."""
+    before = memory()
+    libraries = METHODS[name].libraries
+    imported, _ = timed(lambda: [importlib.import_module(x) for x in libraries])
+    yield {"import": imported, "memory_before": before}
+    for problem in filter(METHODS[name].answer, truth):
+        try:
+            given = stage(problem, config.problem, truth[problem])
+            for line in settings(given, name, config.search):
+                yield {"problem": problem, **line}
+        except FAILURES as error:
+            # The other problems are still to be measured.
+            yield {"problem": problem, "failed": said(error)}
+
+
+def said(error: Exception) -> str:
+    """An error in one line."""
+    return f"{type(error).__name__}: {' '.join(str(error).split())}"
+
+
+def settings(given: Stage, name: str, asked: schema.Search) -> Iterator[Line]:
+    """Try every setting of a method: forms at the middle knob, then each variant at each knob.
+
+    A variant ends where its share of the budget is spent, or would be by the next knob. The first
+    line has ``forms``, what each form took; then a line is a measurement.
+    """
+    method, repeats = METHODS[name], asked.repeats
+    tried, form = knobs(method, asked, given.long), 0
+    told: Line = {"forms": ""}
+    if len(method.forms) > 1:
+        entries = [method.entry(tried[len(tried) // 2], k) for k in range(len(method.forms))]
+        taken = [measured(given, name, entry, repeats, 1.0)[0]["seconds"] for entry in entries]
+        form = taken.index(min(taken))
+        words = [str(Entry(None, one)) for one in method.forms]
+        each = (f"{word}: {1e3 * s:.3g} ms" for word, s in zip(words, taken, strict=True))
+        told["forms"] = f"{'; '.join(each)}; chosen: {words[form]}"
+    yield {"form": form, **told}
+    share = float(asked.seconds) / len(method.variants)
+    for number in range(len(method.variants)):
+        spent = 0.0
+        for knob in tried:
+            line, took = measured(given, name, method.entry(knob, form, number), repeats, share)
+            yield {**line, "setting": number}
+            spent += took
+            if spent + GROWTH * line["once"] > share:
+                break
+
+
+def measured(
+    given: Stage, name: str, entry: Entry, repeats: int, share: float
+) -> tuple[Line, float]:
+    """One measurement, and the seconds that went into solving."""
+    part, tried = part_of_the_way(given, lambda task: made(name, task, entry), share)
+    entry = entry._replace(part=part)
+    found = timed_solver(lambda: made(name, given.part(part), entry), repeats, share, WARM)
+    line = {
+        **told(given, entry, found.answer),
+        **found.line,
+        "seconds": found.seconds / part,
+        "memory": memory(),
+        "once": found.seconds,
+    }
+    # Preparation is told apart, and no budget pays for it.
+    return line, tried + found.seconds * (1 + len(found.again))
+
+
+def told(given: Stage, entry: Entry, answer: Any) -> Line:
+    """Error of an answer, with its knob and the part of the way that it went."""
+    errors, orbits = given.error(answer, given.truth), given.task.states.shape[1]
+    return {"knob": entry.knob or math.nan, **errors, "orbits": orbits, "part": entry.part}
+
+
+def part_of_the_way(given: Stage, make: Make, share: float) -> tuple[float, float]:
+    """Part of the way to follow orbits over long times: all of it, or what the budget allows."""
+    if not given.long:
+        return 1.0, 0.0
+    solver = make(given.part(LITTLE))
+    solver.solve()
+    taken, _ = timed(solver.solve)
+    whole = taken / LITTLE
+    return (1.0 if whole <= share else max(LITTLE, 0.5 * share / whole)), taken
+
+
+def meeting(
+    config: schema.Config, problem: str, entries: dict[str, Entry], truth: dict[str, Data]
+) -> Iterator[Line]:
+    """Several methods in turn at one problem, with so many threads at most, then with more.
+
+    A line is a method with `most` threads, and has the times of all rounds.
+    """
+    asked, given = config.meeting, stage(problem, config.problem, truth[problem])
+    alone = {name: made(name, given.part(x.part), x) for name, x in entries.items()}
+    for most in asked.threads:
+        there = {k: x for k, x in entries.items() if most == 1 or METHODS[k].threads}
+        if len(there) > 1:
+            lines = met(given, there, most, asked.rounds, float(asked.seconds), alone)
+            yield from ({"method": name, "most": most, **line} for name, line in lines.items())
+
+
+def met(
+    given: Stage,
+    entries: dict[str, Entry],
+    most: int,
+    rounds: int,
+    seconds: float,
+    alone: dict[str, Solver],
+) -> dict[str, Line]:
+    """Time methods in turn, round by round; the order turns too.
+
+    A method that has spent its `seconds` misses the rounds that are left: its ``rounds`` are NaN.
+    Of one thread, of which `alone` has the solvers, and the most a method takes the number that
+    takes it least time: where orbits are few two threads cost more than they save, and no user
+    would take them.
+    """
+    solvers: dict[str, Solver] = {}
+    found: dict[str, Line] = {}
+    for name, entry in entries.items():
+        threads, solver = 1, alone[name]
+        if most > 1:
+            more = made(name, given.part(entry.part), entry, most)
+            if _least(more) < _least(solver):
+                threads, solver = most, more
+        line = told(given, entry, solver.read(solver.solve()))
+        solvers[name] = solver
+        found[name] = {**line, "threads": threads, "rounds": [math.nan] * rounds}
+    spent, names = dict.fromkeys(entries, 0.0), list(entries)
+    for k in range(rounds):
+        turned = names[k % len(names) :] + names[: k % len(names)]
+        for name in turned:
+            if spent[name] <= seconds:
+                taken, _ = timed(solvers[name].solve)
+                spent[name] += taken
+                found[name]["rounds"][k] = taken / found[name]["part"]
+    return found
+
+
+def _least(solver: Solver) -> float:
+    """The least time of some solves, after one that warms up."""
+    solver.solve()
+    return min(timed(solver.solve)[0] for _ in range(TRIED))
+
+
+def random_phases(config: schema.Config, name: str, entry: Entry) -> Iterator[Line]:
+    """Count the symbols of a method that are wrong, chunk by chunk; a line for each start J1_0.
+
+    After so many seconds no further chunk is begun. Told are the counts of :func:`judged`, the
+    ``orbits``, the ``seconds``, and ``last_crossing``, the median error of its t'.
+    """
+    orbits, seconds = config.phases.orbits, float(config.phases.seconds)
+    for J1_0, stored in json.loads(STORED.read_text(encoding="utf-8"))["orbits"].items():
+        phases, texts, last = map(np.array, zip(*stored, strict=True))
+        true = np.array([list(map(int, text)) for text in texts], dtype=np.uint8).T
+        problem = replace(FIG4, J1_0=exact(J1_0), n_symbols=len(true))
+        tally: Counter[str] = Counter()
+        spent, gaps, done = 0.0, [], 0
+        while done < min(orbits, len(phases)) and spent < seconds:
+            columns = slice(done, min(done + CHUNK, orbits))
+            solver = made(name, from_phases(problem, phases[columns]), entry)
+            if not done:
+                # What is compiled, is compiled before the clock runs.
+                solver.solve()
+            taken, found = timed(solver.solve)
+            answer = solver.read(found)
+            tally.update(judged(answer, true[:, columns]))
+            gap = np.abs(answer.time[-1] - last[columns])
+            gaps.append(np.where(np.isnan(gap), np.inf, gap))
+            spent, done = spent + taken, done + answer.codes.shape[1]
+        middle = float(np.median(np.concatenate(gaps)))
+        yield {**tally, "J1_0": J1_0, "orbits": done, "seconds": spent, "last_crossing": middle}
+
+
+def many_orbits(config: schema.Config, name: str, entry: Entry) -> Iterator[Line]:
+    """Time a method at each of ascending numbers of orbits that its budget allows, one at least.
+
+    The first solve of all carries what is made ready once: tables of maps, compilation. A number
+    of orbits may take so many seconds, repetitions included.
+    """
+    numbers, seconds = config.many.orbits, config.many.seconds
+    problem = replace(FIG4, n_symbols=config.problem.n_symbols)
+    for number, after in zip(numbers, [*numbers[1:], 0], strict=True):
+        make = partial(made, name, random_routes(problem, number), entry)
+        found = timed_solver(make, config.search.repeats, seconds, 0.0)
+        undecided = judged(found.answer, found.answer.codes)["undecided"]
+        yield {"orbits": number, **found.line, "undecided": undecided}
+        if found.seconds * after / number > seconds:
+            return
+
+
+def bodies(config: schema.Config, entries: dict[str, Entry]) -> Iterator[Line]:
+    """Call each method with bodies drawn by lot that it has not seen before, and again.
+
+    The first method, ours, follows all orbits, fewer where it is expected to take longer than the
+    `longest` time; a peer as many of them as it can in its time, with the horizon that ours told.
+    Where two methods differ principal axes tell who is right.
+
+    A peer has so many `seconds` of solving at a body, the truth four times as many; no further body
+    is begun when the time of all is spent. A line, of a body, has its numbers as ``body``, and by
+    method ``first`` and ``again``, seconds, ``orbits`` and the counts of :func:`judged`.
+    """
+    asked, (own, *peers) = config.bodies, entries
+    seconds, threads = float(asked.seconds), asked.threads
+    each = asked.longest + seconds * (len(peers) + TRUTH * bool(peers))
+    spent, budget = 0.0, (asked.kept + asked.drawn) * each
+    # What any body needs is compiled before the clock runs.
+    for n in (1, asked.orbits):
+        made(own, random_routes(FIG4, n), entries[own], threads).solve()
+    for name in peers:
+        made(name, random_routes(FIG4, min(PILOT, asked.orbits)), entries[name], threads).solve()
+    problems = [(1, x) for x in drawn(SEED, asked.kept)]
+    problems += [(0, x) for x in drawn(asked.seed, asked.drawn)]
+    for kept, problem in problems:
+        if spent > budget:
+            return
+        task = random_routes(problem, _in_time(problem, asked.orbits, asked.longest))
+        taken, found = timed(partial(_with_body, task, entries, asked))
+        spent += taken
+        (A, r, mu), starts = problem.body.floats(), (float(problem.h0), float(problem.J1_0))
+        yield {"body": [kept, *A, *r[:2], mu, *starts], **found}
+
+
+def _in_time(problem: RouteProblem, orbits: int, seconds: float) -> int:
+    """As many of the orbits as ours is expected to follow in so many seconds of a core."""
+    while orbits > PILOT and expected_seconds(problem, orbits) > seconds:
+        orbits //= 2
+    return orbits
+
+
+def _with_body(task: Task, entries: dict[str, Entry], asked: schema.Bodies) -> dict[str, Any]:
+    """Times and counts of each method with one body."""
+    (own, *peers), seconds, orbits = entries, float(asked.seconds), task.states.shape[1]
+    make = partial(made, own, task, entries[own], asked.threads)
+    ours = timed_solver(make, asked.repeats, seconds, math.inf)
+    answers = {own: ours.answer}
+    found: dict[str, Any] = {own: {"orbits": orbits, "first": ours.first, "again": ours.seconds}}
+    last = np.nanmax(ours.answer.time, initial=0.0)
+    task = task._replace(times=np.full((1, orbits), 1.001 * last / time_unit(task.body)))
+    for name in peers:
+        make = partial(made, name, entry=entries[name], threads=asked.threads)
+        found[name], answers[name] = _in_its_time(make, task, asked.repeats, seconds)
+    settled, true = _settled(task, answers, TRUTH * seconds)
+    for name, answer in answers.items():
+        found[name] |= judged(answer, true[:, : min(settled, answer.codes.shape[1])])
+    return found
+
+
+def _in_its_time(
+    make: Make, task: Task, repeats: int, seconds: float
+) -> tuple[dict[str, float], Crossed]:
+    """Times of a peer with as many orbits as it is expected to follow in so many seconds.
+
+    Its first call is with a few of them, to which the others are added at what they take again.
+    """
+    n = few = min(PILOT, task.states.shape[1])
+    pilot = timed_solver(lambda: make(task.of(np.arange(few))), 1, seconds, math.inf)
+    answer, middle = pilot.answer, pilot.seconds
+    more = min(int(seconds / middle * few), task.states.shape[1])
+    if more > few:
+        n = more
+        all_ = timed_solver(lambda: make(task.of(np.arange(n))), repeats - 1, seconds, 0.0)
+        answer, middle = all_.answer, statistics.median([all_.first, *all_.again])
+    first = pilot.made + pilot.first + middle * (n - few) / n
+    return {"orbits": n, "first": first, "again": middle}, answer
+
+
+def _settled(task: Task, answers: dict[str, Crossed], seconds: float) -> tuple[int, Any]:
+    """The number of orbits whose symbols are known, and the symbols of ours set right.
+
+    Where all agree they are known. Where not, principal axes tell. What is behind the first orbit
+    for which there is no time does not count, or none of the doubtful ones would.
+    """
+    first, *others = answers.values()
+    true, most = first.codes.copy(), max((x.codes.shape[1] for x in others), default=0)
+    differ = np.zeros(most, dtype=bool)
+    for other in others:
+        n = other.codes.shape[1]
+        differ[:n] |= (other.codes != true[:, :n]).any(axis=0)
+    spent = 0.0
+    for k in map(int, np.flatnonzero(differ)):
+        if spent > seconds:
+            return k, true
+        orbit = task.problem, task.theta2_0[[k]], true[:, [k]]
+        taken, (codes, doubtful) = timed(partial(principal_axes.settled, *orbit, 1, seconds))
+        if doubtful.size:
+            return k, true
+        true[:, [k]], spent = codes, spent + taken
+    return most, true
+
+
+def memory() -> float:
+    """The peak of this process so far, MB."""
+    # What getrusage tells begins with the peak of the parent, from before it became this one.
+    with contextlib.suppress(OSError, StopIteration):
+        lines = Path("/proc/self/status").read_text().splitlines()
+        return int(next(line for line in lines if line.startswith("VmHWM")).split()[1]) / 1024
+    peak = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
+    # Linux counts in kB, macOS in bytes.
+    return peak / (1024**2 if sys.platform == "darwin" else 1024)

@@ -1,0 +1,432 @@
+"""Methods made ready, and the adapters of heyoka, diffrax and SciPy; CyRK's is a module of its own.
+
+heyoka, as its experts use it, has orbits side by side in lanes, on Euler-Poisson or on (eq1). An
+integrator of one orbit, compact mode and the library's own ensemble took more time at every
+problem. With the numbers of a body as parameters it is compiled once for all bodies; compiled for
+each, it is 4 % faster then. diffrax (JAX) runs in double precision, vmapped over the orbits and
+compiled as a whole. SciPy's DOP853 has a right-hand side as fast as Python has it, all orbits as
+one system: a call of Python then serves all of them, which was three to eight times faster than
+one orbit after the other with `solve_ivp` and its events.
+
+Each library is imported where it is used, for it may not be installed, and no other method's
+memory holds it.
+"""
+
+from __future__ import annotations
+
+import functools
+from collections.abc import Callable, Sequence
+from functools import partial
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from rigidpend.experiments.bench.methods import METHODS, Entry
+from rigidpend.experiments.bench.problems import Crossed, Task, time_unit, with_angles
+from rigidpend.experiments.bench.solvers import (
+    SMALLER,
+    Ends,
+    Make,
+    Solver,
+    answering,
+    field_of,
+    flat,
+    in_looks,
+    shared_out,
+)
+from rigidpend.experiments.principal_axes import euler_poisson_field, heyoka
+from rigidpend.mechanics.body import Body
+from rigidpend.mechanics.coordinates import (
+    andoyer_from_body,
+    andoyer_from_canonical,
+    body_from_andoyer,
+    canonical,
+    canonical_from_andoyer,
+)
+from rigidpend.mechanics.equations import eq1 as eq1_rates
+from rigidpend.numbers.expressions import NO_SYMBOL
+from rigidpend.numbers.generic import Array, Numbers
+from rigidpend.routes.phases import Phases
+
+FALSE_POSITIONS = 12
+"""Steps of SciPy's from the ends of a step to the crossings in it."""
+AT_ONCE = 1e-3
+"""A time, physical, until which diffrax goes when only compilation is wanted."""
+
+
+def made(name: str, task: Task, entry: Entry, threads: int = 1) -> Solver:
+    """A method made ready for a task, with its knob and its setting; imports what it needs."""
+    method = METHODS[name]
+    if method.runs:
+        each = ((run, x._replace(setting=x.setting | entry.setting)) for run, x in method.runs)
+        return compared(task, *(partial(made, run, entry=x, threads=threads) for run, x in each))
+    found: Any
+    # Imported here, for it may need what is not installed.
+    match method.family:
+        case "ours" | "lie_poisson":
+            from rigidpend.experiments.bench.ours import answered as found
+        case "heyoka":
+            found = in_lanes
+        case "cyrk":
+            from rigidpend.experiments.bench.cyrk_compiled import answered as found
+        case "diffrax":
+            found = vmapped
+        case "scipy":
+            found = abreast
+    solver: Solver = found(task, entry.knob, threads, **method.told, **entry.setting)
+    return solver
+
+
+def compared(task: Task, first: Make, second: Make, third: Make) -> Solver:
+    """Cross-check of a peer: run twice, compare, and run the columns that differ a third time.
+
+    A symbol is trusted where two runs agree on it and on all before it. Where the first two differ
+    the third decides, if it agrees with one of them. Nothing tells how near an agreement must be,
+    as it does for ours: runs of one formulation err alike.
+    """
+    solvers = [first(task), second(task)]
+
+    def solve() -> Crossed:
+        a, b = (solver.read(solver.solve()) for solver in solvers)
+        trusted = np.logical_and.accumulate(a.codes == b.codes, axis=0)
+        codes, doubtful = a.codes.copy(), np.flatnonzero(~trusted.all(axis=0))
+        if doubtful.size:
+            # What is compiled for other orbits serves these; only their states are new.
+            again = third(task.of(doubtful))
+            c = again.read(again.solve())
+            for other in (a, b):
+                same = np.logical_and.accumulate(other.codes[:, doubtful] == c.codes, axis=0)
+                trusted[:, doubtful] |= same
+            codes[:, doubtful] = c.codes
+        return Crossed(codes, a.time, trusted)
+
+    return Solver(solve)
+
+
+class Equations(NamedTuple):
+    """Equations for heyoka."""
+
+    names: list[Any]
+    rates: list[Any]
+    numbers: Sequence[float] = ()
+    """Values of the parameters in them."""
+
+    def compiled(self, tolerance: float, lanes: int, **events: Any) -> Any:
+        """heyoka's integrator."""
+        make, rates = heyoka().taylor_adaptive_batch, zip(self.names, self.rates, strict=True)
+        made = make(list(rates), np.zeros((len(self.names), lanes)), tol=tolerance, **events)
+        if self.numbers:
+            made.pars[:] = np.array(self.numbers)[:, None]
+        return made
+
+
+def in_lanes(
+    task: Task, tolerance: float, threads: int, lanes: int, eq1: bool = False,
+    parameters: bool = False,
+) -> Solver:  # fmt: skip
+    """heyoka; by (eq1) in the paper's variables theta1, J1, theta2, J2.
+
+    With `parameters` the numbers of the body are parameters of what is compiled.
+    """
+    body = task.body
+    if not eq1:
+        system = _principal(body, len(task.states), parameters)
+        return answering(
+            task, threads, lambda _: _in_lanes(system, tolerance, lanes),
+            lambda part: _follow(system, system.names[2], (0, 1), part, tolerance, lanes),
+        )  # fmt: skip
+    system = _eq1(body, parameters)
+    unit = time_unit(body)
+    begun = task._replace(times=unit * task.times)
+    if task.kind == "routes":
+        begun = begun._replace(states=_eq1_start(task))
+        section = system.names[1] - system.names[3] / 2.0
+        find = shared_out(
+            lambda part: _follow(system, section, (0,), part, tolerance, lanes), begun, threads
+        )
+        return Solver(find, _by_side)
+    begun = begun._replace(states=_to_eq1(task.states, body))
+    solve = shared_out(lambda x: in_looks(x, _in_lanes(system, tolerance, lanes)), begun, threads)
+    return Solver(solve, lambda found: np.array([_from_eq1(y, body) for y in found]))
+
+
+def _principal(body: Body, size: int, parameters: bool) -> Equations:
+    hy, make = heyoka(), with_angles if size == 8 else euler_poisson_field
+    names = [hy.make_vars(f"x{i}") for i in range(size)]
+    A, r, mu = body.floats()
+    if not parameters:
+        return Equations(names, list(make(A, r, mu)(names)))
+    field = make([hy.par[i] for i in range(3)], [hy.par[3], hy.par[4], 0.0], 1.0)
+    return Equations(names, list(field(names)), (*A, mu * r[0], mu * r[1]))
+
+
+def _eq1(body: Body, parameters: bool) -> Equations:
+    hy, p = heyoka(), body.angles()
+    names, numbers = hy.make_vars("theta1", "J1", "theta2", "J2"), list(map(float, p))
+    # Symbols throughout: heyoka's cosine takes nothing else.
+    symbols = [hy.par[k] if parameters else hy.expression(x) for k, x in enumerate(numbers)]
+    rates = eq1_rates(names, type(p)(*symbols), hy)
+    return Equations(names, list(rates), numbers if parameters else ())
+
+
+def _eq1_start(task: Task) -> Array:
+    p, phases = task.problem, Phases(task.theta2_0).high
+    theta1, J1, J2 = p.body.alpha0 + p.body.beta0, float(p.J1_0), float(p.J2_0(53))
+    return np.array(np.broadcast_arrays(theta1, J1, phases, J2))
+
+
+def _to_eq1(states: Array, body: Body) -> Array:
+    s = time_unit(body)
+    c = canonical_from_andoyer(andoyer_from_body(s * states[:3], states[3:]), body.beta0)
+    return np.stack((c.theta1, c.J1, c.theta2, c.J2))
+
+
+def _from_eq1(found: Array, body: Body) -> Array:
+    theta1, J1, theta2, J2 = found
+    c = canonical(J1, J2, np.zeros_like(J1), theta1, theta2)
+    M, gamma = body_from_andoyer(andoyer_from_canonical(c, body.beta0))
+    return np.concatenate((M / time_unit(body), gamma))
+
+
+def _by_side(found: Array) -> Crossed:
+    """A symbol is 1 where theta1, which goes on beyond 4 pi, has grown between crossings."""
+    time, theta1 = found
+    step = np.diff(theta1, axis=0)
+    return Crossed(np.where(np.isnan(step), NO_SYMBOL, step > 0).astype(np.uint8), time)
+
+
+def _in_lanes(system: Equations, tolerance: float, lanes: int) -> Ends:
+    """Give a function that carries orbits (d, n) on, as many at once as there are lanes."""
+    made = system.compiled(tolerance, lanes)
+
+    def carry(states: Array, start: float, times: Array) -> Array:
+        after, n = np.empty_like(states), states.shape[1]
+        for first in range(0, n, lanes):
+            # The last orbit is repeated where there are too few.
+            some = np.minimum(np.arange(first, first + lanes), n - 1)
+            made.set_time(start)
+            made.state[:] = states[:, some]
+            made.propagate_until(times[some])
+            after[:, first : first + lanes] = made.state[:, : n - first]
+        return after
+
+    return carry
+
+
+def _follow(
+    system: Equations, section: Any, kept: tuple[int, ...], task: Task, tolerance: float, lanes: int
+) -> Callable[[], Array]:
+    """Give a function that follows orbits side by side to the zeros of a section.
+
+    It gives times of `wanted` zeros and the components `kept` there, (1 + k, wanted, n); NaN for
+    none. A lane whose orbit is done takes the next one.
+    """
+    wanted, limit, n = task.problem.n_symbols + 1, float(task.times.max()), task.states.shape[1]
+    found = np.empty((1 + len(kept), wanted, n))
+    # By lane: its orbit, and the zeros that it has had.
+    column, count = [0] * lanes, [0] * lanes
+
+    def write(_: Any, __: Any, lane: int) -> bool:
+        k = count[lane]
+        count[lane] = k + 1
+        if k < wanted:
+            found[:, k, column[lane]] = made.time[lane], *(state[i, lane] for i in kept)
+        return k + 1 < wanted
+
+    event = heyoka().t_event_batch(section, callback=write)
+    made = system.compiled(tolerance, lanes, t_events=[event])
+    state = made.state
+
+    def follow() -> Array:
+        found[:] = np.nan
+        waiting, until = iter(range(n)), np.zeros(lanes)
+        state[:] = task.states[:, :1]
+        made.set_time(0.0)
+
+        def load(lane: int) -> bool:
+            """Put the next orbit into a lane; without one, let it idle and return False."""
+            orbit = next(waiting, None)
+            times = np.where(np.isfinite(made.time), made.time, 0.0)
+            times[lane], count[lane] = 0.0, 0
+            made.set_time(times)
+            until[lane] = 0.0 if orbit is None else limit
+            state[:, lane] = task.states[:, orbit or 0]
+            if orbit is not None:
+                column[lane] = orbit
+                made.reset_cooldowns(lane)
+            return orbit is not None
+
+        busy = {lane for lane in range(lanes) if load(lane)}
+        while busy:
+            made.propagate_until(until)
+            for lane in list(busy):
+                # An orbit that a loose tolerance has spoilt has a time that is none.
+                running = made.time[lane] < until[lane] and np.isfinite(state[:, lane]).all()
+                if not (count[lane] < wanted and running) and not load(lane):
+                    busy.discard(lane)
+        return found.copy()
+
+    return follow
+
+
+def vmapped(task: Task, tolerance: float, threads: int, solver: str) -> Solver:
+    """diffrax, compiled for as many orbits as each thread has."""
+
+    def ends(part: Task) -> Ends:
+        solve = _to(part.body, len(part.states), solver)
+
+        def carry(states: Array, start: float, times: Array) -> Array:
+            return np.asarray(solve(states.T, start, times, tolerance)).T
+
+        carry(part.states, 0.0, np.full(part.states.shape[1], AT_ONCE))
+        return carry
+
+    def crossings(part: Task) -> Callable[[], Array]:
+        """From crossing to crossing."""
+        solve, first = _crossings(part.body, part.problem.n_symbols + 1, solver), part.states.T
+
+        def find(horizon: float) -> Array:
+            times, there = (np.asarray(x) for x in solve(first, tolerance, horizon))
+            return np.concatenate((times.T[None], there.transpose(2, 1, 0)[:2]))
+
+        find(AT_ONCE)
+        return lambda: find(float(part.times.max()))
+
+    return answering(task, threads, ends, crossings)
+
+
+def _orbit(body: Body, size: int, solver: str) -> Any:
+    """Give a function that follows an orbit from a time to another, by diffrax."""
+    import diffrax
+    import jax
+    import jax.numpy as jnp
+
+    settings: Any = jax.config
+    settings.update("jax_enable_x64", True)
+    field = field_of(body, size)
+    term = diffrax.ODETerm(lambda t, y, args: jnp.stack(field(y)))
+
+    def follow(state: Numbers, start: Any, stop: Any, tolerance: Any, **event: Any) -> Any:
+        controller = diffrax.PIDController(rtol=tolerance, atol=SMALLER * tolerance)
+        method = getattr(diffrax, solver)()
+        words = {"stepsize_controller": controller, "max_steps": None, **event}
+        return diffrax.diffeqsolve(term, method, start, stop, None, state, **words)
+
+    return follow
+
+
+@functools.cache
+def _to(body: Body, size: int, solver: str) -> Any:
+    """The ends of orbits (n, d), compiled: of states, start, ends and tolerance."""
+    follow = _orbit(body, size, solver)
+    import jax
+
+    return jax.jit(jax.vmap(lambda *given: follow(*given).ys[-1], in_axes=(0, None, 0, None)))
+
+
+@functools.cache
+def _crossings(body: Body, wanted: int, solver: str) -> Any:
+    """Times (n, wanted) and states of the crossings, compiled: of states, tolerance and horizon."""
+    follow = _orbit(body, 6, solver)
+    import diffrax
+    import jax
+    import jax.numpy as jnp
+    import optimistix
+
+    event = diffrax.Event(  # By a root finder, upwards and downwards in turn.
+        lambda t, y, args, **_: args * y[2],
+        root_finder=optimistix.Newton(1e-14, 1e-14, optimistix.rms_norm),
+        direction=True,
+    )
+
+    def route(state: Numbers, tolerance: Any, horizon: Any) -> Any:
+        def passage(carried: Any, upwards: Any) -> Any:
+            time, state = carried
+            words = {"args": upwards, "event": event, "throw": False}
+            found = follow(state, time, horizon, tolerance, **words)
+            carried = found.ts[-1], found.ys[-1]
+            return carried, carried
+
+        turns = jnp.where(jnp.arange(wanted) % 2 == 0, 1.0, -1.0)
+        return jax.lax.scan(passage, (jnp.zeros(()), state), turns)[1]
+
+    return jax.jit(jax.vmap(route, in_axes=(0, None, None)))
+
+
+def abreast(task: Task, tolerance: float, threads: int) -> Solver:
+    """SciPy's DOP853."""
+    return answering(
+        task, threads, lambda x: _all_to(x, tolerance), lambda x: _all_crossings(x, tolerance)
+    )
+
+
+def _all_to(task: Task, tolerance: float) -> Ends:
+    """Give a function that carries states on."""
+    rates = flat(task.body, len(task.states))
+
+    def carry(states: Array, start: float, times: Array) -> Array:
+        # Each orbit in units of its own way, so that all of them arrive at 1.
+        solver = _dop853(rates, states, 1.0, tolerance, times - start)
+        while solver.status == "running":
+            _step(solver)
+        return solver.y.reshape(states.shape)
+
+    return carry
+
+
+def _all_crossings(task: Task, tolerance: float) -> Callable[[], Array]:
+    """Give a function that finds crossings by each step's dense output."""
+    rates, wanted, states = flat(task.body, 6), task.problem.n_symbols + 1, task.states
+    (n, horizon), shape = (states.shape[1], float(task.times.max())), states.shape
+
+    def find() -> Array:
+        solver = _dop853(rates, states, horizon, tolerance)
+        at, count = np.full((3, wanted, n), np.nan), np.zeros(n, dtype=int)
+        while solver.status == "running" and (count < wanted).any():
+            before = solver.y.reshape(shape)[2]
+            _step(solver)
+            after = solver.y.reshape(shape)[2]
+            columns = np.flatnonzero((before < 0) != (after < 0))
+            columns = columns[count[columns] < wanted]
+            if columns.size:
+                dense = solver.dense_output()
+                sides = [before[columns], after[columns]]
+                times = _zeros(dense, columns, shape, solver.t_old, solver.t, sides)
+                there = dense(times).reshape(*shape, columns.size)
+                there = there[:, columns, np.arange(columns.size)]
+                at[:, count[columns], columns] = times, there[0], there[1]
+                count[columns] += 1
+        return at
+
+    return find
+
+
+def _dop853(rates: Any, states: Array, end: float, tolerance: float, unit: Any = 1.0) -> Any:
+    from scipy.integrate import DOP853
+
+    def all_rates(t: float, y: Array) -> Array:
+        found = np.empty_like(states)
+        rates(found, t, y.reshape(states.shape), None)
+        return (unit * found).ravel()
+
+    tolerances: Any = {"rtol": tolerance, "atol": SMALLER * tolerance}
+    return DOP853(all_rates, 0.0, states.ravel(), end, **tolerances)
+
+
+def _step(solver: Any) -> None:
+    said = solver.step()
+    if solver.status == "failed":
+        raise ArithmeticError(said)
+
+
+def _zeros(dense: Any, columns: Any, shape: Any, start: Any, end: Any, sides: list[Array]) -> Array:
+    """The zeros of M3 of each of those orbits between two times, by false positions."""
+    (fa, fb), m = sides, columns.size
+    a, b = np.full(m, start), np.full(m, end)
+    for _ in range(FALSE_POSITIONS):
+        c = b - fb * (b - a) / np.where(fb == fa, 1.0, fb - fa)
+        fc = dense(c).reshape(*shape, m)[2, columns, np.arange(m)]
+        changes = (fc < 0) != (fb < 0)
+        a, fa = np.where(changes, b, a), np.where(changes, fb, fa / 2)
+        b, fb = c, fc
+    return b

@@ -1,0 +1,470 @@
+"""How it is measured: search within its budget, meeting in turn, symbols counted, the worker."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Callable
+from dataclasses import replace
+from itertools import pairwise
+from pathlib import Path
+from types import SimpleNamespace
+from typing import Any
+
+import numpy as np
+import pytest
+
+from rigidpend import Body
+from rigidpend.experiments import principal_axes
+from rigidpend.experiments.bench import compute, measure
+from rigidpend.experiments.bench.methods import METHODS, Entry, Method
+from rigidpend.experiments.bench.problems import (
+    FIG4,
+    LOOKS,
+    SEED,
+    Crossed,
+    Stage,
+    Task,
+    drawn,
+    from_phases,
+    judged,
+    precession_angle,
+    random_routes,
+    routes,
+    time_unit,
+)
+from rigidpend.experiments.bench.solvers import Solver, in_looks
+from rigidpend.machine.workers import WorkerError
+
+SHORT = replace(FIG4, n_symbols=2)
+
+
+def given(long: bool = False) -> Stage:
+    """A problem of six orbits, of which any answer is right."""
+    times = np.tile(10.0 * np.arange(1, 21)[:, None] / 20, 6)
+    task = Task("motion", FIG4.body, np.arange(36.0).reshape(6, 6), times)
+    return Stage(task, {}, lambda _, __: {"error": 0.0}, long)
+
+
+@pytest.fixture
+def clock(monkeypatch: pytest.MonkeyPatch) -> list[float]:
+    """The clock of all timings, which goes on only when it is told to: the machine may be busy."""
+    now = [0.0]
+    for module in (measure, principal_axes):
+        monkeypatch.setattr(module, "time", SimpleNamespace(perf_counter=lambda: now[0]))
+    return now
+
+
+@pytest.fixture
+def napping(monkeypatch: pytest.MonkeyPatch, clock: list[float]) -> Any:
+    """Methods that take as long as setting and knob say; what was made and solved is kept."""
+    kept: list[Any] = []
+
+    def make(name: str, task: Task, entry: Entry, threads: int = 1) -> Solver:
+        setting = entry.setting
+        kept.append((name, setting, entry.knob))
+        naps = setting.get("naps", {}).get(threads, setting.get("nap", 0.0)) + (entry.knob or 0.0)
+        queue = iter(setting.get("queue", ()))
+
+        def solve() -> None:
+            kept.append((name, threads))
+            clock[0] += next(queue, naps) * task.times[-1, 0] / 10
+
+        return Solver(solve)
+
+    monkeypatch.setattr(measure, "made", make)
+    return kept
+
+
+@pytest.fixture
+def tried(monkeypatch: pytest.MonkeyPatch, napping: Any) -> Any:
+    """Lines of a search with one method, of such forms and variants."""
+
+    def lines(tolerances: list[float], repeats: int, seconds: float, **more: Any) -> Any:
+        monkeypatch.setitem(METHODS, "napping", Method("napping", "others", **more))
+        asked: Any = SimpleNamespace(tolerances=tolerances, repeats=repeats, seconds=seconds)
+        return list(measure.settings(given(), "napping", asked))
+
+    return lines
+
+
+def test_the_fastest_form_is_kept_for_every_knob(napping: Any, tried: Any) -> None:
+    forms = {"nap": 0.03}, {"nap": 0.002}, {"nap": 0.02}
+    head, *rows = tried([0.002, 0.001], 2, 9.0, forms=forms)
+    assert head["form"] == 1
+    assert head["forms"].endswith("chosen: nap 0.002")
+    made = [one[1] for one in napping if len(one) == 3]
+    assert made[3:] == [{"nap": 0.002}] * 2
+    assert [row["knob"] for row in rows] == [0.002, 0.001]
+
+
+def test_every_variant_is_tried_at_every_knob_and_medians_count(tried: Any) -> None:
+    _, *rows = tried([0.001, 0.002], 3, 9.0, variants=({"nap": 0.002}, {"nap": 0.01}))
+    assert [row["setting"] for row in rows] == [0, 0, 1, 1]
+    assert all(row["repeats"] == 3 for row in rows)
+    assert [row["seconds"] for row in rows] == pytest.approx([0.003, 0.004, 0.011, 0.012])
+
+
+def test_the_budget_cuts_the_knobs_that_are_left(tried: Any) -> None:
+    _, *rows = tried([0.06, 0.07, 0.08], 1, 0.1)
+    assert [row["knob"] for row in rows] == [0.06]
+
+
+def test_the_median_of_several_solves_counts_and_not_the_fastest(napping: Any) -> None:
+    """Solves of 1, 5 and 2 seconds by the clock, behind one that warms up."""
+    entry = Entry(None, {"queue": (7.0, 1.0, 5.0, 2.0)})
+    line, _ = measure.measured(given(), "x", entry, 3, 1e9)
+    assert (line["repeats"], line["seconds"], line["prepare"]) == (3, 2.0, 5.0)
+
+
+@pytest.mark.parametrize(("share", "part"), [(21.0, 0.1), (0.01, 1e-3), (106.0, 1.0)])
+def test_over_long_times_a_slow_method_goes_a_part_of_the_way(
+    napping: Any, share: float, part: float
+) -> None:
+    """All of it takes 105 s, and half of the share is gone for."""
+    line, _ = measure.measured(given(long=True), "x", Entry(None, {"nap": 105.0}), 1, share)
+    assert line["part"] == pytest.approx(part)
+    assert line["seconds"] == pytest.approx(105.0), "scaled to the whole way"
+
+
+def test_the_way_is_looked_at_in_order_from_where_it_was() -> None:
+    moments: list[Any] = []
+
+    def ends(states: Any, start: float, times: Any) -> Any:
+        moments.append((start, times[0]))
+        return states + 1
+
+    found = in_looks(given().task, ends)()
+    assert found.shape == (LOOKS, 6, 6)
+    assert moments[0] == (0.0, 0.5)
+    assert all(before[1] == after[0] for before, after in pairwise(moments))
+    np.testing.assert_array_equal(found[-1], given().task.states + LOOKS)
+
+
+@pytest.fixture
+def meeting(monkeypatch: pytest.MonkeyPatch, napping: Any) -> Any:
+    """Lines of a meeting of methods that take so long, of which `single` uses one thread."""
+
+    def lines(settings: Any, rounds: int, seconds: float, *threads: int, **parts: float) -> Any:
+        for name in settings:
+            monkeypatch.setitem(METHODS, name, Method(name, "others", threads=name != "single"))
+        monkeypatch.setattr(measure, "stage", lambda *_: given())
+        entries = {name: Entry(None, x, parts.get(name, 1.0)) for name, x in settings.items()}
+        asked = SimpleNamespace(threads=threads, rounds=rounds, seconds=seconds)
+        config: Any = SimpleNamespace(meeting=asked, problem=None)
+        return list(measure.meeting(config, "free_body", entries, {"free_body": {}}))
+
+    return lines
+
+
+def test_methods_meet_in_turn_and_the_order_turns(napping: Any, meeting: Any) -> None:
+    found = meeting({name: {} for name in "abc"}, 3, 9.0, 1)
+    calls = [name for name, *rest in napping if rest == [1]]
+    assert calls == list("abc") + list("abc") + list("bca") + list("cab"), "first all warm up"
+    assert all(len(line["rounds"]) == 3 for line in found)
+
+
+def test_with_two_threads_a_method_takes_one_where_that_is_faster(
+    napping: Any, meeting: Any
+) -> None:
+    """Solvers of one thread are made once; who gains nothing from a second one stays away."""
+    naps = {"lone": {1: 0.1, 2: 0.4}, "shared": {1: 0.4, 2: 0.3}, "single": {}}
+    found = meeting({name: {"naps": x} for name, x in naps.items()}, 3, 9.0, 1, 2)
+    assert [(x["method"], x["most"], x["threads"]) for x in found] == [
+        *(("lone", 1, 1), ("shared", 1, 1), ("single", 1, 1)),
+        *(("lone", 2, 1), ("shared", 2, 2)),
+    ]
+    assert napping[-6:].count(("lone", 1)) == napping[-6:].count(("shared", 2)) == 3
+    assert sum(len(one) == 3 for one in napping) == 5
+
+
+def test_who_has_spent_his_time_misses_the_rounds_that_are_left(meeting: Any) -> None:
+    slow, quick = meeting({"slow": {"nap": 0.03}, "quick": {"nap": 0.001}}, 4, 0.05, 1, quick=0.5)
+    assert np.isnan(slow["rounds"]).tolist() == [False, False, True, True]
+    assert quick["rounds"] == pytest.approx([0.001] * 4), "half the way, told for all"
+
+
+def searching(name: str, steps: Any) -> Any:
+    """What a search at the pendulum is given; no method looks at its truth before it has failed."""
+    sizes: Any = SimpleNamespace(orbits=2, turns=1)
+    asked: Any = SimpleNamespace(steps=steps, repeats=1, seconds=1.0)
+    truth = {"pendulum": {"states": np.zeros((6, 2))}}
+    return SimpleNamespace(problem=sizes, search=asked), name, truth
+
+
+def test_a_method_that_finds_no_number_has_failed_and_the_rest_is_measured() -> None:
+    _, head, failed = measure.search(*searching("lie_poisson", [0.0]))
+    assert head["form"] == 0
+    assert failed["failed"].startswith("ZeroDivisionError: ")
+
+
+def test_a_failure_of_a_method_is_told_and_a_fault_of_our_own_ends_the_benchmark() -> None:
+    """A knob of the wrong type stands for the fault."""
+    assert compute._tell(int, ("no number",), None).startswith("failed: ValueError: ")  # type: ignore[arg-type]
+    heard: list[Any] = []
+    with pytest.raises(TypeError):
+        compute._tell(measure.search, searching("lie_poisson", ["8"]), heard.append)
+    assert len(heard) == 2, "what was measured before"
+
+
+@pytest.mark.parametrize(
+    ("error", "ended"),
+    [
+        (None, ""),
+        (TimeoutError("ended at 3 s"), "ended at 3 s"),
+        (WorkerError("it was killed"), "failed: it was killed"),
+    ],
+)
+def test_a_worker_s_end_is_told_and_what_it_had_is_kept(
+    monkeypatch: pytest.MonkeyPatch, error: Exception | None, ended: str
+) -> None:
+    before = dict(os.environ)
+
+    def apart(work: Any, given: Any, hear: Any, limit: float) -> str:
+        hear({"x": given})
+        assert limit == compute.PATIENCE * 2.0 + compute.GRACE
+        assert os.environ["OMP_NUM_THREADS"] == "1"
+        assert not list(Path(os.environ["XDG_CACHE_HOME"]).iterdir())
+        if error:
+            raise error
+        return ""
+
+    monkeypatch.setattr(compute, "apart", apart)
+    assert compute.by_worker(iter, ("x",), 2.0) == ([{"x": (iter, ("x",))}], ended)
+    assert dict(os.environ) == before
+
+
+def sleeping(clock: list[float], each: float, n_symbols: int, first: float = 0.0) -> Any:
+    """A method that takes so many seconds for an orbit, and more at first."""
+    left = [first]
+
+    def made(_: str, task: Task, __: Any) -> Solver:
+        n = task.states.shape[1]
+
+        def solve() -> Crossed:
+            clock[0] += n * each + left[0]
+            left[0] = 0.0
+            codes, certain = np.zeros((n_symbols, n), dtype=np.uint8), np.arange(n) > 0
+            return Crossed(codes, np.zeros((n_symbols + 1, n)), certain[None])
+
+        return Solver(solve)
+
+    return made
+
+
+def test_numbers_are_tried_until_the_next_would_go_beyond_the_budget(
+    monkeypatch: pytest.MonkeyPatch, clock: list[float]
+) -> None:
+    def many(each: float, first: float, numbers: list[int], seconds: float) -> Any:
+        monkeypatch.setattr(measure, "made", sleeping(clock, each, 2, first))
+        config: Any = SimpleNamespace(
+            many=SimpleNamespace(orbits=numbers, seconds=seconds),
+            problem=SHORT,
+            search=SimpleNamespace(repeats=3),
+        )
+        return list(measure.many_orbits(config, "x", Entry()))
+
+    lines = many(1e-3, 0.2, [4, 20, 1000], 0.5)
+    assert [line["orbits"] for line in lines] == [4, 20]
+    assert [line["undecided"] for line in lines] == [1, 1]
+    assert [line["prepare"] for line in lines] == pytest.approx([0.2, 0.0])
+    assert [line["seconds"] for line in lines] == pytest.approx([0.004, 0.02])
+    assert lines[0]["repeats"] == 3
+    # A first solve beyond the budget is all there is.
+    [line] = many(0.02, 0.0, [5, 6], 0.05)
+    assert (line["orbits"], line["repeats"]) == (5, 1)
+
+
+def route(task: Task, turned: int = -1) -> Crossed:
+    """What integration finds, with one symbol of the column `turned` turned over."""
+    found = routes(task.problem, task.theta2_0)
+    codes = found.codes.copy()
+    if turned in range(codes.shape[1]):
+        codes[1, turned] ^= 1
+    return Crossed(codes, found.crossing_time, found.certain)
+
+
+@pytest.fixture
+def lines(monkeypatch: pytest.MonkeyPatch, clock: list[float]) -> Callable[..., Any]:
+    """Lines of methods with bodies; the method `wrong` errs in column 3; who was called with what.
+
+    Each orbit takes 2 ms by the clock, the first time with a body so many seconds more; in
+    principal axes an orbit takes `dear`, and in 64 bits is told `rough`, if that is not right.
+    """
+
+    def run(
+        names: str, orbits: int, repeats: int, seconds: float, longest: float, **more: Any
+    ) -> Any:
+        seen, called = set(), []
+
+        def made(name: str, task: Task, entry: Any, threads: int) -> Solver:
+            def solve() -> Crossed:
+                n = task.states.shape[1]
+                called.append((name, n, float(task.times.max())))
+                anew = (name, task.body) not in seen
+                clock[0] += 2e-3 * n + more.get("first", 0.0) * anew
+                seen.add((name, task.body))
+                return route(task, 3 if name == more.get("wrong") else -1)
+
+            return Solver(solve)
+
+        def told(problem: Any, phases: Any, *, bits: int, jobs: int) -> Any:
+            clock[0] += more.get("dear", 0.01)
+            right = route(from_phases(problem, phases)).codes
+            return 1 - right if bits == 64 and more.get("rough") else right
+
+        monkeypatch.setattr(measure, "made", made)
+        offered = more.get("bits", (64, 113))
+        monkeypatch.setattr(principal_axes, "offers", offered.__contains__)
+        monkeypatch.setattr(principal_axes, "codes", told)
+        problems = more.get("problems", [SHORT])
+        monkeypatch.setattr(measure, "drawn", lambda _, n: problems[:n])
+        asked = {"orbits": orbits, "repeats": repeats, "seconds": seconds, "longest": longest}
+        config: Any = SimpleNamespace(
+            bodies=SimpleNamespace(kept=len(problems), drawn=0, seed=0, threads=1, **asked)
+        )
+        return list(measure.bodies(config, dict.fromkeys(names.split(), Entry()))), called
+
+    return run
+
+
+@pytest.mark.parametrize("wrong", ["peer", "ours"])
+@pytest.mark.parametrize("rough", [False, True])
+def test_where_two_methods_differ_more_bits_tell_which_is_right(
+    lines: Any, wrong: str, rough: bool
+) -> None:
+    [line], called = lines("ours peer", 40, 2, 0.061, 1.0, wrong=wrong, rough=rough, dear=8e-3)
+    # Sixteen orbits of a pilot take 32 ms: 61 ms are enough for thirty.
+    assert (line["ours"]["orbits"], line["peer"]["orbits"]) == (40, 30)
+    other = "peer" if wrong == "ours" else "ours"
+    for name in ("ours", "peer"):
+        assert line[name]["symbols"] == 2 * line["peer"]["orbits"], "what both computed"
+    assert (line[wrong]["wrong"], line[wrong]["wrong_trusted"]) == (1, 1)
+    assert (line[other]["wrong"], line[other]["undecided"]) == (0, 0)
+    assert (line["peer"]["first"], line["peer"]["again"]) == pytest.approx((0.06, 0.06))
+    assert line["body"] == [1, 2, 1, 1.5, *[0.5**0.5] * 2, 0.001, 1.3342, 1e-8]
+    # Both are called with another body first: what any body needs is not told of this one.
+    assert [x[:2] for x in called[:3]] == [("ours", 1), ("ours", 40), ("peer", 16)]
+    last = route(random_routes(SHORT, 40)).time.max()
+    assert last < called[-1][2] * time_unit(SHORT.body) < 1.01 * last, "the horizon of a peer"
+
+
+@pytest.mark.parametrize(
+    "more",
+    [
+        {"seconds": -1.0},
+        # Thirty times 41 ms, in 113 bits, are more than four times 0.3 s.
+        {"seconds": 0.3, "rough": True, "dear": 0.041},
+        # 113 bits may not be offered, nor 64.
+        {"seconds": 1.0, "rough": True, "bits": (64,)},
+        {"seconds": 1.0, "bits": ()},
+    ],
+)
+def test_what_nobody_could_settle_in_time_is_not_counted(lines: Any, more: Any) -> None:
+    seconds = more.pop("seconds")
+    [line], _ = lines("ours peer", 20, 1, seconds, 9.0, wrong="peer", **more)
+    assert line["peer"]["orbits"] > 3
+    for name in ("ours", "peer"):
+        # Column 3 is the first in doubt: what is behind it would be without its like.
+        assert (line[name]["symbols"], line[name]["wrong"]) == (2 * 3, 0)
+
+
+def test_a_first_call_that_takes_longer_than_a_peer_may_is_followed_by_another(lines: Any) -> None:
+    """Ours builds maps in its first call with a body."""
+    other = replace(SHORT, body=Body((2, 1, "1.4"), (1, 1, 0), "0.001"))
+    [line], _ = lines("ours", 3, 3, 0.15, 9.0, first=5.0, problems=[other])
+    assert (line["ours"]["first"], line["ours"]["again"]) == pytest.approx((5.006, 0.006))
+
+
+@pytest.mark.parametrize(("longest", "done"), [(0.05, 2), (0.07, 3), (0.02, 1)])
+def test_no_further_body_is_begun_when_the_time_of_all_is_spent(
+    lines: Any, longest: float, done: int
+) -> None:
+    """Ours takes 80 ms in its two calls with a body."""
+    assert len(lines("ours", 20, 1, 0.0, longest, problems=[SHORT] * 3)[0]) == done
+
+
+@pytest.mark.parametrize(("longest", "n"), [(0.04, 40), (0.039, 20), (1e-3, 10)])
+def test_ours_follows_as_many_orbits_as_it_is_expected_to_in_its_time(
+    lines: Any, monkeypatch: pytest.MonkeyPatch, longest: float, n: int
+) -> None:
+    """An orbit is expected to take 1 ms; few are followed in any case."""
+    monkeypatch.setattr(measure, "expected_seconds", lambda _, orbits: 1e-3 * orbits)
+    [line], _ = lines("ours", 40, 1, 9.0, longest)
+    assert line["ours"]["orbits"] == n
+
+
+def phases(made: Any, monkeypatch: pytest.MonkeyPatch, orbits: int, seconds: float) -> Any:
+    """Lines of a method on random phases."""
+    monkeypatch.setattr(measure, "made", made)
+    config: Any = SimpleNamespace(phases=SimpleNamespace(orbits=orbits, seconds=seconds))
+    return list(measure.random_phases(config, "x", Entry()))
+
+
+def test_symbols_of_random_phases_are_held_against_113_bits(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """A symbol turned over in each chunk is one wrong symbol of each."""
+    monkeypatch.setattr(measure, "CHUNK", 20)
+    lines = phases(lambda _, task, __: Solver(lambda: route(task, 2)), monkeypatch, 40, 1e9)
+    assert [line["J1_0"] for line in lines] == ["1e-6", "1e-10"]
+    for line in lines:
+        assert (line["orbits"], line["symbols"]) == (40, 600)
+        assert (line["wrong"], line["wrong_trusted"], line["undecided"]) == (2, 2, 0)
+        assert line["last_crossing"] < 1e-6
+
+
+@pytest.mark.parametrize(("seconds", "orbits"), [(5.9, 30), (6.1, 40)])
+def test_no_further_chunk_of_random_phases_is_begun_after_the_time_that_there_is(
+    monkeypatch: pytest.MonkeyPatch, clock: list[float], seconds: float, orbits: int
+) -> None:
+    """An orbit takes 0.2 s; what is solved before the clock runs does not count."""
+    monkeypatch.setattr(measure, "CHUNK", 10)
+    for line in phases(sleeping(clock, 0.2, 15), monkeypatch, 50, seconds):
+        assert (line["orbits"], line["seconds"]) == (orbits, pytest.approx(0.2 * orbits))
+
+
+@pytest.mark.slow
+def test_orbits_of_fig5_end_half_a_passage_behind_their_last_crossing() -> None:
+    """Rounded to whole t'."""
+    task = precession_angle(None)
+    times = route(task).time
+    behind = task.times[0] * time_unit(task.body) - times[-1]
+    np.testing.assert_allclose(behind, (times[-1] - times[-2]) / 2, rtol=0, atol=0.501)
+
+
+def test_random_orbits_are_the_same_in_every_run() -> None:
+    one, more = random_routes(SHORT, 5), random_routes(SHORT, 9)
+    np.testing.assert_array_equal(one.states, more.of(np.arange(5)).states)
+
+
+def test_a_wrong_symbol_that_a_method_does_not_vouch_for_is_wrong_and_not_trusted() -> None:
+    codes, certain = np.array([[0, 1, 1]]), np.array([[True, True, False]])
+    answer = Crossed(codes.astype(np.uint8), np.zeros((2, 3)), certain)
+    expected = {"symbols": 3, "wrong": 2, "wrong_trusted": 1, "undecided": 1}
+    assert judged(answer, np.zeros((1, 3))) == expected
+    assert judged(answer._replace(certain=None), np.zeros((1, 3)))["wrong_trusted"] == 2
+
+
+def test_bodies_drawn_by_lot_are_the_same_ones_and_lie_in_the_domain() -> None:
+    problems = drawn()
+    assert problems[:3] == drawn(SEED, 3)
+    assert set(problems).isdisjoint(drawn(SEED + 1))
+    weights = [float(p.body.mu) / float(p.h0) for p in problems]
+    starts = [float(p.J1_0) for p in problems]
+    assert 0.9e-4 < min(weights) < 3e-4
+    assert 0.01 < max(weights) < 0.0202
+    assert 0.9e-12 < min(starts) < 1e-11
+    assert 1e-7 < max(starts) < 1.01e-6
+    assert {p.n_symbols for p in problems} == {15}
+
+
+def test_shapes_of_drawn_bodies_fill_what_bodies_may_have() -> None:
+    """Evenly over a triangle: each of the four equal ones into which it falls has its share."""
+    shares = [[float(x) / float(p.body.A[0]) for x in p.body.A[1:]] for p in drawn(7, 400)]
+    A2, A3 = np.array(shares).T
+    apart, sum_ = A3 - A2, A2 + A3 - 1
+    assert (apart > 0).all()
+    assert (sum_ > -1e-3).all()
+    # Middles of the sides cut off three corners. Four standard errors of a share of 400.
+    for corner in (apart > 0.5, 1 - A3 > 0.25, sum_ > 0.5):
+        assert abs(corner.mean() - 0.25) < 4 * np.sqrt(3 / 16 / 400)
