@@ -195,9 +195,10 @@ def _program_hidden() -> Iterator[None]:
 
     They need nothing of it, and it would compute once more, and begin processes of its own.
     """
-    program = vars(sys.modules["__main__"])
+    program: dict[str, Any] = vars(sys.modules["__main__"])
     with _hiding:
-        hidden = {name: program.pop(name) for name in ("__file__", "__spec__") if name in program}
+        told = ("__file__", "__spec__")
+        hidden: dict[str, Any] = {name: program.pop(name) for name in told if name in program}
         program["__spec__"] = None
         try:
             yield

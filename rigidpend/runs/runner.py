@@ -11,11 +11,11 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from rigidpend import experiments
+from rigidpend.machine import files
 from rigidpend.machine.files import StoreError, twin
 from rigidpend.machine.workers import check_stop, listening
-from rigidpend.runs import provenance, recalled
+from rigidpend.runs import provenance
 from rigidpend.runs.parts import Parts, sweep
-from rigidpend.runs.recalled import DOUBT, OTHER, SECONDS, AnyConfig
 
 # What a plan that finds nothing to do does without is imported where it is used.
 if TYPE_CHECKING:
@@ -23,21 +23,37 @@ if TYPE_CHECKING:
     from rigidpend.experiments.contract import Piece
     from rigidpend.experiments.data import Tree
     from rigidpend.orbits.integrate.arithmetic import Arithmetic
+    from rigidpend.runs.loading import LoadedConfig
+
+OTHER = "of another version"
+"""Mark of a result that cannot be read for its format version."""
+SECONDS = "seconds"
+"""Root attribute of the time that a result took, unless it went on from parts."""
+DOUBT = "doubt"
+"""Root attribute of what is uncertain."""
 
 
 @dataclass(frozen=True)
-class Plan:
-    """Plan of a run: a config, the file of its result, and the reason to compute it, if any."""
+class State:
+    """State of a result: where it is, what it follows from, and the reason to compute it."""
 
-    config: AnyConfig
+    name: str
+    experiment: str
     target: Path
     fingerprint: dict[str, str]
     """Hashes of config and code, and the engine: all on which the result depends."""
     reason: str
     """Reason to compute the result; empty where the file is up to date."""
-    doubt: str = ""
+    doubt: str
     """Count of what is uncertain in the result that is there, in words."""
-    seconds: float = 0.0
+
+
+@dataclass(frozen=True)
+class Plan(State):
+    """Plan of a run: the state of a result, with the config that it is computed by."""
+
+    config: LoadedConfig
+    seconds: float
     """Seconds that the result there took, if it is of the same config; else 0."""
 
 
@@ -48,16 +64,21 @@ REASONS = {
 }
 
 
-def plan(config: AnyConfig, folder: Path, *, force: bool = False) -> Plan:
+def plan(config: LoadedConfig, folder: Path, *, force: bool = False) -> Plan:
     """Decide whether a config is to be run; tidy up what a killed run left beside its result.
 
     Parameters
     ----------
-    config : LoadedConfig or RecalledConfig
+    config : LoadedConfig
     folder : Path
         Where results are kept.
     force : bool, optional
         Compute even what is up to date.
+
+    Raises
+    ------
+    StoreError
+        There is a file in the result's place that is no result of ours, or is damaged.
     """
     check_stop()
     target = folder / f"{config.name}.h5"
@@ -69,15 +90,31 @@ def plan(config: AnyConfig, folder: Path, *, force: bool = False) -> Plan:
         "code_hash": provenance.code_hash(config.experiment),
         "engine": provenance.engine_name(config.engine),
     }
-    known = {} if force else recalled.facts(target)
+    known = {} if force else _attributes(target)
+    same = known.get("config_hash") == fingerprint["config_hash"]
     reason = "--force" if force else _reason(known, fingerprint)
-    if known.get("config_hash", fingerprint["config_hash"]) != fingerprint["config_hash"]:
+    if "config_hash" in known and not same:
         reason = reason.replace(REASONS["config_hash"], _changed(target, config))
     if not reason:
         sweep(target)
-    same = known.get("config_hash") == fingerprint["config_hash"]
     seconds = float(known.get(SECONDS, 0.0)) if same else 0.0
-    return Plan(config, target, fingerprint, reason, str(known.get(DOUBT, "")), seconds)
+    found = config.name, config.experiment, target, fingerprint, reason, str(known.get(DOUBT, ""))
+    return Plan(*found, config, seconds)
+
+
+def _attributes(target: Path) -> dict[str, Any]:
+    """Root attributes of the result in a place; empty where there is none."""
+    if not target.exists():
+        return {}
+    files.make_way(target)
+    from rigidpend.results import store
+
+    try:
+        return store.attributes(target)
+    except store.OtherVersion:
+        return {OTHER: True}
+    except store.StoreError as error:
+        raise store.StoreError(f"{error}; move it away, or overwrite it with --force") from None
 
 
 def expected_seconds(planned: Plan) -> float | None:
@@ -253,7 +290,7 @@ def _arithmetic(planned: Plan) -> Arithmetic:
     return resolve(**{**asked, "engine": planned.config.engine}) if asked else CLOSED_FORM
 
 
-def _stored(arithmetic: Arithmetic, config: AnyConfig) -> dict[str, Any]:
+def _stored(arithmetic: Arithmetic, config: LoadedConfig) -> dict[str, Any]:
     """Part of the arithmetic that a config can choose, as root attributes."""
     chosen = set(config.content.numerics_asked) - {"engine"}
     return {name: value for name, value in arithmetic._asdict().items() if name in chosen}
@@ -269,7 +306,7 @@ def _reason(stored: Mapping[str, Any], fingerprint: dict[str, str]) -> str:
     return "; ".join(changed)
 
 
-def _changed(target: Path, config: AnyConfig) -> str:
+def _changed(target: Path, config: LoadedConfig) -> str:
     """Reason that names the keys of the config that are others than in the result there."""
     from rigidpend.config import writer
     from rigidpend.results import store
@@ -279,6 +316,4 @@ def _changed(target: Path, config: AnyConfig) -> str:
     except store.StoreError:
         return REASONS["config_hash"]
     found = writer.changes(before, config.resolved())
-    return (
-        f"{REASONS['config_hash']}: {writer.sentence(found)}" if found else REASONS["config_hash"]
-    )
+    return f"{REASONS['config_hash']}{': ' if found else ''}{writer.sentence(found)}"

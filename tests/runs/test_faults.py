@@ -23,7 +23,7 @@ from rigidpend.experiments.contract import Means
 from rigidpend.experiments.route_zoom import compute as route_zoom
 from rigidpend.machine import cache, files, workers
 from rigidpend.results import store
-from rigidpend.runs import loading, regression, runner
+from rigidpend.runs import loading, recalled, regression, runner
 from tests.attacks import lot
 from tests.cli.calls import LIMITED, UNTRACED
 from tests.config.samples import SMALL, written
@@ -258,16 +258,17 @@ def test_a_result_in_a_read_only_folder_stays_up_to_date(
 ) -> None:
     planned = small(tmp_path)
     runner.follow(planned, jobs=1, say=lambda _: None)
+    config, out = planned.config, planned.target.parent
 
     def refuse(*_: Any, **__: Any) -> Any:
         raise OSError(errno.EROFS, "Read-only file system")
 
     for function in ("unlink", "mkdir", "replace", "rmdir"):
         monkeypatch.setattr(os, function, refuse)
-    (planned.target.parent / ".small.h5.abc.part").write_bytes(b"half")
+    (out / ".small.h5.abc.part").write_bytes(b"half")
     cache.tell_once.cache_clear()
     with pytest.warns(cache.KeptFileWarning, match="nothing can be kept"):
-        assert runner.plan(planned.config, planned.target.parent).reason == ""
+        assert recalled.plan(config, tmp_path / "small.yaml", out).reason == ""
 
 
 def killed(part: int) -> int:

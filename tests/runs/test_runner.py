@@ -5,6 +5,7 @@ from __future__ import annotations
 import importlib.metadata
 import json
 import shutil
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -150,13 +151,12 @@ def test_a_result_whose_name_differs_in_case_only_is_not_made(tmp_path: Path) ->
 
 
 def test_how_long_a_plan_takes_is_told_by_what_is_stored_or_else_by_its_experiment(
-    tmp_path: Path,
+    loaded: loading.LoadedConfig, tmp_path: Path
 ) -> None:
-    config = loading.load(written(tmp_path, SMALL))
-    told = experiments.cost(config.experiment, config.content)
+    plan = runner.plan(loaded, tmp_path)
+    told = experiments.cost(loaded.experiment, loaded.content)
     assert told
     for seconds, reason, expected in ((7.0, "", 7.0), (7.0, "x", 7.0), (0.0, "x", told)):
-        plan = runner.Plan(config, tmp_path / "a.h5", {}, reason, seconds=seconds)
-        assert runner.expected_seconds(plan) == expected
-    nothing = runner.Plan(config, tmp_path / "a.h5", {}, "")
-    assert runner.expected_seconds(nothing) is None
+        found = replace(plan, reason=reason, seconds=seconds)
+        assert runner.expected_seconds(found) == expected
+    assert runner.expected_seconds(replace(plan, reason="")) is None
