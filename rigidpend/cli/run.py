@@ -154,8 +154,9 @@ def run_command(
     if len(paths) > 1 and not scheduler:
         at_once = _at_once([expected.get(x.name, 0.0) for _, x in waiting], jobs)
     at_once = min(len(waiting), at_once)
-    course = progress.Course(len(waiting), expected, at_once)
-    shown = progress.Progress(course, sys.stderr, begun, quiet=quiet, verbose=verbose)
+    shown = progress.Progress(
+        len(waiting), expected, at_once, start=begun, quiet=quiet, verbose=verbose
+    )
     with _printed(outcomes, as_json), shown:
         shown.tell(f"planned in {time.perf_counter() - begun:.2f} s", detail=True)
         for outcome in outcomes:
@@ -315,7 +316,7 @@ def _follow(planned: Plan, outcome: RunOutcome, shown: Progress, logs: Logs, whe
         outcome.seconds = round(time.perf_counter() - begun, 3)
         log = logs.path(name)
         outcome.log = str(log) if log else None
-    shown.end(outcome.status == "computed", name)
+    shown.end(name, well=outcome.status == "computed")
     return code
 
 

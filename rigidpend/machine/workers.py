@@ -33,11 +33,8 @@ _hiding = threading.Lock()
 def check_stop() -> None:
     """End the work of this thread if it is not wanted any more; engines ask some times a second.
 
-    Raises
-    ------
-    Stopped
-        In a thread of a pool that is being stopped, and in all of a command line after Ctrl-C
-        or SIGTERM.
+    It raises Stopped in a thread of a pool that is being stopped, and in all of a command line
+    after Ctrl-C or SIGTERM.
     """
     if came() or any(stop.is_set() for stop in getattr(_of_thread, "stops", ())):
         raise Stopped

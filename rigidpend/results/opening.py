@@ -43,12 +43,7 @@ class OtherVersion(StoreError):
 
 @contextmanager
 def opened(
-    path: Path,
-    *,
-    whole: bool = False,
-    part: bytes | None = None,
-    layout: Layout | None = None,
-    ratio: int = RATIO,
+    path: Path, *, whole: bool = False, layout: Layout | None = None, ratio: int = RATIO
 ) -> Iterator[h5py.File]:
     """A result file, open for reading; its structure is checked.
 
@@ -57,8 +52,6 @@ def opened(
     path : Path
     whole : bool, optional
         Whether its values are to be read: then another process has read them before.
-    part : bytes, optional
-        The content, where it is a kept part of a run, of which no layout is declared.
     layout : Layout, optional
         Layout of its data; by default the one that its experiment declares.
     ratio : int, optional
@@ -71,15 +64,23 @@ def opened(
         the results of its experiment.
     """
     with readable(path):
-        image = intact(files.content(path)) if part is None else part
-        is_part = part is not None
+        image = intact(files.content(path))
         most = min(files.LARGEST, max(LEAST, ratio * len(image)))
-        tried(lambda: _trial(path, image, most, whole, is_part, layout), len(image), most)
+
+        def checked(file: h5py.File) -> int:
+            return _check(path, file, most, layout)
+
+        def trial() -> None:
+            with h5py.File.in_memory(image) as file:
+                grant(checked(file))
+                file.visititems(lambda _, node: _look(node, whole))
+
+        tried(trial, len(image), most)
         # The very bytes that were tried, whatever happens to the file meanwhile.
         file = h5py.File.in_memory(image)
     with file:
         with readable(path):
-            _check(path, file, most, is_part, layout)
+            checked(file)
         yield file
 
 
@@ -100,45 +101,31 @@ def readable(path: Path) -> Iterator[None]:
         raise StoreError.of(path, f"not a readable HDF5 file: {reason}") from None
 
 
-def _trial(
-    path: Path, image: bytes, most: int, whole: bool, part: bool, layout: Layout | None
-) -> None:
-    """Read what is to be read of a file, to see whether that is possible."""
-    with h5py.File.in_memory(image) as file:
-        grant(_check(path, file, most, part, layout))
-        file.visititems(lambda _, node: _look(node, whole))
-
-
 def _look(node: Any, whole: bool) -> None:
     told(node.attrs)
     if whole and isinstance(node, h5py.Dataset):
         node[()]
 
 
-def _check(path: Path, file: h5py.File, most: int, part: bool, layout: Layout | None) -> int:
+def _check(path: Path, file: h5py.File, most: int, layout: Layout | None) -> int:
     """Check what a file says that it is, then whether it is made so; the number of its objects."""
     root = h5g.open(file.id, b"/")
     attributes("/", root)
     given = dict(file.attrs)
+    # A foreign file may have anything here, of any type and shape.
     if not isinstance(given.get("format"), str) or given["format"] != FORMAT:
         raise StoreError.of(path, "an HDF5 file, but not a result of rigidpend")
     version: Any = given.get("format_version")
-    # A foreign file may have anything here, of any type and shape.
     if not np.array_equal(version, FORMAT_VERSION):
         said = f"its format version is {short(version, 60)}, this program reads {FORMAT_VERSION}"
         raise OtherVersion.of(path, said)
     for word in WORDS:
         if not isinstance(given.get(word, ""), str) or len(given.get(word, "")) > LONGEST:
             raise Unfit(f"its attribute {word} is not a short text")
-    return Checker(most).file(root, None if part else layout or _layout(given))
-
-
-def _layout(given: dict[str, Any]) -> Layout:
-    """The layout that the experiment of a file declares."""
-    if "experiment" not in given:
+    if layout is None and "experiment" not in given:
         raise Unfit("it does not say of which experiment")
     try:
-        return experiments.layout(given["experiment"])
+        return Checker(most).file(root, layout or experiments.layout(given["experiment"]))
     except experiments.UnknownExperiment as error:
         raise Unfit(str(error)) from None
 
@@ -148,13 +135,7 @@ CONFIG, DEEPEST = 2**22, 32
 
 
 def check_values(loaded: Loaded, layout: Layout | None = None) -> None:
-    """Check the values of a loaded result, of its experiment's layout or the one given.
-
-    Raises
-    ------
-    Unfit
-        A number is not finite that must be.
-    """
+    """Refuse a loaded result, as Unfit, with a number that is not finite and must be."""
     layout = layout or experiments.layout(loaded["attributes"]["experiment"])
     for place, values, field in fields(layout, loaded["data"]):
         if field.kind in (FLOAT, NUMBER) and not (field.gaps or np.isfinite(values).all()):
@@ -162,13 +143,7 @@ def check_values(loaded: Loaded, layout: Layout | None = None) -> None:
 
 
 def read_config(text: str) -> dict[str, Any]:
-    """Read the config of a result.
-
-    Raises
-    ------
-    Unfit
-        It is no JSON object, or too long or too deep for a config.
-    """
+    """Read the config of a result; Unfit if it is no JSON object, or too long or too deep."""
     try:
         found = json.loads(text) if len(text) <= CONFIG else None
     except (ValueError, RecursionError):
@@ -185,11 +160,7 @@ def _depth(node: Any) -> int:
     # Level by level: recursion could be exhausted by a file made for that.
     level, depth = [node], 0
     while level and depth <= DEEPEST:
-        inner = [x.values() if isinstance(x, dict) else x for x in level if _is_bracket(x)]
-        level = [x for each in inner for x in each]
+        inner = [x.values() if isinstance(x, dict) else x for x in level]
+        level = [x for each in inner for x in each if isinstance(x, dict | list)]
         depth += 1
     return depth
-
-
-def _is_bracket(node: Any) -> bool:
-    return isinstance(node, dict | list)

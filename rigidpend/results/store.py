@@ -13,9 +13,10 @@ object inside the file and as declared, before a value is used. What reads raise
 from __future__ import annotations
 
 import json
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
 from pathlib import Path
-from typing import Any, NamedTuple, Self, TypeAlias
+from typing import Any, NamedTuple, TypeAlias
 
 import h5py
 import numpy as np
@@ -60,41 +61,20 @@ class Result(NamedTuple):
     data: Tree
 
 
-def write(path: Path, result: Result, *, lasting: bool = True) -> None:
+def write(path: Path, result: Result) -> None:
     """Write a result file: in memory first, then under its name in one step.
 
-    Parameters
-    ----------
-    path : Path
-    result : Result
-    lasting : bool, optional
-        Whether it must outlive a failure of the machine; to wait for the disk takes time.
-
-    Raises
-    ------
-    StoreError
-        It cannot be written; what was there before is untouched.
+    StoreError where it cannot be written: what was there before is untouched.
     """
-    with Image(result.data) as image:
-        image.write(path, *result[:3], lasting=lasting)
+    with image(result.data) as file:
+        finish(file, path, *result[:3])
 
 
 def load(path: Path, layout: Layout | None = None, *, ratio: int = RATIO) -> Loaded:
     """A whole result file as plain data: `attributes`, `config`, `provenance`, `data`.
 
-    Parameters
-    ----------
-    path : Path
-    layout : Layout, optional
-        Layout of its data; by default the one that its experiment declares.
-    ratio : int, optional
-        Bytes that its arrays may have for each byte of the file.
-
-    Raises
-    ------
-    StoreError
-        As :func:`opened`; also where a checksum says that the data changed on disk, or where
-        values are not finite that must be.
+    Layout, ratio and errors are those of :func:`opened`; StoreError also where a checksum says that
+    the data changed on disk, or where values are not finite that must be.
     """
     with opened(path, whole=True, layout=layout, ratio=ratio) as file, readable(path):
         loaded: Loaded = {
@@ -113,29 +93,7 @@ def read_tree(path: Path) -> Tree:
     Raises the errors of :func:`opened`.
     """
     with opened(path, whole=True) as file, readable(path):
-        return _tree(file["data"], {})
-
-
-def part(tree: Tree) -> bytes:
-    """An HDF5 file in memory that holds a part of a result, for :func:`read_part`."""
-    # Names of dimensions are no attributes of ours in a file, and a part lacks some of its axes.
-    with Image(tree, lasting=False) as image:
-        return image.content({}, _dimensions(tree), {})
-
-
-def read_part(path: Path, content: bytes) -> Tree:
-    """A part of a result as it was given to :func:`part`, the names of dimensions included.
-
-    Raises the errors of :func:`opened`.
-
-    Parameters
-    ----------
-    path : Path
-        Where the content was kept.
-    content : bytes
-    """
-    with opened(path, whole=True, part=content) as file, readable(path):
-        return _tree(file["data"], json.loads(_plain(file["config"])))
+        return _tree(file["data"])
 
 
 def config(path: Path) -> dict[str, Any]:
@@ -175,37 +133,18 @@ def _plain(node: Any) -> Any:
     return {name: _plain(inner) for name, inner in node.items()}
 
 
-def _tree(group: h5py.Group, dimensions: Mapping[str, Any]) -> Tree:
+def _tree(group: h5py.Group) -> Tree:
     return {
-        name: _tree(node, dimensions.get(name, {}))
+        name: _tree(node)
         if isinstance(node, h5py.Group)
         else Dataset(
-            _values(node),
+            # A text as one, but texts in an array as they were given.
+            node[()] if node.shape else _plain(node),
             node.attrs["units"],
             node.attrs["description"],
-            *_meant(*dimensions.get(name, ())),
         )
         for name, node in group.items()
     }
-
-
-def _meant(dimensions: Sequence[int | str] = (), coordinate: bool = False) -> Any:
-    return tuple(dimensions), coordinate
-
-
-def _dimensions(tree: Tree) -> dict[str, Any]:
-    """The names of the dimensions of all arrays, and which are coordinates, in their groups."""
-    return {
-        name: node[3:] if isinstance(node, Dataset) else _dimensions(node)
-        for name, node in tree.items()
-    }
-
-
-def _values(node: h5py.Dataset) -> Any:
-    """A dataset's values in the type that they were given in."""
-    if h5py.check_string_dtype(node.dtype) and node.shape == ():
-        return node.asstr()[()]
-    return node[()]
 
 
 def _features(node: Any) -> dict[str, Any]:
@@ -216,79 +155,52 @@ def _features(node: Any) -> dict[str, Any]:
     return {**told(node.attrs), "(kind)": kind, "(dimensions)": node.ndim}
 
 
-class Image:
-    """A result file in memory, for a ``with`` statement: first its data, then what is told of them.
+@contextmanager
+def image(data: Tree) -> Iterator[h5py.File]:
+    """A result file in memory that has its data, for :func:`finish`.
 
     Data that come in blocks are asked for here, one block after the other.
-
-    Parameters
-    ----------
-    data : Tree
-    lasting : bool, optional
-        Whether it is to be kept for long, and small: to compress takes as long as to compute.
     """
+    # A form that HDF5 1.10 reads, by whichever version it is written.
+    with h5py.File.in_memory(libver=("earliest", "v110")) as file:
+        _put(file, "data", data)
+        _fill(file["data"], data)
+        yield file
 
-    def __init__(self, data: Tree, *, lasting: bool = True) -> None:
-        # A form that HDF5 1.10 reads, by whichever version it is written.
-        self._file = h5py.File.in_memory(libver=("earliest", "v110"))
-        self._lasting = lasting
-        try:
-            self._put(self._file, "data", data)
-            _fill(self._file["data"], data)
-        except BaseException:
-            self._file.close()
-            raise
 
-    def __enter__(self) -> Self:
-        return self
+def finish(
+    file: h5py.File, path: Path, attributes: Attributes, config: Any, provenance: Attributes
+) -> None:
+    """Put into a result file what is told of its data, and write it as :func:`write` does."""
+    prepare(path)
+    file.attrs.update({"format": FORMAT, "format_version": FORMAT_VERSION})
+    file.attrs.update(attributes)
+    _put(file, "config", Dataset(json.dumps(config, indent=2), "", "resolved config, JSON"))
+    file.create_group("provenance").attrs.update(provenance)
+    file.flush()
+    content = bytes(file.id.get_file_image())
+    file.close()
+    files.write(path, sealed(content))
 
-    def __exit__(self, *_: object) -> None:
-        self._file.close()
 
-    def content(self, attributes: Attributes, config: Any, provenance: Attributes) -> bytes:
-        """The bytes of the file, which is closed then."""
-        file = self._file
-        file.attrs.update({"format": FORMAT, "format_version": FORMAT_VERSION})
-        file.attrs.update(attributes)
-        told = Dataset(json.dumps(config, indent=2), "", "resolved config, JSON")
-        self._put(file, "config", told)
-        file.create_group("provenance").attrs.update(provenance)
-        file.flush()
-        image = bytes(file.id.get_file_image())
-        file.close()
-        return image
-
-    def write(
-        self,
-        path: Path,
-        attributes: Attributes,
-        config: Mapping[str, Any],
-        provenance: Attributes,
-        *,
-        lasting: bool = True,
-    ) -> None:
-        """Write the file (see the function :func:`write`)."""
-        prepare(path)
-        files.write(path, sealed(self.content(attributes, config, provenance)), lasting=lasting)
-
-    def _put(self, group: h5py.Group, name: str, node: Dataset | Tree) -> None:
-        if not isinstance(node, Dataset):
-            # Read back in the order of the layout, which figures and tables follow.
-            inner = group.create_group(name, track_order=True)
-            for key, value in node.items():
-                self._put(inner, key, value)
-            _scale(inner, {key: x for key, x in node.items() if isinstance(x, Dataset)})
-            return
-        values: Any = node.values
-        how = _storage(values) if self._lasting else {}
-        if isinstance(values, Coming):
-            made = group.create_dataset(
-                name, values.shape, values.dtype, chunks=values.block, **how
-            )
-        else:
-            made = group.create_dataset(name, data=values, **how)
-        made.attrs["units"] = node.units
-        made.attrs["description"] = node.description
+def _put(group: h5py.Group, name: str, node: Dataset | Tree) -> None:
+    if not isinstance(node, Dataset):
+        # Read back in the order of the layout, which figures and tables follow.
+        inner = group.create_group(name, track_order=True)
+        for key, value in node.items():
+            _put(inner, key, value)
+        _scale(inner, {key: x for key, x in node.items() if isinstance(x, Dataset)})
+        return
+    values: Any = node.values
+    how: dict[str, Any] = {"data": values}
+    if isinstance(values, Coming):
+        how = {"shape": values.shape, "dtype": values.dtype, "chunks": values.block}
+    # Single values can have no checksum, and are not compressed.
+    if not isinstance(values, str) and np.ndim(values) and 0 not in np.shape(values):
+        how |= {"fletcher32": True, "shuffle": True, "compression": "gzip"}
+    group.create_dataset(name, **how).attrs.update(
+        {"units": node.units, "description": node.description}
+    )
 
 
 def _fill(group: h5py.Group, node: Tree) -> None:
@@ -302,11 +214,7 @@ def _fill(group: h5py.Group, node: Tree) -> None:
 
 
 def _scale(group: h5py.Group, arrays: Mapping[str, Dataset]) -> None:
-    """Name the dimensions of a group's arrays, and tie them to the arrays that are their scales.
-
-    The part of one body has not the dimension of the bodies yet: its arrays stay without names.
-    """
-    arrays = {key: x for key, x in arrays.items() if len(x.dimensions) == np.ndim(x.values)}
+    """Name the dimensions of a group's arrays, and tie them to the arrays that are their scales."""
     scales = {x.dimensions[0]: key for key, x in arrays.items() if x.coordinate}
     for key in scales.values():
         group[key].make_scale(key)
@@ -317,10 +225,3 @@ def _scale(group: h5py.Group, arrays: Mapping[str, Dataset]) -> None:
             # No array is a scale of itself.
             if scales.get(dimension, key) != key:
                 group[key].dims[k].attach_scale(group[scales[dimension]])
-
-
-def _storage(values: Any) -> dict[str, Any]:
-    """Checksums and compression, which arrays can have and single values cannot."""
-    if isinstance(values, str) or 0 in np.shape(values) or np.ndim(values) == 0:
-        return {}
-    return {"fletcher32": True, "shuffle": True, "compression": "gzip"}

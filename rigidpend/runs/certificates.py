@@ -104,10 +104,8 @@ def certify(
 
     Raises
     ------
-    ConfigError
-        The experiment has no route codes, or too many orbits.
-    StoreError
-        A file cannot be read or written.
+    ConfigError, StoreError
+        The experiment has no route codes, or too many orbits; a file cannot be read or written.
     """
     routes, file = orbits(config, folder), target(config, folder)
     stated, code = _stated(config.content), code_hash_of(Path(codes.__file__))
@@ -145,12 +143,7 @@ def certify(
 def orbits(config: LoadedConfig, folder: Path) -> Routes:
     """The exact orbits of a config whose route codes can be proven.
 
-    Raises
-    ------
-    ConfigError
-        It has none, or too many.
-    Absent
-        They are told by a result that is not there.
+    ConfigError where it has none, or too many; Absent where a result tells them that is not there.
     """
     computation: Any = experiments.computation(config.experiment)
     if not hasattr(computation, "orbits"):
@@ -166,17 +159,7 @@ def orbits(config: LoadedConfig, folder: Path) -> Routes:
 def check(file: Path, *, jobs: int, report: Report) -> Sequence[Summary | Theorem]:
     """Check the proof in a certificate, or in a result that holds one, without integration.
 
-    Parameters
-    ----------
-    file : Path
-    jobs : int
-    report : callable
-        Takes lines of progress.
-
-    Raises
-    ------
-    StoreError
-        It is no certificate, or does not prove all that it says.
+    StoreError where it is no certificate, or does not prove all that it says.
     """
     if orbit_proofs.is_proof(file):
         return [Theorem(orbit_proofs.check(file, jobs, report))]
@@ -221,12 +204,8 @@ def _theorems(file: Path) -> list[Theorem] | None:
 def summaries(data: Data, reasons: Mapping[str, Sequence[str]] | None = None) -> list[Summary]:
     """Count what a certificate says, array by array.
 
-    Parameters
-    ----------
-    data : Data
-    reasons : mapping, optional
-        For each array the reasons for which its orbits are undecided, where they were just
-        found: a certificate holds what is proven, and no word on what is not.
+    It holds no word on what is not proven: for orbits that were just found undecided the reasons
+    are given, array by array.
     """
     return [_summary(name, group, (reasons or {}).get(name)) for name, group in data.items()]
 
@@ -261,13 +240,7 @@ def _is_of(stored: Loaded, stated: Mapping[str, Any], routes: Routes) -> bool:
 
 
 def _routes(file: Path, stored: Loaded) -> Routes:
-    """The orbits that a certificate's own config asks for, each array of which it has.
-
-    Raises
-    ------
-    StoreError
-        Its config is none, or its arrays are others.
-    """
+    """The orbits that a certificate's own config asks for, each array of which it has."""
     try:
         # The schema takes numbers as texts, so that nothing is rounded on its way.
         text = json.loads(json.dumps(stored["config"]), parse_int=str, parse_float=str)

@@ -50,13 +50,7 @@ class ClusterExtraMissing(ModuleNotFoundError):
 
 
 def check_extra() -> None:
-    """Make sure that Dask's scheduler can be talked to.
-
-    Raises
-    ------
-    ClusterExtraMissing
-        The extra `cluster` is not installed.
-    """
+    """Make sure that Dask's scheduler can be talked to: that the extra `cluster` is installed."""
     if importlib.util.find_spec("distributed") is None:
         raise ClusterExtraMissing(
             "distributed is needed for --scheduler, and not installed;"
@@ -91,9 +85,8 @@ def computed(
     ----------
     address : str
         Of the scheduler, as in ``tcp://host:8786``.
-    experiment : str
-    engine : str
-        As the run's; empty for closed forms.
+    experiment, engine : str
+        As the run's; the engine is empty for closed forms.
     parts : Parts
         Keeps each part as soon as it is there.
     pieces : sequence of Piece

@@ -15,14 +15,8 @@ from typing import Self, TextIO
 class Logs:
     """The logs of one command, written line by line; to be used in a ``with`` statement.
 
-    A log that cannot be written is left out: it is no reason not to compute.
-
-    Parameters
-    ----------
-    targets : mapping
-        The result file of each name; the log stands beside it.
-    opening : str
-        The first line of each log.
+    Each stands beside the result file of its name, and begins with the same line. A log that cannot
+    be written is left out: it is no reason not to compute.
     """
 
     def __init__(self, targets: Mapping[str, Path], opening: str) -> None:

@@ -54,9 +54,7 @@ def prove(
 ) -> None:
     """Prove that an orbit beside one that was found has its code, and write the proof.
 
-    Raises
-    ------
-    Undecided, StoreError, ConfigError
+    Undecided where it cannot be proven.
     """
     from rigidpend.routes.certified import chains, pieces, start_lines
 
@@ -91,10 +89,7 @@ def is_proof(file: Path) -> bool:
 def check(file: Path, jobs: int, report: Report) -> str:
     """Check a proof again, without integration: the sentence that it proves.
 
-    Raises
-    ------
-    StoreError
-        It is none, or does not prove what it says.
+    StoreError where it is none, or does not prove what it says.
     """
     from rigidpend.routes.certified import beginnings, pieces, sections
 

@@ -65,20 +65,9 @@ REASONS = {
 
 
 def plan(config: LoadedConfig, folder: Path, *, force: bool = False) -> Plan:
-    """Decide whether a config is to be run; tidy up what a killed run left beside its result.
+    """Decide whether a config is to be run, or by force; tidy up what a killed run left there.
 
-    Parameters
-    ----------
-    config : LoadedConfig
-    folder : Path
-        Where results are kept.
-    force : bool, optional
-        Compute even what is up to date.
-
-    Raises
-    ------
-    StoreError
-        There is a file in the result's place that is no result of ours, or is damaged.
+    StoreError where a file in the result's place is no result of ours, or is damaged.
     """
     check_stop()
     target = folder / f"{config.name}.h5"
@@ -132,22 +121,9 @@ def expected_seconds(planned: Plan) -> float | None:
 def follow(
     planned: Plan, *, jobs: int, say: Callable[[str], None], scheduler: str | None = None
 ) -> None:
-    """Run a planned experiment and report its progress.
+    """Run a planned experiment and say its beginning with the reason, its progress and its end.
 
-    Parameters
-    ----------
-    planned : Plan
-    jobs : int
-        Threads or processes; no result depends on it.
-    scheduler : str, optional
-        Address of a Dask cluster that computes the experiment's pieces.
-    say : callable
-        Takes lines of progress: the beginning with its reason, the parts, the end.
-
-    Raises
-    ------
-    StoreError, WorkerError, ArithmeticError
-        It cannot be computed or written. Finished parts are kept.
+    Takes and raises what :func:`run` does. What is finished is kept.
     """
     start = time.perf_counter()
     say(f"computing ({planned.reason}), {planned.fingerprint['engine']}")
@@ -172,8 +148,9 @@ def run(
     ----------
     planned : Plan
     jobs : int
+        Threads or processes; no result depends on it.
     report : callable
-        Takes a line of progress.
+        Takes lines of progress.
     further : dict, optional
         Root attributes besides.
     scheduler : str, optional
@@ -186,8 +163,8 @@ def run(
 
     Raises
     ------
-    StoreError
-        The file cannot be written.
+    StoreError, WorkerError, ArithmeticError
+        It cannot be computed or written. Finished parts are kept.
     """
     from rigidpend.experiments.contract import Means, Piece
     from rigidpend.results import store
@@ -217,7 +194,7 @@ def run(
         else:
             data = experiments.computation(config.experiment).compute(content, means)
         # What comes in blocks is computed now.
-        with store.Image(data) as image:
+        with store.image(data) as file:
             attributes: dict[str, Any] = {
                 "name": config.name,
                 "figure": content.figure,
@@ -231,7 +208,7 @@ def run(
             # What a signal does to Git may be in the provenance, or to a worker in the data.
             check_stop()
             made = told.result() | provenance.of_workers(crew)
-            image.write(planned.target, attributes, config.resolved(), made)
+            store.finish(file, planned.target, attributes, config.resolved(), made)
         # Only now: a failure before this line leaves the parts for the next run.
         parts.drop()
         return str(attributes[DOUBT])

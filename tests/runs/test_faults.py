@@ -162,12 +162,12 @@ def test_a_killed_run_uses_what_was_finished(
     written(tmp_path, ZOOM, "zoom.yaml")
     out = tmp_path / "out"
     process = started(out)
-    while not list(out.glob(".zoom.parts/*/level03.h5")):
+    while not list(out.glob(".zoom.parts/*/level03.kept")):
         time.sleep(0.001)
     process.kill()
     process.communicate()
     assert content(out) == [".zoom.parts"]
-    kept = {path.name for path in out.glob(".zoom.parts/*/[!.]*.h5")}
+    kept = {path.name for path in out.glob(".zoom.parts/*/[!.]*.kept")}
     assert len(kept) >= 5
     write, made = files.replace, set[str]()
 
@@ -189,7 +189,7 @@ def test_runs_at_once_do_each_other_no_harm_and_notice_nobody_s_end(
     written(tmp_path, ZOOM, "zoom.yaml")
     out = tmp_path / "out"
     first, *others = (started(out, "--force") for _ in range(3))
-    while not list(out.glob(".zoom.parts/*/level01.h5")):
+    while not list(out.glob(".zoom.parts/*/level01.kept")):
         time.sleep(0.001)
     first.kill()
     first.communicate()
@@ -297,7 +297,7 @@ def test_a_killed_worker_leaves_the_finished_parts(
     monkeypatch.setattr(route_zoom, "compute", broken)
     with pytest.raises(workers.WorkerError, match="the same command again continues"):
         runner.follow(planned, jobs=1, say=lambda _: None)
-    kept = {path.stem for path in (tmp_path / "out").rglob("*.h5")}
+    kept = {path.stem for path in (tmp_path / "out").rglob("*.kept")}
     assert kept == {"centres", "level00", "level01"}
 
 

@@ -56,7 +56,7 @@ def test_a_part_of_another_fingerprint_is_not_used(tmp_path: Path) -> None:
 def test_a_damaged_part_is_computed_again(tmp_path: Path) -> None:
     parts = Parts(tmp_path / "fig.h5", "a")
     parts.keep("first", lambda: PART)
-    [path] = tmp_path.rglob("first.h5")
+    [path] = tmp_path.rglob("first.kept")
     path.write_bytes(path.read_bytes()[:100])
     with pytest.warns(KeptFileWarning, match=f"{path}: damaged; it is made again"):
         assert parts.keep("first", lambda: {"new": PART["one"]}).keys() == {"new"}
@@ -69,8 +69,8 @@ def test_a_part_copied_over_another_is_computed_again(tmp_path: Path, other: str
     own, copied = (Parts(tmp_path / f"{name}.h5", name) for name in ("fig", other))
     copied.keep("second" if other == "second" else "first", lambda: {"wrong": PART["one"]})
     own.keep("first", lambda: PART)
-    [source] = (tmp_path / f".{other}.parts").rglob("*.h5")
-    [path] = (tmp_path / ".fig.parts").rglob("*.h5")
+    [source] = (tmp_path / f".{other}.parts").rglob("*.kept")
+    [path] = (tmp_path / ".fig.parts").rglob("*.kept")
     shutil.copy(source, path)
     with pytest.warns(KeptFileWarning, match=f"{path}: of something else than its name says"):
         assert own.keep("first", lambda: PART).keys() == PART.keys()
@@ -79,9 +79,9 @@ def test_a_part_copied_over_another_is_computed_again(tmp_path: Path, other: str
 def test_a_part_that_is_no_tree_is_told_and_computed_again(tmp_path: Path) -> None:
     parts = Parts(tmp_path / "fig.h5", "a")
     parts.keep("first", lambda: PART)
-    [path] = tmp_path.rglob("first.h5")
+    [path] = tmp_path.rglob("first.kept")
     cache.save_file(path, b"a, part first", b"nothing")
-    with pytest.warns(KeptFileWarning, match="HDF5"):
+    with pytest.warns(KeptFileWarning, match="no part of a run"):
         assert parts.keep("first", lambda: PART) is PART
 
 
@@ -119,10 +119,12 @@ def test_a_folder_in_the_place_of_a_part_is_refused_before_the_part_is_computed(
 ) -> None:
     target = tmp_path / "fig.h5"
     Parts(target, "a").keep("first", lambda: PART)
-    [place] = tmp_path.rglob("first.h5")
+    [place] = tmp_path.rglob("first.kept")
     place.unlink()
     place.mkdir()
-    with pytest.raises(StoreError, match=r"first\.h5: a folder is in the place of a file: move it"):
+    with pytest.raises(
+        StoreError, match="kept: a folder is in the place of a file: move it"
+    ):
         Parts(target, "a").keep("first", not_again)
 
 
