@@ -122,9 +122,7 @@ def test_a_folder_in_the_place_of_a_part_is_refused_before_the_part_is_computed(
     [place] = tmp_path.rglob("first.kept")
     place.unlink()
     place.mkdir()
-    with pytest.raises(
-        StoreError, match="kept: a folder is in the place of a file: move it"
-    ):
+    with pytest.raises(StoreError, match="kept: a folder is in the place of a file: move it"):
         Parts(target, "a").keep("first", not_again)
 
 
