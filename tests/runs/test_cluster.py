@@ -68,10 +68,23 @@ class Dask:
         one = ("--nthreads", "1", "--no-nanny", "--no-dashboard", "--local-directory")
         return self._start("worker", *one, str(self.file.parent), environment=environment)
 
-    def end(self) -> None:
-        for process in reversed(self.processes):
+    def alive(self, number: int) -> bool:
+        """Whether a process runs: 0 is the scheduler."""
+        return len(self.processes) > number and self.processes[number].poll() is None
+
+    def one(self) -> subprocess.Popen[bytes]:
+        """A worker that is there, or else a new one."""
+        there = [x for k, x in enumerate(self.processes) if k and self.alive(k)]
+        return there[-1] if there else self.worker()
+
+    def dismiss(self, first: int = 1) -> None:
+        """End its workers; all of it from 0 on."""
+        for process in reversed(self.processes[first:]):
             process.kill()
             process.wait()
+
+    def end(self) -> None:
+        self.dismiss(0)
         self.log.close()
 
     def _start(
@@ -86,12 +99,22 @@ class Dask:
         return found
 
 
-@pytest.fixture
-def dask(tmp_path: Path) -> Iterator[Dask]:
-    pytest.importorskip("distributed", reason="the extra `cluster` is not installed")
-    found = Dask(tmp_path)
+@pytest.fixture(scope="module")
+def schedulers() -> Iterator[list[Dask]]:
+    """Schedulers that were started, the last of which may still run."""
+    found: list[Dask] = []
     yield found
-    found.end()
+    for each in found:
+        each.end()
+
+
+@pytest.fixture
+def dask(tmp_path_factory: pytest.TempPathFactory, schedulers: list[Dask]) -> Dask:
+    """A scheduler, perhaps with the worker of a test before."""
+    pytest.importorskip("distributed", reason="the extra `cluster` is not installed")
+    if not schedulers or not schedulers[-1].alive(0):
+        schedulers.append(Dask(tmp_path_factory.mktemp("dask")))
+    return schedulers[-1]
 
 
 @pytest.fixture
@@ -113,10 +136,29 @@ def silent(_: str) -> None:
 
 
 @pytest.mark.slow
+def test_a_worker_that_comes_late_and_lacks_this_package_is_named(
+    dask: Dask, run: Callable[..., Path]
+) -> None:
+    """What else it may lack is told by the worker itself, see below."""
+    dask.dismiss()
+    lines: list[str] = []
+
+    def hear(line: str) -> None:
+        lines.append(line)
+        if "no workers; it waits" in line:
+            dask.worker(without="rigidpend")
+
+    with pytest.raises(WorkerError, match="is not on tcp:"):
+        run("lacking", hear, dask.address)
+    assert sum("no workers" in line for line in lines) == 1
+    dask.dismiss()
+
+
+@pytest.mark.slow
 def test_the_same_file_with_a_worker_killed_and_one_that_comes_late(
     dask: Dask, run: Callable[..., Path]
 ) -> None:
-    first, lines = dask.worker(), []
+    first, lines = dask.one(), list[str]()
 
     def hear(line: str) -> None:
         lines.append(line)
@@ -140,10 +182,33 @@ def test_the_same_file_with_a_worker_killed_and_one_that_comes_late(
 
 
 @pytest.mark.slow
+def test_experiments_sweeps_proofs_and_orbits_come_from_a_cluster_as_from_here(
+    dask: Dask, tmp_path: Path
+) -> None:
+    dask.one()
+    here, there = tmp_path / "here", tmp_path / "there"
+    written(tmp_path, SMALL, "small.yaml")
+    far = ("--scheduler", dask.address)
+    given = (str(tmp_path / "small.yaml"), "--set", "problem.arrays.only.count=2", "--out")
+    for folder, more in ((here, ("-j", "1")), (there, far)):
+        swept = ("--sweep", "problem.mu=1e-3,2e-3", "-q", *more)
+        done("run", *given, str(folder), *swept)
+        done("certify", *given, str(folder), "--set", "problem.n_symbols=1", *more)
+    for name in ("small_mu=1e-3.h5", "small_mu=2e-3.h5", "small.certificate.h5"):
+        read = certificate_files.read if "certificate" in name else store.load
+        one, other = (read(folder / name) for folder in (here, there))
+        assert plain(one["data"]) == plain(other["data"])
+        assert ("workers" in one["provenance"], "workers" in other["provenance"]) == (False, True)
+    codes = [x for code in ("01", "10") for x in ("--code", code)]
+    rows = [done("find", "fig4", *codes, *more) for more in (("-j", "1"), far)]
+    assert rows[0] == rows[1] != ""
+
+
+@pytest.mark.slow
 def test_a_run_without_its_scheduler_goes_on_with_another(
     dask: Dask, run: Callable[..., Path], tmp_path: Path
 ) -> None:
-    dask.worker()
+    dask.one()
     lines: list[str] = []
 
     def hear(line: str) -> None:
@@ -239,29 +304,6 @@ def test_workers_that_are_killed_are_named_with_the_cure() -> None:
         raise distributed.KilledWorker("part", lost, 3)
 
 
-@pytest.mark.slow
-@pytest.mark.parametrize(
-    ("package", "said"),
-    [
-        ("llvmlite", r"the worker tcp://.*: llvmlite cannot be loaded there"),
-        ("rigidpend", "is not on tcp:"),
-    ],
-)
-def test_a_worker_that_comes_late_and_lacks_a_package_is_named(
-    dask: Dask, run: Callable[..., Path], package: str, said: str
-) -> None:
-    lines: list[str] = []
-
-    def hear(line: str) -> None:
-        lines.append(line)
-        if "no workers; it waits" in line:
-            dask.worker(without=package)
-
-    with pytest.raises(WorkerError, match=said):
-        run("lacking", hear, dask.address)
-    assert sum("no workers" in line for line in lines) == 1
-
-
 @pytest.mark.parametrize(
     "address", ["", "head", "head:", ":8786", "head:x", "tcp://head", "http://head:8786", "a:1/b"]
 )
@@ -286,29 +328,6 @@ def test_without_the_extra_the_command_says_how_to_install_it(
     assert done.exit_code == 3
     assert "python -m pip install 'rigidpend[cluster]'" in done.stderr
     assert not list(tmp_path.iterdir())
-
-
-@pytest.mark.slow
-def test_experiments_sweeps_proofs_and_orbits_come_from_a_cluster_as_from_here(
-    dask: Dask, tmp_path: Path
-) -> None:
-    dask.worker()
-    here, there = tmp_path / "here", tmp_path / "there"
-    written(tmp_path, SMALL, "small.yaml")
-    far = ("--scheduler", dask.address)
-    given = (str(tmp_path / "small.yaml"), "--set", "problem.arrays.only.count=2", "--out")
-    for folder, more in ((here, ()), (there, far)):
-        swept = ("--sweep", "problem.mu=1e-3,2e-3", "-q", *more)
-        done("run", *given, str(folder), *swept)
-        done("certify", *given, str(folder), "--set", "problem.n_symbols=1", *more)
-    for name in ("small_mu=1e-3.h5", "small_mu=2e-3.h5", "small.certificate.h5"):
-        read = certificate_files.read if "certificate" in name else store.load
-        one, other = (read(folder / name) for folder in (here, there))
-        assert plain(one["data"]) == plain(other["data"])
-        assert ("workers" in one["provenance"], "workers" in other["provenance"]) == (False, True)
-    codes = [x for code in ("01", "10") for x in ("--code", code)]
-    rows = [done("find", "fig4", *codes, *more) for more in ((), far)]
-    assert rows[0] == rows[1] != ""
 
 
 def done(*arguments: str) -> str:
