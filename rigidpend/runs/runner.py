@@ -7,6 +7,7 @@ import time
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -167,6 +168,7 @@ def run(
         It cannot be computed or written. Finished parts are kept.
     """
     from rigidpend.experiments.contract import Means, Piece
+    from rigidpend.orbits.integrate.arithmetic import CLOSED_FORM, resolve
     from rigidpend.results import store
 
     config, content = planned.config, planned.config.content
@@ -183,9 +185,16 @@ def run(
         if resumed:
             tell(f"goes on from {len(parts)} finished part{'s' if len(parts) > 1 else ''}")
         check_stop()
-        arithmetic = _arithmetic(planned)
+        asked = content.numerics_asked
+        arithmetic = resolve(**{**asked, "engine": config.engine}) if asked else CLOSED_FORM
+        chosen = {key: x for key, x in arithmetic._asdict().items() if key in {*asked} - {"engine"}}
         crew: dict[str, int] = {}
-        pieces = _pieces(parts, planned, scheduler, tell, crew)
+        pieces: Callable[[Sequence[Piece]], Iterator[Tree]] = parts.in_order
+        if scheduler is not None:
+            from rigidpend.runs import cluster
+
+            cluster_of = scheduler, config.experiment, config.engine, parts
+            pieces = partial(cluster.computed, *cluster_of, report=tell, crew=crew)
         # Each thread of a cluster's workers has a piece of its own.
         away, given = scheduler is not None, (config.experiment, content, arithmetic)
         means = Means(arithmetic, 1 if away else jobs, tell, parts.keep, pieces, away)
@@ -200,7 +209,7 @@ def run(
                 "figure": content.figure,
                 "experiment": config.experiment,
                 **planned.fingerprint,
-                **_stored(arithmetic, config),
+                **chosen,
                 DOUBT: doubt(data),
                 **({} if resumed else {SECONDS: time.perf_counter() - start}),
                 **(further or {}),
@@ -221,22 +230,6 @@ def _whole(experiment: str, content: ExperimentConfig, arithmetic: Arithmetic) -
     return experiments.computation(experiment).compute(content, Means(arithmetic))
 
 
-def _pieces(
-    parts: Parts,
-    planned: Plan,
-    scheduler: str | None,
-    report: Callable[[str], None],
-    crew: dict[str, int],
-) -> Callable[[Sequence[Piece]], Iterator[Tree]]:
-    """Choose who computes the pieces of an experiment: this process, or a cluster."""
-    if scheduler is None:
-        return parts.in_order
-    from rigidpend.runs import cluster
-
-    given = scheduler, planned.config.experiment, planned.config.engine, parts
-    return lambda pieces: cluster.computed(*given, pieces, report, crew)
-
-
 def doubt(data: Tree) -> str:
     """Count the symbols of a result that are uncertain, in words; empty where none is.
 
@@ -244,9 +237,9 @@ def doubt(data: Tree) -> str:
     """
     import numpy as np
 
-    arrays = (each for each in _named("certain", data) if isinstance(each, np.ndarray))
-    flags = [each for each in arrays if each.dtype == bool]
-    uncertain = sum(int(np.count_nonzero(~each)) for each in flags)
+    arrays = (x for x in _named("certain", data) if isinstance(x, np.ndarray))
+    flags = [x for x in arrays if x.dtype == bool]
+    uncertain = sum(int(np.count_nonzero(~x)) for x in flags)
     return f"{uncertain} of {sum(map(np.size, flags))} symbols uncertain" if uncertain else ""
 
 
@@ -257,20 +250,6 @@ def _named(name: str, data: Tree) -> Iterator[Any]:
             yield from _named(name, node)
         elif key == name:
             yield node.values
-
-
-def _arithmetic(planned: Plan) -> Arithmetic:
-    """Arithmetic of a planned experiment, resolved once."""
-    from rigidpend.orbits.integrate.arithmetic import CLOSED_FORM, resolve
-
-    asked = planned.config.content.numerics_asked
-    return resolve(**{**asked, "engine": planned.config.engine}) if asked else CLOSED_FORM
-
-
-def _stored(arithmetic: Arithmetic, config: LoadedConfig) -> dict[str, Any]:
-    """Part of the arithmetic that a config can choose, as root attributes."""
-    chosen = set(config.content.numerics_asked) - {"engine"}
-    return {name: value for name, value in arithmetic._asdict().items() if name in chosen}
 
 
 def _reason(stored: Mapping[str, Any], fingerprint: dict[str, str]) -> str:

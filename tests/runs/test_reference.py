@@ -145,9 +145,9 @@ def ceiling(name: str, place: tuple[str, ...]) -> float:
 
 def single(stored: Any, layout: Layout) -> Any:
     """Of groups that are of one kind the first: what is declared of one is declared of all."""
-    known, further = named(layout), members(layout)
-    others = [name for name in stored if name not in known][: 1 if further else 0]
-    nodes = {name: known[name][0] if name in known else further[1] for name in (*others, *known)}
+    nodes = {name: node for name, (node, _) in named(layout).items()}
+    if further := members(layout):
+        nodes |= {name: further[1] for name in [x for x in stored if x not in nodes][:1]}
     return {
         name: stored[name] if isinstance(node, Field) else single(stored[name], node)
         for name, node in nodes.items()
