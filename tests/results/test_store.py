@@ -149,13 +149,6 @@ def test_what_is_no_hdf5_is_refused(tmp_path: Path, content: bytes) -> None:
     assert "not a readable HDF5 file" in refusal(tmp_path / "x.h5")
 
 
-def test_a_cut_file_is_refused_wherever_it_was_cut(path: Path) -> None:
-    content = path.read_bytes()
-    for length in [*range(0, len(content) - 1, 509), len(content) - 1]:
-        path.write_bytes(content[:length])
-        assert "not a readable HDF5 file" in refusal(path)
-
-
 def test_another_program_s_file_is_refused(tmp_path: Path) -> None:
     with h5py.File(tmp_path / "x.h5", "w") as file:
         file["data"] = [1, 2]

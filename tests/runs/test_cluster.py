@@ -23,6 +23,7 @@ from click.testing import CliRunner
 
 from rigidpend.cli import main
 from rigidpend.experiments.route_map import compute
+from rigidpend.machine.progress import tell_nobody
 from rigidpend.machine.workers import WorkerError
 from rigidpend.results import store
 from rigidpend.runs import certificate_files, cluster, loading, runner
@@ -131,10 +132,6 @@ def run(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Callable[..., Path]:
     return follow
 
 
-def silent(_: str) -> None:
-    """Hear nothing."""
-
-
 @pytest.mark.slow
 def test_a_worker_that_comes_late_and_lacks_this_package_is_named(
     dask: Dask, run: Callable[..., Path]
@@ -174,7 +171,7 @@ def test_the_same_file_with_a_worker_killed_and_one_that_comes_late(
     assert sum(crew.values()) == 12
     assert len(crew) == 2, "one worker after the other"
     assert all(re.match(r"tcp://.*:\d+ on .+: taylor \(.*numpy", worker) for worker in crew)
-    near = run("near", silent, None)
+    near = run("near", tell_nobody, None)
     one, other = (store.load(path)["data"] for path in (far, near))
     assert set(one) == set(other)
     for name, values in one.items():
@@ -245,7 +242,7 @@ def test_a_scheduler_that_does_not_answer_is_named(
         listening.listen()
         for port in (9, listening.getsockname()[1]):
             with pytest.raises(WorkerError, match=rf"no Dask scheduler answers at .*:{port} \("):
-                run("nobody", silent, f"tcp://127.0.0.1:{port}")
+                run("nobody", tell_nobody, f"tcp://127.0.0.1:{port}")
 
 
 @pytest.mark.parametrize("error", [OSError("Timed out"), ConnectionResetError()])

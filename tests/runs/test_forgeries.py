@@ -17,6 +17,7 @@ import numpy as np
 import pytest
 
 from rigidpend import Body, certify_codes
+from rigidpend.machine.progress import tell_nobody
 from rigidpend.results import opening, store
 from rigidpend.routes.certified import codes
 from rigidpend.runs import certificate_files as storage
@@ -38,15 +39,11 @@ NONE = 255
 Change: TypeAlias = Callable[[Any], None]
 
 
-def silent(_: str) -> None:
-    pass
-
-
 @pytest.fixture(scope="module")
 def certificate(tmp_path_factory: pytest.TempPathFactory) -> Path:
     folder = tmp_path_factory.mktemp("forged")
     config = loading.load(written(folder, TEXT, "tiny.yaml"))
-    [one, two] = certificates.certify(config, folder, jobs=1, report=silent)
+    [one, two] = certificates.certify(config, folder, jobs=1, report=tell_nobody)
     assert one.proven == two.proven == 2
     return folder / NAME
 
@@ -54,7 +51,7 @@ def certificate(tmp_path_factory: pytest.TempPathFactory) -> Path:
 def by_package(file: Path) -> str:
     """What the package refuses a certificate for; empty where it calls it proven."""
     try:
-        certificates.check(file, jobs=1, report=silent)
+        certificates.check(file, jobs=1, report=tell_nobody)
     except store.StoreError as error:
         return str(error)
     return ""

@@ -147,7 +147,7 @@ def single(stored: Any, layout: Layout) -> Any:
     """Of groups that are of one kind the first: what is declared of one is declared of all."""
     nodes = {name: node for name, (node, _) in named(layout).items()}
     if further := members(layout):
-        nodes |= {name: further[1] for name in [x for x in stored if x not in nodes][:1]}
+        nodes |= dict.fromkeys([x for x in stored if x not in nodes][:1], further[1])
     return {
         name: stored[name] if isinstance(node, Field) else single(stored[name], node)
         for name, node in nodes.items()

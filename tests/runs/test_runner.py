@@ -14,19 +14,16 @@ import pytest
 
 from rigidpend import experiments
 from rigidpend.experiments.route_codes import compute as route_codes
+from rigidpend.machine.progress import tell_nobody
 from rigidpend.orbits.integrate import arithmetic
 from rigidpend.results import store
 from rigidpend.runs import loading, provenance, runner
 from tests.config.samples import SMALL, written
 
 
-def quiet(_: str) -> None:
-    """Reports go nowhere."""
-
-
 def run(loaded: loading.LoadedConfig, folder: Path) -> Path:
     planned = runner.plan(loaded, folder, force=True)
-    runner.run(planned, jobs=1, report=quiet)
+    runner.run(planned, jobs=1, report=tell_nobody)
     return planned.target
 
 
@@ -135,7 +132,7 @@ def test_a_run_that_ends_early_leaves_the_old_result(
 
     monkeypatch.setattr(route_codes, "compute", compute)
     with pytest.raises(error):
-        runner.run(runner.plan(loaded, out, force=True), jobs=1, report=quiet)
+        runner.run(runner.plan(loaded, out, force=True), jobs=1, report=tell_nobody)
     assert [path.name for path in out.iterdir()] == ["small.h5"]
     assert (out / "small.h5").read_bytes() == before
 

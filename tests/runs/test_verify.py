@@ -17,16 +17,13 @@ from rigidpend.cli.verify import verify_command
 from rigidpend.config import catalogue
 from rigidpend.experiments.compare import Difference
 from rigidpend.experiments.shared import APART, crossing_tolerance
+from rigidpend.machine.progress import tell_nobody
 from rigidpend.mechanics.body import Body
 from rigidpend.numbers.exact import exact
 from rigidpend.results import store
 from rigidpend.routes.problem import RouteProblem, phase_rate
 from rigidpend.runs import loading, regression, runner
 from tests.config.samples import SMALL, changed, written
-
-
-def quiet(_: str) -> None:
-    """Reports go nowhere."""
 
 
 @pytest.fixture(scope="module")
@@ -36,7 +33,7 @@ def desk(tmp_path_factory: pytest.TempPathFactory) -> Path:
     (desk / "configs").mkdir()
     loaded = loading.load(written(desk / "configs", SMALL, "small.yaml"))
     regression.renew(loaded, desk / "results" / "reference" / "small.h5", "first", jobs=1)
-    runner.run(runner.plan(loaded, desk / "results"), jobs=1, report=quiet)
+    runner.run(runner.plan(loaded, desk / "results"), jobs=1, report=tell_nobody)
     return desk
 
 
