@@ -130,13 +130,13 @@ def run_command(
         raise click.UsageError("--quiet and --verbose exclude each other")
     from rigidpend.config.catalogue import resolve
     from rigidpend.machine import progress
-    from rigidpend.runs import recalled, runner
+    from rigidpend.runs import runner
 
     paths = resolve(names, folder)
     check_name(name, names, paths)
     known: dict[Path, State] = {}
     if not (force or sweeps or name):
-        found = {x: recalled.state(x, folder_of(x, folder), settings) for x in paths}
+        found = {x: runner.recalled(x, folder_of(x, folder), settings) for x in paths}
         known = {x: state for x, state in found.items() if state and not state.reason}
     members = _loaded([x for x in paths if x not in known], settings, sweeps, name)
     check_scheduler(scheduler)
@@ -210,7 +210,7 @@ def _plan(
 
     A state that was recalled says that there is nothing to do.
     """
-    from rigidpend.runs import recalled, runner
+    from rigidpend.runs import runner
 
     outcome, plan = RunOutcome(config.name, "up to date", config.experiment), None
     place = folder_of(path, folder)
@@ -220,7 +220,7 @@ def _plan(
         elif force:
             state = plan = runner.plan(config, place, force=True)
         else:
-            state = plan = recalled.plan(config, path, place, settings)
+            state = plan = runner.plan_kept(config, path, place, settings)
     except Exception as error:
         if not keep_going:
             raise

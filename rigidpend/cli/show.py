@@ -57,14 +57,14 @@ def list_command(folder: Path, as_json: bool) -> None:
 
 def _entries(folder: Path) -> Iterator[dict[str, Any]]:
     """An entry for each config, for each member of its sweep, and for each other result."""
-    from rigidpend.runs import recalled
+    from rigidpend.runs import runner
 
     swept: set[str] = set()
     for name, path in _named(folder).items():
         # Members of a sweep are listed by its config, not as strays once more.
         if path.suffix == ".h5" and name in swept:
             continue
-        if known := recalled.state(path, folder_of(path, folder)):
+        if known := runner.recalled(path, folder_of(path, folder)):
             yield _entry(known, path)
             continue
         from rigidpend.runs import loading
@@ -93,10 +93,10 @@ def _named(folder: Path) -> dict[str, Path]:
 
 
 def _planned(config: LoadedConfig, path: Path, folder: Path) -> dict[str, Any]:
-    from rigidpend.runs import recalled
+    from rigidpend.runs import runner
 
     try:
-        return _entry(recalled.plan(config, path, folder_of(path, folder)), path)
+        return _entry(runner.plan_kept(config, path, folder_of(path, folder)), path)
     except Exception as error:  # noqa: BLE001
         return _unusable(config.name, path, config.experiment, error)
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import hashlib
 import json
 import time
 from collections.abc import Callable, Iterator, Mapping, Sequence
@@ -12,7 +13,8 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from rigidpend import experiments
-from rigidpend.machine import files
+from rigidpend.machine import cache, files
+from rigidpend.machine.code_hash import package_digest
 from rigidpend.machine.files import StoreError, twin
 from rigidpend.machine.workers import check_stop, listening
 from rigidpend.runs import provenance
@@ -32,6 +34,8 @@ SECONDS = "seconds"
 """Root attribute of the time that a result took, unless it went on from parts."""
 DOUBT = "doubt"
 """Root attribute of what is uncertain."""
+ENGINES = ("taylor", "scipy")
+"""Engines, with which of their libraries a plan changes."""
 
 
 @dataclass(frozen=True)
@@ -105,6 +109,47 @@ def _attributes(target: Path) -> dict[str, Any]:
         return {OTHER: True}
     except store.StoreError as error:
         raise store.StoreError(f"{error}; move it away, or overwrite it with --force") from None
+
+
+def recalled(path: Path, folder: Path, settings: Sequence[str] = ()) -> State | None:
+    """Recall the state of a config's result, as a plan found it; None where none did.
+
+    To check a config takes a third of a second for its libraries alone, to open a result a process
+    of its own, and most plans find that there is nothing to do. As a plan does, it tidies up what
+    a killed run left beside a result that is up to date.
+    """
+    target = folder / f"{path.stem}.h5"
+    key = _key(path, target, settings)
+    found = cache.recall(key) if key else None
+    if found is None or (found["reason"] and twin(target)):
+        return None
+    if not found["reason"]:
+        sweep(target)
+    return State(path.stem, target=target, **found)
+
+
+def plan_kept(config: LoadedConfig, path: Path, folder: Path, settings: Sequence[str] = ()) -> Plan:
+    """Plan a config that was read from a file with settings, and keep the state that it finds.
+
+    A sweep stands for many configs, and a name of one's own for another result: these are not kept.
+    """
+    planned = plan(config, folder)
+    key = _key(path, planned.target, settings)
+    if key and config.name == path.stem:
+        told = ("experiment", "fingerprint", "reason", "doubt")
+        cache.remember(key, {name: getattr(planned, name) for name in told})
+    return planned
+
+
+def _key(path: Path, target: Path, settings: Sequence[str]) -> str:
+    """All that a state follows from; empty where a file cannot be read."""
+    try:
+        contents = [files.content(x) for x in (path, target) if x is path or x.exists()]
+    except (OSError, ValueError):
+        return ""
+    digests = [hashlib.sha256(content).hexdigest() for content in contents]
+    engines = [provenance.engine_name(engine) for engine in ENGINES]
+    return f"{path.name} {digests} {[*settings]} {engines} by {package_digest()}"
 
 
 def expected_seconds(planned: Plan) -> float | None:

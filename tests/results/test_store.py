@@ -29,7 +29,7 @@ from rigidpend.experiments.data import (
     Tree,
 )
 from rigidpend.machine import files
-from rigidpend.results import damage, opening, store
+from rigidpend.results import damage, store
 from rigidpend.results.store import OtherVersion, Result, StoreError
 
 CODES = np.arange(60, dtype=np.uint8).reshape(6, 10) % 2
@@ -230,9 +230,9 @@ def test_a_config_has_no_more_brackets_inside_each_other_than_are_read(
     text = json.dumps({"a": inner})
     if refused:
         with pytest.raises(StoreError, match="more than 32 brackets inside each other"):
-            opening.read_config(text)
+            store.read_config(text)
     else:
-        assert opening.read_config(text) == {"a": inner}
+        assert store.read_config(text) == {"a": inner}
 
 
 def damaged(content: bytes, chance: random.Random) -> bytes:
@@ -466,7 +466,7 @@ def test_values_are_read_by_another_process_before(
     monkeypatch: pytest.MonkeyPatch, path: Path, read: Callable[[Path], Any], whole: bool
 ) -> None:
     tried: list[bool] = []
-    monkeypatch.setattr(opening, "tried", lambda trial, *_: trial())
-    monkeypatch.setattr(opening, "_look", lambda _, asked: tried.append(asked))
+    monkeypatch.setattr(store, "tried", lambda trial, *_: trial())
+    monkeypatch.setattr(store, "_look", lambda _, asked: tried.append(asked))
     read(path)
     assert set(tried) == {whole}

@@ -23,7 +23,7 @@ from rigidpend.experiments.contract import Means
 from rigidpend.experiments.route_zoom import compute as route_zoom
 from rigidpend.machine import cache, files, workers
 from rigidpend.results import store
-from rigidpend.runs import loading, recalled, regression, runner
+from rigidpend.runs import loading, regression, runner
 from tests.attacks import lot
 from tests.cli.calls import LIMITED, UNTRACED
 from tests.config.samples import SMALL, written
@@ -268,7 +268,7 @@ def test_a_result_in_a_read_only_folder_stays_up_to_date(
     (out / ".small.h5.abc.part").write_bytes(b"half")
     cache.tell_once.cache_clear()
     with pytest.warns(cache.KeptFileWarning, match="nothing can be kept"):
-        assert recalled.plan(config, tmp_path / "small.yaml", out).reason == ""
+        assert runner.plan_kept(config, tmp_path / "small.yaml", out).reason == ""
 
 
 def killed(part: int) -> int:

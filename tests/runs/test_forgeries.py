@@ -18,7 +18,7 @@ import pytest
 
 from rigidpend import Body, certify_codes
 from rigidpend.machine.progress import tell_nobody
-from rigidpend.results import opening, store
+from rigidpend.results import store
 from rigidpend.routes.certified import codes
 from rigidpend.runs import certificate_files as storage
 from rigidpend.runs import certificates, loading
@@ -244,7 +244,7 @@ def test_no_change_anywhere_makes_something_false_proven(
     certificate: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     # What is changed here is sound HDF5: that no file harms its reader is shown in tests/attacks.
-    monkeypatch.setattr(opening, "tried", lambda *_: None)
+    monkeypatch.setattr(store, "tried", lambda *_: None)
     refused = [
         refusals(certificate, tmp_path / NAME, what, change)
         for what, change in every_change(certificate)

@@ -9,7 +9,7 @@ from pathlib import Path
 import pytest
 
 from rigidpend.machine import cache, files
-from rigidpend.runs import loading, provenance, recalled, runner
+from rigidpend.runs import loading, provenance, runner
 from tests.config.samples import SMALL, written
 
 
@@ -25,11 +25,11 @@ def made(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
 
 def plan(folder: Path, *settings: str) -> runner.Plan:
     path = folder / "small.yaml"
-    return recalled.plan(loading.load(path, settings), path, folder, settings)
+    return runner.plan_kept(loading.load(path, settings), path, folder, settings)
 
 
 def state(folder: Path, *settings: str) -> runner.State | None:
-    return recalled.state(folder / "small.yaml", folder, settings)
+    return runner.recalled(folder / "small.yaml", folder, settings)
 
 
 def edit(folder: Path, mu: str) -> None:
@@ -53,7 +53,7 @@ def test_a_state_is_recalled_as_it_was_found(made: Path, monkeypatch: pytest.Mon
         patch.setattr(provenance, "version", lambda _: "0.0")
         assert state(folder) is None
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(recalled, "package_digest", lambda: "other")
+        patch.setattr(runner, "package_digest", lambda: "other")
         assert state(folder) is None
     for path in (folder / "cache" / "plans").iterdir():
         path.write_bytes(files.sealed(b"[1]"))
@@ -73,11 +73,11 @@ def test_another_text_other_settings_another_name_and_another_result_are_not_rec
     assert again.reason.startswith("its config changed")
     shutil.copy(folder / "small.yaml", folder / "con.yaml")
     shutil.copy(made, folder / "con.h5")
-    assert recalled.state(folder / "con.yaml", folder) is None
+    assert runner.recalled(folder / "con.yaml", folder) is None
     # One that a name of one's own made is another result.
     config = replace(loading.load(folder / "small.yaml"), name="con")
-    recalled.plan(config, folder / "small.yaml", folder)
-    assert recalled.state(folder / "con.yaml", folder) is None
+    runner.plan_kept(config, folder / "small.yaml", folder)
+    assert runner.recalled(folder / "con.yaml", folder) is None
     content = bytearray(made.read_bytes())
     content[len(content) // 2] ^= 1
     made.write_bytes(content)
