@@ -274,16 +274,16 @@ def _compute(
     for _, outcome in waiting:
         outcome.status = "not run"
     targets = {planned.config.name: planned.target for planned, _ in waiting}
-    with Logs(targets, shlex.join(["rigidpend", *sys.argv[1:]])) as logs:
+    logs = Logs(targets, shlex.join(["rigidpend", *sys.argv[1:]]))
 
-        def follow(pair: tuple[Plan, RunOutcome]) -> None:
-            if max(codes) == DONE or keep_going:
-                codes.append(_follow(*pair, shown, logs, where))
+    def follow(pair: tuple[Plan, RunOutcome]) -> None:
+        if max(codes) == DONE or keep_going:
+            codes.append(_follow(*pair, shown, logs, where))
 
-        if where.at_once > 1:
-            # What is long and begins last would end alone.
-            waiting = sorted(waiting, key=lambda pair: -where.expected.get(pair[1].name, 0.0))
-        workers.side_by_side(follow, (), False, waiting, where.at_once)
+    if where.at_once > 1:
+        # What is long and begins last would end alone.
+        waiting = sorted(waiting, key=lambda pair: -where.expected.get(pair[1].name, 0.0))
+    workers.side_by_side(follow, (), False, waiting, where.at_once)
     return max(codes)
 
 
