@@ -12,7 +12,6 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
-import numpy as np
 import pytest
 
 from rigidpend.machine import workers
@@ -85,10 +84,17 @@ def test_work_apart_is_heard_here_and_its_end_comes_through() -> None:
         workers.apart(spoken, (2,), heard.append)
 
 
+MODULE = """
+import os
+def spoken(parts, say):
+    for part in range(parts):
+        say(f"part {part}")
+    return os.getpid()
+"""
 PROGRAM = """
 import os
 from rigidpend.machine import workers
-from tests.machine.test_workers import spoken
+from module import spoken
 print("once")
 before = __file__, __spec__
 def hear(text):
@@ -106,6 +112,7 @@ def test_a_program_is_not_run_by_the_processes_that_it_lets_begin(
 ) -> None:
     """It needs no ``if __name__ == "__main__"``, and hears by its own functions."""
     (tmp_path / "program.py").write_text(PROGRAM)
+    (tmp_path / "module.py").write_text(MODULE)
     root = Path(__file__).resolve().parents[2]
     environment = {**os.environ, "PYTHONPATH": str(root)}
     given = [sys.executable, *called]
@@ -119,6 +126,9 @@ def test_a_program_is_not_run_by_the_processes_that_it_lets_begin(
 
 @pytest.mark.parametrize(("columns", "parts"), [(7, 3), (2, 5), (6, 6), (5, 1), (4, 0)])
 def test_spread_cuts_into_even_pieces_that_join_again(columns: int, parts: int) -> None:
+    # Processes that tests begin read this module, too.
+    import numpy as np
+
     array = np.arange(2 * columns).reshape(2, columns)
     pieces = spread(array, parts, axis=1)
     sizes = [piece.shape[1] for piece in pieces]

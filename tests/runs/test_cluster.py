@@ -101,21 +101,24 @@ class Dask:
 
 
 @pytest.fixture(scope="module")
-def schedulers() -> Iterator[list[Dask]]:
-    """Schedulers that were started, the last of which may still run."""
+def start(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Callable[[], Dask]]:
+    """Find a scheduler that runs, perhaps with the worker of a test before, or start one."""
+    pytest.importorskip("distributed", reason="the extra `cluster` is not installed")
     found: list[Dask] = []
-    yield found
+
+    def running() -> Dask:
+        if not found or not found[-1].alive(0):
+            found.append(Dask(tmp_path_factory.mktemp("dask")))
+        return found[-1]
+
+    yield running
     for each in found:
         each.end()
 
 
 @pytest.fixture
-def dask(tmp_path_factory: pytest.TempPathFactory, schedulers: list[Dask]) -> Dask:
-    """A scheduler, perhaps with the worker of a test before."""
-    pytest.importorskip("distributed", reason="the extra `cluster` is not installed")
-    if not schedulers or not schedulers[-1].alive(0):
-        schedulers.append(Dask(tmp_path_factory.mktemp("dask")))
-    return schedulers[-1]
+def dask(start: Callable[[], Dask]) -> Dask:
+    return start()
 
 
 @pytest.fixture
@@ -149,6 +152,33 @@ def test_a_worker_that_comes_late_and_lacks_this_package_is_named(
         run("lacking", hear, dask.address)
     assert sum("no workers" in line for line in lines) == 1
     dask.dismiss()
+
+
+@pytest.mark.slow
+def test_a_run_without_its_scheduler_goes_on_with_another(
+    start: Callable[[], Dask], run: Callable[..., Path]
+) -> None:
+    dask = start()
+    dask.one()
+    lines: list[str] = []
+
+    def hear(line: str) -> None:
+        lines.append(line)
+        if "cluster: 3 of 12" in line:
+            # With its worker, which might have all the other parts ready.
+            dask.dismiss(0)
+
+    with pytest.raises(WorkerError, match=r"went away; what is finished is kept"):
+        run("lost", hear, dask.address)
+    again = start()
+    again.worker()
+    found = store.load(run("lost", lines.append, again.address))
+    assert any("goes on from" in line for line in lines)
+    assert found["data"]["codes"].shape == (16, 12, 12)
+    # Provenance tells of every part what computed it.
+    earlier, crew = "an earlier run, by the same code and engine", found["provenance"]["workers"]
+    assert sum(json.loads(crew).values()) == 12
+    assert 3 <= json.loads(crew)[earlier] < 12
 
 
 @pytest.mark.slow
@@ -199,35 +229,6 @@ def test_experiments_sweeps_proofs_and_orbits_come_from_a_cluster_as_from_here(
     codes = [x for code in ("01", "10") for x in ("--code", code)]
     rows = [done("find", "fig4", *codes, *more) for more in (("-j", "1"), far)]
     assert rows[0] == rows[1] != ""
-
-
-@pytest.mark.slow
-def test_a_run_without_its_scheduler_goes_on_with_another(
-    dask: Dask, run: Callable[..., Path], tmp_path: Path
-) -> None:
-    dask.one()
-    lines: list[str] = []
-
-    def hear(line: str) -> None:
-        lines.append(line)
-        if "cluster: 3 of 12" in line:
-            # With its worker, which might have all the other parts ready.
-            for process in dask.processes:
-                process.kill()
-
-    with pytest.raises(WorkerError, match=r"went away; what is finished is kept"):
-        run("lost", hear, dask.address)
-    (tmp_path / "again").mkdir()
-    again = Dask(tmp_path / "again")
-    again.worker()
-    found = store.load(run("lost", lines.append, again.address))
-    again.end()
-    assert any("goes on from" in line for line in lines)
-    assert found["data"]["codes"].shape == (16, 12, 12)
-    # Provenance tells of every part what computed it.
-    earlier, crew = "an earlier run, by the same code and engine", found["provenance"]["workers"]
-    assert sum(json.loads(crew).values()) == 12
-    assert 3 <= json.loads(crew)[earlier] < 12
 
 
 @pytest.mark.slow

@@ -245,14 +245,6 @@ def test_a_result_in_a_read_only_folder_stays_up_to_date(
         assert runner.plan_kept(config, tmp_path / "small.yaml", out).reason == ""
 
 
-def killed(part: int) -> int:
-    """Work in which a worker process is killed, as for want of memory."""
-    if part == 1:
-        os.kill(os.getpid(), signal.SIGKILL)
-    time.sleep(0.05)
-    return part
-
-
 @pytest.mark.slow
 def test_a_killed_worker_leaves_the_finished_parts(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
@@ -263,7 +255,7 @@ def test_a_killed_worker_leaves_the_finished_parts(
     def broken(content: Any, means: Means) -> Any:
         def part(name: str, make: Any) -> Any:
             if name == "level02":
-                workers.side_by_side(killed, (), True, [0, 1, 2], 2)
+                workers.side_by_side(signal.raise_signal, (), True, [signal.SIGKILL] * 2, 2)
             return means.part(name, make)
 
         return compute(content, means._replace(part=part))
@@ -275,20 +267,26 @@ def test_a_killed_worker_leaves_the_finished_parts(
     assert kept == {"centres", "level00", "level01"}
 
 
+SIGNED = """
+import os, pathlib, time
+def signed(part):
+    pathlib.Path(f"{os.getpid()}.pid").touch()
+    time.sleep(30)
+if __name__ == "__main__":
+    import script
+    from rigidpend.machine.workers import side_by_side
+    side_by_side(script.signed, (), True, [0, 1], 2)
+"""
+
+
 @pytest.mark.slow
 def test_workers_end_with_a_parent_that_is_killed(tmp_path: Path) -> None:
     """Else each killed run would leave processes that wait for ever."""
-    code = (
-        "import os, sys, time\n"
-        "from rigidpend.machine.workers import side_by_side\n"
-        "from tests.runs.test_faults import signed\n"
-        "if __name__ == '__main__':\n"
-        f"    side_by_side(signed, ({str(tmp_path)!r},), True, [0, 1], 2)\n"
-    )
     script = tmp_path / "script.py"
-    script.write_text(code)
+    script.write_text(SIGNED)
     root = str(Path(__file__).resolve().parents[2])
-    parent = subprocess.Popen([sys.executable, script], env={**os.environ, "PYTHONPATH": root})
+    environment = {**os.environ, "PYTHONPATH": root}
+    parent = subprocess.Popen([sys.executable, script], env=environment, cwd=tmp_path)
     while len(list(tmp_path.glob("*.pid"))) < 2:
         time.sleep(0.01)
     parent.kill()
@@ -298,12 +296,6 @@ def test_workers_end_with_a_parent_that_is_killed(tmp_path: Path) -> None:
     while any(map(alive, numbers)) and time.monotonic() < until:
         time.sleep(0.02)
     assert not any(map(alive, numbers))
-
-
-def signed(part: int, folder: str) -> int:
-    (Path(folder) / f"{os.getpid()}.pid").touch()
-    time.sleep(30)
-    return part
 
 
 def alive(number: int) -> bool:
