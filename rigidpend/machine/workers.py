@@ -7,7 +7,8 @@ import signal
 import sys
 import threading
 import time
-from collections.abc import Callable, Iterator, Sequence
+from collections import deque
+from collections.abc import Callable, Generator, Iterator, Sequence
 from concurrent.futures import BrokenExecutor, Executor, Future, ThreadPoolExecutor, wait
 from contextlib import contextmanager
 from typing import Any, TypeVar
@@ -148,11 +149,25 @@ def side_by_side(
     given = arguments if hear is None else (*arguments, hear)
     if workers <= 1:
         return [_done(work, part, *given) for part in parts]
-    stop = threading.Event()
-    heeded = (*getattr(_of_thread, "stops", ()), stop), getattr(_of_thread, "listener", None)
-    pool = ThreadPoolExecutor(workers, initializer=_heed, initargs=heeded)
-    with _ended(pool, stop.set):
+    with _threads(workers) as pool:
         return [_result(x) for x in [pool.submit(work, part, *given) for part in parts]]
+
+
+def ahead(
+    work: Callable[[Any], Result], parts: Sequence[Any], jobs: int
+) -> Generator[Result, None, None]:
+    """Compute ``work(part)`` for each part in threads, so many ahead of the one that is used.
+
+    Results come in the order of the parts. The first is computed alone: it makes what all share.
+    """
+    with _threads(jobs) as pool:
+        coming: deque[Future[Result]] = deque()
+        for number, part in enumerate(parts):
+            coming.append(pool.submit(_done, work, part))
+            if number == 0 or len(coming) > jobs:
+                yield _result(coming.popleft())
+        while coming:
+            yield _result(coming.popleft())
 
 
 def apart(
@@ -239,6 +254,16 @@ def _ended(pool: Executor, end: Callable[[], object]) -> Iterator[None]:
         raise
     finally:
         pool.shutdown(cancel_futures=True)
+
+
+@contextmanager
+def _threads(count: int) -> Iterator[Executor]:
+    """A pool of threads, whose work ends with that of this thread, and is heard with it."""
+    stop = threading.Event()
+    heeded = (*getattr(_of_thread, "stops", ()), stop), getattr(_of_thread, "listener", None)
+    pool = ThreadPoolExecutor(count, initializer=_heed, initargs=heeded)
+    with _ended(pool, stop.set):
+        yield pool
 
 
 def _heed(stops: tuple[threading.Event, ...], listener: Listener | None) -> None:

@@ -234,7 +234,7 @@ def run(
         arithmetic = resolve(**{**asked, "engine": config.engine}) if asked else CLOSED_FORM
         chosen = {key: x for key, x in arithmetic._asdict().items() if key in {*asked} - {"engine"}}
         crew: dict[str, int] = {}
-        pieces: Callable[[Sequence[Piece]], Iterator[Tree]] = parts.in_order
+        pieces: Callable[[Sequence[Piece]], Iterator[Tree]] = partial(parts.in_order, jobs=jobs)
         if scheduler is not None:
             from rigidpend.runs import cluster
 
