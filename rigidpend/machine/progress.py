@@ -84,27 +84,11 @@ class Progress:
     """Display of the progress of several experiments, used in a ``with`` statement.
 
     It estimates the time left. A :class:`PartDone` says how far its experiment is. What an
-    experiment is expected to take counts until its own parts tell more; the experiments that are
-    over say how much slower or faster this machine is than expected.
+    experiment is expected to take, in seconds by its name, counts until its own parts tell more; the
+    experiments that are over say how much slower or faster this machine is than expected.
 
-    Parameters
-    ----------
-    total : int
-        How many experiments there are.
-    expected : mapping
-        Seconds that experiments take, by name, as far as they are known.
-    at_once : int
-        How many are under way at a time.
-    stream : text file
-        Stream of the messages; stderr if not given.
-    start : float
-        When the command began, by the clock; now if not given.
-    quiet, verbose : bool
-        Say nothing, or everything with its time.
-    patience : float
-        Seconds for which nothing is said of what may soon be over.
-    clock : callable
-        Seconds.
+    The start is when the command began, by the clock. For `patience` seconds nothing is said of what
+    may soon be over. What is quiet says nothing, what is verbose everything with its time.
     """
 
     def __init__(

@@ -81,26 +81,10 @@ def computed(
 ) -> Iterator[Tree]:
     """Let a cluster compute what is not kept yet, then give all parts in their order.
 
-    Parameters
-    ----------
-    address : str
-        Of the scheduler, as in ``tcp://host:8786``.
-    experiment, engine : str
-        As the run's; the engine is empty for closed forms.
-    parts : Parts
-        Keeps each part as soon as it is there.
-    pieces : sequence of Piece
-        Their functions and arguments go to other machines, pickled.
-    report : callable
-        Takes lines of progress.
-    crew : dict
-        Takes up how many parts each worker computes, by its name and its libraries.
-
-    Raises
-    ------
-    WorkerError
-        The scheduler does not answer, or a worker cannot do what this machine does: it has
-        another version, lacks a library or memory, or dies again and again.
+    Functions and arguments of pieces go to other machines, pickled; each part is kept as soon as it
+    is there, and `crew` takes up how many each worker computes. The engine is empty for closed forms.
+    WorkerError where the scheduler does not answer, or a worker cannot do what this machine does:
+    it has another version, lacks a library or memory, or dies again and again.
     """
     missing = [piece for piece in pieces if not parts.has(piece.name)]
     if len(missing) < len(pieces):

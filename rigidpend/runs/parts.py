@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import os
+import re
 import shutil
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from functools import partial
@@ -18,8 +19,10 @@ if TYPE_CHECKING:
     from rigidpend.experiments.contract import Piece
     from rigidpend.experiments.data import Tree
 
-KINDS = "biufcS"
-"""Kinds of the elements of arrays, as numpy calls them."""
+KINDS = re.compile(r"[<>|][biufcS]\d{1,6}")
+"""Types of the elements of arrays, as numpy calls them."""
+UNFIT = ArithmeticError, LookupError, RecursionError, TypeError, ValueError
+"""Errors of bytes that are no part."""
 DIGITS = 12
 """Digits of the length of an outline, which stand before it."""
 
@@ -61,7 +64,7 @@ class Parts:
         if content is not None:
             try:
                 return unpacked(content)
-            except (ArithmeticError, LookupError, RecursionError, TypeError, ValueError):
+            except UNFIT:
                 cache.tell(path, "no part of a run")
         check_stop()
         made = compute()
@@ -130,7 +133,7 @@ def packed(tree: Tree) -> bytes:
         if isinstance(values, str):
             return [values, "", [], *meaning]
         array = np.asarray(values)
-        if array.dtype.kind not in KINDS:
+        if not KINDS.fullmatch(array.dtype.str):
             raise TypeError(f"arrays of {array.dtype} are not kept")
         arrays.append(array.tobytes())
         return [None, array.dtype.str, array.shape, *meaning]
@@ -140,7 +143,7 @@ def packed(tree: Tree) -> bytes:
 
 
 def unpacked(content: bytes) -> Tree:
-    """A part as it was given to :func:`packed`; an error where the bytes are no part.
+    """A part as it was given to :func:`packed`; one of `UNFIT` where the bytes are none.
 
     Whatever they say, no more memory is taken than they have themselves.
     """
@@ -158,7 +161,7 @@ def unpacked(content: bytes) -> Tree:
         meaning = units, description, tuple(dimensions), coordinate
         if text is not None:
             return Dataset(text, *meaning)
-        if np.dtype(kind).kind not in KINDS:
+        if not KINDS.fullmatch(kind):
             raise TypeError(f"arrays of {kind} are not kept")
         array: Any = np.ndarray(tuple(shape), kind, content, at).copy()
         at += array.nbytes

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import os
 import shutil
 from pathlib import Path
@@ -13,7 +14,8 @@ from rigidpend.experiments.data import Dataset, Tree
 from rigidpend.machine import cache
 from rigidpend.machine.cache import KeptFileWarning
 from rigidpend.machine.files import StoreError
-from rigidpend.runs.parts import Parts, sweep
+from rigidpend.runs.parts import UNFIT, Parts, packed, sweep, unpacked
+from tests.attacks import lot
 
 PART: Tree = {
     "inner": {"x": Dataset(np.array([1.5, np.nan]), "rad", "angles", ("samples",), True)},
@@ -83,6 +85,19 @@ def test_a_part_that_is_no_tree_is_told_and_computed_again(tmp_path: Path) -> No
     cache.save_file(path, b"a, part first", b"nothing")
     with pytest.warns(KeptFileWarning, match="no part of a run"):
         assert parts.keep("first", lambda: PART) is PART
+
+
+def test_whatever_bytes_there_are_they_are_a_part_or_refused() -> None:
+    content = packed(PART)
+    with lot.drawn("parts") as chance:
+        for _ in range(lot.trials(1000)):
+            changed = bytearray(content)
+            for _ in range(chance.choice([1, 1, 2, 3])):
+                at = chance.randrange(len(changed))
+                new = chance.choice([b"", chance.randbytes(1), b"99", b",8"])
+                changed[at : at + chance.randrange(9)] = new
+            with contextlib.suppress(*UNFIT):
+                unpacked(bytes(changed))
 
 
 def test_dropped_parts_leave_nothing(tmp_path: Path) -> None:
