@@ -84,11 +84,11 @@ class Progress:
     """Display of the progress of several experiments, used in a ``with`` statement.
 
     It estimates the time left. A :class:`PartDone` says how far its experiment is. What an
-    experiment is expected to take, in seconds by its name, counts until its own parts tell more; the
-    experiments that are over say how much slower or faster this machine is than expected.
+    experiment is expected to take, in seconds by its name, counts until its own parts tell more;
+    the experiments that are over say how much slower or faster this machine is than expected.
 
-    The start is when the command began, by the clock. For `patience` seconds nothing is said of what
-    may soon be over. What is quiet says nothing, what is verbose everything with its time.
+    The start is when the command began, by the clock. For `patience` seconds nothing is said of
+    what may soon be over. What is quiet says nothing, what is verbose everything with its time.
     """
 
     def __init__(

@@ -25,7 +25,7 @@ SILENCE = 5.0
 """Seconds for which work that takes long says nothing."""
 
 _of_thread = threading.local()
-"""Of a thread of a pool: `stops`, the events that end its work, and `listener`, who hears it."""
+"""Wishes of a pool for its threads: `stops`, events that end work; `listener`, who hears it."""
 _to_parent: Any = None
 """End of the pipe to who hears this process, and the lock of all that write to it."""
 _hiding = threading.Lock()

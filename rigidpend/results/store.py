@@ -247,7 +247,7 @@ def _check(path: Path, file: h5py.File, most: int, layout: Layout | None) -> int
 
 
 def _read(path: Path, take: Callable[[h5py.File], Found], **how: Any) -> Found:
-    """What is taken of a file that is opened in the one way."""
+    """Open a file in the one way, and give what is taken of it."""
     with opened(path, **how) as file, readable(path):
         return take(file)
 

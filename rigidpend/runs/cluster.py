@@ -82,9 +82,9 @@ def computed(
     """Let a cluster compute what is not kept yet, then give all parts in their order.
 
     Functions and arguments of pieces go to other machines, pickled; each part is kept as soon as it
-    is there, and `crew` takes up how many each worker computes. The engine is empty for closed forms.
-    WorkerError where the scheduler does not answer, or a worker cannot do what this machine does:
-    it has another version, lacks a library or memory, or dies again and again.
+    is there, and `crew` takes up how many each worker computes. The engine is empty for closed
+    forms. WorkerError where the scheduler does not answer, or a worker cannot do what this machine
+    does: it has another version, lacks a library or memory, or dies again and again.
     """
     missing = [piece for piece in pieces if not parts.has(piece.name)]
     if len(missing) < len(pieces):
