@@ -54,7 +54,7 @@ class StoreError(RuntimeError):
 
 
 class Absent(StoreError):
-    """Error: a result that is needed and not there."""
+    """Error: something that is needed and not there: a result, a reference, a library."""
 
 
 def afford(field: str, count: int, size: int, what: str) -> None:

@@ -23,6 +23,7 @@ from rigidpend.experiments.contract import Piece
 from rigidpend.experiments.data import Tree
 from rigidpend.machine import wording
 from rigidpend.machine.code_hash import code_hash_of, digest, inside
+from rigidpend.machine.files import Absent
 from rigidpend.machine.progress import PartDone
 from rigidpend.machine.workers import PERIOD, WorkerError, check_stop
 from rigidpend.runs import provenance
@@ -45,17 +46,12 @@ PROVING_AND_FINDING = (("certified", "codes.py"), ("symbolic", "find.py"))
 CONTINUES = "what is finished is kept: the same command again continues"
 
 
-class ClusterExtraMissing(ModuleNotFoundError):
-    """Error: distributed is not installed; tells how to install it."""
-
-
 def check_extra() -> None:
     """Make sure that Dask's scheduler can be talked to: that the extra `cluster` is installed."""
     if importlib.util.find_spec("distributed") is None:
-        raise ClusterExtraMissing(
+        raise Absent(
             "distributed is needed for --scheduler, and not installed;"
-            " install it with: python -m pip install 'rigidpend[cluster]'",
-            name="distributed",
+            " install it with: python -m pip install 'rigidpend[cluster]'"
         )
 
 

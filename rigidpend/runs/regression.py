@@ -27,10 +27,6 @@ COARSER = 10
 Report: TypeAlias = Callable[[str], None]
 
 
-class NoReference(files.Absent):
-    """Error: nothing that a result could be compared with."""
-
-
 def verify(
     config: LoadedConfig,
     stored: Path,
@@ -114,11 +110,11 @@ def verify_by_engines(config: LoadedConfig, *, jobs: int, report: Report = tell_
     """Say where the two engines, Taylor series and DOP853, disagree on a config.
 
     Where they do, DOP853 computes once more at a tolerance `COARSER` times as large. What this
-    changes is at least its own error, by which it accuses nobody. NoReference where the
+    changes is at least its own error, by which it accuses nobody. Absent where the
     experiment is in closed form, and there is no second engine.
     """
     if not config.content.numerics_asked:
-        raise NoReference(
+        raise files.Absent(
             f"{config.name} has no stored reference, and is in closed form: no second engine"
             " computes one"
         )
