@@ -224,7 +224,7 @@ def _done(work: Callable[..., Result], *given: Any) -> Result:
     return work(*given)
 
 
-def _result(future: Future[Result], meanwhile: Callable[[], object] = check_stop) -> Result:
+def _result(future: Future[Result], meanwhile: Callable[[], object] = lambda: None) -> Result:
     """Wait for a result as long as it is wanted."""
     while wait([future], PERIOD).not_done:
         check_stop()
