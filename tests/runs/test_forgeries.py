@@ -119,12 +119,12 @@ def leaves(tree: Any, place: tuple[Any, ...] = ()) -> Iterator[tuple[Any, ...]]:
 
 
 def of_config(config: Any) -> Iterator[tuple[str, Change]]:
-    """Each entry another number, and by turns gone or what is no number."""
-    for k, (*outer, last) in enumerate(leaves(config)):
+    """Each entry gone, each number another one, each with what is no number."""
+    for *outer, last in leaves(config):
         if "one" in outer:
             # Of the other array everything is changed.
             continue
-        for to in ("more", "gone" if k % 2 else "list"):
+        for to in ("gone", "more", "list"):
             other = copy.deepcopy(config)
             inner = other
             for key in outer:
