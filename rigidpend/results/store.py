@@ -246,8 +246,8 @@ def _check(path: Path, file: h5py.File, most: int, layout: Layout | None) -> int
         raise Unfit(str(error)) from None
 
 
-def _read(path: Path, take: Callable[[h5py.File], Found], **how: Any) -> Found:
-    """Open a file in the one way, and give what is taken of it."""
+def read(path: Path, take: Callable[[h5py.File], Found], **how: Any) -> Found:
+    """Open a file as :func:`opened` does, and give what is taken of it."""
     with opened(path, **how) as file, readable(path):
         return take(file)
 
@@ -258,51 +258,52 @@ def load(path: Path, layout: Layout | None = None, *, ratio: int = RATIO) -> Loa
     Layout, ratio and errors are those of :func:`opened`; StoreError also where a checksum says that
     the data changed on disk, or where values are not finite that must be.
     """
+    return read(path, lambda file: loaded(file, layout), whole=True, layout=layout, ratio=ratio)
 
-    def take(file: h5py.File) -> Loaded:
-        loaded: Loaded = {
-            "attributes": dict(file.attrs),
-            "config": read_config(_plain(file["config"])),
-            "provenance": dict(file["provenance"].attrs),
-            "data": _plain(file["data"]),
-        }
-        declared = layout or experiments.layout(loaded["attributes"]["experiment"])
-        for place, values, field in fields(declared, loaded["data"]):
-            if field.kind in (FLOAT, NUMBER) and not (field.gaps or np.isfinite(values).all()):
-                raise Unfit(f"data/{place} has a number that is not finite")
-        return loaded
 
-    return _read(path, take, whole=True, layout=layout, ratio=ratio)
+def loaded(file: h5py.File, layout: Layout | None = None) -> Loaded:
+    """The whole of an open file as plain data (see :func:`load`)."""
+    found: Loaded = {
+        "attributes": dict(file.attrs),
+        "config": read_config(_plain(file["config"])),
+        "provenance": dict(file["provenance"].attrs),
+        "data": _plain(file["data"]),
+    }
+    declared = layout or experiments.layout(found["attributes"]["experiment"])
+    for place, values, field in fields(declared, found["data"]):
+        if field.kind in (FLOAT, NUMBER) and not (field.gaps or np.isfinite(values).all()):
+            raise Unfit(f"data/{place} has a number that is not finite")
+    return found
 
 
 def read_tree(path: Path) -> Tree:
     """The data of a result file as they were given to :func:`write`, units and meaning."""
-    return _read(path, lambda file: _tree(file["data"]), whole=True)
+    return read(path, lambda file: _tree(file["data"]), whole=True)
 
 
 def config(path: Path) -> dict[str, Any]:
     """The config that a result file was made from, as plain data."""
-    return _read(path, lambda file: read_config(_plain(file["config"])), whole=True)
+    return read(path, lambda file: read_config(_plain(file["config"])), whole=True)
 
 
 def attributes(path: Path) -> dict[str, Any]:
     """The root attributes of a result file."""
-    return _read(path, lambda file: dict(file.attrs))
+    return read(path, lambda file: dict(file.attrs))
 
 
-def outline(path: Path, layout: Layout | None = None) -> dict[str, dict[str, Any]]:
+def outline(path: Path) -> dict[str, dict[str, Any]]:
     """Every object of a result file by its place, ``/`` first, with its attributes.
 
-    Datasets have two more, ``(kind)`` of their numbers and ``(dimensions)``. The layout is that
-    of :func:`load`.
+    Datasets have two more, ``(kind)`` of their numbers and ``(dimensions)``.
     """
+    return read(path, outlined)
 
-    def take(file: h5py.File) -> dict[str, dict[str, Any]]:
-        found = {"/": dict(file.attrs)}
-        file.visititems(lambda name, node: found.update({f"/{name}": _features(node)}))
-        return found
 
-    return _read(path, take, layout=layout)
+def outlined(file: h5py.File) -> dict[str, dict[str, Any]]:
+    """Every object of an open file (see :func:`outline`)."""
+    found = {"/": dict(file.attrs)}
+    file.visititems(lambda name, node: found.update({f"/{name}": _features(node)}))
+    return found
 
 
 def read_config(text: str) -> dict[str, Any]:
