@@ -74,6 +74,6 @@ def gathered(target: Path, tree: Any) -> tuple[float, float, float]:
         fields = {name: PLANE[name] for name in again}
         made = datasets(fields, {name: node.values for name, node in again.items()})
         result = store.Result({}, {}, {}, made)
-        written, _ = timed(lambda: store.write(target, result, lasting=False))
+        written, _ = timed(lambda: store.write(target, result))
         parts.drop()
     return kept, read, written

@@ -32,7 +32,7 @@ SLIPS = {
     "llvmlite": ("orbits/return_map/kernel.py", "import llvmlite.binding"),
     "python-flint": ("mechanics/equations.py", "import flint"),
     "Dask": ("runs/runner.py", "import distributed"),
-    "h5py": ("runs/recalled.py", "import h5py"),
+    "h5py": ("runs/runner.py", "import h5py"),
     "heyoka": ("routes/codes.py", "import heyoka"),
     "matplotlib is": ("results/store.py", "import matplotlib"),
     "Route codes": ("routes/codes.py", "from rigidpend.routes.symbolic import find"),

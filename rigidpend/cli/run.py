@@ -29,9 +29,9 @@ from rigidpend.cli.options import JOBS, JSON, NAMES, OUT, SCHEDULER, SETTINGS, S
 
 if TYPE_CHECKING:
     from rigidpend.machine.progress import Progress
+    from rigidpend.runs.loading import LoadedConfig
     from rigidpend.runs.logs import Logs
-    from rigidpend.runs.recalled import AnyConfig
-    from rigidpend.runs.runner import Plan
+    from rigidpend.runs.runner import Plan, State
 
 CLUSTERED = 32
 """Configs at a time that a cluster computes: each takes a thread here, which waits."""
@@ -130,26 +130,33 @@ def run_command(
         raise click.UsageError("--quiet and --verbose exclude each other")
     from rigidpend.config.catalogue import resolve
     from rigidpend.machine import progress
-    from rigidpend.runs import recalled, runner
+    from rigidpend.runs import runner
 
     paths = resolve(names, folder)
     check_name(name, names, paths)
-    groups = recalled.load_groups(paths, settings, sweeps, name)
+    known: dict[Path, State] = {}
+    if not (force or sweeps or name):
+        found = {x: runner.recalled(x, folder_of(x, folder), settings) for x in paths}
+        known = {x: state for x, state in found.items() if state and not state.reason}
+    members = _loaded([x for x in paths if x not in known], settings, sweeps, name)
     check_scheduler(scheduler)
-    named = [(folder_of(x.path, folder), each, x.path) for x in groups for each in x.members]
-    _check_twins([(place / each.name, path) for place, each, path in named])
-    planned = [_plan(each, place, force, keep_going) for place, each, _ in named]
+    named: list[tuple[Path, LoadedConfig | State]] = []
+    for x in paths:
+        named += [(x, known[x])] if x in known else [(x, each) for each in members[x]]
+    _check_twins([(folder_of(x, folder) / each.name, x) for x, each in named])
+    planned = [_plan(each, x, folder, settings, force, keep_going) for x, each in named]
     outcomes = [outcome for _, outcome, _ in planned]
     code = max((code for *_, code in planned), default=DONE)
     waiting = [(plan, outcome) for plan, outcome, _ in planned if plan and plan.reason]
     expected = {x.name: cost for plan, x in waiting if (cost := runner.expected_seconds(plan))}
     # A cluster takes configs as they come.
     at_once = CLUSTERED if scheduler else jobs
-    if len(groups) > 1 and not scheduler:
+    if len(paths) > 1 and not scheduler:
         at_once = _at_once([expected.get(x.name, 0.0) for _, x in waiting], jobs)
     at_once = min(len(waiting), at_once)
-    course = progress.Course(len(waiting), expected, at_once)
-    shown = progress.Progress(course, sys.stderr, begun, quiet=quiet, verbose=verbose)
+    shown = progress.Progress(
+        len(waiting), expected, at_once, start=begun, quiet=quiet, verbose=verbose
+    )
     with _printed(outcomes, as_json), shown:
         shown.tell(f"planned in {time.perf_counter() - begun:.2f} s", detail=True)
         for outcome in outcomes:
@@ -180,27 +187,52 @@ def _check_twins(named: Sequence[tuple[Path, Path]]) -> None:
             raise click.UsageError(f"{twin} and {path} {where}")
 
 
+def _loaded(
+    paths: Sequence[Path], settings: Sequence[str], sweeps: Sequence[str], name: str | None
+) -> dict[Path, Sequence[LoadedConfig]]:
+    """Configs of some files, by the file."""
+    if not paths:
+        return {}
+    from rigidpend.runs import loading
+
+    return {x.path: x.members for x in loading.load_groups(paths, settings, sweeps, name)}
+
+
 def _plan(
-    loaded: AnyConfig, folder: Path, force: bool, keep_going: bool
+    config: LoadedConfig | State,
+    path: Path,
+    folder: Path,
+    settings: Sequence[str],
+    force: bool,
+    keep_going: bool,
 ) -> tuple[Plan | None, RunOutcome, int]:
-    """Decide whether a config is to be run; failing that, return the failure and its exit code."""
+    """Decide whether a config is to be run; failing that, return the failure and its exit code.
+
+    A state that was recalled says that there is nothing to do.
+    """
     from rigidpend.runs import runner
 
-    outcome = RunOutcome(loaded.name, "up to date", loaded.experiment)
+    outcome, plan = RunOutcome(config.name, "up to date", config.experiment), None
+    place = folder_of(path, folder)
     try:
-        plan = runner.plan(loaded, folder, force=force)
+        if isinstance(config, runner.State):
+            state = config
+        elif force:
+            state = plan = runner.plan(config, place, force=True)
+        else:
+            state = plan = runner.plan_kept(config, path, place, settings)
     except Exception as error:
         if not keep_going:
             raise
         outcome.status, outcome.error = "failed", sentence(error)
         say(f"rigidpend: {outcome.error}")
         return None, outcome, exit_code(error)
-    outcome.file = str(plan.target)
-    outcome.engine = plan.fingerprint["engine"]
-    outcome.config_hash = plan.fingerprint["config_hash"]
-    outcome.code_hash = plan.fingerprint["code_hash"]
-    if plan.reason:
-        outcome.status, outcome.reason = "planned", plan.reason
+    outcome.file = str(state.target)
+    outcome.engine = state.fingerprint["engine"]
+    outcome.config_hash = state.fingerprint["config_hash"]
+    outcome.code_hash = state.fingerprint["code_hash"]
+    if state.reason:
+        outcome.status, outcome.reason = "planned", state.reason
     return plan, outcome, DONE
 
 
@@ -242,16 +274,16 @@ def _compute(
     for _, outcome in waiting:
         outcome.status = "not run"
     targets = {planned.config.name: planned.target for planned, _ in waiting}
-    with Logs(targets, shlex.join(["rigidpend", *sys.argv[1:]])) as logs:
+    logs = Logs(targets, shlex.join(["rigidpend", *sys.argv[1:]]))
 
-        def follow(pair: tuple[Plan, RunOutcome]) -> None:
-            if max(codes) == DONE or keep_going:
-                codes.append(_follow(*pair, shown, logs, where))
+    def follow(pair: tuple[Plan, RunOutcome]) -> None:
+        if max(codes) == DONE or keep_going:
+            codes.append(_follow(*pair, shown, logs, where))
 
-        if where.at_once > 1:
-            # What is long and begins last would end alone.
-            waiting = sorted(waiting, key=lambda pair: -where.expected.get(pair[1].name, 0.0))
-        workers.side_by_side(follow, (), False, waiting, where.at_once)
+    if where.at_once > 1:
+        # What is long and begins last would end alone.
+        waiting = sorted(waiting, key=lambda pair: -where.expected.get(pair[1].name, 0.0))
+    workers.side_by_side(follow, (), False, waiting, where.at_once)
     return max(codes)
 
 
@@ -284,7 +316,7 @@ def _follow(planned: Plan, outcome: RunOutcome, shown: Progress, logs: Logs, whe
         outcome.seconds = round(time.perf_counter() - begun, 3)
         log = logs.path(name)
         outcome.log = str(log) if log else None
-    shown.end(outcome.status == "computed", name)
+    shown.end(name, well=outcome.status == "computed")
     return code
 
 

@@ -23,7 +23,8 @@ from rigidpend.cli.options import JSON, NAMED, OUT, SETTINGS, complete_names
 from rigidpend.config.catalogue import MEASURE
 
 if TYPE_CHECKING:
-    from rigidpend.runs.recalled import AnyConfig
+    from rigidpend.runs.loading import LoadedConfig
+    from rigidpend.runs.runner import State
 
 
 @click.command("list")
@@ -56,20 +57,25 @@ def list_command(folder: Path, as_json: bool) -> None:
 
 def _entries(folder: Path) -> Iterator[dict[str, Any]]:
     """An entry for each config, for each member of its sweep, and for each other result."""
-    from rigidpend.runs import recalled
+    from rigidpend.runs import runner
 
     swept: set[str] = set()
     for name, path in _named(folder).items():
         # Members of a sweep are listed by its config, not as strays once more.
         if path.suffix == ".h5" and name in swept:
             continue
+        if known := runner.recalled(path, folder_of(path, folder)):
+            yield _entry(known, path)
+            continue
+        from rigidpend.runs import loading
+
         try:
-            [group] = recalled.load_groups([path])
+            [group] = loading.load_groups([path])
         except Exception as error:  # noqa: BLE001
             yield _unusable(name, path, None, error)
             continue
         swept |= {member.name for member in group.members}
-        yield from (_entry(member, path, folder) for member in group.members)
+        yield from (_planned(member, path, folder) for member in group.members)
 
 
 def _named(folder: Path) -> dict[str, Path]:
@@ -86,19 +92,22 @@ def _named(folder: Path) -> dict[str, Path]:
     return dict(known) | stray
 
 
-def _entry(config: AnyConfig, path: Path, folder: Path) -> dict[str, Any]:
+def _planned(config: LoadedConfig, path: Path, folder: Path) -> dict[str, Any]:
     from rigidpend.runs import runner
 
     try:
-        planned = runner.plan(config, folder_of(path, folder))
+        return _entry(runner.plan_kept(config, path, folder_of(path, folder)), path)
     except Exception as error:  # noqa: BLE001
         return _unusable(config.name, path, config.experiment, error)
+
+
+def _entry(found: State, path: Path) -> dict[str, Any]:
     return {
-        **_blank(config.name, path, config.experiment),
-        "status": "to run" if planned.reason else "up to date",
-        "reason": planned.reason or None,
-        "doubt": planned.doubt or None,
-        "file": str(planned.target),
+        **_blank(found.name, path, found.experiment),
+        "status": "to run" if found.reason else "up to date",
+        "reason": found.reason or None,
+        "doubt": found.doubt or None,
+        "file": str(found.target),
     }
 
 

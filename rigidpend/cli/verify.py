@@ -74,7 +74,7 @@ def verify_command(
             check_stop()
             hear = partial(display.hear, path.stem)
             found.append(_compared(path, settings, folders, results, jobs, hear))
-            display.end(well=False, name=path.stem)
+            display.end(path.stem, well=False)
             display.clear()
             if not as_json:
                 _tell(found[-1])

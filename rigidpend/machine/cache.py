@@ -39,19 +39,10 @@ def name_of(of: bytes) -> str:
 
 
 def load_file(path: Path, of: bytes) -> bytes | None:
-    """The content of a kept file.
+    """The content of a kept file of something, which is all that the content follows from.
 
-    Parameters
-    ----------
-    path : Path
-    of : bytes
-        All that the content follows from.
-
-    Returns
-    -------
-    bytes or None
-        None where there is no such file, and where it does not fit: it is damaged, of something
-        else, a link, or no regular file. Then a `KeptFileWarning` says so.
+    None where there is no such file, and where it does not fit: it is damaged, of something else, a
+    link, or no regular file. Then a `KeptFileWarning` says so.
     """
     try:
         stored = files.content(path, links=False)
@@ -71,13 +62,7 @@ def load_file(path: Path, of: bytes) -> bytes | None:
 
 
 def save_file(path: Path, of: bytes, content: bytes) -> None:
-    """Keep a content in a file, whole or not at all.
-
-    Raises
-    ------
-    OSError
-        It cannot be written.
-    """
+    """Keep a content in a file, whole or not at all; OSError where it cannot be written."""
     path.parent.mkdir(parents=True, exist_ok=True)
     files.replace(path, files.sealed(content + _record(of)), lasting=False)
 
@@ -156,15 +141,7 @@ def load(within: Path, of: bytes) -> bytes | None:
 def save(within: Path, of: bytes, content: bytes, most: int) -> None:
     """Keep a content in a subfolder; where it cannot be written that is told, once.
 
-    Parameters
-    ----------
-    within : Path
-        The subfolder.
-    of : bytes
-        All that the content follows from.
-    content : bytes
-    most : int
-        Bytes that stay in the subfolder; the files used longest ago are removed.
+    At most so many bytes stay in the subfolder: the files used longest ago are removed.
     """
     path = within / name_of(of)
     try:
@@ -237,13 +214,7 @@ def _looked_at(path: Path) -> Subfolder:
 
 
 def clear() -> None:
-    """Remove the whole cache; links are removed, not followed.
-
-    Raises
-    ------
-    OSError
-        A file or folder cannot be removed.
-    """
+    """Remove the whole cache; links are removed, not followed. OSError where that fails."""
     found = folder()
     if found.is_symlink():
         raise NotADirectoryError(errno.ENOTDIR, "a link, which is not followed", str(found))

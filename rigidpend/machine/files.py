@@ -54,25 +54,14 @@ class StoreError(RuntimeError):
 
 
 class Absent(StoreError):
-    """Error: a result that is needed and not there."""
+    """Error: something that is needed and not there: a result, a reference, a library."""
 
 
 def afford(field: str, count: int, size: int, what: str) -> None:
-    """Refuse what would need more memory than results may take.
+    """Refuse so many values of so many bytes where that is more memory than results may take.
 
-    Parameters
-    ----------
-    field : str
-        Name of the parameter that asks for so much.
-    count, size : int
-        How many values are stored, and how many bytes of a result each takes.
-    what : str
-        What they are, with their number.
-
-    Raises
-    ------
-    ParameterError
-        They take more.
+    `field` is the parameter that asks for them, `what` they are in words, with their number.
+    Raises ParameterError.
     """
     needed, most = (COPIES * x / 1e9 for x in (count * size, LARGEST))
     if needed > most:
@@ -83,18 +72,8 @@ def afford(field: str, count: int, size: int, what: str) -> None:
 def content(path: Path, *, links: bool = True) -> bytes:
     """Read a file, if it is a regular one and of bearable size.
 
-    Parameters
-    ----------
-    path : Path
-    links : bool, optional
-        Whether the file may be a link to another.
-
-    Raises
-    ------
-    OSError
-        As :func:`open`; nothing is waited for. ELOOP for a link that may not be one.
-    ValueError
-        It is a pipe, a device or a folder, or too large.
+    Nothing is waited for. OSError as :func:`open`, with ELOOP for a link where none may be;
+    ValueError for a pipe, a device or a folder, and for what is too large.
     """
     # Looked at first, for to open a device can have effects; then again, for it may have changed.
     _check_regular(os.stat(path))
@@ -119,11 +98,7 @@ def _check_regular(found: os.stat_result) -> None:
 def prepare(path: Path) -> None:
     """Make the folder of a file to come, so that a long computation does not end in vain.
 
-    Raises
-    ------
-    StoreError
-        The folder cannot be made, or nothing can be written to it, or a folder is in the file's
-        place.
+    StoreError where nothing can be written to it, or a folder is in the file's place.
     """
     make_way(path)
     try:
@@ -137,13 +112,7 @@ def prepare(path: Path) -> None:
 
 
 def make_way(path: Path) -> None:
-    """Refuse a folder in the place of a file to come; what is in it is for its owner to judge.
-
-    Raises
-    ------
-    StoreError
-        There is one.
-    """
+    """Refuse a folder in the place of a file to come; what is in it is for its owner to judge."""
     if path.is_dir() and not path.is_symlink():
         message = (
             "a folder is in the place of a file: move it away, or remove it if it is not needed"
@@ -151,17 +120,14 @@ def make_way(path: Path) -> None:
         raise StoreError(f"{path}: {message}")
 
 
-def write(path: Path, content: bytes, *, lasting: bool = True) -> None:
-    """Write a file whole, as :func:`replace` does, and say in a sentence where that fails.
+def write(path: Path, content: bytes) -> None:
+    """Write a file whole, as :func:`replace` does; StoreError in a sentence where that fails.
 
-    Raises
-    ------
-    StoreError
-        It cannot be written; what was there before is untouched.
+    Then what was there before is untouched.
     """
     make_way(path)
     try:
-        replace(path, content, lasting=lasting)
+        replace(path, content)
     except OSError as error:
         raise StoreError(f"{path}: cannot be written: {error.strerror or error}") from None
 

@@ -57,13 +57,8 @@ def watch() -> None:
 def conclude(number: int, say: Callable[[str], object], patience: float = -1) -> tuple[int, str]:
     """Say once that a signal ended the work; the exit code and the sentence.
 
-    Parameters
-    ----------
-    number : int
-    say : callable
-        Takes the sentence, unless it has been said.
-    patience : float, optional
-        Seconds to wait for another thread that is about to say it; without end if negative.
+    Another thread may be about to say it: that is waited for so many seconds, or without end if the
+    number is negative.
     """
     word = "terminated" if number == signal.SIGTERM else "interrupted"
     sentence = f"{word}; finished results are kept"

@@ -77,16 +77,8 @@ class Table(NamedTuple):
 def columns(rows: Sequence[Sequence[str]], width: int, margin: str = "") -> Iterator[str]:
     """Write rows in columns as wide as they need; cells are wrapped where a line has no room.
 
-    Only a word that is longer than its column's share goes beyond the width.
-
-    Parameters
-    ----------
-    rows : sequence of sequences of str
-        All of the same length.
-    width : int
-        Characters of a line.
-    margin : str, optional
-        Stands before each line.
+    A line has `width` characters, with the margin before it; only a word that is longer than its
+    column's share goes beyond.
     """
     natural = [max(map(len, column)) for column in zip(*rows, strict=True)]
     widths = _shares(rows, natural, width - len(margin) - 2 * (len(natural) - 1))

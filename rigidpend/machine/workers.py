@@ -26,34 +26,19 @@ SILENCE = 5.0
 """Seconds for which work that takes long says nothing."""
 
 _of_thread = threading.local()
+"""Wishes of a pool for its threads: `stops`, events that end work; `listener`, who hears it."""
 _to_parent: Any = None
-"""End of the pipe to who hears a process of :func:`apart`; None elsewhere."""
-
-
-class _Stop:
-    """Wish that the work of a pool ends; the pool's own, or that of the pool that it is in."""
-
-    def __init__(self, outer: _Stop | None) -> None:
-        self._outer, self._event = outer, threading.Event()
-
-    def set(self) -> None:
-        self._event.set()
-
-    def is_set(self) -> bool:
-        return self._event.is_set() or (self._outer is not None and self._outer.is_set())
+"""End of the pipe to who hears this process, and the lock of all that write to it."""
+_hiding = threading.Lock()
 
 
 def check_stop() -> None:
     """End the work of this thread if it is not wanted any more; engines ask some times a second.
 
-    Raises
-    ------
-    Stopped
-        In a thread of a pool that is being stopped, and in all of a command line after Ctrl-C
-        or SIGTERM.
+    It raises Stopped in a thread of a pool that is being stopped, and in all of a command line
+    after Ctrl-C or SIGTERM.
     """
-    stop = getattr(_of_thread, "stop", None)
-    if came() or (stop is not None and stop.is_set()):
+    if came() or any(stop.is_set() for stop in getattr(_of_thread, "stops", ())):
         raise Stopped
 
 
@@ -101,15 +86,10 @@ def note(text: Callable[[], str]) -> None:
     In a notebook, or where Python is used by hand, stderr listens.
     """
     listener = getattr(_of_thread, "listener", None)
-    if listener is None and by_hand():
+    if listener is None and (hasattr(sys, "ps1") or "ipykernel" in sys.modules):
         listener = _of_thread.listener = Listener(lambda line: print(line, file=sys.stderr))
     if listener is not None:
         listener.hear(text)
-
-
-def by_hand() -> bool:
-    """True in a notebook, and where Python asks for each line."""
-    return hasattr(sys, "ps1") or "ipykernel" in sys.modules
 
 
 class WorkerError(RuntimeError):
@@ -138,13 +118,15 @@ def side_by_side(
     holds_interpreter: bool,
     parts: Sequence[Any],
     jobs: int,
+    hear: Callable[[str], object] | None = None,
 ) -> list[Result]:
     """Compute ``work(part, *arguments)`` for each part, results in the order of the parts.
 
     Parameters
     ----------
     work : callable
-        A function of a module, for a process must find it by name.
+        A function of a module, for a process must find it by name; not of the user's program,
+        which processes do not read.
     arguments : tuple
         Its further arguments.
     holds_interpreter : bool
@@ -153,6 +135,9 @@ def side_by_side(
     parts : sequence
     jobs : int
         How many at a time; with 1, or one part, nothing is started.
+    hear : callable, optional
+        Takes here the lines that the work says, wherever it is done: then it is
+        ``work(part, *arguments, say)``.
 
     Raises
     ------
@@ -160,15 +145,13 @@ def side_by_side(
         A process was killed, by hand or for want of memory.
     """
     workers = min(jobs, len(parts))
+    if workers > 1 and holds_interpreter:
+        return _in_processes(work, arguments, parts, workers, hear)
+    given = arguments if hear is None else (*arguments, hear)
     if workers <= 1:
-        return [_done(work, part, *arguments) for part in parts]
-    stop = _Stop(getattr(_of_thread, "stop", None))
-    with _ended(
-        _processes(workers) if holds_interpreter else _threads(workers, stop), stop
-    ) as pool:
-        with kept_from_children():
-            futures = [pool.submit(work, part, *arguments) for part in parts]
-        return [_result(future) for future in futures]
+        return [_done(work, part, *given) for part in parts]
+    with _threads(workers) as pool:
+        return [_result(x) for x in [pool.submit(work, part, *given) for part in parts]]
 
 
 def ahead(
@@ -178,8 +161,7 @@ def ahead(
 
     Results come in the order of the parts. The first is computed alone: it makes what all share.
     """
-    stop = _Stop(getattr(_of_thread, "stop", None))
-    with _ended(_threads(jobs, stop), stop) as pool:
+    with _threads(jobs) as pool:
         coming: deque[Future[Result]] = deque()
         for number, part in enumerate(parts):
             coming.append(pool.submit(_done, work, part))
@@ -195,36 +177,60 @@ def apart(
     hear: Callable[[Any], object],
     limit: float = math.inf,
 ) -> Result:
-    """Do ``work(*arguments, say)`` in a process of its own; `hear` takes here what it says there.
+    """Do ``work(*arguments, say)`` in a process of its own, as :func:`side_by_side` does.
 
-    Raises
-    ------
-    WorkerError
-        The process was killed.
-    TimeoutError
-        The work took more than `limit` seconds, and was ended.
+    Raises TimeoutError where it takes more than `limit` seconds, and ends it.
     """
-    from multiprocessing import get_context
+    first, *rest = arguments
+    [found] = _in_processes(work, tuple(rest), [first], 1, hear, limit)
+    return found
 
-    here, there = get_context("spawn").Pipe(duplex=False)
-    stop = _Stop(getattr(_of_thread, "stop", None))
-    with here, there, _ended(_processes(1, there), stop) as pool:
-        with kept_from_children():
-            future = pool.submit(_heard, work, arguments)
-        line: Any = ""
-        until = time.monotonic() + limit
-        # The last word is None: the result follows at once. Who is killed says none.
-        while line is not None:
-            check_stop()
-            if time.monotonic() > until:
-                raise TimeoutError(f"ended at {limit:g} s")
-            over = future.done()
-            if here.poll(0 if over else PERIOD):
-                if (line := here.recv()) is not None:
-                    hear(line)
-            elif over:
-                break
-        return _result(future)
+
+def _in_processes(
+    work: Callable[..., Result],
+    arguments: tuple[Any, ...],
+    parts: Sequence[Any],
+    workers: int,
+    hear: Callable[[Any], object] | None,
+    limit: float = math.inf,
+) -> list[Result]:
+    # Imported here: a run that needs no process does not pay for it.
+    import multiprocessing
+    from concurrent.futures import ProcessPoolExecutor
+
+    # A fork would copy the locks of threads that do not run in the child.
+    spawn = multiprocessing.get_context("spawn")
+    here, there = spawn.Pipe(duplex=False)
+    given = (there, spawn.Lock()) if hear else None
+    pool = ProcessPoolExecutor(workers, spawn, initializer=_follow_parent, initargs=(given,))
+    until = time.monotonic() + limit
+
+    def meanwhile() -> None:
+        _pass_on(here, hear)
+        if time.monotonic() > until:
+            raise TimeoutError(f"ended at {limit:g} s")
+
+    with here, there, _ended(pool, lambda: _end_processes(pool)):
+        with kept_from_children(), _program_hidden():
+            futures = [pool.submit(_heard, work, hear is not None, x, *arguments) for x in parts]
+        return [_result(future, meanwhile) for future in futures]
+
+
+@contextmanager
+def _program_hidden() -> Iterator[None]:
+    """Let processes begun within not run the user's program, with which Python lets them begin.
+
+    They need nothing of it, and it would compute once more, and begin processes of its own.
+    """
+    program: dict[str, Any] = vars(sys.modules["__main__"])
+    with _hiding:
+        told = ("__file__", "__spec__")
+        hidden: dict[str, Any] = {name: program.pop(name) for name in told if name in program}
+        program["__spec__"] = None
+        try:
+            yield
+        finally:
+            program.update(hidden)
 
 
 def _done(work: Callable[..., Result], *given: Any) -> Result:
@@ -233,51 +239,51 @@ def _done(work: Callable[..., Result], *given: Any) -> Result:
     return work(*given)
 
 
-def _result(future: Future[Result]) -> Result:
+def _result(future: Future[Result], meanwhile: Callable[[], object] = lambda: None) -> Result:
     """Wait for a result as long as it is wanted."""
     while wait([future], PERIOD).not_done:
         check_stop()
+        meanwhile()
+    meanwhile()
     return future.result()
 
 
+def _pass_on(here: Any, hear: Callable[[Any], object] | None) -> None:
+    """Pass on what processes have said."""
+    while hear and here.poll():
+        hear(here.recv())
+
+
 @contextmanager
-def _ended(pool: Executor, stop: _Stop) -> Iterator[Executor]:
+def _ended(pool: Executor, end: Callable[[], object]) -> Iterator[None]:
     """End a pool with what it is for, at once where that fails."""
     try:
-        yield pool
+        yield
     except BrokenExecutor:
         raise WorkerError(
             "a worker process was killed, perhaps for want of memory; what is finished is kept:"
             " the same command again continues"
         ) from None
     except BaseException:
-        stop.set()
-        _end_processes(pool)
+        end()
         raise
     finally:
         pool.shutdown(cancel_futures=True)
 
 
-def _threads(workers: int, stop: _Stop) -> Executor:
-    given = stop, getattr(_of_thread, "listener", None)
-    return ThreadPoolExecutor(workers, initializer=_heed, initargs=given)
+@contextmanager
+def _threads(count: int) -> Iterator[Executor]:
+    """A pool of threads, whose work ends with that of this thread, and is heard with it."""
+    stop = threading.Event()
+    heeded = (*getattr(_of_thread, "stops", ()), stop), getattr(_of_thread, "listener", None)
+    pool = ThreadPoolExecutor(count, initializer=_heed, initargs=heeded)
+    with _ended(pool, stop.set):
+        yield pool
 
 
-def _processes(workers: int, to: Any = None) -> Executor:
-    # Imported here: a run that needs no process does not pay for it.
-    import multiprocessing
-    from concurrent.futures import ProcessPoolExecutor
-
-    # A fork would copy the locks of threads that do not run in the child.
-    spawn = multiprocessing.get_context("spawn")
-    return ProcessPoolExecutor(
-        workers, mp_context=spawn, initializer=_follow_parent, initargs=(to,)
-    )
-
-
-def _heed(stop: _Stop, listener: Listener | None) -> None:
-    """Let this thread's work end when the event is set, and be heard by who hears the pool's."""
-    _of_thread.stop, _of_thread.listener = stop, listener
+def _heed(stops: tuple[threading.Event, ...], listener: Listener | None) -> None:
+    """Let this thread's work end when an event is set, and be heard by who hears the pool's."""
+    _of_thread.stops, _of_thread.listener = stops, listener
 
 
 def _follow_parent(to: Any) -> None:
@@ -288,12 +294,15 @@ def _follow_parent(to: Any) -> None:
     threading.Thread(target=_wait_for_end_of_parent, daemon=True).start()
 
 
-def _heard(work: Callable[..., Result], arguments: tuple[Any, ...]) -> Result:
-    """Do work of :func:`apart` where it is done; that no more is said is the last word."""
-    try:
-        return work(*arguments, _to_parent.send)
-    finally:
-        _to_parent.send(None)
+def _heard(work: Callable[..., Result], says: bool, *given: Any) -> Result:
+    """Do work in a process, with the way to say something where it says something."""
+    return work(*given, _say) if says else work(*given)
+
+
+def _say(line: Any) -> None:
+    pipe, alone = _to_parent
+    with alone:
+        pipe.send(line)
 
 
 def _wait_for_end_of_parent() -> None:

@@ -45,15 +45,10 @@ TOO_LONG = "damaged: it takes longer to read than its size allows"
 
 
 def intact(content: bytes) -> bytes:
-    """The HDF5 file in a file's content, where nothing shows that it is damaged.
+    """The HDF5 file in a file's content; ValueError, with the reason, where that is damaged.
 
     What another program changed has lost its digest with the rest behind the HDF5 file. Such
     a file is taken if it is exactly as long as it says.
-
-    Raises
-    ------
-    ValueError
-        It is damaged, with the reason.
     """
     inner = unsealed(content)
     if inner is not None:
@@ -79,21 +74,9 @@ def _said_length(content: bytes) -> int:
 def tried(read: Callable[[], Any], length: int, most: int) -> None:
     """Call a function in another process, which ends when it takes too long or too much memory.
 
-    Where a system cannot fork it is not tried.
-
-    Parameters
-    ----------
-    read : callable
-        Raises a StoreError for what this process will find as well.
-    length : int
-        Bytes of the file that it reads.
-    most : int
-        Bytes that it may need.
-
-    Raises
-    ------
-    ValueError
-        It crashed, ran out of its bounds, or failed otherwise, with the reason.
+    It reads a file of `length` bytes and may need `most` bytes; a StoreError in it is what this
+    process will find as well. ValueError, with the reason, where it crashed, ran out of its bounds
+    or failed otherwise. Where a system cannot fork nothing is tried.
     """
     if not hasattr(os, "fork"):
         return

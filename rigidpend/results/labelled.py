@@ -14,26 +14,10 @@ if TYPE_CHECKING:
 
 
 def tree(data: Mapping[str, Any], layout: Layout, attributes: Mapping[str, Any]) -> xarray.DataTree:
-    """Label the data of a result.
+    """Label the loaded data of a result as its layout declares; attributes are those of the root.
 
-    Parameters
-    ----------
-    data : mapping
-        Arrays, texts and groups by name, as loaded.
-    layout : Layout
-        What the experiment declares of them.
-    attributes : mapping
-        Attributes of the root.
-
-    Returns
-    -------
-    xarray.DataTree
-        A node for each group; units and description are attributes of each array.
-
-    Raises
-    ------
-    ModuleNotFoundError
-        xarray is not installed: it is in the extra `notebook`.
+    There is a node for each group; units and description are attributes of each array.
+    ModuleNotFoundError where xarray, of the extra `notebook`, is not installed.
     """
     import xarray
 

@@ -5,48 +5,60 @@ config, ``/provenance`` what ran where (it varies between equal results), ``/dat
 as the experiment's layout declares it. Every dataset has `units` and `description`. A digest of
 all stands behind the HDF5 file, where HDF5 itself does not look.
 
-There is one way to read: regular files of bounded size, tried in a process of its own, each
-object inside the file and as declared, before a value is used. What reads raises the errors of
-:func:`opened`.
+There is one way to read a file, whoever made it: as data, and never as more. It is a regular one of
+bounded size. Another process tries it, for HDF5 can hang or crash on it; then its structure is
+held against the layout of its experiment. Only then is a value used. What reads raises the
+errors of :func:`opened`.
 """
 
 from __future__ import annotations
 
 import json
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping
+from contextlib import contextmanager
 from pathlib import Path
-from typing import Any, NamedTuple, Self, TypeAlias
+from typing import Any, NamedTuple, TypeAlias, TypeVar
 
 import h5py
 import numpy as np
+from h5py import h5g
 
-from rigidpend.experiments.data import Coming, Dataset, Layout, Loaded, Streamed, Tree
-from rigidpend.machine import files
-from rigidpend.machine.files import StoreError, prepare, sealed
-from rigidpend.results.opening import (
-    FORMAT,
-    FORMAT_VERSION,
-    RATIO,
-    OtherVersion,
-    check_values,
-    opened,
-    read_config,
-    readable,
+from rigidpend import experiments
+from rigidpend.experiments.data import (
+    FLOAT,
+    NUMBER,
+    Coming,
+    Dataset,
+    Layout,
+    Loaded,
+    Streamed,
+    Tree,
+    fields,
 )
-from rigidpend.results.structure import told
+from rigidpend.machine import files
+from rigidpend.machine.files import Absent, StoreError, prepare, sealed
+from rigidpend.machine.wording import short
+from rigidpend.results import structure
+from rigidpend.results.damage import grant, intact, tried
+from rigidpend.results.structure import Checker, Unfit, told
 
-__all__ = [
-    "FORMAT_VERSION",
-    "OtherVersion",
-    "Result",
-    "StoreError",
-    "load",
-    "opened",
-    "prepare",
-    "write",
-]
+__all__ = ["OtherVersion", "Result", "StoreError", "load", "opened", "prepare", "write"]
 
 Attributes: TypeAlias = Mapping[str, Any]
+Found = TypeVar("Found")
+
+FORMAT, FORMAT_VERSION = "rigidpend", 1
+"""Mark of a result file, and the version of the form that this program reads."""
+LEAST, RATIO = 2**26, 100
+"""Bytes that the arrays of any file may have, and how many for each byte of the file.
+
+A file of this package has at most some 60, where no orbit returns."""
+WORDS = ("name", "figure", "experiment", "config_hash", "code_hash", "engine", "doubt")
+"""Root attributes that are texts."""
+LONGEST = 1000
+"""Characters of each."""
+CONFIG, DEEPEST = 2**22, 32
+"""Characters of a config, and its brackets inside each other, at most."""
 
 
 class Result(NamedTuple):
@@ -60,235 +72,61 @@ class Result(NamedTuple):
     data: Tree
 
 
-def write(path: Path, result: Result, *, lasting: bool = True) -> None:
+def write(path: Path, result: Result) -> None:
     """Write a result file: in memory first, then under its name in one step.
 
-    Parameters
-    ----------
-    path : Path
-    result : Result
-    lasting : bool, optional
-        Whether it must outlive a failure of the machine; to wait for the disk takes time.
-
-    Raises
-    ------
-    StoreError
-        It cannot be written; what was there before is untouched.
+    StoreError where it cannot be written: what was there before is untouched.
     """
-    with Image(result.data) as image:
-        image.write(path, *result[:3], lasting=lasting)
+    with image(result.data) as file:
+        finish(file, path, *result[:3])
 
 
-def load(path: Path, layout: Layout | None = None, *, ratio: int = RATIO) -> Loaded:
-    """A whole result file as plain data: `attributes`, `config`, `provenance`, `data`.
-
-    Parameters
-    ----------
-    path : Path
-    layout : Layout, optional
-        Layout of its data; by default the one that its experiment declares.
-    ratio : int, optional
-        Bytes that its arrays may have for each byte of the file.
-
-    Raises
-    ------
-    StoreError
-        As :func:`opened`; also where a checksum says that the data changed on disk, or where
-        values are not finite that must be.
-    """
-    with opened(path, whole=True, layout=layout, ratio=ratio) as file, readable(path):
-        loaded: Loaded = {
-            "attributes": dict(file.attrs),
-            "config": read_config(_plain(file["config"])),
-            "provenance": dict(file["provenance"].attrs),
-            "data": _plain(file["data"]),
-        }
-        check_values(loaded, layout)
-        return loaded
-
-
-def read_tree(path: Path) -> Tree:
-    """The data of a result file as they were given to :func:`write`, units and meaning.
-
-    Raises the errors of :func:`opened`.
-    """
-    with opened(path, whole=True) as file, readable(path):
-        return _tree(file["data"], {})
-
-
-def part(tree: Tree) -> bytes:
-    """An HDF5 file in memory that holds a part of a result, for :func:`read_part`."""
-    # Names of dimensions are no attributes of ours in a file, and a part lacks some of its axes.
-    with Image(tree, lasting=False) as image:
-        return image.content({}, _dimensions(tree), {})
-
-
-def read_part(path: Path, content: bytes) -> Tree:
-    """A part of a result as it was given to :func:`part`, the names of dimensions included.
-
-    Raises the errors of :func:`opened`.
-
-    Parameters
-    ----------
-    path : Path
-        Where the content was kept.
-    content : bytes
-    """
-    with opened(path, whole=True, part=content) as file, readable(path):
-        return _tree(file["data"], json.loads(_plain(file["config"])))
-
-
-def config(path: Path) -> dict[str, Any]:
-    """The config that a result file was made from, as plain data.
-
-    Raises the errors of :func:`opened`.
-    """
-    with opened(path, whole=True) as file, readable(path):
-        return read_config(_plain(file["config"]))
-
-
-def attributes(path: Path) -> dict[str, Any]:
-    """The root attributes of a result file.
-
-    Raises the errors of :func:`opened`.
-    """
-    with opened(path) as file, readable(path):
-        return dict(file.attrs)
-
-
-def outline(path: Path, layout: Layout | None = None) -> dict[str, dict[str, Any]]:
-    """Every object of a result file by its place, ``/`` first, with its attributes.
-
-    Datasets have two more, ``(kind)`` of their numbers and ``(dimensions)``. The layout is that
-    of :func:`load`. Raises the errors of :func:`opened`.
-    """
-    with opened(path, layout=layout) as file, readable(path):
-        found = {"/": dict(file.attrs)}
-        file.visititems(lambda name, node: found.update({f"/{name}": _features(node)}))
-        return found
-
-
-def _plain(node: Any) -> Any:
-    """A dataset's values, or a group's as a dict in their order."""
-    if isinstance(node, h5py.Dataset):
-        return node.asstr()[()] if h5py.check_string_dtype(node.dtype) else node[()]
-    return {name: _plain(inner) for name, inner in node.items()}
-
-
-def _tree(group: h5py.Group, dimensions: Mapping[str, Any]) -> Tree:
-    return {
-        name: _tree(node, dimensions.get(name, {}))
-        if isinstance(node, h5py.Group)
-        else Dataset(
-            _values(node),
-            node.attrs["units"],
-            node.attrs["description"],
-            *_meant(*dimensions.get(name, ())),
-        )
-        for name, node in group.items()
-    }
-
-
-def _meant(dimensions: Sequence[int | str] = (), coordinate: bool = False) -> Any:
-    return tuple(dimensions), coordinate
-
-
-def _dimensions(tree: Tree) -> dict[str, Any]:
-    """The names of the dimensions of all arrays, and which are coordinates, in their groups."""
-    return {
-        name: node[3:] if isinstance(node, Dataset) else _dimensions(node)
-        for name, node in tree.items()
-    }
-
-
-def _values(node: h5py.Dataset) -> Any:
-    """A dataset's values in the type that they were given in."""
-    if h5py.check_string_dtype(node.dtype) and node.shape == ():
-        return node.asstr()[()]
-    return node[()]
-
-
-def _features(node: Any) -> dict[str, Any]:
-    if not isinstance(node, h5py.Dataset):
-        return told(node.attrs)
-    # Texts may be of any length.
-    kind = node.dtype.kind if node.dtype.kind in "SOU" else node.dtype.str.lstrip("<>|=")
-    return {**told(node.attrs), "(kind)": kind, "(dimensions)": node.ndim}
-
-
-class Image:
-    """A result file in memory, for a ``with`` statement: first its data, then what is told of them.
+@contextmanager
+def image(data: Tree) -> Iterator[h5py.File]:
+    """A result file in memory that has its data, for :func:`finish`.
 
     Data that come in blocks are asked for here, one block after the other.
-
-    Parameters
-    ----------
-    data : Tree
-    lasting : bool, optional
-        Whether it is to be kept for long, and small: to compress takes as long as to compute.
     """
+    # A form that HDF5 1.10 reads, by whichever version it is written.
+    with h5py.File.in_memory(libver=("earliest", "v110")) as file:
+        _put(file, "data", data)
+        _fill(file["data"], data)
+        yield file
 
-    def __init__(self, data: Tree, *, lasting: bool = True) -> None:
-        # A form that HDF5 1.10 reads, by whichever version it is written.
-        self._file = h5py.File.in_memory(libver=("earliest", "v110"))
-        self._lasting = lasting
-        try:
-            self._put(self._file, "data", data)
-            _fill(self._file["data"], data)
-        except BaseException:
-            self._file.close()
-            raise
 
-    def __enter__(self) -> Self:
-        return self
+def finish(
+    file: h5py.File, path: Path, attributes: Attributes, config: Any, provenance: Attributes
+) -> None:
+    """Put into a result file what is told of its data, and write it as :func:`write` does."""
+    prepare(path)
+    file.attrs.update({"format": FORMAT, "format_version": FORMAT_VERSION})
+    file.attrs.update(attributes)
+    _put(file, "config", Dataset(json.dumps(config, indent=2), "", "resolved config, JSON"))
+    file.create_group("provenance").attrs.update(provenance)
+    file.flush()
+    content = bytes(file.id.get_file_image())
+    file.close()
+    files.write(path, sealed(content))
 
-    def __exit__(self, *_: object) -> None:
-        self._file.close()
 
-    def content(self, attributes: Attributes, config: Any, provenance: Attributes) -> bytes:
-        """The bytes of the file, which is closed then."""
-        file = self._file
-        file.attrs.update({"format": FORMAT, "format_version": FORMAT_VERSION})
-        file.attrs.update(attributes)
-        told = Dataset(json.dumps(config, indent=2), "", "resolved config, JSON")
-        self._put(file, "config", told)
-        file.create_group("provenance").attrs.update(provenance)
-        file.flush()
-        image = bytes(file.id.get_file_image())
-        file.close()
-        return image
-
-    def write(
-        self,
-        path: Path,
-        attributes: Attributes,
-        config: Mapping[str, Any],
-        provenance: Attributes,
-        *,
-        lasting: bool = True,
-    ) -> None:
-        """Write the file (see the function :func:`write`)."""
-        prepare(path)
-        files.write(path, sealed(self.content(attributes, config, provenance)), lasting=lasting)
-
-    def _put(self, group: h5py.Group, name: str, node: Dataset | Tree) -> None:
-        if not isinstance(node, Dataset):
-            # Read back in the order of the layout, which figures and tables follow.
-            inner = group.create_group(name, track_order=True)
-            for key, value in node.items():
-                self._put(inner, key, value)
-            _scale(inner, {key: x for key, x in node.items() if isinstance(x, Dataset)})
-            return
-        values: Any = node.values
-        how = _storage(values) if self._lasting else {}
-        if isinstance(values, Coming):
-            made = group.create_dataset(
-                name, values.shape, values.dtype, chunks=values.block, **how
-            )
-        else:
-            made = group.create_dataset(name, data=values, **how)
-        made.attrs["units"] = node.units
-        made.attrs["description"] = node.description
+def _put(group: h5py.Group, name: str, node: Dataset | Tree) -> None:
+    if not isinstance(node, Dataset):
+        # Read back in the order of the layout, which figures and tables follow.
+        inner = group.create_group(name, track_order=True)
+        for key, value in node.items():
+            _put(inner, key, value)
+        _scale(inner, {key: x for key, x in node.items() if isinstance(x, Dataset)})
+        return
+    values: Any = node.values
+    how: dict[str, Any] = {"data": values}
+    if isinstance(values, Coming):
+        how = {"shape": values.shape, "dtype": values.dtype, "chunks": values.block}
+    # Single values can have no checksum, and are not compressed.
+    if not isinstance(values, str) and np.ndim(values) and 0 not in np.shape(values):
+        how |= {"fletcher32": True, "shuffle": True, "compression": "gzip"}
+    group.create_dataset(name, **how).attrs.update(
+        {"units": node.units, "description": node.description}
+    )
 
 
 def _fill(group: h5py.Group, node: Tree) -> None:
@@ -302,11 +140,7 @@ def _fill(group: h5py.Group, node: Tree) -> None:
 
 
 def _scale(group: h5py.Group, arrays: Mapping[str, Dataset]) -> None:
-    """Name the dimensions of a group's arrays, and tie them to the arrays that are their scales.
-
-    The part of one body has not the dimension of the bodies yet: its arrays stay without names.
-    """
-    arrays = {key: x for key, x in arrays.items() if len(x.dimensions) == np.ndim(x.values)}
+    """Name the dimensions of a group's arrays, and tie them to the arrays that are their scales."""
     scales = {x.dimensions[0]: key for key, x in arrays.items() if x.coordinate}
     for key in scales.values():
         group[key].make_scale(key)
@@ -319,8 +153,207 @@ def _scale(group: h5py.Group, arrays: Mapping[str, Dataset]) -> None:
                 group[key].dims[k].attach_scale(group[scales[dimension]])
 
 
-def _storage(values: Any) -> dict[str, Any]:
-    """Checksums and compression, which arrays can have and single values cannot."""
-    if isinstance(values, str) or 0 in np.shape(values) or np.ndim(values) == 0:
-        return {}
-    return {"fletcher32": True, "shuffle": True, "compression": "gzip"}
+class OtherVersion(StoreError):
+    """A result file of another format version."""
+
+
+@contextmanager
+def opened(
+    path: Path, *, whole: bool = False, layout: Layout | None = None, ratio: int = RATIO
+) -> Iterator[h5py.File]:
+    """A result file, open for reading; its structure is checked.
+
+    Parameters
+    ----------
+    path : Path
+    whole : bool, optional
+        Whether its values are to be read: then another process has read them before.
+    layout : Layout, optional
+        Layout of its data; by default the one that its experiment declares.
+    ratio : int, optional
+        Bytes that its arrays may have for each byte of the file.
+
+    Raises
+    ------
+    StoreError
+        There is none, it is no HDF5, it is damaged, of another format version, or not made as
+        the results of its experiment.
+    """
+    with readable(path):
+        image = intact(files.content(path))
+        most = min(files.LARGEST, max(LEAST, ratio * len(image)))
+
+        def checked(file: h5py.File) -> int:
+            return _check(path, file, most, layout)
+
+        def trial() -> None:
+            with h5py.File.in_memory(image) as file:
+                grant(checked(file))
+                file.visititems(lambda _, node: _look(node, whole))
+
+        tried(trial, len(image), most)
+        # The very bytes that were tried, whatever happens to the file meanwhile.
+        file = h5py.File.in_memory(image)
+    with file:
+        with readable(path):
+            checked(file)
+        yield file
+
+
+@contextmanager
+def readable(path: Path) -> Iterator[None]:
+    """Say in our words what is wrong with a file."""
+    try:
+        yield
+    except FileNotFoundError:
+        raise Absent.of(path, "there is no such file") from None
+    except Unfit as error:
+        raise StoreError.of(path, f"not a result that can be used: {error}") from None
+    except StoreError:
+        raise
+    except (OSError, KeyError, RuntimeError, TypeError, ValueError) as error:
+        said = error.strerror if isinstance(error, OSError) else None
+        reason = short(said or error) or type(error).__name__
+        raise StoreError.of(path, f"not a readable HDF5 file: {reason}") from None
+
+
+def _look(node: Any, whole: bool) -> None:
+    told(node.attrs)
+    if whole and isinstance(node, h5py.Dataset):
+        node[()]
+
+
+def _check(path: Path, file: h5py.File, most: int, layout: Layout | None) -> int:
+    """Check what a file says that it is, then whether it is made so; the number of its objects."""
+    root = h5g.open(file.id, b"/")
+    structure.attributes("/", root)
+    given = dict(file.attrs)
+    # A foreign file may have anything here, of any type and shape.
+    if not isinstance(given.get("format"), str) or given["format"] != FORMAT:
+        raise StoreError.of(path, "an HDF5 file, but not a result of rigidpend")
+    version: Any = given.get("format_version")
+    if not np.array_equal(version, FORMAT_VERSION):
+        said = f"its format version is {short(version, 60)}, this program reads {FORMAT_VERSION}"
+        raise OtherVersion.of(path, said)
+    for word in WORDS:
+        if not isinstance(given.get(word, ""), str) or len(given.get(word, "")) > LONGEST:
+            raise Unfit(f"its attribute {word} is not a short text")
+    if layout is None and "experiment" not in given:
+        raise Unfit("it does not say of which experiment")
+    try:
+        return Checker(most).file(root, layout or experiments.layout(given["experiment"]))
+    except experiments.UnknownExperiment as error:
+        raise Unfit(str(error)) from None
+
+
+def read(path: Path, take: Callable[[h5py.File], Found], **how: Any) -> Found:
+    """Open a file as :func:`opened` does, and give what is taken of it."""
+    with opened(path, **how) as file, readable(path):
+        return take(file)
+
+
+def load(path: Path, layout: Layout | None = None, *, ratio: int = RATIO) -> Loaded:
+    """A whole result file as plain data: `attributes`, `config`, `provenance`, `data`.
+
+    Layout, ratio and errors are those of :func:`opened`; StoreError also where a checksum says that
+    the data changed on disk, or where values are not finite that must be.
+    """
+    return read(path, lambda file: loaded(file, layout), whole=True, layout=layout, ratio=ratio)
+
+
+def loaded(file: h5py.File, layout: Layout | None = None) -> Loaded:
+    """The whole of an open file as plain data (see :func:`load`)."""
+    found: Loaded = {
+        "attributes": dict(file.attrs),
+        "config": read_config(_plain(file["config"])),
+        "provenance": dict(file["provenance"].attrs),
+        "data": _plain(file["data"]),
+    }
+    declared = layout or experiments.layout(found["attributes"]["experiment"])
+    for place, values, field in fields(declared, found["data"]):
+        if field.kind in (FLOAT, NUMBER) and not (field.gaps or np.isfinite(values).all()):
+            raise Unfit(f"data/{place} has a number that is not finite")
+    return found
+
+
+def read_tree(path: Path) -> Tree:
+    """The data of a result file as they were given to :func:`write`, units and meaning."""
+    return read(path, lambda file: _tree(file["data"]), whole=True)
+
+
+def config(path: Path) -> dict[str, Any]:
+    """The config that a result file was made from, as plain data."""
+    return read(path, lambda file: read_config(_plain(file["config"])), whole=True)
+
+
+def attributes(path: Path) -> dict[str, Any]:
+    """The root attributes of a result file."""
+    return read(path, lambda file: dict(file.attrs))
+
+
+def outline(path: Path) -> dict[str, dict[str, Any]]:
+    """Every object of a result file by its place, ``/`` first, with its attributes.
+
+    Datasets have two more, ``(kind)`` of their numbers and ``(dimensions)``.
+    """
+    return read(path, outlined)
+
+
+def outlined(file: h5py.File) -> dict[str, dict[str, Any]]:
+    """Every object of an open file (see :func:`outline`)."""
+    found = {"/": dict(file.attrs)}
+    file.visititems(lambda name, node: found.update({f"/{name}": _features(node)}))
+    return found
+
+
+def read_config(text: str) -> dict[str, Any]:
+    """Read the config of a result; Unfit if it is no JSON object, or too long or too deep."""
+    try:
+        found = json.loads(text) if len(text) <= CONFIG else None
+    except (ValueError, RecursionError):
+        found = None
+    if not isinstance(found, dict):
+        raise Unfit("its config is no JSON object")
+    if _depth(found) > DEEPEST:
+        raise Unfit(f"its config has more than {DEEPEST} brackets inside each other")
+    return found
+
+
+def _depth(node: Any) -> int:
+    """Count the brackets inside each other; none is entered that is too deep."""
+    # Level by level: recursion could be exhausted by a file made for that.
+    level, depth = [node], 0
+    while level and depth <= DEEPEST:
+        inner = [x.values() if isinstance(x, dict) else x for x in level]
+        level = [x for each in inner for x in each if isinstance(x, dict | list)]
+        depth += 1
+    return depth
+
+
+def _plain(node: Any) -> Any:
+    """A dataset's values, or a group's as a dict in their order."""
+    if isinstance(node, h5py.Dataset):
+        return node.asstr()[()] if h5py.check_string_dtype(node.dtype) else node[()]
+    return {name: _plain(inner) for name, inner in node.items()}
+
+
+def _tree(group: h5py.Group) -> Tree:
+    return {
+        name: _tree(node)
+        if isinstance(node, h5py.Group)
+        else Dataset(
+            # A text as one, but texts in an array as they were given.
+            node[()] if node.shape else _plain(node),
+            node.attrs["units"],
+            node.attrs["description"],
+        )
+        for name, node in group.items()
+    }
+
+
+def _features(node: Any) -> dict[str, Any]:
+    if not isinstance(node, h5py.Dataset):
+        return told(node.attrs)
+    # Texts may be of any length.
+    kind = node.dtype.kind if node.dtype.kind in "SOU" else node.dtype.str.lstrip("<>|=")
+    return {**told(node.attrs), "(kind)": kind, "(dimensions)": node.ndim}

@@ -66,71 +66,48 @@ class Unfit(StoreError):
 
 
 class Checker:
-    """The check of one file.
-
-    Parameters
-    ----------
-    most : int
-        Bytes of all its arrays, at most.
-    """
+    """The check of one file, all arrays of which have at most so many bytes."""
 
     def __init__(self, most: int) -> None:
         self._left, self._objects = most, OBJECTS
 
-    def file(self, root: h5g.GroupID, layout: Layout | None) -> int:
-        """Check a whole file, whose data have that layout; any plain data without one.
-
-        Returns
-        -------
-        int
-            The number of its objects.
-
-        Raises
-        ------
-        Unfit
-        """
-        top: Layout = {"config": Field(TEXT), "provenance": {}, "data": {}}
-        found = self._members("", root, len(top))
-        _complete("", found, named(top))
-        self._visit("config", found["config"], Field(TEXT), {})
-        self._visit("provenance", found["provenance"], {}, {})
-        self._visit("data", found["data"], layout, {})
+    def file(self, root: h5g.GroupID, layout: Layout) -> int:
+        """Check a whole file, whose data have that layout: the number of its objects, or Unfit."""
+        top: Layout = {"config": Field(TEXT), "provenance": {}, "data": layout}
+        self._group("", root, top, {})
         return OBJECTS - self._objects
 
-    def _visit(self, place: str, node: Any, layout: Any, sizes: dict[str, int]) -> None:
-        """Check an object against its part of the layout; None is any plain data."""
-        if isinstance(node, h5d.DatasetID):
-            if not isinstance(layout, Field | None):
+    def _visit(self, place: str, node: Any, layout: Field | Layout, sizes: dict[str, int]) -> None:
+        """Check an object against its part of the layout."""
+        if not isinstance(layout, Field):
+            if isinstance(node, h5d.DatasetID):
                 raise Unfit(f"{place} is an array where a group belongs")
+            self._group(place, node, layout, sizes)
+        elif isinstance(node, h5d.DatasetID):
             attributes(place, node)
             self._dataset(place, node, layout, sizes)
-        elif isinstance(layout, Field):
-            raise Unfit(f"{place} is a group where an array belongs")
         else:
-            self._group(place, node, layout, sizes)
+            raise Unfit(f"{place} is a group where an array belongs")
 
-    def _group(
-        self, place: str, group: h5g.GroupID, layout: Layout | None, sizes: dict[str, int]
-    ) -> None:
+    def _group(self, place: str, group: h5g.GroupID, layout: Layout, sizes: dict[str, int]) -> None:
         if place.count("/") > DEPTH:
             raise Unfit(f"more than {DEPTH} groups inside each other")
-        found = self._members(place, group, OBJECTS)
-        if layout is None:
-            for name, node in found.items():
-                self._visit(f"{place}/{name}", node, None, {})
-            return
         own, further = named(layout), members(layout)
-        _complete(place, found, own, open_ended=further is not None)
-        for name, node in found.items():
-            if name in own:
-                self._visit(f"{place}/{name}", node, own[name][0], sizes)
+        found = self._members(place, group, OBJECTS if place else len(own))
+        inside = f"{place}/" if place else ""
+        for name, (_, needed) in own.items():
+            if needed and name not in found:
+                raise Unfit(f"{inside}{name} is absent")
+        others = [name for name in found if name not in own]
+        if others and further is None:
+            raise Unfit(f"{inside}{others[0]} is not a part of such results")
+        for name in (name for name in found if name in own):
+            self._visit(f"{inside}{name}", found[name], own[name][0], sizes)
         if further is not None:
-            dimension, inner = further
-            others = [name for name in found if name not in own]
-            _same(place, dimension, sizes, len(others))
+            _same(place, further[0], sizes, len(others))
             for name in others:
                 # A copy: what is first met in a member has a size there alone.
-                self._visit(f"{place}/{name}", found[name], inner, dict(sizes))
+                self._visit(f"{inside}{name}", found[name], further[1], dict(sizes))
 
     def _members(self, place: str, group: h5g.GroupID, most: int) -> dict[str, Any]:
         """The objects of a group by name: hard links only, and none too many."""
@@ -154,7 +131,7 @@ class Checker:
         return found
 
     def _dataset(
-        self, place: str, dataset: h5d.DatasetID, field: Field | None, sizes: dict[str, int]
+        self, place: str, dataset: h5d.DatasetID, field: Field, sizes: dict[str, int]
     ) -> None:
         made, space = dataset.get_create_plist(), dataset.get_space()
         if made.get_layout() not in WHERE or made.get_external_count():
@@ -165,32 +142,25 @@ class Checker:
         if space.get_simple_extent_type() not in (h5s.SCALAR, h5s.SIMPLE):
             raise Unfit(f"{place} has no shape")
         shape, datatype = space.get_simple_extent_dims(), dataset.get_type()
-        self._afford(place, shape, datatype.get_size())
-        if made.get_layout() == h5d.CHUNKED:
-            _afford_chunk(place, made.get_chunk(), datatype.get_size(), self._left)
-        found = kind(datatype, shape)
-        if field is None:
-            if not found:
-                raise Unfit(f"{place} has elements of another kind than ours")
-            return
-        if found != field.kind and not (field.kind == NUMBER and found in (FLOAT, WHOLE)):
-            raise Unfit(f"{place} does not hold {HELD[field.kind]}")
-        _fits(place, field.dimensions, shape, sizes)
-
-    def _afford(self, place: str, shape: tuple[int, ...], width: int) -> None:
+        width = datatype.get_size()
         size = math.prod(shape) * width
         if size > self._left:
             raise Unfit(f"{place} is too large: {size:.2g} bytes, with what is before it")
         self._left -= size
+        chunked = made.get_layout() == h5d.CHUNKED
+        if chunked and math.prod(made.get_chunk()) * width > self._left:
+            raise Unfit(f"{place} is stored in pieces that are too large")
+        found = kind(datatype, shape)
+        if found != field.kind and not (field.kind == NUMBER and found in (FLOAT, WHOLE)):
+            raise Unfit(f"{place} does not hold {HELD[field.kind]}")
+        if len(field.dimensions) != len(shape):
+            raise Unfit(f"{place} has {len(shape)} dimensions, not {len(field.dimensions)}")
+        for dimension, n in zip(field.dimensions, shape, strict=True):
+            _same(place, dimension, sizes, n)
 
 
 def attributes(place: str, node: Any) -> None:
-    """Check that all attributes of an object are few, short, and texts or numbers.
-
-    Raises
-    ------
-    Unfit
-    """
+    """Check that all attributes of an object are few, short, and texts or numbers."""
     count = h5a.get_num_attrs(node)
     if count > ATTRIBUTES:
         raise Unfit(f"{place} has {count} attributes, too many")
@@ -208,11 +178,7 @@ def attributes(place: str, node: Any) -> None:
 
 def told(attrs: Mapping[str, Any]) -> dict[str, Any]:
     """Attributes of an object that are read: all but the marks of dimension scales."""
-    if not any(name in attrs for name in REFERRING):
-        found = dict(attrs)
-    else:
-        found = {name: attrs[name] for name in attrs if name not in REFERRING}
-    return {name: value for name, value in found.items() if name not in MARKS}
+    return {name: attrs[name] for name in attrs if name not in MARKS}
 
 
 def _refers(attribute: h5a.AttrID) -> bool:
@@ -237,40 +203,6 @@ def _is_flag(datatype: h5t.TypeEnumID) -> bool:
         return False
     pairs = {(datatype.get_member_name(k), datatype.get_member_value(k)) for k in (0, 1)}
     return pairs == {(b"FALSE", 0), (b"TRUE", 1)}
-
-
-def _afford_chunk(place: str, chunk: tuple[int, ...], width: int, most: int) -> None:
-    if math.prod(chunk) * width > most:
-        raise Unfit(f"{place} is stored in pieces that are too large")
-
-
-def _complete(
-    place: str,
-    found: Mapping[str, Any],
-    own: Mapping[str, tuple[Any, bool]],
-    *,
-    open_ended: bool = False,
-) -> None:
-    """Refuse a group that lacks something, or has something that nothing declares."""
-    inside = f"{place}/" if place else ""
-    lacking = [name for name, (_, needed) in own.items() if needed and name not in found]
-    if lacking:
-        raise Unfit(f"{inside}{lacking[0]} is absent")
-    unknown = [name for name in found if name not in own]
-    if unknown and not open_ended:
-        raise Unfit(f"{inside}{unknown[0]} is not a part of such results")
-
-
-def _fits(
-    place: str,
-    dimensions: tuple[int | str, ...],
-    shape: tuple[int, ...],
-    sizes: dict[str, int],
-) -> None:
-    if len(dimensions) != len(shape):
-        raise Unfit(f"{place} has {len(shape)} dimensions, not {len(dimensions)}")
-    for dimension, n in zip(dimensions, shape, strict=True):
-        _same(place, dimension, sizes, n)
 
 
 def _same(place: str, dimension: int | str, sizes: dict[str, int], n: int) -> None:

@@ -6,7 +6,6 @@ loading     a checked config from a file
 runner      from configs to result files; what is up to date is left alone
 parts       checkpoints: an interrupted run goes on from its finished parts
 provenance  what a result was made from: versions, commit, machine, code
-recalled    configs and results as a plan needs them, found once for the same bytes
 logs        progress and errors kept beside the results
 cluster     parts computed by a Dask cluster
 regression  results against stored references

@@ -73,14 +73,17 @@ def results_in(folder: Path) -> list[Path]:
 def read(path: Path) -> Loaded:
     """A certificate as plain data; what is proven in it is not checked again.
 
-    Raises
-    ------
-    StoreError
-        As `rigidpend.results.store.load`; also where it says something that no certificate says,
-        or claims more than a file of its length can prove.
+    StoreError as `rigidpend.results.store.load`; also where it says something that no certificate
+    says, or claims more than a file of its length can prove.
     """
-    loaded = store.load(path, LAYOUT, ratio=RATIO)
-    _check_words(path, store.outline(path, LAYOUT))
+    loaded, outline = store.read(
+        path,
+        lambda file: (store.loaded(file, LAYOUT), store.outlined(file)),
+        whole=True,
+        layout=LAYOUT,
+        ratio=RATIO,
+    )
+    _check_words(path, outline)
     length = path.stat().st_size
     for what, most in (("half_lengths", length // EACH), ("widths", NUMBERS * length)):
         count = sum(group[what].size for group in loaded["data"].values())
@@ -117,13 +120,7 @@ DEEP = 3
 
 
 def beside(result: Path) -> Loaded | None:
-    """The certificate beside a result file; None where there is none.
-
-    Raises
-    ------
-    StoreError
-        There is one that cannot be read.
-    """
+    """The certificate beside a result file; None where there is none."""
     file = certificate_of(result)
     return read(file) if file.exists() else None
 
@@ -190,13 +187,7 @@ def _unlike(proof: Data, group: Data) -> str:
 
 
 def centre(proof: Data) -> Any:
-    """Middle of the phases of an array, exact, in radians.
-
-    Raises
-    ------
-    ExactError
-        A phase is no number.
-    """
+    """Middle of the phases of an array, exact, in radians; ExactError where one is no number."""
     first, last = (exact(str(proof["theta2_0"][k])) for k in (0, -1))
     return (first + last) / 2
 
@@ -239,13 +230,7 @@ def packed(orbits: Sequence[Sequence[Step]]) -> dict[str, Any]:
 
 
 def unpacked(group: Data) -> list[list[Step]]:
-    """The steps of orbits from the arrays of `PROOF`, whoever made them.
-
-    Raises
-    ------
-    StoreError
-        The arrays do not fit together.
-    """
+    """The steps of orbits from the arrays of `PROOF`; StoreError where these do not fit."""
     counts, widths = _whole(group["steps"]), _whole(group["widths"])
     halves, bits, terms = (_whole(group[name]) for name in ("half_lengths", "step_bits", "terms"))
     # The numbers may be anybody's: they are held to their

@@ -16,7 +16,6 @@ from rigidpend.config.complaints import Complaint, ConfigError, Origin
 from rigidpend.experiments.contract import Piece
 from rigidpend.experiments.data import TEXT, Data, Field, Loaded, Tree, datasets
 from rigidpend.machine.code_hash import code_hash_of
-from rigidpend.machine.files import Absent
 from rigidpend.machine.progress import PartDone, tell_nobody
 from rigidpend.machine.wording import short
 from rigidpend.numbers.exact import Exact, exact
@@ -72,11 +71,6 @@ class Theorem(NamedTuple):
         return self.said if self.said.startswith("undecided: ") else f"proven: {self.said}"
 
 
-def target(config: LoadedConfig, folder: Path) -> Path:
-    """File of a config's certificate."""
-    return storage.certificate_of(folder / f"{config.name}.h5")
-
-
 def certify(
     config: LoadedConfig,
     folder: Path,
@@ -104,12 +98,11 @@ def certify(
 
     Raises
     ------
-    ConfigError
-        The experiment has no route codes, or too many orbits.
-    StoreError
-        A file cannot be read or written.
+    ConfigError, StoreError
+        The experiment has no route codes, or too many orbits; a file cannot be read or written.
     """
-    routes, file = orbits(config, folder), target(config, folder)
+    routes = orbits(config, folder)
+    file = storage.certificate_of(folder / f"{config.name}.h5")
     stated, code = _stated(config.content), code_hash_of(Path(codes.__file__))
     if not force and file.exists():
         stored = storage.read(file)
@@ -145,50 +138,41 @@ def certify(
 def orbits(config: LoadedConfig, folder: Path) -> Routes:
     """The exact orbits of a config whose route codes can be proven.
 
-    Raises
-    ------
-    ConfigError
-        It has none, or too many.
-    Absent
-        They are told by a result that is not there.
+    ConfigError where it has none, or too many; Absent where a result tells them that is not there.
     """
     computation: Any = experiments.computation(config.experiment)
+    refused = ""
     if not hasattr(computation, "orbits"):
-        raise _refused(config, f"the experiment {config.experiment} has no route codes to prove")
-    source = folder / f"{config.name}.h5"
-    found = computation.orbits(config.content, partial(_stored, source))
-    count = sum(len(phases) for _, phases in found.values())
-    if count > MOST_ORBITS:
-        raise _refused(config, f"{count} orbits, and {MOST_ORBITS} are the most in a certificate")
+        refused = f"the experiment {config.experiment} has no route codes to prove"
+    else:
+        source = folder / f"{config.name}.h5"
+        found = computation.orbits(config.content, lambda: store.load(source)["data"])
+        if (count := sum(len(phases) for _, phases in found.values())) > MOST_ORBITS:
+            refused = f"{count} orbits, and {MOST_ORBITS} are the most in a certificate"
+    if refused:
+        raise ConfigError([Complaint(Origin(config.name), ("experiment",), refused)])
     return dict(found)
 
 
 def check(file: Path, *, jobs: int, report: Report) -> Sequence[Summary | Theorem]:
     """Check the proof in a certificate, or in a result that holds one, without integration.
 
-    Parameters
-    ----------
-    file : Path
-    jobs : int
-    report : callable
-        Takes lines of progress.
-
-    Raises
-    ------
-    StoreError
-        It is no certificate, or does not prove all that it says.
+    StoreError where it is no certificate, or does not prove all that it says.
     """
     if orbit_proofs.is_proof(file):
         return [Theorem(orbit_proofs.check(file, jobs, report))]
-    if not storage.is_certificate(file) and (theorems := _theorems(file)) is not None:
-        return theorems
-    try:
-        stored = storage.read(file)
-    except store.StoreError:
-        if storage.is_certificate(file):
-            raise
-        told = "neither a certificate, which rigidpend certify writes, nor a result with a proof"
-        raise store.StoreError(f"{file}: {told}") from None
+    if not storage.is_certificate(file):
+        config = loading.load(file)
+        computation: Any = experiments.computation(config.experiment)
+        if not hasattr(computation, "theorems"):
+            told = "neither a certificate, which rigidpend certify writes, nor"
+            raise store.StoreError(f"{file}: {told} a result with a proof")
+        data = store.load(file)["data"]
+        try:
+            return [Theorem(x) for x in computation.theorems(config.content, data)]
+        except ArithmeticError as doubt:
+            raise store.StoreError(f"{file}: {doubt}") from None
+    stored = storage.read(file)
     data = stored["data"]
     for name, (problem, phases) in _routes(file, stored).items():
         place = f"{file}: {name}"
@@ -205,41 +189,23 @@ def check(file: Path, *, jobs: int, report: Report) -> Sequence[Summary | Theore
     return summaries(data)
 
 
-def _theorems(file: Path) -> list[Theorem] | None:
-    """Sentences that a result proves; None for an experiment that proves nothing."""
-    config = loading.load(file)
-    computation: Any = experiments.computation(config.experiment)
-    if not hasattr(computation, "theorems"):
-        return None
-    try:
-        found = computation.theorems(config.content, store.load(file)["data"])
-    except ArithmeticError as doubt:
-        raise store.StoreError(f"{file}: {doubt}") from None
-    return [Theorem(each) for each in found]
-
-
 def summaries(data: Data, reasons: Mapping[str, Sequence[str]] | None = None) -> list[Summary]:
     """Count what a certificate says, array by array.
 
-    Parameters
-    ----------
-    data : Data
-    reasons : mapping, optional
-        For each array the reasons for which its orbits are undecided, where they were just
-        found: a certificate holds what is proven, and no word on what is not.
+    It holds no word on what is not proven: for orbits that were just found undecided the reasons
+    are given, array by array.
     """
-    return [_summary(name, group, (reasons or {}).get(name)) for name, group in data.items()]
-
-
-def _summary(name: str, group: Data, reasons: Sequence[str] | None) -> Summary:
-    proven, undecided = group["codes"] != NO_SYMBOL, []
-    for column in map(int, np.flatnonzero(~proven.all(axis=0))):
-        counted = f"{int(proven[:, column].sum())} of {len(proven)} symbols"
-        why = f"; then {reasons[column]}" if reasons else ""
-        # Of a phase of a hundred digits its place tells more.
-        phase = short(as_written(str(group["theta2_0"][column])), PHASE)
-        undecided.append(f"column {column}, theta2_0 = {phase}: {counted}{why}")
-    return Summary(name, proven.shape[1], proven.size, int(proven.sum()), undecided)
+    found = []
+    for name, group in data.items():
+        proven, undecided, why = group["codes"] != NO_SYMBOL, [], (reasons or {}).get(name)
+        for column in map(int, np.flatnonzero(~proven.all(axis=0))):
+            counted = f"{int(proven[:, column].sum())} of {len(proven)} symbols"
+            # Of a phase of a hundred digits its place tells more.
+            phase = short(as_written(str(group["theta2_0"][column])), PHASE)
+            then = f"; then {why[column]}" if why else ""
+            undecided.append(f"column {column}, theta2_0 = {phase}: {counted}{then}")
+        found.append(Summary(name, proven.shape[1], proven.size, int(proven.sum()), undecided))
+    return found
 
 
 def _stated(content: Any) -> dict[str, Any]:
@@ -261,13 +227,7 @@ def _is_of(stored: Loaded, stated: Mapping[str, Any], routes: Routes) -> bool:
 
 
 def _routes(file: Path, stored: Loaded) -> Routes:
-    """The orbits that a certificate's own config asks for, each array of which it has.
-
-    Raises
-    ------
-    StoreError
-        Its config is none, or its arrays are others.
-    """
+    """The orbits that a certificate's own config asks for, each array of which it has."""
     try:
         # The schema takes numbers as texts, so that nothing is rounded on its way.
         text = json.loads(json.dumps(stored["config"]), parse_int=str, parse_float=str)
@@ -383,13 +343,3 @@ def _compare(place: str, stated: Any, found: CertifiedCodes) -> None:
         told = f"codes in row {row + 1} of column {column}"
         why = f": {found.reason[column]}" if found.reason[column] else ""
         raise store.StoreError(f"{place}: its steps do not prove {told}{why}")
-
-
-def _stored(source: Path) -> Data:
-    if not source.exists():
-        raise Absent.of(source, "there is no such file")
-    return store.load(source)["data"]
-
-
-def _refused(config: LoadedConfig, message: str) -> ConfigError:
-    return ConfigError([Complaint(Origin(config.name), ("experiment",), message)])

@@ -23,6 +23,7 @@ from rigidpend.experiments.contract import Piece
 from rigidpend.experiments.data import Tree
 from rigidpend.machine import wording
 from rigidpend.machine.code_hash import code_hash_of, digest, inside
+from rigidpend.machine.files import Absent
 from rigidpend.machine.progress import PartDone
 from rigidpend.machine.workers import PERIOD, WorkerError, check_stop
 from rigidpend.runs import provenance
@@ -45,23 +46,12 @@ PROVING_AND_FINDING = (("certified", "codes.py"), ("symbolic", "find.py"))
 CONTINUES = "what is finished is kept: the same command again continues"
 
 
-class ClusterExtraMissing(ModuleNotFoundError):
-    """Error: distributed is not installed; tells how to install it."""
-
-
 def check_extra() -> None:
-    """Make sure that Dask's scheduler can be talked to.
-
-    Raises
-    ------
-    ClusterExtraMissing
-        The extra `cluster` is not installed.
-    """
+    """Make sure that Dask's scheduler can be talked to: that the extra `cluster` is installed."""
     if importlib.util.find_spec("distributed") is None:
-        raise ClusterExtraMissing(
+        raise Absent(
             "distributed is needed for --scheduler, and not installed;"
-            " install it with: python -m pip install 'rigidpend[cluster]'",
-            name="distributed",
+            " install it with: python -m pip install 'rigidpend[cluster]'"
         )
 
 
@@ -87,27 +77,10 @@ def computed(
 ) -> Iterator[Tree]:
     """Let a cluster compute what is not kept yet, then give all parts in their order.
 
-    Parameters
-    ----------
-    address : str
-        Of the scheduler, as in ``tcp://host:8786``.
-    experiment : str
-    engine : str
-        As the run's; empty for closed forms.
-    parts : Parts
-        Keeps each part as soon as it is there.
-    pieces : sequence of Piece
-        Their functions and arguments go to other machines, pickled.
-    report : callable
-        Takes lines of progress.
-    crew : dict
-        Takes up how many parts each worker computes, by its name and its libraries.
-
-    Raises
-    ------
-    WorkerError
-        The scheduler does not answer, or a worker cannot do what this machine does: it has
-        another version, lacks a library or memory, or dies again and again.
+    Functions and arguments of pieces go to other machines, pickled; each part is kept as soon as it
+    is there, and `crew` takes up how many each worker computes. The engine is empty for closed
+    forms. WorkerError where the scheduler does not answer, or a worker cannot do what this machine
+    does: it has another version, lacks a library or memory, or dies again and again.
     """
     missing = [piece for piece in pieces if not parts.has(piece.name)]
     if len(missing) < len(pieces):

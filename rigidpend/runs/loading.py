@@ -79,18 +79,9 @@ def resolved_yaml(config: LoadedConfig) -> str:
 
 
 def load(path: Path, settings: Sequence[str] = ()) -> LoadedConfig:
-    """Read and check a config.
+    """Read and check a config, with overrides ``a.b=VALUE``, applied in order.
 
-    Parameters
-    ----------
-    path : Path
-    settings : sequence of str
-        Overrides ``a.b=VALUE``, applied in order.
-
-    Raises
-    ------
-    ConfigError
-        With all that is wrong, each with its place in the file.
+    ConfigError with all that is wrong, each with its place in the file.
     """
     [found] = _titled(path, [_loaded(path, _read(path), settings)], settings)
     return found
@@ -137,14 +128,9 @@ def load_groups(
 ) -> list[Group[LoadedConfig]]:
     """Load several configs, with their sweeps; the complaints about all are raised together.
 
-    Parameters
-    ----------
-    paths : sequence of Path
-    settings, sweeps : sequence of str
-        Options ``KEY=VALUE`` and ``KEY=VALUE,VALUE``; the latter in place of the file's own
-        sweeps of the same keys.
-    name : str, optional
-        Name of the result of a single file, or the beginning of its results' names.
+    Options are ``KEY=VALUE`` and ``KEY=VALUE,VALUE``, the latter in place of the file's own sweeps
+    of the same keys. The name is that of the result of a single file, or the beginning of its
+    results' names.
     """
     if name is not None:
         overrides.checked_name(name, Origin("--name"))

@@ -37,8 +37,6 @@ SUFFIX = f".orbit{certificate_files.SUFFIX}"
 """Ending of the name of such a file."""
 AT_ONCE = 16
 """Sets that a process takes at a time, some seconds, and overlaps with the next by one."""
-ROUND = 4
-"""Times that each process is asked before a line of progress."""
 PROBLEM = ("A", "r", "mu", "h0", "J1_0")
 """Numbers of which a code is proven."""
 LAYOUT = {
@@ -54,9 +52,7 @@ def prove(
 ) -> None:
     """Prove that an orbit beside one that was found has its code, and write the proof.
 
-    Raises
-    ------
-    Undecided, StoreError, ConfigError
+    Undecided where it cannot be proven.
     """
     from rigidpend.routes.certified import chains, family_orbits, pieces
 
@@ -69,7 +65,7 @@ def prove(
     setting = family_orbits.of_start(problem.body, problem.h0, J1, theta2)
     links = chains.links(setting, J1, chains.OrbitCrossings(theta2, found.d, found.chi))
     parts = [(links[part.start : part.stop], whole) for part, whole in _parts(len(links))]
-    arrays = _in_rounds(_made, (), parts, jobs, n, report)
+    arrays = _side_by_side(_made, (), parts, jobs, n, report)
     data = {
         "sets": pieces.packed_quads([link.of for link in links[1:]]),  # type: ignore[misc]
         "line": {name: float(getattr(links[0].of, name)) for name in LAYOUT["line"]},
@@ -91,10 +87,7 @@ def is_proof(file: Path) -> bool:
 def check(file: Path, jobs: int, report: Report) -> str:
     """Check a proof again, without integration: the sentence that it proves.
 
-    Raises
-    ------
-    StoreError
-        It is none, or does not prove what it says.
+    StoreError where it is none, or does not prove what it says.
     """
     from rigidpend.routes.certified import pieces, sections
 
@@ -112,7 +105,7 @@ def check(file: Path, jobs: int, report: Report) -> str:
         for part, whole in _parts(len(sources)):
             proof = pieces.of_some(data["proof"], len(sources), part)
             parts.append((part.start, sources[part.start : part.stop], proof, whole))
-        proven = chain.from_iterable(_in_rounds(_checked, of, parts, jobs, len(code), report))
+        proven = chain.from_iterable(_side_by_side(_checked, of, parts, jobs, len(code), report))
         # The first is the line of starts, which has no symbol.
         if (symbols := "".join(str(int(x)) for x in [*proven][1:])) != code:
             raise Undecided(f"the code is {symbols}")
@@ -134,7 +127,7 @@ def _parts(n: int) -> list[tuple[range, bool]]:
     return [(range(k, min(k + AT_ONCE + 1, n)), k + AT_ONCE >= n) for k in starts]
 
 
-def _in_rounds(
+def _side_by_side(
     work: Callable[..., Result],
     of: tuple[Any, ...],
     parts: Sequence[Any],
@@ -143,30 +136,37 @@ def _in_rounds(
     report: Report,
 ) -> list[Result]:
     """Compute ``work(part, *of)`` for each part side by side, with lines of progress."""
-    found: list[Result] = []
-    for first in range(0, len(parts), ROUND * jobs):
-        found += side_by_side(work, of, True, parts[first : first + ROUND * jobs], jobs)
-        report(f"{min(passages, AT_ONCE * len(found))} of {passages} passages are proven")
-    return found
+    done = 0
+
+    def hear(_: str) -> None:
+        nonlocal done
+        done += AT_ONCE
+        report(f"{min(passages, done)} of {passages} passages are proven")
+
+    return side_by_side(work, of, True, parts, jobs, hear)
 
 
-def _made(part: tuple[Sequence[Link], bool]) -> dict[str, Any]:
+def _made(part: tuple[Sequence[Link], bool], say: Report) -> dict[str, Any]:
     from rigidpend.routes.certified import chains, pieces
 
-    return pieces.packed(chains.linked(*part))
+    made = pieces.packed(chains.linked(*part))
+    say("made")
+    return made
 
 
 def _checked(
-    part: tuple[int, Sequence[Quad | StartLine], Mapping[str, Any], bool],
-    *of: Any,
+    part: tuple[int, Sequence[Quad | StartLine], Mapping[str, Any], bool], *of: Any
 ) -> list[bool]:
     """The symbols of a part; its last set, unless it is the last of all, is only covered."""
     from rigidpend.routes.certified import coverings, pieces, sections
 
+    *numbers, say = of
     first, sources, proof, whole = part
     links: list[Any] = list(zip(sources, pieces.unpacked(proof, len(sources)), strict=True))
     links += [None] if whole else []
-    return coverings.prove_chain(sections.Numbers.of(*of), links, first=first)
+    found = coverings.prove_chain(sections.Numbers.of(*numbers), links, first=first)
+    say("checked")
+    return found
 
 
 def _problem(file: Path, stated: Any) -> tuple[Any, Fraction]:

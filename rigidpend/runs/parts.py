@@ -2,33 +2,37 @@
 
 from __future__ import annotations
 
+import json
 import os
+import re
 import shutil
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING, Self
+from typing import TYPE_CHECKING, Any, Self
 
 from rigidpend.machine import cache, files
 from rigidpend.machine.workers import ahead, check_stop
 
+# A plan sweeps up without numpy.
 if TYPE_CHECKING:
     from rigidpend.experiments.contract import Piece
     from rigidpend.experiments.data import Tree
+
+KINDS = re.compile(r"[<>|][biufcS]\d{1,6}")
+"""Types of the elements of arrays, as numpy calls them."""
+UNFIT = ArithmeticError, LookupError, RecursionError, TypeError, ValueError
+"""Errors of bytes that are no part."""
+DIGITS = 12
+"""Digits of the length of an outline, which stand before it."""
 
 
 class Parts:
     """The parts of one run, in a folder of their own beside the result.
 
-    Runs of the same name at the same time share the folder; the last one removes it. To be
-    used in a ``with`` statement, at whose end the folder is left to others.
-
-    Parameters
-    ----------
-    target : Path
-        The result file.
-    fingerprint : str
-        All that the result depends on. Parts of another fingerprint are not used.
+    Parts of another fingerprint, which is all that the result depends on, are not used. Runs of
+    the same name at the same time share the folder; the last one removes it. To be used in a
+    ``with`` statement, at whose end the folder is left to others.
     """
 
     def __init__(self, target: Path, fingerprint: str) -> None:
@@ -44,49 +48,35 @@ class Parts:
         self._leave()
 
     def __len__(self) -> int:
-        return len(list(self._folder.glob("[!.]*.h5")))
+        return len(list(self._folder.glob("[!.]*.kept")))
 
     def keep(self, name: str, compute: Callable[[], Tree]) -> Tree:
         """The part of that name: as kept by an earlier run, or computed and kept.
 
-        One that does not fit is told, and computed again (see `cache.load_file`).
-
-        Parameters
-        ----------
-        name : str
-            Of letters, digits, ``_``, ``.`` and ``-``.
-        compute : callable
-            Makes the part where there is none.
-
-        Raises
-        ------
-        StoreError
-            It cannot be written, as where a folder is in its place.
+        One that does not fit is told, and computed again (see `cache.load_file`). StoreError where
+        it cannot be written, as where a folder is in its place.
         """
-        # HDF5 is for runs that keep something; a plan sweeps up without it.
-        from rigidpend.results import store
-
         self._join()
-        path, of = self._folder / f"{name}.h5", f"{self._fingerprint}, part {name}".encode()
+        path, of = self._path(name), f"{self._fingerprint}, part {name}".encode()
         # Asked before hours of computation, which could not be kept.
         files.make_way(path)
         content = cache.load_file(path, of)
         if content is not None:
             try:
-                return store.read_part(path, content)
-            except store.StoreError as error:
-                cache.tell(path, str(error))
+                return unpacked(content)
+            except UNFIT:
+                cache.tell(path, "no part of a run")
         check_stop()
         made = compute()
         try:
-            cache.save_file(path, of, store.part(made))
+            cache.save_file(path, of, packed(made))
         except OSError as error:
-            raise store.StoreError(f"{path}: cannot be written: {error.strerror}") from None
+            raise files.StoreError(f"{path}: cannot be written: {error.strerror}") from None
         return made
 
     def has(self, name: str) -> bool:
         """True if there is a part of that name."""
-        return (self._folder / f"{name}.h5").is_file()
+        return self._path(name).is_file()
 
     def in_order(self, pieces: Sequence[Piece], jobs: int = 1) -> Iterator[Tree]:
         """The parts one after the other, each :meth:`keep`, so many of them side by side."""
@@ -102,6 +92,9 @@ class Parts:
         """Remove all parts, those of other fingerprints too, unless another run needs them."""
         self._leave()
         _remove(self._whole)
+
+    def _path(self, name: str) -> Path:
+        return self._folder / f"{name}.kept"
 
     def _join(self) -> None:
         """Hold the folder together with other runs, so that none removes it."""
@@ -125,6 +118,59 @@ class Parts:
         if self._handle is not None:
             files.release(self._handle)
         self._handle = None
+
+
+def packed(tree: Tree) -> bytes:
+    """A part as bytes: an outline of its groups and arrays in JSON, then the arrays' own bytes."""
+    import numpy as np
+
+    arrays: list[bytes] = []
+
+    def told(node: Any) -> Any:
+        if isinstance(node, Mapping):
+            return {name: told(inner) for name, inner in node.items()}
+        values, *meaning = node
+        if isinstance(values, str):
+            return [values, "", [], *meaning]
+        array = np.asarray(values)
+        if not KINDS.fullmatch(array.dtype.str):
+            raise TypeError(f"arrays of {array.dtype} are not kept")
+        arrays.append(array.tobytes())
+        return [None, array.dtype.str, array.shape, *meaning]
+
+    outline = json.dumps(told(tree)).encode()
+    return b"".join([b"%0*d" % (DIGITS, len(outline)), outline, *arrays])
+
+
+def unpacked(content: bytes) -> Tree:
+    """A part as it was given to :func:`packed`; one of `UNFIT` where the bytes are none.
+
+    Whatever they say, no more memory is taken than they have themselves.
+    """
+    import numpy as np
+
+    from rigidpend.experiments.data import Dataset
+
+    at = DIGITS + int(content[:DIGITS])
+
+    def made(node: Any) -> Any:
+        nonlocal at
+        if isinstance(node, dict):
+            return {name: made(inner) for name, inner in node.items()}
+        text, kind, shape, units, description, dimensions, coordinate = node
+        meaning = units, description, tuple(dimensions), coordinate
+        if text is not None:
+            return Dataset(text, *meaning)
+        if not KINDS.fullmatch(kind):
+            raise TypeError(f"arrays of {kind} are not kept")
+        array: Any = np.ndarray(tuple(shape), kind, content, at).copy()
+        at += array.nbytes
+        return Dataset(array if shape else array[()], *meaning)
+
+    tree: Tree = made(json.loads(content[DIGITS:at]))
+    if at != len(content):
+        raise ValueError("there is more than the outline says")
+    return tree
 
 
 def sweep(target: Path) -> None:

@@ -27,10 +27,6 @@ COARSER = 10
 Report: TypeAlias = Callable[[str], None]
 
 
-class NoReference(files.Absent):
-    """Error: nothing that a result could be compared with."""
-
-
 def verify(
     config: LoadedConfig,
     stored: Path,
@@ -93,13 +89,7 @@ def verify(
 
 
 def is_of(config: LoadedConfig, stored: Path) -> bool:
-    """True if a stored result answers the problem of a config, by whatever numerics.
-
-    Raises
-    ------
-    StoreError
-        The file cannot be read.
-    """
+    """True if a stored result answers the problem of a config, by whatever numerics."""
     if not stored.exists():
         return False
     return _problem(store.load(stored)["config"]) == _problem(config.resolved())
@@ -120,17 +110,11 @@ def verify_by_engines(config: LoadedConfig, *, jobs: int, report: Report = tell_
     """Say where the two engines, Taylor series and DOP853, disagree on a config.
 
     Where they do, DOP853 computes once more at a tolerance `COARSER` times as large. What this
-    changes is at least its own error, by which it accuses nobody.
-
-    Raises
-    ------
-    NoReference
-        The experiment is in closed form: there is no second engine.
-    EngineError
-        llvmlite, which engine `taylor` needs, is not installed.
+    changes is at least its own error, by which it accuses nobody. Absent where the
+    experiment is in closed form, and there is no second engine.
     """
     if not config.content.numerics_asked:
-        raise NoReference(
+        raise files.Absent(
             f"{config.name} has no stored reference, and is in closed form: no second engine"
             " computes one"
         )
@@ -183,21 +167,7 @@ def _problem(config: dict[str, Any]) -> dict[str, Any]:
 
 
 def renew(config: LoadedConfig, target: Path, reason: str, *, jobs: int) -> None:
-    """Compute a reference again; its attribute `reasons` keeps why, and the reasons before.
-
-    Parameters
-    ----------
-    config : LoadedConfig
-    target : Path
-        The reference file, ``NAME.h5``.
-    reason : str
-    jobs : int
-
-    Raises
-    ------
-    StoreError
-        The file cannot be written.
-    """
+    """Compute a reference again; its attribute `reasons` keeps why, and the reasons before."""
     before: list[str] = []
     # One that is absent or damaged is renewed as well, with no earlier reasons to keep.
     with contextlib.suppress(store.StoreError):

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import hashlib
 import json
 import time
 from collections.abc import Callable, Iterator, Mapping, Sequence
@@ -12,11 +13,12 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from rigidpend import experiments
+from rigidpend.machine import cache, files
+from rigidpend.machine.code_hash import package_digest
 from rigidpend.machine.files import StoreError, twin
 from rigidpend.machine.workers import check_stop, listening
-from rigidpend.runs import provenance, recalled
+from rigidpend.runs import provenance
 from rigidpend.runs.parts import Parts, sweep
-from rigidpend.runs.recalled import DOUBT, OTHER, SECONDS, AnyConfig
 
 # What a plan that finds nothing to do does without is imported where it is used.
 if TYPE_CHECKING:
@@ -24,21 +26,39 @@ if TYPE_CHECKING:
     from rigidpend.experiments.contract import Piece
     from rigidpend.experiments.data import Tree
     from rigidpend.orbits.integrate.arithmetic import Arithmetic
+    from rigidpend.runs.loading import LoadedConfig
+
+OTHER = "of another version"
+"""Mark of a result that cannot be read for its format version."""
+SECONDS = "seconds"
+"""Root attribute of the time that a result took, unless it went on from parts."""
+DOUBT = "doubt"
+"""Root attribute of what is uncertain."""
+ENGINES = ("taylor", "scipy")
+"""Engines, with which of their libraries a plan changes."""
 
 
 @dataclass(frozen=True)
-class Plan:
-    """Plan of a run: a config, the file of its result, and the reason to compute it, if any."""
+class State:
+    """State of a result: where it is, what it follows from, and the reason to compute it."""
 
-    config: AnyConfig
+    name: str
+    experiment: str
     target: Path
     fingerprint: dict[str, str]
     """Hashes of config and code, and the engine: all on which the result depends."""
     reason: str
     """Reason to compute the result; empty where the file is up to date."""
-    doubt: str = ""
+    doubt: str
     """Count of what is uncertain in the result that is there, in words."""
-    seconds: float = 0.0
+
+
+@dataclass(frozen=True)
+class Plan(State):
+    """Plan of a run: the state of a result, with the config that it is computed by."""
+
+    config: LoadedConfig
+    seconds: float
     """Seconds that the result there took, if it is of the same config; else 0."""
 
 
@@ -49,16 +69,10 @@ REASONS = {
 }
 
 
-def plan(config: AnyConfig, folder: Path, *, force: bool = False) -> Plan:
-    """Decide whether a config is to be run; tidy up what a killed run left beside its result.
+def plan(config: LoadedConfig, folder: Path, *, force: bool = False) -> Plan:
+    """Decide whether a config is to be run, or by force; tidy up what a killed run left there.
 
-    Parameters
-    ----------
-    config : LoadedConfig or RecalledConfig
-    folder : Path
-        Where results are kept.
-    force : bool, optional
-        Compute even what is up to date.
+    StoreError where a file in the result's place is no result of ours, or is damaged.
     """
     check_stop()
     target = folder / f"{config.name}.h5"
@@ -70,15 +84,72 @@ def plan(config: AnyConfig, folder: Path, *, force: bool = False) -> Plan:
         "code_hash": provenance.code_hash(config.experiment),
         "engine": provenance.engine_name(config.engine),
     }
-    known = {} if force else recalled.facts(target)
+    known = {} if force else _attributes(target)
+    same = known.get("config_hash") == fingerprint["config_hash"]
     reason = "--force" if force else _reason(known, fingerprint)
-    if known.get("config_hash", fingerprint["config_hash"]) != fingerprint["config_hash"]:
+    if "config_hash" in known and not same:
         reason = reason.replace(REASONS["config_hash"], _changed(target, config))
     if not reason:
         sweep(target)
-    same = known.get("config_hash") == fingerprint["config_hash"]
     seconds = float(known.get(SECONDS, 0.0)) if same else 0.0
-    return Plan(config, target, fingerprint, reason, str(known.get(DOUBT, "")), seconds)
+    found = config.name, config.experiment, target, fingerprint, reason, str(known.get(DOUBT, ""))
+    return Plan(*found, config, seconds)
+
+
+def _attributes(target: Path) -> dict[str, Any]:
+    """Root attributes of the result in a place; empty where there is none."""
+    if not target.exists():
+        return {}
+    files.make_way(target)
+    from rigidpend.results import store
+
+    try:
+        return store.attributes(target)
+    except store.OtherVersion:
+        return {OTHER: True}
+    except store.StoreError as error:
+        raise store.StoreError(f"{error}; move it away, or overwrite it with --force") from None
+
+
+def recalled(path: Path, folder: Path, settings: Sequence[str] = ()) -> State | None:
+    """Recall the state of a config's result, as a plan found it; None where none did.
+
+    To check a config takes a third of a second for its libraries alone, to open a result a process
+    of its own, and most plans find that there is nothing to do. As a plan does, it tidies up what
+    a killed run left beside a result that is up to date.
+    """
+    target = folder / f"{path.stem}.h5"
+    key = _key(path, target, settings)
+    found = cache.recall(key) if key else None
+    if found is None or (found["reason"] and twin(target)):
+        return None
+    if not found["reason"]:
+        sweep(target)
+    return State(path.stem, target=target, **found)
+
+
+def plan_kept(config: LoadedConfig, path: Path, folder: Path, settings: Sequence[str] = ()) -> Plan:
+    """Plan a config that was read from a file with settings, and keep the state that it finds.
+
+    A sweep stands for many configs, and a name of one's own for another result: these are not kept.
+    """
+    planned = plan(config, folder)
+    key = _key(path, planned.target, settings)
+    if key and config.name == path.stem:
+        told = ("experiment", "fingerprint", "reason", "doubt")
+        cache.remember(key, {name: getattr(planned, name) for name in told})
+    return planned
+
+
+def _key(path: Path, target: Path, settings: Sequence[str]) -> str:
+    """All that a state follows from; empty where a file cannot be read."""
+    try:
+        contents = [files.content(x) for x in (path, target) if x is path or x.exists()]
+    except (OSError, ValueError):
+        return ""
+    digests = [hashlib.sha256(content).hexdigest() for content in contents]
+    engines = [provenance.engine_name(engine) for engine in ENGINES]
+    return f"{path.name} {digests} {[*settings]} {engines} by {package_digest()}"
 
 
 def expected_seconds(planned: Plan) -> float | None:
@@ -96,22 +167,9 @@ def expected_seconds(planned: Plan) -> float | None:
 def follow(
     planned: Plan, *, jobs: int, say: Callable[[str], None], scheduler: str | None = None
 ) -> None:
-    """Run a planned experiment and report its progress.
+    """Run a planned experiment and say its beginning with the reason, its progress and its end.
 
-    Parameters
-    ----------
-    planned : Plan
-    jobs : int
-        Threads or processes; no result depends on it.
-    scheduler : str, optional
-        Address of a Dask cluster that computes the experiment's pieces.
-    say : callable
-        Takes lines of progress: the beginning with its reason, the parts, the end.
-
-    Raises
-    ------
-    StoreError, WorkerError, ArithmeticError
-        It cannot be computed or written. Finished parts are kept.
+    Takes and raises what :func:`run` does. What is finished is kept.
     """
     start = time.perf_counter()
     say(f"computing ({planned.reason}), {planned.fingerprint['engine']}")
@@ -136,8 +194,9 @@ def run(
     ----------
     planned : Plan
     jobs : int
+        Threads or processes; no result depends on it.
     report : callable
-        Takes a line of progress.
+        Takes lines of progress.
     further : dict, optional
         Root attributes besides.
     scheduler : str, optional
@@ -150,10 +209,11 @@ def run(
 
     Raises
     ------
-    StoreError
-        The file cannot be written.
+    StoreError, WorkerError, ArithmeticError
+        It cannot be computed or written. Finished parts are kept.
     """
     from rigidpend.experiments.contract import Means, Piece
+    from rigidpend.orbits.integrate.arithmetic import CLOSED_FORM, resolve
     from rigidpend.results import store
 
     config, content = planned.config, planned.config.content
@@ -170,24 +230,31 @@ def run(
         if resumed:
             tell(f"goes on from {len(parts)} finished part{'s' if len(parts) > 1 else ''}")
         check_stop()
-        arithmetic = _arithmetic(planned)
+        asked = content.numerics_asked
+        arithmetic = resolve(**{**asked, "engine": config.engine}) if asked else CLOSED_FORM
+        chosen = {key: x for key, x in arithmetic._asdict().items() if key in {*asked} - {"engine"}}
         crew: dict[str, int] = {}
+        pieces: Callable[[Sequence[Piece]], Iterator[Tree]] = partial(parts.in_order, jobs=jobs)
+        if scheduler is not None:
+            from rigidpend.runs import cluster
+
+            cluster_of = scheduler, config.experiment, config.engine, parts
+            pieces = partial(cluster.computed, *cluster_of, report=tell, crew=crew)
         # Each thread of a cluster's workers has a piece of its own.
         away, given = scheduler is not None, (config.experiment, content, arithmetic)
-        pieces = _pieces(parts, planned, scheduler, tell, crew, jobs)
         means = Means(arithmetic, 1 if away else jobs, tell, parts.keep, pieces, away)
         if away and not experiments.in_pieces(config.experiment):
             [data] = pieces([Piece("whole", _whole, given)])
         else:
             data = experiments.computation(config.experiment).compute(content, means)
         # What comes in blocks is computed now.
-        with store.Image(data) as image:
+        with store.image(data) as file:
             attributes: dict[str, Any] = {
                 "name": config.name,
                 "figure": content.figure,
                 "experiment": config.experiment,
                 **planned.fingerprint,
-                **_stored(arithmetic, config),
+                **chosen,
                 DOUBT: doubt(data),
                 **({} if resumed else {SECONDS: time.perf_counter() - start}),
                 **(further or {}),
@@ -195,7 +262,7 @@ def run(
             # What a signal does to Git may be in the provenance, or to a worker in the data.
             check_stop()
             made = told.result() | provenance.of_workers(crew)
-            image.write(planned.target, attributes, config.resolved(), made)
+            store.finish(file, planned.target, attributes, config.resolved(), made)
         # Only now: a failure before this line leaves the parts for the next run.
         parts.drop()
         return str(attributes[DOUBT])
@@ -208,23 +275,6 @@ def _whole(experiment: str, content: ExperimentConfig, arithmetic: Arithmetic) -
     return experiments.computation(experiment).compute(content, Means(arithmetic))
 
 
-def _pieces(
-    parts: Parts,
-    planned: Plan,
-    scheduler: str | None,
-    report: Callable[[str], None],
-    crew: dict[str, int],
-    jobs: int,
-) -> Callable[[Sequence[Piece]], Iterator[Tree]]:
-    """Choose who computes the pieces of an experiment: this process, or a cluster."""
-    if scheduler is None:
-        return partial(parts.in_order, jobs=jobs)
-    from rigidpend.runs import cluster
-
-    given = scheduler, planned.config.experiment, planned.config.engine, parts
-    return lambda pieces: cluster.computed(*given, pieces, report, crew)
-
-
 def doubt(data: Tree) -> str:
     """Count the symbols of a result that are uncertain, in words; empty where none is.
 
@@ -232,9 +282,9 @@ def doubt(data: Tree) -> str:
     """
     import numpy as np
 
-    arrays = (each for each in _named("certain", data) if isinstance(each, np.ndarray))
-    flags = [each for each in arrays if each.dtype == bool]
-    uncertain = sum(int(np.count_nonzero(~each)) for each in flags)
+    arrays = (x for x in _named("certain", data) if isinstance(x, np.ndarray))
+    flags = [x for x in arrays if x.dtype == bool]
+    uncertain = sum(int(np.count_nonzero(~x)) for x in flags)
     return f"{uncertain} of {sum(map(np.size, flags))} symbols uncertain" if uncertain else ""
 
 
@@ -247,20 +297,6 @@ def _named(name: str, data: Tree) -> Iterator[Any]:
             yield node.values
 
 
-def _arithmetic(planned: Plan) -> Arithmetic:
-    """Arithmetic of a planned experiment, resolved once."""
-    from rigidpend.orbits.integrate.arithmetic import CLOSED_FORM, resolve
-
-    asked = planned.config.content.numerics_asked
-    return resolve(**{**asked, "engine": planned.config.engine}) if asked else CLOSED_FORM
-
-
-def _stored(arithmetic: Arithmetic, config: AnyConfig) -> dict[str, Any]:
-    """Part of the arithmetic that a config can choose, as root attributes."""
-    chosen = set(config.content.numerics_asked) - {"engine"}
-    return {name: value for name, value in arithmetic._asdict().items() if name in chosen}
-
-
 def _reason(stored: Mapping[str, Any], fingerprint: dict[str, str]) -> str:
     """Reason to compute a result, by the attributes of the one there; empty if up to date."""
     if not stored:
@@ -271,7 +307,7 @@ def _reason(stored: Mapping[str, Any], fingerprint: dict[str, str]) -> str:
     return "; ".join(changed)
 
 
-def _changed(target: Path, config: AnyConfig) -> str:
+def _changed(target: Path, config: LoadedConfig) -> str:
     """Reason that names the keys of the config that are others than in the result there."""
     from rigidpend.config import writer
     from rigidpend.results import store
@@ -281,6 +317,4 @@ def _changed(target: Path, config: AnyConfig) -> str:
     except store.StoreError:
         return REASONS["config_hash"]
     found = writer.changes(before, config.resolved())
-    return (
-        f"{REASONS['config_hash']}: {writer.sentence(found)}" if found else REASONS["config_hash"]
-    )
+    return f"{REASONS['config_hash']}{': ' if found else ''}{writer.sentence(found)}"

@@ -121,7 +121,7 @@ def desk(tmp_path_factory: pytest.TempPathFactory) -> Path:
     kinds = [path.relative_to(found).parts[-2] for path in all_kept(found)]
     assert kinds.count("maps") >= 2
     assert kinds.count("kernels") >= 2
-    assert sum(path.suffix == ".h5" for path in all_kept(found)) == 6
+    assert sum(path.suffix == ".kept" for path in all_kept(found)) == 6
     return found
 
 
@@ -167,7 +167,7 @@ def test_kept_files_that_are_damaged_or_exchanged_change_no_result(
             end = ran(folder, "run", "map.yaml", "zoom.yaml")
             assert "Traceback" not in end.stderr
             for how, path, _ in done:
-                if how == "folder" and path.suffix == ".h5":
+                if how == "folder" and path.suffix == ".kept":
                     # It may hold anything: whose it is, is asked.
                     assert f"{path.name}: a folder is in the place of a file: move" in end.stderr
                     path.rmdir()

@@ -170,8 +170,8 @@ def test_a_folder_elsewhere_gets_no_parts(tmp_path: Path) -> None:
         with Parts(tmp_path / "fig.h5", "a") as parts:
             parts.keep("first", lambda: {"one": Dataset(1, "1", "one")})
         assert list(other.iterdir()) == []
-        assert (inner / "first.h5").is_file()
-        (inner / "first.h5").unlink()
+        assert (inner / "first.kept").is_file()
+        (inner / "first.kept").unlink()
         inner.rmdir()
 
 

@@ -215,7 +215,7 @@ def test_an_error_outside_of_a_run_is_logged_too(
         raise ZeroDivisionError("mine")
 
     monkeypatch.setattr(tempfile, "tempdir", str(tmp_path))
-    monkeypatch.setattr(runner, "plan", fail)
+    monkeypatch.setattr(runner, "recalled", fail)
     done = CliRunner().invoke(cli.main, ["list"])
     assert done.exit_code == 4
     [log] = tmp_path.iterdir()

@@ -19,6 +19,7 @@ from rigidpend.experiments.data import Coming, Loaded, Streamed
 from rigidpend.orbits.integrate.arithmetic import resolve
 from rigidpend.results import store
 from rigidpend.runs import loading
+from rigidpend.runs.parts import packed, unpacked
 from tests.cli.calls import REFERENCE
 
 CONFIGS = Path(__file__).parents[2] / "configs"
@@ -50,7 +51,7 @@ def computed(given: Any, parts: list[str] | None = None, **means: Any) -> Any:
     def part(name: str, compute: Callable[[], Any]) -> Any:
         if parts is not None:
             parts.append(name)
-        return store.read_part(Path(name), store.part(compute()))
+        return unpacked(packed(compute()))
 
     means = {"arithmetic": resolve(**given.numerics_asked), "part": part, **means}
     return settled(experiments.computation(given.experiment).compute(given, Means(**means)))

@@ -4,10 +4,11 @@ from __future__ import annotations
 
 import io
 import re
+from typing import Any
 
 import pytest
 
-from rigidpend.machine.progress import Course, PartDone, Progress, duration
+from rigidpend.machine.progress import PartDone, Progress, duration
 
 
 class Terminal(io.StringIO):
@@ -34,98 +35,108 @@ def terminal(monkeypatch: pytest.MonkeyPatch) -> Terminal:
     return Terminal()
 
 
+class Clocked(Progress):
+    """Progress at times that a test says; what it writes goes nowhere, if nothing else is said."""
+
+    def __init__(self, total: int, *given: Any, stream: Any = None, **more: Any) -> None:
+        self.now = 0.0
+        stream = io.StringIO() if stream is None else stream
+        super().__init__(total, *given, stream=stream, clock=lambda: self.now, **more)
+
+    def at(self, now: float) -> Clocked:
+        self.now = now
+        return self
+
+
 def test_the_time_left_is_what_the_share_done_took_so_far() -> None:
-    course = Course(2)
-    assert course.left(0.0) is None
-    course.hear("a", "computing", 10.0)
-    assert course.left(15.0) is None
-    course.end(15.0)
+    course = Clocked(2)
+    assert course.left() is None
+    course.at(10.0).hear("a", "computing")
+    assert course.at(15.0).left() is None
+    course.end("a", well=True)
     # Half of all in 5 s.
-    assert course.left(15.0) == pytest.approx(5.0)
-    course.hear("b", "computing", 20.0)
-    course.hear("b", PartDone("the ninth level", 9, 20), 29.0)
+    assert course.left() == pytest.approx(5.0)
+    course.at(20.0).hear("b", "computing")
+    course.at(29.0).hear("b", PartDone("the ninth level", 9, 20))
     # 0.45 of the second in 9 s.
-    assert course.left(29.0) == pytest.approx(11.0)
-    course.hear("b", PartDone("of another array", 2, 10), 29.0)
-    course.hear("b", "9 of 10, in words", 29.0)
-    assert course.left(29.0) == pytest.approx(11.0)
-    assert course.said(29.0) == "1 of 2 done, 19 s, about 11 s left"
-    course.end(40.0)
-    assert course.left(40.0) == 0.0
+    assert course.left() == pytest.approx(11.0)
+    course.hear("b", PartDone("of another array", 2, 10))
+    course.hear("b", "9 of 10, in words")
+    assert course.left() == pytest.approx(11.0)
+    assert course.said() == "1 of 2 done, 19 s, about 11 s left"
+    course.at(40.0).end("b", well=True)
+    assert course.left() == 0.0
 
 
 def test_what_experiments_are_expected_to_take_counts_before_they_begin() -> None:
-    course = Course(3, {"a": 2.0, "zoom": 100.0, "b": 1.0})
-    assert course.left(0.0) is None
-    course.hear("a", "computing", 0.0)
-    assert course.left(0.0) == pytest.approx(103.0)
+    course = Clocked(3, {"a": 2.0, "zoom": 100.0, "b": 1.0})
+    assert course.left() is None
+    course.hear("a", "computing")
+    assert course.left() == pytest.approx(103.0)
     # It takes twice as long as expected, and so will the others.
-    course.end(4.0)
-    assert course.left(4.0) == pytest.approx(202.0)
-    course.hear("zoom", "computing", 4.0)
-    assert course.left(54.0) == pytest.approx(152.0)
+    course.at(4.0).end("a", well=True)
+    assert course.left() == pytest.approx(202.0)
+    course.hear("zoom", "computing")
+    assert course.at(54.0).left() == pytest.approx(152.0)
     # A twentieth of it in 60 s: its own pace and what is expected count alike.
-    course.hear("zoom", PartDone("level", 1, 20), 64.0)
-    assert course.left(64.0) == pytest.approx(0.95 * (1200 + 200) / 2 + 2)
+    course.at(64.0).hear("zoom", PartDone("level", 1, 20))
+    assert course.left() == pytest.approx(0.95 * (1200 + 200) / 2 + 2)
 
 
 def test_the_time_left_learns_from_late_parts_more_than_from_early_ones() -> None:
     """Tables first, then a part a second: half-way the rest takes what late parts take."""
-    course, now = Course(1, {"a": 10.0}), 50.0
-    course.hear("a", "computing", 0.0)
+    course = Clocked(1, {"a": 10.0})
+    course.hear("a", "computing")
     for done in range(1, 51):
-        course.hear("a", PartDone("part", done, 100), now)
-        now += 1
+        course.at(49.0 + done).hear("a", PartDone("part", done, 100))
     # By the mean of all parts it would be 99 s, by what was expected 5 s.
-    assert course.left(now - 1) == pytest.approx(50.0, rel=0.1)
+    assert course.left() == pytest.approx(50.0, rel=0.1)
 
 
 def test_what_takes_longer_than_expected_and_says_nothing_has_no_time_left() -> None:
-    course = Course(1, {"a": 10.0})
-    course.hear("a", "computing", 0.0)
-    assert course.said(4.0) == "0 of 1 done, 4 s, about 6 s left"
-    assert course.said(11.0) == "0 of 1 done, 11 s"
+    course = Clocked(1, {"a": 10.0})
+    course.hear("a", "computing")
+    assert course.at(4.0).said() == "0 of 1 done, 4 s, about 6 s left"
+    assert course.at(11.0).said() == "0 of 1 done, 11 s"
+
+
+def test_several_at_a_time_share_what_is_left() -> None:
+    course = Clocked(4, dict.fromkeys("abcd", 10.0), 2)
+    for name in "ab":
+        course.hear(name, "computing")
+    assert course.left() == pytest.approx(20.0)
+    course.at(10.0).end("a", well=True)
+    assert course.left() == pytest.approx(10.0)
+    assert course.said().startswith("1 of 4 done, 10 s, about ")
 
 
 def test_what_is_soon_over_says_nothing(terminal: Terminal) -> None:
     for stream, said in ((io.StringIO(), "a: at last\n"), (terminal, "a: at last")):
-        now = [0.0]
-        shown = Progress(Course(1), stream, 0.0, clock=lambda: now[0], patience=2.0)  # noqa: B023
+        shown = Clocked(1, stream=stream, patience=2.0)
         shown.hear("a", "computing")
         assert not stream.getvalue()
-        now = [2.5]
-        shown.hear("a", "at last")
+        shown.at(2.5).hear("a", "at last")
         assert said in stream.getvalue()
 
 
-def test_several_at_a_time_share_what_is_left() -> None:
-    course = Course(4, dict.fromkeys("abcd", 10.0), at_once=2)
-    for name in "ab":
-        course.hear(name, "computing", 0.0)
-    assert course.left(0.0) == pytest.approx(20.0)
-    course.end(10.0, "a")
-    assert course.left(10.0) == pytest.approx(10.0)
-    assert course.said(10.0).startswith("1 of 4 done, 10 s, about ")
-
-
 def test_a_terminal_keeps_the_last_line_of_each(terminal: Terminal) -> None:
-    shown = Progress(Course(2), terminal, 0.0, clock=lambda: 1.0)
+    shown = Clocked(2, stream=terminal)
     shown.tell("x: up to date")
     for name in "ab":
         shown.hear(name, "computing, with a long line that does not fit into the width")
         assert len(terminal.screen()[-1]) < 60
         assert terminal.screen()[-1].startswith(f"[{'ab'.index(name)} of 2 done")
         shown.hear(name, "written")
-        shown.end(well=True)
+        shown.end(name, well=True)
     assert terminal.screen() == ["x: up to date", "a: written", "b: written", ""]
     # None wraps, with the blanks that write over the rest of a longer one.
     assert max(map(len, re.split("[\r\n]", terminal.getvalue()))) < 60
 
 
 def test_room_is_made_for_others_and_what_failed_leaves_no_line(terminal: Terminal) -> None:
-    shown = Progress(Course(2), terminal, 0.0, clock=lambda: 1.0)
+    shown = Clocked(2, stream=terminal)
     shown.hear("a", "computing")
-    shown.end(well=False)
+    shown.end("a", well=False)
     assert terminal.screen() == [""]
     shown.hear("b", "computing")
     shown.clear()
@@ -135,7 +146,7 @@ def test_room_is_made_for_others_and_what_failed_leaves_no_line(terminal: Termin
 
 def test_the_line_is_gone_in_the_end_whatever_happened(terminal: Terminal) -> None:
     def interrupted() -> None:
-        with Progress(Course(1), terminal, 0.0) as shown:
+        with Progress(1, stream=terminal) as shown:
             shown.hear("a", "computing")
             raise KeyboardInterrupt
 
@@ -151,12 +162,10 @@ def test_elsewhere_every_line_is_plain_and_a_failure_says_nothing_of_what_is_lef
     well: bool, left: str
 ) -> None:
     file = io.StringIO()
-    now = [0.0]
-    with Progress(Course(2), file, 0.0, clock=lambda: now[0]) as shown:
+    with Clocked(2, stream=file) as shown:
         shown.hear("a", "computing")
         shown.hear("a", "at last")
-        now = [4.0]
-        shown.end(well=well)
+        shown.at(4.0).end("a", well=well)
     assert file.getvalue() == f"a: computing\na: at last\n{left}"
 
 
@@ -165,7 +174,7 @@ def test_verbose_has_details_and_times_and_quiet_nothing() -> None:
     for kind in ("verbose", "quiet", ""):
         file = io.StringIO()
         options = {kind: True} if kind else {}
-        with Progress(Course(1), file, 0.0, clock=lambda: 2.5, **options) as shown:
+        with Clocked(1, stream=file, **options).at(2.5) as shown:
             shown.tell("planned", detail=True)
             shown.hear("a", "written")
         said[kind] = file.getvalue()
@@ -185,9 +194,8 @@ def test_times_are_said_for_people(time: float, said: str) -> None:
 
 
 def test_a_log_is_told_of_parts_now_and_then_and_of_the_last() -> None:
-    now, log = [0.0], io.StringIO()
-    shown = Progress(Course(1), log, 0.0, clock=lambda: now[0])
+    log = io.StringIO()
+    shown = Clocked(1, stream=log)
     for at in (10.0, 11.9, 12.1, 14.0, 14.2, 15.0):
-        now[0] = at
-        shown.hear("a", PartDone(f"part at {at}", round(10 * at), 150))
+        shown.at(at).hear("a", PartDone(f"part at {at}", round(10 * at), 150))
     assert re.findall(r"part at ([\d.]+)", log.getvalue()) == ["10.0", "12.1", "14.2", "15.0"]

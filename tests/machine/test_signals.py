@@ -1,6 +1,6 @@
 """Ctrl-C and SIGTERM to commands: none is lost, each ends the process soon and in good order.
 
-Four are sent at random moments, or more by `make attacks`.
+Two are sent at random moments, or more by `make attacks`.
 """
 
 from __future__ import annotations
@@ -114,8 +114,7 @@ def ended(script: str, *given: str) -> End:
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("number", BOTH)
-@pytest.mark.parametrize("where", SWALLOWS)
+@pytest.mark.parametrize(("where", "number"), [*zip(SWALLOWS, BOTH, strict=True)])
 def test_a_signal_is_heeded_that_comes_where_python_swallows_exceptions(
     tmp_path: Path, where: str, number: signal.Signals
 ) -> None:
@@ -243,7 +242,7 @@ def wrong(folder: Path, end: End, number: signal.Signals) -> str:
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("index", range(trials(4, 0.05)))
+@pytest.mark.parametrize("index", range(trials(2, 0.05)))
 def test_a_signal_at_any_moment_ends_any_command(desk: Path, index: int) -> None:
     with drawn(f"signal {index}") as chance:
         command, number = list(COMMANDS)[index % len(COMMANDS)], chance.choice(BOTH)

@@ -4,12 +4,14 @@ from __future__ import annotations
 
 import os
 import signal
+import subprocess
+import sys
 import threading
 import time
 from collections.abc import Callable
+from pathlib import Path
 from typing import Any
 
-import numpy as np
 import pytest
 
 from rigidpend.machine import workers
@@ -123,8 +125,51 @@ def test_work_apart_is_heard_here_and_its_end_comes_through() -> None:
         workers.apart(spoken, (4,), heard.append, 0.5)
 
 
+MODULE = """
+import os
+def spoken(parts, say):
+    for part in range(parts):
+        say(f"part {part}")
+    return os.getpid()
+"""
+PROGRAM = """
+import os
+from rigidpend.machine import workers
+from module import spoken
+print("once")
+before = __file__, __spec__
+def hear(text):
+    print(text)
+assert os.getpid() not in workers.side_by_side(spoken, (), True, [1, 3], 2, hear)
+workers.apart(spoken, (1,), hear)
+assert (__file__, __spec__) == before
+"""
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("called", [["program.py"], ["-m", "program"]])
+def test_a_program_is_not_run_by_the_processes_that_it_lets_begin(
+    tmp_path: Path, called: list[str]
+) -> None:
+    """It needs no ``if __name__ == "__main__"``, and hears by its own functions."""
+    (tmp_path / "program.py").write_text(PROGRAM)
+    (tmp_path / "module.py").write_text(MODULE)
+    root = Path(__file__).resolve().parents[2]
+    environment = {**os.environ, "PYTHONPATH": str(root)}
+    given = [sys.executable, *called]
+    done = subprocess.run(
+        given, cwd=tmp_path, env=environment, capture_output=True, text=True, check=False
+    )
+    assert (done.returncode, done.stderr) == (0, "")
+    said = ["once", *["part 0"] * 3, "part 1", "part 2"]
+    assert sorted(done.stdout.splitlines()) == sorted(said)
+
+
 @pytest.mark.parametrize(("columns", "parts"), [(7, 3), (2, 5), (6, 6), (5, 1), (4, 0)])
 def test_spread_cuts_into_even_pieces_that_join_again(columns: int, parts: int) -> None:
+    # Processes that tests begin read this module, too.
+    import numpy as np
+
     array = np.arange(2 * columns).reshape(2, columns)
     pieces = spread(array, parts, axis=1)
     sizes = [piece.shape[1] for piece in pieces]

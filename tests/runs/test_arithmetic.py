@@ -24,16 +24,22 @@ from rigidpend.results import store
 from rigidpend.runs import loading, runner
 from tests.config.samples import SMALL, changed, written
 
-CONFIGS = sorted(catalogue.known().items())
-CHOICES = {"engine": "scipy", "tolerance": "1e-9", "precisions": "[53, 200]"}
-"""A value of each setting that is not its default."""
+CONFIGS = sorted(catalogue.known().values())
+CHOICES: dict[str, tuple[str, Any]] = {
+    "engine": ("scipy", "scipy"),
+    "tolerance": ("1e-9", 1e-9),
+    "precisions": ("[53, 200]", (53, 200)),
+}
+"""A value of each setting that is not its default, as it is written and as it arrives."""
 
 
 class Stopped(Exception):
     """The computation was reached; it need not go on."""
 
 
-def means_of(path: Path, settings: list[str], monkeypatch: pytest.MonkeyPatch) -> Means:
+def means_of(
+    path: Path, settings: list[str], folder: Path, monkeypatch: pytest.MonkeyPatch
+) -> Means:
     """The means with which the runner calls a config's experiment."""
     seen: list[Means] = []
 
@@ -43,7 +49,7 @@ def means_of(path: Path, settings: list[str], monkeypatch: pytest.MonkeyPatch) -
             raise Stopped
 
     monkeypatch.setattr(experiments, "computation", lambda _: Spy())
-    planned = runner.plan(loading.load(path, settings), path.parent / "out", force=True)
+    planned = runner.plan(loading.load(path, settings), folder, force=True)
     with pytest.raises(Stopped):
         runner.run(planned, jobs=1, report=print)
     [means] = seen
@@ -51,27 +57,25 @@ def means_of(path: Path, settings: list[str], monkeypatch: pytest.MonkeyPatch) -
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize(("name", "path"), CONFIGS, ids=[name for name, _ in CONFIGS])
-@pytest.mark.parametrize("setting", CHOICES)
+@pytest.mark.parametrize("path", CONFIGS, ids=lambda path: path.stem)
 def test_every_setting_of_numerics_arrives_or_is_refused(
-    name: str, path: Path, setting: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+    path: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    copy = written(tmp_path, path.read_text(encoding="utf-8"), f"{name}.yaml")
-    chosen = f"numerics.{setting}={CHOICES[setting]}"
-    if setting not in loading.load(copy).content.numerics_asked:
+    asked, chosen = loading.load(path).content.numerics_asked, []
+    for setting, (text, _) in CHOICES.items():
+        if setting in asked:
+            chosen.append(f"numerics.{setting}={text}")
+            continue
         with pytest.raises(ConfigError, match="unknown key"):
-            loading.load(copy, [chosen])
+            loading.load(path, [f"numerics.{setting}={text}"])
+    if not asked:
+        assert means_of(path, [], tmp_path, monkeypatch).arithmetic is CLOSED_FORM
         return
-    changed = means_of(copy, [chosen], monkeypatch).arithmetic
-    plain = means_of(copy, [], monkeypatch).arithmetic
-    expected = {"engine": "scipy", "tolerance": 1e-9, "precisions": (53, 200)}
-    assert getattr(changed, setting) == expected[setting]
-    assert getattr(plain, setting) != expected[setting] or default_engine() == "scipy"
-
-
-def test_a_closed_form_has_no_engine(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    path = written(tmp_path, catalogue.known()["fig1"].read_text(encoding="utf-8"), "fig1.yaml")
-    assert means_of(path, [], monkeypatch).arithmetic is CLOSED_FORM
+    changed, plain = (means_of(path, x, tmp_path, monkeypatch).arithmetic for x in (chosen, []))
+    for setting, (_, value) in CHOICES.items():
+        if setting in asked:
+            assert getattr(changed, setting) == value
+            assert getattr(plain, setting) != value or default_engine() == "scipy"
 
 
 @pytest.mark.slow

@@ -23,6 +23,7 @@ from click.testing import CliRunner
 
 from rigidpend.cli import main
 from rigidpend.experiments.route_map import compute
+from rigidpend.machine.progress import tell_nobody
 from rigidpend.machine.workers import WorkerError
 from rigidpend.results import store
 from rigidpend.runs import certificate_files, cluster, loading, runner
@@ -68,10 +69,23 @@ class Dask:
         one = ("--nthreads", "1", "--no-nanny", "--no-dashboard", "--local-directory")
         return self._start("worker", *one, str(self.file.parent), environment=environment)
 
-    def end(self) -> None:
-        for process in reversed(self.processes):
+    def alive(self, number: int) -> bool:
+        """Whether a process runs: 0 is the scheduler."""
+        return len(self.processes) > number and self.processes[number].poll() is None
+
+    def one(self) -> subprocess.Popen[bytes]:
+        """A worker that is there, or else a new one."""
+        there = [x for k, x in enumerate(self.processes) if k and self.alive(k)]
+        return there[-1] if there else self.worker()
+
+    def dismiss(self, first: int = 1) -> None:
+        """End its workers; all of it from 0 on."""
+        for process in reversed(self.processes[first:]):
             process.kill()
             process.wait()
+
+    def end(self) -> None:
+        self.dismiss(0)
         self.log.close()
 
     def _start(
@@ -86,12 +100,25 @@ class Dask:
         return found
 
 
-@pytest.fixture
-def dask(tmp_path: Path) -> Iterator[Dask]:
+@pytest.fixture(scope="module")
+def start(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Callable[[], Dask]]:
+    """Find a scheduler that runs, perhaps with the worker of a test before, or start one."""
     pytest.importorskip("distributed", reason="the extra `cluster` is not installed")
-    found = Dask(tmp_path)
-    yield found
-    found.end()
+    found: list[Dask] = []
+
+    def running() -> Dask:
+        if not found or not found[-1].alive(0):
+            found.append(Dask(tmp_path_factory.mktemp("dask")))
+        return found[-1]
+
+    yield running
+    for each in found:
+        each.end()
+
+
+@pytest.fixture
+def dask(start: Callable[[], Dask]) -> Dask:
+    return start()
 
 
 @pytest.fixture
@@ -108,15 +135,57 @@ def run(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Callable[..., Path]:
     return follow
 
 
-def silent(_: str) -> None:
-    """Hear nothing."""
+@pytest.mark.slow
+def test_a_worker_that_comes_late_and_lacks_this_package_is_named(
+    dask: Dask, run: Callable[..., Path]
+) -> None:
+    """What else it may lack is told by the worker itself, see below."""
+    dask.dismiss()
+    lines: list[str] = []
+
+    def hear(line: str) -> None:
+        lines.append(line)
+        if "no workers; it waits" in line:
+            dask.worker(without="rigidpend")
+
+    with pytest.raises(WorkerError, match="is not on tcp:"):
+        run("lacking", hear, dask.address)
+    assert sum("no workers" in line for line in lines) == 1
+    dask.dismiss()
+
+
+@pytest.mark.slow
+def test_a_run_without_its_scheduler_goes_on_with_another(
+    start: Callable[[], Dask], run: Callable[..., Path]
+) -> None:
+    dask = start()
+    dask.one()
+    lines: list[str] = []
+
+    def hear(line: str) -> None:
+        lines.append(line)
+        if "cluster: 3 of 12" in line:
+            # With its worker, which might have all the other parts ready.
+            dask.dismiss(0)
+
+    with pytest.raises(WorkerError, match=r"went away; what is finished is kept"):
+        run("lost", hear, dask.address)
+    again = start()
+    again.worker()
+    found = store.load(run("lost", lines.append, again.address))
+    assert any("goes on from" in line for line in lines)
+    assert found["data"]["codes"].shape == (16, 12, 12)
+    # Provenance tells of every part what computed it.
+    earlier, crew = "an earlier run, by the same code and engine", found["provenance"]["workers"]
+    assert sum(json.loads(crew).values()) == 12
+    assert 3 <= json.loads(crew)[earlier] < 12
 
 
 @pytest.mark.slow
 def test_the_same_file_with_a_worker_killed_and_one_that_comes_late(
     dask: Dask, run: Callable[..., Path]
 ) -> None:
-    first, lines = dask.worker(), []
+    first, lines = dask.one(), list[str]()
 
     def hear(line: str) -> None:
         lines.append(line)
@@ -132,7 +201,7 @@ def test_the_same_file_with_a_worker_killed_and_one_that_comes_late(
     assert sum(crew.values()) == 12
     assert len(crew) == 2, "one worker after the other"
     assert all(re.match(r"tcp://.*:\d+ on .+: taylor \(.*numpy", worker) for worker in crew)
-    near = run("near", silent, None)
+    near = run("near", tell_nobody, None)
     one, other = (store.load(path)["data"] for path in (far, near))
     assert set(one) == set(other)
     for name, values in one.items():
@@ -140,32 +209,26 @@ def test_the_same_file_with_a_worker_killed_and_one_that_comes_late(
 
 
 @pytest.mark.slow
-def test_a_run_without_its_scheduler_goes_on_with_another(
-    dask: Dask, run: Callable[..., Path], tmp_path: Path
+def test_experiments_sweeps_proofs_and_orbits_come_from_a_cluster_as_from_here(
+    dask: Dask, tmp_path: Path
 ) -> None:
-    dask.worker()
-    lines: list[str] = []
-
-    def hear(line: str) -> None:
-        lines.append(line)
-        if "cluster: 3 of 12" in line:
-            # With its worker, which might have all the other parts ready.
-            for process in dask.processes:
-                process.kill()
-
-    with pytest.raises(WorkerError, match=r"went away; what is finished is kept"):
-        run("lost", hear, dask.address)
-    (tmp_path / "again").mkdir()
-    again = Dask(tmp_path / "again")
-    again.worker()
-    found = store.load(run("lost", lines.append, again.address))
-    again.end()
-    assert any("goes on from" in line for line in lines)
-    assert found["data"]["codes"].shape == (16, 12, 12)
-    # Provenance tells of every part what computed it.
-    earlier, crew = "an earlier run, by the same code and engine", found["provenance"]["workers"]
-    assert sum(json.loads(crew).values()) == 12
-    assert 3 <= json.loads(crew)[earlier] < 12
+    dask.one()
+    here, there = tmp_path / "here", tmp_path / "there"
+    written(tmp_path, SMALL, "small.yaml")
+    far = ("--scheduler", dask.address)
+    given = (str(tmp_path / "small.yaml"), "--set", "problem.arrays.only.count=2", "--out")
+    for folder, more in ((here, ("-j", "1")), (there, far)):
+        swept = ("--sweep", "problem.mu=1e-3,2e-3", "-q", *more)
+        done("run", *given, str(folder), *swept)
+        done("certify", *given, str(folder), "--set", "problem.n_symbols=1", *more)
+    for name in ("small_mu=1e-3.h5", "small_mu=2e-3.h5", "small.certificate.h5"):
+        read = certificate_files.read if "certificate" in name else store.load
+        one, other = (read(folder / name) for folder in (here, there))
+        assert plain(one["data"]) == plain(other["data"])
+        assert ("workers" in one["provenance"], "workers" in other["provenance"]) == (False, True)
+    codes = [x for code in ("01", "10") for x in ("--code", code)]
+    rows = [done("find", "fig4", *codes, *more) for more in (("-j", "1"), far)]
+    assert rows[0] == rows[1] != ""
 
 
 @pytest.mark.slow
@@ -180,7 +243,7 @@ def test_a_scheduler_that_does_not_answer_is_named(
         listening.listen()
         for port in (9, listening.getsockname()[1]):
             with pytest.raises(WorkerError, match=rf"no Dask scheduler answers at .*:{port} \("):
-                run("nobody", silent, f"tcp://127.0.0.1:{port}")
+                run("nobody", tell_nobody, f"tcp://127.0.0.1:{port}")
 
 
 @pytest.mark.parametrize("error", [OSError("Timed out"), ConnectionResetError()])
@@ -239,29 +302,6 @@ def test_workers_that_are_killed_are_named_with_the_cure() -> None:
         raise distributed.KilledWorker("part", lost, 3)
 
 
-@pytest.mark.slow
-@pytest.mark.parametrize(
-    ("package", "said"),
-    [
-        ("llvmlite", r"the worker tcp://.*: llvmlite cannot be loaded there"),
-        ("rigidpend", "is not on tcp:"),
-    ],
-)
-def test_a_worker_that_comes_late_and_lacks_a_package_is_named(
-    dask: Dask, run: Callable[..., Path], package: str, said: str
-) -> None:
-    lines: list[str] = []
-
-    def hear(line: str) -> None:
-        lines.append(line)
-        if "no workers; it waits" in line:
-            dask.worker(without=package)
-
-    with pytest.raises(WorkerError, match=said):
-        run("lacking", hear, dask.address)
-    assert sum("no workers" in line for line in lines) == 1
-
-
 @pytest.mark.parametrize(
     "address", ["", "head", "head:", ":8786", "head:x", "tcp://head", "http://head:8786", "a:1/b"]
 )
@@ -286,29 +326,6 @@ def test_without_the_extra_the_command_says_how_to_install_it(
     assert done.exit_code == 3
     assert "python -m pip install 'rigidpend[cluster]'" in done.stderr
     assert not list(tmp_path.iterdir())
-
-
-@pytest.mark.slow
-def test_experiments_sweeps_proofs_and_orbits_come_from_a_cluster_as_from_here(
-    dask: Dask, tmp_path: Path
-) -> None:
-    dask.worker()
-    here, there = tmp_path / "here", tmp_path / "there"
-    written(tmp_path, SMALL, "small.yaml")
-    far = ("--scheduler", dask.address)
-    given = (str(tmp_path / "small.yaml"), "--set", "problem.arrays.only.count=2", "--out")
-    for folder, more in ((here, ()), (there, far)):
-        swept = ("--sweep", "problem.mu=1e-3,2e-3", "-q", *more)
-        done("run", *given, str(folder), *swept)
-        done("certify", *given, str(folder), "--set", "problem.n_symbols=1", *more)
-    for name in ("small_mu=1e-3.h5", "small_mu=2e-3.h5", "small.certificate.h5"):
-        read = certificate_files.read if "certificate" in name else store.load
-        one, other = (read(folder / name) for folder in (here, there))
-        assert plain(one["data"]) == plain(other["data"])
-        assert ("workers" in one["provenance"], "workers" in other["provenance"]) == (False, True)
-    codes = [x for code in ("01", "10") for x in ("--code", code)]
-    rows = [done("find", "fig4", *codes, *more) for more in ((), far)]
-    assert rows[0] == rows[1] != ""
 
 
 def done(*arguments: str) -> str:

@@ -21,7 +21,7 @@ Load = Callable[[bytes], bool]
 
 PATIENCE = 5.0
 """Seconds of this process that no config may take; the slowest takes a few tenths."""
-FUZZED = lot.trials(600)
+FUZZED = lot.trials(300)
 """Number of mutated trees; a load takes some 7 ms."""
 MUCH = 30_000
 """Characters that no complaint may have."""
@@ -77,13 +77,13 @@ def edits(draw: st.DrawFn) -> bytes:
 
 
 @pytest.mark.slow
-@repeatable(150)
+@repeatable(80)
 @given(content=edits())
 def test_any_mutation_of_fig4_loads_or_is_refused(loads: Load, content: bytes) -> None:
     loads(content)
 
 
-@repeatable(200)
+@repeatable(100)
 @given(content=st.binary(max_size=60) | st.text(max_size=60).map(str.encode))
 def test_any_content_is_refused(loads: Load, content: bytes) -> None:
     assert not loads(content)
@@ -104,7 +104,7 @@ def test_mutated_trees_load_or_are_refused(loads: Load) -> None:
 def test_any_settings_load_or_are_refused() -> None:
     tree = mutations.trees()[3]
     with lot.drawn("settings") as chance:
-        for _ in range(lot.trials(150)):
+        for _ in range(lot.trials(80)):
             given = mutations.settings(tree, chance)
             said = ""
             try:

@@ -23,23 +23,20 @@ def targets(tmp_path: Path) -> dict[str, Path]:
 
 
 def test_each_name_has_its_own_log_as_it_goes(targets: dict[str, Path]) -> None:
-    with Logs(targets, "run a b") as logs:
-        logs.hear("a", "computing: now")
-        # Already there, while the run goes on.
-        assert lines(targets["a"].with_suffix(".log")) == ["run a b", "computing: now"]
-        assert logs.path("a") == targets["a"].with_suffix(".log")
-        assert logs.path("b") is None
+    logs = Logs(targets, "run a b")
+    logs.hear("a", "computing: now")
+    assert lines(targets["a"].with_suffix(".log")) == ["run a b", "computing: now"]
+    assert logs.path("a") == targets["a"].with_suffix(".log")
+    assert logs.path("b") is None
     assert [x.name for x in targets["a"].parent.iterdir()] == ["a.log"]
 
 
 def test_the_log_is_that_of_the_last_run(targets: dict[str, Path]) -> None:
     for text in ("first", "second"):
-        with Logs(targets, text) as logs:
-            logs.hear("a", f"{text}, {text}")
+        Logs(targets, text).hear("a", f"{text}, {text}")
     assert lines(targets["a"].with_suffix(".log")) == ["second", "second, second"]
 
 
 def test_any_text_can_be_logged(targets: dict[str, Path]) -> None:
-    with Logs(targets, "run \udcff") as logs:
-        logs.hear("a", "öäü")
+    Logs(targets, "run \udcff").hear("a", "öäü")
     assert lines(targets["a"].with_suffix(".log")) == ["run ?", "öäü"]

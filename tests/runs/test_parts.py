@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import os
 import shutil
 from pathlib import Path
@@ -13,7 +14,8 @@ from rigidpend.experiments.data import Dataset, Tree
 from rigidpend.machine import cache
 from rigidpend.machine.cache import KeptFileWarning
 from rigidpend.machine.files import StoreError
-from rigidpend.runs.parts import Parts, sweep
+from rigidpend.runs.parts import UNFIT, Parts, packed, sweep, unpacked
+from tests.attacks import lot
 
 PART: Tree = {
     "inner": {"x": Dataset(np.array([1.5, np.nan]), "rad", "angles", ("samples",), True)},
@@ -56,7 +58,7 @@ def test_a_part_of_another_fingerprint_is_not_used(tmp_path: Path) -> None:
 def test_a_damaged_part_is_computed_again(tmp_path: Path) -> None:
     parts = Parts(tmp_path / "fig.h5", "a")
     parts.keep("first", lambda: PART)
-    [path] = tmp_path.rglob("first.h5")
+    [path] = tmp_path.rglob("first.kept")
     path.write_bytes(path.read_bytes()[:100])
     with pytest.warns(KeptFileWarning, match=f"{path}: damaged; it is made again"):
         assert parts.keep("first", lambda: {"new": PART["one"]}).keys() == {"new"}
@@ -69,8 +71,8 @@ def test_a_part_copied_over_another_is_computed_again(tmp_path: Path, other: str
     own, copied = (Parts(tmp_path / f"{name}.h5", name) for name in ("fig", other))
     copied.keep("second" if other == "second" else "first", lambda: {"wrong": PART["one"]})
     own.keep("first", lambda: PART)
-    [source] = (tmp_path / f".{other}.parts").rglob("*.h5")
-    [path] = (tmp_path / ".fig.parts").rglob("*.h5")
+    [source] = (tmp_path / f".{other}.parts").rglob("*.kept")
+    [path] = (tmp_path / ".fig.parts").rglob("*.kept")
     shutil.copy(source, path)
     with pytest.warns(KeptFileWarning, match=f"{path}: of something else than its name says"):
         assert own.keep("first", lambda: PART).keys() == PART.keys()
@@ -79,10 +81,23 @@ def test_a_part_copied_over_another_is_computed_again(tmp_path: Path, other: str
 def test_a_part_that_is_no_tree_is_told_and_computed_again(tmp_path: Path) -> None:
     parts = Parts(tmp_path / "fig.h5", "a")
     parts.keep("first", lambda: PART)
-    [path] = tmp_path.rglob("first.h5")
+    [path] = tmp_path.rglob("first.kept")
     cache.save_file(path, b"a, part first", b"nothing")
-    with pytest.warns(KeptFileWarning, match="HDF5"):
+    with pytest.warns(KeptFileWarning, match="no part of a run"):
         assert parts.keep("first", lambda: PART) is PART
+
+
+def test_whatever_bytes_there_are_they_are_a_part_or_refused() -> None:
+    content = packed(PART)
+    with lot.drawn("parts") as chance:
+        for _ in range(lot.trials(1000)):
+            changed = bytearray(content)
+            for _ in range(chance.choice([1, 1, 2, 3])):
+                at = chance.randrange(len(changed))
+                new = chance.choice([b"", chance.randbytes(1), b"99", b",8"])
+                changed[at : at + chance.randrange(9)] = new
+            with contextlib.suppress(*UNFIT):
+                unpacked(bytes(changed))
 
 
 def test_dropped_parts_leave_nothing(tmp_path: Path) -> None:
@@ -119,10 +134,10 @@ def test_a_folder_in_the_place_of_a_part_is_refused_before_the_part_is_computed(
 ) -> None:
     target = tmp_path / "fig.h5"
     Parts(target, "a").keep("first", lambda: PART)
-    [place] = tmp_path.rglob("first.h5")
+    [place] = tmp_path.rglob("first.kept")
     place.unlink()
     place.mkdir()
-    with pytest.raises(StoreError, match=r"first\.h5: a folder is in the place of a file: move it"):
+    with pytest.raises(StoreError, match="kept: a folder is in the place of a file: move it"):
         Parts(target, "a").keep("first", not_again)
 
 

@@ -80,7 +80,7 @@ def test_a_resumed_file_is_the_fresh_one_but_for_its_times(
     runner.run(planned, jobs=1, report=lambda _: None)
     fresh = tmp_path / "fresh.h5"
     shutil.move(planned.target, fresh)
-    parts = sorted((tmp_path / f".{name}.parts").rglob("*.h5"))
+    parts = sorted((tmp_path / f".{name}.parts").rglob("*.kept"))
     # As if it had been interrupted: one was not finished, all others were.
     if len(parts) > 1:
         parts[-1].unlink()

@@ -5,6 +5,7 @@ from __future__ import annotations
 import importlib.metadata
 import json
 import shutil
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -13,19 +14,16 @@ import pytest
 
 from rigidpend import experiments
 from rigidpend.experiments.route_codes import compute as route_codes
+from rigidpend.machine.progress import tell_nobody
 from rigidpend.orbits.integrate import arithmetic
 from rigidpend.results import store
 from rigidpend.runs import loading, provenance, runner
 from tests.config.samples import SMALL, written
 
 
-def quiet(_: str) -> None:
-    """Reports go nowhere."""
-
-
 def run(loaded: loading.LoadedConfig, folder: Path) -> Path:
     planned = runner.plan(loaded, folder, force=True)
-    runner.run(planned, jobs=1, report=quiet)
+    runner.run(planned, jobs=1, report=tell_nobody)
     return planned.target
 
 
@@ -134,7 +132,7 @@ def test_a_run_that_ends_early_leaves_the_old_result(
 
     monkeypatch.setattr(route_codes, "compute", compute)
     with pytest.raises(error):
-        runner.run(runner.plan(loaded, out, force=True), jobs=1, report=quiet)
+        runner.run(runner.plan(loaded, out, force=True), jobs=1, report=tell_nobody)
     assert [path.name for path in out.iterdir()] == ["small.h5"]
     assert (out / "small.h5").read_bytes() == before
 
@@ -150,13 +148,12 @@ def test_a_result_whose_name_differs_in_case_only_is_not_made(tmp_path: Path) ->
 
 
 def test_how_long_a_plan_takes_is_told_by_what_is_stored_or_else_by_its_experiment(
-    tmp_path: Path,
+    loaded: loading.LoadedConfig, tmp_path: Path
 ) -> None:
-    config = loading.load(written(tmp_path, SMALL))
-    told = experiments.cost(config.experiment, config.content)
+    plan = runner.plan(loaded, tmp_path)
+    told = experiments.cost(loaded.experiment, loaded.content)
     assert told
     for seconds, reason, expected in ((7.0, "", 7.0), (7.0, "x", 7.0), (0.0, "x", told)):
-        plan = runner.Plan(config, tmp_path / "a.h5", {}, reason, seconds=seconds)
-        assert runner.expected_seconds(plan) == expected
-    nothing = runner.Plan(config, tmp_path / "a.h5", {}, "")
-    assert runner.expected_seconds(nothing) is None
+        found = replace(plan, reason=reason, seconds=seconds)
+        assert runner.expected_seconds(found) == expected
+    assert runner.expected_seconds(replace(plan, reason="")) is None

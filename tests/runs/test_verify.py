@@ -17,16 +17,13 @@ from rigidpend.cli.verify import verify_command
 from rigidpend.config import catalogue
 from rigidpend.experiments.compare import Difference
 from rigidpend.experiments.shared import APART, crossing_tolerance
+from rigidpend.machine.progress import tell_nobody
 from rigidpend.mechanics.body import Body
 from rigidpend.numbers.exact import exact
 from rigidpend.results import store
 from rigidpend.routes.problem import RouteProblem, phase_rate
 from rigidpend.runs import loading, regression, runner
 from tests.config.samples import SMALL, changed, written
-
-
-def quiet(_: str) -> None:
-    """Reports go nowhere."""
 
 
 @pytest.fixture(scope="module")
@@ -36,7 +33,7 @@ def desk(tmp_path_factory: pytest.TempPathFactory) -> Path:
     (desk / "configs").mkdir()
     loaded = loading.load(written(desk / "configs", SMALL, "small.yaml"))
     regression.renew(loaded, desk / "results" / "reference" / "small.h5", "first", jobs=1)
-    runner.run(runner.plan(loaded, desk / "results"), jobs=1, report=quiet)
+    runner.run(runner.plan(loaded, desk / "results"), jobs=1, report=tell_nobody)
     return desk
 
 
@@ -91,50 +88,59 @@ def other_mu(file: Any) -> None:
     file["config"][()] = changed('"mu": "1/1000"', '"mu": "1/7"', file["config"].asstr()[()])
 
 
-CHANGES: dict[str, Any] = {
-    "only/codes[1, 2]: stored ": set_to("data/only/codes", (1, 2), lambda x: 1 - x),
-    "only/separatrix[0, 4]: stored 3, computed 2": set_to(
-        "data/only/separatrix", (0, 4), lambda _: 3
-    ),
-    "only/crossing_time[0, 1]: stored ": set_to(
-        "data/only/crossing_time", (0, 1), lambda x: x + 1e-11
-    ),
-    "only/crossing_time[3, 1]: stored ": set_to(
-        "data/only/crossing_time", (3, 1), lambda x: x + 1e-5
-    ),
-    "only/crossing_time[2, 0]: stored nan, computed ": set_to(
-        "data/only/crossing_time", (2, 0), lambda _: np.nan
-    ),
-    "only/theta2_0[3]: stored ": set_to("data/only/theta2_0", 3, lambda x: x + 1e-12),
-    "only/melnikov_zeros[1]: stored ": set_to("data/only/melnikov_zeros", 1, lambda x: -x),
-    "/data/only/codes@(kind): stored i8, computed u1": other_kind,
-    "/data/only/codes@units: stored rad, computed 1": lambda file: file[
-        "data/only/codes"
-    ].attrs.update({"units": "rad"}),
-    "/data/only@note: stored hello, computed (absent)": lambda file: file["data/only"].attrs.update(
-        {"note": "hello"}
-    ),
-    "/data/only/codes@description: stored (absent), computed symbols": lambda file: file[
-        "data/only/codes"
-    ].attrs.pop("description"),
-    "/@figure: stored 5, computed ": lambda file: file.attrs.update({"figure": "5"}),
-    "/@extra: stored 1, computed (absent)": lambda file: file.attrs.update({"extra": 1}),
-    "/@engine: stored (absent), computed (present)": lambda file: file.attrs.pop("engine"),
-    "/@tolerance: stored 0.5, computed ": lambda file: file.attrs.update({"tolerance": 0.5}),
-    "config/problem/mu: stored 1/7, computed 1/1000": other_mu,
-}
+def attribute(place: str, name: str, value: Any = None) -> Callable[[Any], None]:
+    def act(file: Any) -> None:
+        file[place].attrs.pop(name, None)
+        if value is not None:
+            file[place].attrs[name] = value
+
+    return act
+
+
+CODES = "data/only/codes"
+TIME = "data/only/crossing_time"
+CHANGES: list[dict[str, Any]] = [
+    {
+        "/@engine: stored (absent), computed (present)": attribute("/", "engine"),
+        "/@extra: stored 1, computed (absent)": attribute("/", "extra", 1),
+        "/@figure: stored 5, computed ": attribute("/", "figure", "5"),
+        "/data/only@note: stored hello, computed (absent)": attribute("data/only", "note", "hello"),
+        "/data/only/codes@description: stored (absent), computed symbols": attribute(
+            CODES, "description"
+        ),
+        "/data/only/codes@units: stored rad, computed 1": attribute(CODES, "units", "rad"),
+        "config/problem/mu: stored 1/7, computed 1/1000": other_mu,
+        "only/codes[1, 2]: stored ": set_to(CODES, (1, 2), lambda x: 1 - x),
+        "only/crossing_time[0, 1]: stored ": set_to(TIME, (0, 1), lambda x: x + 1e-11),
+        "only/melnikov_zeros[1]: stored ": set_to("data/only/melnikov_zeros", 1, lambda x: -x),
+        "only/separatrix[0, 4]: stored 3, computed 2": set_to(
+            "data/only/separatrix", (0, 4), lambda _: 3
+        ),
+        "only/theta2_0[3]: stored ": set_to("data/only/theta2_0", 3, lambda x: x + 1e-12),
+    },
+    {
+        "/@tolerance: stored 0.5, computed ": attribute("/", "tolerance", 0.5),
+        "/data/only/codes@(kind): stored i8, computed u1": other_kind,
+        "only/crossing_time[3, 1]: stored ": set_to(TIME, (3, 1), lambda x: x + 1e-5),
+    },
+    {"only/crossing_time[2, 0]: stored nan, computed ": set_to(TIME, (2, 0), lambda _: np.nan)},
+]
+"""Changes of one file, each with the line on it."""
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize(("said", "change"), CHANGES.items(), ids=CHANGES)
-def test_every_change_is_found_and_only_that(copy: Path, said: str, change: Any) -> None:
+@pytest.mark.parametrize("changes", CHANGES)
+def test_every_change_is_found_and_only_that(copy: Path, changes: dict[str, Any]) -> None:
     with h5py.File(copy / "results" / "reference" / "small.h5", "a") as file:
-        change(file)
+        for change in changes.values():
+            change(file)
     done = called(*READ)
     assert done.exit_code == 1
-    head, found = done.stdout.splitlines()
+    head, *found = done.stdout.splitlines()
     assert head == "small: differs from results/reference/small.h5"
-    assert found.startswith(f"  {said}")
+    assert len(found) == len(changes)
+    for said in changes:
+        assert sum(line.startswith(f"  {said}") for line in found) == 1, said
 
 
 @pytest.mark.parametrize(

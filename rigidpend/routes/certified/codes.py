@@ -122,8 +122,7 @@ def certify_codes(
     jobs : int, optional
         How many processes. No result depends on it.
     report : callable, optional
-        Takes lines on proofs that take long. With several processes it is called in these, so it
-        must be a function of a module.
+        Takes lines on proofs that take long.
 
     Returns
     -------
@@ -149,7 +148,7 @@ def certify_codes(
     else:
         orbits = list(zip(exactly, *_expected(problem, theta2_0), strict=True))
         with _one_thread_each():
-            proofs = side_by_side(_orbit, (problem, bits, report), True, orbits, jobs)
+            proofs = side_by_side(_orbit, (problem, bits), True, orbits, jobs, report)
     return _record(phases.high, proofs, problem.n_symbols)
 
 
