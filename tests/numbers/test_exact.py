@@ -19,6 +19,7 @@ from hypothesis import strategies as st
 from mpmath.libmp import to_rational
 
 from rigidpend.numbers.exact import (
+    MAX_TEXT,
     PI,
     Exact,
     ExactError,
@@ -27,7 +28,7 @@ from rigidpend.numbers.exact import (
     fraction,
     function,
 )
-from rigidpend.numbers.expressions import MAX_TEXT, as_written, everywhere, shown
+from rigidpend.numbers.expressions import as_written, everywhere, shown
 from tests.strategies import repeatable
 
 MANY = 1000
