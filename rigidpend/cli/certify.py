@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import click
 
@@ -69,15 +69,10 @@ def certify_command(
     paths = resolve(names)
     check_name(name, names, paths)
     groups = loading.load_groups(paths, settings, (), name)
+    how: Any = {"jobs": jobs, "force": force, "scheduler": scheduler}
     for loaded in (each for group in groups for each in group.members):
-        told[loaded.name] = certificates.certify(
-            loaded,
-            folder,
-            jobs=jobs,
-            report=partial(_say, loaded.name),
-            force=force,
-            scheduler=scheduler,
-        )
+        report = partial(_say, loaded.name)
+        told[loaded.name] = certificates.certify(loaded, folder, report=report, **how)
     if as_json:
         print_json({of: [each._asdict() for each in found] for of, found in told.items()})
     else:

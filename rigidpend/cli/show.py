@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 import itertools
+import math
 from collections.abc import Iterator
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import click
 
@@ -15,15 +16,10 @@ from rigidpend.cli.common import (
     folder_of,
     guarded,
     print_json,
-    print_rows,
     print_table,
-    row_document,
 )
 from rigidpend.cli.options import JSON, NAMED, OUT, SETTINGS, complete_names
 from rigidpend.config.catalogue import MEASURE
-
-if TYPE_CHECKING:
-    from rigidpend.runs.recalled import AnyConfig
 
 
 @click.command("list")
@@ -56,7 +52,7 @@ def list_command(folder: Path, as_json: bool) -> None:
 
 def _entries(folder: Path) -> Iterator[dict[str, Any]]:
     """An entry for each config, for each member of its sweep, and for each other result."""
-    from rigidpend.runs import recalled
+    from rigidpend.runs import recalled, runner
 
     swept: set[str] = set()
     for name, path in _named(folder).items():
@@ -69,7 +65,16 @@ def _entries(folder: Path) -> Iterator[dict[str, Any]]:
             yield _unusable(name, path, None, error)
             continue
         swept |= {member.name for member in group.members}
-        yield from (_entry(member, path, folder) for member in group.members)
+        for member in group.members:
+            try:
+                planned = runner.plan(member, folder_of(path, folder))
+            except Exception as error:  # noqa: BLE001
+                yield _unusable(member.name, path, member.experiment, error)
+                continue
+            status = "to run" if planned.reason else "up to date"
+            reason, doubt = planned.reason or None, planned.doubt or None
+            told = {"status": status, "reason": reason, "doubt": doubt, "file": str(planned.target)}
+            yield _blank(member.name, path, member.experiment) | told
 
 
 def _named(folder: Path) -> dict[str, Path]:
@@ -84,22 +89,6 @@ def _named(folder: Path) -> dict[str, Path]:
     places = dict.fromkeys(path.parent for path in files)
     known = [(name, x) for place in places for name, x in by_name.items() if x.parent == place]
     return dict(known) | stray
-
-
-def _entry(config: AnyConfig, path: Path, folder: Path) -> dict[str, Any]:
-    from rigidpend.runs import runner
-
-    try:
-        planned = runner.plan(config, folder_of(path, folder))
-    except Exception as error:  # noqa: BLE001
-        return _unusable(config.name, path, config.experiment, error)
-    return {
-        **_blank(config.name, path, config.experiment),
-        "status": "to run" if planned.reason else "up to date",
-        "reason": planned.reason or None,
-        "doubt": planned.doubt or None,
-        "file": str(planned.target),
-    }
 
 
 def _unusable(name: str, path: Path, experiment: str | None, error: Exception) -> dict[str, Any]:
@@ -143,6 +132,7 @@ def describe_command(name: str, settings: tuple[str, ...], resolved: bool, as_js
       rigidpend describe fig4 --resolved > mine.yaml
       rigidpend describe all --json
     """
+    from rigidpend import experiments
     from rigidpend.config.catalogue import resolve
     from rigidpend.runs import loading
 
@@ -159,20 +149,25 @@ def describe_command(name: str, settings: tuple[str, ...], resolved: bool, as_js
             if path != paths[0]:
                 click.echo()
             click.echo(f"{each.name}: experiment {each.experiment}, {path}")
-            print_rows(_rows(each), "  ")
-
-
-def _rows(loaded: Any) -> list[Any]:
-    from rigidpend import experiments
-
-    return experiments.describe(loaded.experiment, loaded.content)
+            rows = experiments.describe(each.experiment, each.content)
+            print_table([row[:3] for row in rows], "  ")
 
 
 def _document(loaded: Any) -> dict[str, Any]:
+    from rigidpend import experiments
+
+    rows = experiments.describe(loaded.experiment, loaded.content)
     return {
         "name": loaded.name,
         "experiment": loaded.experiment,
         "config_hash": loaded.config_hash,
         "config": loaded.resolved(),
-        "rows": [row_document(row) for row in _rows(loaded)],
+        "rows": [row._asdict() | {"number": _finite(row.number)} for row in rows],
     }
+
+
+def _finite(number: Any) -> Any:
+    """The number or the numbers of a row; null for what is not finite."""
+    if isinstance(number, list):
+        return [_finite(x) for x in number]
+    return number if number is None or math.isfinite(number) else None
