@@ -31,7 +31,7 @@ def codes(n, symbols, **more):
     return route_codes(body, np.arange(n) / 100, h0="1.3342", J1_0="1e-8", n_symbols=symbols,
                        jobs=JOBS, **more)
 try:
-    codes(3, 1, MORE)
+    codes(JOBS, 1, MORE)
     print("at work", flush=True)
     codes(COUNT, SYMBOLS, MORE)
 except signals.Stopped:

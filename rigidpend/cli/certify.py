@@ -11,6 +11,7 @@ import click
 
 from rigidpend.cli.common import check_name, check_scheduler, guarded, print_json, say
 from rigidpend.cli.options import JOBS, JSON, OUT, SCHEDULER, SETTINGS, complete_names
+from rigidpend.config.catalogue import resolve
 
 if TYPE_CHECKING:
     from rigidpend.runs.certificates import Summary, Theorem
@@ -59,7 +60,6 @@ def certify_command(
     if bool(names) == bool(file):
         raise click.UsageError("give names of configs, or a certificate with --check")
     check_scheduler(scheduler)
-    from rigidpend.config.catalogue import resolve
     from rigidpend.runs import certificates, loading
 
     # Told at the end, so that --json prints one document.

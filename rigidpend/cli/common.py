@@ -17,6 +17,7 @@ from typing import Any, TypeVar
 
 import click
 
+from rigidpend.config.catalogue import resolve
 from rigidpend.machine import signals, wording
 
 DONE, FAILED, MISUSED, ABSENT, INTERNAL = 0, 1, 2, 3, 4
@@ -162,7 +163,6 @@ def check_name(name: str | None, names: Sequence[str], paths: Sequence[Path]) ->
 
 def the_one(name: str, command: str) -> Path:
     """File of the one config that a command is about, which `all` is not."""
-    from rigidpend.config.catalogue import resolve
 
     [path, *others] = resolve((name,))
     if others:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import itertools
 import math
 from collections.abc import Iterator
@@ -19,7 +20,7 @@ from rigidpend.cli.common import (
     print_table,
 )
 from rigidpend.cli.options import JSON, NAMED, OUT, SETTINGS, complete_names
-from rigidpend.config.catalogue import MEASURE
+from rigidpend.config import catalogue
 
 
 @click.command("list")
@@ -59,27 +60,37 @@ def _entries(folder: Path) -> Iterator[dict[str, Any]]:
         # Members of a sweep are listed by its config, not as strays once more.
         if path.suffix == ".h5" and name in swept:
             continue
-        try:
+        with _entry(name, path) as found:
             [group] = recalled.load_groups([path])
-        except Exception as error:  # noqa: BLE001
-            yield _unusable(name, path, None, error)
+        if found["reason"]:
+            yield found
             continue
         swept |= {member.name for member in group.members}
         for member in group.members:
-            try:
+            with _entry(member.name, path, member.experiment) as found:
                 planned = runner.plan(member, folder_of(path, folder))
-            except Exception as error:  # noqa: BLE001
-                yield _unusable(member.name, path, member.experiment, error)
-                continue
-            status = "to run" if planned.reason else "up to date"
-            reason, doubt = planned.reason or None, planned.doubt or None
-            told = {"status": status, "reason": reason, "doubt": doubt, "file": str(planned.target)}
-            yield _blank(member.name, path, member.experiment) | told
+                found["status"] = "to run" if planned.reason else "up to date"
+                found |= {"reason": planned.reason or None, "doubt": planned.doubt or None}
+                found["file"] = str(planned.target)
+            yield found
+
+
+@contextlib.contextmanager
+def _entry(name: str, path: Path, experiment: str | None = None) -> Iterator[dict[str, Any]]:
+    """An entry to be filled in; a bad config or a damaged result does not hide the others."""
+    found: dict[str, Any] = {"name": name, "experiment": experiment, "status": "cannot be used"}
+    found |= {"reason": None, "doubt": None, "in_all": catalogue.in_all(path), "config": str(path)}
+    found["file"] = None
+    try:
+        yield found
+    except Exception as error:
+        if exit_code(error) == INTERNAL:
+            raise
+        found["reason"] = str(error)
 
 
 def _named(folder: Path) -> dict[str, Path]:
     """Files of all names: configs that are known, those in this folder, then results."""
-    from rigidpend.config import catalogue
     from rigidpend.runs.certificate_files import results_in
 
     by_name = {**catalogue.known(), **catalogue.own()}
@@ -91,26 +102,12 @@ def _named(folder: Path) -> dict[str, Path]:
     return dict(known) | stray
 
 
-def _unusable(name: str, path: Path, experiment: str | None, error: Exception) -> dict[str, Any]:
-    """The entry of a bad config or a damaged result, which does not hide the others."""
-    if exit_code(error) == INTERNAL:
-        raise error
-    return _blank(name, path, experiment) | {"reason": str(error)}
-
-
-def _blank(name: str, path: Path, experiment: str | None) -> dict[str, Any]:
-    from rigidpend.config.catalogue import in_all
-
-    told = {"name": name, "experiment": experiment, "status": "cannot be used", "reason": None}
-    return {**told, "doubt": None, "in_all": in_all(path), "config": str(path), "file": None}
-
-
 def _row(entry: dict[str, Any]) -> list[str]:
     status, reason = entry["status"], entry["reason"]
     # Of a config with many faults the first line; `describe` has them all.
     said = f"{status}: {reason.splitlines()[0]}" if reason else status
     doubt = f"; {entry['doubt']}" if entry["doubt"] else ""
-    by_name = " (by name only)" if Path(entry["config"]).parent.name == MEASURE else ""
+    by_name = " (by name only)" if Path(entry["config"]).parent.name == catalogue.MEASURE else ""
     return [entry["name"], entry["experiment"] or "-", f"{said}{doubt}{by_name}"]
 
 
@@ -133,10 +130,9 @@ def describe_command(name: str, settings: tuple[str, ...], resolved: bool, as_js
       rigidpend describe all --json
     """
     from rigidpend import experiments
-    from rigidpend.config.catalogue import resolve
     from rigidpend.runs import loading
 
-    paths = resolve((name,))
+    paths = catalogue.resolve((name,))
     if resolved and len(paths) > 1:
         raise click.UsageError("--resolved prints one config, not all")
     loaded = loading.load_all(paths, settings)
