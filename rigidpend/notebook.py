@@ -128,9 +128,6 @@ class SampledOrbit(NamedTuple):
     def __repr__(self) -> str:
         return f"<orbit of {self.t.size} samples, t' = 0 to {self.t[-1]:.6g}>"
 
-    def _repr_html_(self) -> str:
-        return f"<p>{escape(repr(self)[1:-1])}</p>"
-
 
 class TheoryTable(tuple["Row", ...]):
     """Table of a body by the paper's theory; a value is found by its name."""

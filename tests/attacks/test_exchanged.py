@@ -52,7 +52,7 @@ def test_a_result_under_another_name_is_never_taken_for_that_result(tmp_path: Pa
     stored = {path.stem: path for path in sorted(REFERENCE.glob("*.h5"))}
     known = {name: path for name, path in catalogue.known().items() if name in stored}
     with lot.drawn("exchanged results") as chance:
-        for _ in range(lot.trials(6, 0.05)):
+        for _ in range(lot.trials(3, 0.05)):
             mine, other = chance.sample(sorted(known), 2)
             shutil.copyfile(stored[other], tmp_path / f"{mine}.h5")
             config = loading.load(known[mine])
