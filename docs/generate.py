@@ -24,6 +24,7 @@ from docs import floors
 from rigidpend import cli, experiments
 from rigidpend.config import catalogue
 from rigidpend.config.schema import ExperimentConfig, comment, nested
+from rigidpend.machine.wording import Table, markdown
 from rigidpend.numbers.exact import Exact
 from rigidpend.render import captions
 from rigidpend.render.report import DEPARTURES
@@ -184,7 +185,7 @@ def shown_default(field: FieldInfo) -> str:
 def departures() -> str:
     """The places where the paper slips."""
     rows = [tuple(map(plain, departure)) for departure in DEPARTURES]
-    return "\n".join(table(("place", "as printed", "here"), rows)) + "\n"
+    return "\n".join(markdown(Table("", ("place", "as printed", "here"), rows))) + "\n"
 
 
 def gallery() -> str:
@@ -238,12 +239,6 @@ def _module(name: str) -> str:
         lines.append("   :members:")
     lines += ["```", ""]
     return "\n".join([*lines, *(_module(f"{name}.{part}") for part in inside if shown)])
-
-
-def table(header: Sequence[str], rows: Sequence[Sequence[str]]) -> Iterator[str]:
-    """A Markdown table."""
-    for cells in (header, ["---"] * len(header), *rows):
-        yield f"| {' | '.join(cells)} |"
 
 
 def plain(text: str) -> str:

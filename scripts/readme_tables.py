@@ -20,12 +20,7 @@ from rigidpend.experiments.bench import report as reading
 from rigidpend.experiments.bench.methods import METHODS, OWN, PROBLEMS
 from rigidpend.experiments.data import Data, Loaded
 from rigidpend.experiments.stress import draw as trials
-from rigidpend.machine.wording import (
-    Table,
-    markdown,
-    seconds,
-    times,
-)
+from rigidpend.machine.wording import Table, markdown, seconds, times
 from rigidpend.results import store
 
 ROOT = Path(__file__).resolve().parents[1]
@@ -67,6 +62,13 @@ def replaced(page: str, text: str, name: str, block: str) -> str:
     if not (begin and end):
         raise SystemExit(f"{page}: no block {name}")
     return f"{before}{begin}{block}\n{end}{after}"
+
+
+def write_table(page: Path, name: str, table: Table) -> None:
+    """Put a table in the place of a page's block of that name."""
+    text = page.read_text(encoding="utf-8")
+    text = replaced(page.name, text, name, "\n".join(markdown(table)))
+    page.write_text(text, encoding="utf-8")
 
 
 def speed_lines(result: Loaded) -> Iterator[str]:
