@@ -23,7 +23,7 @@ import rigidpend
 from docs import floors
 from rigidpend import cli, experiments
 from rigidpend.config import catalogue
-from rigidpend.config.schema import ExperimentConfig, comment, nested
+from rigidpend.config.schema import ExperimentConfig, WordForNone, comment, nested
 from rigidpend.machine.wording import Table, markdown
 from rigidpend.numbers.exact import Exact
 from rigidpend.render import captions
@@ -175,7 +175,9 @@ def shown_default(field: FieldInfo) -> str:
     if isinstance(default, BaseModel):
         return "as below"
     if default is None:
-        return "`auto`"
+        # Only a word that a config may hold is one to show.
+        [word] = [x.word for x in field.metadata if isinstance(x, WordForNone)]
+        return f"`{word}`"
     if isinstance(default, tuple):
         shown = ", ".join(map(str, default))
         return f"`[{shown}]`" if len(default) < 5 else "all"
