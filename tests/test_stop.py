@@ -47,7 +47,7 @@ WORK = {
     "113 bits": "63, 1_000, precisions=[113]",
     "arbitrary precision": "63, 1_000, precisions=[160]",
     "DOP853": "63, 1_000, engine='scipy', precisions=[53]",
-    "integers": "63, 1_000, engine='scipy', precisions=[113]",
+    "integers": "63, 1_000, engine='scipy', precisions=[80]",
 }
 
 
