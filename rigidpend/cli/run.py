@@ -145,8 +145,8 @@ def run_command(
             if not dry_run:
                 targets = {planned.config.name: planned.target for planned, _ in waiting}
                 with Logs(targets, shlex.join(["rigidpend", *sys.argv[1:]])) as logs:
-                    run = Run(shown, logs, expected, jobs, at_once, scheduler, keep_going)
-                    code = max(code, run.compute(waiting))
+                    runs = Runs(shown, logs, expected, jobs, at_once, scheduler, keep_going)
+                    code = max(code, runs.compute(waiting))
     finally:
         if as_json:
             print_json([asdict(outcome) for outcome in outcomes])
@@ -212,8 +212,8 @@ def _tell_plan(outcome: RunOutcome, shown: Progress, dry_run: bool, seconds: flo
 
 
 @dataclass
-class Run:
-    """The computation of planned configs, by threads of this machine or by a cluster."""
+class Runs:
+    """Runs of planned configs, by threads of this machine or by a cluster."""
 
     shown: Progress
     logs: Logs

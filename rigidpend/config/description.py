@@ -61,16 +61,6 @@ def _text(written: Any) -> str:
     return ", ".join(map(_text, written)) if isinstance(written, list) else str(written)
 
 
-def body_rows(body: Body) -> list[Row]:
-    """A body's parameters and what follows from them."""
-    return [
-        number_row("A", "principal moments of inertia A1, A2, A3", *body.A),
-        number_row("r", "direction to the centre of gravity", *body.r),
-        number_row("mu", "weight times distance of the centre of gravity", body.mu),
-        *derived_rows(body),
-    ]
-
-
 def derived_rows(body: Body) -> list[Row]:
     """Rows of what follows from a body's parameters."""
     special = ", ".join(body.special_cases) or "none"

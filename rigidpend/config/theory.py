@@ -11,7 +11,7 @@ from typing import Any
 
 import numpy as np
 
-from rigidpend.config.description import Row, body_rows, number_row
+from rigidpend.config.description import Row, derived_rows, number_row
 from rigidpend.mechanics import floquet, in_space
 from rigidpend.mechanics.body import Angles, Body
 from rigidpend.mechanics.free_body import SEPARATRICES
@@ -33,7 +33,10 @@ def rows(body: Body, h0: Scalar, J1_0: Scalar = None) -> list[Row]:
     p, J2_0 = body.angles(), float(problem.J2_0(53))
     regime = in_space.regime(body)
     return [
-        *body_rows(body),
+        number_row("A", "principal moments of inertia A1, A2, A3", *body.A),
+        number_row("r", "direction to the centre of gravity", *body.r),
+        number_row("mu", "weight times distance of the centre of gravity", body.mu),
+        *derived_rows(body),
         number_row("h0", "energy constant, kappa J2_0^2/2", energy),
         number_row("J2_0", "initial |M|, dimensionless", J2_0),
         *_first_order(p, float(energy), J2_0),

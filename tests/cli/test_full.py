@@ -37,18 +37,12 @@ def streams(folder: Path, *arguments: str, **how: Any) -> subprocess.CompletedPr
     )
 
 
-@pytest.fixture
-def desk(tmp_path: Path) -> Path:
-    written(tmp_path, SMALL, "small.yaml")
-    return tmp_path
-
-
 @pytest.mark.slow
 @needs_full
 @pytest.mark.parametrize("command", [("describe", "fig4"), ("run", "small.yaml", "--json")])
-def test_a_full_stdout_is_one_sentence(desk: Path, command: tuple[str, ...]) -> None:
+def test_a_full_stdout_is_one_sentence(small: Path, command: tuple[str, ...]) -> None:
     with FULL.open("w") as full:
-        done = streams(desk, *command, stdout=full, stderr=subprocess.PIPE)
+        done = streams(small, *command, stdout=full, stderr=subprocess.PIPE)
     assert done.returncode == 1
     assert done.stderr.splitlines()[-1] == "rigidpend: No space left on device"
     assert "Exception" not in done.stderr
@@ -57,33 +51,33 @@ def test_a_full_stdout_is_one_sentence(desk: Path, command: tuple[str, ...]) -> 
 
 @pytest.mark.slow
 @needs_full
-def test_a_full_stderr_is_no_reason_not_to_compute(desk: Path) -> None:
+def test_a_full_stderr_is_no_reason_not_to_compute(small: Path) -> None:
     with FULL.open("w") as full:
-        done = streams(desk, "run", "small.yaml", stderr=full)
+        done = streams(small, "run", "small.yaml", stderr=full)
     assert done.returncode == 0
-    assert (desk / "results" / "small.h5").is_file()
+    assert (small / "results" / "small.h5").is_file()
 
 
 @pytest.mark.slow
-def test_closed_streams_are_no_reason_not_to_compute(desk: Path) -> None:
-    done = streams(desk, "run", "small.yaml", preexec_fn=lambda: os.closerange(0, 3))
+def test_closed_streams_are_no_reason_not_to_compute(small: Path) -> None:
+    done = streams(small, "run", "small.yaml", preexec_fn=lambda: os.closerange(0, 3))
     assert done.returncode == 0
-    assert (desk / "results" / "small.h5").read_bytes().startswith(b"\x89HDF")
+    assert (small / "results" / "small.h5").read_bytes().startswith(b"\x89HDF")
 
 
 @pytest.mark.slow
-def test_a_disk_that_is_full_for_figures_is_one_sentence(desk: Path) -> None:
-    (desk / "results").mkdir()
-    shutil.copy(REFERENCE / "fig2.h5", desk / "results")
+def test_a_disk_that_is_full_for_figures_is_one_sentence(small: Path) -> None:
+    (small / "results").mkdir()
+    shutil.copy(REFERENCE / "fig2.h5", small / "results")
 
     def limit() -> None:
         resource.setrlimit(resource.RLIMIT_FSIZE, (1000, 1000))
 
-    done = streams(desk, "render", "fig2", stderr=subprocess.PIPE, preexec_fn=limit)
+    done = streams(small, "render", "fig2", stderr=subprocess.PIPE, preexec_fn=limit)
     assert done.returncode == 1
     assert done.stderr.splitlines()[-1].endswith(": cannot be written: File too large")
     assert "internal" not in done.stderr
-    assert [x.name for x in (desk / "results").iterdir()] == ["fig2.h5"]
+    assert [x.name for x in (small / "results").iterdir()] == ["fig2.h5"]
 
 
 LONG = "n" * 300
@@ -101,8 +95,8 @@ LONG = "n" * 300
     ],
     ids=lambda command: " ".join(command).replace(LONG, "LONG"),
 )
-def test_a_name_that_is_too_long_is_one_sentence(desk: Path, command: tuple[str, ...]) -> None:
-    done = call(desk, *command)
+def test_a_name_that_is_too_long_is_one_sentence(small: Path, command: tuple[str, ...]) -> None:
+    done = call(small, *command)
     assert done.returncode in ((0, 1) if command[0] == "list" else (1, 2, 3))
     assert "internal error" not in done.stderr + done.stdout
     if done.returncode:
