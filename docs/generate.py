@@ -186,7 +186,7 @@ def shown_default(field: FieldInfo) -> str:
 
 def departures() -> str:
     """The places where the paper slips."""
-    rows = [tuple(map(plain, departure)) for departure in DEPARTURES]
+    rows = [tuple(map(plain, departure)) for departure in DEPARTURES.rows]
     return "\n".join(markdown(Table("", ("place", "as printed", "here"), rows))) + "\n"
 
 
