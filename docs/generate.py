@@ -23,7 +23,8 @@ import rigidpend
 from docs import floors
 from rigidpend import cli, experiments
 from rigidpend.config import catalogue
-from rigidpend.config.schema import ExperimentConfig, comment, nested
+from rigidpend.config.schema import ExperimentConfig, WordForNone, comment, nested
+from rigidpend.machine.wording import Table, markdown
 from rigidpend.numbers.exact import Exact
 from rigidpend.render import captions
 from rigidpend.render.report import DEPARTURES
@@ -174,7 +175,9 @@ def shown_default(field: FieldInfo) -> str:
     if isinstance(default, BaseModel):
         return "as below"
     if default is None:
-        return "`auto`"
+        # Only a word that a config may hold is one to show.
+        [word] = [x.word for x in field.metadata if isinstance(x, WordForNone)]
+        return f"`{word}`"
     if isinstance(default, tuple):
         shown = ", ".join(map(str, default))
         return f"`[{shown}]`" if len(default) < 5 else "all"
@@ -184,7 +187,7 @@ def shown_default(field: FieldInfo) -> str:
 def departures() -> str:
     """The places where the paper slips."""
     rows = [tuple(map(plain, departure)) for departure in DEPARTURES.rows]
-    return "\n".join(table(("place", "as printed", "here"), rows)) + "\n"
+    return "\n".join(markdown(Table("", ("place", "as printed", "here"), rows))) + "\n"
 
 
 def gallery() -> str:
@@ -238,12 +241,6 @@ def _module(name: str) -> str:
         lines.append("   :members:")
     lines += ["```", ""]
     return "\n".join([*lines, *(_module(f"{name}.{part}") for part in inside if shown)])
-
-
-def table(header: Sequence[str], rows: Sequence[Sequence[str]]) -> Iterator[str]:
-    """A Markdown table."""
-    for cells in (header, ["---"] * len(header), *rows):
-        yield f"| {' | '.join(cells)} |"
 
 
 def plain(text: str) -> str:

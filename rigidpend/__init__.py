@@ -100,30 +100,17 @@ if TYPE_CHECKING:
     from rigidpend.routes.symbolic import find_orbit as find_orbit
 
 __version__ = "0.3.0.dev0"
-__all__ = [
-    *("Body", "CertifiedCodes", "FoundOrbit", "RouteCodes", "StoredResult", "address_of"),
-    *("certify_codes", "find_orbit", "load", "orbit", "plot", "return_map", "route_codes"),
-    *("run", "theory"),
-]
-
-_HOME = {
-    "Body": "rigidpend.mechanics.body",
-    "CertifiedCodes": "rigidpend.routes.certified.codes",
-    "FoundOrbit": "rigidpend.routes.symbolic",
-    "RouteCodes": "rigidpend.routes.codes",
-    "StoredResult": "rigidpend.notebook",
-    "address_of": "rigidpend.routes.symbolic",
-    "certify_codes": "rigidpend.routes.certified.codes",
-    "find_orbit": "rigidpend.routes.symbolic",
-    "load": "rigidpend.notebook",
-    "orbit": "rigidpend.notebook",
-    "plot": "rigidpend.notebook",
-    "return_map": "rigidpend.orbits.return_map",
-    "route_codes": "rigidpend.routes.codes",
-    "run": "rigidpend.notebook",
-    "theory": "rigidpend.notebook",
+_NAMES = {
+    "mechanics.body": ("Body",),
+    "notebook": ("StoredResult", "load", "orbit", "plot", "run", "theory"),
+    "orbits.return_map": ("return_map",),
+    "routes.certified.codes": ("CertifiedCodes", "certify_codes"),
+    "routes.codes": ("RouteCodes", "route_codes"),
+    "routes.symbolic": ("FoundOrbit", "address_of", "find_orbit"),
 }
-"""Module that each public name comes from."""
+"""Public names, by the module that each comes from."""
+_HOME = {name: module for module, names in _NAMES.items() for name in names}
+__all__ = sorted(_HOME)
 
 
 def __getattr__(name: str) -> Any:
@@ -132,7 +119,7 @@ def __getattr__(name: str) -> Any:
         raise AttributeError(f"module 'rigidpend' has no attribute {name!r}")
     import importlib
 
-    return getattr(importlib.import_module(_HOME[name]), name)
+    return getattr(importlib.import_module(f"rigidpend.{_HOME[name]}"), name)
 
 
 def __dir__() -> list[str]:

@@ -128,9 +128,6 @@ class SampledOrbit(NamedTuple):
     def __repr__(self) -> str:
         return f"<orbit of {self.t.size} samples, t' = 0 to {self.t[-1]:.6g}>"
 
-    def _repr_html_(self) -> str:
-        return f"<p>{escape(repr(self)[1:-1])}</p>"
-
 
 class TheoryTable(tuple["Row", ...]):
     """Table of a body by the paper's theory; a value is found by its name."""
@@ -229,7 +226,7 @@ def run(
     if jobs is not None:
         jobs = checked.whole("jobs", jobs, 1)
     pairs = {**pairs, **{f"problem.{key}": value for key, value in problem.items()}}
-    given = [(key, _written(value)) for key, value in pairs.items()]
+    given = [(key, overrides.in_one_line(value)) for key, value in pairs.items()]
     [path] = resolve((str(checked.path("name", name)),), folder)
     # The name that a sweep would give it, so that either finds the other's result.
     ending = overrides.ending(given)
@@ -365,12 +362,3 @@ def _samples(time: Any, step: Any, period: float) -> NDArray[np.float64]:
         raise ParameterError("time", f"{message}: give at most {MOST_ROTATIONS * period:.3g}")
     # A sample that rounding puts just before the last is the last.
     return np.append(apart * np.arange(math.ceil(count - 1e-9)), end)
-
-
-def _written(value: Any) -> str:
-    """Write a value as in a config."""
-    if isinstance(value, Mapping):
-        return "{" + ", ".join(f"{key}: {_written(x)}" for key, x in value.items()) + "}"
-    if isinstance(value, list | tuple):
-        return f"[{', '.join(map(_written, value))}]"
-    return str(value)

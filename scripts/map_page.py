@@ -20,7 +20,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from rigidpend.experiments.plots import BLUE, GREEN, ORANGE, RED, WIDTH
-from rigidpend.machine.wording import Table, markdown
+from rigidpend.machine.wording import Table
 from rigidpend.mechanics.body import Body
 from rigidpend.numbers.exact import exact
 from rigidpend.orbits.return_map import MapError, ReturnMap, kernel, return_map
@@ -29,7 +29,7 @@ from rigidpend.orbits.return_map.normal_form import powers
 from rigidpend.render import STYLE
 from rigidpend.routes.mapped import start_Qp
 from rigidpend.routes.problem import RouteProblem
-from scripts.readme_tables import ROOT, replaced
+from scripts.readme_tables import ROOT, write_table
 
 PICTURE, PAGE = ROOT / "docs" / "static" / "return_map.png", ROOT / "docs" / "return-map.md"
 A, R, H0 = (2, 1, "3/2"), (1, 1, 0), "1.3342"
@@ -49,9 +49,7 @@ def main() -> None:
     with matplotlib.rc_context(fname=STYLE):
         draw([_map(mu) for mu in WEIGHTS]).savefig(PICTURE)
     if "--limits" in sys.argv[1:]:
-        lines = "\n".join(markdown(limits_table(list(measured(BODIES)))))
-        text = PAGE.read_text(encoding="utf-8")
-        PAGE.write_text(replaced(PAGE.name, text, "limits", lines), encoding="utf-8")
+        write_table(PAGE, "limits", limits_table(list(measured(BODIES))))
 
 
 def _map(mu: str) -> ReturnMap:

@@ -19,12 +19,12 @@ import tempfile
 from collections.abc import Iterator, Sequence
 from pathlib import Path
 
-from rigidpend.machine.wording import Table, markdown
+from rigidpend.machine.wording import Table
 from rigidpend.mechanics.body import Body
 from rigidpend.numbers.exact import exact
 from rigidpend.orbits.return_map import MapError
 from rigidpend.routes.certified import horseshoe
-from scripts.readme_tables import ROOT, replaced
+from scripts.readme_tables import ROOT, write_table
 
 PAGE = ROOT / "docs" / "full-shift.md"
 LEAST, MOST = 5e-5, 2e-2
@@ -54,9 +54,7 @@ def main(arguments: Sequence[str] | None = None) -> None:
             )
         print(*rows[-1], sep=" | ", file=sys.stderr, flush=True)
         # After each, so that what was found before an interruption stands.
-        lines = "\n".join(markdown(table(rows, others, given.seed)))
-        text = PAGE.read_text(encoding="utf-8")
-        PAGE.write_text(replaced(PAGE.name, text, "random bodies", lines), encoding="utf-8")
+        write_table(PAGE, "random bodies", table(rows, others, given.seed))
         if len(rows) == given.count:
             break
 

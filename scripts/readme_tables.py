@@ -64,6 +64,13 @@ def replaced(page: str, text: str, name: str, block: str) -> str:
     return f"{before}{begin}{block}\n{end}{after}"
 
 
+def write_table(page: Path, name: str, table: Table) -> None:
+    """Put a table in the place of a page's block of that name."""
+    text = page.read_text(encoding="utf-8")
+    text = replaced(page.name, text, name, "\n".join(markdown(table)))
+    page.write_text(text, encoding="utf-8")
+
+
 def speed_lines(result: Loaded) -> Iterator[str]:
     """Ours and the fastest peer at every problem, for the README."""
     yield from provisional(result)

@@ -15,7 +15,6 @@ import math
 import re
 from collections.abc import Callable, Iterator
 from fractions import Fraction
-from pathlib import Path
 from typing import Any, NamedTuple
 from unittest import mock
 
@@ -25,7 +24,7 @@ from rigidpend import Body, find_orbit, route_codes
 from rigidpend.experiments.closed_orbits import ORBITS
 from rigidpend.experiments.compare import ROUNDING
 from rigidpend.experiments.precession.compute import uncertainty, unit_of
-from rigidpend.machine.wording import Table, markdown
+from rigidpend.machine.wording import Table
 from rigidpend.mechanics.equations import AlignedCoefficients, aligned
 from rigidpend.mechanics.floquet import periodic_orbit
 from rigidpend.mechanics.free_body import u
@@ -57,7 +56,7 @@ from rigidpend.surfaces.surface_orbits import (
     surface,
     unperturbed,
 )
-from scripts.readme_tables import ROOT, replaced
+from scripts.readme_tables import ROOT, write_table
 from scripts.stated_orbits import Once, alpha, multiplier
 
 PAGE = ROOT / "docs" / "measured.md"
@@ -428,12 +427,10 @@ def main() -> None:
             sizes = f"{np.median(shares):.2g}", f"{shares[-1]:.2g}"
             found[stated.what] = (stated.what, stated.truth, str(len(shares)), *sizes)
             print(*found[stated.what], sep=" | ", flush=True)
-    text = PAGE.read_text(encoding="utf-8")
-    known = kept(text) | found
+    known = kept(PAGE.read_text(encoding="utf-8")) | found
     header = ("stated", "truth", "cases", "median", "largest")
     rows = [known[x.what] for x in STATED if x.what in known]
-    block = "\n".join(markdown(Table("True error over stated error", header, rows)))
-    Path(PAGE).write_text(replaced(PAGE.name, text, "stated", block), encoding="utf-8")
+    write_table(PAGE, "stated", Table("True error over stated error", header, rows))
 
 
 if __name__ == "__main__":

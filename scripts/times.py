@@ -30,7 +30,7 @@ from rigidpend.machine.wording import Table, markdown, seconds
 from rigidpend.runs import cluster
 from rigidpend.runs.provenance import provenance
 from scripts.cell_costs import cell_table
-from scripts.readme_tables import ROOT, replaced
+from scripts.readme_tables import ROOT, write_table
 
 BODY = Body(A=(2, 1, "3/2"), r=(1, 1, 0), mu="0.001")
 START: dict[str, Any] = {"h0": "1.3342", "J1_0": "1e-8"}
@@ -179,11 +179,9 @@ def main() -> None:
     for block, (page, measured) in BLOCKS.items():
         if asked and not block.startswith(asked):
             continue
-        lines = "\n".join(markdown(measured()._replace(note=note)))
-        print(lines, flush=True)
-        path = ROOT / page
-        text = replaced(page, path.read_text(encoding="utf-8"), block, lines)
-        path.write_text(text, encoding="utf-8")
+        table = measured()._replace(note=note)
+        print("\n".join(markdown(table)), flush=True)
+        write_table(ROOT / page, block, table)
 
 
 if __name__ == "__main__":

@@ -23,11 +23,11 @@ def remembered(function: Callable[..., Any]) -> Callable[..., Any]:
     """The same, computed once for what is equal; what it raises is not kept."""
     known: dict[bytes, Any] = {}
 
-    def once(*given: Any) -> Any:
+    def once(*given: Any, **named: Any) -> Any:
         key = io.BytesIO()
-        _ByValue(key).dump(given)
+        _ByValue(key).dump((given, named))
         if (seen := key.getvalue()) not in known:
-            known[seen] = function(*given)
+            known[seen] = function(*given, **named)
         return known[seen]
 
     return once

@@ -11,7 +11,6 @@ import pytest
 
 import rigidpend
 from docs import notebooks
-from rigidpend import notebook
 from rigidpend.notebook import SampledOrbit
 from rigidpend.results import store
 from tests.config.samples import SMALL, changed, written
@@ -151,10 +150,6 @@ def test_what_is_wrong_is_said_as_on_the_command_line(tmp_path: Path) -> None:
         rigidpend.load(tmp_path / "none.h5")
     with pytest.raises(store.StoreError, match="; call: rigidpend run fig4 --out "):
         rigidpend.load(tmp_path / "fig4.h5")
-
-
-def test_settings_are_written_as_in_a_config() -> None:
-    assert notebook._written({"a": (1, 2.5), "b": {"c": "x"}}) == "{a: [1, 2.5], b: {c: x}}"
 
 
 @pytest.mark.slow

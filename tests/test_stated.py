@@ -8,7 +8,7 @@ from scripts import stated
 
 CASES = {
     "splitting": 8,
-    "precession": 4,
+    "precession": 2,
     "exponents": 2,
     "closed_orbits`: `exponent": 2,
     "periodic_orbit": 8,

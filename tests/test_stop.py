@@ -31,7 +31,7 @@ def codes(n, symbols, **more):
     return route_codes(body, np.arange(n) / 100, h0="1.3342", J1_0="1e-8", n_symbols=symbols,
                        jobs=JOBS, **more)
 try:
-    codes(3, 1, MORE)
+    codes(JOBS, 1, MORE)
     print("at work", flush=True)
     codes(COUNT, SYMBOLS, MORE)
 except signals.Stopped:
@@ -47,7 +47,7 @@ WORK = {
     "113 bits": "63, 1_000, precisions=[113]",
     "arbitrary precision": "63, 1_000, precisions=[160]",
     "DOP853": "63, 1_000, engine='scipy', precisions=[53]",
-    "integers": "63, 1_000, engine='scipy', precisions=[113]",
+    "integers": "63, 1_000, engine='scipy', precisions=[80]",
 }
 
 

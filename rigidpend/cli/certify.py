@@ -5,12 +5,13 @@ from __future__ import annotations
 from collections.abc import Sequence
 from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import click
 
 from rigidpend.cli.common import check_name, check_scheduler, guarded, print_json, say
 from rigidpend.cli.options import JOBS, JSON, OUT, SCHEDULER, SETTINGS, complete_names
+from rigidpend.config.catalogue import resolve
 
 if TYPE_CHECKING:
     from rigidpend.runs.certificates import Summary, Theorem
@@ -59,7 +60,6 @@ def certify_command(
     if bool(names) == bool(file):
         raise click.UsageError("give names of configs, or a certificate with --check")
     check_scheduler(scheduler)
-    from rigidpend.config.catalogue import resolve
     from rigidpend.runs import certificates, loading
 
     # Told at the end, so that --json prints one document.
@@ -69,15 +69,10 @@ def certify_command(
     paths = resolve(names)
     check_name(name, names, paths)
     groups = loading.load_groups(paths, settings, (), name)
+    how: Any = {"jobs": jobs, "force": force, "scheduler": scheduler}
     for loaded in (each for group in groups for each in group.members):
-        told[loaded.name] = certificates.certify(
-            loaded,
-            folder,
-            jobs=jobs,
-            report=partial(_say, loaded.name),
-            force=force,
-            scheduler=scheduler,
-        )
+        report = partial(_say, loaded.name)
+        told[loaded.name] = certificates.certify(loaded, folder, report=report, **how)
     if as_json:
         print_json({of: [each._asdict() for each in found] for of, found in told.items()})
     else:

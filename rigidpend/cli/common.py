@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import contextlib
 import json
-import math
 import os
 import re
 import shutil
@@ -18,6 +17,7 @@ from typing import Any, TypeVar
 
 import click
 
+from rigidpend.config.catalogue import resolve
 from rigidpend.machine import signals, wording
 
 DONE, FAILED, MISUSED, ABSENT, INTERNAL = 0, 1, 2, 3, 4
@@ -119,14 +119,17 @@ def sentence(error: BaseException, log: Callable[[BaseException], Path] | None =
     if type(error) is ModuleNotFoundError and code == ABSENT:
         return f"{error.name} is needed and not installed"
     if type(error) is ImportError and code == ABSENT:
-        return (
-            f"{wording.library(error)} cannot be loaded ({wording.short(error)}): install it anew"
-        )
+        lacking = wording.library(error)
+        return f"{lacking} cannot be loaded ({wording.short(error)}): install it anew"
     if isinstance(error, OSError):
         named = f"{str(error.filename)[:MOST]}: " if error.filename else ""
         return f"{named}{error.strerror or error}"
     if code != INTERNAL:
-        return brief(_told(error))
+        if getattr(error, "file", None) is None:
+            return brief(str(error))
+        from rigidpend.runs import remedies
+
+        return brief(remedies.told(error))  # type: ignore[arg-type]
     from rigidpend.runs.logs import elsewhere
 
     said = f"internal error: {error!r}; please report it"
@@ -134,14 +137,6 @@ def sentence(error: BaseException, log: Callable[[BaseException], Path] | None =
         return f"{said} with {(log or elsewhere)(error)}"
     except OSError as full:
         return f"{said}; no log could be written: {full.strerror}"
-
-
-def _told(error: BaseException) -> str:
-    if getattr(error, "file", None) is None:
-        return str(error)
-    from rigidpend.runs import remedies
-
-    return remedies.told(error)  # type: ignore[arg-type]
 
 
 def brief(said: str) -> str:
@@ -168,7 +163,6 @@ def check_name(name: str | None, names: Sequence[str], paths: Sequence[Path]) ->
 
 def the_one(name: str, command: str) -> Path:
     """File of the one config that a command is about, which `all` is not."""
-    from rigidpend.config.catalogue import resolve
 
     [path, *others] = resolve((name,))
     if others:
@@ -214,25 +208,6 @@ def print_json(document: Any) -> None:
     if context:
         context.meta[PRINTED] = True
     click.echo(json.dumps(document, indent=2))
-
-
-def row_document(row: Any) -> dict[str, Any]:
-    """Convert a row of a description for ``--json``; what is no finite number is null."""
-    return {**row._asdict(), "number": _json_number(row.number)}
-
-
-def _json_number(number: Any) -> Any:
-    if number is None or isinstance(number, str | bool | int):
-        return number
-    if isinstance(number, Sequence) or hasattr(number, "tolist"):
-        return [_json_number(x) for x in number]
-    value = float(number)
-    return value if math.isfinite(value) else None
-
-
-def print_rows(rows: Sequence[Any], margin: str = "") -> None:
-    """Print the rows of a description: name, value, meaning."""
-    print_table([(row.name, row.value, row.meaning) for row in rows], margin)
 
 
 def print_table(rows: Sequence[Sequence[str]], margin: str = "") -> None:

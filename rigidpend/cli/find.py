@@ -186,10 +186,8 @@ def _list(code: str, decimals: int, given: dict[str, Any], as_json: bool, jobs: 
         raise NoOrbit(
             f"none of the {found.tried} phases with {decimals} decimals has this code: try one more"
         )
-    rows = [
-        (str(phase), "outside of the return map" if address is None else str(address))
-        for phase, address in zip(found.theta2_0, found.addresses, strict=True)
-    ]
+    addresses = ("outside of the return map" if x is None else str(x) for x in found.addresses)
+    rows = list(zip(map(str, found.theta2_0), addresses, strict=True))
     if as_json:
         phases = [{"theta2_0": phase, "address": address} for phase, address in rows]
         print_json({"phases": phases, "tried": found.tried, "uncertain": found.uncertain})

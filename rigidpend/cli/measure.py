@@ -10,6 +10,7 @@ import click
 
 from rigidpend.cli.common import DONE, FAILED, guarded, print_json, say
 from rigidpend.cli.options import JOBS, JSON, OUT, SETTINGS
+from rigidpend.config.catalogue import resolve
 
 
 @click.command("bench")
@@ -94,7 +95,6 @@ def measured(
 ) -> Path:
     """Run a measurement unless it is up to date, and draw it; its result."""
     from rigidpend import render
-    from rigidpend.config.catalogue import resolve
     from rigidpend.runs import loading, runner
 
     [path] = resolve((f"{name}_quick" if quick else name,))

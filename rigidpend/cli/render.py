@@ -56,13 +56,12 @@ def render_command(
       rigidpend render fig4 --format pdf
       rigidpend render fig4 --sweep problem.mu=1e-4,1e-3 --out swept
     """
-    from rigidpend.config.catalogue import resolve
     from rigidpend.machine.workers import cores, side_by_side
 
     absent: dict[Path, list[Path]] = {}
     alone: dict[Path, str] = {}
     together: list[tuple[list[Path], str]] = []
-    for path in resolve(names, folder):
+    for path in catalogue.resolve(names, folder):
         title, members = _members(path, sweeps)
         sources = [folder_of(path, folder) / f"{name}.h5" for name in members]
         lacking = [source for source in sources if not os.path.lexists(source)]
@@ -156,15 +155,11 @@ def report_command(names: tuple[str, ...], folder: Path, target: Path | None) ->
       rigidpend report --out results/reference --to reference.html
       rigidpend report fig4 fig5 --to two.html
     """
-    from rigidpend.config.catalogue import resolve
     from rigidpend.render import report
 
     path = target or folder / "report.html"
-    if names:
-        given = resolve(names, folder)
-        sources = [folder_of(x, folder) / f"{x.stem}.h5" for x in given]
-    else:
-        sources = report.results(folder)
+    given = catalogue.resolve(names, folder)
+    sources = [folder_of(x, folder) / f"{x.stem}.h5" for x in given] or report.results(folder)
     problems = report.write(sources, path)
     for problem in problems:
         say(f"rigidpend: {problem}")

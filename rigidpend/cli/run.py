@@ -5,11 +5,10 @@ from __future__ import annotations
 import shlex
 import sys
 import time
-from collections.abc import Callable, Iterator, Sequence
-from contextlib import contextmanager
+from collections.abc import Callable, Sequence
 from dataclasses import asdict, dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, NamedTuple
+from typing import TYPE_CHECKING
 
 import click
 
@@ -26,6 +25,7 @@ from rigidpend.cli.common import (
     settle_warnings,
 )
 from rigidpend.cli.options import JOBS, JSON, NAMES, OUT, SCHEDULER, SETTINGS, SWEEPS
+from rigidpend.config.catalogue import resolve
 
 if TYPE_CHECKING:
     from rigidpend.machine.progress import Progress
@@ -56,19 +56,6 @@ class RunOutcome:
     log: str | None = None
     seconds: float | None = None
     error: str | None = None
-
-
-class Where(NamedTuple):
-    """Means of a run: threads of this machine, or a cluster."""
-
-    jobs: int
-    """Threads in all."""
-    at_once: int
-    """Configs at a time."""
-    scheduler: str | None
-    """Address of a cluster; None for this machine."""
-    expected: dict[str, float]
-    """Seconds that configs take, by name, as far as they are known."""
 
 
 @click.command("run")
@@ -128,9 +115,9 @@ def run_command(
     begun = time.perf_counter()
     if quiet and verbose:
         raise click.UsageError("--quiet and --verbose exclude each other")
-    from rigidpend.config.catalogue import resolve
     from rigidpend.machine import progress
     from rigidpend.runs import runner
+    from rigidpend.runs.logs import Logs
 
     paths = resolve(names, folder)
     check_name(name, names, paths)
@@ -157,13 +144,19 @@ def run_command(
     shown = progress.Progress(
         len(waiting), expected, at_once, start=begun, quiet=quiet, verbose=verbose
     )
-    with _printed(outcomes, as_json), shown:
-        shown.tell(f"planned in {time.perf_counter() - begun:.2f} s", detail=True)
-        for outcome in outcomes:
-            _tell_plan(outcome, shown, dry_run, expected.get(outcome.name))
-        if not dry_run:
-            where = Where(jobs, at_once, scheduler, expected)
-            code = max(code, _compute(waiting, shown, where, keep_going))
+    try:
+        with shown:
+            shown.tell(f"planned in {time.perf_counter() - begun:.2f} s", detail=True)
+            for outcome in outcomes:
+                _tell_plan(outcome, shown, dry_run, expected.get(outcome.name))
+            if not dry_run:
+                targets = {planned.config.name: planned.target for planned, _ in waiting}
+                logs = Logs(targets, shlex.join(["rigidpend", *sys.argv[1:]]))
+                runs = Runs(shown, logs, expected, jobs, at_once, scheduler, keep_going)
+                code = max(code, runs.compute(waiting))
+    finally:
+        if as_json:
+            print_json([asdict(outcome) for outcome in outcomes])
     sys.exit(code)
 
 
@@ -236,16 +229,6 @@ def _plan(
     return plan, outcome, DONE
 
 
-@contextmanager
-def _printed(outcomes: list[RunOutcome], as_json: bool) -> Iterator[None]:
-    """Print one document with the outcome of each config at the end, if that is asked for."""
-    try:
-        yield
-    finally:
-        if as_json:
-            print_json([asdict(outcome) for outcome in outcomes])
-
-
 def _tell_plan(outcome: RunOutcome, shown: Progress, dry_run: bool, seconds: float | None) -> None:
     from rigidpend.machine.progress import duration
 
@@ -260,79 +243,83 @@ def _tell_plan(outcome: RunOutcome, shown: Progress, dry_run: bool, seconds: flo
     shown.tell(f"{outcome.name}: {outcome.experiment}, {hashes}", detail=True)
 
 
-def _compute(
-    waiting: Sequence[tuple[Plan, RunOutcome]],
-    shown: Progress,
-    where: Where,
-    keep_going: bool,
-) -> int:
-    """Compute the planned configs, so many at a time; return the worst exit code."""
-    from rigidpend.machine import workers
-    from rigidpend.runs.logs import Logs
+@dataclass
+class Runs:
+    """Runs of planned configs, by threads of this machine or by a cluster."""
 
-    codes = [DONE]
-    for _, outcome in waiting:
-        outcome.status = "not run"
-    targets = {planned.config.name: planned.target for planned, _ in waiting}
-    logs = Logs(targets, shlex.join(["rigidpend", *sys.argv[1:]]))
+    shown: Progress
+    logs: Logs
+    expected: dict[str, float]
+    """Seconds that configs take, by name, as far as they are known."""
+    jobs: int
+    """Threads in all."""
+    at_once: int
+    """Configs at a time."""
+    scheduler: str | None
+    """Address of a cluster; None for this machine."""
+    keep_going: bool
+    code: int = DONE
+    """Worst exit code so far."""
 
-    def follow(pair: tuple[Plan, RunOutcome]) -> None:
-        if max(codes) == DONE or keep_going:
-            codes.append(_follow(*pair, shown, logs, where))
+    def compute(self, waiting: Sequence[tuple[Plan, RunOutcome]]) -> int:
+        """Compute the planned configs, so many at a time; return the worst exit code."""
+        from rigidpend.machine import workers
 
-    if where.at_once > 1:
-        # What is long and begins last would end alone.
-        waiting = sorted(waiting, key=lambda pair: -where.expected.get(pair[1].name, 0.0))
-    workers.side_by_side(follow, (), False, waiting, where.at_once)
-    return max(codes)
+        for _, outcome in waiting:
+            outcome.status = "not run"
+        if self.at_once > 1:
+            # What is long and begins last would end alone.
+            waiting = sorted(waiting, key=lambda pair: -self.expected.get(pair[1].name, 0.0))
+        workers.side_by_side(self._follow, (), False, waiting, self.at_once)
+        return self.code
 
+    def _follow(self, pair: tuple[Plan, RunOutcome]) -> None:
+        """Compute one config, unless one has failed before."""
+        planned, outcome = pair
+        if self.code != DONE and not self.keep_going:
+            return
+        name, begun = outcome.name, time.perf_counter()
+        outcome.status = "interrupted"
+        try:
+            self._by_its_means(planned, name)
+            outcome.status = "computed"
+        except Exception as error:  # noqa: BLE001
+            self.code, outcome.status = max(self.code, exit_code(error)), "failed"
+            outcome.error = sentence(error, lambda it: self.logs.failure(name, it))
+            self.logs.hear(name, f"failed: {outcome.error}")
+            self.shown.clear()
+            say(f"rigidpend: {name}: {outcome.error}")
+        finally:
+            outcome.seconds = round(time.perf_counter() - begun, 3)
+            log = self.logs.path(name)
+            outcome.log = str(log) if log else None
+        self.shown.end(name, well=outcome.status == "computed")
 
-def _follow(planned: Plan, outcome: RunOutcome, shown: Progress, logs: Logs, where: Where) -> int:
-    """Compute one config; return its exit code."""
-    from rigidpend.runs import runner
+    def _by_its_means(self, planned: Plan, name: str) -> None:
+        """Compute one config here, on a cluster, or in a process of its own if it is long."""
+        from rigidpend.machine import files, workers
+        from rigidpend.runs import runner
 
-    name, begun = outcome.name, time.perf_counter()
+        def hear(text: str) -> None:
+            self.logs.hear(name, text)
+            self.shown.hear(name, text)
 
-    def hear(text: str) -> None:
-        logs.hear(name, text)
-        shown.hear(name, text)
-
-    outcome.status, code = "interrupted", DONE
-    try:
-        jobs = max(1, where.jobs // where.at_once)
+        jobs = max(1, self.jobs // self.at_once)
         # Most of a long run is Python's own work, which holds the interpreter.
-        if where.at_once > 1 and not where.scheduler and where.expected.get(name, 0.0) > LONG:
-            _follow_apart(planned, jobs, hear)
-        else:
-            runner.follow(planned, jobs=jobs, say=hear, scheduler=where.scheduler)
-        outcome.status = "computed"
-    except Exception as error:  # noqa: BLE001
-        code, outcome.status = exit_code(error), "failed"
-        outcome.error = sentence(error, lambda it: logs.failure(name, it))
-        logs.hear(name, f"failed: {outcome.error}")
-        shown.clear()
-        say(f"rigidpend: {name}: {outcome.error}")
-    finally:
-        outcome.seconds = round(time.perf_counter() - begun, 3)
-        log = logs.path(name)
-        outcome.log = str(log) if log else None
-    shown.end(name, well=outcome.status == "computed")
-    return code
-
-
-def _follow_apart(planned: Plan, jobs: int, hear: Callable[[str], None]) -> None:
-    """Compute one config in a process of its own."""
-    from rigidpend.machine import files, workers
-
-    try:
-        workers.apart(_followed, (planned, jobs), hear)
-    except BaseException:
-        # A process that is ended may be writing.
-        files.sweep(planned.target)
-        raise
+        apart = self.at_once > 1 and self.expected.get(name, 0.0) > LONG
+        if self.scheduler or not apart:
+            runner.follow(planned, jobs=jobs, say=hear, scheduler=self.scheduler)
+            return
+        try:
+            workers.apart(_followed, (planned, jobs), hear)
+        except BaseException:
+            # A process that is ended may be writing.
+            files.sweep(planned.target)
+            raise
 
 
 def _followed(planned: Plan, jobs: int, say: Callable[[str], None]) -> None:
+    """Compute one config in this process, which is its own."""
     from rigidpend.runs import runner
 
     settle_warnings()

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import itertools
+import math
 from collections.abc import Iterator
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -15,12 +16,10 @@ from rigidpend.cli.common import (
     folder_of,
     guarded,
     print_json,
-    print_rows,
     print_table,
-    row_document,
 )
 from rigidpend.cli.options import JSON, NAMED, OUT, SETTINGS, complete_names
-from rigidpend.config.catalogue import MEASURE
+from rigidpend.config import catalogue
 
 if TYPE_CHECKING:
     from rigidpend.runs.loading import LoadedConfig
@@ -80,7 +79,6 @@ def _entries(folder: Path) -> Iterator[dict[str, Any]]:
 
 def _named(folder: Path) -> dict[str, Path]:
     """Files of all names: configs that are known, those in this folder, then results."""
-    from rigidpend.config import catalogue
     from rigidpend.runs.certificate_files import results_in
 
     by_name = {**catalogue.known(), **catalogue.own()}
@@ -119,10 +117,9 @@ def _unusable(name: str, path: Path, experiment: str | None, error: Exception) -
 
 
 def _blank(name: str, path: Path, experiment: str | None) -> dict[str, Any]:
-    from rigidpend.config.catalogue import in_all
-
     told = {"name": name, "experiment": experiment, "status": "cannot be used", "reason": None}
-    return {**told, "doubt": None, "in_all": in_all(path), "config": str(path), "file": None}
+    config = {"in_all": catalogue.in_all(path), "config": str(path), "file": None}
+    return {**told, "doubt": None, **config}
 
 
 def _row(entry: dict[str, Any]) -> list[str]:
@@ -130,7 +127,7 @@ def _row(entry: dict[str, Any]) -> list[str]:
     # Of a config with many faults the first line; `describe` has them all.
     said = f"{status}: {reason.splitlines()[0]}" if reason else status
     doubt = f"; {entry['doubt']}" if entry["doubt"] else ""
-    by_name = " (by name only)" if Path(entry["config"]).parent.name == MEASURE else ""
+    by_name = " (by name only)" if Path(entry["config"]).parent.name == catalogue.MEASURE else ""
     return [entry["name"], entry["experiment"] or "-", f"{said}{doubt}{by_name}"]
 
 
@@ -152,10 +149,10 @@ def describe_command(name: str, settings: tuple[str, ...], resolved: bool, as_js
       rigidpend describe fig4 --resolved > mine.yaml
       rigidpend describe all --json
     """
-    from rigidpend.config.catalogue import resolve
+    from rigidpend import experiments
     from rigidpend.runs import loading
 
-    paths = resolve((name,))
+    paths = catalogue.resolve((name,))
     if resolved and len(paths) > 1:
         raise click.UsageError("--resolved prints one config, not all")
     loaded = loading.load_all(paths, settings)
@@ -168,20 +165,25 @@ def describe_command(name: str, settings: tuple[str, ...], resolved: bool, as_js
             if path != paths[0]:
                 click.echo()
             click.echo(f"{each.name}: experiment {each.experiment}, {path}")
-            print_rows(_rows(each), "  ")
-
-
-def _rows(loaded: Any) -> list[Any]:
-    from rigidpend import experiments
-
-    return experiments.describe(loaded.experiment, loaded.content)
+            rows = experiments.describe(each.experiment, each.content)
+            print_table([row[:3] for row in rows], "  ")
 
 
 def _document(loaded: Any) -> dict[str, Any]:
+    from rigidpend import experiments
+
+    rows = experiments.describe(loaded.experiment, loaded.content)
     return {
         "name": loaded.name,
         "experiment": loaded.experiment,
         "config_hash": loaded.config_hash,
         "config": loaded.resolved(),
-        "rows": [row_document(row) for row in _rows(loaded)],
+        "rows": [row._asdict() | {"number": _finite(row.number)} for row in rows],
     }
+
+
+def _finite(number: Any) -> Any:
+    """The number or the numbers of a row; null for what is not finite."""
+    if isinstance(number, list):
+        return [_finite(x) for x in number]
+    return number if number is None or math.isfinite(number) else None

@@ -12,7 +12,7 @@ import click
 
 from rigidpend.cli.common import ABSENT, DONE, FAILED, guarded, print_json, say
 from rigidpend.cli.options import FOLDER, JOBS, JSON, NAMED, SETTINGS, complete_names
-from rigidpend.config.catalogue import REFERENCES
+from rigidpend.config.catalogue import PACKAGE, REFERENCES, resolve
 
 ENGINES = "Taylor series and DOP853"
 """Reference where none is stored."""
@@ -61,9 +61,9 @@ def verify_command(
       rigidpend verify all --results results --json
       rigidpend verify fig4 --set problem.mu=0.01
     """
-    from rigidpend.config.catalogue import resolve
     from rigidpend.machine import progress
     from rigidpend.machine.workers import check_stop
+    from rigidpend.runs.certificate_files import results_in
 
     everything = not names or "all" in names
     paths = resolve(names or ("all",))
@@ -79,7 +79,8 @@ def verify_command(
             if not as_json:
                 _tell(found[-1])
     # Where everything is compared, a reference that no config makes is a difference as well.
-    strays = _strays(folders[0], {path.stem for path in paths}) if everything else []
+    known = {path.stem for path in paths}
+    strays = [str(x) for x in results_in(folders[0]) if everything and x.stem not in known]
     same = not strays and all(one["same"] for one in found)
     if as_json:
         print_json({"same": same, "results": found, "without_config": strays})
@@ -91,16 +92,8 @@ def verify_command(
 
 def references() -> list[Path]:
     """Folders of the references: here, of the checkout, and as installed with the package."""
-    from rigidpend.config.catalogue import PACKAGE, REFERENCES
-
     known = (REFERENCES, PACKAGE.parent / REFERENCES, PACKAGE / "reference")
     return [folder for folder in known if folder.is_dir()] or [REFERENCES]
-
-
-def _stored(name: str, folders: Sequence[Path]) -> Path:
-    """The first folder's reference of a name that is there; the first folder's if none is."""
-    places = [folder / f"{name}.h5" for folder in folders]
-    return next((place for place in places if place.exists()), places[0])
 
 
 def _compared(
@@ -119,10 +112,13 @@ def _compared(
 
     loaded = loading.load(path, settings)
     given: dict[str, Any] = {"jobs": jobs, "report": hear}
-    stored = path if path.suffix == ".h5" else _stored(loaded.name, folders)
+    # The first folder's that is there; the first folder's if none is.
+    places = [path] if path.suffix == ".h5" else [each / f"{loaded.name}.h5" for each in folders]
+    stored = next(filter(Path.exists, places), places[0])
     read = results / stored.name if results else None
     outcome: dict[str, Any] = {"name": loaded.name, "reference": str(stored), "same": False}
     outcome |= {"absent": False, "undecided": [], "error": None, "differences": []}
+    undecided: Sequence[Any] = ()
     try:
         # The certificate of what is read, if results are given; else that of the reference.
         proof = storage.beside(read or stored)
@@ -134,20 +130,19 @@ def _compared(
             outcome["tolerances"] = referee.tolerances
         else:
             found = regression.verify(loaded, stored, fresh=read, certificate=proof, **given)
-            undecided = []
     except store.StoreError as error:
         absent = isinstance(error, files.Absent)
         said = f"{error}; {remedies.reference(path, stored)}"
         if error.file != stored or path == stored:
             said = remedies.told(error)
         return {**outcome, "absent": absent, "error": said}
-    told: dict[str, Any] = {
+    return outcome | {
         "same": not found and not undecided,
         "absent": bool(undecided and not found),
+        "differences": [_parts(x) for x in found],
+        "proven": storage.count(proof) if proof else 0,
+        "undecided": [_parts(x) for x in undecided],
     }
-    proven = storage.count(proof) if proof else 0
-    told |= {"differences": [_parts(x) for x in found], "proven": proven}
-    return {**outcome, **told, "undecided": [_parts(x) for x in undecided]}
 
 
 def _parts(difference: Any) -> dict[str, Any]:
@@ -174,21 +169,13 @@ def _tell(outcome: dict[str, Any]) -> None:
         verdict = "not decided by" if undecided and not outcome["differences"] else verdict
     proven = f"; {outcome['proven']} symbols are proven" if outcome["proven"] else ""
     click.echo(f"{outcome['name']}: {verdict} {outcome['reference']}{proven}")
-    for difference in outcome["differences"]:
-        click.echo(f"  {difference['said']}")
+    lines = [difference["said"] for difference in outcome["differences"]]
     if undecided:
         fine, coarse = outcome["tolerances"]
         said = f"DOP853 differs as much from itself, at tolerances {fine:g} and {coarse:g}:"
-        click.echo(f"  undecided, for {said}")
-    for difference in undecided:
-        click.echo(f"  {difference['said']}")
-
-
-def _strays(reference: Path, names: set[str]) -> list[str]:
-    """Names of stored results that belong to no config."""
-    from rigidpend.runs.certificate_files import results_in
-
-    return [str(file) for file in results_in(reference) if file.stem not in names]
+        lines += [f"undecided, for {said}", *(difference["said"] for difference in undecided)]
+    for line in lines:
+        click.echo(f"  {line}")
 
 
 @click.command("reference")
@@ -213,7 +200,6 @@ def reference_command(names: tuple[str, ...], reason: str, folder: Path, jobs: i
     Example:
       rigidpend reference fig4 --reason "n_symbols = 20"
     """
-    from rigidpend.config.catalogue import resolve
     from rigidpend.runs import loading, regression
 
     # Not `required` of the option, for blanks are no reason either.

@@ -61,8 +61,9 @@ def known() -> dict[str, Path]:
 
 def own() -> dict[str, Path]:
     """Map names to the configs that lie in this very folder, other than those of `known`."""
-    files = {path.stem: path for path in sorted(Path().glob("*.y*ml")) if _is_config(path)}
-    return {name: path for name, path in files.items() if name not in known()}
+    paths = [path for path in sorted(Path().glob("*.y*ml")) if _has_line(path, NAMING)]
+    others = known() if paths else {}
+    return {path.stem: path for path in paths if path.stem not in others}
 
 
 def is_sweep(path: Path) -> bool:
@@ -70,12 +71,8 @@ def is_sweep(path: Path) -> bool:
     return _has_line(path, SWEEPING)
 
 
-def _is_config(path: Path) -> bool:
-    """True if a YAML file seems to be meant as a config: it names an experiment."""
-    return _has_line(path, NAMING)
-
-
 def _has_line(path: Path, line: re.Pattern[bytes]) -> bool:
+    """True if a file can be read and has a line near its beginning."""
     try:
         # A device or a pipe might never end.
         if not path.is_file():
@@ -94,18 +91,8 @@ def in_all(path: Path) -> bool:
 def resolve(names: tuple[str, ...], folder: Path = RESULTS) -> list[Path]:
     """Find the files that are meant by names, by paths, or by `all`; each once, in order.
 
-    A name stands for a config that is known, for one in this folder, or for a stored result.
-
-    Parameters
-    ----------
-    names : tuple of str
-    folder : Path, optional
-        Folder of the results.
-
-    Raises
-    ------
-    ConfigError
-        A name that no folder has, or a path that is not there.
+    A name stands for a config that is known, for one in this folder, or for a result stored in
+    the folder of results. All names that are wrong are told at once.
     """
     by_name = known()
     paths: list[Path] = []
@@ -115,7 +102,6 @@ def resolve(names: tuple[str, ...], folder: Path = RESULTS) -> list[Path]:
             everything = filter(in_all, by_name.values())
             paths.extend(everything if name == "all" else [_file(name, by_name, folder)])
         except ConfigError as error:
-            # All names that are wrong are told at once.
             complaints += error.complaints
     if complaints:
         raise ConfigError(complaints)
@@ -129,8 +115,7 @@ def _file(name: str, by_name: dict[str, Path], folder: Path) -> Path:
             return path
         # A device or a pipe might never end.
         message = "not a file" if path.exists() else "there is no such file"
-        message = "a folder, not a file" if path.is_dir() else message
-        raise ConfigError([Complaint(Origin(name), (), message)])
+        raise ConfigError.of(Origin(name), "a folder, not a file" if path.is_dir() else message)
     if name in by_name:
         return by_name[name]
     for candidate in (path.with_name(f"{path.name}{suffix}") for suffix in SUFFIXES[:2]):
@@ -139,10 +124,6 @@ def _file(name: str, by_name: dict[str, Path], folder: Path) -> Path:
     stored = folder / f"{name}.h5"
     if name and stored.is_file():
         return stored
-    raise ConfigError([Complaint(Origin(name), (), f"no such config{_hint(name, by_name)}")])
-
-
-def _hint(name: str, by_name: dict[str, Path]) -> str:
     names = [*by_name, *own()]
     others = f"; known are {', '.join(names)} and all, or give a FILE.yaml or a RESULT.h5"
-    return meant(name, names, 0.6) or others
+    raise ConfigError.of(Origin(name), f"no such config{meant(name, names, 0.6) or others}")

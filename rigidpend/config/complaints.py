@@ -73,6 +73,11 @@ class ConfigError(ValueError):
             said.append(f"and {len(complaints) - MAX_SHOWN} more")
         super().__init__("\n".join(said))
 
+    @classmethod
+    def of(cls, origin: Origin, message: str, place: Place = ()) -> ConfigError:
+        """The error of a single complaint."""
+        return cls([Complaint(origin, place, message)])
+
 
 def meant(word: str, known: Iterable[str], cutoff: float = 0.5) -> str:
     """Suggest a known word for one that is not known, if one is close."""

@@ -23,18 +23,13 @@ class Row(NamedTuple):
     """The value as a number, or a list of numbers, where it is that."""
 
 
-def number_row(name: str, meaning: str, *numbers: float) -> Row:
-    """A row of one or several numbers, which programs get as such."""
+def number_row(name: str, meaning: str, *numbers: float | Exact) -> Row:
+    """A row of one or several numbers, exact ones as they were written; doubles for programs."""
     # A zero has no sign for a reader.
-    # A single number stands for itself, so that programs need not unpack a list of one.
-    values = [float(x) + 0.0 for x in numbers]
-    return Row(name, ", ".join(map(repr, values)), meaning, values if values[1:] else values[0])
-
-
-def exact_row(name: str, meaning: str, *numbers: Exact | int) -> Row:
-    """A row of one or several numbers as they were written, rounded for programs."""
     values = [x if isinstance(x, int) else float(x) + 0.0 for x in numbers]
-    written = ", ".join(map(str, numbers))
+    pairs = zip(numbers, values, strict=True)
+    written = ", ".join(str(x) if isinstance(x, Exact) else repr(value) for x, value in pairs)
+    # A single number stands for itself, so that programs need not unpack a list of one.
     return Row(name, written, meaning, values if values[1:] else values[0])
 
 
@@ -54,7 +49,7 @@ def asked(part: Part, apart: Sequence[str] = ()) -> Iterator[Row]:
         elif not meaning:
             yield from (row._replace(name=f"{name} {row.name}") for row in asked(value))
         elif all(type(x) is int or isinstance(x, Exact) for x in numbers):
-            yield exact_row(name, meaning, *numbers)
+            yield number_row(name, meaning, *numbers)
         else:
             yield Row(name, _text(written[name]), meaning)
 
@@ -64,16 +59,6 @@ def _text(written: Any) -> str:
     if isinstance(written, Mapping):
         return ", ".join(f"{key} = {_text(x)}" for key, x in written.items())
     return ", ".join(map(_text, written)) if isinstance(written, list) else str(written)
-
-
-def body_rows(body: Body) -> list[Row]:
-    """A body's parameters and what follows from them."""
-    return [
-        exact_row("A", "principal moments of inertia A1, A2, A3", *body.A),
-        exact_row("r", "direction to the centre of gravity", *body.r),
-        exact_row("mu", "weight times distance of the centre of gravity", body.mu),
-        *derived_rows(body),
-    ]
 
 
 def derived_rows(body: Body) -> list[Row]:

@@ -11,11 +11,11 @@ from __future__ import annotations
 
 import itertools
 import re
-from collections.abc import Iterator, Sequence
+from collections.abc import Mapping, Sequence
 from typing import Any, NamedTuple
 
 from rigidpend.config import reader
-from rigidpend.config.complaints import Complaint, ConfigError, Origin, Place
+from rigidpend.config.complaints import ConfigError, Origin, Place
 from rigidpend.config.reader import MAX_DEPTH, Document
 from rigidpend.machine.files import CERTIFICATE
 from rigidpend.numbers.expressions import named
@@ -60,31 +60,30 @@ def override(document: Document, setting: str, origin: Origin | None = None) -> 
     """Apply a setting ``a.b=VALUE`` to a document, as if it were written there.
 
     Complaints about it name its origin, the option ``--set`` if none is given.
-
-    Raises
-    ------
-    ConfigError
-        It has no such form, or leads through something that has no entries.
     """
     origin = origin or Origin(f"--set {setting}")
     path, equals, written = setting.partition("=")
     if not equals or not all(path.split(".")):
-        raise ConfigError([Complaint(origin, (), "expected KEY.KEY=VALUE, as in problem.mu=1e-3")])
+        raise ConfigError.of(origin, "expected KEY.KEY=VALUE, as in problem.mu=1e-3")
     indexed = INDEXED.sub(r".\1", path)
     if indexed != path:
-        message = f"an entry of a list is written {indexed}={written}"
-        raise ConfigError([Complaint(origin, (), message)])
+        raise ConfigError.of(origin, f"an entry of a list is written {indexed}={written}")
     # The reader's bound, which a setting would pass by: recursion follows the depth.
     if path.count(".") >= MAX_DEPTH:
-        message = f"more than {MAX_DEPTH} keys inside each other"
-        raise ConfigError([Complaint(origin, (), message)])
+        raise ConfigError.of(origin, f"more than {MAX_DEPTH} keys inside each other")
     # Nothing is no value, and not YAML's null either.
     value = reader.value(written, origin) if written else ""
     place: Place = ()
     holder = document.tree
     *outer, last = path.split(".")
     for word in outer:
-        holder, place = _entry(document, holder, word, place, origin)
+        key = _key(holder, word, place, origin)
+        place = (*place, key)
+        # A part that the file leaves out is made.
+        if isinstance(holder, dict) and key not in holder:
+            holder[key] = {}
+            document.keys[place] = document.values[place] = origin
+        holder = holder[key]
     key = _key(holder, last, place, origin)
     holder[key] = value
     place = (*place, key)
@@ -95,55 +94,31 @@ def override(document: Document, setting: str, origin: Origin | None = None) -> 
     document.keys[place] = document.values[place] = document.settings[place] = origin
 
 
-def _entry(
-    document: Document, holder: Any, text: str, place: Place, origin: Origin
-) -> tuple[Any, Place]:
-    """Value under a key, made if it is missing, and its place."""
-    key = _key(holder, text, place, origin)
-    inner = (*place, key)
-    if isinstance(holder, dict) and key not in holder:
-        holder[str(key)] = {}
-        document.keys[inner] = document.values[inner] = origin
-    return holder[key], inner
-
-
 def _key(holder: Any, text: str, place: Place, origin: Origin) -> str | int:
     if isinstance(holder, dict):
         return text
     if isinstance(holder, list) and text in map(str, range(len(holder))):
         return int(text)
     kind = f"a list of {len(holder)}" if isinstance(holder, list) else "a single value"
-    raise ConfigError([Complaint(origin, place, f"has no entry {text!r}: it is {kind}")])
+    raise ConfigError.of(origin, f"has no entry {text!r}: it is {kind}", place)
 
 
 def option(text: str) -> Sweep:
-    """Read an option ``KEY=VALUE,VALUE``.
-
-    Raises
-    ------
-    ConfigError
-        It has no such form, or only one value, or one value twice.
-    """
+    """Read an option ``KEY=VALUE,VALUE``."""
     origin = Origin(f"--sweep {text}")
     key, equals, values = text.partition("=")
     if not equals or not all(key.split(".")):
-        raise ConfigError([Complaint(origin, (), FORM)])
+        raise ConfigError.of(origin, FORM)
     return _sweep(key, reader.value(f"[{values}]", origin), origin, ())
 
 
 def taken_from(document: Document) -> list[Sweep]:
-    """Take the section ``sweep`` out of a config.
-
-    Raises
-    ------
-    ConfigError
-        It is not made of keys with lists of values.
-    """
+    """Take the section ``sweep`` out of a config."""
     place: Place = (SECTION,)
     section = document.tree.pop(SECTION, {})
     if not isinstance(section, dict):
         message = "expected keys with lists of values, as in problem.mu: [1e-4, 1e-3]"
-        raise ConfigError([Complaint(document.origin(place), place, message)])
+        raise ConfigError.of(document.origin(place), message, place)
     return [
         _sweep(key, values, document.origin((SECTION, key)), (SECTION, key))
         for key, values in section.items()
@@ -151,27 +126,20 @@ def taken_from(document: Document) -> list[Sweep]:
 
 
 def variants(sweeps: Sequence[Sweep]) -> list[Variant]:
-    """Every combination of the values, the last key's changing first.
-
-    Raises
-    ------
-    ConfigError
-        A key is swept twice, there are too many, or two would have the same name.
-    """
+    """Every combination of the values, the last key's changing first."""
     origin = Origin("sweep")
     keys = [sweep.key for sweep in sweeps]
     if len(set(keys)) < len(keys):
-        raise ConfigError([Complaint(origin, (), f"a key is swept twice: {', '.join(keys)}")])
+        raise ConfigError.of(origin, f"a key is swept twice: {', '.join(keys)}")
     found = []
     # One more than allowed shows that there are too many, before all are made.
     for values in itertools.islice(itertools.product(*(s.values for s in sweeps)), MOST + 1):
-        pairs = list(zip(keys, values, strict=True))
-        settings = zip((f"{key}={x}" for key, x in pairs), (s.origin for s in sweeps), strict=True)
-        found.append(Variant(ending(pairs), tuple(settings)))
+        settings = tuple((f"{s.key}={x}", s.origin) for s, x in zip(sweeps, values, strict=True))
+        found.append(Variant(ending(list(zip(keys, values, strict=True))), settings))
     if len(found) > MOST:
-        raise ConfigError([Complaint(origin, (), f"more than {MOST} combinations")])
+        raise ConfigError.of(origin, f"more than {MOST} combinations")
     if len({variant.ending.casefold() for variant in found}) < len(found):
-        raise ConfigError([Complaint(origin, (), "two values would have the same name")])
+        raise ConfigError.of(origin, "two values would have the same name")
     return found
 
 
@@ -183,28 +151,16 @@ def ending(pairs: Sequence[tuple[str, str]]) -> str:
 
 
 def checked_name(name: str, origin: Origin) -> str:
-    """A name of a result, if it can be one of a file on any system.
-
-    Raises
-    ------
-    ConfigError
-        It cannot.
-    """
+    """A name of a result, if it can be one of a file on any system."""
     formed = isinstance(name, str) and NAME.fullmatch(name) and len(name) <= LONGEST
     if not formed or name == "all":
         message = f"a name is made of up to {LONGEST} letters, digits and _ . , = + -"
-        raise ConfigError([Complaint(origin, (), f"{message}; got {named(name)}")])
+        raise ConfigError.of(origin, f"{message}; got {named(name)}")
     return free_name(name, origin)
 
 
 def free_name(name: str, origin: Origin) -> str:
-    """A name, if it is not one of something else.
-
-    Raises
-    ------
-    ConfigError
-        It is that of a certificate, or of a device on some system.
-    """
+    """A name, if it is not that of a certificate, or of a device on some system."""
     if name.casefold().endswith(CERTIFICATE):
         taken = f"what ends in {CERTIFICATE} is the proof of a result"
     elif DEVICE.fullmatch(name):
@@ -213,44 +169,39 @@ def free_name(name: str, origin: Origin) -> str:
         taken = "Windows leaves out the point at its end"
     else:
         return name
-    raise ConfigError([Complaint(origin, (), f"choose another name than {name!r}: {taken}")])
+    raise ConfigError.of(origin, f"choose another name than {name!r}: {taken}")
 
 
 def _sweep(key: str, values: Any, origin: Origin, place: Place) -> Sweep:
     """Check the values of a key, and write each as a setting has it."""
-    if key.split(".")[0] == SECTION:
-        message = f"a sweep cannot change the section {SECTION}: write {key.partition('.')[2]}"
-        raise ConfigError([Complaint(origin, place, message)])
-    if isinstance(values, dict):
-        inner = next(iter(values), "KEY")
-        message = f"a swept key is written whole, as in {key}.{inner}: [1e-4, 1e-3]"
-        raise ConfigError([Complaint(origin, place, message)])
-    if not isinstance(values, list) or len(values) < 2:
-        message = f"a sweep of {key} needs two values or more, as in {key}=1e-4,1e-3"
-        raise ConfigError([Complaint(origin, place, message)])
-    texts = tuple(map(_in_one_line, values))
+    texts = tuple(map(in_one_line, values)) if isinstance(values, list) else ()
     twice = [text for text in texts if texts.count(text) > 1]
-    if twice:
-        raise ConfigError([Complaint(origin, place, f"the value {twice[0]} is given twice")])
-    return Sweep(key, texts, origin)
+    if key.split(".")[0] == SECTION:
+        inner = key.partition(".")[2]
+        wrong = f"a sweep cannot change the section {SECTION}: write {inner}"
+    elif isinstance(values, dict):
+        inner = next(iter(values), "KEY")
+        wrong = f"a swept key is written whole, as in {key}.{inner}: [1e-4, 1e-3]"
+    elif len(texts) < 2:
+        wrong = f"a sweep of {key} needs two values or more, as in {key}=1e-4,1e-3"
+    elif twice:
+        wrong = f"the value {twice[0]} is given twice"
+    else:
+        return Sweep(key, texts, origin)
+    raise ConfigError.of(origin, wrong, place)
 
 
-def _in_one_line(node: Any) -> str:
-    """Write plain data as YAML in one line."""
-    if isinstance(node, dict):
-        return "{" + ", ".join(f"{key}: {_in_one_line(x)}" for key, x in node.items()) + "}"
-    if isinstance(node, list):
-        return f"[{', '.join(map(_in_one_line, node))}]"
-    return {None: "null", True: "true", False: "false"}.get(node, node)
+def in_one_line(node: Any) -> str:
+    """Write plain data as YAML in one line, numbers with the fewest digits that give them back."""
+    if isinstance(node, Mapping):
+        return "{" + ", ".join(f"{key}: {in_one_line(x)}" for key, x in node.items()) + "}"
+    if isinstance(node, list | tuple):
+        return f"[{', '.join(map(in_one_line, node))}]"
+    # YAML has its own words for these three.
+    return str(node).lower() if isinstance(node, bool) else "null" if node is None else str(node)
 
 
 def short_names(keys: Sequence[str]) -> list[str]:
-    """Last words of keys; the whole key where two would be alike."""
-    last = [".".join(_tail(key)) for key in keys]
+    """Last words of keys, with the one before an index; the whole key where two would be alike."""
+    last = [re.findall(r"[^.]*(?:\.\d+)?$", key)[0] for key in keys]
     return [name if last.count(name) == 1 else key for name, key in zip(last, keys, strict=True)]
-
-
-def _tail(key: str) -> Iterator[str]:
-    """Last word of a key, with the one before it where it is the index of a list."""
-    *_, before, last = ["", *key.split(".")]
-    yield from (before, last) if last.isdigit() else (last,)

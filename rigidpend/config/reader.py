@@ -19,8 +19,6 @@ import yaml
 
 from rigidpend.config.complaints import Complaint, ConfigError, Origin, Place
 
-__all__ = ["ConfigError", "Document", "parse", "read"]
-
 MAX_BYTES = 200_000
 """Size of a file at most; the largest shipped config has under two thousand."""
 MAX_VALUES = 10_000
@@ -29,6 +27,8 @@ MAX_DEPTH = 32
 """Deepest nesting: configs need five levels, and recursion stays far from Python's limit."""
 MAX_SCALAR = 10_000
 """Characters of a value at most, beyond any number that `numbers` reads."""
+WORDS = {"true": True, "false": False, "null": None, "~": None, "": None}
+"""Words that are no texts where they are not quoted, as in YAML 1.2."""
 
 
 @dataclass
@@ -80,25 +80,15 @@ class Document:
 
 
 def read(path: Path) -> Document:
-    """Read a YAML file.
-
-    Raises
-    ------
-    ConfigError
-        The file cannot be read, or not to its end.
-    """
+    """Read a YAML file."""
     return parse(_text(path), str(path))
 
 
 def parse(text: str, source: str) -> Document:
     """Read YAML text; `source` names it in messages.
 
-    What is refused and can be passed over is in `Document.complaints`.
-
-    Raises
-    ------
-    ConfigError
-        It is not YAML, or not the plain YAML that configs are, and cannot be read to its end.
+    What is refused and can be passed over is in `Document.complaints`; where the rest cannot be
+    read they are raised.
     """
     document = Document(source)
     # YAML's idea of a line's end, so that marks and lines agree.
@@ -117,13 +107,7 @@ def parse(text: str, source: str) -> Document:
 
 
 def value(text: str, origin: Origin) -> Any:
-    """Read YAML that an option gives; complaints about it are of the option as a whole.
-
-    Raises
-    ------
-    ConfigError
-        As :func:`parse`; also for what it would pass over.
-    """
+    """Read YAML that an option gives; all complaints are raised, of the option as a whole."""
     try:
         document = parse(text, origin.source)
         complaints = document.complaints
@@ -140,17 +124,16 @@ def _text(path: Path) -> str:
             # One byte more tells that a file is too large, without reading it to its end.
             raw = file.read(MAX_BYTES + 1)
     except OSError as error:
-        reason = error.strerror or str(error)
-        raise ConfigError([Complaint(Origin(str(path)), (), f"cannot be read: {reason}")]) from None
+        reason = f"cannot be read: {error.strerror or error}"
+        raise ConfigError.of(Origin(str(path)), reason) from None
     if len(raw) > MAX_BYTES:
         message = f"larger than {MAX_BYTES} bytes, which no config is"
-        raise ConfigError([Complaint(Origin(str(path)), (), message)])
+        raise ConfigError.of(Origin(str(path)), message)
     try:
         return raw.decode("utf-8")
     except UnicodeDecodeError as error:
         line = raw[: error.start].count(b"\n") + 1
-        message = "not text in UTF-8"
-        raise ConfigError([Complaint(Origin(str(path), line, 1), (), message)]) from None
+        raise ConfigError.of(Origin(str(path), line, 1), "not text in UTF-8") from None
 
 
 class _Reader:
@@ -161,13 +144,12 @@ class _Reader:
 
     def document(self, events: Iterator[Any]) -> Any:
         tree: Any = None
-        documents = 0
+        begun = False
         for event in events:
             if isinstance(event, yaml.DocumentStartEvent):
-                documents += 1
-                if documents > 1:
+                if begun:
                     self.stop(event.start_mark, (), "a second document; a config has one")
-                tree = self.node(next(events), events, ())
+                tree, begun = self.node(next(events), events, ()), True
         return tree
 
     def node(self, event: Any, events: Iterator[Any], place: Place) -> Any:
@@ -190,9 +172,7 @@ class _Reader:
 
     def mapping(self, events: Iterator[Any], place: Place) -> dict[str, Any]:
         entries: dict[str, Any] = {}
-        for event in events:
-            if isinstance(event, yaml.MappingEndEvent):
-                break
+        while not isinstance(event := next(events), yaml.MappingEndEvent):
             if not isinstance(event, yaml.ScalarEvent) or not event.value.isprintable():
                 self.stop(event.start_mark, place, "a key must be a plain word")
             inner = (*place, event.value)
@@ -209,9 +189,7 @@ class _Reader:
 
     def sequence(self, events: Iterator[Any], place: Place) -> list[Any]:
         entries: list[Any] = []
-        for event in events:
-            if isinstance(event, yaml.SequenceEndEvent):
-                break
+        while not isinstance(event := next(events), yaml.SequenceEndEvent):
             entries.append(self.node(event, events, (*place, len(entries))))
         return entries
 
@@ -255,11 +233,7 @@ def _refused(event: Any) -> str:
 
 
 def _scalar(event: Any) -> str | bool | None:
-    """Text of a scalar as written; unquoted true, false and null have their meaning in YAML 1.2."""
+    """Text of a scalar as written, or what a word of `WORDS` means."""
     if isinstance(event, yaml.AliasEvent):
         return None
-    if event.style is None:
-        return {"true": True, "false": False, "null": None, "~": None, "": None}.get(
-            event.value, event.value
-        )
-    return str(event.value)
+    return event.value if event.style else WORDS.get(event.value, event.value)

@@ -13,7 +13,7 @@ import inspect
 import math
 import re
 import textwrap
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from fractions import Fraction
 from itertools import pairwise
@@ -29,7 +29,6 @@ from pydantic import (
     GetCoreSchemaHandler,
     PlainSerializer,
     SerializationInfo,
-    SerializerFunctionWrapHandler,
     StringConstraints,
     model_validator,
 )
@@ -106,10 +105,6 @@ def _tolerance(x: Exact) -> Exact:
     return x
 
 
-def _ladder(bits: tuple[int, ...]) -> tuple[int, ...]:
-    return checked.precisions(bits)
-
-
 # Of any body: one field is judged at a time.
 _A, _R = exacts((2, 1, Fraction(3, 2))), exacts((1, 0, 0))
 
@@ -155,18 +150,14 @@ class WordForNone:
     def __get_pydantic_core_schema__(
         self, source: Any, handler: GetCoreSchemaHandler
     ) -> CoreSchema:
-        def written(
-            value: Any, others: SerializerFunctionWrapHandler, info: SerializationInfo
-        ) -> Any:
+        def written(value: Any, others: Callable[[Any], Any], info: SerializationInfo) -> Any:
             return self.word if value is None and info.context == WRITTEN else others(value)
 
-        found = handler(source)
+        found, kind = handler(source), core_schema.wrap_serializer_function_ser_schema
         return core_schema.no_info_before_validator_function(
             lambda value: None if value == self.word else value,
             found,
-            serialization=core_schema.wrap_serializer_function_ser_schema(
-                written, schema=found, info_arg=True
-            ),
+            serialization=kind(written, schema=found, info_arg=True),
         )
 
 
@@ -243,22 +234,16 @@ class PhaseGrid(Part):
     @model_validator(mode="after")
     def _range(self) -> Self:
         first, _, whole, _ = _reaches(self.start, self.step, self.count)
-        for field, reach in (("start", first), ("step", whole)):
-            if not reach < LARGEST:
-                message = f"phases beyond {LARGEST:.0e} have no meaning left in doubles"
-                raise PydanticCustomError("physics", message, {"field": field, "message": message})
         with physics():
+            for field, reach in (("start", first), ("step", whole)):
+                if not reach < LARGEST:
+                    message = f"phases beyond {LARGEST:.0e} have no meaning left in doubles"
+                    raise ParameterError(field, message)
             self.apart(FINEST)
         return self
 
     def apart(self, bits: int) -> None:
-        """Refuse phases that so many bits do not tell apart.
-
-        Raises
-        ------
-        ParameterError
-            The step is 0, or lost beside the phases.
-        """
+        """Refuse phases that so many bits do not tell apart: a step of 0, or lost beside them."""
         _, step, _, farthest = _reaches(self.start, self.step, self.count)
         # As a power of two, which doubles lack below 2^-1074.
         if self.count > 1 and not step > math.ldexp(farthest, -bits):
@@ -290,7 +275,7 @@ class DoubleNumerics(Part):
 class Numerics(DoubleNumerics):
     """Numerics of experiments that go to more bits where they must."""
 
-    precisions: Annotated[tuple[Whole, ...], AfterValidator(_ladder)] = PRECISIONS
+    precisions: Annotated[tuple[Whole, ...], AfterValidator(checked.precisions)] = PRECISIONS
     """Working precisions in bits, ascending; a column with an uncertain symbol goes to the next."""
 
 

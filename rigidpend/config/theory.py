@@ -11,12 +11,7 @@ from typing import Any
 
 import numpy as np
 
-from rigidpend.config.description import (
-    Row,
-    body_rows,
-    exact_row,
-    number_row,
-)
+from rigidpend.config.description import Row, derived_rows, number_row
 from rigidpend.mechanics import floquet, in_space
 from rigidpend.mechanics.body import Angles, Body
 from rigidpend.mechanics.free_body import SEPARATRICES
@@ -28,24 +23,9 @@ from rigidpend.surfaces import melnikov
 
 
 def rows(body: Body, h0: Scalar, J1_0: Scalar = None) -> list[Row]:
-    """Make the table of a body at an energy constant.
+    """Make the table of a body at an energy constant h0 = kappa J2_0^2/2, greater than mu.
 
-    Parameters
-    ----------
-    body : Body
-    h0 : number
-        Energy constant, kappa J2_0^2/2, greater than mu.
-    J1_0 : number, optional
-        Initial action, dimensionless; Melnikov's zeros depend on it, nothing else does.
-
-    Returns
-    -------
-    list of Row
-
-    Raises
-    ------
-    ProblemError
-        h0 or J1_0 is out of range.
+    Melnikov's zeros depend on the initial action J1_0, dimensionless, nothing else does.
     """
     # Nothing but Melnikov's zeros depends on J1_0: where none is given, any one will do.
     problem = RouteProblem(body, h0, exact("1e-8") if J1_0 is None else J1_0, 1)
@@ -53,14 +33,20 @@ def rows(body: Body, h0: Scalar, J1_0: Scalar = None) -> list[Row]:
     p, J2_0 = body.angles(), float(problem.J2_0(53))
     regime = in_space.regime(body)
     return [
-        *body_rows(body),
-        exact_row("h0", "energy constant, kappa J2_0^2/2", energy),
+        number_row("A", "principal moments of inertia A1, A2, A3", *body.A),
+        number_row("r", "direction to the centre of gravity", *body.r),
+        number_row("mu", "weight times distance of the centre of gravity", body.mu),
+        *derived_rows(body),
+        number_row("h0", "energy constant, kappa J2_0^2/2", energy),
         number_row("J2_0", "initial |M|, dimensionless", J2_0),
-        *_swings(p, float(energy)),
-        *_melnikov(p, J2_0),
+        *_first_order(p, float(energy), J2_0),
         *(_zeros(problem) if J1_0 is not None else ()),
         Row("regime", regime.name, f"of (trieq): separatrices by increment, {regime}"),
-        *_increments(p, energy),
+        number_row(
+            "Delta theta3",
+            "rad, increments along separatrices 1 to 4, to O(mu)",
+            *in_space.increments(p, float(energy)),
+        ),
         *_orbits(p, float(energy)),
     ]
 
@@ -74,28 +60,19 @@ def of(problem: Any) -> list[Row]:
     return rows(body, h0, getattr(problem, "J1_0", None))
 
 
-def _swings(p: Angles, h0: float) -> Iterator[Row]:
+def _first_order(p: Angles, h0: float, J2_0: float) -> Iterator[Row]:
     for epsilon, beside in ((1, "2 and 4"), (-1, "1 and 3")):
         meaning = f"rad, largest swing of theta1 beside separatrices {beside}, to O(mu)"
         yield number_row(f"Delta_1({epsilon:+d})", meaning, Delta_1(p, h0, epsilon, np))
-
-
-def _melnikov(p: Angles, J2_0: float) -> Iterator[Row]:
     amplitudes = [melnikov.amplitude(n, J2_0, p, np) for n in SEPARATRICES]
-    yield number_row(
-        "Melnikov amplitude", "of cos(delta + theta2_0), separatrices 1 to 4", *amplitudes
-    )
+    meaning = "of cos(delta + theta2_0), separatrices 1 to 4"
+    yield number_row("Melnikov amplitude", meaning, *amplitudes)
 
 
 def _zeros(problem: RouteProblem) -> Iterator[Row]:
-    yield exact_row("J1_0", "initial action, dimensionless", problem.J1_0)
+    yield number_row("J1_0", "initial action, dimensionless", problem.J1_0)
     meaning = "rad, theta2_0 on separatrix 2, where the first symbol changes, to O(mu)"
     yield number_row("Melnikov zeros", meaning, *melnikov.zeros(problem))
-
-
-def _increments(p: Angles, h0: Exact) -> Iterator[Row]:
-    gained = in_space.increments(p, float(h0))
-    yield number_row("Delta theta3", "rad, increments along separatrices 1 to 4, to O(mu)", *gained)
 
 
 def _orbits(p: Angles, h0: float) -> Iterator[Row]:

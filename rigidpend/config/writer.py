@@ -19,10 +19,10 @@ INDENT, LONGEST = "  ", 24
 """Blanks before a key in a section, and characters by which YAML may go beyond its width."""
 SHOWN = 3
 """Number of changes that a sentence lists."""
-ABSENT = "nothing"
-"""Word for the value of a key that one of the two configs has not."""
 WORDS = {"beta0": "gamma0"}
 """Words that a config has for null, by the last name of the key; `auto` elsewhere."""
+ABSENT = "nothing"
+"""Word for the value of a key that one of the two configs has not."""
 
 
 class _Dumper(yaml.SafeDumper):
@@ -41,15 +41,7 @@ _Dumper.add_implicit_resolver("tag:yaml.org,2002:bool", re.compile("^(true|false
 
 
 def to_yaml(values: dict[str, Any], schema: type[BaseModel]) -> str:
-    """Write a config as YAML, each key with its meaning as a comment.
-
-    Parameters
-    ----------
-    values : dict
-        Plain data, numbers as texts.
-    schema : type
-        The model that the config is checked against.
-    """
+    """Write plain data, numbers as texts, as YAML: each key with its meaning as a comment."""
     lines: list[str] = []
     for key, value in values.items():
         inner, _ = nested(schema.model_fields[key].annotation)

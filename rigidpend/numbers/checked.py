@@ -44,13 +44,7 @@ Error = type[ParameterError]
 
 
 def number(name: str, value: Any, error: Error = ParameterError) -> Exact:
-    """The number that a value says, exact.
-
-    Raises
-    ------
-    ParameterError
-        It says none.
-    """
+    """The number that a value says, exact."""
     try:
         return exact(value)
     except ExactError as wrong:
@@ -60,14 +54,13 @@ def number(name: str, value: Any, error: Error = ParameterError) -> Exact:
 def whole(
     name: str, value: Any, least: int, most: int | None = None, error: Error = ParameterError
 ) -> int:
-    """A whole number within limits, as an int: that of NumPy may have eight bits.
-
-    Raises
-    ------
-    ParameterError
-        It is none, or beyond a limit.
-    """
-    found = _index(value)
+    """A whole number within limits, as an int: that of NumPy may have eight bits."""
+    # NumPy's truth value has no index, and an array of one entry has.
+    none = isinstance(value, bool) or getattr(value, "shape", None)
+    try:
+        found = None if none else operator.index(value)
+    except TypeError:
+        found = None
     if found is None or found < least or (most is not None and found > most):
         limits = f"from {least} on" if most is None else f"from {least} to {most}"
         raise error(name, f"{name} must be a whole number {limits}, got {named(value)}")
@@ -75,26 +68,14 @@ def whole(
 
 
 def of_kind(name: str, value: Any, kind: Any, error: Error = ParameterError) -> Any:
-    """A value of a type.
-
-    Raises
-    ------
-    ParameterError
-        It is another.
-    """
+    """A value of a type."""
     if not isinstance(value, kind):
         raise error(name, f"{name} must be a {kind.__name__}, got {named(value)}")
     return value
 
 
 def path(name: str, value: Any, error: Error = ParameterError) -> Path:
-    """The path of a file or a folder.
-
-    Raises
-    ------
-    ParameterError
-        It is neither a text nor a path, empty, or what no system takes as a name.
-    """
+    """The path of a file or a folder, that a system may take as a name."""
     text = str(value) if isinstance(value, str | Path) else ""
     if not text or "\0" in text or len(text) > LONGEST:
         raise error(name, f"{name} must be a path, as a text or a Path, got {named(value)}")
@@ -102,26 +83,14 @@ def path(name: str, value: Any, error: Error = ParameterError) -> Path:
 
 
 def choice(name: str, value: Any, known: Sequence[str], error: Error = ParameterError) -> str:
-    """One of the words that are known.
-
-    Raises
-    ------
-    ParameterError
-        It is none of them.
-    """
+    """One of the words that are known."""
     if not isinstance(value, str) or value not in known:
         raise error(name, f"{name} must be one of {', '.join(known)}, got {named(value)}")
     return value
 
 
 def precisions(values: Any, error: Error = ParameterError) -> tuple[int, ...]:
-    """Working precisions in bits, ascending: what one cannot decide goes to the next.
-
-    Raises
-    ------
-    ParameterError
-        They are no whole numbers from 53 to `FINEST`, or do not ascend by `GAP` or more.
-    """
+    """Working precisions in bits, ascending: what one cannot decide goes to the next."""
     try:
         ladder = tuple(map(operator.index, values))
     except TypeError:
@@ -140,14 +109,3 @@ def precisions(values: Any, error: Error = ParameterError) -> tuple[int, ...]:
                 f" {low + GAP} or more after {low}",
             )
     return ladder
-
-
-def _index(value: Any) -> int | None:
-    """The int that a whole number is; None for anything else, truth values among them."""
-    # NumPy's truth value has no index, and an array of one entry has.
-    if isinstance(value, bool) or getattr(value, "shape", None):
-        return None
-    try:
-        return operator.index(value)
-    except TypeError:
-        return None

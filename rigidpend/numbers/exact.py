@@ -7,18 +7,19 @@ rounded when it is made: ``exact("0.1")`` is one tenth, ``exact("3*pi/40 + 1/100
 
 from __future__ import annotations
 
+import ast
 import functools
 import math
 import numbers
+import operator
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 from decimal import Decimal
 from fractions import Fraction
 from typing import TYPE_CHECKING, Any
 
-from rigidpend.numbers import expressions
-from rigidpend.numbers.expressions import MAX_EXPONENT, MAX_TEXT, named, shown
 from rigidpend.numbers.expressions import ExactError as ExactError
+from rigidpend.numbers.expressions import named, shown
 
 if TYPE_CHECKING:
     from mpmath import MPContext
@@ -33,6 +34,27 @@ FINEST = 9_000
 """Bits of the highest working precision, which leaves guard bits up to `MOST_BITS`."""
 MAX_SIZE = 40_000
 """Largest number of bits in the numerator or the denominator of a rational number."""
+MAX_EXPONENT = 5000
+"""Largest decimal exponent, of either sign."""
+# Whoever writes a number by hand needs far less; what is longer would take seconds to evaluate.
+MAX_TEXT, MAX_CALLS = 4000, 64
+"""Characters of a text, and functions in it, at most."""
+
+FUNCTIONS = ("sqrt", "sin", "cos", "tan", "atan")
+"""Functions of one argument that a text may name."""
+OPERATORS: dict[type[ast.operator], str] = {
+    ast.Add: "+",
+    ast.Sub: "-",
+    ast.Mult: "*",
+    ast.Div: "/",
+    ast.Pow: "**",
+}
+COMPUTE: dict[str, Callable[[Any, Any], Any]] = {
+    "+": operator.add,
+    "-": operator.sub,
+    "*": operator.mul,
+    "/": operator.truediv,
+}
 
 
 @functools.cache
@@ -83,11 +105,11 @@ def fraction(x: Any, bits: int | None = None) -> Fraction:
     return Fraction(*map(int, to_rational(rounded._mpf_)))
 
 
-def _operators(name: str) -> tuple[Callable[[Exact, Any], Exact], Callable[[Exact, Any], Exact]]:
+def _operators(sign: str) -> tuple[Callable[[Exact, Any], Exact], Callable[[Exact, Any], Exact]]:
     """An operator with a number on its right, and with one on its left."""
     return (
-        lambda self, other: combine(name, self, exact(other)),
-        lambda self, other: combine(name, exact(other), self),
+        lambda self, other: combine(sign, self, exact(other)),
+        lambda self, other: combine(sign, exact(other), self),
     )
 
 
@@ -228,8 +250,51 @@ def exact(value: Any) -> Exact:
 @functools.lru_cache(maxsize=1024)
 def _read(text: str) -> Exact:
     """Read a text; of the members of a sweep nearly all are the same."""
-    read = expressions.read(text, _READER)
-    return Exact(text.strip(), read.fraction, read.over)
+    if len(text) > MAX_TEXT:
+        raise ExactError(f"a number of {len(text)} characters: at most {MAX_TEXT} are read")
+    source = text.strip()
+    # Python would take the rest for a comment, which YAML does only behind a blank.
+    if "#" in source:
+        raise ExactError(f"{shown(text)!r} is not a number: a comment begins with a blank and a #")
+    try:
+        # Python's grammar only: nothing is evaluated, and `_node` takes what it names and no more.
+        tree = ast.parse(source, mode="eval")
+        if sum(isinstance(node, ast.Call) for node in ast.walk(tree)) > MAX_CALLS:
+            raise ExactError(f"more than {MAX_CALLS} functions in a number")
+        read = _node(tree.body, source)
+    except ExactError as error:
+        before = "" if str(error).startswith(repr(source)) else f"{shown(text)!r}: "
+        raise ExactError(f"{before}{shown(str(error))}") from None
+    # Python's parser gives up in all these ways, on nested brackets for one.
+    except (SyntaxError, ValueError, RecursionError, MemoryError):
+        raise ExactError(f"{shown(text)!r} is not a number or an expression of numbers") from None
+    return Exact(source, read.fraction, read.over)
+
+
+def _node(node: ast.expr, source: str) -> Exact:
+    """Number that a part of an expression says."""
+    match node:
+        case ast.Constant(value=int() | float()) if not isinstance(node.value, bool):
+            # The digits as written, not the double that the parser has made of them.
+            part = ast.get_source_segment(source, node) or ""
+            _, _, exponent = part.lower().partition("e")
+            # The parser allows 1e999999999, of which the exact value would fill the memory.
+            if exponent and abs(int(exponent)) > MAX_EXPONENT:
+                raise ExactError(f"{part}: exponents go to {MAX_EXPONENT}")
+            return rational(Fraction(part), part)
+        case ast.Name(id="pi"):
+            return PI
+        case ast.UnaryOp(op=ast.USub() | ast.UAdd() as sign, operand=inner):
+            return combine(
+                "*", exact(-1 if isinstance(sign, ast.USub) else 1), _node(inner, source)
+            )
+        case ast.BinOp(left=left, op=between, right=right) if type(between) in OPERATORS:
+            a, b = _node(left, source), _node(right, source)
+            return combine(OPERATORS[type(between)], a, b)
+        case ast.Call(func=ast.Name(id=name), args=[inner], keywords=[]) if name in FUNCTIONS:
+            return function(name, _node(inner, source))
+    part, known = ast.get_source_segment(source, node) or source, ", ".join(FUNCTIONS)
+    raise ExactError(f"{shown(part)!r} is not understood (known: numbers, pi, + - * / **, {known})")
 
 
 def exacts(values: Iterable[Any]) -> list[Exact]:
@@ -239,18 +304,17 @@ def exacts(values: Iterable[Any]) -> list[Exact]:
 
 def function(name: str, x: Exact) -> Exact:
     """Make the exact number ``name(x)``, for one of sqrt, sin, cos, tan, atan."""
+    text = f"{name}({x})"
     if name == "sqrt":
-        if x.fraction is not None and x.fraction < 0:
-            raise ExactError(f"sqrt({x}) is not real")
-        # sqrt(4) is rational like 2, by which equal bodies are known as equal.
-        root = _rational_root(x.fraction)
-        if root is not None:
-            return rational(root, f"sqrt({x})")
-        if x.fraction is None and x.at(53) < 0:
-            raise ExactError(f"sqrt({x}) is not real")
-    if name in ("sin", "cos", "tan"):
-        return Exact(f"{name}({x})", None, lambda m: getattr(m, name)(_turnable(x, m)))
-    return Exact(f"{name}({x})", None, lambda m: getattr(m, name)(x.over(m)))
+        if (x.at(53) if x.fraction is None else x.fraction) < 0:
+            raise ExactError(f"{text} is not real")
+        if x.fraction is not None:
+            # sqrt(4) is rational like 2, by which equal bodies are known as equal.
+            root = Fraction(*map(math.isqrt, x.fraction.as_integer_ratio()))
+            if root**2 == x.fraction:
+                return rational(root, text)
+    turns = name in ("sin", "cos", "tan")
+    return Exact(text, None, lambda m: getattr(m, name)(_turnable(x, m) if turns else x.over(m)))
 
 
 def _turnable(x: Exact, m: MPContext) -> Any:
@@ -266,15 +330,6 @@ def _magnitude(value: Any) -> int:
     """Binary exponent of an mpmath number; 0 for 0 and for numbers that are not finite."""
     _, mantissa, exponent, bits = value._mpf_
     return int(exponent + bits) if mantissa else 0
-
-
-def _rational_root(x: Fraction | None) -> Fraction | None:
-    """Square root of x where it is rational, else None."""
-    if x is None:
-        return None
-    numerator, denominator = math.isqrt(x.numerator), math.isqrt(x.denominator)
-    root = Fraction(numerator, denominator)
-    return root if root * root == x else None
 
 
 def rational(value: Fraction, text: str | None) -> Exact:
@@ -308,24 +363,37 @@ def _shortest(value: Fraction) -> str:
 PI = Exact("pi", None, lambda m: +m.pi)
 
 
-def combine(operator: str, a: Exact, b: Exact) -> Exact:
-    """Make the exact number ``a operator b``, for one of ``+ - * / **``."""
-    text = f"{_bracketed(a)} {operator} {_bracketed(b)}"
-    if operator == "/" and (b.fraction == 0 or (b.fraction is None and b.at(53) == 0)):
+def combine(sign: str, a: Exact, b: Exact) -> Exact:
+    """Make the exact number ``a sign b``, for one of ``+ - * / **``."""
+    text = f"{_bracketed(a)} {sign} {_bracketed(b)}"
+    if sign == "**":
+        return _power(text, a, b.fraction)
+    if sign == "/" and _vanishes(b):
         raise ExactError(f"{text}: division by zero")
-    if operator == "**":
-        _check_power(text, a, b)
     # Known as zero without evaluation, which could never tell it from something tiny.
-    if operator == "*" and 0 in (a.fraction, b.fraction):
+    if sign == "*" and 0 in (a.fraction, b.fraction):
         return rational(Fraction(0), text)
-    compute = _COMPUTE[operator]
+    compute = COMPUTE[sign]
     if a.fraction is not None and b.fraction is not None:
         return rational(compute(a.fraction, b.fraction), text)
-    if operator == "**":
-        assert b.fraction is not None
-        n = int(b.fraction)
-        return Exact(text, None, lambda m: a.over(m) ** n)
     return Exact(text, None, lambda m: compute(a.over(m), b.over(m)))
+
+
+def _power(text: str, a: Exact, power: Fraction | None) -> Exact:
+    if power is None or power.denominator != 1 or abs(power) > 64:
+        raise ExactError(f"{text}: the power must be a whole number of at most 64")
+    n = int(power)
+    if n < 0 and _vanishes(a):
+        raise ExactError(f"{text}: division by zero")
+    if a.fraction is None:
+        return Exact(text, None, lambda m: a.over(m) ** n)
+    if abs(n) * _size(a.fraction) > MAX_SIZE:
+        raise ExactError(f"{text}: a number with more than {MAX_SIZE} bits")
+    return rational(a.fraction**n, text)
+
+
+def _vanishes(x: Exact) -> bool:
+    return not (x.at(53) if x.fraction is None else x.fraction)
 
 
 def _bracketed(x: Exact) -> str:
@@ -334,27 +402,5 @@ def _bracketed(x: Exact) -> str:
     return x.text if plain else f"({x.text})"
 
 
-def _check_power(text: str, a: Exact, b: Exact) -> None:
-    n = b.fraction
-    if n is None or n.denominator != 1 or abs(n) > 64:
-        raise ExactError(f"{text}: the power must be a whole number of at most 64")
-    if n < 0 and (a.fraction == 0 or (a.fraction is None and a.at(53) == 0)):
-        raise ExactError(f"{text}: division by zero")
-    if a.fraction is not None and abs(n) * _size(a.fraction) > MAX_SIZE:
-        raise ExactError(f"{text}: a number with more than {MAX_SIZE} bits")
-
-
 def _size(x: Fraction) -> int:
     return max(x.numerator.bit_length(), x.denominator.bit_length())
-
-
-_COMPUTE: dict[str, Callable[[Any, Any], Any]] = {
-    "+": lambda x, y: x + y,
-    "-": lambda x, y: x - y,
-    "*": lambda x, y: x * y,
-    "/": lambda x, y: x / y,
-    "**": lambda x, y: x ** int(y),
-}
-_READER = expressions.Reader(
-    number=lambda digits: rational(Fraction(digits), digits), pi=PI, combine=combine, apply=function
-)

@@ -20,7 +20,7 @@ from rigidpend.results import store
 from rigidpend.runs import loading, runner
 from tests.attacks import lot
 from tests.attacks.craft import REFERENCE
-from tests.cli.calls import LIMITED, UNTRACED
+from tests.cli.calls import LIMITED, UNTRACED, call
 from tests.config.samples import HEAD, SMALL, written
 from tests.runs.test_faults import ZOOM
 
@@ -52,7 +52,7 @@ def test_a_result_under_another_name_is_never_taken_for_that_result(tmp_path: Pa
     stored = {path.stem: path for path in sorted(REFERENCE.glob("*.h5"))}
     known = {name: path for name, path in catalogue.known().items() if name in stored}
     with lot.drawn("exchanged results") as chance:
-        for _ in range(lot.trials(6, 0.05)):
+        for _ in range(lot.trials(3, 0.05)):
             mine, other = chance.sample(sorted(known), 2)
             shutil.copyfile(stored[other], tmp_path / f"{mine}.h5")
             config = loading.load(known[mine])
@@ -77,17 +77,22 @@ numerics:
 """Orbits for which two maps are made, of neighbouring energies."""
 
 
-def ran(folder: Path, *arguments: str, python_path: str = "") -> subprocess.CompletedProcess[str]:
-    """A command in a folder, with a cache of its own there."""
+def ran(folder: Path, *arguments: str, **environment: str) -> subprocess.CompletedProcess[str]:
+    """A command in a folder."""
     return subprocess.run(
         [sys.executable, "-m", "rigidpend", *arguments],
         cwd=folder,
-        env=UNTRACED | {"XDG_CACHE_HOME": str(folder / "cache"), "PYTHONPATH": python_path},
+        env=UNTRACED | environment,
         capture_output=True,
         text=True,
         timeout=120,
         check=False,
     )
+
+
+def cached(folder: Path, *arguments: str) -> subprocess.CompletedProcess[str]:
+    """A command in a folder, with a cache of its own there."""
+    return ran(folder, *arguments, XDG_CACHE_HOME=str(folder / "cache"))
 
 
 def all_kept(folder: Path) -> list[Path]:
@@ -115,7 +120,7 @@ def desk(tmp_path_factory: pytest.TempPathFactory) -> Path:
     subprocess.run(command, cwd=found, env=own, capture_output=True, check=False)
     # What the parts become needs no second computation.
     shutil.copytree(found / "results", found / "parts")
-    assert ran(found, "run", "map.yaml", "zoom.yaml").returncode == 0
+    assert cached(found, "run", "map.yaml", "zoom.yaml").returncode == 0
     (found / "results").rename(found / "undisturbed")
     (found / "parts").rename(found / "results")
     kinds = [path.relative_to(found).parts[-2] for path in all_kept(found)]
@@ -164,14 +169,14 @@ def test_kept_files_that_are_damaged_or_exchanged_change_no_result(
             for _ in range(chance.choice([1, 2, 4])):
                 mine, other = chance.sample([x for x in all_kept(folder) if not x.is_symlink()], 2)
                 done.append((disturb(mine, other, chance), mine, other))
-            end = ran(folder, "run", "map.yaml", "zoom.yaml")
+            end = cached(folder, "run", "map.yaml", "zoom.yaml")
             assert "Traceback" not in end.stderr
             for how, path, _ in done:
                 if how == "folder" and path.suffix == ".kept":
                     # It may hold anything: whose it is, is asked.
                     assert f"{path.name}: a folder is in the place of a file: move" in end.stderr
                     path.rmdir()
-                    end = ran(folder, "run", "map.yaml", "zoom.yaml")
+                    end = cached(folder, "run", "map.yaml", "zoom.yaml")
             assert end.returncode == 0, (done, end.stderr)
             for each in ("map", "zoom"):
                 one, two = (folder / where / f"{each}.h5" for where in ("results", "undisturbed"))
@@ -199,7 +204,7 @@ COMMANDS = [
 @pytest.mark.slow
 def test_where_a_library_is_absent_or_broken_a_command_works_or_names_it(tmp_path: Path) -> None:
     written(tmp_path, SMALL, "small.yaml")
-    assert ran(tmp_path, "run", "small.yaml").returncode == 0
+    assert call(tmp_path, "run", "small.yaml").returncode == 0
     codes = store.load(tmp_path / "results" / "small.h5")["data"]["only"]["codes"]
     with lot.drawn("libraries") as chance:
         for index in range(lot.trials(2, 0.02)):
@@ -210,7 +215,7 @@ def test_where_a_library_is_absent_or_broken_a_command_works_or_names_it(tmp_pat
             name = library if broken else "sitecustomize"
             (place / f"{name}.py").write_text(text.replace("LIBRARY", library))
             command = chance.choice(COMMANDS)
-            end = ran(tmp_path, *command.split(), python_path=str(place))
+            end = ran(tmp_path, *command.split(), PYTHONPATH=str(place))
             assert end.returncode in (0, 3), (library, broken, command, end.stderr)
             assert "Traceback" not in end.stderr
             assert not end.returncode or library in end.stderr.splitlines()[-1]

@@ -13,8 +13,8 @@ from tests.attacks import fuzz, lot
 
 SECONDS, MEGABYTES = damage.ALLOWANCE + 1.0, 500
 """What one file may take of the processor, a reader that hangs included, and of memory."""
-FUZZED = lot.trials(60)
-"""Number of files of each kind; one takes some 20 ms."""
+FUZZED = lot.trials(24)
+"""Number of files of each kind; one takes some 50 ms."""
 
 
 @pytest.mark.slow

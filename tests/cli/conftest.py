@@ -18,6 +18,13 @@ def desk(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return folder
 
 
+@pytest.fixture
+def small(tmp_path: Path) -> Path:
+    """A folder of a test's own with that small config alone."""
+    written(tmp_path, SMALL, "small.yaml")
+    return tmp_path
+
+
 @pytest.fixture(scope="package")
 def first(desk: Path) -> Done:
     """The first run of fig4, on one processor."""

@@ -3,16 +3,13 @@
 from __future__ import annotations
 
 import json
-import subprocess
-import sys
+import warnings
 from pathlib import Path
 
 import pytest
 
 from rigidpend.machine import cache
-from rigidpend.results import store
 from tests.cli.calls import call
-from tests.config.samples import SMALL, written
 
 
 @pytest.fixture
@@ -45,23 +42,15 @@ def test_subfolders_files_and_damage_are_told_and_removed(folder: Path, tmp_path
     assert not folder.exists()
 
 
-@pytest.mark.slow
-def test_a_run_with_damaged_code_says_so_and_makes_it_anew(folder: Path, tmp_path: Path) -> None:
-    """In processes of their own, for integrators are kept in memory too."""
-    written(tmp_path, SMALL, "small.yaml")
-    command = [sys.executable, "-m", "rigidpend", "run", "small.yaml", "--force", "-q", "-j", "1"]
-    results = []
-    for damaged in (False, True, False):
-        for path in folder.glob("*/*") if damaged else ():
-            content = bytearray(path.read_bytes())
-            content[len(content) // 2] ^= 1
-            path.write_bytes(content)
-        done = subprocess.run(command, cwd=tmp_path, capture_output=True, text=True, check=False)
-        assert done.returncode == 0, done.stderr
-        said = f"rigidpend: warning: {folder}/"
-        lines = done.stderr.splitlines()
-        assert bool(lines) == damaged
-        assert all(line.startswith(said) for line in lines)
-        assert all(line.endswith("damaged; it is made again") for line in lines)
-        results.append(repr(store.read_tree(tmp_path / "results" / "small.h5")))
-    assert results[0] == results[1] == results[2]
+def test_a_kept_file_that_is_damaged_is_said_in_a_sentence(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def damaged() -> list[cache.Subfolder]:
+        warnings.warn("one.map: damaged; it is made again", cache.KeptFileWarning, stacklevel=1)
+        return []
+
+    monkeypatch.setattr(cache, "subfolders", damaged)
+    with warnings.catch_warnings():
+        warnings.simplefilter("always")
+        done = call(tmp_path, "cache")
+    assert done.stderr == "rigidpend: warning: one.map: damaged; it is made again\n"

@@ -7,13 +7,16 @@ from pathlib import Path
 
 import pytest
 
+from rigidpend.routes import symbolic
 from tests.cli.calls import call
+from tests.remembered import remembered
 
 ROOT = Path(__file__).resolve().parents[2]
 
 
 @pytest.mark.slow
-def test_a_code_gives_a_phase() -> None:
+def test_a_code_gives_a_phase(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(symbolic, "find_orbit", remembered(symbolic.find_orbit))
     asked = ("--code", "0^11 1^10", "--digits", "12")
     done = call(ROOT, "find", "fig4", *asked)
     assert done.returncode == 0

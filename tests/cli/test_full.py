@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 import resource
+import shutil
 import subprocess
 import sys
 from collections.abc import Callable
@@ -13,7 +14,7 @@ from typing import Any
 import pytest
 
 from rigidpend.cli import common
-from tests.cli.calls import LIMITED, call
+from tests.cli.calls import LIMITED, REFERENCE, call
 from tests.config.samples import SMALL, written
 
 FULL = Path("/dev/full")
@@ -36,20 +37,12 @@ def streams(folder: Path, *arguments: str, **how: Any) -> subprocess.CompletedPr
     )
 
 
-@pytest.fixture
-def desk(tmp_path: Path) -> Path:
-    written(tmp_path, SMALL, "small.yaml")
-    return tmp_path
-
-
 @pytest.mark.slow
 @needs_full
-@pytest.mark.parametrize(
-    "command", [("list",), ("describe", "fig4"), ("run", "small.yaml", "--json")]
-)
-def test_a_full_stdout_is_one_sentence(desk: Path, command: tuple[str, ...]) -> None:
+@pytest.mark.parametrize("command", [("describe", "fig4"), ("run", "small.yaml", "--json")])
+def test_a_full_stdout_is_one_sentence(small: Path, command: tuple[str, ...]) -> None:
     with FULL.open("w") as full:
-        done = streams(desk, *command, stdout=full, stderr=subprocess.PIPE)
+        done = streams(small, *command, stdout=full, stderr=subprocess.PIPE)
     assert done.returncode == 1
     assert done.stderr.splitlines()[-1] == "rigidpend: No space left on device"
     assert "Exception" not in done.stderr
@@ -58,42 +51,33 @@ def test_a_full_stdout_is_one_sentence(desk: Path, command: tuple[str, ...]) -> 
 
 @pytest.mark.slow
 @needs_full
-def test_a_full_stderr_is_no_reason_not_to_compute(desk: Path) -> None:
+def test_a_full_stderr_is_no_reason_not_to_compute(small: Path) -> None:
     with FULL.open("w") as full:
-        done = streams(desk, "run", "small.yaml", stderr=full)
+        done = streams(small, "run", "small.yaml", stderr=full)
     assert done.returncode == 0
-    assert (desk / "results" / "small.h5").is_file()
+    assert (small / "results" / "small.h5").is_file()
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("closed", [(1,), (2,), (0, 1, 2)], ids=str)
-def test_closed_streams_are_no_reason_not_to_compute(desk: Path, closed: tuple[int, ...]) -> None:
-    def close() -> None:
-        for number in closed:
-            os.close(number)
-
-    done = streams(desk, "run", "small.yaml", preexec_fn=close)
+def test_closed_streams_are_no_reason_not_to_compute(small: Path) -> None:
+    done = streams(small, "run", "small.yaml", preexec_fn=lambda: os.closerange(0, 3))
     assert done.returncode == 0
-    assert (desk / "results" / "small.h5").read_bytes().startswith(b"\x89HDF")
+    assert (small / "results" / "small.h5").read_bytes().startswith(b"\x89HDF")
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("command", [("report",), ("render", "fig2")])
-def test_a_disk_that_is_full_for_figures_is_one_sentence(
-    desk: Path, command: tuple[str, ...]
-) -> None:
-    (desk / "results").mkdir()
-    reference = Path(__file__).resolve().parents[2] / "results" / "reference" / "fig2.h5"
-    (desk / "results" / "fig2.h5").write_bytes(reference.read_bytes())
+def test_a_disk_that_is_full_for_figures_is_one_sentence(small: Path) -> None:
+    (small / "results").mkdir()
+    shutil.copy(REFERENCE / "fig2.h5", small / "results")
 
     def limit() -> None:
         resource.setrlimit(resource.RLIMIT_FSIZE, (1000, 1000))
 
-    done = streams(desk, *command, stderr=subprocess.PIPE, preexec_fn=limit)
+    done = streams(small, "render", "fig2", stderr=subprocess.PIPE, preexec_fn=limit)
     assert done.returncode == 1
     assert done.stderr.splitlines()[-1].endswith(": cannot be written: File too large")
     assert "internal" not in done.stderr
-    assert [x.name for x in (desk / "results").iterdir()] == ["fig2.h5"]
+    assert [x.name for x in (small / "results").iterdir()] == ["fig2.h5"]
 
 
 LONG = "n" * 300
@@ -111,8 +95,8 @@ LONG = "n" * 300
     ],
     ids=lambda command: " ".join(command).replace(LONG, "LONG"),
 )
-def test_a_name_that_is_too_long_is_one_sentence(desk: Path, command: tuple[str, ...]) -> None:
-    done = call(desk, *command)
+def test_a_name_that_is_too_long_is_one_sentence(small: Path, command: tuple[str, ...]) -> None:
+    done = call(small, *command)
     assert done.returncode in ((0, 1) if command[0] == "list" else (1, 2, 3))
     assert "internal error" not in done.stderr + done.stdout
     if done.returncode:

@@ -31,14 +31,13 @@ SMALLER = {
     # What is added to an example with that word, so that it takes little.
     "numerics.engine=scipy": ["--set", "numerics.precisions=[53]"],
     "--near": ["--digits", "12"],
-    "0^11 1^10 1^11": ["--digits", "12"],
     # In this process, which has the maps of the examples before.
     "0010": ["-j", "1", "--digits", "12"],
     "certify": ["-j", "1"],
     "verify": ["-j", "1"],
 }
-SHORTER = {"0110100110010110": "01"}
-"""Codes that a proof of two symbols stands for."""
+SHORTER = {"0110100110010110": "01", "0^11 1^10 1^11": "0^11", "45": "12"}
+"""Codes, and a number of digits, with what takes less in their place."""
 MINUTES = ("stress", "bench")
 """Commands that take long at their smallest: their examples are run up to the computation.
 
@@ -112,6 +111,9 @@ def place(template: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Pa
     # A small image goes the same way as a large one; the same result looks the same.
     monkeypatch.setattr(render, "PIXELS", 800)
     monkeypatch.setattr(render, "image", drawn_once)
+    # To begin processes takes longer than these few figures.
+    for module in ("rigidpend.render.report", "rigidpend.cli.render"):
+        monkeypatch.setattr(f"{module}.FEW", 99)
     # An example empties the cache: not the user's own, but one that all examples share.
     cache = tmp_path.parent / "cache of examples"
     known = machine_cache.folder()

@@ -132,11 +132,10 @@ def test_an_empty_name_of_a_file_is_refused(tmp_path: Path, command: tuple[str, 
 
 
 @pytest.mark.slow
-def test_verify_of_other_settings_computes_its_reference(tmp_path: Path) -> None:
-    written(tmp_path, SMALL, "small.yaml")
-    done = call(tmp_path, "verify", "small", "--set", "problem.mu=0.01")
+def test_verify_of_other_settings_computes_its_reference(small: Path) -> None:
+    done = call(small, "verify", "small", "--set", "problem.mu=0.01")
     assert done.stdout == "small: the same by Taylor series and DOP853\n"
-    other = call(tmp_path, "verify", "fig1", "--set", "problem.A=[3, 2, 2.5]")
+    other = call(small, "verify", "fig1", "--set", "problem.A=[3, 2, 2.5]")
     assert (other.returncode, other.stdout) == (3, "")
     assert "is in closed form: no second engine" in other.stderr
 

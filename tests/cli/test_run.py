@@ -62,28 +62,18 @@ def test_what_is_up_to_date_is_left_alone(desk: Path, result: Path) -> None:
     assert state(result.with_suffix(".log")) == log
 
 
-@pytest.fixture(scope="module")
-def forced(desk: Path, result: Path) -> Path:
+@pytest.mark.slow
+def test_no_result_depends_on_the_jobs(desk: Path, result: Path) -> None:
     """The same again by --force on two processors, in another folder."""
     (desk / "forced").mkdir()
     shutil.copy(result, desk / "forced")
     done = call(desk, "run", "fig4", "--force", "-j", "2", "--out", "forced")
     assert done.returncode == 0, done.stderr
     assert done.stderr.startswith("fig4: computing (--force), ")
-    return desk / "forced" / "fig4.h5"
-
-
-def differing(one: Path, two: Path) -> list[str]:
-    """The datasets of fig4 that are not the same in two files."""
-    with h5py.File(one, "r") as a, h5py.File(two, "r") as b:
+    with h5py.File(result, "r") as a, h5py.File(desk / "forced" / "fig4.h5", "r") as b:
         names = [f"data/{array}/{field}" for array in a["data"] for field in a["data"][array]]
         assert len(names) == 14
-        return [name for name in names if a[name][:].tobytes() != b[name][:].tobytes()]
-
-
-@pytest.mark.slow
-def test_no_result_depends_on_the_jobs(result: Path, forced: Path) -> None:
-    assert differing(result, forced) == []
+        assert [name for name in names if a[name][:].tobytes() != b[name][:].tobytes()] == []
 
 
 @pytest.mark.slow
@@ -99,18 +89,17 @@ def test_a_read_only_folder_of_configs_is_enough(tmp_path: Path) -> None:
 
 
 @pytest.mark.slow
-def test_a_dry_run_says_what_a_run_would_do_and_does_nothing(tmp_path: Path) -> None:
-    written(tmp_path, SMALL, "small.yaml")
-    planned = call(tmp_path, "run", "small.yaml", "-n")
+def test_a_dry_run_says_what_a_run_would_do_and_does_nothing(small: Path) -> None:
+    planned = call(small, "run", "small.yaml", "-n")
     assert (planned.returncode, planned.stdout) == (0, "")
     assert planned.stderr.startswith("small: would compute (no result yet), ")
-    assert not (tmp_path / "results").exists()
-    assert call(tmp_path, "run", "small.yaml").returncode == 0
-    again = call(tmp_path, "run", "small.yaml", "--dry-run", "--set", "problem.mu=2e-3")
+    assert not (small / "results").exists()
+    assert call(small, "run", "small.yaml").returncode == 0
+    again = call(small, "run", "small.yaml", "--dry-run", "--set", "problem.mu=2e-3")
     assert again.stderr.startswith(
         "small: would compute (its config changed: problem.mu from 0.001 to 0.002), "
     )
-    same = call(tmp_path, "run", "small.yaml", "--dry-run")
+    same = call(small, "run", "small.yaml", "--dry-run")
     assert same.stderr == f"small: {Path('results', 'small.h5')} is up to date\n"
 
 
@@ -203,12 +192,11 @@ def test_the_longest_come_first_and_a_killed_process_leaves_nothing_half_written
 
 
 @pytest.mark.slow
-def test_json_is_one_document_whatever_is_said(tmp_path: Path) -> None:
-    written(tmp_path, SMALL, "small.yaml")
-    [planned] = json.loads(call(tmp_path, "run", "small.yaml", "--json", "-n").stdout)
-    done = call(tmp_path, "run", "small.yaml", "--json", "-v")
+def test_json_is_one_document_whatever_is_said(small: Path) -> None:
+    [planned] = json.loads(call(small, "run", "small.yaml", "--json", "-n").stdout)
+    done = call(small, "run", "small.yaml", "--json", "-v")
     [computed] = json.loads(done.stdout)
-    [same] = json.loads(call(tmp_path, "run", "small.yaml", "--json", "-q").stdout)
+    [same] = json.loads(call(small, "run", "small.yaml", "--json", "-q").stdout)
     statuses = [x["status"] for x in (planned, computed, same)]
     assert statuses == ["planned", "computed", "up to date"]
     assert planned["reason"] == computed["reason"] == "no result yet"
@@ -230,17 +218,16 @@ def test_an_interrupted_run_has_its_document_too(
 
 
 @pytest.mark.slow
-def test_quiet_says_nothing_and_verbose_says_more(tmp_path: Path) -> None:
-    written(tmp_path, SMALL, "small.yaml")
-    quiet = call(tmp_path, "run", "small.yaml", "-q")
+def test_quiet_says_nothing_and_verbose_says_more(small: Path) -> None:
+    quiet = call(small, "run", "small.yaml", "-q")
     assert (quiet.returncode, quiet.stdout, quiet.stderr) == (0, "", "")
-    assert (tmp_path / "results" / "small.h5").is_file()
-    usual = call(tmp_path, "run", "small.yaml", "--force")
-    verbose = call(tmp_path, "run", "small.yaml", "--force", "-v")
+    assert (small / "results" / "small.h5").is_file()
+    usual = call(small, "run", "small.yaml", "--force")
+    verbose = call(small, "run", "small.yaml", "--force", "-v")
     assert len(verbose.stderr.splitlines()) > len(usual.stderr.splitlines())
     assert all(line.split()[1] == "s" for line in verbose.stderr.splitlines())
-    assert store.attributes(tmp_path / "results" / "small.h5")["code_hash"] in verbose.stderr
-    wrong = call(tmp_path, "run", "small.yaml", "--quiet", "--set", "problem.mu=x")
+    assert store.attributes(small / "results" / "small.h5")["code_hash"] in verbose.stderr
+    wrong = call(small, "run", "small.yaml", "--quiet", "--set", "problem.mu=x")
     assert (wrong.returncode, wrong.stdout) == (2, "")
     assert wrong.stderr.startswith("--set problem.mu=x: ")
 

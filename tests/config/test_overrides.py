@@ -8,6 +8,7 @@ from typing import Any
 
 import pytest
 
+from rigidpend.config import catalogue
 from rigidpend.experiments.route_codes.schema import Config
 from rigidpend.runs import loading
 from tests.config.samples import FIG4, changed, content, refused, written
@@ -61,6 +62,14 @@ def test_a_part_that_the_file_leaves_out_is_made(tmp_path: Path) -> None:
     text = FIG4.read_text(encoding="utf-8")
     path = written(tmp_path, text[: text.index("numerics:")])
     assert content(Config, path, ["numerics.engine=scipy"]).numerics.engine == "scipy"
+
+
+def test_the_word_that_the_settings_show_for_a_default_is_taken() -> None:
+    given = [f"problem.{key}=auto" for key in ("half_turns", "approach", "h0")]
+    problem = loading.load(catalogue.known()["full_shift"], given).content.problem
+    assert problem.model_dump(include={"half_turns", "approach", "h0"}) == dict.fromkeys(
+        ("h0", "half_turns", "approach")
+    )
 
 
 def test_later_settings_win() -> None:

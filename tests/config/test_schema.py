@@ -11,9 +11,7 @@ from rigidpend.runs import loading
 from tests.config.samples import SMALL, changed, content, refused, refused_there, written
 
 
-@pytest.mark.parametrize(
-    "text", ["nan", ".nan", "NaN", "inf", ".inf", "-.inf", "infinity", "1e9999", "1/0", "x", "no"]
-)
+@pytest.mark.parametrize("text", ["nan", ".nan", "inf", "-.inf", "1e9999", "1/0", "x", "no"])
 def test_what_is_no_finite_number_is_refused_where_it_stands(tmp_path: Path, text: str) -> None:
     given = changed("1.5]", f"{text}]")
     assert text in refused_there(tmp_path, given, f"{text}]", "problem.A.2")

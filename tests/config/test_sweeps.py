@@ -50,6 +50,11 @@ def test_a_config_can_ask_for_its_sweep(tmp_path: Path) -> None:
     )
 
 
+def test_values_are_written_as_in_a_config() -> None:
+    data = {"a": (1, 2.5, True, None), "b": {"c": "x"}}
+    assert overrides.in_one_line(data) == "{a: [1, 2.5, true, null], b: {c: x}}"
+
+
 def test_keys_that_end_alike_are_told_in_full() -> None:
     keys = ["problem.arrays.left.step", "problem.arrays.right.step", "problem.A.0"]
     assert overrides.short_names(keys) == [*keys[:2], "A.0"]

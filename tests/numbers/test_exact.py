@@ -19,6 +19,7 @@ from hypothesis import strategies as st
 from mpmath.libmp import to_rational
 
 from rigidpend.numbers.exact import (
+    MAX_TEXT,
     PI,
     Exact,
     ExactError,
@@ -27,7 +28,7 @@ from rigidpend.numbers.exact import (
     fraction,
     function,
 )
-from rigidpend.numbers.expressions import MAX_TEXT, as_written, everywhere, shown
+from rigidpend.numbers.expressions import as_written, everywhere, shown
 from tests.strategies import repeatable
 
 MANY = 1000
@@ -262,11 +263,9 @@ def test_agrees_a_float_s_text_with_the_decimal_or_quotient(value: Any, text: st
         lambda: 2**40_001,
         lambda: Decimal("1E+99999999"),
         lambda: Decimal("1E-5001"),
-        lambda: "(((9**64)**64)**64)**64",
         lambda: "1e5000**64",
-        lambda: "9**9**9**9",
     ],
-    ids=["denominator", "integer", "decimal", "tiny decimal", "nested", "exponent", "tower"],
+    ids=["denominator", "integer", "decimal", "tiny decimal", "power"],
 )
 def test_refused_what_is_huge_at_once(make: Any) -> None:
     value, begin = make(), time.perf_counter()
@@ -329,19 +328,6 @@ def test_agrees_operators_with_a_number_on_either_side() -> None:
     half = exact("1/2")
     rational = [-half, 1 + half, 2 * half, 1 / half, 3 - half]
     assert [y.fraction for y in rational] == [Fraction(n, 2) for n in (-1, 3, 2, 4, 5)]
-
-
-@repeatable(100)
-@given(
-    st.sampled_from("+-*"),
-    st.fractions(max_denominator=10**6),
-    st.fractions(max_denominator=10**6),
-)
-def test_agrees_rational_arithmetic_with_fractions(operator: str, a: Fraction, b: Fraction) -> None:
-    def results(x: Any, y: Any) -> Any:
-        return {"+": x + y, "-": x - y, "*": x * y}[operator]
-
-    assert results(exact(a), exact(b)).fraction == results(a, b)
 
 
 def test_agrees_equality_with_value_and_writing() -> None:
