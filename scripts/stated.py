@@ -39,13 +39,12 @@ from rigidpend.routes.herpolhode import RouteOrbit, follow, samples
 from rigidpend.routes.problem import RouteProblem, rotation_period
 from rigidpend.routes.start import Scales, start, states_exact
 from rigidpend.routes.symbolic import sharp as sharp_module
+from rigidpend.routes.symbolic.asymptotic import doubly_asymptotic, skeleton
 from rigidpend.routes.symbolic.chain import NoOrbit
 from rigidpend.routes.symbolic.closed import closed, words
-from rigidpend.routes.symbolic.doubly import doubly_asymptotic
 from rigidpend.routes.symbolic.integrated import actions, closing, passages
 from rigidpend.routes.symbolic.levels import Level
 from rigidpend.routes.symbolic.levels import surface as orbits_of
-from rigidpend.routes.symbolic.skeleton import skeleton
 from rigidpend.routes.symbolic.stretching import stretched
 from rigidpend.surfaces import heteroclinic, splitting
 from rigidpend.surfaces.surface_orbits import (

@@ -76,36 +76,15 @@ class PeriodicOrbit(NamedTuple):
 def periodic_orbit(p: Angles, h0: float, family: int = 1, epsilon: int = 1) -> PeriodicOrbit:
     """Compute a hyperbolic periodic orbit to rounding, wherever mu < h0 and it is hyperbolic.
 
-    Parameters
-    ----------
-    p : Angles
-        Floats.
-    h0 : float
-        Energy; kappa J2_0^2/2 where J2_0 is J2 at r . gamma = 0.
-    family : {1, 2}
-        At J1 = 0 or J1 = J2.
-    epsilon : {1, -1}
-        In family 1 orbits leave along 1 and approach along -1; in family 2 conversely.
+    The energy h0 is kappa J2_0^2/2 where J2_0 is J2 at r . gamma = 0. In family 1, at J1 = 0,
+    orbits leave along epsilon = 1 and approach along -1; in family 2, at J1 = J2, conversely.
 
-    Returns
-    -------
-    PeriodicOrbit
-
-    Raises
-    ------
-    ValueError
-        h0 > mu is broken, or no such family or epsilon.
-    NotHyperbolic
-        There is no such orbit.
-    ArithmeticError
-        `MOST` steps don't settle theta1: h0 - mu is so small, or the motion so nearly
-        parabolic, that rounding decides.
-
-    Notes
-    -----
     The logarithm of the multiplier errs by less than 2^-46 h0/(h0 - mu), and the period by less
     than 2^-48 h0/(h0 - mu): mu is rounded, and beside h0 the motion nearly rests at its highest
     point. Bodies drawn by lot, with h0 - mu from 0.9 h0 down to 1e-7 h0, reach half of each.
+
+    NotHyperbolic is raised where there is no such orbit, ArithmeticError where `MOST` steps don't
+    settle theta1: h0 - mu is so small, or the motion so nearly parabolic, that rounding decides.
     """
     if epsilon not in (1, -1):
         raise ValueError(f"epsilon is 1 or -1, not {epsilon!r}")

@@ -31,22 +31,10 @@ SEPARATRICES = (1, 2, 3, 4)
 
 
 def around_M2(alpha0: float, height: float, side: int, phi: ArrayLike) -> NDArray[np.float64]:
-    """An orbit around the axis of the smallest moment of inertia.
+    """An orbit around the axis of the smallest moment of inertia, on side 1 or -1 of it, (3, n).
 
-    Parameters
-    ----------
-    alpha0 : float
-    height : float
-        Largest |M3|, 0 < height < 1.
-    side : {1, -1}
-        The sign of M2.
-    phi : (n,) array
-        The angle along the orbit in radians, 0 where M3 = 0 < M1. It grows in time, in t' by
-        phi' = sin(alpha0/2) J2 |M2|.
-
-    Returns
-    -------
-    (3, n) array
+    The height is the largest |M3|, between 0 and 1. The angle phi along the orbit, (n,), is 0 where
+    M3 = 0 < M1; it grows in time, in t' by phi' = sin(alpha0/2) J2 |M2|.
     """
     sin, cos = np.sin(alpha0 / 2), np.cos(alpha0 / 2)
     x, y = height * np.cos(phi), height * np.sin(phi)
@@ -66,19 +54,10 @@ def around_M1(alpha0: float, height: float, side: int, phi: ArrayLike) -> NDArra
 
 
 def half_circle(alpha0: float, number: int, phi: ArrayLike) -> NDArray[np.float64]:
-    """A separatrix of (sol_1)-(sol_22) on the sphere: half of a great circle.
+    """A separatrix of (sol_1)-(sol_22) on the sphere: half of a great circle, (3, n).
 
-    Parameters
-    ----------
-    alpha0 : float
-    number : int
-        1 to 4.
-    phi : (n,) array
-        From -pi/2 to pi/2 in the sense of the flow: M3 rises on 2 and 4, falls on 1 and 3.
-
-    Returns
-    -------
-    (3, n) array
+    The angle phi, (n,), goes from -pi/2 to pi/2 in the sense of the flow: M3 rises on 2 and 4,
+    falls on 1 and 3.
     """
     l = _separatrix_l(alpha0, number)
     rising = 1 if number % 2 == 0 else -1
@@ -91,18 +70,9 @@ def separatrix_theta1(alpha0: float, beta0: float) -> NDArray[np.float64]:
 
 
 def in_plane(M: ArrayLike, beta0: float, start: float) -> tuple[Any, Any]:
-    """Map points M to theta1 and J1/J2, with start <= theta1 < start + 4 pi.
+    """Map points M (3, n) of length 1 to theta1 and J1/J2, with start <= theta1 < start + 4 pi.
 
-    Parameters
-    ----------
-    M : (3, n) array
-        Of length 1, not on the axis of M3, where theta1 is not defined.
-    beta0, start : float
-        Radians.
-
-    Returns
-    -------
-    theta1, J1/J2 : (n,) arrays
+    None may lie on the axis of M3, where theta1 is not defined.
     """
     # gamma has no part in theta1 and J1; any will do.
     c = canonical_from_andoyer(andoyer_from_body(M, np.ones_like(M) / np.sqrt(3)), beta0)
@@ -150,19 +120,8 @@ def unperturbed(state: Numbers, p: Angles, m: Elementary) -> tuple[Any, Any, Any
 def separatrix(t: Scalar, motion: SeparatrixMotion, p: Angles, m: Elementary = np) -> Canonical:
     """The unperturbed separatrices 1 to 4 (eq. sol_1, sol_2, sol_12, sol_22).
 
-    Parameters
-    ----------
-    t : number or (...) array
-        t' - t0, dimensionless, \\|u t\\| < 1400 in double precision.
-    motion : SeparatrixMotion
-    p : Angles
-    m : namespace of exp and pi
-
-    Returns
-    -------
-    Canonical
-        J3 = 0 and theta3 = 0, the former exactly, the latter to O(mu). J1 and J2 - J1 both
-        keep their relative precision, but for the rounding of u t.
+    The time t is t' - t0, \\|u t\\| < 1400 in double precision. J3 = 0 exactly, theta3 = 0 to
+    O(mu). J1 and J2 - J1 both keep their relative precision, but for the rounding of u t.
     """
     # Half of the exponent each: neither overflows before the smaller action is lost.
     rise = m.exp(direction(motion.number) * u(motion, p, m) * t / 2)
@@ -174,13 +133,7 @@ def separatrix(t: Scalar, motion: SeparatrixMotion, p: Angles, m: Elementary = n
 
 
 def theta1(number: int, p: Angles, m: Elementary = np) -> Any:
-    """Angle theta1 on separatrix `number`, radians, in the precision of `p` and `m`.
-
-    Raises
-    ------
-    ValueError
-        There is no such separatrix.
-    """
+    """Angle theta1 on separatrix `number`, radians; ValueError where there is none."""
     if number not in SEPARATRICES:
         raise ValueError(f"separatrices are numbered 1 to 4, got {number!r}")
     # 3 and 4 lie a turn beside 1 and 2; only `m` knows a turn to all digits.

@@ -55,19 +55,9 @@ class Increments(NamedTuple):
 
 
 def increments(body: Body, h0: Exact, arithmetic: Arithmetic) -> Increments:
-    """Integrate the heteroclinic orbits of all separatrices.
+    """Integrate the heteroclinic orbits of energy h0 of all separatrices.
 
-    Parameters
-    ----------
-    body : Body
-    h0 : Exact
-        Energy of the orbits.
-    arithmetic : Arithmetic
-
-    Raises
-    ------
-    ArithmeticError
-        A heteroclinic orbit was not found.
+    ArithmeticError is raised where one was not found.
     """
     found = np.zeros((2, 2, 4))
     for separatrix in (1, 2):

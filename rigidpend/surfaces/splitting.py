@@ -108,22 +108,8 @@ def measure(
 ) -> SurfaceSplitting:
     """Measure the splitting in the first precision, with the fewest orbits, that resolve it.
 
-    Parameters
-    ----------
-    body : Body
-        With mu > 0.
-    h0 : Exact
-        Energy of all orbits, h0 > mu.
-    allowed : float
-        The largest error of `excess` that counts as resolved.
-    arithmetic : Arithmetic
-    jobs : int, optional
-        Threads, or processes where Python itself computes.
-
-    Returns
-    -------
-    SurfaceSplitting
-        From two computations that share neither starts nor phases.
+    Two computations that share neither starts nor phases tell it. `allowed` is the largest error of
+    `excess` that counts as resolved; mu > 0, and all orbits have the energy h0 > mu.
     """
     n = FEWEST
     for bits in arithmetic.precisions:
@@ -176,28 +162,14 @@ def _twice(
 
 
 def harmonics(points: Points, a: Precision) -> Harmonics | None:
-    """Harmonics d1, d2, ... from an even number of orbits, their phases evenly around the circle.
+    """Harmonics d1, d2, ... from an even number n of orbits, their phases evenly around the circle.
 
-    The Fourier integral over g is taken over theta2_0, where the trapezoid rule and the
+    They are min(TOP, n/2 - 1); None where the curve turns back in g: it has no distance at a phase
+    then. The Fourier integral over g is taken over theta2_0, where the trapezoid rule and the
     derivative of g through all points converge exponentially.
 
-    Parameters
-    ----------
-    points : Points
-        n of them.
-    a : Precision
-        The kind of their numbers.
-
-    Returns
-    -------
-    Harmonics or None
-        min(TOP, n/2 - 1) of them; None where the curve turns back in g: it has no distance at a
-        phase then.
-
-    Notes
-    -----
-    The curve's own harmonics shrink evenly, those of the distance by turns. So what is left out
-    is expected by the last two of the curve, whose ratio is that of the next one to the last.
+    The curve's own harmonics shrink evenly, those of the distance by turns. So what is left out is
+    expected by the last two of the curve, whose ratio is that of the next one to the last.
     """
     n = len(points.phase)
     slope = 1 + derivative(points.advance, a)

@@ -59,18 +59,10 @@ class Points(NamedTuple):
 def surface(body: Body, h0: Exact, bits: int, separatrix: int = 2) -> UnstableSurface:
     """Make S1- of a body, or the surface beside another separatrix in the place of S1-.
 
-    Parameters
-    ----------
-    body : Body
-    h0 : Exact
-        Energy constant.
-    bits : int
-        Working precision.
-    separatrix : {2, 1}, optional
-        The reflection in the plane normal to the second axis, where r2 becomes -r2, takes Qm to
-        -Qp and theta3 to -theta3. So separatrix 1 of a body is separatrix 2 of the body with
-        -beta0. The turn by pi about the third axis together with the reflection of gamma3,
-        theta1 to theta1 + 2 pi, takes 2 to 4 and 1 to 3 and theta3 to -theta3.
+    The reflection in the plane normal to the second axis, where r2 becomes -r2, takes Qm to -Qp and
+    theta3 to -theta3. So separatrix 1 of a body is separatrix 2 of the body with -beta0. The turn
+    by pi about the third axis together with the reflection of gamma3, theta1 to theta1 + 2 pi,
+    takes 2 to 4 and 1 to 3 and theta3 to -theta3.
     """
     p = body.angles(bits + GUARD_BITS)
     side = {2: 1, 1: -1}[separatrix]
@@ -100,23 +92,11 @@ def launch(s: UnstableSurface, theta2_0: Scalar, depth: Scalar) -> list[Fraction
 
 
 def launches(s: UnstableSurface, theta2_0: Any, depth: Scalar, a: Precision) -> Any:
-    """Starts of orbits, in aligned components (6, n).
+    """Starts of orbits, in aligned components (6, n), where -ln(J1/J2) is `depth`.
 
     At theta1 = alpha0 + beta0 they lie beside S1-, not on it. What they are off by shrinks as J1
     grows: at the section a part exp(-depth) of mu is left (dtheta).
 
-    Parameters
-    ----------
-    s : UnstableSurface
-    theta2_0 : (n,) array
-        Radians.
-    depth : number
-        -ln(J1/J2) at the start.
-    a : Precision
-        The kind of the numbers.
-
-    Notes
-    -----
     With J1/J2 given the momenta are proportional to J2, of which the energy has a square and what
     the weight adds; that and gamma are linear in the cosine and sine of theta2_0.
     """
@@ -157,23 +137,10 @@ def meet(
     arithmetic: Arithmetic,
     jobs: int = 1,
 ) -> Points | None:
-    """Follow orbits of S1- to the section.
+    """Follow orbits of S1- to the section, from phases and a depth as in :func:`launches`.
 
-    Parameters
-    ----------
-    s : UnstableSurface
-    theta2_0 : numbers
-        Phases at the start, radians.
-    depth : number
-        See :func:`launch`.
-    arithmetic : Arithmetic
-        Its tolerance is that at 53 bits; every bit more halves it.
-    jobs : int, optional
-
-    Returns
-    -------
-    Points or None
-        None if an orbit does not come to the section beside separatrix 2.
+    The tolerance is that at 53 bits; every bit more halves it. None if an orbit does not come to
+    the section beside separatrix 2.
     """
     a, m = kind(s, arithmetic), numbers(s.bits)
     starts = list(theta2_0)
@@ -224,15 +191,8 @@ def guarded(bits: int) -> Precision:
 def section_angles(state: Numbers, alpha0: Scalar, m: Any) -> tuple[Any, Any]:
     """Phase g and offset of states with M3 = 0, J3 = 0, beside separatrix 2.
 
-    There Qm = J2 sin(offset/2) and Qp = J2 sin(offset/2 + alpha0), so that a small offset
-    keeps the relative precision of Qm.
-
-    Parameters
-    ----------
-    state : 6 numbers or arrays
-        Aligned components.
-    alpha0 : number
-    m : namespace of sin, cos and atan2
+    There Qm = J2 sin(offset/2) and Qp = J2 sin(offset/2 + alpha0), so that a small offset keeps the
+    relative precision of Qm.
     """
     Qp, Qm, _, gamma1, gamma2, gamma3 = state
     half = m.atan2(Qm * m.sin(alpha0), Qp - Qm * m.cos(alpha0))

@@ -17,10 +17,14 @@ from rigidpend.orbits.return_map import return_map
 from rigidpend.routes.codes import codes_of
 from rigidpend.routes.herpolhode import RouteOrbit, samples
 from rigidpend.routes.problem import rotation_period
-from rigidpend.routes.symbolic.doubly import DoublyAsymptotic, doubly_asymptotic
-from rigidpend.routes.symbolic.levels import Level, columns
+from rigidpend.routes.symbolic.asymptotic import (
+    DoublyAsymptotic,
+    columns,
+    doubly_asymptotic,
+    skeleton,
+)
+from rigidpend.routes.symbolic.levels import Level
 from rigidpend.routes.symbolic.sharp import Launch, sharp
-from rigidpend.routes.symbolic.skeleton import skeleton
 
 if TYPE_CHECKING:
     from rigidpend.experiments.asymptotic_orbits.schema import Config, Problem

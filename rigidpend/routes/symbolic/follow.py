@@ -117,7 +117,7 @@ def followed(orbits: Surface, theta2: float, n: int) -> tuple[Address, Array]:
     With it comes chi of its crossings, radians, whole turns included.
     """
     level = orbits.level(orbits.energy(theta2))
-    at = orbits.begin(level)(theta2).crossing(level)
+    at = level.arriving(*orbits.begin(level)(theta2)[:2])
     symbols, chi = [], [float(at.chi[0])]
     for passed in onward(level.map_level, SectionPoint(True, at.d, at.chi), n):
         if not passed.inside[0]:

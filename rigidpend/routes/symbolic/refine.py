@@ -30,10 +30,9 @@ from rigidpend.orbits.integrate.arithmetic import LADDER
 from rigidpend.orbits.integrate.reference_orbit import rung
 from rigidpend.orbits.integrate.states import states_at
 from rigidpend.routes.start import Scales, start, states_exact
-from rigidpend.routes.symbolic.chain import NoOrbit, carried, tangents
+from rigidpend.routes.symbolic.chain import Chain, NoOrbit, carried, tangents
 from rigidpend.routes.symbolic.integrated import crossing_states, doubles
 from rigidpend.routes.symbolic.levels import STEP, Level, Surface
-from rigidpend.routes.symbolic.shortest import Path
 
 FIRST_DIGITS = 9
 """Digits behind the point that the map in doubles has of its crossings, at least."""
@@ -60,14 +59,16 @@ FURTHER = 4
 """Digits beyond those of theta2_0 that crossings are told to."""
 SETTLED = 2
 """Digits short of those that it needs with which a crossing counts as known."""
+MIDDLE = 3e-7
+"""Distance from the middle of a cell within which a crossing lies there, half rotations."""
 GAMMA = slice(3, 6)
 """The vertical among the components of a state."""
 
 
 class Solved(NamedTuple):
-    """A path at its own energy."""
+    """A chain at its own energy."""
 
-    path: Path
+    chain: Chain
     level: Level
     by_energy: float
     """Derivative of theta2_0 in the energy, at a given end."""
@@ -91,16 +92,18 @@ def growth(orbits: Surface, solved: Solved) -> Array:
 
     (n + 1,) log10 of the factor at its crossings, t' per radian.
     """
-    chain, level = solved.path.chain, solved.level
+    chain, level = solved.chain, solved.level
     slopes, theta = tangents(level, chain), chain.unknown
     factor = abs(1 - solved.by_energy * orbits.energy_slope(theta))
     arrival = orbits.begin(level)(theta)
-    at = arrival.crossing(level)
+    at = level.arriving(arrival.I, arrival.b)
     early, late = orbits.first_time(level, theta + STEP * np.array([-1.0, 1.0]))
     change = np.array(
         [
-            at.d_by[0][0] * arrival.I_slope + at.d_by[1][0] * arrival.b_slope,
-            at.chi_by[0][0] * arrival.I_slope + at.chi_by[1][0] * arrival.b_slope,
+            *(
+                by[0, 0] * arrival.I_slope + by[1, 0] * arrival.b_slope
+                for by in (at.d_by, at.chi_by)
+            ),
             (late - early) / (2 * STEP),
         ]
     )
@@ -117,7 +120,7 @@ def refined(orbits: Surface, solved: Solved, digits: int, jobs: int = 1) -> Refi
     NoOrbit
         Integration of the full equations does not follow the path.
     """
-    chain, level = solved.path.chain, solved.level
+    chain, level = solved.chain, solved.level
     exponent = growth(orbits, solved)
     grown = np.maximum.accumulate(exponent)
     begun = float(orbits.first_time(level, np.array([chain.unknown]))[0])
@@ -169,7 +172,7 @@ class _Legs:
         reach: int,
         jobs: int,
     ) -> None:
-        made, n = solved.path, reach + 1
+        made, n = solved.chain, reach + 1
         # What grows on the way cancels in a correction: digits for both.
         self.bits = math.ceil((2 * float(needed[0]) + 20) * DIGIT) + GUARD
         self.m = context(self.bits)
@@ -177,13 +180,13 @@ class _Legs:
         self.begin = start(orbits.problem, self.bits, Scales())
         self.c = AlignedCoefficients(*map(self._number, self.begin.coefficients))
         self.jobs, self.needed, self.most = jobs, needed[:n], float(needed[0])
-        self.theta = self.m.mpf(made.chain.unknown)
+        self.theta = self.m.mpf(made.unknown)
         self.times = [self.m.mpf(float(t)) for t in times[:n]]
-        places = crossing_states(doubles(orbits.problem.body), solved.level, made.chain)[:, :n]
+        places = crossing_states(doubles(orbits.problem.body), solved.level, made)[:, :n]
         self.states = [np.array([self.m.mpf(float(x)) for x in state]) for state in places.T]
-        self.mirrored = [False, *(bool(I < 0) for I in made.chain.I[:reach])]
-        if made.symmetric and n == places.shape[1]:
-            # gamma3 of the last crossing stays as it is.
+        self.mirrored = [False, *(bool(I < 0) for I in made.I[:reach])]
+        if made.off[-1] < MIDDLE and n == places.shape[1]:
+            # It returns from the middle of its cell: gamma3 there stays as it is.
             self.states[-1][5] = self.m.mpf(0)
 
     def _number(self, x: Fraction) -> Any:

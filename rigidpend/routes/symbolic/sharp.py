@@ -32,8 +32,8 @@ from rigidpend.orbits.return_map.conjugacy import inverted, placed
 from rigidpend.orbits.return_map.poincare import rotation_phase
 from rigidpend.orbits.return_map.precision import precision
 from rigidpend.orbits.return_map.reduced import coefficients
+from rigidpend.routes.symbolic.asymptotic import DoublyAsymptotic
 from rigidpend.routes.symbolic.chain import NoOrbit
-from rigidpend.routes.symbolic.doubly import DoublyAsymptotic
 from rigidpend.routes.symbolic.levels import Level
 
 DEPTH = Fraction(1, 10**16)

@@ -7,9 +7,8 @@ import pytest
 
 from rigidpend.orbits.integrate.arithmetic import resolve
 from rigidpend.orbits.return_map import SectionPoint
+from rigidpend.routes.symbolic.asymptotic import doubly_asymptotic, leaving, track
 from rigidpend.routes.symbolic.chain import NoOrbit
-from rigidpend.routes.symbolic.doubly import doubly_asymptotic, leaving
-from rigidpend.routes.symbolic.skeleton import track
 from rigidpend.surfaces.heteroclinic import increments
 from tests.routes.symbolic.fig4 import BODY, H, level, orbits, rough
 

@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 from rigidpend.numbers.generic import Array
-from rigidpend.routes.symbolic import skeleton as module
-from rigidpend.routes.symbolic.skeleton import skeleton, track
+from rigidpend.routes.symbolic import asymptotic as module
+from rigidpend.routes.symbolic.asymptotic import skeleton, track
 from tests.routes.symbolic.fig4 import HALF_TURNS, level, rough
 
 
