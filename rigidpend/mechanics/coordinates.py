@@ -193,13 +193,6 @@ def aligned_from_canonical(
     return Aligned(Qp, Qm, M3, *gamma)
 
 
-def aligned_from_body(M: ArrayLike, gamma: ArrayLike, alpha0: float, s: float) -> Aligned:
-    """Aligned components from physical M and gamma, with s of :func:`scale`."""
-    M1, M2, M3 = s * np.asarray(M, dtype=float)
-    x, y = np.cos(alpha0 / 2) * M1, np.sin(alpha0 / 2) * M2
-    return Aligned(x + y, x - y, M3, *np.asarray(gamma, dtype=float))
-
-
 def body_from_aligned(a: Aligned, alpha0: float, s: float) -> tuple[Array, Array]:
     """Physical M and gamma, each (3, ...), from aligned components."""
     # Qp, Qm = cos(alpha0/2) M1' +- sin(alpha0/2) M2', solved for M1' and M2'.

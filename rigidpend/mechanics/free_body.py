@@ -101,13 +101,6 @@ class SeparatrixMotion(NamedTuple):
         return self.J1_0 + self.J2mJ1_0
 
 
-class Vertex(NamedTuple):
-    """A corner of the heteroclinic cycle of Fig. 2: a periodic orbit beside a separatrix."""
-
-    theta1: Any
-    J1_over_J2: int
-
-
 def unperturbed(state: Numbers, p: Angles, m: Elementary) -> tuple[Any, Any, Any, Any]:
     """Hamilton's equations of the body without weight, dimensionless time t' (eq. eq1_0).
 
@@ -164,17 +157,6 @@ def fastest_rate(J2: Scalar, p: Angles, m: Elementary = np) -> Any:
 def v(motion: SeparatrixMotion, m: Elementary = np) -> Any:
     """Logarithm v = ln((J2_0 - J1_0)/J1_0); J1 = J2/2 is passed at u t = v rising, -v falling."""
     return m.log(motion.J2mJ1_0 / motion.J1_0)
-
-
-def vertices(p: Angles, m: Elementary = np) -> dict[str, Vertex]:
-    """Limits of the separatrices for t' to -+ infinity: vertices 1 to 4 and 1* to 4*.
-
-    A separatrix n rises from the vertex n to n*, or falls from n* to n.
-    """
-    # The ends of a separatrix differ in J1 alone, for theta1 is constant along it.
-    at = {number: theta1(number, p, m) for number in SEPARATRICES}
-    lower = {f"{number}": Vertex(x, 0) for number, x in at.items()}
-    return lower | {f"{number}*": Vertex(x, 1) for number, x in at.items()}
 
 
 def separatrix_beside(rising: bool, Qp: Scalar, Qm: Scalar) -> int:

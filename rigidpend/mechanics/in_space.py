@@ -20,7 +20,7 @@ from rigidpend.mechanics.body import SAME_WITHIN, Angles, Body
 from rigidpend.mechanics.coordinates import Aligned, body_from_aligned, scale
 from rigidpend.mechanics.equations import aligned, aligned_coefficients, cross
 from rigidpend.numbers.exact import context
-from rigidpend.numbers.generic import Elementary, Numbers, Scalar
+from rigidpend.numbers.generic import Numbers, Scalar
 
 
 class Regime(Enum):
@@ -117,26 +117,12 @@ def fixed_components(omega: Numbers, gamma: Numbers, alpha: Any) -> NDArray[np.f
     return np.stack((omega_xi, rho * np.cos(alpha), rho * np.sin(alpha)), axis=-1)
 
 
-def field(body: Body) -> Callable[[Any, Any], tuple[Any, ...]]:
-    """Field of the aligned equations with quadratures of theta3 and alpha, 8 numbers, in t'."""
-    (A, _, _), without = body.floats(), field_without_alpha(body)
-    alpha0, s = body.alpha0, scale(A, math)
-
-    def rates(state: Numbers, m: Elementary) -> tuple[Any, ...]:
-        found = without(state[:7], m)
-        M, gamma = body_from_aligned(Aligned(*state[:6]), alpha0, s)
-        # M is linear in the aligned components, so the same map takes their rates to its own.
-        dM, _ = body_from_aligned(Aligned(*found[:6]), alpha0, s)
-        omega, domega = angular_velocity(M, A), angular_velocity(dM, A)
-        # domega is the rate of omega in t', so that of alpha comes out in t' as well.
-        return (*found, hodograph(omega, gamma, domega)[2])
-
-    return rates
-
-
 @functools.lru_cache(maxsize=32)
-def field_without_alpha(body: Body) -> Callable[[Any, Any], tuple[Any, ...]]:
-    """Field of 7 numbers, without alpha, which (th_al) gives from theta3 without quadrature."""
+def field(body: Body) -> Callable[[Any, Any], tuple[Any, ...]]:
+    """Field of the aligned equations with the quadrature of theta3, 7 numbers, time t'.
+
+    alpha needs none: (th_al) gives it from theta3.
+    """
     A, r, mu = body.floats()
     p, s = body.angles(), scale(A, math)
     coefficients = aligned_coefficients(p, math)

@@ -116,12 +116,6 @@ def riccati_coefficients(
     )
 
 
-def theta1_rate(theta1: Scalar, a: tuple[Any, Any, Any], m: Elementary) -> Any:
-    """Rate dtheta1/dtau from the coefficients: (eq_Ric1) without the poles of y."""
-    sin, cos = m.sin(theta1 / 2), m.cos(theta1 / 2)
-    return 2 * (a[0] * cos * cos + a[1] * sin * cos + a[2] * sin * sin)
-
-
 def periodic_solution(
     theta2: Scalar, p: Angles, h0: Scalar, family: int, epsilon: int, m: Elementary
 ) -> tuple[Any, Any, Any, Any]:

@@ -62,7 +62,7 @@ def follow(
     # One integration for both: the samples to be drawn, and the crossings by which they are judged.
     times = np.union1d(t, crossing_time)
     states = states_at(
-        in_space.field_without_alpha(problem.body),
+        in_space.field(problem.body),
         initial_state(problem, theta2_0),
         times,
         engine=engine,
@@ -105,7 +105,7 @@ def alpha_at(
         t'.
     tolerance, engine : as in `states.states_at`
     """
-    field = in_space.field_without_alpha(body)
+    field = in_space.field(body)
     times = np.asarray(ends)[None]
     found = states_at(field, states, times, engine=engine, tolerance=tolerance)
     return alpha(found[:, 0], body)

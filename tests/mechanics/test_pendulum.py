@@ -20,7 +20,6 @@ from rigidpend.mechanics.pendulum import (
     periodic_solution,
     riccati_coefficients,
     swing_coefficients,
-    theta1_rate,
 )
 from tests.strategies import (
     DERIVATIVE,
@@ -47,7 +46,7 @@ def sign_of(family: int) -> int:
 
 
 @pytest.mark.parametrize("sign", [1, -1])
-@repeatable(15)
+@repeatable(6)
 @given(bodies(), numbers(1.001, 3), numbers(-4, 4))
 def test_eq_5_3_solves_euler_poisson_at_energy_h0(
     sign: int, body: Body, surplus: float, t: float
@@ -68,7 +67,7 @@ def test_eq_5_3_solves_euler_poisson_at_energy_h0(
 
 @pytest.mark.slow
 @pytest.mark.parametrize("family", FAMILIES)
-@repeatable(15)
+@repeatable(6)
 @given(bodies(), numbers(1.001, 3), numbers(-4, 4), numbers(0, 12))
 def test_eq_sol_3_solves_eq1_whatever_theta1_is(
     family: int, body: Body, surplus: float, t: float, theta1: float
@@ -88,7 +87,7 @@ def test_eq_sol_3_solves_eq1_whatever_theta1_is(
 
 
 @pytest.mark.parametrize("family", FAMILIES)
-@repeatable(30)
+@repeatable(10)
 @given(bodies(), numbers(1.001, 3))
 def test_eq_sol_3_is_5_3_in_other_coordinates(family: int, body: Body, surplus: float) -> None:
     (A, r, mu), p = floats_of(body), body.angles()
@@ -171,7 +170,7 @@ def Delta_1_from_moments(A: Any, r: Any, mu: float, h0: float, epsilon: int) -> 
 
 @pytest.mark.slow
 @pytest.mark.parametrize("epsilon", [1, -1])
-@repeatable(50)
+@repeatable(15)
 @given(bodies())
 def test_eq_dt_the_two_printed_forms_are_equal(epsilon: int, body: Body) -> None:
     A, r, mu = floats_of(body)
@@ -182,7 +181,7 @@ def test_eq_dt_the_two_printed_forms_are_equal(epsilon: int, body: Body) -> None
 
 @pytest.mark.slow
 @pytest.mark.parametrize(("family", "epsilon"), SIGNS)
-@repeatable(50)
+@repeatable(15)
 @given(bodies())
 def test_eq_dt_is_the_amplitude_of_T1_and_of_T2(family: int, epsilon: int, body: Body) -> None:
     p = body.angles()
@@ -195,7 +194,7 @@ def residual(angles: Any, family: int, epsilon: int, mu: str, solution: Any) -> 
     p = fine_angles(Body.from_angles(angles[0], angles[1], angles[2], mu))
     h0 = FINE.mpf("1.2")
     rate = p.kappa * FINE.sqrt(2 * h0 / p.kappa)
-    phases = [FINE.mpf(k) * 2 * FINE.pi / 7 for k in range(7)]
+    phases = [FINE.mpf(k) * 2 * FINE.pi / 3 for k in range(3)]
 
     def state(x: Any) -> Any:
         return solution(x[0], p, h0, family, epsilon, FINE)
@@ -224,10 +223,8 @@ def T2_as_printed(theta2: Any, p: Any, h0: Any, family: int, epsilon: int, m: An
     return theta1, J1, angle + p.mu / (2 * h0) * (printed - right), J2
 
 
-@pytest.mark.slow
-@pytest.mark.parametrize("angles", ANGLES)
-def test_eq_tt_as_printed_leaves_a_residual_of_first_order_at_J1_J2(angles: Any) -> None:
-    left = [residual(angles, 2, 1, mu, T2_as_printed) for mu in MUS]
+def test_eq_tt_as_printed_leaves_a_residual_of_first_order_at_J1_J2() -> None:
+    left = [residual(("1.9", "1.2", "1.5"), 2, 1, mu, T2_as_printed) for mu in MUS]
     assert slope(left) == pytest.approx(1, abs=0.01)
 
 
@@ -248,32 +245,24 @@ def fine(*x: float) -> list[Any]:
     return [FINE.mpf(y) for y in x]
 
 
-def ric_residual(theta1: Any, tau: Any, p: Angles, h: Any, family: int, coefficients: Any) -> Any:
-    """What y' + a0 y^2 + a1 y + a2 leaves, with y' from (eq1) by the chain rule."""
-    rate, clock, _ = beside(theta1, tau, p, h, family)
-    y = FINE.cot(theta1 / 2)
-    slope = along(lambda x: [FINE.cot(x[0] / 2)], [theta1], [rate / clock])[0]
-    a0, a1, a2 = coefficients
-    return abs(slope + a0 * y * y + a1 * y + a2) / (1 + y * y)
-
-
 @pytest.mark.parametrize("family", [1, 2])
-@repeatable(30)
+@repeatable(10)
 @given(bodies(), numbers(1.001, 3), numbers(0.1, 6.1), numbers(0, 6.3))
 def test_eq_eq_Ric1_is_eq1_beside_the_pendulum_motions(
     family: int, body: Body, surplus: float, theta1: float, tau: float
 ) -> None:
     p, (x, phase) = fine_angles(body), fine(theta1, tau)
     h = surplus * (p.mu + 1)
-    found = riccati_coefficients(phase, p, h, family, FINE)
-    assert ric_residual(x, phase, p, h, family, found) < DERIVATIVE
-    # And the same without poles.
+    a0, a1, a2 = riccati_coefficients(phase, p, h, family, FINE)
+    # y' of y = cot(theta1/2) from (eq1), by the chain rule.
     rate, clock, _ = beside(x, phase, p, h, family)
-    assert abs(theta1_rate(x, found, FINE) - rate / clock) < 1e-50
+    y = FINE.cot(x / 2)
+    slope = along(lambda z: [FINE.cot(z[0] / 2)], [x], [rate / clock])[0]
+    assert abs(slope + a0 * y * y + a1 * y + a2) < DERIVATIVE * (1 + y * y)
 
 
 @pytest.mark.parametrize("family", [1, 2])
-@repeatable(30)
+@repeatable(10)
 @given(bodies(), numbers(-6.3, 12.6), numbers(0, 6.3))
 def test_invariant_the_small_action_grows_as_theta1_contracts(
     family: int, body: Body, theta1: float, tau: float
@@ -283,7 +272,8 @@ def test_invariant_the_small_action_grows_as_theta1_contracts(
     action = FINE.mpf("1e-30")
     _, clock, growth = beside(x, phase, p, h, family, action)
     a = riccati_coefficients(phase, p, h, family, FINE)
-    slope = along(lambda z: [theta1_rate(z[0], a, FINE)], [x], [1])[0]
+    # theta1' = 2 (a0 cos^2 + a1 sin cos + a2 sin^2) of theta1/2, by theta1.
+    slope = (a[2] - a[0]) * FINE.sin(x) + a[1] * FINE.cos(x)
     # What is left out is of first order in the action; with 1,200 bodies it was 1.6 times that by
     # the square of the coefficients, which are large for a flat body.
     assert abs(growth / clock + slope) < 4 * action * (1 + sum(x * x for x in a))

@@ -90,7 +90,7 @@ def bracket_of_slopes(x: Any, p: Any) -> Any:
     return (free[0] * heavy[1] - free[1] * heavy[0]) / (p.kappa * x[3])
 
 
-@repeatable(30)
+@repeatable(10)
 @given(bodies(), canonicals())
 def test_the_bracket_is_that_of_the_hamiltonian_s_slopes(body: Body, c: Any) -> None:
     p, x = fine_angles(body), [FINE.mpf(float(y)) for y in (c.theta1, c.J1, c.theta2, c.J2)]
@@ -98,7 +98,7 @@ def test_the_bracket_is_that_of_the_hamiltonian_s_slopes(body: Body, c: Any) -> 
 
 
 @pytest.mark.parametrize("number", SEPARATRICES)
-@repeatable(10)
+@repeatable(5)
 @given(bodies(), numbers(-30, 30))
 def test_the_integrand_is_the_bracket_on_the_separatrix(number: int, body: Body, t: float) -> None:
     p, motion = fine_angles(body), fine_motion(number)
@@ -120,7 +120,7 @@ def test_the_integrand_keeps_its_relative_precision_in_its_tails(number: int) ->
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize(("number", "nu"), [(1, 8), (2, 12), (3, 12), (4, 8), (3, 30), (4, 50)])
+@pytest.mark.parametrize(("number", "nu"), [(1, 8), (2, 12), (3, 30), (4, 12)])
 def test_eq_Im_is_the_sum_of_the_integrand_for_any_nu(number: int, nu: float) -> None:
     """To 20 digits of the integral, where it is down to 1e-20 of what is summed."""
     body = nearly_round(nu)
@@ -128,8 +128,6 @@ def test_eq_Im_is_the_sum_of_the_integrand_for_any_nu(number: int, nu: float) ->
     p, motion = fine_angles(body), fine_motion(number)
     by_sum = summed(motion, p, 1e-20)
     assert abs(by_sum / melnikov.integral(motion, p, FINE) - 1) < 1e-19
-    finer = summed(motion, p, 1e-30)
-    assert abs(finer / melnikov.integral(motion, p, FINE) - 1) < 1e-29
 
 
 @pytest.mark.parametrize("number", SEPARATRICES)
@@ -145,7 +143,7 @@ def test_eq_Im_is_adaptive_quadrature_of_the_bracket(number: int, phase: float) 
     assert melnikov.integral(motion, p) == pytest.approx(found, abs=1e-12)
 
 
-@pytest.mark.parametrize("nu", [8, 20])
+@pytest.mark.parametrize("nu", [8])
 def test_eq_Im_is_its_middle_form_with_legendre_s_integral(nu: float) -> None:
     """The printed factor of sigma_0/u cos(delta + phase), the paper's minus sign apart."""
     m, p = FINE, fine_angles(nearly_round(nu))
@@ -171,7 +169,7 @@ def test_the_amplitude_neither_overflows_nor_loses_digits(nu: float) -> None:
 
 
 @pytest.mark.slow
-@repeatable(50)
+@repeatable(15)
 @given(bodies())
 def test_separatrix_2_always_splits_and_1_does_not_in_the_hess_case_only(body: Body) -> None:
     p = body.angles()
@@ -224,7 +222,7 @@ def test_agrees_the_zeros_of_fig4_to_six_digits() -> None:
     assert [f"{x:.6f}" for x in melnikov.zeros(problem())] == ["1.563050", "4.704643"]
 
 
-@repeatable(30)
+@repeatable(10)
 @given(bodies(), numbers(1, 5), st.integers(3, 200))
 def test_eq_Im_vanishes_at_the_zeros_of_any_body(body: Body, h0: float, digits: int) -> None:
     p = problem(body, h0, f"1e-{digits}")
@@ -281,7 +279,7 @@ def beside(motion: SeparatrixMotion, t: Any, p: Any, s: Any) -> list[Any]:
 
 
 @pytest.mark.parametrize("number", SEPARATRICES)
-@repeatable(5)
+@repeatable(4)
 @given(bodies(), numbers(-4, 4))
 def test_eq_eq2_is_the_slope_of_eq1_in_mu_and_the_distance(
     number: int, body: Body, t: float
@@ -334,7 +332,7 @@ def linear_orbit(motion: SeparatrixMotion, p: Any, begin: Any, times: Any) -> An
 
 
 @pytest.mark.parametrize("number", SEPARATRICES)
-@repeatable(10)
+@repeatable(5)
 @given(bodies(), numbers(-4, 4))
 def test_invariant_the_first_integral_s_derivative_vanishes(
     number: int, body: Body, t: float

@@ -162,16 +162,17 @@ WAYS = [
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("bits", [53, 64])
-def test_agrees_precisions_with_113_bits_within_the_errors_they_tell(bits: int) -> None:
-    truth = measure(TABLE_1A, H0, LIGHT, resolve("taylor", 3e-14)._replace(precisions=(113,)))
-    found = measure(TABLE_1A, H0, LIGHT, resolve("taylor", 3e-14)._replace(precisions=(bits,)))
-    assert found.bits == bits
-    gap = np.abs(found.excess[:3] - truth.excess[:3]).max()
-    # What is told of the curve is rounded to doubles.
-    assert gap <= found.error + truth.error + 1e-15 * abs(truth.excess[1])
-    assert found.error < 2000 * 2.0**-bits
+def test_agrees_precisions_with_113_bits_within_the_errors_they_tell() -> None:
+    truth, *others = (
+        measure(TABLE_1A, H0, LIGHT, resolve("taylor", 3e-14)._replace(precisions=(bits,)))
+        for bits in (113, 53, 64)
+    )
     assert truth.error < 1e-6 * abs(truth.excess[0]) < 1e-15
+    for found in others:
+        gap = np.abs(found.excess[:3] - truth.excess[:3]).max()
+        # What is told of the curve is rounded to doubles.
+        assert gap <= found.error + truth.error + 1e-15 * abs(truth.excess[1])
+        assert found.error < 2000 * 2.0**-found.bits
 
 
 @pytest.mark.slow
@@ -189,7 +190,7 @@ def test_agrees_points_of_the_section_with_160_bit_integers(engine: str, bits: i
 def _met(engine: str, bits: int) -> tuple[Any, Any]:
     """Where an orbit that starts alike in any precision meets the section."""
     s = surface(TABLE_1G, H0, bits)
-    points = meet(s, [numbers(bits).mpf(2)], numbers(bits).mpf(60), resolve(engine, 3e-14))
+    points = meet(s, [numbers(bits).mpf(2)], numbers(bits).mpf(40), resolve(engine, 3e-14))
     assert points is not None
     return numbers(300).mpf(points.phase[0]), numbers(300).mpf(points.offset[0])
 

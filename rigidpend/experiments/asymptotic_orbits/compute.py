@@ -111,7 +111,7 @@ def _sampled(
     end = crossed + float((one.flight + one.faded(level, FADED))[0])
     t = np.arange(shown, end, rotation_period(problem.routes) / SAMPLES)
     states = states_at(
-        in_space.field_without_alpha(problem.body),
+        in_space.field(problem.body),
         np.array([*map(float, state), 0.0]),
         t - start,
         engine=means.arithmetic.engine,

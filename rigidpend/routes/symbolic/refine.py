@@ -5,7 +5,7 @@ equations are integrated to the next one, all such legs at once. Where they miss
 method corrects all crossings and theta2_0 with them, so that the legs meet: an orbit that grows
 apart by 1e190 is found without ever being followed for more than a passage. Each time the digits
 double, or grow by as many as the legs' derivatives have; these are differences of legs that begin
-beside each other.
+beside each other, told anew whenever the legs go on to wider numbers, in those that they leave.
 
 A change of theta2_0 grows from crossing to crossing. So late crossings need fewer digits than early
 ones: they drop out as soon as they have them, and each leg is integrated in as many bits as its
@@ -113,12 +113,9 @@ def growth(orbits: Surface, solved: Solved) -> Array:
 
 
 def refined(orbits: Surface, solved: Solved, digits: int, jobs: int = 1) -> Refined:
-    """theta2_0 of a path to `digits` digits behind the point.
+    """theta2_0 of a chain to `digits` digits behind the point.
 
-    Raises
-    ------
-    NoOrbit
-        Integration of the full equations does not follow the path.
+    NoOrbit is raised where integration of the full equations does not follow the chain.
     """
     chain, level = solved.chain, solved.level
     exponent = growth(orbits, solved)
@@ -135,32 +132,13 @@ def refined(orbits: Surface, solved: Solved, digits: int, jobs: int = 1) -> Refi
     return Refined(_decimal(theta, digits), fixed, bits, delay, times)
 
 
-class _Slopes(NamedTuple):
-    """Derivatives of where legs end in where they begin; of the first one in theta2_0."""
-
-    columns: list[Any]
-    """(6, 1) of the first leg, (6, 6) of each further one."""
-    digits: float
-    """Digits that they have."""
-
-
 class _Legs:
     """An orbit cut at its crossings into legs that are integrated each for itself, many at once.
 
     Mirror images take the place of crossings that are not beside separatrix 2 or 3, as in a chain.
-
-    Parameters
-    ----------
-    orbits : Surface
-    solved : Solved
-    times : (n + 1,) array
-        t' of each leg by the map, the first from the start.
-    needed : (n + 1,) array
-        Digits to which their ends are to be told, descending.
-    reach : int
-        The last leg that counts.
-    jobs : int
-        Threads, or processes where integers serve.
+    `times` (n + 1,) are t' of the legs by the map, the first from the start; `needed` (n + 1,) the
+    digits to which their ends are to be told, descending; `reach` is the last leg that counts. Jobs
+    are threads, or processes where integers serve.
     """
 
     def __init__(
@@ -195,56 +173,36 @@ class _Legs:
     def run(self) -> tuple[Fraction, float]:
         """The phase, and the largest delay of a crossing against the map."""
         known = before = float(FIRST_DIGITS)
-        told, slopes, lost = np.array(self.times), None, 0.0
+        told, kinds, lost = np.array(self.times), iter(LADDER[1:]), 0.0
+        # Slopes, the digits that they have, and those that legs may have with them.
+        slopes: list[Any] = []
+        gained = reach = 0.0
         for _ in range(ROUNDS):
             # What the last correction has shown, and not what it is expected to have left.
             last = min(len(self.needed) - 1, int((self.needed > before).sum()))
-            slopes = self._slopes(known, last, slopes)
-            aim = self._aim(known, slopes.digits)
+            if not slopes or (known > reach - LEAST_DIGITS and self.most > reach):
+                kind = next(kinds)
+                gained, slopes = min(known, kind / 2 / DIGIT - THIN), self._differences(kind, last)
+                # Integers take ten times as long: all that the kernel's numbers tell comes first.
+                reach = (2 * kind - ACROSS - SPARE) / DIGIT if kind < LADDER[-1] else math.inf
+            aim = min(2 * known - CURVED, known + gained, self.most, reach)
             note(lambda: f"theta2_0 to {known:.0f} of {self.most:.0f} digits")  # noqa: B023
             before = self._corrected(slopes, aim, last)
             if before < LEAST_DIGITS:
                 raise NoOrbit("integration does not find the crossings where the map has them")
             # Where a passage grazes a surface legs are bent more than was expected.
             lost = max(lost, known - before)
-            known = min(aim, before + slopes.digits - lost, 2 * before - CURVED - lost)
+            known = min(aim, before + gained - lost, 2 * before - CURVED - lost)
             if known >= self.most:
                 late = np.cumsum(np.array(self.times) - told)
                 return fraction(self.theta), float(max(abs(x) for x in late))
         raise NoOrbit(f"integration follows the map to {known:.0f} digits only")
 
-    def _slopes(self, known: float, last: int, before: _Slopes | None) -> _Slopes:
-        """Derivatives of the legs that count: those that are there, or sharper ones.
-
-        They are told in the kernel, in fewer bits than the legs will then be.
-        """
-        best = before
-        for bits in LADDER[1:]:
-            digits = min(known, bits / 2 / DIGIT - THIN)
-            costly = LADDER[1] < bits >= rung(self._bits(self._aim(known, digits)))
-            if not costly and (best is None or digits > 1.2 * best.digits):
-                best = _Slopes([], digits)
-                chosen = bits
-        if best is before and before is not None:
-            return before
-        assert best is not None
-        return _Slopes(self._differences(chosen, last), best.digits)
-
-    def _aim(self, known: float, gained: float) -> float:
-        """Digits to which legs are integrated next, where slopes allow to gain so many.
-
-        All that the kernel's numbers can tell comes first: integers take ten times as long.
-        """
-        aim = min(2 * known - CURVED, known + gained, self.most)
-        kernel = (LADDER[-1] - ACROSS - SPARE) / DIGIT
-        return min(aim, kernel) if known < kernel - LEAST_DIGITS else aim
-
-    def _bits(self, digits: float) -> int:
-        """Bits in which a leg is integrated whose end is told to so many digits."""
-        return math.ceil(digits * DIGIT) + ACROSS + SPARE
-
     def _differences(self, bits: int, last: int) -> list[Any]:
-        """Differences of the ends of legs that begin beside each other."""
+        """Derivatives of where legs end in where they begin, by legs that begin beside each other.
+
+        That of the first leg is in theta2_0, (6, 1), those of further ones are (6, 6).
+        """
         step = self.m.ldexp(1, -bits // 2)
         legs, begun = [0, 0], [self._start(self.theta), self._start(self.theta + step)]
         # A crossing has M3 = 0: five components may change.
@@ -267,16 +225,18 @@ class _Legs:
         [state] = states_exact(self.begin, [exact(fraction(theta))], self.bits)
         return np.array([self._number(x) for x in state])
 
-    def _corrected(self, slopes: _Slopes, aim: float, last: int) -> float:
+    def _corrected(self, slopes: list[Any], aim: float, last: int) -> float:
         """Correct theta2_0 and the crossings; the digits that those had which lack some."""
-        bits = [self._bits(min(aim, float(need))) for need in self.needed[: last + 1]]
+        bits = [
+            math.ceil(min(aim, need) * DIGIT) + ACROSS + SPARE for need in self.needed[: last + 1]
+        ]
         begun = [self._start(self.theta), *self.states[:last]]
         ends, late = self._ends(range(last + 1), begun, bits)
-        fixed, by_theta = self.m.mpf(0) * ends[0], slopes.columns[0][:, 0]
+        fixed, by_theta = self.m.mpf(0) * ends[0], slopes[0][:, 0]
         changes = []
         for k, (end, here) in enumerate(zip(ends, self.states, strict=False)):
             if k:
-                fixed, by_theta = slopes.columns[k] @ fixed, slopes.columns[k] @ by_theta
+                fixed, by_theta = slopes[k] @ fixed, slopes[k] @ by_theta
             fixed = fixed + (end - here)
             changes.append((fixed, by_theta))
         # gamma3 of the last crossing that counts stays.

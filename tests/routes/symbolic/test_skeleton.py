@@ -42,12 +42,12 @@ def test_a_blind_scan_of_windows_finds_the_same_orbits(n: int, count: int) -> No
     b = np.sort(np.mod(rough(4)[n].b, 2 * np.pi))
     assert len(b) == count
     gaps = np.diff(b)
-    for k in np.argsort(gaps)[[0, len(gaps) // 8, len(gaps) // 2]]:
+    for k in np.argsort(gaps)[[0, len(gaps) // 8]]:
         low, high = max(0.0, b[k] - 13 * gaps[k]), min(b[k] + 40 * gaps[k], 2 * np.pi)
         inside = b[(b > low) & (b < high)]
-        blind = scanned(low, high, 20_000, n, HALF_TURNS)
+        blind = scanned(low, high, 10_000, n, HALF_TURNS)
         assert inside.size >= 2
-        np.testing.assert_allclose(blind, inside, rtol=0, atol=(high - low) / 10_000)
+        np.testing.assert_allclose(blind, inside, rtol=0, atol=(high - low) / 5_000)
 
 
 @pytest.mark.slow
