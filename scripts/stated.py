@@ -28,7 +28,7 @@ from rigidpend.experiments.precession.compute import uncertainty, unit_of
 from rigidpend.machine.wording import Table, markdown
 from rigidpend.mechanics.equations import AlignedCoefficients, aligned
 from rigidpend.mechanics.floquet import periodic_orbit
-from rigidpend.mechanics.free_body import u
+from rigidpend.mechanics.free_body import exponent
 from rigidpend.mechanics.in_space import turning_rate
 from rigidpend.numbers.exact import context, exact, fraction
 from rigidpend.numbers.generic import Array
@@ -48,13 +48,13 @@ from rigidpend.routes.symbolic.levels import surface as orbits_of
 from rigidpend.routes.symbolic.stretching import stretched
 from rigidpend.surfaces import heteroclinic, splitting
 from rigidpend.surfaces.surface_orbits import (
+    J2_0,
     coefficients,
     lag,
     launch,
     meet,
     numbers,
     surface,
-    unperturbed,
 )
 from scripts.readme_tables import ROOT, replaced
 from scripts.stated_orbits import Once, alpha, multiplier
@@ -134,7 +134,7 @@ def _gained(one: Body, number: int, side: int) -> Any:
         slope = slope if before is None else (gap - before[1]) / (phase - before[0])
         before = phase, gap
         phase -= gap / slope
-    rate = u(unperturbed(s, phase, m.mpf(depth)), s.p, m)
+    rate = exponent(J2_0(s), s.p, m)
     step = 2 * m.pi / (rate * (3 * heteroclinic.STEPS + s.p.nu / m.pi))
     times = [points.time[0] - k * step for k in range(int(points.time[0] / step))][::-1]
     rates = []

@@ -60,8 +60,8 @@ def half_circle(alpha0: float, number: int, phi: ArrayLike) -> NDArray[np.float6
     falls on 1 and 3.
     """
     l = _separatrix_l(alpha0, number)
-    rising = 1 if number % 2 == 0 else -1
-    return np.stack((np.sin(l) * np.cos(phi), np.cos(l) * np.cos(phi), rising * np.sin(phi)))
+    M3 = direction(number) * np.sin(phi)
+    return np.stack((np.sin(l) * np.cos(phi), np.cos(l) * np.cos(phi), M3))
 
 
 def separatrix_theta1(alpha0: float, beta0: float) -> NDArray[np.float64]:
@@ -82,8 +82,7 @@ def in_plane(M: ArrayLike, beta0: float, start: float) -> tuple[Any, Any]:
 def _separatrix_l(alpha0: float, number: int) -> float:
     """Angle l = (theta1 - beta0)/2 of a separatrix."""
     # cos(2 l) = cos(alpha0) at l = -+alpha0/2; half a turn further lie the circles' other halves.
-    side = 1 if number % 2 == 0 else -1
-    return side * alpha0 / 2 + (TURN / 2 if number > 2 else 0.0)
+    return direction(number) * alpha0 / 2 + (TURN / 2 if number > 2 else 0.0)
 
 
 class SeparatrixMotion(NamedTuple):
@@ -117,7 +116,7 @@ def separatrix(t: Scalar, motion: SeparatrixMotion, p: Angles, m: Elementary = n
     O(mu). J1 and J2 - J1 both keep their relative precision, but for the rounding of u t.
     """
     # Half of the exponent each: neither overflows before the smaller action is lost.
-    rise = m.exp(direction(motion.number) * u(motion, p, m) * t / 2)
+    rise = m.exp(direction(motion.number) * exponent(motion.J2_0, p, m) * t / 2)
     lower, upper = motion.J2mJ1_0 / rise, motion.J1_0 * rise
     J2 = motion.J2_0
     J1, J2mJ1 = J2 * (upper / (upper + lower)), J2 * (lower / (upper + lower))
@@ -137,11 +136,6 @@ def theta1(number: int, p: Angles, m: Elementary = np) -> Any:
 def direction(number: int) -> int:
     """Sign: 1 where J1 rises along the separatrix, the paper's epsilon there; -1 where it falls."""
     return 1 if number % 2 == 0 else -1
-
-
-def u(motion: SeparatrixMotion, p: Angles, m: Elementary = np) -> Any:
-    """Rate u of a separatrix motion, per t'."""
-    return exponent(motion.J2_0, p, m)
 
 
 def exponent(J2: Scalar, p: Angles, m: Elementary = np) -> Any:

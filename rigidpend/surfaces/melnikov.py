@@ -22,9 +22,9 @@ from rigidpend.mechanics.equations import eq1
 from rigidpend.mechanics.free_body import (
     SeparatrixMotion,
     direction,
+    exponent,
     separatrix,
     theta1,
-    u,
     unperturbed,
     v,
 )
@@ -153,7 +153,7 @@ def delta_theta1(t: float, begin: float, motion: SeparatrixMotion, p: Angles) ->
     1400. This is the second of the printed forms, with (e^x + e^v)^2 e^-x = 4 e^v cosh^2((x -
     v)/2): the right side neither overflows nor cancels.
     """
-    rate, middle = direction(motion.number) * u(motion, p, math), v(motion, math)
+    rate, middle = direction(motion.number) * exponent(motion.J2_0, p, math), v(motion, math)
 
     def width(tau: float) -> float:
         return 2 * math.cosh((rate * tau - middle) / 2)
@@ -176,7 +176,7 @@ def _forced(
         return weight(tau) * math.cos(p.kappa * J2 * tau + motion.theta2_0 + half)
 
     # The weight is largest at the middle of the separatrix, where adaptive rules must look.
-    rate = u(motion, p, math)
+    rate = exponent(J2, p, math)
     middle = direction(motion.number) * v(motion, math) / rate
     ends = [0.0, middle, t] if min(0, t) < middle < max(0, t) else [0.0, t]
     # What the rounding of the exponents leaves.

@@ -16,7 +16,7 @@ from rigidpend.mechanics.equations import (
     aligned_coefficients,
     hamiltonian_J3_0,
 )
-from rigidpend.mechanics.free_body import SeparatrixMotion, theta1, u
+from rigidpend.mechanics.free_body import SeparatrixMotion, exponent, theta1
 from rigidpend.numbers.exact import GUARD_BITS, Exact, context, fraction
 from rigidpend.numbers.generic import Numbers, Scalar
 from rigidpend.orbits.integrate.arithmetic import Arithmetic
@@ -79,12 +79,6 @@ def J2_0(s: UnstableSurface) -> Any:
     return numbers(s.bits).sqrt(2 * s.h0 / s.p.kappa)
 
 
-def unperturbed(s: UnstableSurface, theta2_0: Scalar, depth: Scalar) -> SeparatrixMotion:
-    """Unperturbed motion on separatrix 2 that starts at theta2_0 and J1 = exp(-depth) J2_0."""
-    J2, low = J2_0(s), numbers(s.bits).exp(-depth)
-    return SeparatrixMotion(2, low * J2, J2 - low * J2, theta2_0)
-
-
 def launch(s: UnstableSurface, theta2_0: Scalar, depth: Scalar) -> list[Fraction]:
     """Start of an orbit, in aligned components of the working precision: see :func:`launches`."""
     a = guarded(s.bits)
@@ -119,8 +113,9 @@ def launches(s: UnstableSurface, theta2_0: Any, depth: Scalar, a: Precision) -> 
 
 def lag(s: UnstableSurface, depth: Scalar) -> Any:
     """Phase g at the section less theta2_0 of unperturbed motions, radians, in [-pi, pi]."""
-    m = numbers(s.bits)
-    whole = delta(unperturbed(s, m.mpf(0), depth), s.p, m)
+    m, J2 = numbers(s.bits), J2_0(s)
+    low = m.exp(-depth) * J2
+    whole = delta(SeparatrixMotion(2, low, J2 - low, m.mpf(0)), s.p, m)
     return whole - 2 * m.pi * m.nint(whole / (2 * m.pi))
 
 
@@ -145,7 +140,7 @@ def meet(
     a, m = kind(s, arithmetic), numbers(s.bits)
     starts = list(theta2_0)
     begin = a.array(starts)
-    rate = u(unperturbed(s, m.mpf(0), depth), s.p, m)
+    rate = exponent(J2_0(s), s.p, m)
     limit = PATIENCE * float((depth + math.tau) / rate)
     states, numbers_of = launches(s, begin, depth, a), coefficients(s)
     if a.bits == 53:

@@ -187,16 +187,6 @@ def test_order_the_multipliers_without_weight(p: Angles, family: int, epsilon: i
     np.testing.assert_allclose(free.theta1, p.beta0 + epsilon * p.alpha0, atol=1e-13)
 
 
-def test_the_grid_is_a_turn_in_equal_steps_of_time() -> None:
-    p = loaded(FIG4, 0.9)
-    orbit = periodic_orbit(p, 1.0)
-    times = np.arange(orbit.tau.size) * orbit.period / orbit.tau.size
-    _, _, tau = pendulum.canonical_motion(times, p, 1.0, 1, np)
-    assert orbit.tau[0] == -np.pi / 2
-    assert (np.diff(orbit.tau) > 0).all()
-    np.testing.assert_allclose(np.exp(1j * orbit.tau), np.exp(1j * tau), atol=1e-13)
-
-
 def test_what_is_no_orbit_is_refused(monkeypatch: pytest.MonkeyPatch) -> None:
     with pytest.raises(ValueError, match="h0 > mu is broken"):
         periodic_orbit(loaded(FIG4, 1.0), 1.0)

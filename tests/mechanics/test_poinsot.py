@@ -243,14 +243,3 @@ def test_the_elementary_angle_carries_on_the_one_by_carlson(
     expected = angle(orbit, t)
     monkeypatch.setattr(poinsot, "ELEMENTARY", 1.0)
     np.testing.assert_allclose(angle(orbit, t), expected, atol=4 * EPS * np.abs(t).max())
-
-
-@pytest.mark.parametrize("axis", [1, 2])
-def test_limit_of_the_passage_beside_the_middle_axis(axis: int) -> None:
-    """M turns from separatrix to separatrix, by alpha0 or its supplement, and psi less pi."""
-    orbit = encircling(FREE, axis, coheight=1e-140)
-    gained = float(angle(orbit, orbit.period / 2)) - orbit.period / 2 / A[2]
-    turned = FREE.alpha0 if axis == 2 else np.pi - FREE.alpha0
-    expected = (1 if axis == 2 else -1) * (turned - np.pi)
-    # The time errs by its rounding.
-    assert gained == pytest.approx(expected, abs=4 * EPS * orbit.period)

@@ -22,7 +22,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from rigidpend.machine.workers import note, side_by_side
+from rigidpend.machine.workers import note
 from rigidpend.mechanics.equations import AlignedCoefficients, aligned
 from rigidpend.numbers.exact import context, exact, fraction
 from rigidpend.numbers.generic import Array
@@ -61,6 +61,8 @@ SETTLED = 2
 """Digits short of those that it needs with which a crossing counts as known."""
 MIDDLE = 3e-7
 """Distance from the middle of a cell within which a crossing lies there, half rotations."""
+WHOLE = 32
+"""Bits in multiples of which legs are integrated in integers, so that several are at once."""
 GAMMA = slice(3, 6)
 """The vertical among the components of a state."""
 
@@ -98,16 +100,10 @@ def growth(orbits: Surface, solved: Solved) -> Array:
     arrival = orbits.begin(level)(theta)
     at = level.arriving(arrival.I, arrival.b)
     early, late = orbits.first_time(level, theta + STEP * np.array([-1.0, 1.0]))
-    change = np.array(
-        [
-            *(
-                by[0, 0] * arrival.I_slope + by[1, 0] * arrival.b_slope
-                for by in (at.d_by, at.chi_by)
-            ),
-            (late - early) / (2 * STEP),
-        ]
+    d, chi = (
+        by[0, 0] * arrival.I_slope + by[1, 0] * arrival.b_slope for by in (at.d_by, at.chi_by)
     )
-    changes, logs = carried(slopes, change)
+    changes, logs = carried(slopes, np.array([d, chi, (late - early) / (2 * STEP)]))
     # A crossing moves by chi at a fixed time as much as by the time at a fixed chi.
     return np.asarray((logs + np.log(np.abs(changes[:, 2]))) / math.log(10) + math.log10(factor))
 
@@ -255,19 +251,14 @@ class _Legs:
     ) -> tuple[list[Any], list[Any]]:
         """Ends of legs, on M3 = 0, and by how much later they are than their times say."""
         reached: list[Any] = [None] * len(legs)
-        for kind in LADDER[1:]:
-            here = [i for i, x in enumerate(bits) if kind == rung(x)]
-            if here:
-                states = np.array([begun[i] for i in here]).T
-                times = np.array([[self.times[legs[i]] for i in here]])
-                found = states_at(self.c, states, times, kind, self.jobs)[:, 0]
-                for i, state in zip(here, found.T, strict=True):
-                    reached[i] = state
-        here = [i for i, x in enumerate(bits) if x > LADDER[-1]]
-        tasks = [(fractions(begun[i]), fraction(self.times[legs[i]]), bits[i]) for i in here]
-        exact_ends = side_by_side(_in_integers, (self.begin.coefficients,), True, tasks, self.jobs)
-        for i, state in zip(here, exact_ends, strict=True):
-            reached[i] = np.array([self._number(x) for x in state])
+        kinds = [rung(x) if x <= LADDER[-1] else WHOLE * math.ceil(x / WHOLE) for x in bits]
+        for kind in sorted(set(kinds)):
+            here = [i for i, x in enumerate(kinds) if x == kind]
+            states = np.array([begun[i] for i in here]).T
+            times = np.array([[self.times[legs[i]] for i in here]])
+            found = states_at(self.c, states, times, kind, self.jobs)[:, 0]
+            for i, state in zip(here, found.T, strict=True):
+                reached[i] = state
         ends, late = map(list, zip(*(self._on_section(state) for state in reached), strict=True))
         for end, leg in zip(ends, legs, strict=True):
             if self.mirrored[leg]:
@@ -285,16 +276,6 @@ class _Legs:
         end = state + late * (rates + late * bend)
         end[2] *= 0
         return end, late
-
-
-fractions = np.frompyfunc(fraction, 1, 1)
-"""The exact numbers of an array."""
-
-
-def _in_integers(task: tuple[Any, Fraction, int], c: AlignedCoefficients) -> Any:
-    """The end of a leg from a state after a time, in so many bits."""
-    state, time, bits = task
-    return states_at(c, state[:, None], [time], bits)[:, 0, 0]
 
 
 def _decimal(theta: Fraction, digits: int) -> Decimal:
