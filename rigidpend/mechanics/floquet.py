@@ -96,7 +96,9 @@ def periodic_orbit(p: Angles, h0: float, family: int = 1, epsilon: int = 1) -> P
         theta1, growth = _direction(steps, leaving, p, epsilon)
         # Every second start of the fine steps is a start of the coarse ones.
         if coarse is not None and np.abs(theta1[::2] - coarse).max() < SETTLED:
-            return _record(p, h0, family, epsilon, tau, theta1, growth)
+            period = float(pendulum.period(p, h0, math))
+            turns = round((theta1[-1] - theta1[0]) / (2 * np.pi))
+            return PeriodicOrbit(family, epsilon, tau, theta1[:-1], period, growth / period, turns)
         n, coarse = 2 * n, theta1
     raise ArithmeticError(
         f"{MOST} steps don't settle the periodic orbit at h0 = {h0}, mu = {p.mu}, "
@@ -202,13 +204,3 @@ def _eigenvector(whole: Array, leaving: bool) -> Array:
     # Both columns are eigenvectors, but one may be zero or nearly so: the longer one is taken.
     best = int(np.argmax(lengths))
     return np.asarray(columns[:, best] / lengths[best])
-
-
-def _record(
-    p: Angles, h0: float, family: int, epsilon: int, tau: Array, theta1: Array, growth: float
-) -> PeriodicOrbit:
-    period = float(pendulum.period(p, h0, math))
-    turns = round((theta1[-1] - theta1[0]) / (2 * np.pi))
-    return PeriodicOrbit(
-        family, epsilon, tau, theta1[:-1], period, exponent=growth / period, turns=turns
-    )

@@ -110,23 +110,15 @@ def through(body: Body, a: Aligned) -> tuple[Orbit, float]:
     side = 1 if along > 0 else -1
     # Both may pass 1 by a rounding.
     height, coheight = min(math.hypot(across / p, M3) / G, 1.0), min(form / (p * G), 1.0)
-    found = _orbit(number, axis, side, G / math.sqrt(number.s2), height, coheight)
+    q = number.sin if axis == 1 else number.cos
+    reach = math.hypot(q, p * coheight)
+    length, made = G / math.sqrt(number.s2), modulus(min(coheight / reach, 1.0))
+    rate = p * length * number.s2 * reach
+    found = Orbit(number, length, axis, side, height, coheight, p, reach, rate, made)
     if height == 0:
         return found, 0.0
-    sn, cn, dn = side * M3 / (G * height), across / (p * G * height), abs(along) / (G * found.reach)
-    return found, _argument(sn, cn, dn, found.modulus) / found.rate
-
-
-def _orbit(
-    number: FreeBodyShape, axis: int, side: int, G: float, height: float, coheight: float
-) -> Orbit:
-    if axis not in (1, 2) or side not in (1, -1) or not G > 0:
-        raise ValueError(f"axis {axis} is not 1 or 2, side {side} not 1 or -1, or G = {G} not > 0")
-    p, q = (number.cos, number.sin) if axis == 1 else (number.sin, number.cos)
-    reach = math.hypot(q, p * coheight)
-    rate = p * G * number.s2 * reach
-    made = modulus(min(coheight / reach, 1.0))
-    return Orbit(number, G, axis, side, height, coheight, p, reach, rate, made)
+    sn, cn, dn = side * M3 / (G * height), across / (p * G * height), abs(along) / (G * reach)
+    return found, _argument(sn, cn, dn, made) / rate
 
 
 def _argument(sn: float, cn: float, dn: float, modulus: Modulus) -> float:

@@ -199,7 +199,7 @@ class System(NamedTuple):
             left[0, 0] -= self.last
         elif self.last is not None:
             left[0, -1], left[1, -1] = at.chi[0, -1] - self.last, 0.0
-            by[1, :, -1] = by[0, 2:, -1] = 0.0
+            by[1, :, -1] = 0.0
         return left, by
 
     def corrections(self, left: Array, by: Array) -> Array:

@@ -51,8 +51,6 @@ class Confirmation(NamedTuple):
 
     right: Mask
     """True where it has the chain's symbol."""
-    late: Array
-    """Its time less the chain's, t'."""
     error: Array
     """Error of the chain's time, t': that difference, and what both may round alike."""
 
@@ -65,8 +63,7 @@ def passages(body: Body, level: Level, chain: Chain) -> Confirmation:
     time, separatrix = _next(c.aligned, states, limit)
     found = symbols(np.stack((np.where(rising, 2, 3), separatrix)))[0]
     right = found == np.where((chain.I > 0) == rising, 1, 0)
-    late = time - chain.time
-    return Confirmation(right, late, np.abs(late) + ROUNDED * chain.time)
+    return Confirmation(right, np.abs(time - chain.time) + ROUNDED * chain.time)
 
 
 def doubles(body: Body) -> Coefficients:
