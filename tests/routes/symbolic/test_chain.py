@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 import pytest
 
@@ -50,7 +52,8 @@ def test_corrections_take_back_what_a_step_changes(kind: str) -> None:
     n = 4 if kind == "closed" else 5
     begin = None if kind == "closed" else on_surface
     last = None if kind == "ends on a surface" else float(np.pi * CELLS[n])
-    signs, angles = signs_of(SYMBOLS[:n]), np.pi * CELLS[: n + 1]
+    signs: Any = signs_of(SYMBOLS[:n])
+    angles: Any = np.pi * CELLS[: n + 1]
     if kind == "two side by side":
         signs, angles = (np.stack((x, x), axis=-1) for x in (signs, angles))
     one = System(level(), begin, signs, last)
