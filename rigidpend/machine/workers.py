@@ -7,7 +7,8 @@ import signal
 import sys
 import threading
 import time
-from collections.abc import Callable, Iterator, Sequence
+from collections import deque
+from collections.abc import Callable, Generator, Iterator, Sequence
 from concurrent.futures import BrokenExecutor, Executor, Future, ThreadPoolExecutor, wait
 from contextlib import contextmanager
 from typing import Any, TypeVar
@@ -167,6 +168,24 @@ def side_by_side(
         with kept_from_children():
             futures = [pool.submit(work, part, *arguments) for part in parts]
         return [_result(future) for future in futures]
+
+
+def ahead(
+    work: Callable[[Any], Result], parts: Sequence[Any], jobs: int
+) -> Generator[Result, None, None]:
+    """Compute ``work(part)`` for each part in threads, so many ahead of the one that is used.
+
+    Results come in the order of the parts. The first is computed alone: it makes what all share.
+    """
+    stop = _Stop(getattr(_of_thread, "stop", None))
+    with _ended(_threads(jobs, stop), stop) as pool:
+        coming: deque[Future[Result]] = deque()
+        for number, part in enumerate(parts):
+            coming.append(pool.submit(_done, work, part))
+            if number == 0 or len(coming) > jobs:
+                yield _result(coming.popleft())
+        while coming:
+            yield _result(coming.popleft())
 
 
 def apart(

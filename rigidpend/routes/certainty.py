@@ -209,7 +209,7 @@ def _climb(
         if not open_.size:
             break
         whole = open_.size == found.bits.size
-        before = found.crossings if whole else _columns(found.crossings, open_)
+        before = found.crossings if whole else columns_of(found.crossings, open_)
         sharper = compute(precision, scales, columns[open_])
         # The first in a precision is held against one of a lower, the second against its equal.
         if scales == FIRST:
@@ -231,26 +231,27 @@ def _established(
     """Mask of the symbols that computations of equal precision establish: two, or a third."""
     found = agreement(a, b, rate, CLOSE)
     left = np.flatnonzero(~found[-1])
-    near = agreement(_columns(a, left), _columns(b, left), rate, AGREEMENT)
+    near = agreement(columns_of(a, left), columns_of(b, left), rate, AGREEMENT)
     some = (near & ~found[:, left]).any(axis=0)
     doubtful, near = left[some], near[:, some]
     if doubtful.size:
         c = third(columns[doubtful])
         for each in (a, b):
             # The third must agree with both.
-            near &= agreement(_columns(each, doubtful), c, rate, AGREEMENT)
+            near &= agreement(columns_of(each, doubtful), c, rate, AGREEMENT)
         found[:, doubtful] |= near
     return found
 
 
-def _columns(crossings: Crossings, columns: Any) -> Crossings:
+def columns_of(crossings: Crossings, columns: Any) -> Crossings:
+    """A copy of some columns of a record."""
     time, separatrix, outcome = crossings
     return Crossings(time[:, columns], separatrix[:, columns], outcome[columns])
 
 
 def part(decided: Decided, columns: Columns) -> Decided:
     """A copy of some columns."""
-    crossings = _columns(decided.crossings, columns)
+    crossings = columns_of(decided.crossings, columns)
     return Decided(crossings, decided.certain[:, columns], decided.bits[columns])
 
 

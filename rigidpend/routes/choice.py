@@ -16,7 +16,7 @@ from rigidpend.routes import certainty, costs
 from rigidpend.routes.certainty import Columns, Compute, Decided
 from rigidpend.routes.cycle import symbols
 from rigidpend.routes.problem import ProblemError, RouteProblem
-from rigidpend.routes.run import Run, in_pieces
+from rigidpend.routes.run import Run, abreast, in_pieces
 from rigidpend.routes.start import Scales
 
 if TYPE_CHECKING:
@@ -167,12 +167,15 @@ def decided_by(maps: Maps, *, sampled: bool = True) -> Mapped:
         if n == run.orbits:
             reason = f"their symbols ask for more than the {maps.table_bits} bits of the maps"
             costs.warned(run.problem, open_.size, n, costs.beyond_maps(run.problem), reason)
-        certainty.climb(run.crossings, known, open_, rate, beyond)
+        # Where they are a part other threads are at work on the rest.
+        further = abreast(run) if n == run.orbits else run.crossings
+        certainty.climb(further, known, open_, rate, beyond)
     if sampled:
         # Doubles decide at least the first symbols of each; what is beyond them takes long.
-        samples = (SAMPLE, precisions[:1]), (LEAST_SAMPLE, precisions[:2])
-        for size, ladder in samples[maps.kept :]:
-            here = max(LEAST_SAMPLE, -(-size * n // run.orbits))
+        size = -(-SAMPLE * n // run.orbits)
+        samples = (size, precisions[:1]), (LEAST_SAMPLE, precisions[:2])
+        # In a small part of all orbits the second sample has the first in it.
+        for here, ladder in samples[maps.kept or size <= LEAST_SAMPLE :]:
             wrong = contradicted(known, run.crossings, rate, ladder, here)
             if wrong.size:
                 raise certainty.Contradiction(_alarm(run, wrong))

@@ -190,12 +190,26 @@ class Maps:
 
     def _follow(self, program: Program, bits: int, design: Design, columns: Any) -> tuple[Any, Any]:
         """Times (n + 1, N) in t' and separatrices; NaN and 0 where the tables end."""
-        given, starts = (self.problem, design, bits), self.run.starts
-        begin = beginning(*given, starts.J1_0[columns]) if starts else _own_beginning(*given)
+        begin = self._beginning(design, bits, columns)
         phase, height = self._begin(bits, design, begin, columns)
         Qp = begin.Qp + 0 * phase
         found = kernel.follow(program, Qp, phase, height, self.problem.n_symbols + 1)
         return found.time * _unit(design.unit, 53), found.separatrix
+
+    def _beginning(self, design: Design, bits: int, columns: Any) -> Beginning:
+        """The common part of the starts of some columns."""
+        if self.run.starts is None:
+            return beginning(self.problem, design, bits)
+        J1_0, which = self._actions
+        of_each = beginning(self.problem, design, bits, J1_0)
+        return Beginning(*(x[which[columns]] for x in of_each))
+
+    @functools.cached_property
+    def _actions(self) -> tuple[tuple[float, ...], Any]:
+        """Each J1_0 of the starts once, and the number of that of each orbit."""
+        assert self.run.starts is not None
+        J1_0, which = np.unique(self.run.starts.J1_0, return_inverse=True)
+        return tuple(J1_0.tolist()), which
 
     def _begin(self, bits: int, design: Design, begin: Beginning, columns: Any) -> tuple[Any, Any]:
         """The phase of entry, and the energy less h0 in units of mu, (N,) each.
@@ -241,7 +255,7 @@ def _unit(unit: str, bits: int) -> Any:
 def start_Qp(problem: RouteProblem, unit: str, bits: int, J1_0: Any = None) -> Any:
     """Qp of starts in units of a design, for the problem's J1_0 or for doubles in its place."""
     a, (p, J2, J1) = precision(bits), _constants(problem, bits)
-    J1 = J1 if J1_0 is None else a.array(J1_0)[()]
+    J1 = J1 if J1_0 is None else a.array(np.array(J1_0))[()]
     begin = Canonical(J1, J2 - J1, 0, p.alpha0 + p.beta0, 0 * J1, 0, 1)
     return _unit(unit, bits) * aligned_from_canonical(begin, p.alpha0, p.beta0, a).Qp
 
@@ -256,15 +270,15 @@ class Beginning(NamedTuple):
     """The same by its sine."""
 
 
-def beginning(problem: RouteProblem, design: Design, bits: int, J1_0: Any = None) -> Beginning:
-    """The beginning of the problem's starts, or of those whose J1_0 is told."""
+@functools.lru_cache(maxsize=16)
+def beginning(
+    problem: RouteProblem, design: Design, bits: int, J1_0: tuple[float, ...] | None = None
+) -> Beginning:
+    """The beginning of the problem's starts, or of those that have the told J1_0."""
     a, (p, J2, J1) = precision(bits), _constants(problem, bits)
-    J1 = J1 if J1_0 is None else a.array(J1_0)
+    J1 = J1 if J1_0 is None else a.array(np.array(J1_0))
     along, across = (
         height(J1, J2, (p.alpha0 + p.beta0, x - design.origin), a)
         for x in (a.number(0.0), a.pi / 2)
     )
     return Beginning(start_Qp(problem, design.unit, bits, J1_0), along, across)
-
-
-_own_beginning = functools.lru_cache(maxsize=16)(beginning)

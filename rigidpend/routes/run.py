@@ -17,7 +17,7 @@ from rigidpend.orbits.integrate import Crossings, Orbits
 from rigidpend.orbits.integrate.arithmetic import Arithmetic
 from rigidpend.orbits.integrate.kernel.machine_code import LANES
 from rigidpend.routes import certainty
-from rigidpend.routes.certainty import Columns, Decided, Work
+from rigidpend.routes.certainty import Columns, Compute, Decided, Work
 from rigidpend.routes.phases import Phases
 from rigidpend.routes.problem import RouteProblem, passage_limit, phase_rate
 from rigidpend.routes.start import Scales, Start, start, states_double, states_exact
@@ -159,6 +159,29 @@ class Run:
             return side_by_side(_in_scales, given, not compiled, scales, jobs)
 
         return certainty.decide(compute, n, self.rate, precisions, share, both)
+
+
+def abreast(run: Run) -> Compute:
+    """The computations of a run; of few orbits both of a precision are made at once.
+
+    Each takes a thread, and the other would be idle, though the second may not be asked for.
+    """
+    seconds: dict[int, tuple[Columns, Crossings]] = {}
+
+    def compute(bits: int, scales: Scales, columns: Columns) -> Crossings:
+        engine = run.arithmetic.engine
+        idle = run.jobs > 1 and integrate.on_one_thread(engine, bits, len(columns))
+        if scales == certainty.FIRST and idle:
+            both = certainty.FIRST, certainty.SECOND
+            first, second = side_by_side(_in_scales, (run, bits, columns), False, both, 2)
+            seconds[bits] = columns, second
+            return first
+        if scales == certainty.SECOND and bits in seconds:
+            known, second = seconds[bits]
+            return certainty.columns_of(second, np.searchsorted(known, columns))
+        return run.crossings(bits, scales, columns)
+
+    return compute
 
 
 @functools.lru_cache(maxsize=64)

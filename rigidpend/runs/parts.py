@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Self
 
 from rigidpend.machine import cache, files
-from rigidpend.machine.workers import check_stop
+from rigidpend.machine.workers import ahead, check_stop
 
 if TYPE_CHECKING:
     from rigidpend.experiments.contract import Piece
@@ -88,10 +88,15 @@ class Parts:
         """True if there is a part of that name."""
         return (self._folder / f"{name}.h5").is_file()
 
-    def in_order(self, pieces: Sequence[Piece]) -> Iterator[Tree]:
-        """The parts one after the other, each :meth:`keep`."""
-        for piece in pieces:
-            yield self.keep(piece.name, partial(piece.work, *piece.arguments))
+    def in_order(self, pieces: Sequence[Piece], jobs: int = 1) -> Iterator[Tree]:
+        """The parts one after the other, each :meth:`keep`, so many of them side by side."""
+        self._join()
+        if jobs == 1:
+            return map(self._piece, pieces)
+        return ahead(self._piece, pieces, jobs)
+
+    def _piece(self, piece: Piece) -> Tree:
+        return self.keep(piece.name, partial(piece.work, *piece.arguments))
 
     def drop(self) -> None:
         """Remove all parts, those of other fingerprints too, unless another run needs them."""

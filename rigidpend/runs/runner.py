@@ -7,6 +7,7 @@ import time
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -171,9 +172,9 @@ def run(
         check_stop()
         arithmetic = _arithmetic(planned)
         crew: dict[str, int] = {}
-        pieces = _pieces(parts, planned, scheduler, tell, crew)
         # Each thread of a cluster's workers has a piece of its own.
         away, given = scheduler is not None, (config.experiment, content, arithmetic)
+        pieces = _pieces(parts, planned, scheduler, tell, crew, jobs)
         means = Means(arithmetic, 1 if away else jobs, tell, parts.keep, pieces, away)
         if away and not experiments.in_pieces(config.experiment):
             [data] = pieces([Piece("whole", _whole, given)])
@@ -213,10 +214,11 @@ def _pieces(
     scheduler: str | None,
     report: Callable[[str], None],
     crew: dict[str, int],
+    jobs: int,
 ) -> Callable[[Sequence[Piece]], Iterator[Tree]]:
     """Choose who computes the pieces of an experiment: this process, or a cluster."""
     if scheduler is None:
-        return parts.in_order
+        return partial(parts.in_order, jobs=jobs)
     from rigidpend.runs import cluster
 
     given = scheduler, planned.config.experiment, planned.config.engine, parts

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 import pickle
 from collections.abc import Callable
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -20,7 +21,9 @@ from rigidpend.orbits.return_map.build import FIRST
 from rigidpend.routes import certainty, choice, codes, costs, mapped
 from rigidpend.routes.cells import cells_of_starts
 from rigidpend.routes.certainty import Contradiction
+from rigidpend.routes.phases import Phases
 from rigidpend.routes.problem import ProblemError, RouteProblem
+from rigidpend.routes.run import Run, abreast
 from rigidpend.routes.start import Scales
 from tests.orbits.integrate.problems import FIG4, GENERIC
 
@@ -259,6 +262,32 @@ def test_a_sample_of_all_orbits_is_integrated_in_doubles_and_of_few_in_more_bits
     monkeypatch.setattr(choice, "contradicted", compared)
     found(FIG4, PHASES, method="map")
     assert asked == [(choice.SAMPLE, (53,)), (choice.LEAST_SAMPLE, (53, 106))]
+
+
+def test_few_orbits_take_both_computations_of_a_precision_at_once(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    arithmetic, few, many = resolve(None, None, (53, 106)), np.array([1, 4, 7]), np.arange(17)
+    run = Run(PROBLEM, Phases(PHASES), arithmetic, jobs=2)
+    expected = run.crossings(106, certainty.SECOND, few[1:])
+    asked: list[tuple[Scales, int]] = []
+    computed = Run.crossings
+
+    def crossings(run: Run, bits: int, scales: Scales, columns: Any) -> Crossings:
+        asked.append((scales, len(columns)))
+        return computed(run, bits, scales, columns)
+
+    monkeypatch.setattr(Run, "crossings", crossings)
+    compute = abreast(run)
+    compute(106, certainty.FIRST, few)
+    second = compute(106, certainty.SECOND, few[1:])
+    assert sorted(asked) == sorted([(certainty.FIRST, 3), (certainty.SECOND, 3)])
+    for got, known in zip(second, expected, strict=True):
+        np.testing.assert_array_equal(got, known)
+    for alone in (abreast(replace(run, jobs=1)), compute):
+        asked.clear()
+        alone(106, certainty.FIRST, few if alone is not compute else many)
+        assert [scales for scales, _ in asked] == [certainty.FIRST]
 
 
 def whole(_: int, __: Scales, columns: Any) -> Crossings:

@@ -155,6 +155,15 @@ def crossings(orbits: Orbits, *, engine: str, bits: int, tolerance: float, jobs:
     return joined(side_by_side(work, further, holds_interpreter, parts, jobs))
 
 
+def on_one_thread(engine: str, bits: int, n: int) -> bool:
+    """True if so many orbits are computed in machine code by one thread, however many there are."""
+    if not in_kernel(engine, bits):
+        return False
+    from rigidpend.orbits.integrate import batch
+
+    return n <= batch.WORTH[kernel_bits(bits)]
+
+
 def _plan(
     orbits: Orbits, engine: str, bits: int, tolerance: float, jobs: int
 ) -> tuple[Any, tuple[Any, ...], bool, list[Orbits]]:
