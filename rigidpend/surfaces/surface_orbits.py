@@ -44,8 +44,6 @@ class UnstableSurface(NamedTuple):
 class Points(NamedTuple):
     """Points of orbits on the section: arrays (n,) of doubles, or of guarded numbers."""
 
-    theta2_0: Any
-    """Phases at the start, radians."""
     phase: Any
     """Phase g = theta1/2 + theta2, radians, on the branch next to the unperturbed motion's."""
     advance: Any
@@ -169,7 +167,7 @@ def meet(
     expected = a.array(unperturbed_phases)
     phase = phase + turn * np.rint(a.floats((expected - phase) / turn))
     rest = a.array([x - near for x, near in zip(unperturbed_phases, expected, strict=True)])
-    return Points(begin, phase, (phase - expected) - rest, offset, time)
+    return Points(phase, (phase - expected) - rest, offset, time)
 
 
 def kind(s: UnstableSurface, arithmetic: Arithmetic) -> Precision:
