@@ -32,11 +32,11 @@ def scanned(low: float, high: float, count: int, n: int, half_turns: int) -> Arr
 def test_a_blind_scan_finds_the_same_orbits() -> None:
     found = skeleton(level(), 2, 11)
     for n, count in enumerate((2, 6, 34)):
-        blind = scanned(0.0, 2 * np.pi, 60_000, n, 11)
+        blind = scanned(0.0, 2 * np.pi, 30_000, n, 11)
         b = np.sort(np.mod(found[n].b, 2 * np.pi))
         assert len(b) == count
         assert blind.size == count
-        np.testing.assert_allclose(np.sort(blind), b, rtol=0, atol=2 * np.pi / 60_000)
+        np.testing.assert_allclose(np.sort(blind), b, rtol=0, atol=2 * np.pi / 30_000)
 
 
 @pytest.mark.slow
@@ -55,14 +55,11 @@ def test_a_blind_scan_of_windows_finds_the_same_orbits(n: int, count: int) -> No
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize(("per_cell", "half_turns"), [(3, 11), (25, 10)])
-def test_a_coarser_and_a_finer_grid_find_as_many(
-    per_cell: int, half_turns: int, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_a_coarser_grid_finds_as_many(monkeypatch: pytest.MonkeyPatch) -> None:
     """With three samples a half rotation many pairs lie between samples: least |U| finds them."""
-    expected = [len(one.b) for one in skeleton(level(), 3, half_turns)]
-    monkeypatch.setattr(asymptotic, "PER_CELL", per_cell)
-    assert [len(one.b) for one in skeleton(level(), 3, half_turns)] == expected
+    expected = [len(one.b) for one in rough(4)[:4]]
+    monkeypatch.setattr(asymptotic, "PER_CELL", 3)
+    assert [len(one.b) for one in skeleton(level(), 3, HALF_TURNS)] == expected
 
 
 def test_longer_passages_keep_what_shorter_ones_have() -> None:
