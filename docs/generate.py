@@ -183,7 +183,7 @@ def shown_default(field: FieldInfo) -> str:
 
 def departures() -> str:
     """The places where the paper slips."""
-    rows = [tuple(map(plain, departure)) for departure in DEPARTURES]
+    rows = [tuple(map(plain, departure)) for departure in DEPARTURES.rows]
     return "\n".join(table(("place", "as printed", "here"), rows)) + "\n"
 
 

@@ -85,5 +85,5 @@ def test_every_command_is_there_with_its_options_and_examples() -> None:
 def test_every_departure_is_there() -> None:
     lines = generate.departures().splitlines()[2:]
     assert [line.replace("\\", "") for line in lines] == [
-        f"| {' | '.join(departure)} |" for departure in DEPARTURES
+        f"| {' | '.join(departure)} |" for departure in DEPARTURES.rows
     ]

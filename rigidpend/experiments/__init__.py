@@ -14,7 +14,6 @@ from typing import TYPE_CHECKING, Any, cast
 if TYPE_CHECKING:
     from rigidpend.config.description import Row
     from rigidpend.config.schema import ExperimentConfig
-    from rigidpend.experiments.contract import Computation, Drawing
     from rigidpend.experiments.data import Layout, Loaded
     from rigidpend.machine.wording import Table
 
@@ -33,24 +32,18 @@ def names() -> tuple[str, ...]:
 
 
 def schema(name: str) -> type[ExperimentConfig]:
-    """Schema of an experiment's configs.
-
-    Raises
-    ------
-    UnknownExperiment
-        As the other functions here.
-    """
+    """Schema of an experiment's configs; as all here, UnknownExperiment of a name that none has."""
     return cast("type[ExperimentConfig]", _module(name, "schema").Config)
 
 
-def computation(name: str) -> Computation[ExperimentConfig]:
+def computation(name: str) -> Any:
     """Module that computes an experiment."""
-    return cast("Computation[ExperimentConfig]", _module(name, "compute"))
+    return _module(name, "compute")
 
 
 def cost(name: str, config: ExperimentConfig) -> float | None:
     """Estimate of the seconds that a config takes; None where its experiment gives none."""
-    estimate = getattr(_module(name, "compute"), "cost", None)
+    estimate = getattr(computation(name), "cost", None)
     return None if estimate is None else float(estimate(config))
 
 
@@ -62,7 +55,7 @@ def describe(name: str, config: ExperimentConfig) -> list[Row]:
     """
     from rigidpend.config import description, theory
 
-    problem, own = config.problem, getattr(_module(name, "compute"), "describe", None)
+    problem, own = config.problem, getattr(computation(name), "describe", None)
     body, seconds = getattr(problem, "body", None), cost(name, config)
     found = [
         *description.asked(problem),
@@ -82,7 +75,7 @@ def describe(name: str, config: ExperimentConfig) -> list[Row]:
 
 def in_pieces(name: str) -> bool:
     """Tell if an experiment is computed in pieces that may go to other machines."""
-    return bool(getattr(_module(name, "compute"), "PIECES", False))
+    return bool(getattr(computation(name), "PIECES", False))
 
 
 def layout(name: str) -> Layout:
@@ -90,9 +83,9 @@ def layout(name: str) -> Layout:
     return cast("Layout", _module(name).LAYOUT)
 
 
-def drawing(name: str) -> Drawing:
+def drawing(name: str) -> Any:
     """Module that draws an experiment."""
-    return cast("Drawing", _module(name, "draw"))
+    return _module(name, "draw")
 
 
 def tables(name: str, result: Loaded) -> list[Table]:

@@ -7,7 +7,7 @@ declared; what a fresh result states of its own errors opens none.
 from __future__ import annotations
 
 from collections import ChainMap
-from collections.abc import Callable, Iterable
+from collections.abc import Callable
 from typing import Any, Self, TypeAlias
 
 import numpy as np
@@ -36,7 +36,6 @@ class Difference(str):
     computed: Any
     allowed: float
     """Allowed difference; 0 where the values must be equal."""
-    _words: str
 
     def __new__(
         cls, place: str, stored: Any, computed: Any, allowed: float = 0.0, words: str = ""
@@ -44,27 +43,19 @@ class Difference(str):
         words = words or f": stored {shown(stored)}, computed {shown(computed)}"
         self = super().__new__(cls, place + words)
         self.place, self.stored, self.computed, self.allowed = place, stored, computed, allowed
-        self._words = words
         return self
 
     def inside(self, group: str) -> Self:
         """The same difference, in a group."""
-        place = f"{group}/{self.place}"
-        return type(self)(place, self.stored, self.computed, self.allowed, self._words)
+        values, words = (self.stored, self.computed, self.allowed), self[len(self.place) :]
+        return type(self)(f"{group}/{self.place}", *values, words)
 
 
 def shown(value: Any) -> str:
     """A value to its last digit, as a word."""
     if isinstance(value, bytes):
         return value.decode(errors="replace")
-    if isinstance(value, float | np.floating):
-        return f"{value:.17g}"
-    return str(value)
-
-
-def inside(group: str, found: Iterable[Difference]) -> list[Difference]:
-    """Differences found in a group, with its name before their places."""
-    return [difference.inside(group) for difference in found]
+    return f"{value:.17g}" if isinstance(value, float | np.floating) else str(value)
 
 
 def keys(stored: Any, fresh: Any, place: str = "") -> list[Difference]:
@@ -98,18 +89,17 @@ def outlines(stored: Any, fresh: Any, *, same_numerics: bool = True) -> list[Dif
     for place in [place for place in stored if place in fresh and place != PROVENANCE]:
         old, new = stored[place], fresh[place]
         if place == ROOT:
+            passed = VOLATILE if same_numerics else (*VOLATILE, *NUMERICS)
             # Each engine has a tolerance of its own by default, which
             # is no difference of the problem.
-            engines = {str(one.get("engine")).partition(" ")[0] for one in (old, new)}
-            passed: tuple[str, ...] = VOLATILE if len(engines) == 1 else (*VOLATILE, "tolerance")
-            passed += () if same_numerics else NUMERICS
-            old, new = (_veiled(one, passed) for one in (old, new))
+            if len({str(one.get("engine")).partition(" ")[0] for one in (old, new)}) > 1:
+                passed = (*passed, "tolerance")
+            old, new = (
+                {k: PRESENT if k in passed else x for k, x in one.items() if k not in TOLD}
+                for one in (old, new)
+            )
         found += attributes(old, new, place)
     return found
-
-
-def _veiled(given: Any, passed: tuple[str, ...]) -> dict[str, Any]:
-    return {k: PRESENT if k in passed else x for k, x in given.items() if k not in TOLD}
 
 
 def plain(stored: Any, fresh: Any, place: str) -> list[Difference]:
@@ -124,15 +114,10 @@ def plain(stored: Any, fresh: Any, place: str) -> list[Difference]:
 
 
 def differences(layout: Layout, stored: Data, fresh: Data) -> list[Difference]:
-    """Find where two results disagree by more than the bounds of their fields.
+    """Find where ``/data`` of two results disagrees by more than the bounds of its fields.
 
-    Parameters
-    ----------
-    layout : Layout
-        Of both; a field whose bound is `ANY` is not compared.
-    stored, fresh : Data
-        ``/data`` of the reference and of the result held against it. Tolerances come from the
-        reference and from what is declared: an error that the fresh one states opens none.
+    Tolerances come from the stored one, the reference, and from what is declared: an error that
+    the fresh one states opens none. A field whose bound is `ANY` is not compared.
     """
     return _groups(layout, ChainMap(dict(stored)), ChainMap(dict(fresh)))
 
@@ -151,8 +136,8 @@ def _groups(layout: Layout, stored: Scope, fresh: Scope) -> list[Difference]:
         return found
     for x, node in kept.items():
         if not isinstance(node, Field):
-            inner = stored.new_child(old[x]), fresh.new_child(new[x])
-            found += inside(x, _groups(node, *inner))
+            inner = _groups(node, stored.new_child(old[x]), fresh.new_child(new[x]))
+            found += [difference.inside(x) for difference in inner]
         elif isinstance(node.within, Bound):
             found += node.within.apart(x, stored, fresh)
         else:
@@ -166,16 +151,9 @@ def _shapes(place: str, stored: tuple[int, ...], fresh: tuple[int, ...]) -> list
 
 
 def arrays(place: str, stored: Any, fresh: Any, allowed: Any = 0.0) -> list[Difference]:
-    """The worst element of two arrays, if it differs by more than is allowed.
+    """The worst element of two arrays, if it differs by more than is allowed of all, or of each.
 
-    Parameters
-    ----------
-    place : str
-        What they are.
-    stored, fresh : array or text
-        Floats are compared up to `allowed`, NaN with NaN; all else exactly.
-    allowed : float or array, optional
-        For all elements, or for each; where it is infinite nothing is compared.
+    Floats are compared up to that, NaN with NaN, and where it is infinite not; all else exactly.
     """
     a, b = np.asarray(stored), np.asarray(fresh)
     if found := _shapes(place, a.shape, b.shape):
@@ -185,21 +163,18 @@ def arrays(place: str, stored: Any, fresh: Any, allowed: Any = 0.0) -> list[Diff
         return []
     at, index = _worst(excess)
     limit = float(np.broadcast_to(allowed, a.shape)[at]) if a.dtype.kind == "f" else 0.0
-    words = f": stored {shown(a[at])}, computed {shown(b[at])}{_aside(excess, limit)}"
+    count = int((excess > 0).sum())
+    aside = [f"may differ by {limit:.2g}"] if limit else []
+    aside += [f"{count} of {excess.size} differ"] if count > 1 else []
+    words = f": stored {shown(a[at])}, computed {shown(b[at])}"
+    words += f" ({', '.join(aside)})" if aside else ""
     return [Difference(f"{place}{index}", a[at], b[at], limit, words)]
 
 
 def beyond(place: str, stated: Any, declared: Any) -> list[Difference]:
-    """The worst element of errors that a result states of itself, if it is more than declared.
+    """The worst of the errors that a result states of itself, if it is more than declared.
 
-    Parameters
-    ----------
-    place : str
-        What they are.
-    stated : array
-        Errors, NaN for one that is not known.
-    declared : float or array
-        The largest that is admitted of each; where it is infinite, any.
+    NaN is one that is not known; where what is declared is infinite, any is admitted.
     """
     errors, most = np.asarray(stated), np.broadcast_to(declared, np.shape(stated))
     # Written so that NaN is more than any bound but an infinite one.
@@ -217,14 +192,6 @@ def _worst(excess: Any) -> tuple[Any, str]:
     """The index of the largest element, and as it is written behind a name."""
     at = np.unravel_index(np.argmax(excess), excess.shape)
     return at, f"[{', '.join(map(str, at))}]" if at else ""
-
-
-def _aside(excess: Any, limit: float) -> str:
-    """Remark on a difference: the limit, and the number of elements beyond theirs."""
-    count = int((excess > 0).sum())
-    said = [f"may differ by {limit:.2g}"] if limit else []
-    said += [f"{count} of {excess.size} differ"] if count > 1 else []
-    return f" ({', '.join(said)})" if said else ""
 
 
 def _excess(a: Any, b: Any, allowed: Any) -> Any:
@@ -245,11 +212,8 @@ ROUNDING = 1e-14
 def bound(allowed: Callable[[str, Data, Data], Any]) -> Bound:
     """A bound of each element, infinite where nothing is compared.
 
-    Parameters
-    ----------
-    allowed : callable
-        From the field's name and the two groups, stored and fresh, to what may be added to the
-        stored values: a number, or an array to be broadcast to them.
+    It follows from the field's name and the two groups, stored and fresh: a number, or an array
+    to be broadcast to the values.
     """
 
     def apart(name: str, stored: Data, fresh: Data) -> list[Difference]:
@@ -293,13 +257,8 @@ def modulo(period: float, allowed: Callable[[str, Data, Data], Any]) -> Bound:
 def stated(most: float | Callable[[Data, Data], Any]) -> Bound:
     """A bound of errors that a result states of itself: the fresh ones are held to it.
 
-    Gaps must be where they are in the stored result.
-
-    Parameters
-    ----------
-    most : float or callable
-        The largest size that is admitted of each, infinite for any; or a function to it from
-        the two groups, stored and fresh.
+    It is the largest size that is admitted of each, infinite for any, or a function to it from
+    the two groups, stored and fresh. Gaps must be where they are in the stored result.
     """
 
     def apart(name: str, stored: Data, fresh: Data) -> list[Difference]:

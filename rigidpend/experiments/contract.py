@@ -1,45 +1,60 @@
-"""Contract of an experiment: the objects that each of its four files offers.
+"""Contract of an experiment: what each of the four files of its folder offers.
 
-An experiment is a folder ``experiments/NAME/``:
+``__init__.py``
+    ``LAYOUT``: what a result consists of, with unit and bound.
+``schema.py``
+    ``Config``, a subclass of :class:`rigidpend.config.schema.ExperimentConfig`: what a config may
+    ask for.
+``compute.py``
+    ``compute(config, means)``: the data of a result file, a `Tree`; ArithmeticError where something
+    that the config asks for cannot be computed as well as it must be. And if it likes:
 
-=========== =============================================================
-__init__.py ``LAYOUT``: what a result consists of, with unit and bound
-schema.py   ``Config``, a subclass of :class:`rigidpend.config.schema.
-            ExperimentConfig`: what a config may ask for
-compute.py  :class:`Computation`: from a config to the data of a result
-draw.py     :class:`Drawing`: a figure from a stored result, and tables
-=========== =============================================================
+    ``cost(config)``
+        An estimate of the seconds that it takes on two cores, from what was measured of it:
+        `run -n` tells it, and the time left begins with it.
+    ``describe(config)``
+        Rows on what follows from a config beside what follows from its body.
+    ``PIECES = True``
+        All its work goes through ``means.pieces``, so that a cluster shares it; what does not, a
+        worker of the cluster computes as a whole.
+    ``orbits(config, stored)``
+        `Routes`, exact: its route codes can be proven. ``stored()`` loads ``/data`` of the
+        config's result, for orbits that only a computation tells.
+    ``theorems(config, data)``
+        Sentences that ``/data`` of a result proves, checked again without integration;
+        ArithmeticError where it does not, whose text says what is not shown.
+``draw.py``
+    ``draw(result)``: a figure of a stored result. And if it likes:
 
-Modules are the implementations: a module satisfies the protocol by its functions, whose
-parameters are described here alone. Nothing is registered; a folder with a ``schema.py`` is an
-experiment. `schema.py` and `compute.py` import no matplotlib, `draw.py` no integrator, for each
-is loaded without the others; `__init__.py` imports neither: whoever opens a result holds it
-against that layout first, and two results are compared by it.
+    ``CAPTION``
+        Sentences on what the figure shows, of whatever body.
+    ``tables(result)``
+        Tables of a stored result, which set its numbers beside those that the paper prints.
+    ``draw_together(results)``
+        Draws several results in one figure: pairs of a label, by what they differ, and a stored
+        result.
+
+Nothing is registered; a folder with a ``schema.py`` is an experiment. `schema.py` and `compute.py`
+import no matplotlib, `draw.py` no integrator, for each is loaded without the others; `__init__.py`
+imports neither: whoever opens a result holds it against that layout first, and two results are
+compared by it.
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from typing import TYPE_CHECKING, Any, NamedTuple, Protocol, TypeAlias, TypeVar
+from typing import TYPE_CHECKING, Any, NamedTuple, TypeAlias
 
-from rigidpend.experiments.data import Loaded, Tree
+from rigidpend.experiments.data import Tree
 from rigidpend.machine.progress import tell_nobody
 from rigidpend.orbits.integrate.arithmetic import CLOSED_FORM, Arithmetic
 
 if TYPE_CHECKING:
-    from matplotlib.figure import Figure
-
-    from rigidpend.config.schema import ExperimentConfig
     from rigidpend.numbers.exact import Exact
     from rigidpend.routes.problem import RouteProblem
 
-    Routes: TypeAlias = Mapping[str, tuple[RouteProblem, Sequence[Exact]]]
-    """Orbits by the name of their array: a problem, and the exact phases of its columns."""
-
-    C_contra = TypeVar("C_contra", bound=ExperimentConfig, contravariant=True)
-else:
-    # The bound is for type checkers alone: no schema is imported for it.
-    C_contra = TypeVar("C_contra", contravariant=True)
+Routes: TypeAlias = "Mapping[str, tuple[RouteProblem, Sequence[Exact]]]"
+"""Orbits by the name of their array: a problem, and the exact phases of its columns."""
 
 
 class Piece(NamedTuple):
@@ -77,52 +92,3 @@ class Means(NamedTuple):
     """Checkpoints whose functions and arguments may go to other machines; trees in their order."""
     away: bool = False
     """True if pieces are computed by other machines, which take many small ones best."""
-
-
-class Computation(Protocol[C_contra]):
-    """The module ``compute.py`` of an experiment.
-
-    It may also have:
-
-    ``cost(config)``
-        An estimate of the seconds that :meth:`compute` takes on two cores, from what was measured
-        of it: `run -n` tells it, and the time left begins with it.
-    ``describe(config)``
-        Rows on what follows from a config beside what follows from its body.
-    ``PIECES = True``
-        All its work goes through ``means.pieces``, so that a cluster shares it; what does not, a
-        worker of the cluster computes as a whole.
-    ``orbits(config, stored)``
-        `Routes`, exact: its route codes can be proven. ``stored()`` loads ``/data`` of the
-        config's result, for orbits that only a computation tells.
-    ``theorems(config, data)``
-        Sentences that ``/data`` of a result proves, checked again without integration;
-        ArithmeticError where it does not, whose text says what is not shown.
-    """
-
-    def compute(self, config: C_contra, means: Means) -> Tree:
-        """Compute the data of a result file.
-
-        Raises
-        ------
-        ArithmeticError
-            Something that the config asks for cannot be computed as well as it must be.
-        """
-
-
-class Drawing(Protocol):
-    """The module ``draw.py`` of an experiment.
-
-    It may also have:
-
-    ``CAPTION``
-        Sentences on what the figure shows, of whatever body.
-    ``tables(result)``
-        Tables of a stored result, which set its numbers beside those that the paper prints.
-    ``draw_together(results)``
-        Draws several results in one figure: pairs of a label, by what they differ, and a stored
-        result.
-    """
-
-    def draw(self, result: Loaded) -> Figure:
-        """Draw a stored result."""

@@ -49,13 +49,8 @@ class Coming(NamedTuple):
 class Streamed(dict[str, Any]):
     """A group some arrays of which come in blocks, for memory need not hold them as a whole.
 
-    Parameters
-    ----------
-    members : mapping
-        What comes has :class:`Coming` in the place of its values.
-    blocks : iterator
-        Blocks by the names of their arrays: where each belongs, and its values. They may be
-        computed when they are asked for, once.
+    These have :class:`Coming` in the place of their values. The blocks, where each belongs and
+    its values by the name of the array, may be computed when they are asked for, once.
     """
 
     def __init__(

@@ -6,6 +6,8 @@ Universal Design, 2008). In arrays of symbols black is 0, white is 1, grey is no
 
 from __future__ import annotations
 
+from decimal import Decimal
+from fractions import Fraction
 from itertools import pairwise
 from typing import Any
 
@@ -16,6 +18,7 @@ from matplotlib.figure import Figure
 from matplotlib.image import AxesImage
 from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
+from matplotlib.text import Annotation
 from numpy.typing import ArrayLike, NDArray
 
 from rigidpend.experiments.data import Field
@@ -58,6 +61,11 @@ def axis_label(field: Field) -> str:
     return field.symbol if field.units == "1" else f"{field.symbol} ({field.units})"
 
 
+def decimals(number: Fraction, places: int) -> str:
+    """A number, rounded to so many digits behind the point."""
+    return f"{Decimal(f'{round(number * 10**places)}e-{places}'):f}"
+
+
 def label_hodograph(axes: Axes) -> None:
     """Set the labels and the scale of a curve (omega_zeta, omega_xi)."""
     axes.set_aspect("equal")
@@ -80,6 +88,25 @@ def symbol_entries(zero: str = r"$z_i = 0$ (left)", one: str = r"$z_i = 1$ (righ
         Patch(facecolor="black", edgecolor="0.6", label=zero),
         Patch(facecolor="white", edgecolor="0.6", label=one),
     ]
+
+
+def beside(
+    axes: Axes, text: str, place: Any, right: float, above: float, **look: Any
+) -> Annotation:
+    """Write a text beside a place, so many points to the right and above it."""
+    return axes.annotate(text, place, (right, above), textcoords="offset points", **look)
+
+
+def arrow(axes: Axes, start: Any, end: Any, **look: Any) -> Annotation:
+    """Draw an arrow between two places, at the edge of a panel too."""
+    look = {"arrowstyle": "-|>", **look}
+    return axes.annotate("", end, start, arrowprops=look, annotation_clip=False)
+
+
+def legend_above(axes: Axes, handles: list[Any], ncols: int) -> None:
+    """Put a legend on the upper right edge of a panel, beside its title."""
+    look: dict[str, Any] = {"ncols": ncols, "fontsize": 7.5, "borderaxespad": 0.1}
+    axes.legend(handles=handles, loc="lower right", bbox_to_anchor=(1.0, 1.0), **look)
 
 
 def panel(
@@ -162,13 +189,7 @@ def draw_changes(
 def separatrix_ticks(axes: Axes, places: ArrayLike, digits: int) -> None:
     """Name the separatrices 1, 2, 3, 4 and 1 again on a theta1 axis, whose limits they are.
 
-    Parameters
-    ----------
-    axes : Axes
-    places : (5,) array
-        theta1 of the separatrices, ascending, radians.
-    digits : int
-        Behind the point.
+    Their theta1, ascending, is in radians, and written with so many digits behind the point.
     """
     x = np.asarray(places, dtype=float).tolist()
     labels = [

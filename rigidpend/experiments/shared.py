@@ -31,8 +31,6 @@ turns over."""
 def crossing_tolerance(crossings: int, growth: float = GROWTH) -> NDArray[np.float64]:
     """Allowed difference of the times of each of so many crossings, t', (crossings, 1).
 
-    Notes
-    -----
     On the way to the first crossing an error stays relative. On a passage at a distance d it
     grows by 1/d, as exp(u T/2) with the time T that the passage takes, and T by its logarithm.
     Between scalar and batched, full and compact builds the largest difference of 4,000 random
@@ -162,13 +160,8 @@ def mu_over_h0(problem: WeightedBodies) -> Array:
 def slope(ratio: Array, values: Array, floor: Array | float = 0.0) -> float:
     """Fit the slope of values in mu, both logarithmic; NaN for less than two points.
 
-    Parameters
-    ----------
-    ratio : (n,) array
-        mu/h0; points above `SMALL` are left out.
-    values : (n,) array
-    floor : (n,) array or float, optional
-        Values that are not above it are left out: they are rounding.
+    Where mu/h0 is above `SMALL` they are left out, and where they are not above a floor: those
+    are rounding.
     """
     kept = (ratio <= SMALL) & (values > floor)
     if kept.sum() < 2:

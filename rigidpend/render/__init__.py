@@ -11,8 +11,7 @@ import hashlib
 import io
 import os
 import textwrap
-from collections.abc import Iterator, Sequence
-from contextlib import contextmanager
+from collections.abc import Sequence
 from importlib import metadata as installed
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -118,22 +117,10 @@ def kept(target: Path, origin: str) -> bytes | None:
 
 
 def image(results: Sequence[Any], suffix: str, title: str = "", origin: str = "") -> bytes:
-    """Draw a loaded result, or several together, as the bytes of a file of that format.
+    """Draw a loaded result, or several together under a title, as the bytes of a file.
 
-    Parameters
-    ----------
-    results : sequence of Loaded
-    suffix : str
-        One of `ENDS`.
-    title : str, optional
-        Name of several results together.
-    origin : str, optional
-        What they are drawn from, for the image to tell: :func:`drawn_from`.
-
-    Raises
-    ------
-    Undrawable
-        Their values, of which the layout declares no range, cannot be drawn.
+    Its format is one of `ENDS`. It tells what it was drawn from, :func:`drawn_from`. Undrawable
+    is raised of values, of which the layout declares no range, that cannot be drawn.
     """
     # What the user's shell says of a display does not matter to a figure in a file, and an
     # unknown backend there would stop matplotlib's import.
@@ -145,28 +132,22 @@ def image(results: Sequence[Any], suffix: str, title: str = "", origin: str = ""
     if others:
         # Several results have no fingerprint of their own to be told by the image.
         told |= {"name": title, "config_hash": "several"}
-    with matplotlib.rc_context(fname=STYLE), _undrawable():
-        drawing: Any = experiments.drawing(told["experiment"])
-        if others:
-            from rigidpend.config import writer
+    with matplotlib.rc_context(fname=STYLE):
+        try:
+            drawing = experiments.drawing(told["experiment"])
+            if others:
+                from rigidpend.config import writer
 
-            configs = [result["config"] for result in results]
-            # What each differs by from the others.
-            labels = [writer.label(config, configs) for config in configs]
-            figure = drawing.draw_together(list(zip(labels, results, strict=True)))
-        else:
-            figure = drawing.draw(first)
-        foot = captions.foot(str(told.get("name", "unnamed")), results)
-        return _image(figure, suffix, told, foot)
-
-
-@contextmanager
-def _undrawable() -> Iterator[None]:
-    """Say in our words that values cannot be drawn."""
-    try:
-        yield
-    except OF_VALUES as error:
-        raise Undrawable(f"cannot be drawn: {wording.error(error)}") from error
+                configs = [result["config"] for result in results]
+                # What each differs by from the others.
+                labels = [writer.label(config, configs) for config in configs]
+                figure = drawing.draw_together(list(zip(labels, results, strict=True)))
+            else:
+                figure = drawing.draw(first)
+            foot = captions.foot(str(told.get("name", "unnamed")), results)
+            return _image(figure, suffix, told, foot)
+        except OF_VALUES as error:
+            raise Undrawable(f"cannot be drawn: {wording.error(error)}") from error
 
 
 def _image(figure: Figure, suffix: str, attributes: Any, foot: Sequence[str]) -> bytes:
@@ -209,17 +190,10 @@ def _image(figure: Figure, suffix: str, attributes: Any, foot: Sequence[str]) ->
 
 
 def metadata(suffix: str, attributes: Any) -> dict[str, str | None]:
-    """Metadata of an image: the fingerprint of the result that it shows.
+    """Metadata of an image of that format: the fingerprint of the result that it shows.
 
     Times, the commit and the machine are left out, so that equal results give equal images;
     they are in the result file, to which the fingerprint leads.
-
-    Parameters
-    ----------
-    suffix : str
-        One of `ENDS`.
-    attributes : mapping
-        Root attributes of the result file.
     """
     known = {key: str(attributes.get(key, "unknown")) for key in KEYS}
     title = f"rigidpend {known.pop('name')}, config {known['config_hash']}"

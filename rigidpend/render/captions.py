@@ -33,11 +33,7 @@ def foot(name: str, results: Sequence[Loaded]) -> list[str]:
 def bodies(result: Loaded) -> list[str]:
     """Describe the body of a result, or each of its bodies, with what they have in common.
 
-    Returns
-    -------
-    list of str
-        Phrases such as ``A = (2, 1, 1.5), r along (1, 1, 0), mu = 0.001``; none for a result
-        that is of no body.
+    Phrases are such as ``A = (2, 1, 1.5), r along (1, 1, 0), mu = 0.001``; of no body none.
     """
     problem = result["config"].get("problem", {})
     if not isinstance(problem, Mapping):

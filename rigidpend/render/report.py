@@ -14,7 +14,6 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 from rigidpend import experiments
-from rigidpend.experiments.data import Loaded
 from rigidpend.machine import files, wording
 from rigidpend.machine.files import Absent
 from rigidpend.machine.wording import Table
@@ -78,13 +77,7 @@ class Page(NamedTuple):
 
 
 def results(folder: Path) -> list[Path]:
-    """Result files directly in a folder, by name; certificates are not.
-
-    Raises
-    ------
-    Absent
-        There is none.
-    """
+    """Result files directly in a folder, by name, without certificates; Absent if there is none."""
     found = results_in(folder)
     if not found:
         raise Absent(f"{folder}: no results; call: rigidpend run all --out {folder}")
@@ -102,7 +95,7 @@ def write(sources: Sequence[Path], target: Path) -> list[str]:
     Raises
     ------
     StoreError
-        As :func:`build`; or the page cannot be written.
+        None of them can be shown, Absent where none is there; or the page cannot be written.
     """
     page = build(sources)
     files.prepare(target)
@@ -111,13 +104,7 @@ def write(sources: Sequence[Path], target: Path) -> list[str]:
 
 
 def build(sources: Sequence[Path]) -> Page:
-    """Build the page for some results.
-
-    Raises
-    ------
-    StoreError
-        None of them can be shown; Absent where none is there.
-    """
+    """Build the page for some results, as :func:`write` writes it."""
     jobs = cores() if len(sources) > FEW else 1
     sections = side_by_side(_section, (), True, sources, jobs)
     problems = [said for found in sections if (said := found.problem or found.doubt)]
@@ -135,7 +122,11 @@ def _section(source: Path) -> ResultSection:
     check_stop()
     try:
         result = store.load(source)
-        certificate, doubt = _certificate(source)
+        certificate, doubt = None, ""
+        try:
+            certificate = beside(source)
+        except store.StoreError as error:
+            doubt = f"nothing is marked as proven: {remedies.told(error)}"
         drawn = render.kept(source.with_suffix(".png"), render.drawn_from([source]))
         return section(marked(result, certificate), drawn)._replace(doubt=doubt)
     except render.Undrawable as error:
@@ -150,20 +141,14 @@ def _section(source: Path) -> ResultSection:
     return ResultSection(source.stem, problem=remedies.told(said))
 
 
-def _certificate(source: Path) -> tuple[Loaded | None, str]:
-    """The certificate beside a result; failing that, why none of it is shown."""
-    try:
-        return beside(source), ""
-    except store.StoreError as error:
-        return None, f"nothing is marked as proven: {remedies.told(error)}"
-
-
 def section(result: Any, drawn: bytes | None = None) -> ResultSection:
     """Make a result's part of the page, with its image, drawn now where none is given."""
     from rigidpend import render
     from rigidpend.render import captions
 
     attributes = result["attributes"]
+    rows = {key: attributes.get(key, "") for key in ("engine", "config_hash", "code_hash")}
+    rows |= result["provenance"]
     experiment = str(attributes["experiment"])
     return ResultSection(
         name=str(attributes.get("name", "unnamed")),
@@ -173,16 +158,8 @@ def section(result: Any, drawn: bytes | None = None) -> ResultSection:
         caption=captions.caption(experiment),
         bodies=captions.bodies(result),
         tables=experiments.tables(experiment, result),
-        provenance=_provenance(result),
+        provenance=[(key.replace("_", " "), str(value)) for key, value in rows.items()],
     )
-
-
-def _provenance(result: Any) -> list[tuple[str, str]]:
-    """Provenance of a result, for the foot of its part."""
-    fingerprint = ("engine", "config_hash", "code_hash")
-    rows = [(key, str(result["attributes"].get(key, ""))) for key in fingerprint]
-    rows += [(key, str(value)) for key, value in result["provenance"].items()]
-    return [(key.replace("_", " "), value) for key, value in rows]
 
 
 def picture(png: bytes) -> str:
@@ -215,76 +192,71 @@ def html(sections: Sequence[ResultSection]) -> str:
     )
     environment.filters["sheet"] = wording.html
     style = (HERE / "page.css").read_text(encoding="utf-8")
-    caption = "Where the paper slips, or leaves a value open, and what is computed here"
-    slips = Table(caption, ("place", "as printed", "here"), DEPARTURES)
     template = environment.get_template("page.html")
-    return template.render(sections=sections, departures=slips, style=style)
+    return template.render(sections=sections, departures=DEPARTURES, style=style)
 
 
-class Departure(NamedTuple):
-    """One departure: its place in the paper, what is printed there and what is computed here."""
-
-    place: str
-    """Label in the paper's TeX source, or a figure."""
-    printed: str
-    here: str
-
-
-DEPARTURES = (
-    Departure("section 1, (cond_P)", "A2 + A3 > A1", "equality admitted: body a of Table 1 has it"),
-    Departure("(gamma_dep)", "arcsin and arctan, which lose the quadrant", "atan2 forms"),
-    Departure(
-        "section 3",
-        "h0 is the energy, and also kappa J2_0^2/2",
-        "they differ by mu sin(theta2_0); which is meant is said at each place",
-    ),
-    Departure(
-        "section 3",
-        "kappa J2_0^2/2 > mu is enough for rotation",
-        "only where sin(theta2_0) >= 0; at every phase 2 mu is",
-    ),
-    Departure(
-        "sections 1 and 5",
-        "pendulum motions unstable at any h0 > mu",
-        "elliptic for some bodies, such as that of Fig. 5 for mu/h0 from 0.589 to 0.868",
-    ),
-    Departure(
-        "(eq_Ric1) at J1 = J2",
-        '"the similar Riccati equation", coefficients not printed',
-        "its own coefficients: -a0, -a1, -a2 at pi - tau",
-    ),
-    Departure(
-        "(tt), theta2 of T2",
-        "ends with cos(theta2*)",
-        "ends with cos(beta0 + epsilon alpha0 + theta2*)",
-    ),
-    Departure("(Im)", "the closed form's sign", "opposite, as its bracket says; its zeros stand"),
-    Departure("(Im)", "a divergent improper integral", "converges absolutely, like sech^2"),
-    Departure(
-        "(Im)",
-        "the phase is added to theta2*, which holds theta2_0 already",
-        "the phase is theta2_0 itself",
-    ),
-    Departure(
-        "section 5, Hess case",
-        "a countable set of orbits in which S2- and S1+ meet",
-        "the two are one surface there",
-    ),
-    Departure(
-        "section 6, Hess case",
-        "alpha gains along each separatrix",
-        "nothing along 1 and 3, as (trieq) has it",
-    ),
-    Departure(
-        "(tri1), items 1 and 3",
-        "theta1_0 = alpha0 - beta0 (+ 2 pi)",
-        "beta0 - alpha0 (+ 2 pi), as in (sol_1), (sol_12)",
-    ),
-    Departure("Fig. 4", 'J1_0 "approximately 0"', "1e-8"),
-    Departure(
-        "Fig. 5",
-        "h0 = 1.1111, no J1_0",
-        "10/9 and 2.39205e-9, at which both published routes come out",
+DEPARTURES = Table(
+    "Where the paper slips, or leaves a value open, and what is computed here",
+    ("place", "as printed", "here"),
+    (
+        ("section 1, (cond_P)", "A2 + A3 > A1", "equality admitted: body a of Table 1 has it"),
+        ("(gamma_dep)", "arcsin and arctan, which lose the quadrant", "atan2 forms"),
+        (
+            "section 3",
+            "h0 is the energy, and also kappa J2_0^2/2",
+            "they differ by mu sin(theta2_0); which is meant is said at each place",
+        ),
+        (
+            "section 3",
+            "kappa J2_0^2/2 > mu is enough for rotation",
+            "only where sin(theta2_0) >= 0; at every phase 2 mu is",
+        ),
+        (
+            "sections 1 and 5",
+            "pendulum motions unstable at any h0 > mu",
+            "elliptic for some bodies, such as that of Fig. 5 for mu/h0 from 0.589 to 0.868",
+        ),
+        (
+            "(eq_Ric1) at J1 = J2",
+            '"the similar Riccati equation", coefficients not printed',
+            "its own coefficients: -a0, -a1, -a2 at pi - tau",
+        ),
+        (
+            "(tt), theta2 of T2",
+            "ends with cos(theta2*)",
+            "ends with cos(beta0 + epsilon alpha0 + theta2*)",
+        ),
+        ("(Im)", "the closed form's sign", "opposite, as its bracket says; its zeros stand"),
+        ("(Im)", "a divergent improper integral", "converges absolutely, like sech^2"),
+        (
+            "(Im)",
+            "the phase is added to theta2*, which holds theta2_0 already",
+            "the phase is theta2_0 itself",
+        ),
+        (
+            "section 5, Hess case",
+            "a countable set of orbits in which S2- and S1+ meet",
+            "the two are one surface there",
+        ),
+        (
+            "section 6, Hess case",
+            "alpha gains along each separatrix",
+            "nothing along 1 and 3, as (trieq) has it",
+        ),
+        (
+            "(tri1), items 1 and 3",
+            "theta1_0 = alpha0 - beta0 (+ 2 pi)",
+            "beta0 - alpha0 (+ 2 pi), as in (sol_1), (sol_12)",
+        ),
+        ("Fig. 4", 'J1_0 "approximately 0"', "1e-8"),
+        (
+            "Fig. 5",
+            "h0 = 1.1111, no J1_0",
+            "10/9 and 2.39205e-9, at which both published routes come out",
+        ),
     ),
 )
-"""All departures, in the paper's order; `test_departures.py` has a test for each."""
+"""All departures, by label in the paper's TeX source or figure, in its order.
+
+`test_departures.py` has a test for each."""

@@ -25,7 +25,7 @@ times its difference from the other one in 0.57/R, 0.55/R, 0.53/R and 0.95/R of 
 from __future__ import annotations
 
 import functools
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Collection, Sequence
 from typing import Any, NamedTuple, TypeAlias
 
 import numpy as np
@@ -112,6 +112,7 @@ def decide(
     precisions: tuple[int, ...],
     share: Share | None = None,
     both: Both | None = None,
+    single: Collection[int] = (),
 ) -> Decided:
     """Compute `n` columns, and those with an uncertain symbol again in higher precision.
 
@@ -135,6 +136,8 @@ def decide(
     both : callable, optional
         ``both(columns)`` gives the two computations in the first precision, of which none waits
         for the other. By default they come one after the other.
+    single : collection of int, optional
+        Precisions above the first in which one computation is all.
     """
     share, least = share or undivided, precisions[0]
     both = both or (lambda columns: [compute(least, x, columns) for x in (FIRST, SECOND)])
@@ -155,15 +158,17 @@ def decide(
         left = np.flatnonzero(~found.certain.all(axis=0))
         if not left.size:
             break
-        further = functools.partial(_further, compute, found, rate, bits)
+        further = functools.partial(_further, compute, found, rate, bits, bits in single)
         for columns, piece in share(further, left, bits):
             replace(found, columns, piece)
     return found
 
 
-def _further(compute: Compute, found: Decided, rate: float, bits: int, columns: Columns) -> Decided:
+def _further(
+    compute: Compute, found: Decided, rate: float, bits: int, once: bool, columns: Columns
+) -> Decided:
     """Decide some columns in a precision, from what is found of them on."""
-    steps = [(bits, FIRST), (bits, SECOND)]
+    steps = [(bits, scales) for scales in (FIRST, SECOND)[: 1 if once else 2]]
     return _climb(compute, part(found, columns), columns, rate, steps)
 
 
@@ -173,6 +178,7 @@ def climb(
     columns: Columns,
     rate: float,
     precisions: tuple[int, ...],
+    single: Collection[int] = (),
 ) -> None:
     """Decide some columns further, from what is found of them on, in higher precisions.
 
@@ -186,9 +192,12 @@ def climb(
     rate : float
     precisions : tuple of int
         Bits, ascending, more than those of what is found.
+    single : collection of int, optional
+        As for :func:`decide`.
     """
     for bits in precisions:
-        replace(found, columns, _further(compute, found, rate, bits, columns))
+        sharper = _further(compute, found, rate, bits, bits in single, columns)
+        replace(found, columns, sharper)
 
 
 def undivided(work: Work, columns: Columns, _: int) -> list[tuple[Columns, Decided]]:

@@ -147,7 +147,8 @@ def decided_by(maps: Maps, *, sampled: bool = True) -> Mapped:
     """
     run = maps.run
     n, rate, precisions = len(run.phases), run.rate, run.arithmetic.precisions
-    within = tuple(p for p in maps.ladder(precisions) if p <= maps.table_bits)
+    within = tuple(p for p in maps.ladder(precisions) if p <= maps.most_bits)
+    single = maps.single(precisions)
     compute, left = with_maps(maps, run.crossings, n, precisions)
 
     def share(work: certainty.Work, columns: Columns, bits: int) -> list[tuple[Columns, Decided]]:
@@ -156,16 +157,16 @@ def decided_by(maps: Maps, *, sampled: bool = True) -> Mapped:
             return certainty.undivided(work, columns, bits)
         return in_pieces(work, columns, PIECE, run.jobs)
 
-    known = certainty.decide(compute, n, rate, within, share)
+    known = certainty.decide(compute, n, rate, within, share, single=single)
     open_ = np.flatnonzero(~known.certain.all(axis=0))
     if open_.size and maps.sharpen(open_.size / n, precisions):
-        certainty.climb(compute, known, open_, rate, (maps.table_bits,))
+        certainty.climb(compute, known, open_, rate, (maps.most_bits,), single)
         open_ = np.flatnonzero(~known.certain.all(axis=0))
-    beyond = tuple(p for p in precisions if p > maps.table_bits)
+    beyond = tuple(p for p in precisions if p > maps.most_bits)
     if open_.size and beyond:
         # Parts of a plane would say so again and again.
         if n == run.orbits:
-            reason = f"their symbols ask for more than the {maps.table_bits} bits of the maps"
+            reason = f"their symbols ask for more than the {maps.most_bits} bits of the maps"
             costs.warned(run.problem, open_.size, n, costs.beyond_maps(run.problem), reason)
         # Where they are a part other threads are at work on the rest.
         further = abreast(run) if n == run.orbits else run.crossings
@@ -180,7 +181,7 @@ def decided_by(maps: Maps, *, sampled: bool = True) -> Mapped:
             if wrong.size:
                 raise certainty.Contradiction(_alarm(run, wrong))
     # What was integrated for being open has more bits than maps have.
-    return Mapped(known, (known.bits <= maps.table_bits) & ~left)
+    return Mapped(known, (known.bits <= maps.most_bits) & ~left)
 
 
 def with_maps(

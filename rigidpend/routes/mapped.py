@@ -1,8 +1,9 @@
 """Crossings of the orbits of Fig. 4 by return maps instead of integration.
 
-Three maps of different design take the places of integrations in other units, in 53 and 64
-bits: their tables differ in orders, nodes, arcs and units, so they share neither truncation nor
-rounding. Their energies are those of all phases, h0 + mu sin(theta2_0) and the like.
+Maps of different design take the places of integrations in other units: their tables differ in
+orders, nodes, arcs and units, so they share neither truncation nor rounding. In doubles two are
+compared, or three; in pairs of doubles the second has some bits more than the first. Their energies
+are those of all phases, h0 + mu sin(theta2_0) and the like.
 """
 
 from __future__ import annotations
@@ -11,6 +12,7 @@ import contextlib
 import functools
 import math
 import threading
+from collections.abc import Collection
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -34,7 +36,7 @@ from rigidpend.orbits.return_map.precision import precision
 from rigidpend.orbits.return_map.program import Program
 from rigidpend.orbits.return_map.storage import is_kept
 from rigidpend.routes import certainty, costs
-from rigidpend.routes.costs import SHARPER, SHARPEST, wanted
+from rigidpend.routes.costs import FINER, SHARPER, SHARPEST, wanted
 from rigidpend.routes.problem import RouteProblem
 from rigidpend.routes.run import Run
 from rigidpend.routes.start import Scales
@@ -57,11 +59,16 @@ def designs_of(orbits: int) -> list[Design]:
 
 def expected_tables(problem: RouteProblem, orbits: int) -> float:
     """Seconds of a core for the tables of so many orbits; infinity where they have no map."""
-    which = problem.body, *problem.energies, wanted(problem)[0]
+    which, pair = (problem.body, *problem.energies), wanted(problem)[0]
     try:
-        return sum(expected_cost(*which, design) for design in designs_of(orbits))
+        return sum(expected_cost(*which, _bits_of(x, pair), x) for x in designs_of(orbits))
     except MapError:
         return math.inf
+
+
+def _bits_of(design: Design, pair: tuple[int, int]) -> int:
+    """The bits of the map of a design, given those of the first and of the second."""
+    return pair[design == SECOND]
 
 
 class Maps:
@@ -104,39 +111,47 @@ class Maps:
 
     def _settle(self, most: float) -> None:
         """Make the maps, of as many bits as are wanted or of the next that settle and pay."""
-        *more, self.table_bits = wanted(self.problem)
-        for bits in more:
+        *more, least = wanted(self.problem)
+        for pair in more:
             with contextlib.suppress(MapError):
-                self._make(bits, most)
-                self.table_bits = bits
+                self._make(pair, most)
+                self._use(pair)
                 return
-        self._make(self.table_bits, most)
+        self._make(least, most)
+        self._use(least)
 
-    def _make(self, bits: int, most: float, used: list[Design] | None = None) -> None:
+    def _use(self, pair: tuple[int, int]) -> None:
+        """Take maps that are made, the first and the second of which have so many bits."""
+        self.pair, self.table_bits = pair, pair[0]
+        self.levels = {_bits_of(x, pair): x for x in (SECOND, FIRST) if self.table_bits > 53}
+
+    def _make(self, pair: tuple[int, int], most: float, used: list[Design] | None = None) -> None:
         """Make maps side by side, of all designs in use, if they are expected to take no more."""
-        used = used or self.designs
-        which = self.problem.body, *self.problem.energies, bits
-        if self.kept and not all(is_kept(*which, design) for design in used):
+        tasks = [(design, _bits_of(design, pair)) for design in used or self.designs]
+        which = self.problem.body, *self.problem.energies
+        if self.kept and not all(is_kept(*which, own, design) for design, own in tasks):
             raise MapError("none is kept")
         if most < math.inf:
-            expected = [expected_cost(*which, design) for design in used]
+            expected = [expected_cost(*which, own, design) for design, own in tasks]
             if sum(expected) > most:
                 raise Costly(sum(expected), most)
-            for design, each in zip(used, expected, strict=True):
-                self._budgets[bits, design] = most * each / sum(expected)
-        side_by_side(self.made, (bits,), False, used, self.run.jobs)
+            for (design, own), each in zip(tasks, expected, strict=True):
+                self._budgets[own, design] = most * each / sum(expected)
+        side_by_side(self._made, (), False, tasks, self.run.jobs)
 
     def sharpen(self, share: float, precisions: tuple[int, ...]) -> bool:
-        """Make maps of more bits, if they pay where a share of the orbits is left open.
+        """Make a map of more bits, if it pays where a share of the orbits is left open.
 
-        They pay in the place of the precisions beyond theirs alone.
+        It pays in the place of the precisions beyond its own alone.
         """
-        if self.table_bits != SHARPER or max(precisions) <= SHARPEST:
-            return False
-        with contextlib.suppress(MapError):
-            self._make(SHARPEST, costs.budget_in_pairs(self.problem, share * self.run.orbits))
-            self.table_bits = SHARPEST
-        return self.table_bits == SHARPEST
+        bits = SHARPEST + FINER
+        if self.table_bits == SHARPER and bits not in self.levels and max(precisions) > bits:
+            with contextlib.suppress(MapError):
+                most = costs.budget_in_pairs(self.problem, share * self.run.orbits)
+                self._make((bits, bits), most, [FIRST])
+                self.levels[bits] = FIRST
+                return True
+        return False
 
     def add_third(self, share: float) -> bool:
         """Make a third map, if it pays for a share of the orbits that would be integrated."""
@@ -144,28 +159,44 @@ class Maps:
             if THIRD not in self.designs:
                 with contextlib.suppress(MapError):
                     most = costs.budget_in_pairs(self.problem, share * self.run.orbits)
-                    self._make(self.table_bits, most, [THIRD])
+                    self._make(self.pair, most, [THIRD])
                     self.designs.append(THIRD)
             return THIRD in self.designs
 
+    @property
+    def most_bits(self) -> int:
+        """The bits of the sharpest map."""
+        return max(self.levels, default=self.table_bits)
+
     def ladder(self, precisions: tuple[int, ...]) -> tuple[int, ...]:
-        """The precisions with that of the tables among them, which costs maps next to nothing."""
-        more = self.table_bits not in precisions and self.table_bits < max(precisions)
-        return tuple(sorted((*precisions, self.table_bits))) if more else precisions
+        """The precisions with those of the maps among them that are less than the last."""
+        return tuple(sorted({*precisions, *(x for x in self.levels if x < max(precisions))}))
+
+    def single(self, precisions: tuple[int, ...]) -> Collection[int]:
+        """Bits of which one computation is made, for there is a sharper map to compare it with."""
+        first, second = self.pair
+        return self.levels if first < second < max(precisions) else ()
 
     def serve(self, bits: int, scales: Scales) -> bool:
         """True if there is such a map."""
-        return bits <= self.table_bits and DESIGNS.get(scales) in self.designs
+        if bits > 53 and scales == certainty.FIRST:
+            return bits in self.levels
+        return bits in (53, self.table_bits) and DESIGNS.get(scales) in self.designs
 
     def crossings(self, bits: int, scales: Scales, columns: Any) -> Crossings:
         """The crossings of some columns in t'; FAILED where an orbit leaves the tables."""
-        design, program = DESIGNS[scales], self._program(bits, DESIGNS[scales])
+        one = bits > 53 and scales == certainty.FIRST
+        design = self.levels[bits] if one else DESIGNS[scales]
+        program = self._program(bits, design)
         blocks = [columns[k : k + BLOCK] for k in range(0, len(columns), BLOCK)] or [columns]
         work = functools.partial(self._follow, program, bits, design)
         parts = side_by_side(work, (), False, blocks, self.run.jobs)
         time, separatrix = (np.concatenate(x, axis=1) for x in zip(*parts, strict=True))
         outcome = np.where(separatrix[-1] != 0, Outcome.COMPLETE, Outcome.FAILED)
         return Crossings(time, separatrix, outcome.astype(np.uint8))
+
+    def _made(self, task: tuple[Design, int]) -> ReturnMap:
+        return self.made(*task)
 
     def made(self, design: Design, bits: int) -> ReturnMap:
         """The map of a design over the energies of all phases."""
@@ -182,10 +213,14 @@ class Maps:
         # Threads ask for the same map: one makes it, and the others wait.
         with self._lock:
             if (bits, design) not in self._ready:
-                made, starts = self.made(design, self.table_bits), self.run.starts
+                own = bits if self.levels.get(bits) == design else _bits_of(design, self.pair)
+                made, starts, coarse = self.made(design, own), self.run.starts, 0.0
+                if bits == self.pair[0] < self.pair[1] and design == FIRST:
+                    # By so much the second is sharper in any case, whatever its tables came to.
+                    coarse = 2.0**FINER * self.made(SECOND, self.pair[1]).errors.largest
                 ends = starts.least if starts else self.problem, self.problem
                 least, most = (start_Qp(end, design.unit, made.bits) for end in ends)
-                self._ready[bits, design] = made.program(bits, least, most)
+                self._ready[bits, design] = made.program(bits, least, most, coarse)
             return self._ready[bits, design]
 
     def _follow(self, program: Program, bits: int, design: Design, columns: Any) -> tuple[Any, Any]:

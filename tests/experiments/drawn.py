@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import copy
+import marshal
 from collections.abc import Container, Iterator
 from typing import Any, NamedTuple, Self
 
@@ -16,7 +17,6 @@ from matplotlib.patches import Patch
 from matplotlib.text import Annotation, Text
 from matplotlib.ticker import FixedLocator
 
-from rigidpend.experiments.contract import Drawing
 from rigidpend.experiments.data import (
     FLOAT,
     TEXT,
@@ -69,9 +69,10 @@ def places(layout: Layout, data: Any) -> Iterator[Place]:
 
 
 def shortened(layout: Layout | Field, data: Any) -> Any:
-    """The data with the first and the last of members of any names only, to be drawn sooner."""
+    """The data to be drawn sooner: of members of any names the first and the last, three bodies."""
     if isinstance(layout, Field):
-        return data
+        axes = [slice(3) if size == "bodies" else slice(None) for size in layout.dimensions]
+        return data[tuple(axes)] if axes else data
     kept = list(data)[:: max(1, len(data) - 1)] if members(layout) else list(data)
     return {name: shortened(node, data[name]) for name, node in declared(layout, kept).items()}
 
@@ -123,7 +124,8 @@ def seen(figure: Figure) -> Seen:
         for artist in (*axes.lines, *axes.collections, *axes.patches, *axes.texts, *axes.images):
             _of_artist(panel, artist, put)
         _of_axes(panel, axes, put)
-    texts = [*figure.texts, *(t for legend in figure.legends for t in legend.get_texts())]
+    legends = [t for legend in figure.legends for t in (legend.get_title(), *legend.get_texts())]
+    texts = [*figure.texts, *legends]
     put("figure", "text", [t.get_text() for t in texts])
     return found
 
@@ -194,8 +196,8 @@ def _of_axes(panel: str, axes: Axes, put: Any) -> None:
             put(panel, f"{kind} window", ends)
 
 
-def where(drawing: Drawing, layout: Layout, result: Loaded, told: Container[str]) -> Any:
-    """Where each of the datasets that are told is seen, such as ``a.x= b.colour``.
+def where(drawing: Any, layout: Layout, result: Loaded, told: Container[str]) -> Any:
+    """The names of all axes, and where each of the told datasets is seen: ``a.x= b.colour``.
 
     What is drawn as it is stored is marked ``=`` where all its values are drawn and ``<`` where
     some are; what only follows from it has no mark. All others are changed together: where they
@@ -211,18 +213,23 @@ def where(drawing: Drawing, layout: Layout, result: Loaded, told: Container[str]
             after = drawn(data)
         except (ValueError, LookupError):
             return "refused"
-        changes = [x for x in sorted({*before, *after}) if written.get(x) != repr(after.get(x))]
+        changes = [x for x in sorted({*before, *after}) if before.get(x) != written(after.get(x))]
         return ", ".join(key + _mark(new, after.get(key, [])) for key in changes)
 
-    before, rest, found = drawn(data), copy.deepcopy(data), {}
-    written = {x: repr(values) for x, values in before.items()}
+    def written(values: Any) -> bytes:
+        """Values as bytes, in which NaN is NaN."""
+        return marshal.dumps(values, 2)
+
+    figure = styled(drawing.draw, result)
+    before = {x: written(values) for x, values in seen(figure).items()}
+    rest, found = copy.deepcopy(data), {}
     for place in places(layout, data):
         if str(place) in told:
             other = copy.deepcopy(data)
             found[str(place)] = moved(other, changed(other, place))
         else:
             changed(rest, place)
-    return {**found, OTHERS: moved(rest, np.array([]))}
+    return names_of_axes(figure), {**found, OTHERS: moved(rest, np.array([]))}
 
 
 def _mark(new: Any, drawn: list[Any]) -> str:

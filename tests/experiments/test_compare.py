@@ -15,7 +15,6 @@ from rigidpend.experiments.compare import (
     beyond,
     bound,
     differences,
-    inside,
     modulo,
     of_field,
     of_largest,
@@ -140,7 +139,7 @@ def test_the_error_furthest_beyond_what_is_declared_is_told() -> None:
 
 
 def test_a_difference_inside_a_group_keeps_its_parts() -> None:
-    [found] = inside("g", [Difference("a", 1.5, 2.5, 0.25)])
+    found = Difference("a", 1.5, 2.5, 0.25).inside("g")
     assert found == "g/a: stored 1.5, computed 2.5"
     assert (found.place, found.stored, found.computed, found.allowed) == ("g/a", 1.5, 2.5, 0.25)
 

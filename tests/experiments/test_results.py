@@ -2,10 +2,8 @@
 
 from __future__ import annotations
 
-import copy
 import functools
 import operator
-from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
@@ -15,15 +13,12 @@ import pytest
 
 from rigidpend import experiments
 from rigidpend.experiments.data import Field, Layout, declared, fields
-from rigidpend.results import store
+from rigidpend.render import captions
 from tests.cli.calls import REFERENCE
 from tests.experiments.trees import (
     CONFIGS,
-    asked,
-    computed,
     differences,
     from_file,
-    plain,
     reference,
 )
 from tests.processes import modules_of_computing
@@ -71,14 +66,20 @@ COORDINATES = {
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("path", sorted(REFERENCE.glob("*.h5")), ids=lambda path: path.stem)
-def test_a_result_does_not_differ_from_itself_nor_from_its_file(path: Path, tmp_path: Path) -> None:
-    result = store.load(path)
+@pytest.mark.parametrize("name", sorted(path.stem for path in REFERENCE.glob("*.h5")))
+def test_a_result_has_tables_and_differs_neither_from_itself_nor_from_its_file(
+    name: str, tmp_path: Path
+) -> None:
+    result = reference(name)
     experiment = result["attributes"]["experiment"]
     layout = experiments.layout(experiment)
     again = from_file(tmp_path, experiment, declared_again(layout, result["data"]))["data"]
     assert differences(experiment, result["data"], again) == []
-    assert coordinates(tmp_path / f"{experiment}.h5") == COORDINATES.get(path.stem, set())
+    tables = experiments.tables(experiment, result)
+    assert tables
+    assert all(table.rows for table in tables)
+    assert "A = (2, " in " ".join(captions.bodies(result))
+    assert coordinates(tmp_path / f"{experiment}.h5") == COORDINATES.get(name, set())
     stored, kept = ({x[0]: x[1] for x in fields(layout, y)} for y in (result["data"], again))
     assert [*stored] == [*kept]
     for place, values in stored.items():
@@ -86,50 +87,10 @@ def test_a_result_does_not_differ_from_itself_nor_from_its_file(path: Path, tmp_
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize(
-    ("name", "needed"),
-    [("fig1", "rigidpend.mechanics.free_body"), ("fig2", "rigidpend.routes.cycle")],
-)
-def test_what_has_a_closed_form_is_computed_without_an_integrator(name: str, needed: str) -> None:
-    path = CONFIGS / f"{name}.yaml"
-    found = modules_of_computing(asked(name).experiment, path)
-    assert needed in found
+def test_what_has_a_closed_form_is_computed_without_an_integrator() -> None:
+    found = modules_of_computing("phase_portraits", CONFIGS / "fig1.yaml")
+    assert "rigidpend.mechanics.free_body" in found
     assert found & {"scipy.integrate", "heyoka", "matplotlib"} == set()
-
-
-PARTS = {
-    "asymptotic_orbits": (("problem.symbols=1", "problem.columns=20"), ["0 symbols", "1 symbols"]),
-    "fig3": (
-        ("problem.theta2_0.count=1", "problem.bodies={a: [2, 1, 1.5], b: [2, 1, 1.6]}"),
-        ["a", "b"],
-    ),
-    "precession": (("problem.mu=[1e-2, 0.1]",), ["i", "ii", "iii", "iv", "v"]),
-    "splitting": (
-        (
-            "problem.bodies={a: {A: [2, 0.2, 1.8], r: [1, 2, 0]},"
-            " fig4: {A: [2, 1, 1.5], r: [1, 1, 0]}}",
-            "problem.mu=[1e-2, 2e-2]",
-        ),
-        ["a", "fig4"],
-    ),
-}
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize("name", PARTS)
-def test_each_body_or_length_is_a_part_of_the_run(name: str) -> None:
-    settings, expected = PARTS[name]
-    parts = []
-
-    def part(name: str, compute: Callable[[], Any]) -> Any:
-        parts.append(name)
-        # As it comes back where a run was interrupted.
-        return store.read_part(Path(name), store.part(compute()))
-
-    given = asked(name, *settings)
-    in_parts = plain(computed(given, part=part))
-    assert parts == expected
-    assert experiments.layout(given.experiment).keys() == in_parts.keys()
 
 
 ALLOWED: list[tuple[str, str, Any, float]] = [
@@ -173,7 +134,7 @@ STATED: list[tuple[str, str, Any, float]] = [
 def test_a_result_may_differ_by_what_is_declared_and_no_more(
     name: str, place: str, at: Any, allowed: float, stated: bool
 ) -> None:
-    result, other = kept_reference(name), copy.deepcopy(kept_reference(name)["data"])
+    result, other = reference(name), reference(name)["data"]
     array = functools.reduce(operator.getitem, place.split("/"), other)
     begin = 0.0 if stated else array[at]
     for part, found in ((0.99, 0), (1.01, 1)):
@@ -182,16 +143,9 @@ def test_a_result_may_differ_by_what_is_declared_and_no_more(
         assert len(differences(experiment, result["data"], other)) == found
 
 
-@functools.cache
-def kept_reference(name: str) -> Any:
-    """A reference that none changes."""
-    return reference(name)
-
-
 @pytest.mark.slow
 def test_a_stated_error_opens_no_tolerance() -> None:
-    data = kept_reference("precession")["data"]
-    other = copy.deepcopy(data)
+    data, other = (reference("precession")["data"] for _ in range(2))
     other["bodies"]["error"] = 1.1e-12 * data["bodies"]["unit"]
     [found] = differences("precession", data, other)
     assert found.startswith("bodies/error[")

@@ -41,9 +41,18 @@ def asked(name: str, *settings: str) -> Any:
     return loading.load(CONFIGS / f"{name}.yaml", settings).content
 
 
-def computed(given: Any, **means: Any) -> Any:
-    """What the experiment of a config computes, by the numerics that it asks for."""
-    means.setdefault("arithmetic", resolve(**given.numerics_asked))
+def computed(given: Any, parts: list[str] | None = None, **means: Any) -> Any:
+    """What the experiment of a config computes, by the numerics that it asks for.
+
+    Its parts, whose names are added to the list, are as they come back where a run was interrupted.
+    """
+
+    def part(name: str, compute: Callable[[], Any]) -> Any:
+        if parts is not None:
+            parts.append(name)
+        return store.read_part(Path(name), store.part(compute()))
+
+    means = {"arithmetic": resolve(**given.numerics_asked), "part": part, **means}
     return settled(experiments.computation(given.experiment).compute(given, Means(**means)))
 
 
@@ -58,7 +67,12 @@ def plain(tree: Any) -> Any:
 
 
 def reference(name: str) -> Loaded:
-    """The stored reference of a config."""
+    """The stored reference of a config, read once, as each test's own."""
+    return copy.deepcopy(_reference(name))
+
+
+@functools.cache
+def _reference(name: str) -> Loaded:
     return store.load(REFERENCE / f"{name}.h5")
 
 

@@ -90,21 +90,6 @@ def test_Im_converges_absolutely() -> None:
     assert abs(tails[1]) < 1e-7 * sums[-1]
 
 
-@pytest.mark.slow
-def test_Im_leaves_nothing_for_a_principal_value_to_exclude() -> None:
-    """The whole integral, no part of it left out, is the closed form."""
-    p = fine_angles(GENERIC)
-    motion = SeparatrixMotion(2, FINE.mpf("0.4"), FINE.mpf("0.4"), FINE.mpf("0.9"))
-    errors = []
-    for reach in (40, 80):
-        ends = range(-reach, reach + 1, 8)
-        found = FINE.quad(lambda t: melnikov.integrand(t, motion, p, FINE), ends)
-        errors.append(abs(found / melnikov.integral(motion, p, FINE) - 1))
-    # exp(-40 u) lies between them.
-    assert errors[1] < errors[0] * 1e-10
-    assert errors[1] < 1e-20
-
-
 @pytest.mark.parametrize("theta2_0", [0.4, 1.0, 3.0])
 def test_Im_counts_theta2_0_twice(theta2_0: float) -> None:
     """With theta2* = kappa J2_0 (t - t0) + theta2_0 as in (sol_2), delta lacks theta2_0."""

@@ -13,7 +13,7 @@ from rigidpend import render
 from rigidpend.results import store
 from tests.cli.calls import REFERENCE
 
-FIG4 = REFERENCE / "fig4.h5"
+FIG2 = REFERENCE / "fig2.h5"
 STARTS = {"png": b"\x89PNG", "svg": b"<?xml", "pdf": b"%PDF"}
 
 
@@ -24,20 +24,21 @@ def test_equal_results_give_equal_images_whenever_and_wherever_drawn(
 ) -> None:
     # What matplotlib takes for the time of day, and what a reader may have set.
     monkeypatch.setenv("SOURCE_DATE_EPOCH", "0")
-    render.render([FIG4], tmp_path / f"a.{suffix}")
+    render.render([FIG2], tmp_path / f"a.{suffix}")
     monkeypatch.setenv("SOURCE_DATE_EPOCH", "1000000000")
     with matplotlib.rc_context({"font.size": 17, "savefig.dpi": 51, "savefig.bbox": "tight"}):
         before = dict(matplotlib.rcParams)
-        render.render([FIG4], tmp_path / f"b.{suffix}")
+        render.render([FIG2], tmp_path / f"b.{suffix}")
         assert dict(matplotlib.rcParams) == before
     first, second = ((tmp_path / f"{name}.{suffix}").read_bytes() for name in "ab")
     assert first == second
     assert first.startswith(STARTS[suffix])
+    assert first.endswith(render.ENDS[suffix])
 
 
 def test_a_figure_that_cannot_be_written_is_named(tmp_path: Path) -> None:
     with pytest.raises(store.StoreError, match="cannot be written: No such file or directory"):
-        render.render([FIG4], tmp_path / "none" / "a.png")
+        render.render([FIG2], tmp_path / "none" / "a.png")
 
 
 def test_legends_stay_where_they_are_above_a_foot_of_any_height() -> None:

@@ -19,15 +19,16 @@ from tests.cli.calls import REFERENCE
 
 
 @pytest.fixture
-def source(tmp_path: Path) -> Path:
+def source(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    """A result whose images are coarse, to be drawn sooner."""
+    monkeypatch.setattr(render, "PIXELS", 300)
     return Path(shutil.copy(REFERENCE / "fig2.h5", tmp_path / "fig2.h5"))
 
 
-@pytest.mark.parametrize("suffix", render.ENDS)
 def test_an_image_is_drawn_once_and_again_where_it_is_half_or_that_is_asked_for(
-    source: Path, suffix: str
+    source: Path,
 ) -> None:
-    target = source.with_suffix(f".{suffix}")
+    target = source.with_suffix(".png")
     assert render.render([source], target)
     first = target.read_bytes()
     target.write_bytes(first + first[-12:])

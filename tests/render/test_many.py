@@ -32,7 +32,7 @@ def bodies(count: int) -> Any:
 @pytest.mark.slow
 @pytest.mark.parametrize(
     ("several", "count", "panels"),
-    [*((arrays, n, n) for n in (1, 6, 7, 20)), *((bodies, n, 2 * n) for n in (1, 7, 8, 20))],
+    [*((arrays, n, n) for n in (6, 7, 20)), *((bodies, n, 2 * n) for n in (1, 7, 8))],
 )
 def test_any_number_of_parts_has_its_panels_on_the_page_and_none_upon_another(
     several: Any, count: int, panels: int
@@ -66,6 +66,6 @@ def test_an_image_of_many_parts_has_no_more_pixels_than_can_be_made(
     """As with 400 parts and the bound of the library, in a fiftieth of the time."""
     assert render.PIXELS < 2**16, "the library refuses 2^16 in a direction"
     monkeypatch.setattr(render, "PIXELS", 800)
-    for several in (arrays(1), arrays(14), bodies(2)):
+    for several in (arrays(14), bodies(2)):
         width, height = struct.unpack(">II", render.image([several], "png")[16:24])
         assert 700 < max(width, height) <= 800

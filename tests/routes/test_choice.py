@@ -194,24 +194,27 @@ def test_where_passages_are_long_what_maps_leave_open_goes_to_sharper_ones(
 ) -> None:
     slow = Body(("2.908", "1.682", "1.764"), ("0.6", "0.8", 0), "0.0002")
     phases = np.random.default_rng(2).uniform(0, 6.28, 60)
-    at_once = found(slow, phases, method="map")
+    many: dict[str, Any] = {"method": "map", "n_symbols": 18}
+    at_once = found(slow, phases, **many)
     assert set(at_once.bits) == {53, costs.SHARPEST}
     monkeypatch.setattr(costs, "DEEP", math.inf)
     monkeypatch.setattr(costs, "SLOW", 0.0)
     monkeypatch.setattr(costs, "LONG", 0.0)
-    said = r"of 60 orbits are integrated, .* more than the 64 bits of the maps"
+    said = r"of 60 orbits are integrated, .* more than the 72 bits of the maps"
     with pytest.warns(costs.SlowRoutesWarning, match=said):
-        by_maps = found(slow, phases, method="map")
+        by_maps = found(slow, phases, **many)
     assert (at_once.codes == by_maps.codes)[at_once.certain & by_maps.certain].all()
-    open_ = by_maps.bits > costs.SHARPER
+    sharpest = costs.SHARPEST + costs.FINER
+    open_ = by_maps.bits > costs.SHARPER + costs.FINER
     assert open_.any()
-    assert (by_maps.bits[open_] > costs.SHARPEST).all(), "for so few they do not pay"
+    assert (by_maps.bits[open_] > sharpest).all(), "for so few they do not pay"
     monkeypatch.setattr(costs, "budget_in_pairs", lambda *_: math.inf)
-    sharper = found(slow, phases, method="map")
-    assert sharper.by_map[sharper.bits == costs.SHARPEST].all()
+    sharper = found(slow, phases, **many)
+    assert sharper.by_map[sharper.bits == sharpest].all()
+    assert (sharper.bits[open_] == sharpest).any()
     assert (sharper.codes == by_maps.codes)[sharper.certain & by_maps.certain].all()
     assert sharper.certain.all()
-    no_sharper = found(slow, phases, method="map", precisions=(53, costs.SHARPER))
+    no_sharper = found(slow, phases, **many, precisions=(53, costs.SHARPER))
     assert no_sharper.bits.max() <= costs.SHARPER, "more bits are not asked for"
 
 

@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 import pytest
 
+from rigidpend.mechanics.body import Body
 from rigidpend.numbers.exact import exact
 from rigidpend.orbits.integrate import Crossings, Outcome
 from rigidpend.orbits.integrate.arithmetic import resolve
@@ -21,6 +22,8 @@ from rigidpend.routes.run import Run
 from rigidpend.routes.start import Scales
 from tests.orbits.integrate.problems import FIG4
 
+GENTLE = Body(("2.908", "1.682", "1.764"), ("0.6", "0.8", 0), "0.0002")
+"""Passages take long, and errors grow far."""
 PHASES = np.linspace(0.01, 6.27, 120)
 
 
@@ -29,11 +32,12 @@ def run(phases: Any = PHASES, n_symbols: int = 3, **more: Any) -> Run:
     return Run(problem, Phases(phases), resolve(), **more)
 
 
-def unmade(bits: int = costs.SHARPER, **more: Any) -> Any:
+def unmade(bits: int = costs.SHARPER, second: int = 0, **more: Any) -> Any:
     """Maps of which none is made."""
     maps: Any = object.__new__(mapped.Maps)
-    maps.run, maps.table_bits, maps._lock = run(**more), bits, threading.Lock()
+    maps.run, maps._lock = run(**more), threading.Lock()
     maps.problem, maps.designs = maps.run.problem, [FIRST, SECOND]
+    maps._use((bits, second or bits))
     return maps
 
 
@@ -64,23 +68,67 @@ def test_orbits_in_blocks_cross_as_each_does_alone(monkeypatch: pytest.MonkeyPat
 
 
 @pytest.mark.parametrize("bits", [53, costs.SHARPER, costs.SHARPEST])
-def test_sharper_maps_are_made_once_for_the_orbits_that_are_left_open(
+def test_a_sharper_map_is_made_once_for_the_orbits_that_are_left_open(
     bits: int, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """Only where the tables are in pairs of doubles, and if they pay for those orbits alone."""
-    maps, asked = unmade(bits, of=1000), []
+    maps, asked, sharpest = unmade(bits, of=1000), [], costs.SHARPEST + costs.FINER
 
-    def make(bits: int, most: float) -> None:
-        asked.append((bits, most))
+    def make(pair: tuple[int, int], most: float, used: Any) -> None:
+        assert used == [FIRST]
+        asked.append((pair[0], most))
         if most < costs.budget_in_pairs(maps.problem, 100):
             raise MapError("they do not pay")
 
     monkeypatch.setattr(maps, "_make", make, raising=False)
-    assert not maps.sharpen(1.0, (53, costs.SHARPEST)), "nothing is to come in their place"
+    assert not maps.sharpen(1.0, (53, sharpest)), "nothing is to come in their place"
     made = [maps.sharpen(share, (53, 106)) for share in (0.05, 0.25, 0.25)]
     assert made == [False, bits == costs.SHARPER, False]
     budgets = [costs.budget_in_pairs(maps.problem, n) for n in (50, 250)]
-    assert asked == [(costs.SHARPEST, x) for x in budgets if bits == costs.SHARPER]
+    assert asked == [(sharpest, x) for x in budgets if bits == costs.SHARPER]
+    assert (maps.most_bits == sharpest) == (bits == costs.SHARPER)
+
+
+def test_the_second_map_is_sharper_so_that_one_computation_by_each_settles() -> None:
+    """Where what is asked for goes beyond its bits; else both have the bits of the first."""
+    sharper = costs.SHARPER + costs.FINER
+    maps = unmade(second=sharper)
+    assert maps.levels == {costs.SHARPER: FIRST, sharper: SECOND}
+    assert maps.ladder((53, 106)) == (53, costs.SHARPER, sharper, 106)
+    assert set(maps.single((53, 106))) == {costs.SHARPER, sharper}
+    assert maps.ladder((53, costs.SHARPER)) == (53, costs.SHARPER)
+    assert not maps.single((53, costs.SHARPER))
+    assert [maps.serve(x, certainty.SECOND) for x in (53, costs.SHARPER, sharper)] == [1, 1, 0]
+    assert [maps.serve(x, certainty.FIRST) for x in (53, costs.SHARPER, sharper, 106)] == [
+        1,
+        1,
+        1,
+        0,
+    ]
+    deep = unmade(costs.SHARPEST)
+    assert (deep.levels, deep.single((53, 106))) == ({costs.SHARPEST: FIRST}, ())
+    assert unmade(53).ladder((53, 106)) == (53, 106)
+
+
+@pytest.mark.slow
+def test_what_two_maps_of_different_bits_differ_by_is_what_the_first_errs_by(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """The second errs by 2^-8 of that as a rule, and never by half; a third is the truth."""
+    monkeypatch.setattr(costs, "DEEP", math.inf)
+    phases = Phases(np.random.default_rng(2).uniform(0, 6.28, 256))
+    problem = RouteProblem(GENTLE, exact("1.3342"), exact("1e-8"), 15)
+    maps = mapped.Maps(Run(problem, phases, resolve()))
+    maps.levels[costs.SHARPEST + costs.FINER] = FIRST
+    first, second, true = (
+        maps.crossings(bits, certainty.FIRST, np.arange(256)).time[-1]
+        for bits in sorted(maps.levels)
+    )
+    error, left = np.abs(first - true), np.abs(second - true)
+    large = (error > 1e-9) & (error < 0.1)
+    assert large.sum() > 50
+    assert np.median(left[large] / error[large]) < 2.0 ** (1 - costs.FINER)
+    assert (left[large] / error[large]).max() < 0.5
 
 
 @pytest.mark.parametrize(("share", "pays"), [(0.05, False), (0.25, True)])
@@ -90,8 +138,8 @@ def test_a_third_map_is_made_for_orbits_that_two_leave_doubtful(
     """If it pays for these; else the next precision settles them, or integration in the last."""
     maps, columns = unmade(of=1000), np.arange(20)
 
-    def make(bits: int, most: float, used: Any) -> None:
-        assert (bits, used) == (costs.SHARPER, [THIRD])
+    def make(pair: tuple[int, int], most: float, used: Any) -> None:
+        assert (pair[0], used) == (costs.SHARPER, [THIRD])
         if most < costs.budget_in_pairs(maps.problem, 100):
             raise MapError("it does not pay")
 
@@ -124,28 +172,32 @@ def test_a_third_map_is_made_for_orbits_that_two_leave_doubtful(
 @pytest.mark.parametrize(
     ("rotations", "least", "expected"),
     [
-        (9.4, 64, [64]),
-        (9.4, 53, [64, 53]),
-        (9.6, 80, [80]),
-        (9.6, 64, [80, 64]),
-        (9.6, 53, [80, 64, 53]),
+        (9.4, (64, 72), [(64, 72)]),
+        (9.4, (64, 64), [(64, 72), (64, 64)]),
+        (9.4, (53, 53), [(64, 72), (64, 64), (53, 53)]),
+        (9.6, (80, 80), [(80, 80)]),
+        (9.6, (64, 72), [(80, 80), (64, 72)]),
+        (9.6, (53, 53), [(80, 80), (64, 72), (64, 64), (53, 53)]),
     ],
 )
 def test_passages_that_take_long_ask_for_sharper_tables_at_once(
-    rotations: float, least: int, expected: list[int], monkeypatch: pytest.MonkeyPatch
+    rotations: float,
+    least: tuple[int, int],
+    expected: list[tuple[int, int]],
+    monkeypatch: pytest.MonkeyPatch,
 ) -> None:
     maps, tried = unmade(), []
     monkeypatch.setattr(costs, "passage_rotations", lambda _: rotations)
 
-    def make(bits: int, most: float) -> None:
-        tried.append(bits)
-        if bits > least:
+    def make(pair: tuple[int, int], most: float) -> None:
+        tried.append(pair)
+        if pair > least:
             raise MapError("they do not settle")
 
     monkeypatch.setattr(maps, "_make", make, raising=False)
     maps._settle(math.inf)
-    assert (tried, maps.table_bits) == (expected, least)
-    least = 0
+    assert (tried, maps.pair) == (expected, least)
+    least = 0, 0
     with pytest.raises(MapError, match="settle"):
         maps._settle(math.inf)
 

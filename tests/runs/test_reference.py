@@ -25,6 +25,8 @@ ROOT = Path(__file__).resolve().parents[2]
 FOLDER = ROOT / "results" / "reference"
 SETTINGS = {
     # What makes it quicker; of the reference is then taken what belongs to it.
+    "fig1": (),
+    "fig2": (),
     "fig3": (),
     "fig4": (),
     "fig5": (),

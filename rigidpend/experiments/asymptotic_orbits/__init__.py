@@ -1,7 +1,4 @@
-"""Doubly asymptotic (heteroclinic) orbits with short codes, and what theta3 gains along them.
-
-Here is the layout of a result: what it consists of, with unit and bound.
-"""
+"""Doubly asymptotic (heteroclinic) orbits with short codes, and what theta3 gains along them."""
 
 from __future__ import annotations
 

@@ -4,11 +4,12 @@ from __future__ import annotations
 
 from fractions import Fraction
 from functools import partial
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
 from rigidpend.experiments.asymptotic_orbits import LAYOUT, ORBITS, PLANE
+from rigidpend.experiments.asymptotic_orbits.schema import Config, Problem
 from rigidpend.experiments.contract import Means
 from rigidpend.experiments.data import Tree, datasets
 from rigidpend.mechanics import in_space
@@ -26,9 +27,6 @@ from rigidpend.routes.symbolic.asymptotic import (
 from rigidpend.routes.symbolic.levels import Level
 from rigidpend.routes.symbolic.sharp import Launch, sharp
 
-if TYPE_CHECKING:
-    from rigidpend.experiments.asymptotic_orbits.schema import Config, Problem
-
 SECONDS, EACH = 15.0, 2.6
 """Seconds that orbits with up to six symbols took, and the factor for each symbol more."""
 SAMPLES = 64
@@ -38,13 +36,7 @@ FADED = 1e-3
 
 
 def compute(config: Config, means: Means) -> Tree:
-    """Find the orbits, their phases to 30 digits, and sample a few.
-
-    Raises
-    ------
-    ArithmeticError
-        The body has no return map, or integration does not confirm the map's orbits.
-    """
+    """Find the orbits by the body's return map, their phases to 30 digits, and sample a few."""
     problem = config.problem
     level = Level(return_map(problem.body, h=problem.h), float(problem.h))
     launch = Launch(problem.body, level, problem.h, problem.J1_0)

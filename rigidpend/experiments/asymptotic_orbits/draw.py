@@ -1,7 +1,4 @@
-"""Doubly asymptotic orbits: as the skeleton of Fig. 4's plane, on the sphere, and in space.
-
-In tables: doubly asymptotic orbits counted by the symbols of their codes, and the shortest of them.
-"""
+"""Doubly asymptotic orbits: as the skeleton of Fig. 4's plane, on the sphere, and in space."""
 
 from __future__ import annotations
 
@@ -14,27 +11,15 @@ from matplotlib.colors import ListedColormap
 from matplotlib.figure import Figure
 from matplotlib.ticker import MaxNLocator
 
+from rigidpend.experiments import plots
 from rigidpend.experiments.asymptotic_orbits import DRAWN, PLANE
 from rigidpend.experiments.data import Data, Loaded
-from rigidpend.experiments.plots import (
-    BLUE,
-    GREEN,
-    PINK,
-    RED,
-    WIDTH,
-    axis_label,
-    draw_codes,
-    entry,
-    label_hodograph,
-    symbol_entries,
-    title,
-)
-from rigidpend.machine.wording import Table
+from rigidpend.machine.wording import Column, Table
 
 HEIGHT = 5.4
 """Height of the figure, inches."""
-ENDS = {"heteroclinic": BLUE, "homoclinic": RED}
-CURVES = (BLUE, RED, GREEN, PINK)
+ENDS = {"heteroclinic": plots.BLUE, "homoclinic": plots.RED}
+CURVES = (plots.BLUE, plots.RED, plots.GREEN, plots.PINK)
 STYLES = ("-", (0, (6, 2)), (0, (2, 2)), (0, (1, 4)))
 """Line styles of the sampled orbits, where they lie upon each other."""
 SHADES = ListedColormap(["0.35", "white", "0.85"])
@@ -45,7 +30,8 @@ def draw(result: Loaded) -> Figure:
     """Draw the skeleton over the route codes, and below it the orbits that were sampled."""
     data = result["data"]
     drawn = sorted(data["drawn"].items())
-    figure = Figure(figsize=(WIDTH, HEIGHT if drawn else HEIGHT / 2), layout="constrained")
+    size = plots.WIDTH, HEIGHT if drawn else HEIGHT / 2
+    figure = Figure(figsize=size, layout="constrained")
     if not drawn:
         _draw_plane(figure.subplots(), data)
         return figure
@@ -55,8 +41,11 @@ def draw(result: Loaded) -> Figure:
     axes = below.subplots(1, 1 + len(drawn), width_ratios=(1.5, *(1 for _ in drawn)))
     _draw_heights(axes[0], drawn)
     for one, (name, curve), colour, letter in zip(axes[1:], drawn, CURVES, "cdef", strict=False):
-        _draw_hodograph(one, curve, colour)
-        title(one, letter, _counted(name))
+        one.plot(curve["omega"][:, 2], curve["omega"][:, 0], color=colour, lw=0.6)
+        for axis in (one.xaxis, one.yaxis):
+            axis.set_major_locator(MaxNLocator(3))
+        plots.label_hodograph(one)
+        plots.title(one, letter, _counted(name))
     return figure
 
 
@@ -65,24 +54,20 @@ def _counted(name: str) -> str:
 
 
 def _draw_plane(axes: Axes, data: Data) -> None:
-    plane = data["plane"]
-    rows, columns = plane["codes"].shape
+    codes = data["plane"]["codes"]
+    rows, columns = codes.shape
     edges = np.linspace(0, 2 * np.pi, columns + 1)
-    draw_codes(axes, edges, plane["codes"], SHADES, rasterized=True)
+    plots.draw_codes(axes, edges, codes, SHADES, rasterized=True)
     for name, orbits in data["orbits"].items():
         row, colour = int(name) + 1, ENDS[str(orbits["ends"])]
         axes.vlines(orbits["theta2_0"], row - 0.5, row + 0.5, colour, lw=0.8)
-    axes.set(xlim=(0, 2 * np.pi), ylim=(0.5, rows + 0.5))
-    axes.set_yticks(range(1, rows + 1))
-    axes.set_xlabel(axis_label(PLANE["theta2_0"]))
-    title(axes, "a", "route codes")
-    zero, one = symbol_entries()
+    axes.set(xlim=(0, 2 * np.pi), ylim=(0.5, rows + 0.5), yticks=range(1, rows + 1))
+    axes.set_xlabel(plots.axis_label(PLANE["theta2_0"]))
+    plots.title(axes, "a", "route codes")
+    zero, one = plots.symbol_entries()
     zero.set_facecolor(SHADES(0))
-    lines = [entry(name, color=colour) for name, colour in ENDS.items()]
-    axes.legend(
-        handles=[zero, one, *lines], ncols=4, fontsize=7.5,
-        loc="lower right", bbox_to_anchor=(1.0, 1.0), borderaxespad=0.1,
-    )  # fmt: skip
+    lines = [plots.entry(name, color=colour) for name, colour in ENDS.items()]
+    plots.legend_above(axes, [zero, one, *lines], ncols=4)
 
 
 def _draw_heights(axes: Axes, drawn: list[tuple[str, Data]]) -> None:
@@ -92,22 +77,10 @@ def _draw_heights(axes: Axes, drawn: list[tuple[str, Data]]) -> None:
         broken = np.flatnonzero(np.abs(np.diff(theta1)) > 2) + 1
         theta1, height = np.insert(theta1, broken, np.nan), np.insert(height, broken, np.nan)
         axes.plot(theta1, height, color=colour, ls=style, lw=1.2, label=_counted(name))
-    axes.set(
-        xlim=(0, 4),
-        ylim=(-0.02, 1.02),
-        xlabel=r"$\theta_1/\pi$",
-        ylabel=axis_label(DRAWN["J1_over_J2"]),
-    )
+    axes.set(xlim=(0, 4), ylim=(-0.02, 1.02), xlabel=r"$\theta_1/\pi$")
+    axes.set_ylabel(plots.axis_label(DRAWN["J1_over_J2"]))
     axes.legend(fontsize=7, loc="center right", handlelength=2.4)
-    title(axes, "b", "the sampled orbits")
-
-
-def _draw_hodograph(axes: Axes, curve: Data, colour: str) -> None:
-    omega = curve["omega"]
-    axes.plot(omega[:, 2], omega[:, 0], color=colour, lw=0.6)
-    axes.xaxis.set_major_locator(MaxNLocator(3))
-    axes.yaxis.set_major_locator(MaxNLocator(3))
-    label_hodograph(axes)
+    plots.title(axes, "b", "the sampled orbits")
 
 
 CAPTION = (
@@ -124,46 +97,48 @@ ROWS = 24
 def tables(result: Loaded) -> list[Table]:
     """Table of the counts, and that of the first orbits."""
     lengths = sorted(result["data"]["orbits"].items(), key=lambda pair: int(pair[0]))
-    each = [(orbits, k) for _, orbits in lengths for k in range(len(orbits["theta2_0"]))]
-    first = [_row(*one) for one in each[:ROWS]]
+    groups = [orbits for _, orbits in lengths]
+    each = [(orbits, k) for orbits in groups for k in range(len(orbits["theta2_0"]))]
+    first = each[:ROWS]
+    largest = {
+        key: [np.abs(orbits[key]).max(initial=0.0) for orbits in groups]
+        for key in ("residual", "moved")
+    }
     return [
-        Table(
+        Table.of(
             "Doubly asymptotic orbits by the symbols of their codes",
-            ("symbols", "orbits", "kind", "arcs searched", "largest residual", "map's error (rad)"),
-            [_count(name, orbits) for name, orbits in lengths],
+            [
+                Column("symbols", [name for name, _ in lengths]),
+                Column("orbits", [len(orbits["theta2_0"]) for orbits in groups]),
+                Column("kind", [orbits["ends"] for orbits in groups]),
+                Column("arcs searched", [orbits["arcs"] for orbits in groups]),
+                Column("largest residual", largest["residual"], ".0e"),
+                Column("map's error (rad)", largest["moved"], ".0e"),
+            ],
             "All leave the lower periodic orbit. The map's error is that of theta2_0 in doubles,"
             " against integration in 106 bits.",
         ),
-        Table(
+        Table.of(
             "The first orbits",
-            ("address", "kind", "theta2_0 (rad)", "flight (t')", "theta3+ - theta3- (rad)"),
-            first,
+            [
+                Column("address", [address(*one) for one in first]),
+                Column("kind", [orbits["ends"] for orbits, _ in first]),
+                Column("theta2_0 (rad)", [_phase(*one) for one in first]),
+                Column("flight (t')", [orbits["flight"][k] for orbits, k in first], ".9f"),
+                Column("theta3+ - theta3- (rad)", [x["theta3"][k] for x, k in first], ".12f"),
+            ],
             f"{len(first)} of {len(each)}. theta2_0 is theta2 where J1 = J1_0.",
         ),
     ]
 
 
-def _count(name: str, orbits: Data) -> tuple[str, ...]:
-    count = len(orbits["theta2_0"])
-    residual, moved = (float(np.abs(orbits[key]).max(initial=0.0)) for key in ("residual", "moved"))
-    ends, arcs = str(orbits["ends"]), str(int(orbits["arcs"]))
-    return name, str(count), ends, arcs, f"{residual:.0e}", f"{moved:.0e}"
-
-
-def _row(orbits: Data, k: int) -> tuple[str, ...]:
-    phase = digits(float(orbits["theta2_0"][k]), float(orbits["theta2_0_rest"][k]))
-    numbers = f"{orbits['flight'][k]:.9f}", f"{orbits['theta3'][k]:.12f}"
-    return address(orbits, k), str(orbits["ends"]), phase, *numbers
+def _phase(orbits: Data, k: int) -> str:
+    """theta2_0 of an orbit to 30 digits."""
+    whole, rest = (Fraction(float(orbits[key][k])) for key in ("theta2_0", "theta2_0_rest"))
+    return plots.decimals(whole + rest, 29)
 
 
 def address(orbits: Data, k: int) -> str:
     """The address of an orbit: its first cell, and each symbol with its half rotations."""
     terms = zip(orbits["word"][:, k], orbits["half_turns"][:, k], strict=True)
     return " ".join(["ab"[int(orbits["first"][k])], *(f"{s}^{n}" for s, n in terms)])
-
-
-def digits(high: float, rest: float, places: int = 29) -> str:
-    """The sum of two doubles to so many digits behind the point."""
-    whole = round((Fraction(high) + Fraction(rest)) * 10**places)
-    text = str(whole).rjust(places + 1, "0")
-    return f"{text[:-places]}.{text[-places:]}"

@@ -1,7 +1,4 @@
-"""Asymptotic surfaces (stable, unstable manifolds) of several bodies: Fig. 3 and Table 1.
-
-Here is the layout of a result: what it consists of, with unit and bound.
-"""
+"""Asymptotic surfaces (stable, unstable manifolds) of several bodies: Fig. 3 and Table 1."""
 
 from __future__ import annotations
 

@@ -4,12 +4,13 @@ from __future__ import annotations
 
 import math
 from functools import partial
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
 from rigidpend.config.description import Row
 from rigidpend.experiments.asymptotic_surfaces import ANGLES, BODY, LAYOUT, WINDOW
+from rigidpend.experiments.asymptotic_surfaces.schema import Config, Problem
 from rigidpend.experiments.contract import Means
 from rigidpend.experiments.data import Tree, datasets
 from rigidpend.mechanics.pendulum import Delta_1
@@ -17,18 +18,9 @@ from rigidpend.routes.phases import Phases
 from rigidpend.routes.problem import RouteProblem
 from rigidpend.surfaces import curves as surfaces
 
-if TYPE_CHECKING:
-    from rigidpend.experiments.asymptotic_surfaces.schema import Config, Problem
-
 
 def compute(config: Config, means: Means) -> Tree:
-    """Compute Table 1 and the two surfaces of every body.
-
-    Returns
-    -------
-    Tree
-        `table` with an array for each column; `bodies` with a group for each body.
-    """
+    """Compute Table 1 and the two surfaces of every body."""
     problems = _problems(config.problem)
     groups: dict[str, Any] = {}
     for name, checked in problems.items():

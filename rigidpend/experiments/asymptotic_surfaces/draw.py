@@ -1,7 +1,4 @@
-"""The surfaces of Fig. 3: S2+ above, S1- below, a column for each body.
-
-In tables: Table 1 beside the angles computed, and the initial width of each surface.
-"""
+"""The surfaces of Fig. 3: S2+ above, S1- below, a column for each body."""
 
 from __future__ import annotations
 
@@ -12,9 +9,9 @@ from matplotlib.axes import Axes
 from matplotlib.collections import LineCollection
 from matplotlib.figure import Figure
 
+from rigidpend.experiments import plots
 from rigidpend.experiments.asymptotic_surfaces import CURVES
 from rigidpend.experiments.data import Data, Loaded
-from rigidpend.experiments.plots import BLUE, RED, WIDTH, axis_label, entry, panel
 from rigidpend.machine.wording import Column, Table
 
 COLUMN, ROW = 0.87, 2.35
@@ -23,7 +20,7 @@ LEFT, RIGHT, BELOW, ABOVE, BETWEEN, APART = 0.62, 0.1, 0.72, 0.42, 0.08, 0.13
 """Margins around the panels, between columns and between rows, inches."""
 ACROSS = 7
 """Largest number of bodies side by side; further ones stand below."""
-COLOURS = {"S2_plus": BLUE, "S1_minus": RED}
+COLOURS = {"S2_plus": plots.BLUE, "S1_minus": plots.RED}
 NAMES = {"S2_plus": "$S_2^{+}$", "S1_minus": "$S_1^{-}$"}
 """The surfaces from top to bottom, as the paper writes them."""
 BORN: Any = (0, (4, 3))
@@ -36,9 +33,9 @@ def draw(result: Loaded) -> Figure:
     """Draw both surfaces of every body, all panels of one height."""
     bodies, nu = result["data"]["bodies"], result["data"]["table"]["nu"]
     n, blocks = min(len(bodies), ACROSS), -(-len(bodies) // ACROSS)
-    column = min(COLUMN, (WIDTH - LEFT - RIGHT - BETWEEN * (n - 1)) / n)
+    column = min(COLUMN, (plots.WIDTH - LEFT - RIGHT - BETWEEN * (n - 1)) / n)
     # A single column would leave no room for the legend.
-    wide = max(LEFT + RIGHT + n * column + (n - 1) * BETWEEN, WIDTH / 2)
+    wide = max(LEFT + RIGHT + n * column + (n - 1) * BETWEEN, plots.WIDTH / 2)
     pitch = BELOW + ABOVE + 2 * ROW + APART
     figure = Figure(figsize=(wide, blocks * pitch))
     for number, (name, body) in enumerate(bodies.items()):
@@ -46,18 +43,21 @@ def draw(result: Loaded) -> Figure:
         under = (blocks - 1 - block) * pitch + BELOW
         for row, surface in enumerate(NAMES):
             left, bottom = LEFT + k * (column + BETWEEN), under + (1 - row) * (ROW + APART)
-            axes = panel(figure, left, bottom, column, ROW, label=f"{name} {surface}")
+            axes = plots.panel(figure, left, bottom, column, ROW, label=f"{name} {surface}")
             _draw_surface(axes, body, surface)
             axes.tick_params(labelleft=k == 0, labelbottom=row == 1)
             if k == 0:
-                axes.set_ylabel(axis_label(CURVES[surface]["J1_over_J2"]), labelpad=2)
-                said = axes.text(-0.44, 0.75, NAMES[surface], transform=axes.transAxes)
-                said.set(color=COLOURS[surface], fontsize=11, ha="center")
+                axes.set_ylabel(plots.axis_label(CURVES[surface]["J1_over_J2"]), labelpad=2)
+                look: Any = {"color": COLOURS[surface], "fontsize": 11, "ha": "center"}
+                axes.text(-0.44, 0.75, NAMES[surface], transform=axes.transAxes, **look)
         # The last two panels are this column's: the upper bears its title, the lower its axis.
         figure.axes[-2].set_title(_title(name, nu[number]), fontsize=8)
-        figure.axes[-1].set_xlabel(_place(body), fontsize=7, labelpad=3, linespacing=1.5)
-    entries = [entry(f"orbits on {NAMES[name]}", color=COLOURS[name]) for name in NAMES]
-    entries.append(entry(r"$\alpha_0 + \beta_0 \pm \Delta_1$", color="0.35", ls=BORN, lw=0.8))
+        # Origin and unit of the ticks.
+        origin, unit = f"{body['centre']:.4f}$ rad", f"{body['Delta_1']:.5f}$ rad"
+        said = rf"$\theta_1 - {origin}" + "\n" + rf"$\Delta_1 = {unit}"
+        figure.axes[-1].set_xlabel(said, fontsize=7, labelpad=3, linespacing=1.5)
+    entries = [plots.entry(f"orbits on {NAMES[name]}", color=COLOURS[name]) for name in NAMES]
+    entries.append(plots.entry(r"$\alpha_0 + \beta_0 \pm \Delta_1$", color="0.35", ls=BORN, lw=0.8))
     figure.legend(handles=entries, loc="lower center", ncols=3, borderaxespad=0.1)
     return figure
 
@@ -71,7 +71,8 @@ def _draw_surface(axes: Axes, body: Data, surface: str) -> None:
     curves = body[surface]
     points = np.column_stack((curves["theta1"], curves["J1_over_J2"]))
     lines = np.split(points, np.asarray(curves["offsets"])[1:-1])
-    axes.add_collection(LineCollection(lines, colors=COLOURS[surface], linewidths=THIN))
+    drawn = LineCollection(lines, colors=COLOURS[surface], linewidths=THIN)
+    axes.add_collection(drawn, autolim=False)
     for edge in body["born"]:
         axes.axvline(edge, color="0.35", ls=BORN, lw=0.5, zorder=3)
     axes.set_xlim(*map(float, body["window"]))
@@ -80,12 +81,6 @@ def _draw_surface(axes: Axes, body: Data, surface: str) -> None:
     axes.set_xticks(list(body["born"]), [r"$-\Delta_1$", r"$\Delta_1$"], fontsize=7)
     axes.set_yticks([0, 0.5, 1], ["0", "0.5", "1"])
     axes.tick_params(length=2)
-
-
-def _place(body: Data) -> str:
-    """Origin and unit of the ticks of a column."""
-    lines = rf"$\theta_1 - {body['centre']:.4f}$ rad", rf"$\Delta_1 = {body['Delta_1']:.5f}$ rad"
-    return "\n".join(lines)
 
 
 CAPTION = (

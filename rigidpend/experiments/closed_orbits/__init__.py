@@ -1,7 +1,4 @@
-"""Closed orbits by their codes, with multipliers and actions.
-
-Here is the layout of a result: what it consists of, with unit and bound.
-"""
+"""Closed orbits by their codes, with multipliers and actions."""
 
 from __future__ import annotations
 
@@ -14,6 +11,7 @@ CLOSE = 1e-9
 """Allowed difference of places and of averages: the map errs by 1e-13, times its growth."""
 
 _double, _flag = (partial(Field, kind, ("words",)) for kind in (FLOAT, FLAG))
+_gap = partial(_double, "1", gaps=True, within=stated(1e-15))
 LENGTHS, POINTS = ("lengths",), ("points",)
 
 ORBITS = {
@@ -37,18 +35,8 @@ ORBITS = {
         "largest error of a passage's time, each integrated alone in doubles",
         within=stated(1e-9),
     ),
-    "closing": _double(
-        "1",
-        "gap in d and chi after one period in 113 bits; NaN if not verified",
-        gaps=True,
-        within=stated(1e-15),
-    ),
-    "closing_expected": _double(
-        "1",
-        "what roundings leave of that gap, grown for a period",
-        gaps=True,
-        within=stated(1e-15),
-    ),
+    "closing": _gap("gap in d and chi after one period in 113 bits; NaN if not verified"),
+    "closing_expected": _gap("what roundings leave of that gap, grown for a period"),
 }
 AVERAGES = {
     "length": Field(WHOLE, LENGTHS, "1", "symbols of the words that are averaged over"),

@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from rigidpend.config.description import Row
 from rigidpend.experiments.closed_orbits import LAYOUT
+from rigidpend.experiments.closed_orbits.schema import Config, Problem
 from rigidpend.experiments.contract import Means
 from rigidpend.experiments.data import Tree, datasets
 from rigidpend.numbers.expressions import NO_SYMBOL
@@ -20,9 +21,6 @@ from rigidpend.routes.symbolic.integrated import actions, closing, passages
 from rigidpend.routes.symbolic.levels import Level
 from rigidpend.routes.symbolic.shortest import path
 from rigidpend.routes.symbolic.stretching import stretching
-
-if TYPE_CHECKING:
-    from rigidpend.experiments.closed_orbits.schema import Config, Problem
 
 SEED = 1
 FOUND, VERIFIED = 7e-3, 0.35

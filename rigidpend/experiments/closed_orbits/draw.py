@@ -1,27 +1,20 @@
-"""Exponents of closed orbits by the length of their words, and how fast their averages settle.
-
-In tables: closed orbits by their words, and averages over them beside a long orbit.
-"""
+"""Exponents of closed orbits by the length of their words, and how fast their averages settle."""
 
 from __future__ import annotations
 
-from typing import Any, TypeAlias
+from typing import Any
 
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.ticker import MaxNLocator
-from numpy.typing import NDArray
 
 from rigidpend.experiments.data import Data, Loaded
-from rigidpend.experiments.plots import BLUE, RED, WIDTH, title
+from rigidpend.experiments.plots import BLUE, RED, WIDTH, beside, title
 from rigidpend.machine.wording import Column, Table
 from rigidpend.numbers.expressions import NO_SYMBOL
+from rigidpend.numbers.generic import Array
 
-Array: TypeAlias = NDArray[Any]
-
-HEIGHT = 3.2
-"""Height of the figure, inches."""
 LEAST, APART = 4, 4
 """Least width of the marks of one length, and the room between two lengths, marks."""
 NAMED = 2
@@ -33,7 +26,7 @@ ALIKE = 9
 def draw(result: Loaded) -> Figure:
     """Draw the exponent of every orbit, and how far averages are from that of the longest words."""
     data = result["data"]
-    figure = Figure(figsize=(WIDTH, HEIGHT), layout="constrained")
+    figure = Figure(figsize=(WIDTH, 3.2), layout="constrained")
     left, right = figure.subplots(1, 2, width_ratios=(1.5, 1))
     _draw_orbits(left, data)
     _draw_averages(right, data["averages"])
@@ -52,13 +45,13 @@ def _draw_orbits(axes: Axes, data: Data) -> None:
         (orbits["positive"], "positive", BLUE, BLUE),
         (~orbits["positive"], "negative", "0.4", "white"),
     ):
-        look: Any = {"color": colour, "mfc": inside, "label": f"one orbit, multiplier {name}"}
-        axes.plot(place[here], exponent[here], "o", ms=2.7, mew=0.7, **look)
+        marks: Any = {"color": colour, "mfc": inside, "label": f"one orbit, multiplier {name}"}
+        axes.plot(place[here], exponent[here], "o", ms=2.7, mew=0.7, **marks)
     for k in np.flatnonzero(length <= NAMED):
         side, ha = (-4, "right") if place[k] < middles[length[k] - 1] else (4, "left")
-        beside: Any = {"xytext": (side, 0), "textcoords": "offset points", "ha": ha, "va": "center"}
         word = "".join(map(str, orbits["word"][k, : length[k]]))
-        axes.annotate(word, (place[k], exponent[k]), fontsize=7.5, **beside)
+        look: Any = {"ha": ha, "va": "center", "fontsize": 7.5}
+        beside(axes, word, (place[k], exponent[k]), side, 0, **look)
     axes.set(xlabel="symbols of the word", ylabel="Lyapunov exponent per passage")
     axes.set_xticks(middles, [str(n + 1) for n in range(len(middles))])
     axes.legend(fontsize=7, loc="upper right")

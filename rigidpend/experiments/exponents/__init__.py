@@ -1,7 +1,4 @@
-"""Finite-time Lyapunov exponents over a plane of initial phase and action.
-
-Here is the layout of a result: what it consists of, with unit and bound.
-"""
+"""Finite-time Lyapunov exponents over a plane of initial phase and action."""
 
 from __future__ import annotations
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import replace
 from functools import partial
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from rigidpend.experiments.contract import Means
 from rigidpend.experiments.data import FLOAT, WHOLE, Field, Tree, datasets
 from rigidpend.experiments.exponents import LAYOUT
+from rigidpend.experiments.exponents.schema import Config, Problem
 from rigidpend.machine.progress import PartDone
 from rigidpend.numbers.exact import exact
 from rigidpend.numbers.expressions import NO_SYMBOL
@@ -21,30 +22,18 @@ from rigidpend.routes.cells import cells_of_starts
 from rigidpend.routes.symbolic.levels import Surface, surface
 from rigidpend.routes.symbolic.stretching import INTEGRATED, integrated, stretched
 
-if TYPE_CHECKING:
-    from rigidpend.experiments.exponents.schema import Config, Problem
-
 TILE = 8192
 """Cells at a time: each has tables of its own energy."""
 SHARES = (0.05, 0.25, 0.5, 0.75, 0.95)
 CELL, CHECK = 2e-5, 5e-5
 """Seconds of a core for a cell of one symbol, followed and checked."""
 
-PIECE = {
-    "growth": Field(FLOAT, ("symbols", "cells"), "1", "ln of the growth through the passages"),
-    "codes": Field(WHOLE, ("symbols", "cells"), "1", "symbols by the map"),
-    "allowed": Field(FLOAT, ("cells",), "1", "bound of the rounding of the last growth"),
-}
+PIECE = {"growth": Field(FLOAT), "codes": Field(WHOLE), "allowed": Field(FLOAT)}
+"""Of a tile: ln of the growth through the passages, symbols, and the last growth's rounding."""
 
 
 def compute(config: Config, means: Means) -> Tree:
-    """Compute the exponents of a plane.
-
-    Raises
-    ------
-    MapError
-        The body has no return map.
-    """
+    """Compute the exponents of a plane, of a body that has a return map."""
     problem = config.problem
     x, y = problem.theta2_0.values, problem.log10_J1_0.values
     theta2, J1 = np.tile(x, y.size), np.repeat(10.0**y, x.size)

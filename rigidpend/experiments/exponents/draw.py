@@ -1,7 +1,4 @@
-"""Finite-time exponents over a plane, their spread, and the check of some of them.
-
-In tables: Finite-time exponents: their quantiles by the number of passages, and their check.
-"""
+"""Finite-time exponents over a plane, their spread, and the check of some of them."""
 
 from __future__ import annotations
 
@@ -10,23 +7,12 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.ticker import MaxNLocator
 
+from rigidpend.experiments import plots
 from rigidpend.experiments.data import Data, Loaded
 from rigidpend.experiments.exponents import LOG10_J1_0
-from rigidpend.experiments.plots import (
-    BLUE,
-    RED,
-    WIDTH,
-    axis_label,
-    cell_ends,
-    draw_cells,
-    draw_changes,
-    title,
-)
 from rigidpend.experiments.shared import MEANING
 from rigidpend.machine.wording import Column, Table
 
-HEIGHT = 5.6
-"""Height of the figure, inches."""
 SHADES = ("#cfe3f1", "#8fbfdf")
 """Colours of the spread's wider and narrower band."""
 HIGHEST = 0.99
@@ -38,7 +24,7 @@ CHANGES = ((0.6, "white"), (0.35, "0.8"), (0.2, "0.7"))
 def draw(result: Loaded) -> Figure:
     """Draw the plane, and below it the exponents' spread and their check."""
     data = result["data"]
-    figure = Figure(figsize=(WIDTH, HEIGHT), layout="constrained")
+    figure = Figure(figsize=(plots.WIDTH, 5.6), layout="constrained")
     grid = figure.add_gridspec(2, 2, height_ratios=(1.7, 1))
     _draw_plane(figure, figure.add_subplot(grid[0, :]), data)
     _draw_spread(figure.add_subplot(grid[1, 0]), data["growth"])
@@ -50,15 +36,16 @@ def _draw_plane(figure: Figure, axes: Axes, data: Data) -> None:
     x, y, exponent = data["theta2_0"], data["log10_J1_0"], data["exponent"]
     known = exponent[np.isfinite(exponent)]
     ends = np.quantile(known, (1 - HIGHEST, HIGHEST)) if known.size else (0, 1)
-    shown = draw_cells(axes, x, y, exponent, cmap="magma", vmin=ends[0], vmax=ends[1])
+    shown = plots.draw_cells(axes, x, y, exponent, cmap="magma", vmin=ends[0], vmax=ends[1])
     figure.colorbar(shown, ax=axes, label="exponent per passage", extend="both", pad=0.01)
-    draw_changes(axes, x, y, data["codes"], CHANGES)
+    plots.draw_changes(axes, x, y, data["codes"], CHANGES)
     axes.axhline(float(data["marked"]), color="white", lw=0.8, ls=(0, (5, 3)))
-    axes.set(xlabel=axis_label(MEANING["theta2_0"]), ylabel=axis_label(LOG10_J1_0))
-    axes.set_ylim(*cell_ends(y))
-    n = len(data["codes"])
-    said = rf"exponents of {n} passages, Euclidean norm of $(M', \gamma)$; dashed: "
-    title(axes, "a", rf"{said}$\log_{{10}} J_1^0 = {float(data['marked']):.4g}$")
+    axes.set(xlabel=plots.axis_label(MEANING["theta2_0"]), ylabel=plots.axis_label(LOG10_J1_0))
+    axes.set_ylim(*plots.cell_ends(y))
+    said = (
+        rf"exponents of {len(data['codes'])} passages, Euclidean norm of $(M', \gamma)$; dashed: "
+    )
+    plots.title(axes, "a", rf"{said}$\log_{{10}} J_1^0 = {float(data['marked']):.4g}$")
 
 
 def _draw_spread(axes: Axes, growth: Data) -> None:
@@ -69,21 +56,21 @@ def _draw_spread(axes: Axes, growth: Data) -> None:
         said = f"{100 * (shares[-1 - k] - shares[k]):.0f} % of cells"
         # Colours of their own and not one over the other, so that the legend shows them.
         axes.fill_between(n, low, high, color=SHADES[k], lw=0, label=said)
-    axes.plot(n, growth["exponent"][middle], "o-", color=BLUE, ms=4, lw=1, label="median")
+    axes.plot(n, growth["exponent"][middle], "o-", color=plots.BLUE, ms=4, lw=1, label="median")
     axes.set_ylim(bottom=0)
     axes.xaxis.set_major_locator(MaxNLocator(integer=True))
     axes.set(xlabel="passages", ylabel="exponent per passage")
     axes.legend(fontsize=7.5)
-    title(axes, "b", "over fewer passages")
+    plots.title(axes, "b", "over fewer passages")
 
 
 def _draw_check(axes: Axes, checked: Data) -> None:
     order = np.argsort(checked["growth"])
     growth, difference = checked["growth"][order], np.abs(checked["difference"][order])
-    axes.semilogy(growth, difference, ".", color=BLUE, ms=3, label="difference")
-    axes.semilogy(growth, checked["allowed"][order], ".", color=RED, ms=3, label="allowed")
+    axes.semilogy(growth, difference, ".", color=plots.BLUE, ms=3, label="difference")
+    axes.semilogy(growth, checked["allowed"][order], ".", color=plots.RED, ms=3, label="allowed")
     axes.set(xlabel="ln of the growth", ylabel="|difference of ln growth|")
-    title(axes, "c", "variational equations less map")
+    plots.title(axes, "c", "variational equations less map")
     # Room for the legend below the marks.
     axes.margins(y=0.2)
     axes.legend(fontsize=7.5, loc="lower right", ncols=2)
@@ -104,17 +91,15 @@ def tables(result: Loaded) -> list[Table]:
     growth = data["growth"]
     quantiles = zip(growth["share"], growth["exponent"], strict=True)
     below = [Column(f"{100 * share:.0f} % of cells below", x, ".4f") for share, x in quantiles]
-    columns = [Column("passages", growth["passages"]), *below]
-    return [Table.of("Finite-time exponents, a passage", columns, _note(data))]
-
-
-def _note(data: Data) -> str:
-    exponent, difference = data["exponent"], np.abs(data["checked"]["difference"])
-    known, held = np.isfinite(exponent), difference[np.isfinite(difference)]
-    found = f"{int(known.sum())} of {known.size} cells are known."
-    if not held.size:
-        return found
-    return (
-        f"{found} The variational equations differ by {np.median(held):.1g} in ln of the growth"
-        f" (median of {held.size} cells), by {held.max():.1g} at most."
+    known, difference = np.isfinite(data["exponent"]), np.abs(data["checked"]["difference"])
+    note, held = (
+        f"{known.sum()} of {known.size} cells are known.",
+        difference[np.isfinite(difference)],
     )
+    if held.size:
+        note += (
+            f" The variational equations differ by {np.median(held):.1g} in ln of the growth"
+            f" (median of {held.size} cells), by {held.max():.1g} at most."
+        )
+    columns = [Column("passages", growth["passages"]), *below]
+    return [Table.of("Finite-time exponents, a passage", columns, note)]

@@ -1,7 +1,4 @@
-"""Perturbed herpolhodes along published routes: Fig. 5.
-
-Here is the layout of a result: what it consists of, with unit and bound.
-"""
+"""Perturbed herpolhodes along published routes: Fig. 5."""
 
 from __future__ import annotations
 

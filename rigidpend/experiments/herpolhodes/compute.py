@@ -3,46 +3,29 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
-from rigidpend.experiments.contract import Means
+from rigidpend.experiments.contract import Means, Routes
 from rigidpend.experiments.data import Data, Tree, datasets
 from rigidpend.experiments.herpolhodes import CASE, LAYOUT
+from rigidpend.experiments.herpolhodes.schema import Config, HerpolhodeCase
 from rigidpend.mechanics.in_space import plateaus
-from rigidpend.numbers.generic import Array
 from rigidpend.routes.codes import RouteCodes, codes_of
 from rigidpend.routes.herpolhode import RouteOrbit, follow, samples, separatrices, vertices
 from rigidpend.routes.problem import rotation_period
 
-if TYPE_CHECKING:
-    from rigidpend.experiments.contract import Routes
-    from rigidpend.experiments.herpolhodes.schema import Config, HerpolhodeCase
-
 
 def compute(config: Config, means: Means) -> Tree:
-    """Compute the orbit of every case of a config.
-
-    Returns
-    -------
-    Tree
-        A group for each case.
-
-    Raises
-    ------
-    ArithmeticError
-        A route is not certain, or the orbit in doubles left it.
-    """
+    """Compute the orbit of every case of a config, if its route is certain and is kept to."""
     groups: dict[str, Any] = {}
     for name, case in config.problem.cases.items():
         routes = _routes(config, case, means)
         orbit = _orbit(config, routes, means)
         groups[name] = _group(config, routes, orbit)
         error = np.abs(orbit.crossing_error).max()
-        passed = vertices(routes.separatrix[:, 0])
-        means.report(f"{name}: {passed}, crossing times within {error:.1e}")
+        means.report(f"{name}: {groups[name]['route']}, crossing times within {error:.1e}")
     return datasets(LAYOUT, groups)
 
 
@@ -74,21 +57,19 @@ def _orbit(config: Config, routes: RouteCodes, means: Means) -> RouteOrbit:
 
 def _group(config: Config, routes: RouteCodes, orbit: RouteOrbit) -> dict[str, Any]:
     problem, separatrix = config.problem, routes.separatrix[:, 0]
-    sampled = samples(problem.body, orbit)
+    sampled, angles = samples(problem.body, orbit), problem.body.angles()
+    # The first sample, and the one closest to the vertex behind `n_wound` separatrices.
+    crossings = routes.crossing_time[problem.n_wound - 1 : problem.n_wound + 1, 0]
+    before, after = np.searchsorted(orbit.t, crossings)
+    closest = before + np.argmax(np.abs(sampled["J1_over_J2"][before:after] - 0.5))
     return {
         **sampled,
         **{key: getattr(routes, key)[..., 0] for key in CASE if key in routes._fields},
         "crossing_error": orbit.crossing_error,
         "route": vertices(separatrix),
-        "plateaus": plateaus(separatrix, problem.body.angles(), float(problem.h0)),
-        "wound": _wound(problem.n_wound, routes, sampled["J1_over_J2"], orbit.t),
+        "plateaus": plateaus(separatrix, angles, float(problem.h0)),
+        "wound": np.array([0, closest]),
     }
-
-
-def _wound(count: int, routes: RouteCodes, height: Array, t: Array) -> NDArray[np.int64]:
-    """Find the first sample, and the one closest to the vertex behind `count` separatrices."""
-    before, after = np.searchsorted(t, routes.crossing_time[count - 1 : count + 1, 0])
-    return np.array([0, before + np.argmax(np.abs(height[before:after] - 0.5))])
 
 
 def orbits(config: Config, stored: Callable[[], Data]) -> Routes:

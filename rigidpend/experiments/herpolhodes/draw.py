@@ -1,7 +1,4 @@
-"""Fig. 5: alpha(t) over the separatrices of a route, and the spiral (omega_zeta, omega_xi).
-
-In tables: the published routes and the published increment, beside those computed.
-"""
+"""Fig. 5: alpha(t) over the separatrices of a route, and the spiral (omega_zeta, omega_xi)."""
 
 from __future__ import annotations
 
@@ -14,10 +11,10 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
+from rigidpend.experiments import plots
 from rigidpend.experiments.data import Data, Loaded
 from rigidpend.experiments.herpolhodes import ALPHA
 from rigidpend.experiments.plots import SEPARATRIX as COLOUR
-from rigidpend.experiments.plots import WIDTH, axis_label, entry, label_hodograph
 from rigidpend.machine.wording import Column, Table
 from rigidpend.numbers.generic import Scalar
 
@@ -32,7 +29,7 @@ PLATEAU, PRECESSION = "black", "0.55"
 def draw(result: Loaded) -> Figure:
     """Draw the cases of a result below each other."""
     cases = result["data"]
-    figure = Figure(figsize=(WIDTH, ROW * len(cases) + 0.35))
+    figure = Figure(figsize=(plots.WIDTH, ROW * len(cases) + 0.35))
     figure.set_layout_engine("constrained", w_pad=0.08)
     grid = figure.add_gridspec(len(cases), 2, width_ratios=(1.55, 1))
     letters = iter("abcdefgh")
@@ -41,8 +38,8 @@ def draw(result: Loaded) -> Figure:
         _draw_angle(angle, case)
         _draw_spiral(spiral, case)
         for axes in (angle, spiral):
-            title = rf"{next(letters)})  $\theta_2^0 = {float(case['theta2_0']):g}$"
-            axes.set_title(title, loc="left")
+            said = rf"{next(letters)})  $\theta_2^0 = {float(case['theta2_0']):g}$"
+            axes.set_title(said, loc="left")
     figure.legend(handles=_legend(cases), loc="outside lower center", ncols=4, columnspacing=2.0)
     return figure
 
@@ -65,19 +62,14 @@ def _draw_angle(axes: Axes, case: Data) -> None:
     low, high = case["alpha"].min(), case["alpha"].max()
     # Room for the numbers above the curve.
     axes.set_ylim(low - 0.05 * (high - low), high + 0.16 * (high - low))
-    _number(axes, case)
-    axes.set(xlim=(t[0], t[-1]), xlabel="$t'$ (dimensionless)", ylabel=axis_label(ALPHA))
-
-
-def _number(axes: Axes, case: Data) -> None:
-    """Number the separatrices along t, at the crossings of J1 = J2/2."""
+    # The separatrices are numbered at the crossings of J1 = J2/2.
     for i, time in zip(case["separatrix"], case["crossing_time"], strict=True):
         axes.axvline(time, color="0.85", lw=0.6, zorder=0)
         colour, place = COLOUR[int(i)], axes.get_xaxis_transform()
         ring = {"boxstyle": "circle,pad=0.15", "fc": "white", "ec": colour, "lw": 0.8}
-        below: Any = {"xytext": (0, -3), "textcoords": "offset points", "ha": "center", "va": "top"}
-        said = axes.annotate(str(i), (time, 1.0), xycoords=place, color=colour, bbox=ring, **below)
-        said.set_fontweight("bold")
+        look: Any = {"color": colour, "bbox": ring, "weight": "bold", "ha": "center", "va": "top"}
+        plots.beside(axes, str(i), (time, 1.0), 0, -3, xycoords=place, **look)
+    axes.set(xlim=(t[0], t[-1]), xlabel="$t'$ (dimensionless)", ylabel=plots.axis_label(ALPHA))
 
 
 def _draw_spiral(axes: Axes, case: Data) -> None:
@@ -90,7 +82,7 @@ def _draw_spiral(axes: Axes, case: Data) -> None:
             axes.plot(x, y, color=COLOUR[i], ls=STYLE[i], lw=0.9)
             _arrows(axes, x, y, COLOUR[i])
     _ends(axes, case)
-    label_hodograph(axes)
+    plots.label_hodograph(axes)
 
 
 def _ends(axes: Axes, case: Data) -> None:
@@ -106,10 +98,11 @@ def _ends(axes: Axes, case: Data) -> None:
     ):
         place = (case["omega"][k, 2], case["omega"][k, 0])
         axes.plot(*place, marker, ms=5, mfc="white", mec="black", zorder=5)
-        beside: Any = {"xytext": (12 * side, -14), "textcoords": "offset points"}
-        beside |= {"ha": "center", "va": "center", "arrowprops": {"arrowstyle": "-", "lw": 0.5}}
         frame = {"boxstyle": "round,pad=0.15", "fc": "white", "ec": "0.4", "lw": 0.5}
-        axes.annotate(f"${name.replace('*', '^*')}$", place, zorder=6, bbox=frame, **beside)
+        look: Any = {"ha": "center", "va": "center", "bbox": frame, "zorder": 6}
+        line = {"arrowstyle": "-", "lw": 0.5}
+        said = f"${name.replace('*', '^*')}$"
+        plots.beside(axes, said, place, 12 * side, -14, arrowprops=line, **look)
 
 
 def _arrows(axes: Axes, x: Scalar, y: Scalar, colour: str) -> None:
@@ -117,18 +110,18 @@ def _arrows(axes: Axes, x: Scalar, y: Scalar, colour: str) -> None:
     length = np.hypot(np.diff(x), np.diff(y))
     far = np.flatnonzero(length > 0.5 * length.max())
     for k in far[len(far) // 8 :: max(1, len(far) // 4)]:
-        head = {"arrowstyle": "-|>", "color": colour, "lw": 0.8, "mutation_scale": 8}
-        axes.annotate("", (x[k + 1], y[k + 1]), (x[k], y[k]), arrowprops=head)
+        ends = (x[k], y[k]), (x[k + 1], y[k + 1])
+        plots.arrow(axes, *ends, color=colour, lw=0.8, mutation_scale=8)
 
 
 def _legend(cases: Data) -> list[Line2D]:
     shown = sorted({int(i) for case in cases.values() for i in case["separatrix"]})
     return [
-        *(entry(f"separatrix {i}", color=COLOUR[i], ls=STYLE[i]) for i in shown),
-        entry(r"$\theta_3$", color=PRECESSION, lw=2.2),
-        entry("predicted plateau", color=PLATEAU, ls="--", lw=0.8),
-        entry("start", color="black", marker="o", mfc="white", ls=""),
-        entry("end", color="black", marker="s", mfc="white", ls=""),
+        *(plots.entry(f"separatrix {i}", color=COLOUR[i], ls=STYLE[i]) for i in shown),
+        plots.entry(r"$\theta_3$", color=PRECESSION, lw=2.2),
+        plots.entry("predicted plateau", color=PLATEAU, ls="--", lw=0.8),
+        plots.entry("start", color="black", marker="o", mfc="white", ls=""),
+        plots.entry("end", color="black", marker="s", mfc="white", ls=""),
     ]
 
 

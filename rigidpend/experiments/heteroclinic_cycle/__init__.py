@@ -1,7 +1,4 @@
-"""The heteroclinic cycle of separatrices and pendulum motions: Fig. 2.
-
-Here is the layout of a result: what it consists of, with unit and bound.
-"""
+"""The heteroclinic cycle of separatrices and pendulum motions: Fig. 2."""
 
 from __future__ import annotations
 

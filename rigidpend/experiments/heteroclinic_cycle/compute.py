@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -10,13 +10,11 @@ from numpy.typing import NDArray
 from rigidpend.experiments.contract import Means
 from rigidpend.experiments.data import Tree, datasets
 from rigidpend.experiments.heteroclinic_cycle import LAYOUT, START
+from rigidpend.experiments.heteroclinic_cycle.schema import Config
 from rigidpend.mechanics.coordinates import TURN
 from rigidpend.mechanics.free_body import SEPARATRICES, separatrix_theta1
 from rigidpend.numbers.expressions import NO_SYMBOL
 from rigidpend.routes.cycle import TURNS, Turn
-
-if TYPE_CHECKING:
-    from rigidpend.experiments.heteroclinic_cycle.schema import Config
 
 
 class Edge(NamedTuple):
@@ -33,13 +31,7 @@ class Edge(NamedTuple):
 
 
 def compute(config: Config, means: Means) -> Tree:
-    """Compute the graph of a config's body: vertices, edges and the two rectangles.
-
-    Returns
-    -------
-    Tree
-        The groups vertices, edges and rectangles.
-    """
+    """Compute the graph of a config's body: vertices, edges and the two rectangles."""
     body = config.problem.body
     theta1 = separatrix_theta1(body.alpha0, body.beta0)
     # The window is 4 pi wide, so that its right edge is its left one once more.

@@ -1,44 +1,28 @@
-"""Fig. 2: the graph of the heteroclinic cycle in the plane (theta1, J1/J2).
-
-In tables: vertices and edges of the heteroclinic cycle of Fig. 2.
-"""
+"""Fig. 2: the graph of the heteroclinic cycle in the plane (theta1, J1/J2)."""
 
 from __future__ import annotations
 
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from rigidpend.experiments.data import Data, Loaded
-from rigidpend.experiments.plots import BLUE, RED, WIDTH, entry, separatrix_ticks
+from rigidpend.experiments.data import Loaded
+from rigidpend.experiments.plots import BLUE, RED, WIDTH, arrow, beside, entry, separatrix_ticks
 from rigidpend.machine.wording import Column, Table
 from rigidpend.numbers.expressions import NO_SYMBOL
 
-HEIGHT = 3.4
-"""Height of the figure, inches."""
 PANEL = (0.085, 0.33, 0.845, 0.57)
 """Left, bottom, width and height of the panel, in parts of the figure."""
 
 
-class EdgeLook(NamedTuple):
-    """Look of the edges of a symbol."""
-
-    colour: str
-    style: Any
-    label: str
-
-
-LOOKS = {
-    NO_SYMBOL: EdgeLook("black", "-", "separatrix 1, 3 (down), 2, 4 (up)"),
-    0: EdgeLook(BLUE, "-", "turn to the left, symbol 0"),
-    1: EdgeLook(RED, (0, (4, 1.5)), "turn to the right, symbol 1"),
+LOOKS: dict[int, dict[str, Any]] = {
+    NO_SYMBOL: {"color": "black", "ls": "-", "label": "separatrix 1, 3 (down), 2, 4 (up)"},
+    0: {"color": BLUE, "ls": "-", "label": "turn to the left, symbol 0"},
+    1: {"color": RED, "ls": (0, (4, 1.5)), "label": "turn to the right, symbol 1"},
 }
-"""Looks by symbol; `NO_SYMBOL` is that of the separatrices."""
-ARROW = {"arrowstyle": "-|>,head_width=0.3,head_length=0.6", "lw": 1.8, "mutation_scale": 12}
-ARROW |= {"shrinkA": 9, "shrinkB": 9}
-"""Arrows of the edges, which leave room for the vertices."""
+"""Looks of edges by symbol; `NO_SYMBOL` is that of the separatrices."""
 NARROW = 1.8
 """Width, in radians, below which a rectangle bears its name upright."""
 SHADES = {"left": "#D6E9F5", "right": "#FBE3D2"}
@@ -48,13 +32,13 @@ SHADES = {"left": "#D6E9F5", "right": "#FBE3D2"}
 def draw(result: Loaded) -> Figure:
     """Draw the graph of a result."""
     data = result["data"]
-    figure = Figure(figsize=(WIDTH, HEIGHT))
+    figure = Figure(figsize=(WIDTH, 3.4))
     axes = figure.add_axes(PANEL)
     _draw_rectangles(axes, data["rectangles"])
     _draw_edges(axes, data["edges"])
     _draw_vertices(axes, data["vertices"])
     _name_axes(axes, data["vertices"])
-    handles = [entry(k.label, color=k.colour, ls=k.style, lw=1.8) for k in LOOKS.values()]
+    handles = [entry(**look, lw=1.8) for look in LOOKS.values()]
     figure.legend(handles=handles, loc="lower center", ncols=3, handlelength=2.6)
     return figure
 
@@ -68,23 +52,22 @@ def _draw_rectangles(axes: Axes, rectangles: Any) -> None:
 
 
 def _draw_edges(axes: Axes, edges: Any) -> None:
-    for k, symbol in enumerate(edges["symbol"]):
-        look, x, y = LOOKS[int(symbol)], edges["theta1"][:, k], edges["J1"][:, k]
-        colour = "0.6" if edges["again"][k] else look.colour
-        arrow: dict[str, Any] = {**ARROW, "color": colour, "ls": look.style}
-        # An arrow's head comes first.
-        ends = (x[1], y[1]), (x[0], y[0])
-        path = axes.annotate("", *ends, arrowprops=arrow, annotation_clip=False)
-        if symbol in (0, 1):
-            _write_symbol(axes, path, int(symbol), upper=bool(y[0]))
-
-
-def _write_symbol(axes: Axes, path: Any, symbol: int, *, upper: bool) -> None:
-    """Write a symbol outside the graph, at the middle of its arrow."""
-    side, va = (6, "bottom") if upper else (-6, "top")
-    place: Any = {"xytext": (0, side), "textcoords": "offset points", "ha": "center", "va": va}
-    look: Any = {"color": LOOKS[symbol].colour, "weight": "bold"}
-    axes.annotate(str(symbol), (0.5, 0.5), xycoords=path.arrow_patch, **place, **look)
+    for k, symbol in enumerate(map(int, edges["symbol"])):
+        look, (start, end) = (
+            LOOKS[symbol],
+            zip(edges["theta1"][:, k], edges["J1"][:, k], strict=True),
+        )
+        colour = "0.6" if edges["again"][k] else look["color"]
+        # Its ends leave room for the vertices.
+        path = arrow(
+            axes, start, end, arrowstyle="-|>,head_width=0.3,head_length=0.6", lw=1.8,
+            mutation_scale=12, shrinkA=9, shrinkB=9, color=colour, ls=look["ls"],
+        )  # fmt: skip
+        if symbol != NO_SYMBOL:
+            # Outside the graph, at the middle of the arrow.
+            side, va = (6, "bottom") if start[1] else (-6, "top")
+            written: Any = {"ha": "center", "va": va, "color": look["color"], "weight": "bold"}
+            beside(axes, str(symbol), (0.5, 0.5), 0, side, xycoords=path.arrow_patch, **written)
 
 
 def _draw_vertices(axes: Axes, vertices: Any) -> None:
@@ -118,6 +101,12 @@ def tables(result: Loaded) -> list[Table]:
     """Table of the separatrices' places, and of the turns with their symbols."""
     vertices, edges = result["data"]["vertices"], result["data"]["edges"]
     once = ~vertices["again"]
+
+    def turns(symbol: int) -> str:
+        """Edges of a symbol, each once."""
+        chosen = np.flatnonzero((edges["symbol"] == symbol) & ~edges["again"])
+        return ", ".join(f"{edges['from'][k]} to {edges['to'][k]}" for k in chosen)
+
     return [
         Table.of(
             "Vertices; starred ones on J1 = J2",
@@ -130,12 +119,6 @@ def tables(result: Loaded) -> list[Table]:
         Table(
             "Turns by their symbol",
             ("symbol", "turns"),
-            [("0, left", _turns(edges, 0)), ("1, right", _turns(edges, 1))],
+            [("0, left", turns(0)), ("1, right", turns(1))],
         ),
     ]
-
-
-def _turns(edges: Data, symbol: int) -> str:
-    """Edges of a symbol, each once."""
-    chosen = np.flatnonzero((edges["symbol"] == symbol) & ~edges["again"])
-    return ", ".join(f"{edges['from'][k]} to {edges['to'][k]}" for k in chosen)

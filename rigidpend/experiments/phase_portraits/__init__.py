@@ -1,9 +1,8 @@
-"""Phase portraits of the free body, on the sphere and in the plane: Fig. 1.
-
-Here is the layout of a result: what it consists of, with unit and bound.
-"""
+"""Phase portraits of the free body, on the sphere and in the plane: Fig. 1."""
 
 from __future__ import annotations
+
+from functools import partial
 
 import numpy as np
 
@@ -16,20 +15,18 @@ _OFF_OUTLINE = where(lambda stored, fresh: np.abs(stored["projected"][2]) > ROUN
 
 def _curves(name: str) -> dict[str, Field]:
     """Curves on the sphere and in the plane, with dimensions of their own."""
-    points, curves = f"points of {name}", (name,)
+    points = f"points of {name}"
+    on_sphere, in_plane, of_curve = (
+        partial(Field, FLOAT, dimensions) for dimensions in ((3, points), (points,), (name,))
+    )
     return {
-        "points": Field(
-            FLOAT,
-            (3, points),
-            "|M|",
-            "M1, M2, M3 along the curves, one after the other, in the flow's sense",
+        "points": on_sphere(
+            "|M|", "M1, M2, M3 along the curves, one after the other, in the flow's sense"
         ),
         "offsets": Field(
             WHOLE, (f"{name}+1",), "1", "curve k has the points offsets[k] to offsets[k + 1]"
         ),
-        "projected": Field(
-            FLOAT, (3, points), "|M|", "points to the right, upwards and towards the viewer"
-        ),
+        "projected": on_sphere("|M|", "points to the right, upwards and towards the viewer"),
         "visible": Field(
             FLAG,
             (points,),
@@ -37,24 +34,23 @@ def _curves(name: str) -> dict[str, Field]:
             "whether the point is on the viewer's side of the sphere",
             within=_OFF_OUTLINE,
         ),
-        "theta1": Field(FLOAT, (points,), "rad", "theta1 of the points, in the window"),
-        "J1": Field(FLOAT, (points,), "J2", "J1/J2 of the points"),
+        "theta1": in_plane("rad", "theta1 of the points, in the window"),
+        "J1": in_plane("J2", "J1/J2 of the points"),
         "arrows": Field(
             WHOLE, (f"arrows of {name}",), "1", "points at which the sense of the flow is shown"
         ),
-        "energy": Field(FLOAT, curves, "J2^2", "H of each curve at mu = 0, J3 = 0, dimensionless"),
-        "level": Field(
-            FLOAT, curves, "J2^2", "J1 (J2 - J1) [cos(theta1 - beta0) - cos(alpha0)] of each curve"
-        ),
+        "energy": of_curve("J2^2", "H of each curve at mu = 0, J3 = 0, dimensionless"),
+        "level": of_curve("J2^2", "J1 (J2 - J1) [cos(theta1 - beta0) - cos(alpha0)] of each curve"),
     }
 
 
 _TIPS = "projected, then the axes M1, M2, M3"
 _SAID = "of the vertical segments; the last is the first again, 4 pi further"
+_on_sphere = partial(Field, FLOAT, units="|M|")
 GROUPS = {
     "orbits": {
         **_curves("orbits"),
-        "height": Field(FLOAT, ("orbits",), "|M|", "largest |M3| of each orbit"),
+        "height": _on_sphere(("orbits",), description="largest |M3| of each orbit"),
         "around": Field(WHOLE, ("orbits",), "1", "axis that the orbit encircles, 1 or 2"),
     },
     "separatrices": {
@@ -63,11 +59,11 @@ GROUPS = {
     },
     "centres": _curves("centres"),
     "sphere": {
-        "outline": Field(
-            FLOAT, (2, "outline"), "|M|", "the sphere's outline, to the right and upwards"
+        "outline": _on_sphere(
+            (2, "outline"), description="the sphere's outline, to the right and upwards"
         ),
-        "axis_feet": Field(FLOAT, (3, 3), "|M|", f"where the axes leave the sphere: {_TIPS}"),
-        "axis_tips": Field(FLOAT, (3, 3), "|M|", f"where the axes are drawn to: {_TIPS}"),
+        "axis_feet": _on_sphere((3, 3), description=f"where the axes leave the sphere: {_TIPS}"),
+        "axis_tips": _on_sphere((3, 3), description=f"where the axes are drawn to: {_TIPS}"),
     },
     "plane": {
         "window": Field(FLOAT, (2,), "rad", "theta1 from one separatrix 1 to the next"),

@@ -1,7 +1,4 @@
-"""Fig. 1: the Euler case on the sphere of M, hidden parts lighter, and in (theta1, J1/J2).
-
-In tables: energies of the orbits of Fig. 1, and how well the separatrices close.
-"""
+"""Fig. 1: the Euler case on the sphere of M, hidden parts lighter, and in (theta1, J1/J2)."""
 
 from __future__ import annotations
 
@@ -12,44 +9,33 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
+from rigidpend.experiments import plots
 from rigidpend.experiments.data import Data, Loaded
-from rigidpend.experiments.plots import BLUE, GREEN, PINK, RED, WIDTH, entry, separatrix_ticks
 from rigidpend.machine.wording import Column, Table
 from rigidpend.numbers.generic import Scalar
 
-HEIGHT = 3.3
-"""Height of the figure, inches."""
 SPHERE, PLANE = (0.02, 0.10, 0.43, 0.86), (0.515, 0.305, 0.432, 0.565)
 """Left, bottom, width and height of the panels, in parts of the figure."""
-ARROW = {"arrowstyle": "-|>", "shrinkA": 0, "shrinkB": 0}
-"""Arrows that end at their points."""
 
 
 class CurveLook(NamedTuple):
-    """Look of a kind of curve."""
+    """Look of a kind of curve: its line, and its colour where it is hidden."""
 
-    colour: str
+    line: dict[str, Any]
     pale: str
-    width: float
-    style: Any
-    label: str
 
-    @property
-    def line(self) -> dict[str, Any]:
-        """Arguments of `Axes.plot` for the curve."""
-        return {"color": self.colour, "lw": self.width, "ls": self.style}
+
+def _look(colour: str, pale: str, width: float, label: str, style: Any = "-") -> CurveLook:
+    return CurveLook({"color": colour, "lw": width, "ls": style, "label": label}, pale)
 
 
 ORBITS = {
-    1: CurveLook(PINK, "#EFD6E4", 0.9, "-", r"orbits around $\pm M_1$"),
-    2: CurveLook(GREEN, "#B3DDD0", 0.9, "-", r"orbits around $\pm M_2$"),
+    1: _look(plots.PINK, "#EFD6E4", 0.9, r"orbits around $\pm M_1$"),
+    2: _look(plots.GREEN, "#B3DDD0", 0.9, r"orbits around $\pm M_2$"),
 }
 """Looks of the orbits by the axis that they encircle."""
-RISING = CurveLook(BLUE, "#A3CBE3", 2.2, "-", "separatrices 2, 4 (up)")
-FALLING = CurveLook(RED, "#F1C09C", 1.8, (0, (4, 1)), "separatrices 1, 3 (down)")
-
-FLAT = ("projected", "visible", "theta1", "J1")
-"""Fields with a value at each point."""
+RISING = _look(plots.BLUE, "#A3CBE3", 2.2, "separatrices 2, 4 (up)")
+FALLING = _look(plots.RED, "#F1C09C", 1.8, "separatrices 1, 3 (down)", (0, (4, 1)))
 
 
 class Curve(NamedTuple):
@@ -58,45 +44,38 @@ class Curve(NamedTuple):
     number: int
     """Number of the separatrix; 0 for an orbit."""
     look: CurveLook
+    arrows: Any
+    """Indices of the points that bear an arrow."""
     projected: Any
     visible: Any
     theta1: Any
     J1: Any
-    arrows: Any
-    """Indices of the points that bear an arrow."""
-
-
-def _curves(group: Data, numbers: list[int], looks: list[CurveLook]) -> list[Curve]:
-    """Cut the curves of a group from its flat arrays."""
-    found = []
-    for (a, b), number, look in zip(pairwise(group["offsets"]), numbers, looks, strict=True):
-        flat = {field: group[field][..., a:b] for field in FLAT}
-        inside = (group["arrows"] >= a) & (group["arrows"] < b)
-        found.append(Curve(number, look, **flat, arrows=group["arrows"][inside] - a))
-    return found
 
 
 def all_curves(data: Data) -> list[Curve]:
-    """List every orbit, then the separatrices, which lie above."""
-    axes, numbers = data["orbits"]["around"].tolist(), data["separatrices"]["number"].tolist()
+    """Cut every orbit from the flat arrays, then the separatrices, which lie above."""
+    orbits, separatrices = data["orbits"], data["separatrices"]
     # Those on one circle look alike.
-    looks = [FALLING if i % 2 else RISING for i in numbers]
-    return [
-        *_curves(data["orbits"], [0] * len(axes), [ORBITS[i] for i in axes]),
-        *_curves(data["separatrices"], numbers, looks),
-    ]
+    looks = [(0, ORBITS[axis]) for axis in orbits["around"].tolist()]
+    numbered = [(i, FALLING if i % 2 else RISING) for i in separatrices["number"].tolist()]
+    found = []
+    for group, each in ((orbits, looks), (separatrices, numbered)):
+        for (a, b), (number, look) in zip(pairwise(group["offsets"]), each, strict=True):
+            flat = (group[field][..., a:b] for field in Curve._fields[3:])
+            arrows = group["arrows"][(group["arrows"] >= a) & (group["arrows"] < b)] - a
+            found.append(Curve(number, look, arrows, *flat))
+    return found
 
 
 def draw(result: Loaded) -> Figure:
     """Draw both phase portraits of a result."""
     data = result["data"]
-    figure = Figure(figsize=(WIDTH, HEIGHT))
+    figure = Figure(figsize=(plots.WIDTH, 3.3))
     _draw_sphere(figure.add_axes(SPHERE), data)
     _draw_plane(figure.add_axes(PLANE), data)
     for x, name in ((SPHERE[0], "a"), (PLANE[0], "b")):
         figure.text(x, 0.94, name, style="italic", fontsize=9)
-    looks = (RISING, FALLING, *ORBITS.values())
-    handles = [entry(look.label, **look.line) for look in looks]
+    handles = [plots.entry(**look.line) for look in (RISING, FALLING, *ORBITS.values())]
     figure.legend(handles=handles, loc="lower center", ncols=4, handlelength=2.2, columnspacing=1.4)
     return figure
 
@@ -109,7 +88,7 @@ def _draw_sphere(axes: Axes, data: Data) -> None:
         x, y, _ = curve.projected
         look, seen = curve.look, curve.visible
         # NaN breaks a line: each curve is drawn twice, its hidden parts paler and below.
-        axes.plot(np.where(seen, np.nan, x), y, color=look.pale, lw=0.7 * look.width)
+        axes.plot(np.where(seen, np.nan, x), y, color=look.pale, lw=0.7 * look.line["lw"])
         axes.plot(np.where(seen, x, np.nan), y, **look.line, zorder=4)
         _draw_arrows(axes, x, y, curve.arrows[seen[curve.arrows]], look)
         if curve.number:
@@ -124,7 +103,7 @@ def _name_separatrix(axes: Axes, curve: Curve) -> None:
     """Write the number at the middle of a separatrix, pale where that is hidden."""
     middle = len(curve.visible) // 2
     seen, (x, y, _) = curve.visible[middle], curve.projected[:, middle]
-    colour, order = (curve.look.colour, 5) if seen else (curve.look.pale, 2.5)
+    colour, order = (curve.look.line["color"], 5) if seen else (curve.look.pale, 2.5)
     ring = {"boxstyle": "circle,pad=0.1", "fc": "white", "lw": 0}
     text = axes.text(x, y, str(curve.number), color=colour, ha="center", va="center", zorder=order)
     text.set(weight="bold", bbox=ring)
@@ -141,9 +120,8 @@ def _draw_axes(axes: Axes, sphere: Any) -> None:
     """Draw the axes outside the sphere; those away from the viewer lie behind it."""
     for i in range(3):
         foot, tip = sphere["axis_feet"][:, i], sphere["axis_tips"][:2, i]
-        arrow: dict[str, Any] = {**ARROW, "lw": 0.9, "color": "black"}
-        note = axes.annotate("", tip, foot[:2], arrowprops=arrow, annotation_clip=False)
-        note.set_zorder(6 if foot[2] >= 0 else 0)
+        drawn = plots.arrow(axes, foot[:2], tip, lw=0.9, color="black", shrinkA=0, shrinkB=0)
+        drawn.set_zorder(6 if foot[2] >= 0 else 0)
         # The name stands on the far side of the tip, away from the arrow.
         side = ("left" if tip[0] > foot[0] else "right", "bottom" if tip[1] > foot[1] else "top")
         text = axes.text(tip[0], tip[1], f"$M_{i + 1}$", ha=side[0], va=side[1], fontsize=9)
@@ -160,7 +138,7 @@ def _draw_plane(axes: Axes, data: Data) -> None:
         _draw_segment(axes, x, numbered[int(number)])
     centres = data["centres"]
     axes.plot(centres["theta1"], centres["J1"], "o", ms=2.5, color="black")
-    separatrix_ticks(axes, plane["separatrix_theta1"], digits=3)
+    plots.separatrix_ticks(axes, plane["separatrix_theta1"], digits=3)
     axes.set_ylim(0, 1)
     axes.set_yticks([0, 0.5, 1])
     axes.set_ylabel(r"$J_1/J_2$", labelpad=1)
@@ -172,17 +150,17 @@ def _draw_segment(axes: Axes, theta1: float, curve: Curve) -> None:
     # The outer ones lie on the edges, which would cut off half of their width.
     axes.plot(x, curve.J1, **look.line, clip_on=False, zorder=4)
     _draw_arrows(axes, x, curve.J1, curve.arrows, look)
-    above: dict[str, Any] = {"xytext": (0, 3), "textcoords": "offset points", "ha": "center"}
-    axes.annotate(str(curve.number), (theta1, 1), **above, color=look.colour, weight="bold")
+    said: dict[str, Any] = {"ha": "center", "color": look.line["color"], "weight": "bold"}
+    plots.beside(axes, str(curve.number), (theta1, 1), 0, 3, **said)
 
 
 def _draw_arrows(axes: Axes, x: Scalar, y: Scalar, indices: Any, look: CurveLook) -> None:
     """Draw arrow heads that point from each marked point to the next."""
+    colour, size = look.line["color"], 6 + 3 * look.line["lw"]
+    head: dict[str, Any] = {"color": colour, "lw": 0, "mutation_scale": size}
     for i in indices:
-        head: dict[str, Any] = {**ARROW, "color": look.colour, "lw": 0}
-        head["mutation_scale"] = 6 + 3 * look.width
-        ends = (x[i + 1], y[i + 1]), (x[i], y[i])
-        axes.annotate("", *ends, arrowprops=head, annotation_clip=False, zorder=5)
+        ends = (x[i], y[i]), (x[i + 1], y[i + 1])
+        plots.arrow(axes, *ends, shrinkA=0, shrinkB=0, **head).set_zorder(5)
 
 
 CAPTION = (

@@ -1,7 +1,4 @@
-"""Increments of theta3 along the separatrices: full dynamics beside the first order.
-
-Here is the layout of a result: what it consists of, with unit and bound.
-"""
+"""Increments of theta3 along the separatrices: full dynamics beside the first order."""
 
 from __future__ import annotations
 

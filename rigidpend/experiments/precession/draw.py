@@ -1,7 +1,4 @@
-"""Increments of theta3 along the separatrices: the orders of (trieq), the remainders of (tri1).
-
-In tables: increments of theta3 beside the first order, and the powers of mu of what is left.
-"""
+"""Increments of theta3 along the separatrices: the orders of (trieq), the remainders of (tri1)."""
 
 from __future__ import annotations
 
@@ -13,34 +10,21 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
+from rigidpend.experiments import plots
 from rigidpend.experiments.data import Data, Loaded
-from rigidpend.experiments.plots import (
-    BLUE,
-    GREEN,
-    ORANGE,
-    PINK,
-    RED,
-    SEPARATRIX,
-    WIDTH,
-    axis_label,
-    entry,
-    title,
-)
 from rigidpend.experiments.shared import MU_OVER_H0
 from rigidpend.machine.wording import Column, Table
 
-HEIGHT = 5.4
-"""Height of the figure, inches."""
 MARKERS = "osD^"
 """Markers of the separatrices 1, 2, 3, 4."""
 BODIES: list[dict[str, Any]] = [
     {"color": colour, "ls": style, "marker": marker, "ms": 3.5, "mfc": "none", "lw": 1.0}
     for colour, style, marker in (
-        (BLUE, "-", "o"),
-        (ORANGE, (0, (5, 1)), "s"),
-        (RED, (0, (3, 1, 1, 1)), "^"),
-        (GREEN, (0, (1, 1)), "D"),
-        (PINK, (0, (6, 1, 1, 1, 1, 1)), "v"),
+        (plots.BLUE, "-", "o"),
+        (plots.ORANGE, (0, (5, 1)), "s"),
+        (plots.RED, (0, (3, 1, 1, 1)), "^"),
+        (plots.GREEN, (0, (1, 1)), "D"),
+        (plots.PINK, (0, (6, 1, 1, 1, 1, 1)), "v"),
         ("black", "-", "x"),
     )
 ]
@@ -59,7 +43,7 @@ REST = (
 def draw(result: Loaded) -> Figure:
     """Draw the increments of every body, and their remainders against mu."""
     data = result["data"]
-    figure = Figure(figsize=(WIDTH, HEIGHT))
+    figure = Figure(figsize=(plots.WIDTH, 5.4))
     figure.set_layout_engine("constrained", w_pad=0.05, h_pad=0.06, hspace=0.05)
     rows: Any = figure.subfigures(2, 1, height_ratios=(1.12, 1))
     above, below = rows
@@ -67,11 +51,11 @@ def draw(result: Loaded) -> Figure:
     panels = below.subplots(1, 3, sharey=True)
     for axes, letter, (field, separatrix, slope, text) in zip(panels, "bcd", REST, strict=True):
         _draw_remainder(axes, data, field, separatrix, slope)
-        title(axes, letter, text, size=8)
+        plots.title(axes, letter, text, size=8)
     panels[0].set_ylabel(r"$|\Delta\theta_3 -$ (tri1)$|$ (rad)")
     looks = zip(data["bodies"]["name"], cycle(BODIES), strict=False)
-    entries = [entry(f"{name})", **look) for name, look in looks]
-    entries.append(entry("guide", color="black", lw=0.7))
+    entries = [plots.entry(f"{name})", **look) for name, look in looks]
+    entries.append(plots.entry("guide", color="black", lw=0.7))
     figure.legend(handles=entries, loc="outside lower center", ncols=6, columnspacing=1.6)
     return figure
 
@@ -84,13 +68,12 @@ def _draw_orders(axes: Axes, data: Data) -> None:
     gained = bodies["gained"][:, drawn] / unit[:, None, None]
     for row in range(len(unit)):
         axes.hlines(first[row], row - 0.36, row + 0.36, color="0.75", lw=0.8, zorder=0)
-        for k, (colour, marker) in enumerate(zip(SEPARATRIX.values(), MARKERS, strict=True)):
+        for k, (colour, marker) in enumerate(zip(plots.SEPARATRIX.values(), MARKERS, strict=True)):
             x, y = row + 0.18 * (k - 1.5), first[row, k]
             axes.plot(x, y, marker=marker, **FIRST)
             axes.plot([x, x], gained[row, :, k], marker=marker, color=colour, **GAINED)
-            beside: Any = {"xytext": (0, 11 if y >= 0 else -11), "textcoords": "offset points"}
-            beside |= {"ha": "center", "va": "center", "weight": "bold", "fontsize": 8}
-            axes.annotate(str(k + 1), (x, y), color=colour, **beside)
+            look: Any = {"ha": "center", "va": "center", "weight": "bold", "fontsize": 8}
+            plots.beside(axes, str(k + 1), (x, y), 0, 11 if y >= 0 else -11, color=colour, **look)
         if row:
             axes.axvline(row - 0.5, color="0.85", lw=0.6)
     axes.axhline(0, color="0.4", lw=0.7, zorder=0)
@@ -102,13 +85,12 @@ def _draw_orders(axes: Axes, data: Data) -> None:
     axes.tick_params(axis="x", length=0)
     axes.set_ylabel(r"$\Delta\theta_3$ / $(\mu\pi\varkappa/h_0\sin\alpha_0)$")
     ratio = rf"$\mu/h_0 = {data['mu_over_h0'][drawn]:g}$"
-    title(axes, "a", f"increments along separatrices 1 to 4, {ratio}")
+    plots.title(axes, "a", f"increments along separatrices 1 to 4, {ratio}")
     handles = [
-        entry("(tri1), first order", marker="s", **FIRST),
-        entry("full dynamics, two orbits each", marker="s", color=BLUE, **GAINED),
+        plots.entry("(tri1), first order", marker="s", **FIRST),
+        plots.entry("full dynamics, two orbits each", marker="s", color=plots.BLUE, **GAINED),
     ]
-    above: Any = {"loc": "lower right", "bbox_to_anchor": (1.0, 0.99), "borderaxespad": 0.1}
-    axes.legend(handles=handles, ncols=2, fontsize=7.5, **above)
+    plots.legend_above(axes, handles, ncols=2)
 
 
 def _about(bodies: Data, row: int) -> str:
@@ -129,12 +111,8 @@ def _draw_remainder(axes: Axes, data: Data, field: str, separatrix: int, slope: 
     guide = 4 * values[:, -1].max() * (np.array([low, high]) / high) ** slope
     axes.plot([low, high], guide, color="black", lw=0.7)
     axes.text(0.06, 0.94, f"slope {slope}", transform=axes.transAxes, va="top")
-    _name_zeros(axes, bodies, separatrix)
-    axes.set_xlabel(axis_label(MU_OVER_H0))
-
-
-def _name_zeros(axes: Axes, bodies: Data, separatrix: int) -> None:
-    """Note at bodies without an increment that what is seen is rounding."""
+    axes.set_xlabel(plots.axis_label(MU_OVER_H0))
+    # Of bodies without an increment what is seen is rounding.
     gone = ~np.isfinite(bodies["slope"][:, separatrix])
     if gone.any():
         names = ", ".join(bodies["name"][gone])

@@ -1,7 +1,4 @@
-"""Binary route codes over initial phases: Fig. 4.
-
-Here is the layout of a result: what it consists of, with unit and bound.
-"""
+"""Binary route codes over initial phases: Fig. 4."""
 
 from __future__ import annotations
 

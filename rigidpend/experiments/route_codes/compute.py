@@ -6,13 +6,14 @@ import math
 import time
 from collections.abc import Callable, Sequence
 from functools import partial
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
-from rigidpend.experiments.contract import Means
+from rigidpend.experiments.contract import Means, Routes
 from rigidpend.experiments.data import Data, Tree, datasets
 from rigidpend.experiments.route_codes import LAYOUT, ROUTES
+from rigidpend.experiments.route_codes.schema import Config
 from rigidpend.machine import progress, workers
 from rigidpend.numbers.exact import Exact
 from rigidpend.numbers.expressions import NO_SYMBOL
@@ -22,11 +23,6 @@ from rigidpend.routes.costs import at_stake
 from rigidpend.routes.phases import Grid
 from rigidpend.routes.problem import passage_rotations
 from rigidpend.surfaces import melnikov
-
-if TYPE_CHECKING:
-    from rigidpend.experiments.contract import Routes
-    from rigidpend.experiments.route_codes.schema import Config
-
 
 BEGIN = 0.3
 """Seconds of a whole run besides its orbits."""
@@ -45,13 +41,7 @@ LONG = 200
 
 
 def compute(config: Config, means: Means) -> Tree:
-    """Compute every array of a config.
-
-    Returns
-    -------
-    Tree
-        A group for each array, with the fields of `RouteCodes` and the Melnikov zeros.
-    """
+    """Compute every array of a config."""
     problem = config.problem
     zeros = np.array(melnikov.zeros(problem.routes))
     groups: dict[str, Any] = {}

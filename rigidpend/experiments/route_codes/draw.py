@@ -1,7 +1,4 @@
-"""Arrays of Fig. 4: black cells are symbol 0, white ones 1, the bottom row is i = 1.
-
-In tables: the precision that decided symbols, and their agreement with Melnikov's sign.
-"""
+"""Arrays of Fig. 4: black cells are symbol 0, white ones 1, the bottom row is i = 1."""
 
 from __future__ import annotations
 
@@ -16,24 +13,10 @@ from matplotlib.figure import Figure
 from matplotlib.patches import Patch, Rectangle
 from numpy.typing import NDArray
 
-from rigidpend.experiments.data import Data, Loaded
-from rigidpend.experiments.plots import (
-    DOUBT,
-    NO_RETURN,
-    PROVEN,
-    WIDTH,
-    ZERO,
-    ZOOM,
-    axis_label,
-    column_edges,
-    draw_codes,
-    entry,
-    mark_doubt,
-    panel,
-    symbol_entries,
-)
+from rigidpend.experiments import plots
+from rigidpend.experiments.data import Loaded
 from rigidpend.experiments.shared import MEANING
-from rigidpend.machine.wording import Table
+from rigidpend.machine.wording import Column, Table
 from rigidpend.numbers.expressions import NO_SYMBOL
 
 LARGEST = 0.12
@@ -46,8 +29,6 @@ LEFT, RIGHT, BELOW, ABOVE, BETWEEN = 0.45, 0.12, 0.75, 0.25, 0.55
 """Margins around the arrays, and the space between two, inches."""
 ACROSS, APART, TALLEST = 6, 0.55, 100.0
 """Arrays side by side, at most; inches between bands of them, and of the highest array."""
-MAGNIFIED = "magnified part"
-"""Label of the legend's entry for frames, which results drawn together have not."""
 
 
 class Array(NamedTuple):
@@ -64,7 +45,7 @@ class Array(NamedTuple):
     @property
     def ends(self) -> tuple[float, float]:
         """The least and the largest phase of its columns' edges; phases may descend."""
-        first, last = sorted(map(float, column_edges(self.theta2_0)[[0, -1]]))
+        first, last = sorted(map(float, plots.column_edges(self.theta2_0)[[0, -1]]))
         return first, last
 
     @property
@@ -82,79 +63,63 @@ class Array(NamedTuple):
 
 def draw(result: Loaded) -> Figure:
     """Draw every array of a result, side by side as far as there is room, with square cells."""
-    arrays = [_read(name, group) for name, group in result["data"].items()]
+    arrays = _read(result)
     bands = [arrays[k : k + ACROSS] for k in range(0, len(arrays), ACROSS)]
-    cell = _cell(bands)
-    wide = max(NARROWEST, *(WIDTH - _room(band) + _columns(band) * cell for band in bands))
-    entries = _legend_entries(arrays)
-    across = min(len(entries), int(wide / ENTRY))
-    below = BELOW + ROW * (-(-len(entries) // across) - 1)
-    figure = _arranged(bands, cell, wide, below)
-    for axes, array in zip(figure.axes, arrays, strict=True):
-        _mark_zooms(axes, array, arrays)
-    figure.legend(
-        handles=entries,
-        loc="lower center",
-        ncols=across,
-        handlelength=1.0,
-        handleheight=1.0,
-        columnspacing=1.6,
-        borderaxespad=0.1,
-    )
+    zooms = [(whole, part) for whole in arrays for part in arrays if part.magnifies(whole)]
+    figure = _arranged(bands, magnified=bool(zooms))
+    panels = dict(zip((array.name for array in arrays), figure.axes, strict=True))
+    for whole, part in zooms:
+        (start, end), axes = part.ends, panels[whole.name]
+        frame = Rectangle((start, 0.5), end - start, len(whole.codes), fill=False)
+        frame.set(edgecolor=plots.ZOOM, linewidth=1.4, zorder=4)
+        axes.add_patch(frame)
+        panels[part.name].spines[:].set(color=plots.ZOOM, linewidth=1.4)
     return figure
 
 
 def draw_together(results: Sequence[tuple[str, Loaded]]) -> Figure:
     """Draw the arrays of several results, a row for each, in one figure."""
-    bands = [
-        [_read(name, group) for name, group in result["data"].items()][:ACROSS]
-        for _, result in results
-    ]
-    figure = _arranged(bands, _cell(bands), WIDTH, BELOW)
+    bands = [_read(result)[:ACROSS] for _, result in results]
+    figure = _arranged(bands)
     firsts = itertools.accumulate(map(len, bands), initial=0)
     for (label, _), band, first in zip(results, bands, firsts, strict=False):
         figure.axes[first].set_title(f"{band[0].name}, {label}", loc="left")
-    shown = [array for band in bands for array in band]
-    entries = [x for x in _legend_entries(shown) if x.get_label() != MAGNIFIED]
-    figure.legend(handles=entries, loc="lower center", ncols=min(len(entries), ACROSS))
     return figure
 
 
-def _arranged(bands: list[list[Array]], cell: float, wide: float, below: float) -> Figure:
-    """Arrays in rows, with cells of that size, above so much room for a legend; inches."""
+def _read(result: Loaded) -> list[Array]:
+    """The arrays of a result; of what a field has not, nothing is proven."""
+    return [
+        Array(name, *(group.get(x, np.zeros_like(group["certain"])) for x in Array._fields[1:]))
+        for name, group in result["data"].items()
+    ]
+
+
+def _arranged(bands: list[list[Array]], *, magnified: bool = False) -> Figure:
+    """Arrays in rows, with cells as large as there is room for, above a legend."""
+    rooms = [plots.WIDTH - LEFT - RIGHT - BETWEEN * (len(band) - 1) for band in bands]
+    columns = [sum(array.codes.shape[1] for array in band) for band in bands]
+    cell = min(LARGEST, *(room / n for room, n in zip(rooms, columns, strict=True)))
+    wides = (plots.WIDTH - room + n * cell for room, n in zip(rooms, columns, strict=True))
+    wide = max(NARROWEST, *wides)
     heights = [
         min(max(len(array.codes) for array in band) * max(cell, LOWEST), TALLEST) for band in bands
     ]
+    entries = _legend_entries([array for band in bands for array in band], magnified)
+    across = min(len(entries), int(wide / ENTRY))
+    below = BELOW + ROW * (-(-len(entries) // across) - 1)
     high = below + sum(heights) + len(bands) * (ABOVE + APART) - APART
     figure, bottom = Figure(figsize=(wide, high)), high
     for band, height in zip(bands, heights, strict=True):
         bottom, left = bottom - height - ABOVE, LEFT
         for array in band:
             width = array.codes.shape[1] * cell
-            _draw_array(panel(figure, left, bottom, width, height), array)
+            _draw_array(plots.panel(figure, left, bottom, width, height), array)
             left += width + BETWEEN
         bottom -= APART
+    look: Any = {"handlelength": 1.0, "handleheight": 1.0, "columnspacing": 1.6}
+    figure.legend(handles=entries, loc="lower center", ncols=across, borderaxespad=0.1, **look)
     return figure
-
-
-def _cell(bands: list[list[Array]]) -> float:
-    """The side of a cell by which all rows have room, inches."""
-    return min(LARGEST, *(_room(band) / _columns(band) for band in bands))
-
-
-def _columns(band: list[Array]) -> int:
-    return sum(array.codes.shape[1] for array in band)
-
-
-def _room(band: list[Array]) -> float:
-    """Inches for the cells of arrays side by side."""
-    return WIDTH - LEFT - RIGHT - BETWEEN * (len(band) - 1)
-
-
-def _read(name: str, group: Data) -> Array:
-    unproven = np.zeros_like(group["certain"])
-    fields = (group.get(field, unproven) for field in Array._fields[1:])
-    return Array(name, *map(np.asarray, fields))
 
 
 def _draw_array(axes: Axes, array: Array) -> None:
@@ -162,45 +127,35 @@ def _draw_array(axes: Axes, array: Array) -> None:
     line: dict[str, Any] = (
         {"edgecolors": "0.6", "linewidth": 0.25} if array.codes.size < 5000 else {}
     )
-    draw_codes(axes, column_edges(array.theta2_0), array.codes, **line)
-    mark_doubt(axes, array.theta2_0, array.certain)
+    plots.draw_codes(axes, plots.column_edges(array.theta2_0), array.codes, **line)
+    plots.mark_doubt(axes, array.theta2_0, array.certain)
     row, column = np.nonzero(array.proven)
     if row.size:
-        axes.plot(array.theta2_0[column], row + 1, "o", color=PROVEN, ms=0.9, mew=0)
+        axes.plot(array.theta2_0[column], row + 1, "o", color=plots.PROVEN, ms=0.9, mew=0)
     zeros, below = array.zeros_shown, axes.get_xaxis_transform()
     places = np.full(len(zeros), -0.05)
-    axes.plot(zeros, places, "^", color=ZERO, ms=4, transform=below, clip_on=False, zorder=5)
+    axes.plot(zeros, places, "^", color=plots.ZERO, ms=4, transform=below, clip_on=False, zorder=5)
     axes.tick_params(axis="x", pad=6)
-    axes.set_xlabel(axis_label(MEANING["theta2_0"]), labelpad=2)
+    axes.set_xlabel(plots.axis_label(MEANING["theta2_0"]), labelpad=2)
     axes.set_title(array.name, loc="left")
 
 
-def _mark_zooms(axes: Axes, array: Array, arrays: list[Array]) -> None:
-    """Frame what another array magnifies, and frame that array alike."""
-    for other in arrays:
-        if other.magnifies(array):
-            start, end = other.ends
-            frame = Rectangle((start, 0.5), end - start, len(array.codes), fill=False)
-            frame.set(edgecolor=ZOOM, linewidth=1.4, zorder=4)
-            axes.add_patch(frame)
-        if array.magnifies(other):
-            axes.spines[:].set(color=ZOOM, linewidth=1.4)
-
-
-def _legend_entries(arrays: list[Array]) -> list[Artist]:
+def _legend_entries(arrays: list[Array], magnified: bool) -> list[Artist]:
     """Entries of the legend: those of what the figure shows, and no more."""
-    entries: list[Artist] = [*symbol_entries()]
-    if any(array.zeros_shown for array in arrays):
-        entries.append(entry("zero of Melnikov's integral", color=ZERO, marker="^", ls="", ms=5))
-    if any(a.magnifies(b) for a in arrays for b in arrays):
-        entries.append(Patch(fill=False, edgecolor=ZOOM, lw=1.4, label=MAGNIFIED))
-    if any((array.codes == NO_SYMBOL).any() for array in arrays):
-        entries.append(Patch(facecolor=NO_RETURN, edgecolor="0.6", label="no return"))
-    if any(array.proven.any() for array in arrays):
-        entries.append(entry("proven symbol", color=PROVEN, marker="o", ls="", ms=2.5))
-    if not all(array.certain.all() for array in arrays):
-        entries.append(entry("uncertain", color=DOUBT, marker="x", ls=""))
-    return entries
+    zero = plots.entry("zero of Melnikov's integral", color=plots.ZERO, marker="^", ls="", ms=5)
+    no_return = Patch(facecolor=plots.NO_RETURN, edgecolor="0.6", label="no return")
+    proven = plots.entry("proven symbol", color=plots.PROVEN, marker="o", ls="", ms=2.5)
+    marks = [
+        (zero, any(array.zeros_shown for array in arrays)),
+        (Patch(fill=False, edgecolor=plots.ZOOM, lw=1.4, label="magnified part"), magnified),
+        (no_return, any((array.codes == NO_SYMBOL).any() for array in arrays)),
+        (proven, any(array.proven.any() for array in arrays)),
+        (
+            plots.entry("uncertain", color=plots.DOUBT, marker="x", ls=""),
+            not all(array.certain.all() for array in arrays),
+        ),
+    ]
+    return [*plots.symbol_entries(), *(mark for mark, shown in marks if shown)]
 
 
 CAPTION = (
@@ -213,15 +168,20 @@ CAPTION = (
 
 def tables(result: Loaded) -> list[Table]:
     """Table of counts by precision, and of the first symbol against Melnikov's zeros."""
-    arrays = result["data"].items()
-    header = ("array", "columns", "symbols", "certain", "decided in", "Melnikov zeros")
-    return [Table("Symbols and what decided them", header, [_row(*pair) for pair in arrays])]
+    names, arrays = list(result["data"]), list(result["data"].values())
+    columns = [
+        Column("array", names),
+        Column("columns", [array["codes"].shape[1] for array in arrays]),
+        Column("symbols", [array["codes"].size for array in arrays]),
+        Column("certain", [np.count_nonzero(array["certain"]) for array in arrays]),
+        Column("decided in", [_decided(array["bits"]) for array in arrays]),
+        Column(
+            "Melnikov zeros", [", ".join(f"{x:.6f}" for x in a["melnikov_zeros"]) for a in arrays]
+        ),
+    ]
+    return [Table.of("Symbols and what decided them", columns)]
 
 
-def _row(name: str, array: Data) -> tuple[str, ...]:
-    bits, counts = np.unique(array["bits"], return_counts=True)
-    decided = ", ".join(f"{n} in {b} bits" for b, n in zip(bits, counts, strict=True))
-    zeros = ", ".join(f"{x:.6f}" for x in array["melnikov_zeros"])
-    codes = array["codes"]
-    certain = int(np.count_nonzero(array["certain"]))
-    return name, str(codes.shape[1]), str(codes.size), str(certain), decided, zeros
+def _decided(bits: NDArray[np.int64]) -> str:
+    counts = zip(*np.unique(bits, return_counts=True), strict=True)
+    return ", ".join(f"{count} in {bits} bits" for bits, count in counts)

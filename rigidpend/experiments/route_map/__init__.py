@@ -1,7 +1,4 @@
-"""Route codes over a plane of two parameters.
-
-Here is the layout of a result: what it consists of, with unit and bound.
-"""
+"""Route codes over a plane of two parameters."""
 
 from __future__ import annotations
 

@@ -8,22 +8,20 @@ integration, whichever is faster for so many cells; where both do, every cell is
 from __future__ import annotations
 
 from collections.abc import Iterator
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
+from rigidpend.config.bodies import Axis
 from rigidpend.experiments.contract import Means, Piece
 from rigidpend.experiments.data import Coming, Streamed, Tree, datasets
 from rigidpend.experiments.route_map import LAYOUT, OF_COLUMNS, PLANE
+from rigidpend.experiments.route_map.schema import Config, Problem
 from rigidpend.machine.progress import PartDone
 from rigidpend.numbers.generic import Array
 from rigidpend.orbits.integrate.arithmetic import Arithmetic
 from rigidpend.routes import choice
 from rigidpend.routes.cells import Cells, cell_problem, cells_of_each, cells_of_starts
-
-if TYPE_CHECKING:
-    from rigidpend.config.bodies import Axis
-    from rigidpend.experiments.route_map.schema import Config, Problem
 
 PIECES = True
 """All work goes through pieces, which a cluster can compute."""
@@ -44,13 +42,7 @@ The first two are spent before it is integrated, most of them on its numbers in 
 
 
 def compute(config: Config, means: Means) -> Tree:
-    """Compute the plane of a config and its zooms.
-
-    Returns
-    -------
-    Tree
-        The fields of the plane, what its axes are, and a group for each zoom.
-    """
+    """Compute the plane of a config and its zooms."""
     problem = config.problem
     planes = {name: _plane(name, axes, problem, means) for name, axes in problem.planes.items()}
     zooms = {name: plane for name, plane in planes.items() if name}

@@ -1,10 +1,8 @@
-"""Planes of route codes: the word as colour, the changes of its first symbols as lines.
-
-In tables: cells of a plane of route codes: how many are established, and by what.
-"""
+"""Planes of route codes: the word as colour, the changes of its first symbols as lines."""
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
 from typing import Any
 
@@ -15,24 +13,13 @@ from matplotlib.figure import Figure
 from matplotlib.patches import Patch, Rectangle
 from numpy.typing import NDArray
 
+from rigidpend.experiments import plots
 from rigidpend.experiments.data import Data, Loaded
-from rigidpend.experiments.plots import (
-    DOUBT,
-    LINES,
-    WIDTH,
-    ZOOM,
-    axis_label,
-    cell_ends,
-    draw_cells,
-    draw_changes,
-    entry,
-    panel,
-)
 from rigidpend.experiments.shared import MEANING
-from rigidpend.machine.wording import Table
+from rigidpend.machine.wording import Column, Table
 
 NAMES = {
-    "theta2_0": axis_label(MEANING["theta2_0"]),
+    "theta2_0": plots.axis_label(MEANING["theta2_0"]),
     "log10_J1_0": r"$\log_{10} J_1^0$",
     "mu": r"$\mu$",
     "h0": r"$h_0$",
@@ -52,38 +39,29 @@ ACROSS = 3
 def draw(result: Loaded) -> Figure:
     """Draw the plane of a result, and its zooms below."""
     data = result["data"]
-    zooms = dict(data.get("zooms", {}))
-    bands = -(-len(zooms) // ACROSS)
+    zooms = data.get("zooms", {})
+    columns, bands = min(ACROSS, max(1, len(zooms))), -(-len(zooms) // ACROSS)
     # One alone is as large as the plane, with which it is compared.
     small = TALL if len(zooms) == 1 else SMALL
     high = ABOVE + TALL + bands * (small + GAP) + BELOW
-    figure = Figure(figsize=(WIDTH, high))
+    figure = Figure(figsize=(plots.WIDTH, high))
     # A label at the end of an axis of small numbers is wide.
-    right = 0.12 if "x_axis" not in data else 0.3
-    wide = WIDTH - LEFT - right
-    whole = panel(figure, LEFT, high - ABOVE - TALL, wide, TALL)
+    wide = plots.WIDTH - LEFT - (0.12 if "x_axis" not in data else 0.3)
+    whole = plots.panel(figure, LEFT, high - ABOVE - TALL, wide, TALL)
     _draw_plane(whole, data, data)
-    columns = min(ACROSS, max(1, len(zooms)))
     each = (wide - (columns - 1) * GAP) / columns
-    before = {"": whole}
     for k, (name, zoom) in enumerate(zooms.items()):
         left = LEFT + (k % ACROSS) * (each + GAP)
         bottom = high - ABOVE - TALL - (k // ACROSS + 1) * (small + GAP)
-        axes = panel(figure, left, bottom, each, small, label=name)
+        before = list(figure.axes)
+        axes = plots.panel(figure, left, bottom, each, small, label=name)
         _draw_plane(axes, zoom, data)
-        axes.spines[:].set(color=ZOOM, linewidth=1.2)
-        times = np.ptp(np.asarray(data["y"])) / np.ptp(np.asarray(zoom["y"]))
+        axes.spines[:].set(color=plots.ZOOM, linewidth=1.2)
+        times = np.ptp(data["y"]) / np.ptp(zoom["y"])
         axes.set_title(f"{name}: {times:.3g} times higher", loc="left", fontsize=8, pad=3)
         _frame(before, zoom, name)
-        before[name] = axes
-    figure.legend(
-        handles=_entries(data, zooms),
-        loc="lower center",
-        ncols=3,
-        fontsize=7.5,
-        borderaxespad=0.2,
-        columnspacing=1.4,
-    )
+    look: Any = {"fontsize": 7.5, "borderaxespad": 0.2, "columnspacing": 1.4}
+    figure.legend(handles=_entries(data, zooms), loc="lower center", ncols=3, **look)
     return figure
 
 
@@ -102,19 +80,19 @@ def words(codes: NDArray[np.uint8]) -> NDArray[np.float64]:
 
 
 def _draw_plane(axes: Axes, plane: Data, data: Data) -> None:
-    x, y = np.asarray(plane["x"]), np.asarray(plane["y"])
-    codes, extent = np.asarray(plane["codes"]), (*cell_ends(x), *cell_ends(y))
-    draw_cells(axes, x, y, words(codes), cmap=SHADES, vmin=0, vmax=1)
-    draw_changes(axes, x, y, codes)
-    row, column = np.nonzero(np.asarray(plane["certain"]) < len(codes))
+    x, y, codes = plane["x"], plane["y"], plane["codes"]
+    extent = *plots.cell_ends(x), *plots.cell_ends(y)
+    plots.draw_cells(axes, x, y, words(codes), cmap=SHADES, vmin=0, vmax=1)
+    plots.draw_changes(axes, x, y, codes)
+    row, column = np.nonzero(plane["certain"] < len(codes))
     if row.size:
-        axes.plot(x[column], y[row], ",", color=DOUBT, label="uncertain", rasterized=True)
+        axes.plot(x[column], y[row], ",", color=plots.DOUBT, label="uncertain", rasterized=True)
     _mark(axes.axhline, float(data["marked"]), extent[2:])
     if "marked_x" in data:
         _mark(axes.axvline, float(data["marked_x"]), extent[:2])
     axes.set(xlim=extent[:2], ylim=extent[2:])
     axes.set_xlabel(NAMES[str(data.get("x_axis", "theta2_0"))], labelpad=2)
-    if axes.get_position().x0 * WIDTH < 1.01 * LEFT:
+    if axes.get_position().x0 * plots.WIDTH < 1.01 * LEFT:
         axes.set_ylabel(NAMES[str(data["y_axis"])], labelpad=3)
     wide = axes.get_position().width > 0.5
     axes.tick_params(labelsize=8 if wide else 6.5, pad=2)
@@ -129,12 +107,12 @@ def _mark(line: Callable[..., Any], value: float, ends: tuple[float, ...]) -> No
     """Mark a value of an axis by a line, if it is between the ends."""
     if ends[0] <= value <= ends[1]:
         line(value, color="white", lw=1.6)
-        line(value, color=ZOOM, lw=0.8, ls=(0, (5, 3)), label="marked")
+        line(value, color=plots.ZOOM, lw=0.8, ls=(0, (5, 3)), label="marked")
 
 
-def _frame(before: dict[str, Axes], zoom: Data, name: str) -> None:
+def _frame(before: list[Axes], zoom: Data, name: str) -> None:
     """Frame a zoom in the smallest plane drawn so far that holds it."""
-    (left, right), (low, top) = (cell_ends(np.asarray(zoom[key])) for key in ("x", "y"))
+    (left, right), (low, top) = (plots.cell_ends(zoom[key]) for key in ("x", "y"))
 
     def holds(axes: Axes) -> bool:
         (x0, x1), (y0, y1) = axes.get_xlim(), axes.get_ylim()
@@ -142,13 +120,10 @@ def _frame(before: dict[str, Axes], zoom: Data, name: str) -> None:
         a, b = 1e-9 * (x1 - x0), 1e-9 * (y1 - y0)
         return x0 - a <= left and right <= x1 + a and y0 - b <= low and top <= y1 + b
 
-    around = [axes for axes in before.values() if holds(axes)]
-    if around:
-        axes = min(around, key=lambda axes: float(np.ptp(axes.get_xlim())))
-        size = right - left, top - low
-        frame = Rectangle((left, low), *size, fill=False, edgecolor=ZOOM, linewidth=1.2)
-        frame.set_label(name)
-        axes.add_patch(frame)
+    around = sorted(filter(holds, before), key=lambda axes: float(np.ptp(axes.get_xlim())))
+    for axes in around[:1]:
+        look: Any = {"fill": False, "edgecolor": plots.ZOOM, "linewidth": 1.2}
+        axes.add_patch(Rectangle((left, low), right - left, top - low, label=name, **look))
 
 
 def _entries(data: Data, zooms: Data) -> list[Any]:
@@ -156,17 +131,17 @@ def _entries(data: Data, zooms: Data) -> list[Any]:
     own = [f"{NAMES[str(data['y_axis'])]} = {float(data['marked']):g}"]
     if "marked_x" in data:
         own.append(f"{NAMES[str(data['x_axis'])]} = {float(data['marked_x']):g}")
+    (width, grey), *_ = plots.LINES
     entries: list[Any] = [
         Patch(facecolor=SHADES(0.12), label=r"$z_1 = 0$; shades: later symbols"),
         Patch(facecolor=SHADES(0.85), label=r"$z_1 = 1$; shades: later symbols"),
-        entry("changes of symbols 1, 2, 3", color=LINES[0][1], lw=LINES[0][0]),
-        entry(", ".join(own), color=ZOOM, lw=0.8, ls=(0, (5, 3))),
+        plots.entry("changes of symbols 1, 2, 3", color=grey, lw=width),
+        plots.entry(", ".join(own), color=plots.ZOOM, lw=0.8, ls=(0, (5, 3))),
     ]
     if zooms:
-        entries.append(Patch(fill=False, edgecolor=ZOOM, lw=1.2, label="magnified part"))
-    planes = [data, *zooms.values()]
-    if any((np.asarray(plane["certain"]) < len(plane["codes"])).any() for plane in planes):
-        entries.append(entry("uncertain", color=DOUBT, marker=".", ls=""))
+        entries.append(Patch(fill=False, edgecolor=plots.ZOOM, lw=1.2, label="magnified part"))
+    if any((plane["certain"] < len(plane["codes"])).any() for plane in (data, *zooms.values())):
+        entries.append(plots.entry("uncertain", color=plots.DOUBT, marker=".", ls=""))
     return entries
 
 
@@ -182,18 +157,15 @@ def tables(result: Loaded) -> list[Table]:
     """Table of the plane and of its zooms."""
     data = result["data"]
     planes = {"whole": data, **data.get("zooms", {})}
-    header = ("plane", "columns", "rows", "symbols", "certain", "cells by return maps")
-    axis, nu = str(data["y_axis"]), float(data["nu"])
-    across = f"Across: {data['x_axis']}. " if "x_axis" in data else ""
-    note = (
-        f"{across}Upwards: {axis}. nu = {nu:.6f}: a zoom repeats after {np.exp(np.pi**2 / nu):.6g}."
-    )
-    return [Table("Planes", header, [_row(*pair) for pair in planes.items()], note)]
-
-
-def _row(name: str, plane: Data) -> tuple[str, ...]:
-    symbols, rows, columns = plane["codes"].shape
-    certain = int(plane["certain"].sum())
-    by_map = int(np.count_nonzero(plane["by_map"]))
-    sizes = map(str, (columns, rows, symbols * rows * columns, certain, by_map))
-    return (name, *sizes)
+    shapes = [plane["codes"].shape for plane in planes.values()]
+    across, nu = f"Across: {data['x_axis']}. " if "x_axis" in data else "", float(data["nu"])
+    repeats = f"nu = {nu:.6f}: a zoom repeats after {np.exp(np.pi**2 / nu):.6g}."
+    columns = [
+        Column("plane", planes),
+        Column("columns", [columns for _, _, columns in shapes]),
+        Column("rows", [rows for _, rows, _ in shapes]),
+        Column("symbols", map(math.prod, shapes)),
+        Column("certain", [int(plane["certain"].sum()) for plane in planes.values()]),
+        Column("cells by return maps", [plane["by_map"].sum() for plane in planes.values()]),
+    ]
+    return [Table.of("Planes", columns, f"{across}Upwards: {data['y_axis']}. {repeats}")]

@@ -1,7 +1,4 @@
-"""Magnifications of Fig. 4 about a change of a symbol.
-
-Here is the layout of a result: what it consists of, with unit and bound.
-"""
+"""Magnifications of Fig. 4 about a change of a symbol."""
 
 from __future__ import annotations
 

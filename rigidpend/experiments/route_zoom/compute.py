@@ -12,40 +12,30 @@ import dataclasses
 import math
 from collections.abc import Callable, Sequence
 from functools import partial
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
 from rigidpend.config.description import Row
-from rigidpend.experiments.contract import Means
-from rigidpend.experiments.data import Data, Dataset, Tree, datasets
+from rigidpend.experiments.contract import Means, Routes
+from rigidpend.experiments.data import TEXT, Data, Field, Tree, datasets
 from rigidpend.experiments.route_zoom import LAYOUT, LEVEL
+from rigidpend.experiments.route_zoom.schema import Config, Problem
 from rigidpend.machine.progress import PartDone
 from rigidpend.numbers.exact import Exact, exact, exacts
 from rigidpend.routes.change import Bracket, NoChange, check_change, narrowed
 from rigidpend.routes.neighbourhood import Neighbourhood
 from rigidpend.routes.phases import Grid
 
-if TYPE_CHECKING:
-    from rigidpend.experiments.contract import Routes
-    from rigidpend.experiments.route_zoom.schema import Config, Problem
-
-
 FINER = 2.0**-20
 """Width to which a level's change is found, as a share of its step, so that levels compare."""
+ENDS = Field(TEXT, (), "rad", "theta2_0 beside the change, exact")
 AT_LEAST, COLUMNS = 0.02, 25
 """Seconds that a level takes for each symbol, and the columns that double them."""
 
 
 def compute(config: Config, means: Means) -> Tree:
-    """Compute every level of a config.
-
-    Returns
-    -------
-    Tree
-        A group for each level, with the fields of `RouteCodes` but for phases beyond doubles,
-        which are exact texts.
-    """
+    """Compute every level of a config, with phases as exact texts, for they are beyond doubles."""
     problem, steps = config.problem, _steps(config.problem)
     finest = float(steps[-1])
     found: Any = means.part("centres", partial(_centres, problem, steps, means))
@@ -96,13 +86,9 @@ def _centres(problem: Problem, steps: Sequence[Exact], means: Means) -> Tree:
         lambda width: means.report(f"the change is known to {width:.0e} rad"),
     )
     chosen = [next(b for b in path if b.width <= float(step) * FINER) for step in steps]
-    return {f"bracket{k:02d}": _texts(b) for k, b in enumerate([*chosen, path[-1]])}
-
-
-def _texts(bracket: Bracket) -> Tree:
     return {
-        "low": Dataset(bracket.low.text, "rad", "theta2_0 below the change"),
-        "high": Dataset(bracket.high.text, "rad", "theta2_0 above the change"),
+        f"bracket{k:02d}": {name: ENDS.dataset(end.text) for name, end in b._asdict().items()}
+        for k, b in enumerate([*chosen, path[-1]])
     }
 
 

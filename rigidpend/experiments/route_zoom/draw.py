@@ -1,12 +1,8 @@
-"""Zooms into the arrays of Fig. 4, side by side; what is new in each is in colour.
-
-In tables: levels of a zoom: spacing, symbols, and the precision that decided them.
-"""
+"""Zooms into the arrays of Fig. 4, side by side; what is new in each is in colour."""
 
 from __future__ import annotations
 
 import math
-from decimal import Decimal
 from fractions import Fraction
 from itertools import pairwise
 
@@ -15,29 +11,20 @@ from matplotlib.axes import Axes
 from matplotlib.colors import BoundaryNorm, ListedColormap
 from matplotlib.figure import Figure
 from matplotlib.patches import Patch
-from numpy.typing import NDArray
 
+from rigidpend.experiments import plots
 from rigidpend.experiments.data import Data, Loaded
-from rigidpend.experiments.plots import (
-    NO_RETURN,
-    WIDTH,
-    ZOOM,
-    column_edges,
-    draw_codes,
-    mark_doubt,
-    symbol_entries,
-)
-from rigidpend.machine.wording import Table
+from rigidpend.machine.wording import Column, Table
 from rigidpend.numbers.expressions import NO_SYMBOL
 
 NEW = ("#A04000", "#FFD0A0")
 """Colours of symbols 0 and 1 that differ from those of the array before."""
-CELLS = ListedColormap(["black", "white", *NEW, NO_RETURN])
+CELLS = ListedColormap(["black", "white", *NEW, plots.NO_RETURN])
 NORM = BoundaryNorm([-0.5, 0.5, 1.5, 2.5, 3.5, NO_SYMBOL + 0.5], 5)
 ACROSS = 3
 """Number of levels side by side."""
-HIGH, TOP, BOTTOM, LEFT, GAP = 0.95, 0.3, 0.95, 0.4, 0.42
-"""Height of an array, margins, and the space between rows, inches."""
+ROW, AROUND = 1.36, 0.8
+"""Height of a row of arrays, and room below all of them, inches."""
 
 
 def draw(result: Loaded) -> Figure:
@@ -45,27 +32,18 @@ def draw(result: Loaded) -> Figure:
     data = result["data"]
     levels = list(data["levels"].values())
     rows = -(-len(levels) // ACROSS)
-    high = TOP + rows * (HIGH + GAP) + BOTTOM - GAP
-    figure = Figure(figsize=(WIDTH, high))
+    figure = Figure(figsize=(plots.WIDTH, rows * ROW + AROUND), layout="constrained")
     grid = figure.subplots(rows, ACROSS, squeeze=False, sharey=True)
-    figure.subplots_adjust(
-        left=LEFT / WIDTH,
-        right=0.985,
-        top=1 - TOP / high,
-        bottom=BOTTOM / high,
-        hspace=GAP / HIGH,
-        wspace=0.08,
-    )
-    _draw_level(grid.flat[0], levels[0], levels[0], int(data["symbol"]))
-    for axes, (before, level) in zip(grid.flat[1:], pairwise(levels), strict=False):
+    for axes, before, level in zip(grid.flat, [levels[0], *levels], levels, strict=False):
         _draw_level(axes, level, before, int(data["symbol"]))
-        text = f"{100 * share(before, level):.0f} % as before"
-        axes.set_title(text, fontsize=8, pad=3, loc="right")
+        if level is not before:
+            text = f"{100 * share(before, level):.0f} % as before"
+            axes.set_title(text, fontsize=8, pad=3, loc="right")
     for axes in grid[:, 1:].flat:
         axes.set_ylabel("")
     for axes in grid.flat[len(levels) :]:
         axes.set_axis_off()
-    _explain(figure, data, high)
+    _explain(figure, data)
     return figure
 
 
@@ -74,10 +52,10 @@ def _draw_level(axes: Axes, level: Data, before: Data, symbol: int) -> None:
     step, codes = float(level["step"]), level["codes"]
     # Phases themselves are beyond doubles, of which neighbours would be the same.
     columns = level["offset"] / step
-    cells = codes + 2 * (~same(before, level) & (codes != NO_SYMBOL))
-    draw_codes(axes, column_edges(columns), cells, CELLS, NORM)
-    mark_doubt(axes, columns, level["certain"], 2.5)
-    axes.axhline(symbol + 0.5, color=ZOOM, lw=0.8)
+    cells = codes + 2 * ((codes != before["codes"]) & (codes != NO_SYMBOL))
+    plots.draw_codes(axes, plots.column_edges(columns), cells, CELLS, NORM)
+    plots.mark_doubt(axes, columns, level["certain"], 2.5)
+    axes.axhline(symbol + 0.5, color=plots.ZOOM, lw=0.8)
     axes.set_title(rf"step {_power(step)} rad", fontsize=8, pad=3, loc="left")
     axes.tick_params(labelsize=7, pad=2)
 
@@ -87,21 +65,22 @@ def _power(step: float) -> str:
     return rf"${mantissa}\cdot 10^{{{int(exponent)}}}$"
 
 
-def _explain(figure: Figure, data: Data, high: float) -> None:
+def _explain(figure: Figure, data: Data) -> None:
     """Write below the arrays: axis, legend, and by how much the rows repeat."""
-    label = r"columns: $\theta_2^0$ less that of the centre, in steps"
-    figure.text(0.5, (BOTTOM - 0.3) / high, label, ha="center", va="top", fontsize=8)
     text = (
+        "columns: $\\theta_2^0$ less that of the centre, in steps\n"
         f"Rows repeat after a zoom by exp(π²/ν) = {float(data['repeats_after']):.4f}. "
         f"Columns are differences from one orbit in {int(data['reference_bits'])} bits."
     )
-    figure.text(0.5, (BOTTOM - 0.48) / high, text, ha="center", va="top", fontsize=7.5)
     entries = [
-        *symbol_entries(r"$z_i = 0$", r"$z_i = 1$"),
+        *plots.symbol_entries(r"$z_i = 0$", r"$z_i = 1$"),
         *(Patch(facecolor=NEW[k], label=f"{k}, other than in the array before") for k in (0, 1)),
-        Patch(facecolor="none", edgecolor=ZOOM, label=f"above symbol {int(data['symbol'])}"),
+        Patch(facecolor="none", edgecolor=plots.ZOOM, label=f"above symbol {int(data['symbol'])}"),
     ]
-    figure.legend(handles=entries, loc="lower center", ncols=5, fontsize=7.5, borderaxespad=0.1)
+    legend = figure.legend(
+        handles=entries, loc="outside lower center", ncols=5, title=text, fontsize=7.5
+    )
+    legend.get_title().set(fontsize=7.5, ha="center", linespacing=1.5)
 
 
 CAPTION = (
@@ -114,31 +93,29 @@ CAPTION = (
 )
 
 
-def same(before: Data, level: Data) -> NDArray[np.bool_]:
-    """Compare the symbols of a level with the level before, step by step from the centre."""
-    return np.asarray(before["codes"] == level["codes"])
-
-
 def share(before: Data, level: Data) -> float:
-    """The share of symbols that a level repeats."""
-    return float(same(before, level).mean())
+    """The share of symbols that a level repeats, step by step from the centre."""
+    return float((before["codes"] == level["codes"]).mean())
 
 
 def tables(result: Loaded) -> list[Table]:
     """Table of the levels, with the phase at their centre in the note."""
     data = result["data"]
     levels = list(data["levels"].values())
-    symbol, repeats = int(data["symbol"]), float(data["repeats_after"])
     return [
-        Table(
-            f"Levels around the phase at which symbol {symbol} changes",
-            ("level", "spacing (rad)", "columns", "symbols", "certain", "as before", "bits"),
+        Table.of(
+            f"Levels around the phase at which symbol {int(data['symbol'])} changes",
             [
-                _row(k, level, f"{100 * share(before, level):.1f} %" if k else "")
-                for k, (before, level) in enumerate(zip([levels[0], *levels], levels, strict=False))
+                Column("level", range(len(levels))),
+                Column("spacing (rad)", [level["step"] for level in levels], ".3g"),
+                Column("columns", [level["codes"].shape[1] for level in levels]),
+                Column("symbols", [level["codes"].size for level in levels]),
+                Column("certain", [np.count_nonzero(level["certain"]) for level in levels]),
+                Column("as before", ["", *(f"{100 * share(*x):.1f} %" for x in pairwise(levels))]),
+                Column("bits", [", ".join(map(str, np.unique(x["bits"]))) for x in levels]),
             ],
             f"theta2_0 = {decimals_of(levels[-1])} rad at the last centre, rounded; rows repeat"
-            f" after a zoom of {repeats:.6f}.",
+            f" after a zoom of {float(data['repeats_after']):.6f}.",
         )
     ]
 
@@ -146,13 +123,4 @@ def tables(result: Loaded) -> list[Table]:
 def decimals_of(level: Data) -> str:
     """The centre of a level, rounded to a hundredth of its step or finer."""
     digits = max(2, 3 - math.floor(math.log10(float(level["step"]))))
-    nearest = round(Fraction(level["centre"]) * 10**digits)
-    return f"{Decimal(f'{nearest}e-{digits}'):f}"
-
-
-def _row(k: int, level: Data, repeated: str) -> tuple[str, ...]:
-    bits = np.unique(level["bits"])
-    certain = int(np.count_nonzero(level["certain"]))
-    size = level["codes"].size
-    numbers = (str(level["codes"].shape[1]), str(size), str(certain))
-    return str(k), f"{float(level['step']):.3g}", *numbers, repeated, ", ".join(map(str, bits))
+    return plots.decimals(Fraction(level["centre"]), digits)

@@ -1,7 +1,4 @@
-"""Splitting of the asymptotic surfaces: full dynamics beside Melnikov's integral.
-
-Here is the layout of a result: what it consists of, with unit and bound.
-"""
+"""Splitting of the asymptotic surfaces: full dynamics beside Melnikov's integral."""
 
 from __future__ import annotations
 
@@ -39,8 +36,7 @@ def _error(stored: Data, fresh: Data) -> Any:
 
 def _of_sum(stored: Data) -> Any:
     """Allowed difference of a sum of all harmonics."""
-    harmonics = stored["excess"].shape[-1]
-    return harmonics * MARGIN * _error(stored, stored)
+    return stored["excess"].shape[-1] * MARGIN * _error(stored, stored)
 
 
 @bound
@@ -65,49 +61,40 @@ _REDUCED = bound(lambda name, stored, fresh: MARGIN * _error(stored, fresh) + RE
 _EXCESS = bound(lambda name, stored, fresh: MARGIN * _error(stored, fresh)[..., None])
 _SUM = bound(lambda name, stored, fresh: _of_sum(stored))
 
-
-_body, _each = (partial(Field, FLOAT, dimensions) for dimensions in (("bodies",), EACH))
+_body = partial(Field, FLOAT, ("bodies",))
+_fitted = partial(_body, "1", gaps=True, within=_slope)
+_each = partial(Field, FLOAT, EACH, gaps=True)
+_closed = relative(RELATIVE)
 
 BODIES = {
     "alpha0": _body("rad", "(bodies,): angle of each body"),
     "beta0": _body("rad", "(bodies,): angle of the centre of gravity"),
-    "nu": _body("1", "(bodies,): pi kappa/sin(alpha0)", within=relative(RELATIVE)),
-    "slope_amplitude": _body(
-        "1",
-        "(bodies,): of |excess[0]| in mu, both logarithmic, mu <= 0.01 h0",
-        gaps=True,
-        within=_slope,
-    ),
-    "slope_curve": _body(
-        "1", "(bodies,): of curve_excess in mu, as well", gaps=True, within=_slope
-    ),
-    "amplitude": _each(
+    "nu": _body("1", "(bodies,): pi kappa/sin(alpha0)", within=_closed),
+    "slope_amplitude": _fitted("(bodies,): of |excess[0]| in mu, both logarithmic, mu <= 0.01 h0"),
+    "slope_curve": _fitted("(bodies,): of curve_excess in mu, as well"),
+    "amplitude": Field(
+        FLOAT,
+        EACH,
         "rad",
         "(bodies, mu): Melnikov's amplitude of the distance in theta1",
-        within=relative(RELATIVE),
+        within=_closed,
     ),
     "largest": _each(
-        "rad",
-        "(bodies, mu): largest distance in theta1 over all phases",
-        gaps=True,
-        within=_largest,
+        "rad", "(bodies, mu): largest distance in theta1 over all phases", within=_largest
     ),
     "reduced": _each(
         "1",
         "(bodies, mu): cos g part of the distance over what Melnikov's would be at nu = 0",
-        gaps=True,
         within=_REDUCED,
     ),
     "curve_excess": _each(
         "1",
         "(bodies, mu): largest |distance - Melnikov's| over all phases, in Melnikov's amplitude",
-        gaps=True,
         within=_SUM,
     ),
     "error": _each(
         "1",
         "(bodies, mu): what is uncertain of `excess`, from two computations",
-        gaps=True,
         within=stated(_error),
     ),
     "resolved": Field(FLAG, EACH, "1", "(bodies, mu): whether the error is small beside (mu/h0)^2"),
@@ -125,12 +112,11 @@ BODIES = {
         within=_EXCESS,
     ),
 }
+_phases, _line = (partial(Field, FLOAT, (name,)) for name in ("phases", "line"))
 CURVE = {
     "body": Field(TEXT, (), "text", "whose distance it is"),
-    "g": Field(
-        FLOAT, ("phases",), "rad", "phase theta1/2 + theta2 on the section", coordinate=True
-    ),
-    "melnikov": Field(FLOAT, ("phases",), "1", "distance by Melnikov, in its amplitude"),
+    "g": _phases("rad", "phase theta1/2 + theta2 on the section", coordinate=True),
+    "melnikov": _phases("1", "distance by Melnikov, in its amplitude"),
     "measured": Field(
         FLOAT,
         ("mu", "phases"),
@@ -141,8 +127,8 @@ CURVE = {
     ),
 }
 CLOSED_FORM = {
-    "nu": Field(FLOAT, ("line",), "1", "pi kappa/sin(alpha0)"),
-    "decay": Field(FLOAT, ("line",), "1", "nu/sinh(nu)"),
+    "nu": _line("1", "pi kappa/sin(alpha0)"),
+    "decay": _line("1", "nu/sinh(nu)"),
 }
 LAYOUT: Layout = {
     "mu_over_h0": MU_OVER_H0,

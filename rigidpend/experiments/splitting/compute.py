@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from functools import partial
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
@@ -12,14 +12,11 @@ from rigidpend.experiments.contract import Means
 from rigidpend.experiments.data import Tree, datasets
 from rigidpend.experiments.shared import joined, mu_over_h0, slope
 from rigidpend.experiments.splitting import BODIES, LAYOUT, admitted
-from rigidpend.mechanics.body import Body
+from rigidpend.experiments.splitting.schema import Config, Problem
 from rigidpend.numbers.generic import Array
 from rigidpend.orbits.integrate.arithmetic import DEFAULT_TOLERANCE
 from rigidpend.surfaces import surface_orbits
 from rigidpend.surfaces.splitting import FEWEST, SurfaceSplitting, amplitude, distance, measure
-
-if TYPE_CHECKING:
-    from rigidpend.experiments.splitting.schema import Config, Problem
 
 BEGIN, ORBIT, ORBITS = 1.0, (5e-4, 8e-3), 1200
 """Seconds of any run, those of an orbit in doubles or in pairs of them, orbits per mu/h0.
@@ -30,14 +27,7 @@ GRID = np.linspace(-np.pi, np.pi, 721)
 
 
 def compute(config: Config, means: Means) -> Tree:
-    """Measure the splitting of every body at every mu.
-
-    Returns
-    -------
-    Tree
-        `mu_over_h0`; `bodies`; `curve`, the distance of one body; `closed_form`, nu/sinh(nu)
-        along nu.
-    """
+    """Measure the splitting of every body at every mu."""
     problem = config.problem
     found: dict[str, Any] = {
         name: means.part(name, partial(_body, config, name, means)) for name in problem.bodies
@@ -77,31 +67,28 @@ def _body(config: Config, name: str, means: Means) -> Tree:
         measure(body, problem.h0, float(most), means.arithmetic, means.jobs)
         for body, most in zip(bodies, admitted(ratio), strict=True)
     ]
-    means.report(f"{name}: nu = {bodies[0].nu:.2f}, {_summary(found)}")
-    values = _told(bodies[0], found, ratio)
-    return datasets(BODIES, values)
-
-
-def _told(body: Body, found: list[SurfaceSplitting], ratio: Array) -> dict[str, Any]:
-    excess, amplitude = (
+    body = bodies[0]
+    excess, amplitudes = (
         np.array([getattr(x, key) for x in found]) for key in ("excess", "amplitude")
     )
     whole = excess + np.eye(1, excess.shape[1])
     curve_excess = _largest(excess)
-    return {
+    values = {
         **{key: getattr(body, key) for key in ("alpha0", "beta0", "nu")},
         **{
             key: np.array([getattr(x, key) for x in found]) for key in ("error", "resolved", "bits")
         },
         "orbits": np.array([x.n for x in found]),
-        "amplitude": amplitude,
+        "amplitude": amplitudes,
         "excess": excess,
         "reduced": whole[:, 0] * _decay(body.nu),
-        "largest": amplitude * _largest(whole),
+        "largest": amplitudes * _largest(whole),
         "curve_excess": curve_excess,
         "slope_amplitude": slope(ratio, np.abs(excess[:, 0])),
         "slope_curve": slope(ratio, curve_excess),
     }
+    means.report(f"{name}: nu = {body.nu:.2f}, {_summary(found)}")
+    return datasets(BODIES, values)
 
 
 def _largest(harmonics: Array) -> Array:

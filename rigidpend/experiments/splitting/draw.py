@@ -1,7 +1,4 @@
-"""Figure of the splitting of S1- and S2+: the range and the errors of Melnikov's formula.
-
-In tables: distances of the surfaces beside Melnikov's, and the powers of mu of what he leaves out.
-"""
+"""Figure of the splitting of S1- and S2+: the range and the errors of Melnikov's formula."""
 
 from __future__ import annotations
 
@@ -12,36 +9,24 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.patches import Patch, Rectangle
 
+from rigidpend.experiments import plots
 from rigidpend.experiments.data import Data, Loaded
-from rigidpend.experiments.plots import (
-    BLUE,
-    GREEN,
-    ORANGE,
-    PINK,
-    RED,
-    WIDTH,
-    axis_label,
-    entry,
-    title,
-)
 from rigidpend.experiments.shared import MU_OVER_H0
 from rigidpend.machine.wording import Column, Table
 
-HEIGHT = 6.1
-"""Height of the figure, inches."""
 SHOWN = 0.03
 """Least mu/h0 at which curves are drawn."""
 LOOKS: tuple[tuple[str, Any], ...] = (
-    (GREEN, (0, (1, 1))),
-    (ORANGE, (0, (4, 1, 1, 1))),
-    (RED, (0, (4, 1))),
-    (BLUE, "-"),
-    (PINK, (0, (6, 1, 1, 1, 1, 1))),
+    (plots.GREEN, (0, (1, 1))),
+    (plots.ORANGE, (0, (4, 1, 1, 1))),
+    (plots.RED, (0, (4, 1))),
+    (plots.BLUE, "-"),
+    (plots.PINK, (0, (6, 1, 1, 1, 1, 1))),
 )
 """Colour and line of the curves, weight by weight."""
 CHOSEN: tuple[dict[str, Any], ...] = tuple(
     {"color": colour, "marker": marker, "ms": 4, "lw": 0.9}
-    for colour, marker in ((BLUE, "o"), (RED, "s"), (GREEN, "^"))
+    for colour, marker in ((plots.BLUE, "o"), (plots.RED, "s"), (plots.GREEN, "^"))
 )
 """Looks of the bodies that stand out: least nu, the drawn one, largest nu."""
 OTHER: dict[str, Any] = {"color": "0.72", "lw": 0.6}
@@ -58,13 +43,13 @@ NONE = "#F2B8A0"
 def draw(result: Loaded) -> Figure:
     """Draw the distance of a body, the errors of the formula, its decay, and the precisions."""
     data = result["data"]
-    figure = Figure(figsize=(WIDTH, HEIGHT))
+    figure = Figure(figsize=(plots.WIDTH, 6.1))
     figure.set_layout_engine("constrained", w_pad=0.06, h_pad=0.07, wspace=0.03, hspace=0.03)
     panels = figure.subplots(2, 2).ravel()
     for axes, drawn, letter in zip(
         panels, (_draw_curve, _draw_error, _draw_decay, _draw_table), "abcd", strict=True
     ):
-        title(axes, letter, drawn(axes, data))
+        plots.title(axes, letter, drawn(axes, data))
     return figure
 
 
@@ -98,7 +83,7 @@ def _draw_curve(axes: Axes, data: Data) -> str:
     axes.set_ylim(top=1.32)
     small: Any = {"fontsize": 7, "title_fontsize": 7.5, "labelspacing": 0.25}
     where: Any = {"loc": "upper right", "borderaxespad": 0.2}
-    axes.legend(title=axis_label(MU_OVER_H0), **where, **small)
+    axes.legend(title=plots.axis_label(MU_OVER_H0), **where, **small)
     return f"distance on $J_1 = J_2/2$, body {_name(bodies, _drawn(data))}"
 
 
@@ -116,10 +101,10 @@ def _draw_error(axes: Axes, data: Data) -> str:
             axes.loglog(ratios[known], values[row][known], zorder=order, **look, **kind)
         axes.text(*place, said, transform=axes.transAxes, fontsize=7.5)
     axes.axhline(1, color="black", lw=0.6, ls=":")
-    axes.set_xlabel(axis_label(MU_OVER_H0))
+    axes.set_xlabel(plots.axis_label(MU_OVER_H0))
     axes.set_ylabel("relative error of Melnikov's formula", fontsize=8.5)
-    named = [entry(_name(bodies, row), **look) for row, look in chosen.items()]
-    named.append(entry("the other bodies", **OTHER))
+    named = [plots.entry(_name(bodies, row), **look) for row, look in chosen.items()]
+    named.append(plots.entry("the other bodies", **OTHER))
     axes.legend(handles=named, loc="lower right", fontsize=7, labelspacing=0.3, borderaxespad=0.3)
     return r"the curve errs by $O(\mu)$, its $\cos g$ part by $O(\mu^2)$"
 
@@ -138,7 +123,7 @@ def _draw_decay(axes: Axes, data: Data) -> str:
     last = [k for k in known if ratios[k] >= 0.1]
     for k, (marker, colour, size) in zip(
         dict.fromkeys((known[0], *last)),
-        (("o", BLUE, 6), ("s", ORANGE, 5), ("D", RED, 4), ("v", PINK, 4)),
+        (("o", plots.BLUE, 6), ("s", plots.ORANGE, 5), ("D", plots.RED, 4), ("v", plots.PINK, 4)),
         strict=False,
     ):
         rows, said = resolved[:, k], rf"$\mu/h_0 = {_power(ratios[k])}$"
@@ -147,7 +132,7 @@ def _draw_decay(axes: Axes, data: Data) -> str:
     first = bodies["reduced"][:, known[0]]
     for name, nu, value in zip(bodies["name"], bodies["nu"], first, strict=True):
         said = "4" if name == "fig4" else name
-        axes.annotate(said, (nu, value), (4, 6), textcoords="offset points", fontsize=7)
+        plots.beside(axes, said, (nu, value), 4, 6, fontsize=7)
     axes.set(xlim=(0, closed["nu"][-1]), xlabel=r"$\nu = \pi\varkappa/\sin\alpha_0$")
     axes.set_ylabel(r"$\cos g$ part of the distance, relative to $\nu = 0$", fontsize=8.5)
     axes.legend(loc="lower left", fontsize=7, labelspacing=0.3)
@@ -177,7 +162,7 @@ def _draw_table(axes: Axes, data: Data) -> str:
     names = [f"{'Fig. 4' if name == 'fig4' else name}  {nu:.1f}" for name, nu in pairs]
     axes.set_yticks(range(n_bodies), names, fontsize=7)
     axes.tick_params(length=0)
-    axes.set(xlabel=axis_label(MU_OVER_H0), ylabel=r"body, $\nu$")
+    axes.set(xlabel=plots.axis_label(MU_OVER_H0), ylabel=r"body, $\nu$")
     used = set(bodies["bits"][bodies["resolved"]].tolist())
     keys = {f"{bits} bits": colour for bits, colour in BITS.items() if bits in used}
     keys["not resolved"] = NONE

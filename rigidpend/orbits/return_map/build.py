@@ -45,10 +45,10 @@ SLACK = 2.0**13
 """Allowed error of a map, in roundings of the working precision, where its tables have no more.
 
 With the body of Fig. 4 finished maps err by some tens of them, and by 700 at mu = 0.01."""
-SPARE_BITS = 6
+SPARE_BITS, SPARING = 6, 72
 """Bits by which the tables of a map are sharper than it is said to be, in pairs of doubles.
 
-Of more than 64 bits they are as sharp as pairs of doubles make them: raising orders for one more
+Of more than 72 bits they are as sharp as pairs of doubles make them: raising orders for one more
 attempt costs more than tables that settle at once."""
 TOLD = 16
 """Factor by which tables may err more than their last coefficients."""
@@ -139,18 +139,18 @@ class ReturnMap:
         a = precision(self.bits)
         return EnergyLevel(self.normal_form, self.charts, a.array(h) * self._unit**2, a)
 
-    def program(self, bits: int, least_Qp: Scalar, most_Qp: Scalar) -> Program:
+    def program(self, bits: int, least_Qp: Scalar, most_Qp: Scalar, coarse: float = 0.0) -> Program:
         """This map for `kernel.follow`, for orbits that start at least_Qp <= Qp <= most_Qp.
 
-        In doubles (53 bits) or pairs of them. Raises MapError where the normal form does not
-        reach as far as `most_Qp`.
+        In doubles (53 bits) or pairs of them. Terms below `coarse` are left out, so that it errs by
+        as much. Raises MapError where the normal form does not reach as far as `most_Qp`.
         """
-        key = (bits, least_Qp, most_Qp)
+        key = (bits, least_Qp, most_Qp, coarse)
         if key not in self._programs:
             starts = self._entry(least_Qp, most_Qp)
             # Terms far below the tables' errors are left out.
             finest = bits if bits == 53 else table_bits(self.bits)
-            threshold = max(2.0 ** -(finest + 2), self.errors.charts / 16)
+            threshold = max(2.0 ** -(finest + 2), self.errors.charts / 16, coarse)
             given = self.normal_form, self.charts, starts, threshold, precision(self.bits)
             self._programs[key] = program(*given, 53 if bits == 53 else PAIRS)
         return self._programs[key]
@@ -329,7 +329,7 @@ def table_bits(bits: int) -> int:
     """
     if not in_pairs(bits + SPARE_BITS):
         return bits
-    return MOST_IN_PAIRS if bits > 64 else bits + SPARE_BITS
+    return MOST_IN_PAIRS if bits > SPARING else bits + SPARE_BITS
 
 
 def _number(x: Exact, a: Precision) -> Any:

@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 from fractions import Fraction
-from typing import Any, cast
+from typing import Any
 
 import numpy as np
 import pytest
 
-from rigidpend.experiments.asymptotic_orbits import compute as asymptotic_orbits
-from rigidpend.experiments.asymptotic_orbits.draw import address, digits, tables
+from rigidpend.experiments.asymptotic_orbits.draw import address
+from rigidpend.experiments.plots import decimals
 from rigidpend.mechanics.body import Body
 from rigidpend.routes.codes import route_codes
 from rigidpend.routes.symbolic import NoOrbit
@@ -20,17 +20,10 @@ SMALL = ["problem.symbols=2", "problem.columns=60"]
 
 @pytest.fixture(scope="module")
 def data() -> Any:
-    return plain(computed(asked("asymptotic_orbits", *SMALL)))
-
-
-def test_the_estimate_grows_as_the_number_of_orbits() -> None:
-    counts, seconds = (22, 104, 714), []
-    for symbols in (2, 4, 6):
-        given = asked("asymptotic_orbits", f"problem.symbols={symbols}")
-        seconds.append(asymptotic_orbits.cost(given))
-    ratios = np.divide(seconds[1:], seconds[:-1]) / np.divide(counts[1:], counts[:-1])
-    assert ((ratios > 0.5) & (ratios < 2)).all()
-    assert 2 < seconds[-1] < 60
+    parts: list[str] = []
+    found = plain(computed(asked("asymptotic_orbits", *SMALL), parts))
+    assert parts == ["0 symbols", "1 symbols", "2 symbols"]
+    return found
 
 
 def test_a_bound_on_half_rotations_that_no_orbit_keeps_is_said() -> None:
@@ -87,16 +80,9 @@ def test_sampled_orbits_gain_the_theta3_that_the_map_tells(data: Any) -> None:
 def test_thirty_digits_are_shown(data: Any) -> None:
     orbits = data["orbits"]["1"]
     high, rest = float(orbits["theta2_0"][0]), float(orbits["theta2_0_rest"][0])
-    shown = digits(high, rest)
+    shown = decimals(Fraction(high) + Fraction(rest), 29)
     assert abs(Fraction(shown) - Fraction(high) - Fraction(rest)) <= Fraction(1, 2 * 10**29)
-    assert digits(0.5, -(2.0**-60), 5) == "0.50000"
+    assert decimals(Fraction(0.5) - Fraction(2) ** -60, 5) == "0.50000"
     assert len(shown) == 31
     assert 0 < abs(rest) < 1e-15
     assert address(data["orbits"]["2"], 0)[0] in "ab"
-
-
-def test_tables_tell_what_was_found(data: Any) -> None:
-    counts, first = tables(cast("Any", {"data": data}))
-    assert [row[1] for row in counts.rows] == ["2", "2", "22"]
-    assert first.rows[0][0] in ("a", "b")
-    assert first.rows[2][0].startswith(("a 0^10", "a 1^10", "b 0^10", "b 1^10"))

@@ -3,14 +3,13 @@
 from __future__ import annotations
 
 import copy
-from typing import Any, cast
+from typing import Any
 
 import numpy as np
 import pytest
 
 from rigidpend.experiments.exponents import LAYOUT
 from rigidpend.experiments.exponents import compute as exponents
-from rigidpend.experiments.exponents.draw import tables
 from rigidpend.numbers.exact import exact
 from rigidpend.routes.cells import Cells, cells_of_starts
 from rigidpend.routes.problem import RouteProblem
@@ -65,14 +64,6 @@ def test_quantiles_are_those_of_the_cells(data: Any) -> None:
     assert (np.diff(data["growth"]["exponent"], axis=0) >= 0).all()
 
 
-def test_cells_that_are_no_longer_known_are_a_difference(data: Any) -> None:
-    other = copy.deepcopy(data)
-    other["exponent"][1, 1] = np.nan
-    [found] = differences("exponents", data, other)
-    assert found.startswith(f"exponent[1, 1]: stored {data['exponent'][1, 1]:.17g}")
-    assert "computed nan" in found
-
-
 @pytest.mark.parametrize(("share", "found"), [(0.99, 0), (1.01, 1)])
 @pytest.mark.parametrize(
     ("group", "name", "at", "errors"),
@@ -96,15 +87,6 @@ def test_hardly_any_cell_may_be_lost(lost: int, told: int) -> None:
     fresh = {"exponent": np.where(np.arange(10**6) < lost, np.nan, 1.0)}
     field: Any = LAYOUT["exponent"]
     assert len(field.within.apart("exponent", stored, fresh)) == told
-
-
-def test_tables_and_the_estimate_tell_what_is_asked(data: Any) -> None:
-    [table] = tables(cast("Any", {"data": data}))
-    assert len(table.rows) == 3
-    assert [x.partition(" %")[0] for x in table.header] == ["passages", "5", "25", "50", "75", "95"]
-    assert "of 24 cells are known" in table.note
-    # Measured: 7 s from nothing, 3 s where the maps are kept.
-    assert 5 < exponents.cost(asked("exponents")) < 20
 
 
 def doubted(*given: Any) -> Cells:

@@ -62,25 +62,6 @@ def test_plateaus_are_those_of_the_route_and_theta3_and_alpha_stay_near(
                 assert np.abs(group[angle][near] - expected[i]).max() < 2e-3
 
 
-def test_the_curve_runs_between_the_vertices_2_and_4_star(data: Data) -> None:
-    for group in data.values():
-        first, last = group["wound"]
-        assert group["J1_over_J2"][first] < 1e-8
-        assert group["J1_over_J2"][last] > 1 - 1e-3
-        assert (group["crossing_time"] < group["t"][last]).sum() == 3
-        assert group["separatrix"][2] == 4
-        np.testing.assert_allclose(group["omega"][[first, last], 0], 0, atol=5e-3)
-
-
-def test_samples_are_few_and_yet_smooth(data: Data) -> None:
-    for group in data.values():
-        assert 1000 < group["t"].size < 8000
-        step = np.diff(group["omega"][:, [2, 0]], axis=0)
-        long = np.linalg.norm(step, axis=1) > 0.2 * np.linalg.norm(step, axis=1).max()
-        heading = np.unwrap(np.atan2(step[:, 1], step[:, 0]))
-        assert np.abs(np.diff(heading))[long[1:] & long[:-1]].max() < 0.3
-
-
 @pytest.mark.slow
 def test_a_result_does_not_differ_from_itself_or_from_the_other_engine(data: Data) -> None:
     assert differences("herpolhodes", data, data) == []

@@ -49,17 +49,6 @@ def test_the_edges_are_those_of_the_paper_each_once(data: Any) -> None:
     assert vertices["label"][vertices["again"]].tolist() == ["1", "1*"]
 
 
-def test_the_vertices_are_eight_at_the_separatrices_of_the_body(content: Any, data: Any) -> None:
-    body, v = content.problem.body, data["vertices"]
-    assert sorted(v["label"][~v["again"]]) == ["1", "1*", "2", "2*", "3", "3*", "4", "4*"]
-    for label, x, J1, again in zip(v["label"], v["theta1"], v["J1"], v["again"], strict=True):
-        number = int(label[0])
-        side = -1 if number in (1, 3) else 1
-        turns = (2 if number > 2 else 0) + (4 if again else 0)
-        assert x == pytest.approx(body.beta0 + side * body.alpha0 + turns * np.pi, abs=1e-14)
-        assert label.endswith("*") == J1
-
-
 def test_every_edge_ends_at_vertices_within_the_window_and_passes_none(data: Any) -> None:
     edges, v = data["edges"], data["vertices"]
     places = {
@@ -90,11 +79,3 @@ def test_symbols_are_the_sides_and_those_of_the_routes(data: Any) -> None:
         assert edges["symbol"][k] == right
         pair = np.array([[int(edges["from"][k][0])], [int(edges["to"][k][0])]])
         assert symbols(pair)[0, 0] == right
-
-
-def test_the_rectangles_are_on_the_two_sides_of_separatrix_2(content: Any, data: Any) -> None:
-    body, rectangles = content.problem.body, data["rectangles"]
-    middle = body.beta0 + body.alpha0
-    assert rectangles["name"].tolist() == ["left", "right"]
-    expected = [[body.beta0 - body.alpha0, middle], [middle, body.beta0 - body.alpha0 + 2 * np.pi]]
-    np.testing.assert_allclose(rectangles["theta1"].T, expected, atol=1e-14)

@@ -43,19 +43,6 @@ def test_every_curve_has_its_energy_on_the_sphere_and_in_the_plane(
         np.testing.assert_allclose(kinetic - body.kappa / 2, level, atol=1e-14)
 
 
-def test_all_orbits_of_the_config_are_there_with_the_signs_of_their_families(
-    content: Any, data: Any
-) -> None:
-    heights = [float(x) for x in content.problem.heights]
-    orbits = data["orbits"]
-    np.testing.assert_array_equal(np.sign(orbits["level"]), np.where(orbits["around"] == 2, 1, -1))
-    assert np.abs(data["separatrices"]["level"]).max() < 1e-15
-    np.testing.assert_array_equal(orbits["height"].reshape(4, -1), [heights] * 4)
-    for M, height in zip(curves(orbits, "points"), orbits["height"], strict=True):
-        assert M.shape == (3, content.problem.points)
-        assert M[2].max() == pytest.approx(height, rel=1e-3)
-
-
 @pytest.mark.parametrize("name", ["orbits", "separatrices"])
 def test_the_curves_in_the_plane_satisfy_the_unperturbed_equations(
     content: Any, data: Any, name: str
@@ -84,18 +71,6 @@ def test_the_projection_is_a_rotation_with_M3_upright(content: Any, data: Any) -
     azimuth, elevation = (float(getattr(content.problem.view, x)) for x in ("azimuth", "elevation"))
     assert np.atan2(axes[2, 1], axes[2, 0]) == pytest.approx(azimuth)
     assert np.arcsin(axes[2, 2]) == pytest.approx(elevation)
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize("name", ["orbits", "separatrices", "centres"])
-def test_what_is_visible_is_nearer_than_what_it_hides(content: Any, data: Any, name: str) -> None:
-    group = data[name]
-    towards = phase_portraits.view_axes(content.problem.view)[2]
-    # A point of the sphere is hidden where the sphere goes on towards the viewer.
-    nearer = np.linalg.norm(group["points"] + 1e-3 * towards[:, None], axis=0)
-    np.testing.assert_array_equal(group["visible"], nearer >= np.sqrt(1 + 1e-6))
-    assert 0 < group["visible"].mean() < 1
-    np.testing.assert_allclose(np.hypot(*group["projected"][:2]) <= 1 + 1e-12, True)
 
 
 def test_the_window_is_a_whole_period_between_two_separatrices_1(content: Any, data: Any) -> None:

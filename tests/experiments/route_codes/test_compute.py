@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import replace
 from types import SimpleNamespace
 from typing import Any
 
@@ -15,12 +14,11 @@ from rigidpend.experiments.shared import crossing_tolerance
 from rigidpend.numbers.expressions import NO_SYMBOL
 from rigidpend.orbits.integrate.arithmetic import default_engine, resolve
 from rigidpend.routes.codes import route_codes as compute_codes
-from rigidpend.routes.costs import integration
 from rigidpend.routes.problem import RouteProblem
 from rigidpend.runs import loading
 from rigidpend.surfaces import melnikov
 from tests.config.samples import SMALL, written
-from tests.experiments.trees import asked, computed, differences, plain, with_change
+from tests.experiments.trees import computed, differences, plain, with_change
 
 SECOND = "problem.arrays.second={start: 3*pi/40, step: 1/100, count: 2}"
 
@@ -73,20 +71,6 @@ def test_compute_is_route_codes_of_each_array_with_melnikov_s_zeros(
             np.testing.assert_array_equal(group[field], values, err_msg=field)
             assert group[field].dtype == values.dtype
     assert reported == ["only: 5 orbits, 5 in 53 bits", "second: 2 orbits, 2 in 53 bits"]
-
-
-@pytest.mark.slow
-def test_orbits_that_stay_are_named() -> None:
-    """Beside an elliptic periodic orbit: its multipliers have the sum -1.27."""
-    body = ("A=[2.344,1.144,1.275]", "r=[0.645,0.764,0]", "h0=1", "mu=0.758", "J1_0=1e-4")
-    arrays = "arrays={only: {start: 0, step: 1/10, count: 2}}"
-    said: list[str] = []
-    given = asked("fig4", *(f"problem.{each}" for each in (*body, arrays, "n_symbols=3")))
-    only = result(given, report=said.append)["only"]
-    stay = only["theta2_0"][(only["codes"] == NO_SYMBOL).any(axis=0)]
-    assert stay.size
-    phases = ", ".join(f"{x:.6g}" for x in stay)
-    assert f"; {stay.size} stay beside a pendulum motion: theta2_0 = {phases}" in said[-1]
 
 
 def test_numerics_reach_the_computation(content: Any, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -152,18 +136,6 @@ def test_a_crossing_time_may_differ_by_what_its_arithmetic_explains(
     assert bool(differences("route_codes", data, with_change(data, change))) is noticed
 
 
-def test_a_certain_crossing_without_a_time_is_found(data: Data) -> None:
-    def change(data: Data) -> None:
-        data["only"]["crossing_time"][0, 0] = np.nan
-
-    other = with_change(data, change)
-    for pair in ((other, data), (data, other)):
-        [found] = differences("route_codes", *pair)
-        assert found.startswith("only/crossing_time[0, 0]: stored ")
-        assert "nan" in found
-    assert differences("route_codes", other, other) == []
-
-
 def test_parts_that_were_kept_may_be_of_another_size(
     content: Any, data: Data, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -197,17 +169,6 @@ def test_long_passages_are_told_before_they_begin(
     assert "rotations of the pendulum each; some " in said[0]
 
 
-def test_crossing_times_may_differ_by_a_declared_bound_that_no_setting_moves() -> None:
-    """In t', from the differences measured between builds: see `crossing_tolerance`."""
-    # Its growth alone would have no double after some 560 crossings.
-    allowed = crossing_tolerance(100_001)[:, 0]
-    assert allowed[:4].tolist() == pytest.approx([1e-12, 1e-8, 3.5e-8, 1.225e-7])
-    # The largest difference measured at the sixteenth crossing.
-    assert 5e-4 < allowed[15] < 100 * 5e-4
-    assert (allowed[16:] == 0.02).all()
-    assert (np.diff(allowed) >= 0).all()
-
-
 @pytest.mark.slow
 def test_what_maps_decided_is_told_where_there_was_a_choice(
     content: Any, data: Data, monkeypatch: pytest.MonkeyPatch
@@ -217,22 +178,6 @@ def test_what_maps_decided_is_told_where_there_was_a_choice(
     mapped = result(content, arithmetic=resolve(default_engine(), None, (53,)))
     assert mapped["only"]["by_map"].all()
     assert differences("route_codes", data, mapped) == []
-
-
-def test_an_estimate_counts_the_bits_that_long_codes_take() -> None:
-    """63 and 32 columns; of 15 symbols doubles decide most, of 5,000 no bits are enough."""
-
-    def seconds(*settings: str) -> float:
-        return route_codes.cost(asked("fig4", *settings))
-
-    doubles = "numerics.precisions=[53]"
-    assert seconds("problem.n_symbols=15") < 1.2 * seconds("problem.n_symbols=15", doubles)
-    content: Any = asked("fig4")
-    each = integration(replace(content.problem.routes, n_symbols=300), (53, 106))
-    assert seconds("problem.n_symbols=300", "numerics.precisions=[53, 106]") == pytest.approx(
-        route_codes.BEGIN + 95 * each / 2, rel=0.01
-    )
-    assert seconds("problem.n_symbols=5000") > 60 * seconds("problem.n_symbols=5000", doubles)
 
 
 @pytest.mark.parametrize(

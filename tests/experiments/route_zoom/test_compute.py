@@ -15,17 +15,11 @@ from rigidpend.experiments.route_zoom import draw
 from rigidpend.mechanics import floquet
 from rigidpend.numbers.exact import context, exact
 from rigidpend.orbits.integrate import Crossings, neighbours
-from rigidpend.orbits.integrate.arithmetic import resolve
 from rigidpend.results import store
-from rigidpend.routes import certainty
-from rigidpend.routes.change import Bracket, NoChange, narrowed
-from rigidpend.routes.cycle import symbols
-from rigidpend.routes.phases import Phases
+from rigidpend.routes.change import Bracket, NoChange
 from rigidpend.routes.problem import RouteProblem
-from rigidpend.routes.run import Run
 from rigidpend.surfaces import melnikov
 from scripts import check_certificate
-from tests.bodies import FIG4
 from tests.cli.calls import REFERENCE
 from tests.experiments.trees import asked, computed, plain
 
@@ -86,11 +80,11 @@ NEAR = exact("4.705696853133541796838615435875509827847045595186537262085827223"
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("step", ["1/10", "pi/32"])
 def test_every_phase_that_is_stored_is_the_number_that_was_used(
-    step: str, monkeypatch: pytest.MonkeyPatch
+    monkeypatch: pytest.MonkeyPatch,
 ) -> None:
     """Down to 1e-55: what is integrated starts where another program says of the texts alone."""
+    step = "pi/32"
     used: list[tuple[Any, Any]] = []
 
     def crossings(reference: Any, beside: Any, **_: Any) -> Crossings:
@@ -133,27 +127,6 @@ def test_every_phase_that_is_stored_is_the_number_that_was_used(
     assert [phase.text for phase in orbits["level09"][1]] == texts
 
 
-@pytest.mark.slow
-def test_a_deep_zoom_is_of_the_phases_that_it_stores(monkeypatch: pytest.MonkeyPatch) -> None:
-    """One column is integrated by itself in 260 bits, whatever lies in its neighbourhood."""
-    known = Bracket(NEAR - exact("4e-61"), NEAR + exact("4e-61"))
-    monkeypatch.setattr(route_zoom, "narrowed", lambda *_: [known])
-    small = ("levels=1", "count=3", "n_symbols=4", "step=1e-54")
-    content = asked("fig4_zoom", *(f"problem.{each}" for each in small))
-    found = computed(content)
-    level = {name: each.values for name, each in found["levels"]["level00"].items()}
-    phase = exact(level["theta2_0"][2].decode())
-    problem = RouteProblem(FIG4, exact("1.3342"), exact("1e-8"), 4)
-    run = Run(problem, Phases([phase]), resolve(), 1)
-    true = run.crossings(260, certainty.FIRST, np.arange(1))
-    assert level["certain"].all()
-    assert symbols(true.separatrix)[:, 0].tolist() == level["codes"][:, 2].tolist()
-    late = np.abs(true.time[:, 0] - level["crossing_time"][:, 2])
-    # A double's rounding, 1e-16 of the distance from the change, may grow twentyfold in each
-    # passage; a column cut to 212 bits was found 1e-9 off.
-    assert late.max() < 1e-10
-
-
 def test_levels_are_what_integration_alone_finds(tree: Any, given: Any) -> None:
     p = given.problem
     for level in tree["levels"].values():
@@ -176,25 +149,6 @@ def test_the_shipped_zoom_is_by_the_multiplier_and_comes_to_repeat_itself(given:
     assert shares[-1] == 1
 
 
-@pytest.mark.slow
-def test_rows_repeat_after_the_zoom_that_is_said(tree: Any, given: Any) -> None:
-    """Symbols 2 and 3 at a distance d and at d/exp(pi^2/nu) agree, at others they do not."""
-    p, growth = given.problem, float(tree["repeats_after"].values)
-    problem = RouteProblem(p.body, p.h0, p.J1_0, 1)
-    whole = Bracket(exact("4.7"), exact("4.8"))
-    [*_, last] = narrowed(problem, whole, 1e-13, resolve())
-    distances = 1e-5 * growth ** np.linspace(0, 1, 24, endpoint=False)
-    assert last.width <= 1e-13
-
-    def rows(scale: float) -> Any:
-        phases = [last.low + exact(float(d * scale)) for d in distances]
-        return route_codes(p.body, phases, **WHERE, n_symbols=3).codes[1:]
-
-    reference = rows(1.0)
-    assert (rows(1 / growth) == reference).mean() > 0.9
-    assert (rows(growth**-0.5) == reference).mean() < 0.7
-
-
 def test_a_change_that_one_computation_mistook_is_not_passed_on(
     given: Any, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -203,12 +157,3 @@ def test_a_change_that_one_computation_mistook_is_not_passed_on(
     monkeypatch.setattr(route_zoom, "narrowed", lambda *_: wrong)
     with pytest.raises(NoChange, match="symbol 1 must change"):
         computed(given)
-
-
-def test_the_estimate_grows_with_levels_and_symbols() -> None:
-    def estimate(*settings: str) -> float:
-        return route_zoom.cost(asked("fig4_zoom", *settings))
-
-    # Measured: some 9 s.
-    assert 4 < estimate() < 20
-    assert estimate(*SMALL) < estimate("problem.levels=3") < estimate() / 3

@@ -8,7 +8,6 @@ from typing import Any
 import numpy as np
 import pytest
 
-from rigidpend.experiments.splitting import compute as splitting
 from tests.experiments.trees import asked, computed, differences, plain
 
 BODIES = "{a: {A: [2, 0.2, 1.8], r: [1, 2, 0]}, fig4: {A: [2, 1, 1.5], r: [1, 1, 0]}}"
@@ -17,7 +16,12 @@ SMALL = [f"problem.bodies={BODIES}", "problem.mu=[1e-3, 3e-3, 1e-2, 0.1]", "prob
 
 @pytest.fixture(scope="module")
 def data() -> Any:
-    return plain(computed(asked("splitting", *SMALL), jobs=2))
+    said: list[str] = []
+    parts: list[str] = []
+    found = plain(computed(asked("splitting", *SMALL), parts, jobs=2, report=said.append))
+    assert parts == [text.split(":")[0] for text in said] == ["a", "fig4"]
+    assert said[1].startswith("fig4: nu = 4.44, ")
+    return found
 
 
 def test_all_are_resolved_and_the_errors_are_small_beside_what_is_measured(data: Any) -> None:
@@ -76,26 +80,8 @@ def test_what_is_not_resolved_is_marked_and_not_drawn() -> None:
     assert differences("splitting", data, copy.deepcopy(data)) == []
 
 
-def test_progress_says_how_each_body_was_resolved() -> None:
-    said: list[str] = []
-    computed(asked("splitting", *SMALL, "problem.mu=[1e-2, 2e-2]"), report=said.append)
-    assert [text.split(":")[0] for text in said] == ["a", "fig4"]
-    assert said[1] == "fig4: nu = 4.44, 2 in 53 bits"
-
-
 @pytest.mark.slow
 def test_agrees_a_computation_in_more_bits(data: Any) -> None:
     finer = plain(computed(asked("splitting", *SMALL, "numerics.precisions=[106]"), jobs=2))
     assert (finer["bodies"]["bits"] != data["bodies"]["bits"]).all()
     assert differences("splitting", data, finer) == []
-
-
-def test_the_estimate_counts_what_takes_more_than_doubles_and_more_orbits() -> None:
-    """A body of large nu is the dear one, and of its weights the heavy ones."""
-    whole, measured = splitting.cost(asked("splitting")), 12
-    light, dear = (
-        splitting.cost(asked("splitting", f"problem.bodies={{x: {body}}}", "problem.drawn=x"))
-        for body in ("{A: [2, 1, 1.5], r: [1, 1, 0]}", "{A: [2, 1.7, 1.85], r: [2, 1, 0]}")
-    )
-    assert light < dear / 3 < whole
-    assert measured / 4 < whole < 4 * measured
