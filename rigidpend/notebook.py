@@ -308,7 +308,7 @@ def orbit(
     times = _samples(time, period / POINTS if step is None else step, period)
     arithmetic = resolve(engine, None, PRECISIONS)
     states = states_at(
-        in_space.field_without_alpha(body),
+        in_space.field(body),
         herpolhode.initial_state(problem, float(checked.number("theta2_0", theta2_0))),
         times,
         engine=arithmetic.engine,

@@ -27,7 +27,7 @@ from rigidpend.experiments.precession.compute import uncertainty, unit_of
 from rigidpend.machine.wording import Table
 from rigidpend.mechanics.equations import AlignedCoefficients, aligned
 from rigidpend.mechanics.floquet import periodic_orbit
-from rigidpend.mechanics.free_body import u
+from rigidpend.mechanics.free_body import exponent
 from rigidpend.mechanics.in_space import turning_rate
 from rigidpend.numbers.exact import context, exact, fraction
 from rigidpend.numbers.generic import Array
@@ -38,23 +38,22 @@ from rigidpend.routes.herpolhode import RouteOrbit, follow, samples
 from rigidpend.routes.problem import RouteProblem, rotation_period
 from rigidpend.routes.start import Scales, start, states_exact
 from rigidpend.routes.symbolic import sharp as sharp_module
+from rigidpend.routes.symbolic.asymptotic import doubly_asymptotic, skeleton
 from rigidpend.routes.symbolic.chain import NoOrbit
 from rigidpend.routes.symbolic.closed import closed, words
-from rigidpend.routes.symbolic.doubly import doubly_asymptotic
 from rigidpend.routes.symbolic.integrated import actions, closing, passages
 from rigidpend.routes.symbolic.levels import Level
 from rigidpend.routes.symbolic.levels import surface as orbits_of
-from rigidpend.routes.symbolic.skeleton import skeleton
 from rigidpend.routes.symbolic.stretching import stretched
 from rigidpend.surfaces import heteroclinic, splitting
 from rigidpend.surfaces.surface_orbits import (
+    J2_0,
     coefficients,
     lag,
     launch,
     meet,
     numbers,
     surface,
-    unperturbed,
 )
 from scripts.readme_tables import ROOT, write_table
 from scripts.stated_orbits import Once, alpha, multiplier
@@ -134,7 +133,7 @@ def _gained(one: Body, number: int, side: int) -> Any:
         slope = slope if before is None else (gap - before[1]) / (phase - before[0])
         before = phase, gap
         phase -= gap / slope
-    rate = u(unperturbed(s, phase, m.mpf(depth)), s.p, m)
+    rate = exponent(J2_0(s), s.p, m)
     step = 2 * m.pi / (rate * (3 * heteroclinic.STEPS + s.p.nu / m.pi))
     times = [points.time[0] - k * step for k in range(int(points.time[0] / step))][::-1]
     rates = []

@@ -13,7 +13,14 @@ from hypothesis import strategies as st
 from mpmath import MPContext
 
 from rigidpend.mechanics.body import Angles, Body
-from rigidpend.mechanics.coordinates import Canonical, canonical
+from rigidpend.mechanics.coordinates import (
+    Aligned,
+    Canonical,
+    body_from_aligned,
+    canonical,
+    scale,
+)
+from rigidpend.mechanics.in_space import angular_velocity, field, hodograph
 
 FINE = MPContext()
 """A context of the tests' own, 60 digits, apart from those that the package shares."""
@@ -135,6 +142,29 @@ def largest_difference(found: Any, expected: Any) -> float:
 
 def relative(found: Any, expected: Any) -> float:
     return float(np.max(np.abs(np.asarray(found) - expected) / np.abs(expected)))
+
+
+def aligned_from_body(M: Any, gamma: Any, alpha0: float, s: float) -> Aligned:
+    """Aligned components from physical M and gamma, with s of `coordinates.scale`."""
+    M1, M2, M3 = s * np.asarray(M, dtype=float)
+    x, y = np.cos(alpha0 / 2) * M1, np.sin(alpha0 / 2) * M2
+    return Aligned(x + y, x - y, M3, *np.asarray(gamma, dtype=float))
+
+
+def field_with_alpha(body: Body) -> Callable[[Any, Any], tuple[Any, ...]]:
+    """The aligned equations with quadratures of theta3, by (th3), and alpha, by (eqPV), in t'."""
+    (A, _, _), without = body.floats(), field(body)
+    alpha0, s = body.alpha0, scale(A, math)
+
+    def rates(state: Any, m: Any) -> tuple[Any, ...]:
+        found = without(state[:7], m)
+        M, gamma = body_from_aligned(Aligned(*state[:6]), alpha0, s)
+        # M is linear in the aligned components, so the same map takes their rates to its own.
+        dM, _ = body_from_aligned(Aligned(*found[:6]), alpha0, s)
+        omega, domega = angular_velocity(M, A), angular_velocity(dM, A)
+        return (*found, hodograph(omega, gamma, domega)[2])
+
+    return rates
 
 
 def assert_same_state(found: tuple[Any, Any], M: Any, gamma: Any) -> None:

@@ -175,17 +175,8 @@ def angles_from_moments(
 ) -> Angles:
     """Compute alpha0, beta0, gamma0, kappa of a body, with nu of (Im) (eq. phi).
 
-    Parameters
-    ----------
-    A : 3 numbers
-        Moments of inertia.
-    differences : 3 numbers
-        A1 - A2, A1 - A3, A3 - A2, which the caller forms without cancellation.
-    r : 3 numbers
-        The direction to the centre of gravity.
-    mu : number
-    m : namespace
-        Where sqrt, atan2 and pi come from (an mpmath context, numpy).
+    `differences` are A1 - A2, A1 - A3, A3 - A2, which the caller forms without cancellation; `m` is
+    where sqrt, atan2 and pi come from.
     """
     A1, A2, A3 = A
     A12, A13, A32 = differences

@@ -87,13 +87,7 @@ def momentum(G: Scalar, sinp: Any, cosp: Any, sinl: Any, cosl: Any) -> tuple[Any
 
 
 def vertical(p: Numbers, q: Numbers, g: Numbers, l: Numbers) -> tuple[Any, Any, Any]:
-    """gamma in principal axes from Andoyer variables (eq. depri_g).
-
-    Parameters
-    ----------
-    p, q, g, l : pairs of numbers
-        (sin, cos) of each angle, of any number type.
-    """
+    """gamma in principal axes from (sin, cos) of Andoyer's p, q, g and l (eq. depri_g)."""
     (sinp, cosp), (sinq, cosq), (sing, cosg), (sinl, cosl) = p, q, g, l
     along = sinq * cosp + sinp * cosq * cosg
     return (
@@ -116,20 +110,11 @@ def body_from_andoyer(a: Andoyer) -> tuple[Array, Array]:
 
 
 def andoyer_from_body(M: ArrayLike, gamma: ArrayLike, h: ArrayLike = 0.0) -> Andoyer:
-    """Andoyer variables from M and gamma, right in every quadrant (eq. gamma_dep).
+    """Andoyer variables from M and gamma, (3, ...) each, right in every quadrant (eq. gamma_dep).
 
-    Parameters
-    ----------
-    M, gamma : (3, ...) arrays
-        Angular momentum and the vertical in principal axes, |gamma| = 1.
-    h : (...) array, optional
-        The precession angle, which M and gamma do not tell.
-
-    Notes
-    -----
-    The paper prints g as an arcsin and l as an arctan; both lose the quadrant. Here
-    l = atan2(M1, M2) and g = atan2(gamma . e2, gamma . e1), e1 and e2 spanning the plane
-    normal to M. Where M = 0, H holds sin q, so that gamma can be told again.
+    The precession angle h they do not tell. The paper prints g as an arcsin and l as an arctan;
+    both lose the quadrant. Here l = atan2(M1, M2) and g = atan2(gamma . e2, gamma . e1), e1 and e2
+    spanning the plane normal to M. Where M = 0, H holds sin q, so that gamma can be told again.
     """
     M1, M2, M3 = np.asarray(M, dtype=float)
     gamma1, gamma2, gamma3 = np.asarray(gamma, dtype=float)
@@ -188,17 +173,10 @@ def scale(A: Numbers, m: Elementary = np) -> Any:
 def aligned_from_canonical(
     c: Canonical, alpha0: Scalar, beta0: Scalar, m: Elementary = np
 ) -> Aligned:
-    """Aligned components from dimensionless (J, theta), over generic numbers.
+    """Aligned components from dimensionless (J, theta), J2 > 0, over generic numbers.
 
-    Qp, Qm = 2 sqrt(J1 (J2 - J1)) sin((theta1 - beta0 +- alpha0)/2), which is
-    cos(alpha0/2) M1' +- sin(alpha0/2) M2' without cancellation.
-
-    Parameters
-    ----------
-    c : Canonical
-        Dimensionless, of any number type that `m` knows, J2 > 0.
-    alpha0, beta0 : number
-    m : namespace of sqrt, sin and cos
+    Qp, Qm = 2 sqrt(J1 (J2 - J1)) sin((theta1 - beta0 +- alpha0)/2), which is cos(alpha0/2) M1' +-
+    sin(alpha0/2) M2' without cancellation.
     """
     J2, lean = c.J2, c.theta1 - beta0
     across = 2 * m.sqrt(c.J1) * m.sqrt(c.J2mJ1)
@@ -213,13 +191,6 @@ def aligned_from_canonical(
     )
     Qp, Qm = (across * m.sin((lean + side) / 2) for side in (alpha0, -alpha0))
     return Aligned(Qp, Qm, M3, *gamma)
-
-
-def aligned_from_body(M: ArrayLike, gamma: ArrayLike, alpha0: float, s: float) -> Aligned:
-    """Aligned components from physical M and gamma, with s of :func:`scale`."""
-    M1, M2, M3 = s * np.asarray(M, dtype=float)
-    x, y = np.cos(alpha0 / 2) * M1, np.sin(alpha0 / 2) * M2
-    return Aligned(x + y, x - y, M3, *np.asarray(gamma, dtype=float))
 
 
 def body_from_aligned(a: Aligned, alpha0: float, s: float) -> tuple[Array, Array]:

@@ -28,21 +28,10 @@ def cross(a: Numbers, b: Numbers) -> tuple[Any, Any, Any]:
 def euler_poisson(
     M: Numbers, gamma: Numbers, A: Numbers, r: Numbers, mu: Scalar
 ) -> tuple[Any, ...]:
-    """Right-hand side of the Euler-Poisson equations in principal axes, time t (eq. eq).
+    """The rates of M and gamma, six, by Euler and Poisson, principal axes, time t (eq. eq).
 
-    Parameters
-    ----------
-    M, gamma : 3 numbers or arrays each
-        Angular momentum and the upward vertical. M . gamma need not vanish.
-    A, r : 3 numbers each
-        Moments of inertia and the unit vector to the centre of gravity.
-    mu : number
-        Weight times distance.
-
-    Returns
-    -------
-    tuple of 6
-        dM/dt, then dgamma/dt.
+    M . gamma need not vanish; r is the unit vector to the centre of gravity, mu weight times
+    distance.
     """
     omega = tuple(M[i] / A[i] for i in range(3))
     turn, torque, dgamma = cross(M, omega), cross(gamma, r), cross(gamma, omega)
@@ -98,26 +87,13 @@ def aligned_coefficients(p: Angles, m: Elementary) -> AlignedCoefficients:
 def aligned(state: Numbers, c: AlignedCoefficients) -> tuple[Any, ...]:
     """Euler-Poisson (eq) in separatrix-aligned components, dimensionless time t'.
 
-    With Qp, Qm = cos(alpha0/2) M1' +- sin(alpha0/2) M2' the four unperturbed separatrices are
-    the half planes Qm = 0 (2 where Qp > 0, 4 where Qp < 0) and Qp = 0 (1 where Qm < 0, 3 where
-    Qm > 0). The distance from a separatrix is thus a coordinate and keeps its relative
-    precision. The field is quadratic, without singularity at J1 = 0 or J1 = J2.
+    With Qp, Qm = cos(alpha0/2) M1' +- sin(alpha0/2) M2' the four unperturbed separatrices are the
+    half planes Qm = 0 (2 where Qp > 0, 4 where Qp < 0) and Qp = 0 (1 where Qm < 0, 3 where Qm > 0).
+    The distance from a separatrix is thus a coordinate and keeps its relative precision. The field
+    is quadratic, without singularity at J1 = 0 or J1 = J2.
 
-    Parameters
-    ----------
-    state : 6 numbers or arrays
-        Qp, Qm, M3 (dimensionless), gamma1, gamma2, gamma3.
-    c : AlignedCoefficients
-
-    Returns
-    -------
-    tuple of 6
-        The derivatives in t'.
-
-    Notes
-    -----
-    sin(alpha0) and 1 are the only scales left: s^2 = 1/A2 - 1/A1 makes
-    1/A2 - 1/A3 = s^2 sin^2(alpha0/2) and 1/A3 - 1/A1 = s^2 cos^2(alpha0/2).
+    sin(alpha0) and 1 are the only scales left: s^2 = 1/A2 - 1/A1 makes 1/A2 - 1/A3 = s^2
+    sin^2(alpha0/2) and 1/A3 - 1/A1 = s^2 cos^2(alpha0/2).
     """
     Qp, Qm, M3, gamma1, gamma2, gamma3 = state
     both, difference = Qp + Qm, Qp - Qm
@@ -131,15 +107,7 @@ def aligned(state: Numbers, c: AlignedCoefficients) -> tuple[Any, ...]:
 
 
 def hamiltonian_andoyer(a: Scalar, A: Numbers, beta0: Scalar, mu: Scalar, m: Elementary) -> Any:
-    """Hamiltonian in Andoyer-Deprit variables, physical units (eq. h_d).
-
-    Parameters
-    ----------
-    a : coordinates.Andoyer
-        The variables, with cos p and cos q.
-    A, beta0, mu : as in `Body`
-    m : namespace of sin and cos
-    """
+    """Hamiltonian in Andoyer-Deprit variables, with cos p and cos q, physical units (eq. h_d)."""
     sinp, sinq, tilt = a.L / a.G, a.H / a.G, a.l + beta0 / 2
     across = (a.G * a.cosp) ** 2
     spin = across * (m.sin(a.l) ** 2 / A[0] + m.cos(a.l) ** 2 / A[1]) + a.L**2 / A[2]
@@ -148,17 +116,7 @@ def hamiltonian_andoyer(a: Scalar, A: Numbers, beta0: Scalar, mu: Scalar, m: Ele
 
 
 def hamiltonian(J: Numbers, theta: Numbers, p: Angles, m: Elementary) -> Any:
-    """Hamiltonian in the new canonical variables, dimensionless (eq. h_new).
-
-    Parameters
-    ----------
-    J : 3 numbers
-        J1, J2, J3.
-    theta : 2 numbers
-        theta1, theta2; theta3 is cyclic.
-    p : Angles
-    m : namespace of sqrt, sin and cos
-    """
+    """Hamiltonian in J1, J2, J3 and theta1, theta2, dimensionless; theta3 is cyclic (eq. h_new)."""
     J1, J2, J3 = J
     # cos q as a product, for J2^2 - J3^2 cancels where M is nearly vertical. (h_new) divides by J2
     # twice, the other time in `height`.
@@ -182,20 +140,7 @@ def height(J1: Scalar, J2: Scalar, theta: Numbers, m: Elementary) -> Any:
 
 
 def eq1(state: Numbers, p: Angles, m: Elementary) -> tuple[Any, Any, Any, Any]:
-    """Hamilton's equations at J3 = 0, dimensionless time t' (eq. eq1).
-
-    Parameters
-    ----------
-    state : 4 numbers or arrays
-        theta1, J1, theta2, J2.
-    p : Angles
-    m : namespace of sin and cos
-
-    Returns
-    -------
-    tuple of 4
-        The derivatives in the same order.
-    """
+    """Hamilton's equations at J3 = 0: rates in t' of theta1, J1, theta2, J2 (eq. eq1)."""
     theta1, J1, theta2, J2 = state
     bend = m.cos(theta1 - p.beta0) - m.cos(p.alpha0)
     pull = p.mu / J2

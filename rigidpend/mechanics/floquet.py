@@ -76,36 +76,15 @@ class PeriodicOrbit(NamedTuple):
 def periodic_orbit(p: Angles, h0: float, family: int = 1, epsilon: int = 1) -> PeriodicOrbit:
     """Compute a hyperbolic periodic orbit to rounding, wherever mu < h0 and it is hyperbolic.
 
-    Parameters
-    ----------
-    p : Angles
-        Floats.
-    h0 : float
-        Energy; kappa J2_0^2/2 where J2_0 is J2 at r . gamma = 0.
-    family : {1, 2}
-        At J1 = 0 or J1 = J2.
-    epsilon : {1, -1}
-        In family 1 orbits leave along 1 and approach along -1; in family 2 conversely.
+    The energy h0 is kappa J2_0^2/2 where J2_0 is J2 at r . gamma = 0. In family 1, at J1 = 0,
+    orbits leave along epsilon = 1 and approach along -1; in family 2, at J1 = J2, conversely.
 
-    Returns
-    -------
-    PeriodicOrbit
-
-    Raises
-    ------
-    ValueError
-        h0 > mu is broken, or no such family or epsilon.
-    NotHyperbolic
-        There is no such orbit.
-    ArithmeticError
-        `MOST` steps don't settle theta1: h0 - mu is so small, or the motion so nearly
-        parabolic, that rounding decides.
-
-    Notes
-    -----
     The logarithm of the multiplier errs by less than 2^-46 h0/(h0 - mu), and the period by less
     than 2^-48 h0/(h0 - mu): mu is rounded, and beside h0 the motion nearly rests at its highest
     point. Bodies drawn by lot, with h0 - mu from 0.9 h0 down to 1e-7 h0, reach half of each.
+
+    NotHyperbolic is raised where there is no such orbit, ArithmeticError where `MOST` steps don't
+    settle theta1: h0 - mu is so small, or the motion so nearly parabolic, that rounding decides.
     """
     if epsilon not in (1, -1):
         raise ValueError(f"epsilon is 1 or -1, not {epsilon!r}")
@@ -117,7 +96,9 @@ def periodic_orbit(p: Angles, h0: float, family: int = 1, epsilon: int = 1) -> P
         theta1, growth = _direction(steps, leaving, p, epsilon)
         # Every second start of the fine steps is a start of the coarse ones.
         if coarse is not None and np.abs(theta1[::2] - coarse).max() < SETTLED:
-            return _record(p, h0, family, epsilon, tau, theta1, growth)
+            period = float(pendulum.period(p, h0, math))
+            turns = round((theta1[-1] - theta1[0]) / (2 * np.pi))
+            return PeriodicOrbit(family, epsilon, tau, theta1[:-1], period, growth / period, turns)
         n, coarse = 2 * n, theta1
     raise ArithmeticError(
         f"{MOST} steps don't settle the periodic orbit at h0 = {h0}, mu = {p.mu}, "
@@ -223,13 +204,3 @@ def _eigenvector(whole: Array, leaving: bool) -> Array:
     # Both columns are eigenvectors, but one may be zero or nearly so: the longer one is taken.
     best = int(np.argmax(lengths))
     return np.asarray(columns[:, best] / lengths[best])
-
-
-def _record(
-    p: Angles, h0: float, family: int, epsilon: int, tau: Array, theta1: Array, growth: float
-) -> PeriodicOrbit:
-    period = float(pendulum.period(p, h0, math))
-    turns = round((theta1[-1] - theta1[0]) / (2 * np.pi))
-    return PeriodicOrbit(
-        family, epsilon, tau, theta1[:-1], period, exponent=growth / period, turns=turns
-    )

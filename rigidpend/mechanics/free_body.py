@@ -31,22 +31,10 @@ SEPARATRICES = (1, 2, 3, 4)
 
 
 def around_M2(alpha0: float, height: float, side: int, phi: ArrayLike) -> NDArray[np.float64]:
-    """An orbit around the axis of the smallest moment of inertia.
+    """An orbit around the axis of the smallest moment of inertia, on side 1 or -1 of it, (3, n).
 
-    Parameters
-    ----------
-    alpha0 : float
-    height : float
-        Largest |M3|, 0 < height < 1.
-    side : {1, -1}
-        The sign of M2.
-    phi : (n,) array
-        The angle along the orbit in radians, 0 where M3 = 0 < M1. It grows in time, in t' by
-        phi' = sin(alpha0/2) J2 |M2|.
-
-    Returns
-    -------
-    (3, n) array
+    The height is the largest |M3|, between 0 and 1. The angle phi along the orbit, (n,), is 0 where
+    M3 = 0 < M1; it grows in time, in t' by phi' = sin(alpha0/2) J2 |M2|.
     """
     sin, cos = np.sin(alpha0 / 2), np.cos(alpha0 / 2)
     x, y = height * np.cos(phi), height * np.sin(phi)
@@ -66,23 +54,14 @@ def around_M1(alpha0: float, height: float, side: int, phi: ArrayLike) -> NDArra
 
 
 def half_circle(alpha0: float, number: int, phi: ArrayLike) -> NDArray[np.float64]:
-    """A separatrix of (sol_1)-(sol_22) on the sphere: half of a great circle.
+    """A separatrix of (sol_1)-(sol_22) on the sphere: half of a great circle, (3, n).
 
-    Parameters
-    ----------
-    alpha0 : float
-    number : int
-        1 to 4.
-    phi : (n,) array
-        From -pi/2 to pi/2 in the sense of the flow: M3 rises on 2 and 4, falls on 1 and 3.
-
-    Returns
-    -------
-    (3, n) array
+    The angle phi, (n,), goes from -pi/2 to pi/2 in the sense of the flow: M3 rises on 2 and 4,
+    falls on 1 and 3.
     """
     l = _separatrix_l(alpha0, number)
-    rising = 1 if number % 2 == 0 else -1
-    return np.stack((np.sin(l) * np.cos(phi), np.cos(l) * np.cos(phi), rising * np.sin(phi)))
+    M3 = direction(number) * np.sin(phi)
+    return np.stack((np.sin(l) * np.cos(phi), np.cos(l) * np.cos(phi), M3))
 
 
 def separatrix_theta1(alpha0: float, beta0: float) -> NDArray[np.float64]:
@@ -91,18 +70,9 @@ def separatrix_theta1(alpha0: float, beta0: float) -> NDArray[np.float64]:
 
 
 def in_plane(M: ArrayLike, beta0: float, start: float) -> tuple[Any, Any]:
-    """Map points M to theta1 and J1/J2, with start <= theta1 < start + 4 pi.
+    """Map points M (3, n) of length 1 to theta1 and J1/J2, with start <= theta1 < start + 4 pi.
 
-    Parameters
-    ----------
-    M : (3, n) array
-        Of length 1, not on the axis of M3, where theta1 is not defined.
-    beta0, start : float
-        Radians.
-
-    Returns
-    -------
-    theta1, J1/J2 : (n,) arrays
+    None may lie on the axis of M3, where theta1 is not defined.
     """
     # gamma has no part in theta1 and J1; any will do.
     c = canonical_from_andoyer(andoyer_from_body(M, np.ones_like(M) / np.sqrt(3)), beta0)
@@ -112,8 +82,7 @@ def in_plane(M: ArrayLike, beta0: float, start: float) -> tuple[Any, Any]:
 def _separatrix_l(alpha0: float, number: int) -> float:
     """Angle l = (theta1 - beta0)/2 of a separatrix."""
     # cos(2 l) = cos(alpha0) at l = -+alpha0/2; half a turn further lie the circles' other halves.
-    side = 1 if number % 2 == 0 else -1
-    return side * alpha0 / 2 + (TURN / 2 if number > 2 else 0.0)
+    return direction(number) * alpha0 / 2 + (TURN / 2 if number > 2 else 0.0)
 
 
 class SeparatrixMotion(NamedTuple):
@@ -131,13 +100,6 @@ class SeparatrixMotion(NamedTuple):
         return self.J1_0 + self.J2mJ1_0
 
 
-class Vertex(NamedTuple):
-    """A corner of the heteroclinic cycle of Fig. 2: a periodic orbit beside a separatrix."""
-
-    theta1: Any
-    J1_over_J2: int
-
-
 def unperturbed(state: Numbers, p: Angles, m: Elementary) -> tuple[Any, Any, Any, Any]:
     """Hamilton's equations of the body without weight, dimensionless time t' (eq. eq1_0).
 
@@ -150,22 +112,11 @@ def unperturbed(state: Numbers, p: Angles, m: Elementary) -> tuple[Any, Any, Any
 def separatrix(t: Scalar, motion: SeparatrixMotion, p: Angles, m: Elementary = np) -> Canonical:
     """The unperturbed separatrices 1 to 4 (eq. sol_1, sol_2, sol_12, sol_22).
 
-    Parameters
-    ----------
-    t : number or (...) array
-        t' - t0, dimensionless, \\|u t\\| < 1400 in double precision.
-    motion : SeparatrixMotion
-    p : Angles
-    m : namespace of exp and pi
-
-    Returns
-    -------
-    Canonical
-        J3 = 0 and theta3 = 0, the former exactly, the latter to O(mu). J1 and J2 - J1 both
-        keep their relative precision, but for the rounding of u t.
+    The time t is t' - t0, \\|u t\\| < 1400 in double precision. J3 = 0 exactly, theta3 = 0 to
+    O(mu). J1 and J2 - J1 both keep their relative precision, but for the rounding of u t.
     """
     # Half of the exponent each: neither overflows before the smaller action is lost.
-    rise = m.exp(direction(motion.number) * u(motion, p, m) * t / 2)
+    rise = m.exp(direction(motion.number) * exponent(motion.J2_0, p, m) * t / 2)
     lower, upper = motion.J2mJ1_0 / rise, motion.J1_0 * rise
     J2 = motion.J2_0
     J1, J2mJ1 = J2 * (upper / (upper + lower)), J2 * (lower / (upper + lower))
@@ -174,13 +125,7 @@ def separatrix(t: Scalar, motion: SeparatrixMotion, p: Angles, m: Elementary = n
 
 
 def theta1(number: int, p: Angles, m: Elementary = np) -> Any:
-    """Angle theta1 on separatrix `number`, radians, in the precision of `p` and `m`.
-
-    Raises
-    ------
-    ValueError
-        There is no such separatrix.
-    """
+    """Angle theta1 on separatrix `number`, radians; ValueError where there is none."""
     if number not in SEPARATRICES:
         raise ValueError(f"separatrices are numbered 1 to 4, got {number!r}")
     # 3 and 4 lie a turn beside 1 and 2; only `m` knows a turn to all digits.
@@ -191,11 +136,6 @@ def theta1(number: int, p: Angles, m: Elementary = np) -> Any:
 def direction(number: int) -> int:
     """Sign: 1 where J1 rises along the separatrix, the paper's epsilon there; -1 where it falls."""
     return 1 if number % 2 == 0 else -1
-
-
-def u(motion: SeparatrixMotion, p: Angles, m: Elementary = np) -> Any:
-    """Rate u of a separatrix motion, per t'."""
-    return exponent(motion.J2_0, p, m)
 
 
 def exponent(J2: Scalar, p: Angles, m: Elementary = np) -> Any:
@@ -211,17 +151,6 @@ def fastest_rate(J2: Scalar, p: Angles, m: Elementary = np) -> Any:
 def v(motion: SeparatrixMotion, m: Elementary = np) -> Any:
     """Logarithm v = ln((J2_0 - J1_0)/J1_0); J1 = J2/2 is passed at u t = v rising, -v falling."""
     return m.log(motion.J2mJ1_0 / motion.J1_0)
-
-
-def vertices(p: Angles, m: Elementary = np) -> dict[str, Vertex]:
-    """Limits of the separatrices for t' to -+ infinity: vertices 1 to 4 and 1* to 4*.
-
-    A separatrix n rises from the vertex n to n*, or falls from n* to n.
-    """
-    # The ends of a separatrix differ in J1 alone, for theta1 is constant along it.
-    at = {number: theta1(number, p, m) for number in SEPARATRICES}
-    lower = {f"{number}": Vertex(x, 0) for number, x in at.items()}
-    return lower | {f"{number}*": Vertex(x, 1) for number, x in at.items()}
 
 
 def separatrix_beside(rising: bool, Qp: Scalar, Qm: Scalar) -> int:

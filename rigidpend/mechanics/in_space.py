@@ -20,7 +20,7 @@ from rigidpend.mechanics.body import SAME_WITHIN, Angles, Body
 from rigidpend.mechanics.coordinates import Aligned, body_from_aligned, scale
 from rigidpend.mechanics.equations import aligned, aligned_coefficients, cross
 from rigidpend.numbers.exact import context
-from rigidpend.numbers.generic import Elementary, Numbers, Scalar
+from rigidpend.numbers.generic import Numbers, Scalar
 
 
 class Regime(Enum):
@@ -43,14 +43,9 @@ class Regime(Enum):
 def regime(body: Body) -> Regime:
     """Order of the increments of theta3, by the body's angles (eq. trieq).
 
-    beta0 = pi, beta0 = 0 and alpha0 = beta0 (the Hess case) are recognised as `Body.special_cases`
-    tells: to within the rounding of doubles, from angles in 113 bits.
-
-    Returns
-    -------
-    Regime
-        i where beta0 = pi, ii where beta0 > alpha0, iii where they are equal, iv where
-        beta0 < alpha0, v where beta0 = 0.
+    It is i where beta0 = pi, ii where beta0 > alpha0, iii where they are equal (the Hess case), iv
+    where beta0 < alpha0, v where beta0 = 0. Equality is that of `Body.special_cases`: to within the
+    rounding of doubles, from angles in 113 bits.
     """
     p, pi = body.angles(113), context(113).pi
     if abs(pi - p.beta0) <= SAME_WITHIN:
@@ -63,25 +58,11 @@ def regime(body: Body) -> Regime:
 
 
 def increments(p: Angles, h0: float) -> NDArray[np.float64]:
-    """Increments of theta3 along the separatrices, to first order in mu (eq. tri1).
+    """Increments of theta3 along separatrices 1 to 4, radians, to first order in mu (eq. tri1).
 
-    Parameters
-    ----------
-    p : Angles
-        Of the body, floats.
-    h0 : float
-        Energy constant, kappa J2_0^2/2.
-
-    Returns
-    -------
-    (4,) array
-        Radians, for the separatrices 1, 2, 3, 4.
-
-    Notes
-    -----
-    The separatrices 1 and 3 lie at theta1 = beta0 - alpha0 (+ 2 pi), as in (sol_1) and
-    (sol_12). The initial values alpha0 - beta0 (+ 2 pi) printed beside their increments are a
-    slip; the increments are right.
+    The energy constant h0 is kappa J2_0^2/2. The separatrices 1 and 3 lie at theta1 = beta0 -
+    alpha0 (+ 2 pi), as in (sol_1) and (sol_12). The initial values alpha0 - beta0 (+ 2 pi) printed
+    beside their increments are a slip; the increments are right.
     """
     # The second form of (tri1): 2/J2_0^2 = kappa/h0.
     unit = p.mu * np.pi * p.kappa / (h0 * np.sin(p.alpha0))
@@ -94,16 +75,7 @@ def increments(p: Angles, h0: float) -> NDArray[np.float64]:
 def plateaus(separatrices: ArrayLike, p: Angles, h0: float) -> NDArray[np.float64]:
     """Plateaus of theta3 near the periodic orbits that a route passes, to first order in mu.
 
-    Parameters
-    ----------
-    separatrices : k ints
-        1..4, in the order of the route, which starts near a periodic orbit at theta3 = 0.
-    p, h0 : as in :func:`increments`
-
-    Returns
-    -------
-    (k + 1,) array
-        Radians, before the first separatrix and after each.
+    Of k separatrices in the order of the route they are k + 1, from theta3 = 0 on, radians.
     """
     gained = increments(p, h0)[np.asarray(separatrices, dtype=int) - 1]
     return np.concatenate(([0.0], np.cumsum(gained)))
@@ -121,16 +93,8 @@ def turning_rate(M: Numbers, r: Numbers, mu: Scalar) -> Any:
 def hodograph(omega: Numbers, gamma: Numbers, domega: Numbers) -> tuple[Any, Any, Any]:
     """Compute omega_xi, omega_rho^2 and the rate of alpha (eq. eqPV).
 
-    Parameters
-    ----------
-    omega, gamma, domega : 3 numbers or arrays each
-        Angular velocity, vertical, and the derivative of the former.
-
-    Returns
-    -------
-    tuple of 3
-        The vertical component, the square of the horizontal one, and the rate at which the
-        latter turns; units of omega, of its square, radians per time of `domega`.
+    They are the vertical component of omega, the square of the horizontal one, and the rate at
+    which that turns, radians per unit of the time in which `domega` is the derivative of omega.
     """
     omega_xi = _dot(omega, gamma)
     square = _dot(omega, omega) - omega_xi * omega_xi
@@ -138,62 +102,27 @@ def hodograph(omega: Numbers, gamma: Numbers, domega: Numbers) -> tuple[Any, Any
 
 
 def alpha_ahead(M: Numbers, omega: Numbers, gamma: Numbers) -> Any:
-    """Angle alpha - theta3 from M to the horizontal part of omega at J3 = 0 (eq. th_al).
+    """Angle alpha - theta3 from M to the horizontal part of omega at J3 = 0, radians (eq. th_al).
 
-    Parameters
-    ----------
-    M, omega, gamma : 3 numbers or arrays each
-
-    Returns
-    -------
-    number or array
-        Radians. M . omega > 0, so that the paper's arctan is the angle itself.
+    M . omega > 0, so that the paper's arctan is the angle itself.
     """
     return np.arctan2(_dot(M, cross(omega, gamma)), _dot(M, omega))
 
 
 def fixed_components(omega: Numbers, gamma: Numbers, alpha: Any) -> NDArray[np.float64]:
-    """Compute omega in the fixed basis, (n, 3): xi, eta, zeta, from omega_rho and alpha of (eqPV).
-
-    Parameters
-    ----------
-    omega, gamma : (3, n) arrays
-    alpha : (n,) array
-        Radians.
-    """
+    """Compute omega in the fixed basis, xi, eta, zeta, (n, 3), from omega_rho and alpha."""
     omega_xi = _dot(omega, gamma)
     # Not sqrt(|omega|^2 - omega_xi^2), which cancels where omega is nearly vertical.
     rho = np.linalg.norm(cross(gamma, omega), axis=0)
     return np.stack((omega_xi, rho * np.cos(alpha), rho * np.sin(alpha)), axis=-1)
 
 
-def field(body: Body) -> Callable[[Any, Any], tuple[Any, ...]]:
-    """Field of the aligned equations with the quadratures of theta3 and alpha, time t'.
-
-    Returns
-    -------
-    callable
-        ``field(state, m)`` for `states.states_at`: of 8 numbers, the aligned components,
-        theta3 and alpha, the derivatives in t'.
-    """
-    (A, _, _), without = body.floats(), field_without_alpha(body)
-    alpha0, s = body.alpha0, scale(A, math)
-
-    def rates(state: Numbers, m: Elementary) -> tuple[Any, ...]:
-        found = without(state[:7], m)
-        M, gamma = body_from_aligned(Aligned(*state[:6]), alpha0, s)
-        # M is linear in the aligned components, so the same map takes their rates to its own.
-        dM, _ = body_from_aligned(Aligned(*found[:6]), alpha0, s)
-        omega, domega = angular_velocity(M, A), angular_velocity(dM, A)
-        # domega is the rate of omega in t', so that of alpha comes out in t' as well.
-        return (*found, hodograph(omega, gamma, domega)[2])
-
-    return rates
-
-
 @functools.lru_cache(maxsize=32)
-def field_without_alpha(body: Body) -> Callable[[Any, Any], tuple[Any, ...]]:
-    """Field of 7 numbers, without alpha, which (th_al) gives from theta3 without quadrature."""
+def field(body: Body) -> Callable[[Any, Any], tuple[Any, ...]]:
+    """Field of the aligned equations with the quadrature of theta3, 7 numbers, time t'.
+
+    alpha needs none: (th_al) gives it from theta3.
+    """
     A, r, mu = body.floats()
     p, s = body.angles(), scale(A, math)
     coefficients = aligned_coefficients(p, math)

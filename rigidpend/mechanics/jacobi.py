@@ -52,12 +52,7 @@ class Modulus(NamedTuple):
 
 
 def modulus(kc: float) -> Modulus:
-    """Make the modulus with complementary modulus `kc`, 0 < kc <= 1.
-
-    Notes
-    -----
-    K errs by 2 ulp at most.
-    """
+    """Make the modulus with complementary modulus `kc`, 0 < kc <= 1; K errs by 2 ulp at most."""
     k = math.sqrt((1 - kc) * (1 + kc))
     return Modulus(k, kc, float(K(k, kc, math)))
 
@@ -73,11 +68,9 @@ def reduced(u: ArrayLike, modulus: Modulus) -> tuple[Any, Any]:
 def over_turns(u: ArrayLike, modulus: Modulus) -> Array:
     """Compute sn, cn and dn of any u in double precision, stacked: (3, ...).
 
-    Notes
-    -----
-    The relative error is 4 ulp times 1 + |u| at most, which is that of the argument; beside a
-    zero of sn (but 0) or cn it is that of the distance. sn^2 + cn^2 = 1 and dn^2 = k'^2 + k^2 cn^2
-    hold to rounding.
+    The relative error is 4 ulp times 1 + |u| at most, which is that of the argument; beside a zero
+    of sn (but 0) or cn it is that of the distance. sn^2 + cn^2 = 1 and dn^2 = k'^2 + k^2 cn^2 hold
+    to rounding.
     """
     turns, v = reduced(u, modulus)
     sn, cn, _ = sncndn(v, modulus.k, modulus.kc, np)

@@ -28,31 +28,9 @@ from rigidpend.numbers.generic import Elementary, Numbers, Scalar
 def body_motion(
     t: Scalar, sign: int, A3: Scalar, r: Numbers, h0: Scalar, mu: Scalar, m: Elementary
 ) -> tuple[tuple[Any, Any, Any], tuple[Any, Any, Any]]:
-    """Compute M and gamma of a pendulum motion in principal axes (eq. 5:3).
+    """Compute M and gamma of a pendulum motion in principal axes, physical, at times t (eq. 5:3).
 
-    Parameters
-    ----------
-    t : number or array
-        Physical time.
-    sign : {1, -1}
-        Of M3: the paper's upper and lower sign, family 2 and 1.
-    A3 : number
-        The middle moment of inertia.
-    r : 3 numbers
-        The unit vector to the centre of gravity, r3 = 0.
-    h0, mu : numbers
-        Energy, and weight times distance.
-    m : namespace of sqrt, sin and cos
-
-    Returns
-    -------
-    M, gamma : 3 numbers or arrays each
-        Physical.
-
-    Raises
-    ------
-    ValueError
-        h0 > mu is broken, or a sign that is none.
+    The sign is that of M3: the paper's upper and lower sign, family 2 and 1.
     """
     if sign not in (1, -1):
         raise ValueError(f"a sign is 1 or -1, not {sign!r}")
@@ -65,29 +43,10 @@ def body_motion(
 def canonical_motion(
     t: Scalar, p: Angles, h0: Scalar, family: int, m: Elementary
 ) -> tuple[Any, Any, Any]:
-    """Compute J1, J2 and the phase of a pendulum motion (eq. sol_3).
+    """Compute J1, J2 and the phase of a pendulum motion at times t' (eq. sol_3).
 
-    Parameters
-    ----------
-    t : number or array
-        Dimensionless time t'.
-    p : Angles
-    h0 : number
-        Energy.
-    family : {1, 2}
-        J1 = 0 or J1 = J2.
-    m : namespace of sqrt, sin, cos and atan2
-
-    Returns
-    -------
-    J1, J2, tau : numbers or arrays
-        The actions, dimensionless; theta2 in family 1, theta1 + theta2 in family 2, radians
-        in (-pi, pi]. It grows. theta1 itself is not defined on these motions.
-
-    Raises
-    ------
-    ValueError
-        h0 > mu is broken, or no such family.
+    The phase is theta2 in family 1, theta1 + theta2 in family 2, radians in (-pi, pi]. It grows.
+    theta1 itself is not defined on these motions.
     """
     upper = side_of(family) < 0
     up, ahead, dn = swing(t * rate(p, h0, m), h0, p.mu, m)
@@ -139,31 +98,9 @@ def riccati_coefficients(
 ) -> tuple[Any, Any, Any]:
     """Coefficients a0, a1, a2 of y' + a0 y^2 + a1 y + a2 = 0, y = cot(theta1/2) (eq. eq_Ric1).
 
-    Parameters
-    ----------
-    tau : number or array
-        theta2 for family 1, theta1 + theta2 for family 2, radians; ' is d/dtau.
-    p : Angles
-    h : number
-        Energy, the h0 of `pendulum`; h > mu.
-    family : {1, 2}
-        Beside J1 = 0 or J1 = J2.
-    m : namespace of sin, cos and pi
-
-    Returns
-    -------
-    a0, a1, a2 : numbers or arrays
-
-    Raises
-    ------
-    ValueError
-        No such family.
-
-    Notes
-    -----
-    The paper writes the coefficients at J1 = 0 and calls the equation at J1 = J2 similar: its
-    coefficients are others. The reversal (M3, gamma3, t to their negatives) makes them
-    -a0(pi - tau), -a1(pi - tau), -a2(pi - tau).
+    ' is d/dtau, h the energy. The paper writes the coefficients at J1 = 0 and calls the equation at
+    J1 = J2 similar: its coefficients are others. The reversal (M3, gamma3, t to their negatives)
+    makes them -a0(pi - tau), -a1(pi - tau), -a2(pi - tau).
     """
     side = side_of(family)
     # cos(beta0) -+ cos(alpha0) as products, for the difference cancels beside the Hess case.
@@ -179,53 +116,18 @@ def riccati_coefficients(
     )
 
 
-def theta1_rate(theta1: Scalar, a: tuple[Any, Any, Any], m: Elementary) -> Any:
-    """Rate dtheta1/dtau from the coefficients: (eq_Ric1) without the poles of y.
-
-    Parameters
-    ----------
-    theta1 : number or array
-        Radians.
-    a : 3 numbers or arrays
-        Of :func:`riccati_coefficients`.
-    m : namespace of sin and cos
-    """
-    sin, cos = m.sin(theta1 / 2), m.cos(theta1 / 2)
-    return 2 * (a[0] * cos * cos + a[1] * sin * cos + a[2] * sin * sin)
-
-
 def periodic_solution(
     theta2: Scalar, p: Angles, h0: Scalar, family: int, epsilon: int, m: Elementary
 ) -> tuple[Any, Any, Any, Any]:
     """Family T1 or T2 of periodic solutions of (eq1), to first order in mu (eq. tt).
 
-    Parameters
-    ----------
-    theta2 : number or array
-        The unperturbed phase theta2*, radians; it grows by kappa J2_0 in a unit of t'.
-    p : Angles
-    h0 : number
-        Energy constant, kappa J2_0^2/2.
-    family : {1, 2}
-        T1, at J1 = 0, or T2, at J1 = J2.
-    epsilon : {1, -1}
-        1 beside separatrices 2 and 4, -1 beside 1 and 3.
-    m : namespace of sqrt, sin and cos
+    It is theta1, J1, theta2, J2, in the order of (eq1), at the unperturbed phase theta2*, which
+    grows by kappa J2_0 in a unit of t'; h0 is kappa J2_0^2/2. T1 is at J1 = 0, T2 at J1 = J2;
+    epsilon is 1 beside separatrices 2 and 4, -1 beside 1 and 3. theta1 + 2 pi gives a solution as
+    well.
 
-    Returns
-    -------
-    theta1, J1, theta2, J2 : numbers or arrays
-        The order of (eq1), dimensionless. theta1 + 2 pi gives a solution as well.
-
-    Raises
-    ------
-    ValueError
-        No such family, or an epsilon other than 1 and -1.
-
-    Notes
-    -----
-    The last term of theta2 in T2 is printed mu/(kappa J2_0^2) cos(theta2*), which leaves a
-    residual of order mu. It is mu/(kappa J2_0^2) cos(beta0 + epsilon alpha0 + theta2*).
+    The last term of theta2 in T2 is printed mu/(kappa J2_0^2) cos(theta2*), which leaves a residual
+    of order mu. It is mu/(kappa J2_0^2) cos(beta0 + epsilon alpha0 + theta2*).
     """
     upper, centre, J2_0 = side_of(family) < 0, _centre(p, epsilon), m.sqrt(2 * h0 / p.kappa)
     by_sin, by_cos = swing_coefficients(p, h0, family, epsilon, m)
@@ -255,19 +157,7 @@ def swing_coefficients(
 def Delta_1(p: Angles, h0: Scalar, epsilon: int, m: Elementary) -> Any:
     """Largest |theta1 - beta0 - epsilon alpha0| near T1 and T2, to first order in mu (eq. dt).
 
-    Parameters
-    ----------
-    p : Angles
-    h0 : number
-        Energy constant, kappa J2_0^2/2.
-    epsilon : {1, -1}
-        1 beside separatrices 2 and 4, -1 beside 1 and 3.
-    m : namespace of sqrt and sin
-
-    Returns
-    -------
-    number
-        Radians.
+    h0 is kappa J2_0^2/2, epsilon as in :func:`periodic_solution`.
     """
     lean = m.sin((p.beta0 + epsilon * p.alpha0) / 2)
     # Half of cos(gamma0) - cos(alpha0), which cancels where A1 is near A2.

@@ -89,19 +89,10 @@ def shape(body: Body) -> FreeBodyShape:
 
 
 def through(body: Body, a: Aligned) -> tuple[Orbit, float]:
-    """Find the orbit through a state, and the state's time t on it.
+    """Find the orbit through a dimensionless state, and the state's time t on it.
 
-    Parameters
-    ----------
-    body : Body
-    a : Aligned
-        Dimensionless numbers (`coordinates.aligned_from_body`), of which Qp and Qm tell the
-        distance from the separatrix with relative precision; gamma does not matter.
-
-    Raises
-    ------
-    ValueError
-        M = 0, or M on a separatrix.
+    Qp and Qm tell the distance from the separatrix with relative precision; gamma does not matter.
+    ValueError is raised where M = 0, or M is on a separatrix.
     """
     number = shape(body)
     Qp, Qm, M3 = (float(x) for x in a[:3])
@@ -119,23 +110,15 @@ def through(body: Body, a: Aligned) -> tuple[Orbit, float]:
     side = 1 if along > 0 else -1
     # Both may pass 1 by a rounding.
     height, coheight = min(math.hypot(across / p, M3) / G, 1.0), min(form / (p * G), 1.0)
-    found = _orbit(number, axis, side, G / math.sqrt(number.s2), height, coheight)
+    q = number.sin if axis == 1 else number.cos
+    reach = math.hypot(q, p * coheight)
+    length, made = G / math.sqrt(number.s2), modulus(min(coheight / reach, 1.0))
+    rate = p * length * number.s2 * reach
+    found = Orbit(number, length, axis, side, height, coheight, p, reach, rate, made)
     if height == 0:
         return found, 0.0
-    sn, cn, dn = side * M3 / (G * height), across / (p * G * height), abs(along) / (G * found.reach)
-    return found, _argument(sn, cn, dn, found.modulus) / found.rate
-
-
-def _orbit(
-    number: FreeBodyShape, axis: int, side: int, G: float, height: float, coheight: float
-) -> Orbit:
-    if axis not in (1, 2) or side not in (1, -1) or not G > 0:
-        raise ValueError(f"axis {axis} is not 1 or 2, side {side} not 1 or -1, or G = {G} not > 0")
-    p, q = (number.cos, number.sin) if axis == 1 else (number.sin, number.cos)
-    reach = math.hypot(q, p * coheight)
-    rate = p * G * number.s2 * reach
-    made = modulus(min(coheight / reach, 1.0))
-    return Orbit(number, G, axis, side, height, coheight, p, reach, rate, made)
+    sn, cn, dn = side * M3 / (G * height), across / (p * G * height), abs(along) / (G * reach)
+    return found, _argument(sn, cn, dn, made) / rate
 
 
 def _argument(sn: float, cn: float, dn: float, modulus: Modulus) -> float:
@@ -150,12 +133,10 @@ def _argument(sn: float, cn: float, dn: float, modulus: Modulus) -> float:
 def momentum(orbit: Orbit, t: ArrayLike) -> Array:
     """Compute M in principal axes at times t, (3, ...).
 
-    Notes
-    -----
-    A component errs by 1 to 3 ulp of itself times 1 + |rate t|, 9 at most in 240 comparisons
-    with 60 digits, beside a zero by as much of the slope there. So M1 and M2 keep their relative
-    precision where M passes the middle axis, down to coheights of 1e-150. |M| stands within
-    2 ulp and the energy within 4.
+    A component errs by 1 to 3 ulp of itself times 1 + |rate t|, 9 at most in 240 comparisons with
+    60 digits, beside a zero by as much of the slope there. So M1 and M2 keep their relative
+    precision where M passes the middle axis, down to coheights of 1e-150. |M| stands within 2 ulp
+    and the energy within 4.
     """
     sn, cn, dn = over_turns(orbit.rate * np.asarray(t, dtype=float), orbit.modulus)
     # `along` is the encircled axis, of which M keeps its sign; `across` is the other of 1 and 2.
@@ -165,22 +146,13 @@ def momentum(orbit: Orbit, t: ArrayLike) -> Array:
 
 
 def ellipsoid(x: Numbers, A: Numbers) -> Any:
-    """Quadratic form A1 x^2 + A2 y^2 + A3 z^2, which is 1 on the inertia ellipsoid (eq. el).
-
-    Parameters
-    ----------
-    x : 3 numbers or arrays
-        Points in principal axes, in units of 1/sqrt(moment of inertia).
-    A : 3 numbers
-    """
+    """Quadratic form A1 x^2 + A2 y^2 + A3 z^2, which is 1 on the inertia ellipsoid (eq. el)."""
     return sum(A[i] * x[i] * x[i] for i in range(3))
 
 
 def angle(orbit: Orbit, t: ArrayLike) -> Array:
     """Angle psi in radians, continuous, 0 at t = 0, at times t.
 
-    Notes
-    -----
     It errs by less than 2 ulp of 1 + |G t/A3|, 0.9 measured against quadrature in 45 digits.
     """
     t = np.asarray(t, dtype=float)

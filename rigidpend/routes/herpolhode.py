@@ -52,7 +52,7 @@ def follow(
     t = np.arange(0.0, end, step)
     # One integration for both: the samples to be drawn, and the crossings by which they are judged.
     times = np.union1d(t, crossing_time)
-    field, begin = in_space.field_without_alpha(problem.body), initial_state(problem, theta2_0)
+    field, begin = in_space.field(problem.body), initial_state(problem, theta2_0)
     states = states_at(field, begin, times, engine=engine, tolerance=tolerance)
     at = np.searchsorted(times, crossing_time)
     rates = aligned(states[:6, at], aligned_coefficients(problem.body.angles(), math))
@@ -84,7 +84,7 @@ def alpha_at(
 
     `states` are aligned components and theta3 at t' = 0, (7, n).
     """
-    field = in_space.field_without_alpha(body)
+    field = in_space.field(body)
     times = np.asarray(ends)[None]
     found = states_at(field, states, times, engine=engine, tolerance=tolerance)
     return alpha(found[:, 0], body)

@@ -45,23 +45,10 @@ class SurfaceCurves(NamedTuple):
 def surface_problem(
     A: Sequence[Exact], beta0: Exact | None, mu: Exact, M_0: Exact, J1_0: Exact
 ) -> RouteProblem:
-    """Start of orbits of a body with |M| = M_0, that is h0 = M_0^2/(2 A3).
+    """Start of orbits of a body with |M| = M_0, that is h0 = M_0^2/(2 A3), M_0 and mu physical.
 
-    Parameters
-    ----------
-    A : 3 numbers
-        Moments of inertia.
-    beta0 : number or None
-        Radians; None is gamma0, where r is (sqrt(A1 - A3), sqrt(A3 - A2), 0) by (phi).
-    mu, M_0 : numbers
-        Physical.
-    J1_0 : number
-        Dimensionless, 0 < J1_0 < J2_0/2.
-
-    Raises
-    ------
-    BodyError, ProblemError
-        A condition is broken.
+    With beta0 None it is gamma0, where r is (sqrt(A1 - A3), sqrt(A3 - A2), 0) by (phi). J1_0 is
+    dimensionless, 0 < J1_0 < J2_0/2. BodyError or ProblemError says which condition is broken.
     """
     if not M_0.at(113) > 0:
         raise ProblemError("M_0", f"M_0 > 0 is broken: M_0 = {M_0}")
@@ -93,21 +80,9 @@ def S1_minus(
 ) -> SurfaceCurves:
     """Orbits on S1-, which leave the lower periodic solution beside separatrix 2, forward in time.
 
-    Parameters
-    ----------
-    problem : RouteProblem
-        Its J1_0 is where orbits start, beside the surface, at theta1 = alpha0 + beta0.
-    theta2_0 : (n,) array
-        Initial phases, radians.
-    half_width : float
-        Curves end with the first point farther than this from alpha0 + beta0, radians.
-    engine : str
-    tolerance : float, optional
-
-    Notes
-    -----
-    The distance from the surface shrinks as 1/J1 (eq. dtheta). Curves begin where J1 is
-    J1_0/`SETTLED`, so that they lie on the surface.
+    They start beside the surface, at theta1 = alpha0 + beta0 and the problem's J1_0. The distance
+    from the surface shrinks as 1/J1 (eq. dtheta): curves begin where J1 is J1_0/`SETTLED`, so that
+    they lie on it, and end with the first point farther than `half_width`, radians.
     """
     p = problem.body.angles()
     begin = start(problem, 53, Scales())

@@ -16,13 +16,14 @@ import numpy as np
 from rigidpend.mechanics.body import Body
 from rigidpend.mechanics.coordinates import Aligned, body_from_aligned
 from rigidpend.mechanics.equations import AlignedCoefficients
-from rigidpend.mechanics.free_body import u
+from rigidpend.mechanics.free_body import exponent
 from rigidpend.mechanics.in_space import turning_rate
 from rigidpend.numbers.exact import Exact
 from rigidpend.numbers.generic import Array
 from rigidpend.orbits.integrate.arithmetic import Arithmetic
 from rigidpend.orbits.integrate.states import states_at
 from rigidpend.surfaces.surface_orbits import (
+    J2_0,
     UnstableSurface,
     coefficients,
     lag,
@@ -30,7 +31,6 @@ from rigidpend.surfaces.surface_orbits import (
     meet,
     numbers,
     surface,
-    unperturbed,
 )
 
 DEPTH = 76.0
@@ -55,19 +55,9 @@ class Increments(NamedTuple):
 
 
 def increments(body: Body, h0: Exact, arithmetic: Arithmetic) -> Increments:
-    """Integrate the heteroclinic orbits of all separatrices.
+    """Integrate the heteroclinic orbits of energy h0 of all separatrices.
 
-    Parameters
-    ----------
-    body : Body
-    h0 : Exact
-        Energy of the orbits.
-    arithmetic : Arithmetic
-
-    Raises
-    ------
-    ArithmeticError
-        A heteroclinic orbit was not found.
+    ArithmeticError is raised where one was not found.
     """
     found = np.zeros((2, 2, 4))
     for separatrix in (1, 2):
@@ -108,7 +98,7 @@ def _gain(s: UnstableSurface, g: float, arithmetic: Arithmetic) -> tuple[float, 
     errs by. Its nodes lie evenly about the section, so the mirrored half has the same values.
     """
     theta2_0, time = phase_at_start(s, g, arithmetic)
-    rate = float(u(unperturbed(s, theta2_0, DEPTH), s.p, numbers(s.bits)))
+    rate = float(exponent(J2_0(s), s.p, numbers(s.bits)))
     step = math.tau / (rate * (STEPS + float(s.p.nu) / math.pi))
     before = step * np.arange(4 * int(time / (4 * step)))
     turning = _turning(s, theta2_0, np.append(0.0, time - before[::-1]), arithmetic)[:0:-1]

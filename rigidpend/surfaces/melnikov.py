@@ -22,9 +22,9 @@ from rigidpend.mechanics.equations import eq1
 from rigidpend.mechanics.free_body import (
     SeparatrixMotion,
     direction,
+    exponent,
     separatrix,
     theta1,
-    u,
     unperturbed,
     v,
 )
@@ -38,15 +38,8 @@ if TYPE_CHECKING:
 def bracket(state: Numbers, p: Angles, m: Elementary = np) -> Any:
     """Poisson bracket {H0, H1/(kappa J2)} in (theta1, J1), which Melnikov's integral sums.
 
-    The derivatives of H = H0 + mu H1 are those in Hamilton's equations.
-
-    Parameters
-    ----------
-    state : 4 numbers or arrays
-        theta1, J1, theta2, J2; not only of a separatrix.
-    p : Angles
-        Its mu has no part in this.
-    m : namespace of sin and cos
+    The derivatives of H = H0 + mu H1 are those in Hamilton's equations, at any theta1, J1, theta2,
+    J2; the mu of `p` has no part in this.
     """
     # H is linear in mu: H1 has the derivatives at mu = 1 less those at mu = 0. So the equations are
     # written once, and any slip in them shows here too.
@@ -69,27 +62,13 @@ def integrand(t: Scalar, motion: SeparatrixMotion, p: Angles, m: Elementary = np
 
 
 def integral(motion: SeparatrixMotion, p: Angles, m: Elementary = np) -> Any:
-    """Melnikov's integral in closed form, at the phase `motion.theta2_0` (eq. Im).
+    """Melnikov's integral over t' in closed form, at the phase `motion.theta2_0` (eq. Im).
 
-    Parameters
-    ----------
-    motion : SeparatrixMotion
-        The separatrix (the paper has number 2), where it is at t0, and the phase there.
-    p : Angles
-    m : namespace of exp, expm1, log, sin and pi
-
-    Returns
-    -------
-    number
-        Of the bracket integrated over t'.
-
-    Notes
-    -----
-    The paper prints the opposite sign; with the bracket as it is defined there the integral
-    along separatrix 2 is minus what stands in (Im). It also calls the integral divergent and
-    takes a principal value: the integrand falls off exponentially and nothing diverges. Its
-    theta2* holds theta2_0 already, to which the phase would be added once more; the phase here
-    is theta2_0 itself.
+    The paper prints the opposite sign; with the bracket as it is defined there the integral along
+    separatrix 2 is minus what stands in (Im). It also calls the integral divergent and takes a
+    principal value: the integrand falls off exponentially and nothing diverges. Its theta2* holds
+    theta2_0 already, to which the phase would be added once more; the phase here is theta2_0
+    itself.
     """
     swing = m.cos(delta(motion, p, m) + motion.theta2_0)
     return amplitude(motion.number, motion.J2_0, p, m) * swing
@@ -119,26 +98,14 @@ def sigma(number: int, p: Angles, m: Elementary = np) -> Any:
 
 
 def zeros(problem: RouteProblem, number: int = 2) -> tuple[float, ...]:
-    """Phases theta2_0 in [0, 2 pi) at which Melnikov's integral vanishes.
+    """Phases theta2_0 in [0, 2 pi) at which Melnikov's integral vanishes, ascending.
 
     They are +-k pi/2 - delta, k = 1, 3, ..., with :func:`delta` for the orbit that has the
-    problem's J1_0 and J2_0 at theta2_0.
+    problem's J1_0 and J2_0 at theta2_0, correctly rounded. For 1 and 3 in the Hess case there are
+    none: the separatrix does not split and the integral is zero at all phases.
 
-    Parameters
-    ----------
-    problem : RouteProblem
-    number : int, optional
-        Of the separatrix, 1 to 4; orbits of route codes start on 2.
-
-    Returns
-    -------
-    tuple of 2 floats
-        Ascending, in radians, correctly rounded. Empty for 1 and 3 in the Hess case, where
-        the separatrix does not split and the integral is zero at all phases.
-
-    Notes
-    -----
-    Between the zeros the first symbol is 1 where cos(delta + theta2_0) > 0, up to O(mu).
+    Orbits of route codes start on 2. Between the zeros the first symbol is 1 where cos(delta +
+    theta2_0) > 0, up to O(mu).
     """
     if number % 2 and "Hess" in problem.body.special_cases:
         return ()
@@ -157,21 +124,8 @@ def linearised(
 ) -> tuple[Any, Any, Any, Any]:
     """The linearised equations of the perturbed motion, dimensionless time t' (eq. eq2).
 
-    Parameters
-    ----------
-    t : number
-        t' - t0.
-    delta : 4 numbers
-        delta theta1, delta J1, delta theta2, delta J2.
-    motion : SeparatrixMotion
-        The separatrix; the paper has number 2.
-    p : Angles
-    m : namespace of exp, sin, cos and pi
-
-    Returns
-    -------
-    tuple of 4
-        The derivatives in the same order, per t'.
+    Of the deviations delta theta1, delta J1, delta theta2, delta J2 at t' - t0 = t from a
+    separatrix, of which the paper has number 2, it gives the rates in the same order.
     """
     by_theta1, by_J1, _, by_J2 = delta
     at, J2 = separatrix(t, motion, p, m), motion.J2_0
@@ -195,28 +149,11 @@ def linearised(
 def delta_theta1(t: float, begin: float, motion: SeparatrixMotion, p: Angles) -> float:
     """Deviation delta theta1 after a time t, by quadrature over exponentials (eq. dtheta).
 
-    Parameters
-    ----------
-    t : float
-        t' - t0, of either sign.
-    begin : float
-        delta theta1 at t0, radians.
-    motion : SeparatrixMotion
-        Floats, \\|v\\| and \\|u t\\| below 1400.
-    p : Angles
-        Floats.
-
-    Returns
-    -------
-    float
-        Radians.
-
-    Notes
-    -----
-    This is the second of the printed forms, with (e^x + e^v)^2 e^-x = 4 e^v cosh^2((x - v)/2):
-    the right side neither overflows nor cancels.
+    `begin` is delta theta1 at t0, radians, t may have either sign; \\|v\\| and \\|u t\\| are below
+    1400. This is the second of the printed forms, with (e^x + e^v)^2 e^-x = 4 e^v cosh^2((x -
+    v)/2): the right side neither overflows nor cancels.
     """
-    rate, middle = direction(motion.number) * u(motion, p, math), v(motion, math)
+    rate, middle = direction(motion.number) * exponent(motion.J2_0, p, math), v(motion, math)
 
     def width(tau: float) -> float:
         return 2 * math.cosh((rate * tau - middle) / 2)
@@ -239,7 +176,7 @@ def _forced(
         return weight(tau) * math.cos(p.kappa * J2 * tau + motion.theta2_0 + half)
 
     # The weight is largest at the middle of the separatrix, where adaptive rules must look.
-    rate = u(motion, p, math)
+    rate = exponent(J2, p, math)
     middle = direction(motion.number) * v(motion, math) / rate
     ends = [0.0, middle, t] if min(0, t) < middle < max(0, t) else [0.0, t]
     # What the rounding of the exponents leaves.

@@ -52,15 +52,6 @@ DEPTH_BITS = 20
 """Depth of the starts beyond the precision, in bits: J1/J2 = 2^-(bits + DEPTH_BITS)."""
 
 
-class Harmonics(NamedTuple):
-    """Harmonics of a distance, as far as they are known."""
-
-    known: list[Any]
-    """d1, d2, ..., radians."""
-    beyond: Any
-    """Size that is expected of the next one; 0 where `TOP` are known."""
-
-
 class SurfaceSplitting(NamedTuple):
     """Measured splitting of a body at one mu, relative to Melnikov's amplitude."""
 
@@ -108,22 +99,8 @@ def measure(
 ) -> SurfaceSplitting:
     """Measure the splitting in the first precision, with the fewest orbits, that resolve it.
 
-    Parameters
-    ----------
-    body : Body
-        With mu > 0.
-    h0 : Exact
-        Energy of all orbits, h0 > mu.
-    allowed : float
-        The largest error of `excess` that counts as resolved.
-    arithmetic : Arithmetic
-    jobs : int, optional
-        Threads, or processes where Python itself computes.
-
-    Returns
-    -------
-    SurfaceSplitting
-        From two computations that share neither starts nor phases.
+    Two computations that share neither starts nor phases tell it. `allowed` is the largest error of
+    `excess` that counts as resolved; mu > 0, and all orbits have the energy h0 > mu.
     """
     n = FEWEST
     for bits in arithmetic.precisions:
@@ -167,37 +144,24 @@ def _twice(
             unknown = np.full(TOP, np.nan)
             return SurfaceSplitting(float(first), unknown, math.inf, allowed, s.bits, n)
         found.append(measured)
-    mean, error = np.zeros(TOP), max(abs(float(each.beyond / first)) for each in found)
-    for k, (a, b) in enumerate(zip(*(each.known for each in found), strict=True)):
+    mean, error = np.zeros(TOP), max(abs(float(beyond / first)) for _, beyond in found)
+    for k, (a, b) in enumerate(zip(*(known for known, _ in found), strict=True)):
         mean[k] = float((a + b) / 2 / first - (k == 0))
         # Near 1 they round by as much at least.
         error = max(error, CAUTION * (abs(float((a - b) / first)) + 2.0**-s.bits))
     return SurfaceSplitting(float(first), mean, error, allowed, s.bits, n)
 
 
-def harmonics(points: Points, a: Precision) -> Harmonics | None:
-    """Harmonics d1, d2, ... from an even number of orbits, their phases evenly around the circle.
+def harmonics(points: Points, a: Precision) -> tuple[list[Any], Any] | None:
+    """Harmonics d1, d2, ... from an even number n of orbits, their phases evenly around the circle.
 
-    The Fourier integral over g is taken over theta2_0, where the trapezoid rule and the
+    They are min(TOP, n/2 - 1), radians, with the size that is expected of the next one, or 0 where
+    `TOP` are known; None where the curve turns back in g: it has no distance at a phase
+    then. The Fourier integral over g is taken over theta2_0, where the trapezoid rule and the
     derivative of g through all points converge exponentially.
 
-    Parameters
-    ----------
-    points : Points
-        n of them.
-    a : Precision
-        The kind of their numbers.
-
-    Returns
-    -------
-    Harmonics or None
-        min(TOP, n/2 - 1) of them; None where the curve turns back in g: it has no distance at a
-        phase then.
-
-    Notes
-    -----
-    The curve's own harmonics shrink evenly, those of the distance by turns. So what is left out
-    is expected by the last two of the curve, whose ratio is that of the next one to the last.
+    The curve's own harmonics shrink evenly, those of the distance by turns. So what is left out is
+    expected by the last two of the curve, whose ratio is that of the next one to the last.
     """
     n = len(points.phase)
     slope = 1 + derivative(points.advance, a)
@@ -212,7 +176,7 @@ def harmonics(points: Points, a: Precision) -> Harmonics | None:
         of_cos, of_sin = 4 * even.sum(), 4 * odd.sum()
         found.append(of_cos if k % 2 else of_sin)
         sizes.append((of_cos * of_cos + of_sin * of_sin) ** 0.5)
-    return Harmonics(found, sizes[-1] ** 2 / sizes[-2] if len(found) < TOP else 0.0)
+    return found, sizes[-1] ** 2 / sizes[-2] if len(found) < TOP else 0.0
 
 
 def derivative(values: Any, a: Precision) -> Any:

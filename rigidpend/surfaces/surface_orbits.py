@@ -16,7 +16,7 @@ from rigidpend.mechanics.equations import (
     aligned_coefficients,
     hamiltonian_J3_0,
 )
-from rigidpend.mechanics.free_body import SeparatrixMotion, theta1, u
+from rigidpend.mechanics.free_body import SeparatrixMotion, exponent, theta1
 from rigidpend.numbers.exact import GUARD_BITS, Exact, context, fraction
 from rigidpend.numbers.generic import Numbers, Scalar
 from rigidpend.orbits.integrate.arithmetic import Arithmetic
@@ -44,8 +44,6 @@ class UnstableSurface(NamedTuple):
 class Points(NamedTuple):
     """Points of orbits on the section: arrays (n,) of doubles, or of guarded numbers."""
 
-    theta2_0: Any
-    """Phases at the start, radians."""
     phase: Any
     """Phase g = theta1/2 + theta2, radians, on the branch next to the unperturbed motion's."""
     advance: Any
@@ -59,18 +57,10 @@ class Points(NamedTuple):
 def surface(body: Body, h0: Exact, bits: int, separatrix: int = 2) -> UnstableSurface:
     """Make S1- of a body, or the surface beside another separatrix in the place of S1-.
 
-    Parameters
-    ----------
-    body : Body
-    h0 : Exact
-        Energy constant.
-    bits : int
-        Working precision.
-    separatrix : {2, 1}, optional
-        The reflection in the plane normal to the second axis, where r2 becomes -r2, takes Qm to
-        -Qp and theta3 to -theta3. So separatrix 1 of a body is separatrix 2 of the body with
-        -beta0. The turn by pi about the third axis together with the reflection of gamma3,
-        theta1 to theta1 + 2 pi, takes 2 to 4 and 1 to 3 and theta3 to -theta3.
+    The reflection in the plane normal to the second axis, where r2 becomes -r2, takes Qm to -Qp and
+    theta3 to -theta3. So separatrix 1 of a body is separatrix 2 of the body with -beta0. The turn
+    by pi about the third axis together with the reflection of gamma3, theta1 to theta1 + 2 pi,
+    takes 2 to 4 and 1 to 3 and theta3 to -theta3.
     """
     p = body.angles(bits + GUARD_BITS)
     side = {2: 1, 1: -1}[separatrix]
@@ -87,12 +77,6 @@ def J2_0(s: UnstableSurface) -> Any:
     return numbers(s.bits).sqrt(2 * s.h0 / s.p.kappa)
 
 
-def unperturbed(s: UnstableSurface, theta2_0: Scalar, depth: Scalar) -> SeparatrixMotion:
-    """Unperturbed motion on separatrix 2 that starts at theta2_0 and J1 = exp(-depth) J2_0."""
-    J2, low = J2_0(s), numbers(s.bits).exp(-depth)
-    return SeparatrixMotion(2, low * J2, J2 - low * J2, theta2_0)
-
-
 def launch(s: UnstableSurface, theta2_0: Scalar, depth: Scalar) -> list[Fraction]:
     """Start of an orbit, in aligned components of the working precision: see :func:`launches`."""
     a = guarded(s.bits)
@@ -100,23 +84,11 @@ def launch(s: UnstableSurface, theta2_0: Scalar, depth: Scalar) -> list[Fraction
 
 
 def launches(s: UnstableSurface, theta2_0: Any, depth: Scalar, a: Precision) -> Any:
-    """Starts of orbits, in aligned components (6, n).
+    """Starts of orbits, in aligned components (6, n), where -ln(J1/J2) is `depth`.
 
     At theta1 = alpha0 + beta0 they lie beside S1-, not on it. What they are off by shrinks as J1
     grows: at the section a part exp(-depth) of mu is left (dtheta).
 
-    Parameters
-    ----------
-    s : UnstableSurface
-    theta2_0 : (n,) array
-        Radians.
-    depth : number
-        -ln(J1/J2) at the start.
-    a : Precision
-        The kind of the numbers.
-
-    Notes
-    -----
     With J1/J2 given the momenta are proportional to J2, of which the energy has a square and what
     the weight adds; that and gamma are linear in the cosine and sine of theta2_0.
     """
@@ -139,8 +111,9 @@ def launches(s: UnstableSurface, theta2_0: Any, depth: Scalar, a: Precision) -> 
 
 def lag(s: UnstableSurface, depth: Scalar) -> Any:
     """Phase g at the section less theta2_0 of unperturbed motions, radians, in [-pi, pi]."""
-    m = numbers(s.bits)
-    whole = delta(unperturbed(s, m.mpf(0), depth), s.p, m)
+    m, J2 = numbers(s.bits), J2_0(s)
+    low = m.exp(-depth) * J2
+    whole = delta(SeparatrixMotion(2, low, J2 - low, m.mpf(0)), s.p, m)
     return whole - 2 * m.pi * m.nint(whole / (2 * m.pi))
 
 
@@ -157,28 +130,15 @@ def meet(
     arithmetic: Arithmetic,
     jobs: int = 1,
 ) -> Points | None:
-    """Follow orbits of S1- to the section.
+    """Follow orbits of S1- to the section, from phases and a depth as in :func:`launches`.
 
-    Parameters
-    ----------
-    s : UnstableSurface
-    theta2_0 : numbers
-        Phases at the start, radians.
-    depth : number
-        See :func:`launch`.
-    arithmetic : Arithmetic
-        Its tolerance is that at 53 bits; every bit more halves it.
-    jobs : int, optional
-
-    Returns
-    -------
-    Points or None
-        None if an orbit does not come to the section beside separatrix 2.
+    The tolerance is that at 53 bits; every bit more halves it. None if an orbit does not come to
+    the section beside separatrix 2.
     """
     a, m = kind(s, arithmetic), numbers(s.bits)
     starts = list(theta2_0)
     begin = a.array(starts)
-    rate = u(unperturbed(s, m.mpf(0), depth), s.p, m)
+    rate = exponent(J2_0(s), s.p, m)
     limit = PATIENCE * float((depth + math.tau) / rate)
     states, numbers_of = launches(s, begin, depth, a), coefficients(s)
     if a.bits == 53:
@@ -207,7 +167,7 @@ def meet(
     expected = a.array(unperturbed_phases)
     phase = phase + turn * np.rint(a.floats((expected - phase) / turn))
     rest = a.array([x - near for x, near in zip(unperturbed_phases, expected, strict=True)])
-    return Points(begin, phase, (phase - expected) - rest, offset, time)
+    return Points(phase, (phase - expected) - rest, offset, time)
 
 
 def kind(s: UnstableSurface, arithmetic: Arithmetic) -> Precision:
@@ -224,15 +184,8 @@ def guarded(bits: int) -> Precision:
 def section_angles(state: Numbers, alpha0: Scalar, m: Any) -> tuple[Any, Any]:
     """Phase g and offset of states with M3 = 0, J3 = 0, beside separatrix 2.
 
-    There Qm = J2 sin(offset/2) and Qp = J2 sin(offset/2 + alpha0), so that a small offset
-    keeps the relative precision of Qm.
-
-    Parameters
-    ----------
-    state : 6 numbers or arrays
-        Aligned components.
-    alpha0 : number
-    m : namespace of sin, cos and atan2
+    There Qm = J2 sin(offset/2) and Qp = J2 sin(offset/2 + alpha0), so that a small offset keeps the
+    relative precision of Qm.
     """
     Qp, Qm, _, gamma1, gamma2, gamma3 = state
     half = m.atan2(Qm * m.sin(alpha0), Qp - Qm * m.cos(alpha0))

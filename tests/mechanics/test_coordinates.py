@@ -8,7 +8,6 @@ from typing import Any
 import numpy as np
 import pytest
 from hypothesis import given
-from hypothesis import strategies as st
 
 from rigidpend import Body
 from rigidpend.mechanics import coordinates as co
@@ -18,6 +17,7 @@ from tests.strategies import (
     DERIVATIVE,
     FINE,
     ROUNDING,
+    aligned_from_body,
     along,
     apart,
     assert_same_canonical,
@@ -60,7 +60,7 @@ def brackets(c: Canonical) -> tuple[list[Any], Any]:
     return fine_state(x), np.outer(g, G) - np.outer(G, g) + np.outer(l, L) - np.outer(L, l)
 
 
-@repeatable(30)
+@repeatable(10)
 @given(canonicals())
 def test_eq_depri_G_turns_the_momentum_by_its_own_brackets(c: Canonical) -> None:
     state, found = brackets(c)
@@ -69,16 +69,7 @@ def test_eq_depri_G_turns_the_momentum_by_its_own_brackets(c: Canonical) -> None
         assert largest_difference(found[:3, j], cross(state[:3], axis)) < DERIVATIVE
 
 
-@repeatable(30)
-@given(canonicals())
-def test_eq_depri_g_turns_gamma_by_the_brackets_with_the_momentum(c: Canonical) -> None:
-    state, found = brackets(c)
-    for j, axis in enumerate(AXES):
-        assert largest_difference(found[3:, j], cross(state[3:], axis)) < DERIVATIVE
-    assert largest_difference(found[3:, 3:], np.zeros((3, 3))) < DERIVATIVE
-
-
-@repeatable(30)
+@repeatable(10)
 @given(canonicals())
 def test_eq_depri_g_leans_by_q_and_turns_by_g_from_the_momentum(c: Canonical) -> None:
     a = co.andoyer_from_canonical(c, 0.7)
@@ -99,23 +90,10 @@ def test_eq_depri_g_leans_by_q_and_turns_by_g_from_the_momentum(c: Canonical) ->
     assert largest_difference(fine_state([G, L, H, g, l])[3:], expected) < DERIVATIVE
 
 
-@repeatable(50)
+@repeatable(15)
 @given(momenta(), verticals())
 def test_agrees_body_to_andoyer_and_back(M: Any, gamma: Any) -> None:
     assert_same_state(co.body_from_andoyer(co.andoyer_from_body(M, gamma)), M, gamma)
-
-
-@repeatable(50)
-@given(canonicals(), numbers(0, math.pi))
-def test_invariant_gamma_is_a_unit_vector_at_height_H(c: Canonical, beta0: float) -> None:
-    a = co.andoyer_from_canonical(c, beta0)
-    M, gamma = co.body_from_andoyer(a)
-    assert abs(np.linalg.norm(gamma) - 1) <= ROUNDING
-    assert abs(np.linalg.norm(M) - a.G) <= ROUNDING * a.G
-    assert abs(M @ gamma - c.J3) <= ROUNDING * c.J2
-    assert abs(M[2] - (2 * c.J1 - c.J2)) <= ROUNDING * c.J2
-    direct = andoyer(a.G, a.L, a.H, a.g, a.l)
-    assert largest_difference(co.body_from_andoyer(direct), (M, gamma)) <= 20 * ROUNDING
 
 
 @pytest.mark.parametrize(("l", "g"), [(0.4, 0.7), (2.0, 0.7), (0.4, 2.5), (3.5, 4.0), (5.9, 5.9)])
@@ -136,7 +114,7 @@ def test_eq_gamma_dep_holds_in_every_quadrant_where_the_printed_form_does_not(
     assert error <= ROUNDING if right else error > 0.5
 
 
-@repeatable(50)
+@repeatable(15)
 @given(slight(), numbers(0, math.pi))
 def test_agrees_canonical_to_andoyer_and_back(c: Canonical, beta0: float) -> None:
     found = co.canonical_from_andoyer(co.andoyer_from_canonical(c, beta0), beta0)
@@ -147,7 +125,7 @@ def test_agrees_canonical_to_andoyer_and_back(c: Canonical, beta0: float) -> Non
 
 
 @pytest.mark.slow
-@repeatable(50)
+@repeatable(15)
 @given(slight(), bodies())
 def test_agrees_canonical_to_aligned_and_back(c: Canonical, body: Body) -> None:
     aligned = co.aligned_from_canonical(c, body.alpha0, body.beta0)
@@ -157,7 +135,7 @@ def test_agrees_canonical_to_aligned_and_back(c: Canonical, body: Body) -> None:
     assert_same_canonical(found, c, 1 / slimness)
 
 
-@repeatable(30)
+@repeatable(10)
 @given(bodies())
 def test_agrees_units_with_the_moments(body: Body) -> None:
     A = floats_of(body)[0]
@@ -166,7 +144,7 @@ def test_agrees_units_with_the_moments(body: Body) -> None:
     assert abs(FINE.mpf(co.scale(A)) / co.scale(exact_A, FINE) - 1) < 1e-13
 
 
-@repeatable(50)
+@repeatable(15)
 @given(numbers(0.1, 1), numbers(0.1, 1), numbers(3, 6), numbers(3, 6), numbers(0, math.pi))
 def test_eq_canon_keeps_the_form_L_dl_G_dg_H_dh(
     l: float, l_end: float, g: float, g_end: float, beta0: float
@@ -180,28 +158,8 @@ def test_eq_canon_keeps_the_form_L_dl_G_dg_H_dh(
     assert after == pytest.approx(before, abs=20 * ROUNDING)
 
 
-@repeatable(20)
-@given(bodies(), st.lists(slight(), min_size=2, max_size=5))
-def test_agrees_arrays_with_one_by_one(body: Body, several: list[Canonical]) -> None:
-    def chain(c: Canonical) -> tuple[Any, ...]:
-        A = floats_of(body)[0]
-        a = co.andoyer_from_canonical(in_units(c, 1 / co.scale(A)), body.beta0)
-        M, gamma = co.body_from_andoyer(a)
-        again = co.andoyer_from_body(M, gamma, a.h)
-        aligned = co.aligned_from_canonical(c, body.alpha0, body.beta0)
-        back = co.canonical_from_aligned(aligned, body.alpha0, body.beta0)
-        return a, M, gamma, again, co.canonical_from_andoyer(again, body.beta0), aligned, back
-
-    together = chain(Canonical(*(np.array(column) for column in zip(*several, strict=True))))
-    alone = [chain(c) for c in several]
-    assert together[1].shape == together[2].shape == (3, len(several))
-    for k, record in enumerate(together):
-        for i, field in enumerate(record):
-            assert np.allclose(field, [one[k][i] for one in alone], rtol=ROUNDING, atol=0)
-
-
 @pytest.mark.slow
-@repeatable(50)
+@repeatable(15)
 @given(bodies(), slight())
 def test_agrees_aligned_from_canonical_with_aligned_from_body(body: Body, c: Canonical) -> None:
     A = floats_of(body)[0]
@@ -209,7 +167,7 @@ def test_agrees_aligned_from_canonical_with_aligned_from_body(body: Body, c: Can
         co.andoyer_from_canonical(in_units(c, 1 / co.scale(A)), body.beta0)
     )
     found = co.aligned_from_canonical(c, body.alpha0, body.beta0)
-    expected = co.aligned_from_body(*state, body.alpha0, float(co.scale(A)))
+    expected = aligned_from_body(*state, body.alpha0, float(co.scale(A)))
     across = 2 * np.sqrt(c.J1) * np.sqrt(c.J2mJ1)
     assert largest_difference(found[:2], expected[:2]) <= ROUNDING * across
     assert largest_difference(found[2:], expected[2:]) <= ROUNDING * max(1, c.J2)
@@ -247,6 +205,7 @@ def test_agrees_degenerate_states_with_themselves(M: Any, gamma: Any) -> None:
     assert (a.h, c.theta3) == (0, 0)
     if abs(M @ gamma) == np.linalg.norm(M) > 0:
         assert a.cosq < 1e-16
+        assert a.g == 0
 
 
 @pytest.mark.parametrize(("M", "gamma"), UPRIGHT.values(), ids=UPRIGHT)
@@ -259,31 +218,6 @@ def test_agrees_upright_momentum_with_the_values_documented(M: Any, gamma: Any) 
     if abs(gamma[2]) == 1:
         assert (a.g, a.cosq) == (0, 0)
     assert any(M) or float(a.H) == gamma[2]
-
-
-@pytest.mark.parametrize("exponent", [-300, -150, -20, -1])
-def test_agrees_tiny_actions_through_every_map(exponent: int) -> None:
-    tiny, body = 10.0**exponent, Body((2, 1, "1.5"), (1, 1, 0), 0)
-    A, s = floats_of(body)[0], 1 / math.sqrt(2)
-    for J1, J2mJ1 in ((tiny, 2.0), (2.0, tiny)):
-        c = Canonical(J1, J2mJ1, 0.4, 5.0, 1.0, 0.0, math.sqrt(1 - (0.4 / (2 + tiny)) ** 2))
-        a = co.andoyer_from_canonical(in_units(c, 1 / co.scale(A)), body.beta0)
-        M, gamma = co.body_from_andoyer(a)
-        aligned = co.aligned_from_body(M, gamma, body.alpha0, s)
-        M, gamma = co.body_from_aligned(aligned, body.alpha0, s)
-        found = co.canonical_from_andoyer(co.andoyer_from_body(M, gamma), body.beta0)
-        assert_same_canonical(in_units(found, co.scale(A)), c)
-
-
-@pytest.mark.parametrize("side", [1, -1])
-@pytest.mark.parametrize("M", [(0.6, 0.8, 0), (0, 0.6, 0.8), (-0.48, 0.6, -0.64), (0, 1, 0)])
-def test_agrees_momentum_along_or_against_gamma_with_g_documented(M: Any, side: int) -> None:
-    gamma, M = np.array(M, dtype=float), 4 * side * np.array(M, dtype=float)
-    a = co.andoyer_from_body(M, gamma)
-    assert a.cosq < 1e-15
-    assert a.g == 0
-    # The rest of the state is not lost by it.
-    assert_same_state(co.body_from_andoyer(a), M, gamma)
 
 
 @pytest.mark.parametrize("shape", [(), (4,), (2, 3)])

@@ -16,7 +16,7 @@ from rigidpend.mechanics.equations import aligned, aligned_coefficients, eq1
 from rigidpend.mechanics.floquet import NotHyperbolic, PeriodicOrbit, periodic_orbit
 from rigidpend.mechanics.pendulum import periodic_solution
 from rigidpend.orbits.integrate.states import states_at
-from tests.strategies import bodies, numbers, repeatable
+from tests.strategies import aligned_from_body, bodies, numbers, repeatable
 
 PAIRS = [(family, epsilon) for family in (1, 2) for epsilon in (1, -1)]
 FIG4 = Body((2, 1, "1.5"), (1, 1, 0), 0).angles()
@@ -30,7 +30,7 @@ SPECIAL = [
     pytest.param(Body.from_angles("0.1", "0.05", "0.085", 0).angles(), id="alpha0 near 0"),
     pytest.param(Body.from_angles("3.13", "1", "3", 0).angles(), id="alpha0 near pi"),
 ]
-SHARES = [0.01, 0.5, 0.9, 0.99, 0.999]
+SHARES = [0.01, 0.9, 0.999]
 
 
 def loaded(p: Angles, share: float) -> Angles:
@@ -86,7 +86,7 @@ def monodromy(p: Angles, h0: float, family: int) -> Any:
     J1, J2mJ1 = small if family == 1 else small[::-1]
     state = coordinates.Canonical(J1, J2mJ1, 0.0, 0.3, theta2, 0.0, 1.0)
     M, gamma = coordinates.body_from_andoyer(coordinates.andoyer_from_canonical(state, p.beta0))
-    begin = np.array(coordinates.aligned_from_body(M, gamma, p.alpha0, 1.0))
+    begin = np.array(aligned_from_body(M, gamma, p.alpha0, 1.0))
 
     def field(flat: Any, _: Any) -> Any:
         # The field is quadratic: central differences of any step are its derivative.
@@ -102,9 +102,12 @@ def monodromy(p: Angles, h0: float, family: int) -> Any:
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("family", [1, 2])
 @pytest.mark.parametrize(
-    ("p", "share"), [*((p.values[0], 0.3) for p in SPECIAL), (FIG4, 0.9), (FIG4, 0.999)]
+    ("p", "share", "family"),
+    [
+        *((p.values[0], 0.3, 1 + k % 2) for k, p in enumerate(SPECIAL)),
+        *((FIG4, share, 1 + k) for k, share in enumerate((0.9, 0.999))),
+    ],
 )
 def test_agrees_with_the_linearised_field(p: Angles, share: float, family: int) -> None:
     q = loaded(p, share)
@@ -127,8 +130,7 @@ def test_agrees_where_the_direction_comes_back_turned(family: int) -> None:
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("family", [1, 2])
-@pytest.mark.parametrize("share", [0.6, 0.86])
+@pytest.mark.parametrize(("share", "family"), [(0.6, 1), (0.86, 2)])
 def test_an_elliptic_motion_is_told_from_a_hyperbolic_one(share: float, family: int) -> None:
     p = loaded(FIG5, share)
     multipliers = np.linalg.eigvals(monodromy(p, 1.0, family))
@@ -140,7 +142,7 @@ def test_an_elliptic_motion_is_told_from_a_hyperbolic_one(share: float, family: 
 
 
 @pytest.mark.slow
-@repeatable(60)
+@repeatable(15)
 @given(bodies(), numbers(0, 0.999))
 def test_invariant_the_exponents_of_a_pair_are_opposite(body: Body, share: float) -> None:
     p = loaded(body.angles(), share)
@@ -183,16 +185,6 @@ def test_order_the_multipliers_without_weight(p: Angles, family: int, epsilon: i
     assert free.exponent == pytest.approx(side * u / 2, rel=1e-13, abs=1e-14)
     assert free.multiplier == pytest.approx(math.exp(side * u * T / 2), rel=1e-12)
     np.testing.assert_allclose(free.theta1, p.beta0 + epsilon * p.alpha0, atol=1e-13)
-
-
-def test_the_grid_is_a_turn_in_equal_steps_of_time() -> None:
-    p = loaded(FIG4, 0.9)
-    orbit = periodic_orbit(p, 1.0)
-    times = np.arange(orbit.tau.size) * orbit.period / orbit.tau.size
-    _, _, tau = pendulum.canonical_motion(times, p, 1.0, 1, np)
-    assert orbit.tau[0] == -np.pi / 2
-    assert (np.diff(orbit.tau) > 0).all()
-    np.testing.assert_allclose(np.exp(1j * orbit.tau), np.exp(1j * tau), atol=1e-13)
 
 
 def test_what_is_no_orbit_is_refused(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -13,8 +13,6 @@ from rigidpend import Body
 from rigidpend.mechanics import free_body
 from rigidpend.mechanics.coordinates import (
     aligned_from_canonical,
-    andoyer_from_body,
-    canonical_from_andoyer,
     momentum,
     scale,
 )
@@ -67,7 +65,7 @@ def orbit(body: Body, M: Any, times: Any) -> Any:
 
 @pytest.mark.parametrize("family", FAMILIES)
 @given(body=bodies(), height=numbers(0.01, 0.999))
-@repeatable(20)
+@repeatable(8)
 def test_invariant_points_of_an_orbit_satisfy_both_integrals(
     family: Family, body: Body, height: float
 ) -> None:
@@ -76,15 +74,6 @@ def test_invariant_points_of_an_orbit_satisfy_both_integrals(
         np.testing.assert_allclose((M**2).sum(axis=0), 1, rtol=ROUNDING)
         twice = kinetic(body, M)
         assert np.ptp(twice) <= ROUNDING * twice.max()
-
-
-@given(body=bodies())
-@repeatable(20)
-def test_invariant_a_separatrix_has_the_energy_of_the_middle_axis(body: Body) -> None:
-    for number in free_body.SEPARATRICES:
-        M = free_body.half_circle(body.alpha0, number, HALF)
-        np.testing.assert_allclose((M**2).sum(axis=0), 1, rtol=ROUNDING)
-        np.testing.assert_allclose(kinetic(body, M) * float(body.A[2]), 1, rtol=ROUNDING)
 
 
 @pytest.mark.parametrize("family", FAMILIES)
@@ -123,7 +112,7 @@ def test_agrees_with_the_integrated_separatrix(number: int) -> None:
 
 
 @given(body=bodies())
-@repeatable(20)
+@repeatable(8)
 def test_the_separatrices_in_the_plane_are_where_the_paper_has_them(body: Body) -> None:
     alpha0, beta0, turn = body.alpha0, body.beta0, 2 * np.pi
     expected = [beta0 - alpha0, beta0 + alpha0, beta0 - alpha0 + turn, beta0 + alpha0 + turn]
@@ -153,15 +142,6 @@ def test_in_the_plane_an_orbit_is_a_level_curve_of_the_hamiltonian(
     # In units of J2^2, dimensionless: |M|^2 s^2.
     A, _, _ = floats_of(FREE)
     np.testing.assert_allclose(H, kinetic(FREE, M) / (2 * scale(A) ** 2), rtol=ROUNDING)
-
-
-def test_in_the_plane_theta1_does_not_depend_on_gamma() -> None:
-    M = free_body.around_M2(FREE.alpha0, 0.9, -1, PHI)
-    theta1, J1 = free_body.in_plane(M, FREE.beta0, 0.0)
-    gamma = np.tile([[0.6], [0.0], [-0.8]], PHI.size)
-    expected = canonical_from_andoyer(andoyer_from_body(M, gamma), FREE.beta0)
-    np.testing.assert_array_equal(theta1, expected.theta1)
-    np.testing.assert_array_equal(J1, expected.J1 / expected.J2)
 
 
 HALF_PLANES = {1: (0, -1), 2: (1, 0), 3: (0, 1), 4: (-1, 0)}
@@ -212,7 +192,7 @@ def test_eq_sol_22_rises_where_Qp_is_negative() -> None:
     assert_solves(4)
 
 
-@repeatable(30)
+@repeatable(10)
 @given(bodies(), canonicals())
 def test_eq_eq1_0_is_euler_s_equation_of_the_free_body(body: Body, c: Any) -> None:
     p, A = fine_angles(body), [x.in_context(FINE) for x in body.A]
@@ -230,7 +210,7 @@ def test_eq_eq1_0_is_euler_s_equation_of_the_free_body(body: Body, c: Any) -> No
     assert largest_difference(rate, free) < 1e-28
 
 
-@repeatable(30)
+@repeatable(10)
 @given(bodies(), canonicals())
 def test_eq_eq1_0_turns_theta2_by_the_free_hamiltonian_s_slope(body: Body, c: Any) -> None:
     """The one rate that M does not tell: h0 = kappa J2^2/2 + J1 (J2 - J1) [...] by J2."""
@@ -271,26 +251,14 @@ def test_both_actions_keep_their_relative_precision(
         assert relative(found.J2, 1.0 + J1_0) < ROUNDING
 
 
-@pytest.mark.parametrize("number", SEPARATRICES)
-def test_the_limits_in_time_are_the_vertices(number: int) -> None:
-    p = GENERIC.angles()
-    motion, corners = SeparatrixMotion(number, 0.3, 0.5, 0.0), free_body.vertices(p)
-    assert sorted(corners) == ["1", "1*", "2", "2*", "3", "3*", "4", "4*"]
-    ends = {1: (f"{number}*", f"{number}"), 2: (f"{number}", f"{number}*")}[2 - number % 2]
-    for t, name in zip((-1500.0, 1500.0), ends, strict=True):
-        c = separatrix(t, motion, p)
-        assert abs(c.J1 / c.J2 - corners[name].J1_over_J2) < 1e-200
-        assert c.theta1 == corners[name].theta1
-
-
-@repeatable(30)
+@repeatable(10)
 @given(bodies(), numbers(1e-3, 0.999))
 def test_v_is_how_far_the_middle_is_in_time(body: Body, share: float) -> None:
     p = fine_angles(body)
     assume(abs(share - 0.5) > 1e-3)
     for number in SEPARATRICES:
         motion = fine_motion(number, share)
-        rate = free_body.u(motion, p, FINE)
+        rate = free_body.exponent(motion.J2_0, p, FINE)
         middle = free_body.direction(number) * free_body.v(motion, FINE) / rate
         c = separatrix(middle, motion, p, FINE)
         assert abs(c.J1 - c.J2mJ1) < 1e-55

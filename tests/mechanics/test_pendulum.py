@@ -20,7 +20,6 @@ from rigidpend.mechanics.pendulum import (
     periodic_solution,
     riccati_coefficients,
     swing_coefficients,
-    theta1_rate,
 )
 from tests.strategies import (
     DERIVATIVE,
@@ -47,7 +46,7 @@ def sign_of(family: int) -> int:
 
 
 @pytest.mark.parametrize("sign", [1, -1])
-@repeatable(15)
+@repeatable(6)
 @given(bodies(), numbers(1.001, 3), numbers(-4, 4))
 def test_eq_5_3_solves_euler_poisson_at_energy_h0(
     sign: int, body: Body, surplus: float, t: float
@@ -66,29 +65,8 @@ def test_eq_5_3_solves_euler_poisson_at_energy_h0(
     assert state[2] * sign > 0
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize("family", FAMILIES)
-@repeatable(15)
-@given(bodies(), numbers(1.001, 3), numbers(-4, 4), numbers(0, 12))
-def test_eq_sol_3_solves_eq1_whatever_theta1_is(
-    family: int, body: Body, surplus: float, t: float, theta1: float
-) -> None:
-    p = fine_angles(body)
-    h0 = surplus * (p.mu + 1)
-
-    def motion(x: Any) -> tuple[Any, ...]:
-        return pendulum.canonical_motion(x[0], p, h0, family, FINE)
-
-    J1, J2, tau = motion([FINE.mpf(t)])
-    theta2 = tau if family == 1 else tau - theta1
-    rate = equations.eq1((FINE.mpf(theta1), J1, theta2, J2), p, FINE)
-    phase = rate[2] if family == 1 else rate[0] + rate[2]
-    expected = along(motion, [FINE.mpf(t)], [1])
-    assert largest_difference(expected, (rate[1], rate[3], phase)) < DERIVATIVE
-
-
-@pytest.mark.parametrize("family", FAMILIES)
-@repeatable(30)
+@repeatable(10)
 @given(bodies(), numbers(1.001, 3))
 def test_eq_sol_3_is_5_3_in_other_coordinates(family: int, body: Body, surplus: float) -> None:
     (A, r, mu), p = floats_of(body), body.angles()
@@ -134,19 +112,6 @@ def test_a_pendulum_that_does_not_turn_is_refused(h0: float) -> None:
         pendulum.modulus(h0, p.mu, math)
 
 
-def test_other_families_and_signs_are_refused() -> None:
-    p = Body((2, 1, "1.5"), (1, 1, 0), "1/2").angles()
-    with pytest.raises(ValueError, match="a family is 1"):
-        pendulum.canonical_motion(0.0, p, 1.0, 3, math)
-    with pytest.raises(ValueError, match="a sign is 1 or -1"):
-        pendulum.body_motion(0.0, 2, 1.5, (1, 0, 0), 1.0, 0.5, math)
-
-
-BODIES = [
-    pytest.param((2, 1, "1.5"), (1, 1), id="Grioli"),
-    pytest.param((2, "1.2", "1.7"), (1, 3), id="generic"),
-    pytest.param((2, "0.2", "1.8"), (3, 1), id="flat"),
-]
 GENERIC = Body((2, "1.2", "1.7"), (1, 3, 0), "0.3")
 H0 = 1.2
 MUS = ("1e-3", "1e-5")
@@ -161,28 +126,9 @@ ANGLES = [
 ]
 
 
-def Delta_1_from_moments(A: Any, r: Any, mu: float, h0: float, epsilon: int) -> float:
-    """The second of the printed forms of (dt), from the body's own numbers."""
-    A1, A2, A3 = A
-    lean = r[0] * A1 * math.sqrt(A2 * (A3 - A2)) + epsilon * r[1] * A2 * math.sqrt(A1 * (A1 - A3))
-    square = 4 * A3 * (A1 + A2 - A3) - 3 * A1 * A2
-    return mu * abs(lean) / (math.sqrt(A3 * (A1 - A2) * square) * h0)
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize("epsilon", [1, -1])
-@repeatable(50)
-@given(bodies())
-def test_eq_dt_the_two_printed_forms_are_equal(epsilon: int, body: Body) -> None:
-    A, r, mu = floats_of(body)
-    printed = Delta_1_from_moments(A, r, mu, H0, epsilon)
-    # Where beta0 is near alpha0 what is left is their rounding.
-    assert Delta_1(body.angles(), H0, epsilon, math) == pytest.approx(printed, rel=1e-12, abs=1e-15)
-
-
 @pytest.mark.slow
 @pytest.mark.parametrize(("family", "epsilon"), SIGNS)
-@repeatable(50)
+@repeatable(15)
 @given(bodies())
 def test_eq_dt_is_the_amplitude_of_T1_and_of_T2(family: int, epsilon: int, body: Body) -> None:
     p = body.angles()
@@ -195,7 +141,7 @@ def residual(angles: Any, family: int, epsilon: int, mu: str, solution: Any) -> 
     p = fine_angles(Body.from_angles(angles[0], angles[1], angles[2], mu))
     h0 = FINE.mpf("1.2")
     rate = p.kappa * FINE.sqrt(2 * h0 / p.kappa)
-    phases = [FINE.mpf(k) * 2 * FINE.pi / 7 for k in range(7)]
+    phases = [FINE.mpf(k) * 2 * FINE.pi / 3 for k in range(3)]
 
     def state(x: Any) -> Any:
         return solution(x[0], p, h0, family, epsilon, FINE)
@@ -224,69 +170,39 @@ def T2_as_printed(theta2: Any, p: Any, h0: Any, family: int, epsilon: int, m: An
     return theta1, J1, angle + p.mu / (2 * h0) * (printed - right), J2
 
 
-@pytest.mark.slow
-@pytest.mark.parametrize("angles", ANGLES)
-def test_eq_tt_as_printed_leaves_a_residual_of_first_order_at_J1_J2(angles: Any) -> None:
-    left = [residual(angles, 2, 1, mu, T2_as_printed) for mu in MUS]
+def test_eq_tt_as_printed_leaves_a_residual_of_first_order_at_J1_J2() -> None:
+    left = [residual(("1.9", "1.2", "1.5"), 2, 1, mu, T2_as_printed) for mu in MUS]
     assert slope(left) == pytest.approx(1, abs=0.01)
 
 
-def beside(
-    theta1: Any, tau: Any, p: Angles, h: Any, family: int, share: Any = 0
-) -> tuple[Any, Any, Any]:
-    """From (eq1) at the energy h: rates of theta1, tau and ln(small action) in t'."""
+def beside(theta1: Any, tau: Any, p: Angles, h: Any, family: int) -> tuple[Any, Any]:
+    """From (eq1) at the energy h: rates of theta1 and tau in t'."""
     J2 = FINE.sqrt(2 * (h - p.mu * FINE.sin(tau)) / p.kappa)
-    small = share * J2
     if family == 1:
-        rates = eq1((theta1, small, tau, J2), p, FINE)
-        return rates[0], rates[2], rates[1] / (small or 1)
-    rates = eq1((theta1, J2 - small, tau - theta1, J2), p, FINE)
-    return rates[0], rates[0] + rates[2], (rates[3] - rates[1]) / (small or 1)
+        rates = eq1((theta1, 0, tau, J2), p, FINE)
+        return rates[0], rates[2]
+    rates = eq1((theta1, J2, tau - theta1, J2), p, FINE)
+    return rates[0], rates[0] + rates[2]
 
 
 def fine(*x: float) -> list[Any]:
     return [FINE.mpf(y) for y in x]
 
 
-def ric_residual(theta1: Any, tau: Any, p: Angles, h: Any, family: int, coefficients: Any) -> Any:
-    """What y' + a0 y^2 + a1 y + a2 leaves, with y' from (eq1) by the chain rule."""
-    rate, clock, _ = beside(theta1, tau, p, h, family)
-    y = FINE.cot(theta1 / 2)
-    slope = along(lambda x: [FINE.cot(x[0] / 2)], [theta1], [rate / clock])[0]
-    a0, a1, a2 = coefficients
-    return abs(slope + a0 * y * y + a1 * y + a2) / (1 + y * y)
-
-
 @pytest.mark.parametrize("family", [1, 2])
-@repeatable(30)
+@repeatable(10)
 @given(bodies(), numbers(1.001, 3), numbers(0.1, 6.1), numbers(0, 6.3))
 def test_eq_eq_Ric1_is_eq1_beside_the_pendulum_motions(
     family: int, body: Body, surplus: float, theta1: float, tau: float
 ) -> None:
     p, (x, phase) = fine_angles(body), fine(theta1, tau)
     h = surplus * (p.mu + 1)
-    found = riccati_coefficients(phase, p, h, family, FINE)
-    assert ric_residual(x, phase, p, h, family, found) < DERIVATIVE
-    # And the same without poles.
-    rate, clock, _ = beside(x, phase, p, h, family)
-    assert abs(theta1_rate(x, found, FINE) - rate / clock) < 1e-50
-
-
-@pytest.mark.parametrize("family", [1, 2])
-@repeatable(30)
-@given(bodies(), numbers(-6.3, 12.6), numbers(0, 6.3))
-def test_invariant_the_small_action_grows_as_theta1_contracts(
-    family: int, body: Body, theta1: float, tau: float
-) -> None:
-    p, (x, phase) = fine_angles(body), fine(theta1, tau)
-    h = p.mu + 1
-    action = FINE.mpf("1e-30")
-    _, clock, growth = beside(x, phase, p, h, family, action)
-    a = riccati_coefficients(phase, p, h, family, FINE)
-    slope = along(lambda z: [theta1_rate(z[0], a, FINE)], [x], [1])[0]
-    # What is left out is of first order in the action; with 1,200 bodies it was 1.6 times that by
-    # the square of the coefficients, which are large for a flat body.
-    assert abs(growth / clock + slope) < 4 * action * (1 + sum(x * x for x in a))
+    a0, a1, a2 = riccati_coefficients(phase, p, h, family, FINE)
+    # y' of y = cot(theta1/2) from (eq1), by the chain rule.
+    rate, clock = beside(x, phase, p, h, family)
+    y = FINE.cot(x / 2)
+    slope = along(lambda z: [FINE.cot(z[0] / 2)], [x], [rate / clock])[0]
+    assert abs(slope + a0 * y * y + a1 * y + a2) < DERIVATIVE * (1 + y * y)
 
 
 @pytest.mark.parametrize("gap", [1e-3, 1e-6, 1e-9])
@@ -300,11 +216,11 @@ def test_the_pull_keeps_its_precision_at_the_top(gap: float) -> None:
     assert found[2] == pytest.approx(float(expected[2]), rel=1e-15 / math.sqrt(gap) + 1e-14)
 
 
-def test_other_families_and_epsilons_are_refused() -> None:
-    p = Body((2, 1, "1.5"), (1, 1, 0), "0.01").angles()
+def test_other_families_signs_and_epsilons_are_refused() -> None:
+    p = Body((2, 1, "1.5"), (1, 1, 0), "1/2").angles()
     with pytest.raises(ValueError, match="a family is 1"):
-        periodic_solution(0.0, p, H0, 3, 1, math)
+        pendulum.canonical_motion(0.0, p, 1.0, 3, math)
+    with pytest.raises(ValueError, match="a sign is 1 or -1"):
+        pendulum.body_motion(0.0, 2, 1.5, (1, 0, 0), 1.0, 0.5, math)
     with pytest.raises(ValueError, match="epsilon is 1 or -1"):
         periodic_solution(0.0, p, H0, 1, 0, math)
-    with pytest.raises(ValueError, match="a family is 1"):
-        riccati_coefficients(0.0, p, 1.0, 0, math)

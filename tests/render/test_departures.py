@@ -32,9 +32,9 @@ from rigidpend.mechanics.equations import (
 )
 from rigidpend.mechanics.free_body import (
     SeparatrixMotion,
+    exponent,
     separatrix,
     theta1,
-    u,
 )
 from rigidpend.mechanics.in_space import increments, regime
 from rigidpend.orbits.integrate.states import states_at
@@ -78,7 +78,7 @@ def test_Im_has_the_opposite_sign(phase: float) -> None:
 
 def test_Im_converges_absolutely() -> None:
     """Printed: "a divergent improper integral", of which a principal value is taken."""
-    p, rate = GENERIC.angles(), u(MIDDLE, GENERIC.angles(), math)
+    p, rate = GENERIC.angles(), exponent(MIDDLE.J2_0, GENERIC.angles(), math)
     sums = [
         2 * quad(lambda t: abs(melnikov.integrand(t, MIDDLE, p, math)), 0, x / rate, limit=2000)[0]
         for x in (10, 20, 40)
@@ -113,7 +113,7 @@ def test_tri1_is_at_beta0_minus_alpha0_not_at_alpha0_minus_beta0(number: int) ->
             return float(theta3_rate(c.J1, J2_0, at, p.mu, math))
 
         # The second half is the first one in the mirror.
-        return 2 * quad(rate, 0, 70 / u(motion, p, math), epsabs=1e-14, limit=200)[0]
+        return 2 * quad(rate, 0, 70 / exponent(motion.J2_0, p, math), epsabs=1e-14, limit=200)[0]
 
     found = increments(p, p.kappa * J2_0**2 / 2)[number - 1]
     assert gained(theta1(number, p, math)) == pytest.approx(found, abs=1e-12)

@@ -28,7 +28,7 @@ from rigidpend.surfaces.curves import (
     surface_problem,
     times,
 )
-from tests.orbits.integrate.problems import ENGINES, on_separatrix
+from tests.orbits.integrate.problems import on_separatrix
 
 MOMENTS = {"a": (2, "0.2", "1.8"), "d": (2, "1.18", "1.5"), "g": (2, 1, "1.04")}
 THETA2_0 = 2 * math.pi * (np.arange(12) + 0.5) / 12
@@ -76,8 +76,7 @@ def test_agrees_with_hamilton_s_equations(name: str) -> None:
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("engine", ENGINES)
-@pytest.mark.parametrize("name", MOMENTS)
+@pytest.mark.parametrize(("name", "engine"), [("a", "taylor"), ("d", "scipy"), ("g", "taylor")])
 def test_invariant_mirrored_orbits_are_those_integrated_backward(name: str, engine: str) -> None:
     problem = made(name)
     body, t = problem.body, times(problem)

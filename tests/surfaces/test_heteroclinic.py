@@ -65,7 +65,7 @@ def directly(separatrix: int) -> list[float]:
             root = brentq(lambda x: crossing(separatrix, x)[1], a, b, xtol=1e-13)
             time, _, state = crossing(separatrix, root)
             times = np.array([0.0, time - 9, time - 4, time, time + 4, time + 9])
-            orbit = states_at(field(GENERIC), [*state, 0.0, 0.0], times)
+            orbit = states_at(field(GENERIC), [*state, 0.0], times)
             theta3 = orbit[6] - orbit[6, 3]
             assert abs(theta3[4]) > 0.2 * abs(theta3[0])
             np.testing.assert_allclose(-theta3[[2, 1]], theta3[[4, 5]], rtol=0, atol=1e-8)
@@ -111,7 +111,7 @@ def test_the_error_told_holds_against_more_steps(monkeypatch: pytest.MonkeyPatch
 
 @pytest.mark.slow
 def test_agrees_engines(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(heteroclinic, "DEPTH", 20.0)
+    monkeypatch.setattr(heteroclinic, "DEPTH", 8.0)
     found = increments(HESS, H0, resolve("scipy", 3e-14)).gained
     np.testing.assert_allclose(found, increments(HESS, H0, ARITHMETIC).gained, rtol=0, atol=1e-13)
 
@@ -121,18 +121,3 @@ def test_an_orbit_that_is_not_found_is_an_error() -> None:
     body = Body(A=(2, "1.7", "1.85"), r=(2, 1, 0), mu="0.95")
     with pytest.raises(ArithmeticError, match=r"meets the section at g = -?1\.57"):
         increments(body, H0, ARITHMETIC)
-
-
-def test_a_half_orbit_takes_no_more_nodes_than_its_length_in_steps(
-    monkeypatch: pytest.MonkeyPatch,
-) -> None:
-    """Some 24 steps in 2 pi/u and one for each turn: a time of 76/u has 290 and nu/pi times 12."""
-    seen = []
-
-    def counted(coefficients: Any, states: Any, times: Any, **given: Any) -> Any:
-        seen.append(len(times))
-        return states_at(coefficients, states, times, **given)
-
-    monkeypatch.setattr(heteroclinic, "states_at", counted)
-    increments(GENERIC, H0, ARITHMETIC)
-    assert 250 < min(seen) <= max(seen) < 350

@@ -3,13 +3,11 @@
 from __future__ import annotations
 
 import math
-from itertools import pairwise
 from typing import Any
 
 import numpy as np
 import pytest
 from hypothesis import given
-from hypothesis import strategies as st
 from scipy.integrate import quad
 
 from rigidpend import Body, route_codes
@@ -20,7 +18,6 @@ from rigidpend.mechanics.free_body import (
     SeparatrixMotion,
     direction,
     separatrix,
-    theta1,
 )
 from rigidpend.numbers.exact import exact
 from rigidpend.orbits.integrate.states import states_at
@@ -34,7 +31,6 @@ from tests.bodies import FIG4, GENERIC
 from tests.strategies import (
     DERIVATIVE,
     FINE,
-    ROUNDING,
     along,
     apart,
     bodies,
@@ -69,7 +65,7 @@ def summed(motion: SeparatrixMotion, p: Any, eps: float = 1e-15) -> Any:
     On the whole line the rule errs by the integrand's Fourier transform at 2 pi/step.
     """
     m, nats = FINE, 3 - math.log(eps)
-    rate = free_body.u(motion, p, m)
+    rate = free_body.exponent(motion.J2_0, p, m)
     step = 2 * m.pi**2 / (2 * p.nu + nats)
     reach = math.ceil((nats + p.nu) / step)
     middle = free_body.direction(motion.number) * free_body.v(motion, m) / rate
@@ -90,7 +86,7 @@ def bracket_of_slopes(x: Any, p: Any) -> Any:
     return (free[0] * heavy[1] - free[1] * heavy[0]) / (p.kappa * x[3])
 
 
-@repeatable(30)
+@repeatable(10)
 @given(bodies(), canonicals())
 def test_the_bracket_is_that_of_the_hamiltonian_s_slopes(body: Body, c: Any) -> None:
     p, x = fine_angles(body), [FINE.mpf(float(y)) for y in (c.theta1, c.J1, c.theta2, c.J2)]
@@ -98,7 +94,7 @@ def test_the_bracket_is_that_of_the_hamiltonian_s_slopes(body: Body, c: Any) -> 
 
 
 @pytest.mark.parametrize("number", SEPARATRICES)
-@repeatable(10)
+@repeatable(5)
 @given(bodies(), numbers(-30, 30))
 def test_the_integrand_is_the_bracket_on_the_separatrix(number: int, body: Body, t: float) -> None:
     p, motion = fine_angles(body), fine_motion(number)
@@ -107,20 +103,8 @@ def test_the_integrand_is_the_bracket_on_the_separatrix(number: int, body: Body,
     assert abs(melnikov.integrand(FINE.mpf(t), motion, p, FINE) - expected) < 1e-50
 
 
-@pytest.mark.parametrize("number", SEPARATRICES)
-def test_the_integrand_keeps_its_relative_precision_in_its_tails(number: int) -> None:
-    p, fine = GENERIC.angles(), fine_angles(GENERIC)
-    motion = fine_motion(number)
-    plain = SeparatrixMotion(number, *map(float, motion[1:]))
-    for t in (-200.0, -20.0, 0.0, 20.0, 200.0):
-        found = melnikov.integrand(t, plain, p)
-        expected = float(melnikov.integrand(FINE.mpf(t), motion, fine, FINE))
-        assert found == pytest.approx(expected, rel=1e-14 * (1 + abs(t)))
-        assert found != 0
-
-
 @pytest.mark.slow
-@pytest.mark.parametrize(("number", "nu"), [(1, 8), (2, 12), (3, 12), (4, 8), (3, 30), (4, 50)])
+@pytest.mark.parametrize(("number", "nu"), [(1, 8), (2, 12), (3, 30), (4, 12)])
 def test_eq_Im_is_the_sum_of_the_integrand_for_any_nu(number: int, nu: float) -> None:
     """To 20 digits of the integral, where it is down to 1e-20 of what is summed."""
     body = nearly_round(nu)
@@ -128,8 +112,6 @@ def test_eq_Im_is_the_sum_of_the_integrand_for_any_nu(number: int, nu: float) ->
     p, motion = fine_angles(body), fine_motion(number)
     by_sum = summed(motion, p, 1e-20)
     assert abs(by_sum / melnikov.integral(motion, p, FINE) - 1) < 1e-19
-    finer = summed(motion, p, 1e-30)
-    assert abs(finer / melnikov.integral(motion, p, FINE) - 1) < 1e-29
 
 
 @pytest.mark.parametrize("number", SEPARATRICES)
@@ -145,7 +127,7 @@ def test_eq_Im_is_adaptive_quadrature_of_the_bracket(number: int, phase: float) 
     assert melnikov.integral(motion, p) == pytest.approx(found, abs=1e-12)
 
 
-@pytest.mark.parametrize("nu", [8, 20])
+@pytest.mark.parametrize("nu", [8])
 def test_eq_Im_is_its_middle_form_with_legendre_s_integral(nu: float) -> None:
     """The printed factor of sigma_0/u cos(delta + phase), the paper's minus sign apart."""
     m, p = FINE, fine_angles(nearly_round(nu))
@@ -168,20 +150,6 @@ def test_the_amplitude_neither_overflows_nor_loses_digits(nu: float) -> None:
     expected = float(-2 * fine.nu * lean / (fine.kappa * FINE.sinh(fine.nu)))
     for m in (np, math):
         assert melnikov.amplitude(2, 1.0, p, m) == pytest.approx(expected, rel=1e-14, abs=1e-320)
-
-
-@pytest.mark.slow
-@repeatable(50)
-@given(bodies())
-def test_separatrix_2_always_splits_and_1_does_not_in_the_hess_case_only(body: Body) -> None:
-    p = body.angles()
-    sizes = [abs(melnikov.amplitude(n, 1.0, p)) * math.sinh(p.nu) for n in SEPARATRICES]
-    assert sizes[1] > 0
-    assert sizes[3] == pytest.approx(sizes[1], rel=1e-12)
-    assert sizes[0] == pytest.approx(sizes[2], rel=1e-9, abs=1e-14)
-    assert (sizes[0] > 0) == (p.alpha0 != p.beta0)
-    hess = [abs(melnikov.amplitude(n, 1.0, HESS.angles())) for n in SEPARATRICES]
-    assert max(hess[0], hess[2]) < ROUNDING < 0.01 < min(hess[1], hess[3])
 
 
 @pytest.mark.slow
@@ -218,24 +186,6 @@ def assert_same_angles(found: Any, expected: Any, allowed: float) -> None:
     direct = max(apart(found[0], first, math.tau), apart(found[1], second, math.tau))
     crossed = max(apart(found[0], second, math.tau), apart(found[1], first, math.tau))
     assert min(direct, crossed) <= allowed
-
-
-def test_agrees_the_zeros_of_fig4_to_six_digits() -> None:
-    assert [f"{x:.6f}" for x in melnikov.zeros(problem())] == ["1.563050", "4.704643"]
-
-
-@repeatable(30)
-@given(bodies(), numbers(1, 5), st.integers(3, 200))
-def test_eq_Im_vanishes_at_the_zeros_of_any_body(body: Body, h0: float, digits: int) -> None:
-    p = problem(body, h0, f"1e-{digits}")
-    first, second = melnikov.zeros(p)
-    assert 0 <= first < second < math.tau
-    assert second - first == pytest.approx(math.pi, abs=1e-15)
-    largest = abs(integral(p, first + math.pi / 2))
-    assert largest > 0
-    # The phase at J1 = J2/2 has whole turns, some ln(1/J1_0) of them, that are rounded.
-    allowed = 1e-14 * (1 + digits / math.sin(body.alpha0))
-    assert max(abs(integral(p, first)), abs(integral(p, second))) < allowed * largest
 
 
 def test_the_zeros_move_with_J1_0_by_kappa_over_sin_alpha0() -> None:
@@ -281,7 +231,7 @@ def beside(motion: SeparatrixMotion, t: Any, p: Any, s: Any) -> list[Any]:
 
 
 @pytest.mark.parametrize("number", SEPARATRICES)
-@repeatable(5)
+@repeatable(4)
 @given(bodies(), numbers(-4, 4))
 def test_eq_eq2_is_the_slope_of_eq1_in_mu_and_the_distance(
     number: int, body: Body, t: float
@@ -296,34 +246,6 @@ def test_eq_eq2_is_the_slope_of_eq1_in_mu_and_the_distance(
     assert largest_difference(found, expected) < DERIVATIVE
 
 
-@pytest.mark.parametrize("number", SEPARATRICES)
-def test_eq_eq2_leaves_orbits_of_eq1_a_remainder_of_second_order(number: int) -> None:
-    p, motion = GENERIC.angles(), beginning(number, 0.05)
-    times, sizes = np.linspace(0, 5, 6), np.array([1e-3, 5e-4, 2.5e-4, 1.25e-4])
-    centre = np.array(np.broadcast_arrays(*flat(separatrix(times, motion, p))))
-    remainders = []
-    for size in sizes:
-        heavy, begin = p._replace(mu=size), size * np.array(DELTA)
-        full = full_orbit(heavy, centre[:, 0] + begin, times)
-        near = linear_orbit(motion, heavy, begin, times)
-        remainders.append(np.abs(full - centre - near)[:, -1].max())
-    slope = np.polyfit(np.log(sizes), np.log(remainders), 1)[0]
-    assert slope == pytest.approx(2, abs=0.02)
-
-
-def full_orbit(p: Any, begin: Any, times: Any) -> Any:
-    return states_at(lambda x, m: eq1(x, p, m), begin, times)
-
-
-def first_integral(t: Any, delta: Any, motion: SeparatrixMotion, p: Any, m: Any) -> Any:
-    """The first integral J of (eq2): the excess of the energy over kappa J2_0^2/2."""
-    by_theta1, _, _, by_J2 = delta
-    at, J2 = separatrix(t, motion, p, m), motion.J2_0
-    steep = direction(motion.number) * m.sin(p.alpha0)
-    height = (at.J1 * m.sin(at.theta1 + at.theta2) + at.J2mJ1 * m.sin(at.theta2)) / J2
-    return -at.J1 * at.J2mJ1 * steep * by_theta1 + p.kappa * J2 * by_J2 + p.mu * height
-
-
 def linear_orbit(motion: SeparatrixMotion, p: Any, begin: Any, times: Any) -> Any:
     """(eq2) integrated, its time being a fifth variable."""
 
@@ -331,22 +253,6 @@ def linear_orbit(motion: SeparatrixMotion, p: Any, begin: Any, times: Any) -> An
         return (*linearised(x[4], x[:4], motion, p, np), 1.0)
 
     return states_at(field, [*begin, times[0]], times, engine="scipy")[:4]
-
-
-@pytest.mark.parametrize("number", SEPARATRICES)
-@repeatable(10)
-@given(bodies(), numbers(-4, 4))
-def test_invariant_the_first_integral_s_derivative_vanishes(
-    number: int, body: Body, t: float
-) -> None:
-    p, motion = fine_angles(body), fine(beginning(number, 0.1))
-    rate = linearised(FINE.mpf(t), DELTA, motion, p, FINE)
-    (slope,) = along(
-        lambda x: [first_integral(x[0], x[1:], motion, p, FINE)],
-        [FINE.mpf(t), *map(FINE.mpf, DELTA)],
-        [1, *rate],
-    )
-    assert abs(slope) < DERIVATIVE
 
 
 @pytest.mark.parametrize("number", SEPARATRICES)
@@ -359,37 +265,13 @@ def test_eq_dtheta_is_the_integral_of_eq2(number: int, way: int) -> None:
     np.testing.assert_allclose(found, expected, rtol=1e-10, atol=1e-14)
 
 
+@pytest.mark.parametrize("J1_0", [1e-14, 1e-150])
 @pytest.mark.parametrize("number", SEPARATRICES)
-@pytest.mark.parametrize("J1_0", [1e-200, 1e-30, 1e-8, 0.4])
-@pytest.mark.parametrize("passed", [-20.0, 0.3, 1.9])
-def test_eq_dtheta_the_two_printed_forms_are_equal(number: int, J1_0: float, passed: float) -> None:
-    """At times up to where the other end is as near as the beginning was."""
-    p, motion = GENERIC.angles(), beginning(number, J1_0)
-    rate, half = 0.8 * math.sin(p.alpha0), float(theta1(number, p)) / 2
-    t = (passed if passed < 0 else passed * abs(math.log(J1_0 / 0.8))) / rate
-
-    def across(tau: float) -> float:
-        at = separatrix(tau, motion, p, math)
-        return float(at.J1 * at.J2mJ1)
-
-    def pull(tau: float) -> float:
-        return across(tau) / across(t) * math.cos(p.kappa * motion.J2_0 * tau + 0.7 + half)
-
-    middle = direction(number) * math.log(motion.J2mJ1_0 / motion.J1_0) / (0.8 * math.sin(p.alpha0))
-    ends = [0.0, *([middle] if min(0, t) < middle < max(0, t) else []), t]
-    least = 1e-12 * max(map(across, ends)) / across(t)
-    forced = sum(quad(pull, a, b, epsabs=least, limit=1000)[0] for a, b in pairwise(ends))
-    expected = across(0) / across(t) * 2e-3 + 2 * p.mu * math.sin(half) / motion.J2_0 * forced
-    found = delta_theta1(t, 2e-3, motion, p)
-    assert found == pytest.approx(expected, rel=1e-9 + 1e-15 * abs(rate * t))
-
-
-@pytest.mark.parametrize("number", SEPARATRICES)
-def test_eq_dtheta_leaves_by_what_melnikov_s_integral_is(number: int) -> None:
+def test_eq_dtheta_leaves_by_what_melnikov_s_integral_is(number: int, J1_0: float) -> None:
     """From far before the middle to far behind it, the deviation times J1 (J2 - J1)."""
-    p, motion = GENERIC.angles(), beginning(number, 1e-14)
+    p, motion = GENERIC.angles(), beginning(number, J1_0)
     J2, rate = motion.J2_0, 0.8 * math.sin(p.alpha0)
-    t = 2 * math.log(J2 / 1e-14) / rate
+    t = 2 * math.log(J2 / J1_0) / rate
     at = separatrix(t, motion, p)
     grown = delta_theta1(t, 0.0, motion, p) * at.J1 * at.J2mJ1
     expected = -direction(number) * p.mu * p.kappa * J2 / math.sin(p.alpha0)

@@ -73,7 +73,7 @@ def test_first_order_distance_is_the_quadrature_of_the_linear_equation(
 
 def points(start: list[Any], g: list[Any], offset: list[Any], bits: int) -> Points:
     a = precision(bits)
-    columns = (start, g, [x - y for x, y in zip(g, start, strict=True)], offset, g)
+    columns = (g, [x - y for x, y in zip(g, start, strict=True)], offset, g)
     return Points(*map(a.array, columns))
 
 
@@ -86,7 +86,7 @@ def test_harmonics_are_those_of_a_known_curve(bits: int) -> None:
     offset = [3 + 5 * M.cos(x) + 7 * M.sin(x) + 2 * M.sin(2 * x) - 4 * M.cos(3 * x) for x in g]
     told = harmonics(points(start, g, offset, bits), precision(bits))
     assert told is not None
-    found = [float(x) for x in told.known]
+    found = [float(x) for x in told[0]]
     assert len(found) == 15
     # F(g) - F(pi - g) doubles what is odd about pi/2 and drops the rest.
     assert found[:4] == pytest.approx([10, 4, -8, 0], abs=1e-9)
@@ -149,7 +149,7 @@ def test_invariant_odd_harmonics_are_odd_in_mu_and_even_ones_even() -> None:
         assert met is not None
         told = harmonics(met, kind(s, ARITHMETIC))
         assert told is not None
-        found.append(np.array(told.known, dtype=float))
+        found.append(np.array(told[0], dtype=float))
     parity = (-1.0) ** np.arange(1, 16)
     np.testing.assert_allclose(found[1], parity * found[0], rtol=0, atol=1e-15)
     assert abs(found[0][1]) > 1e-5
@@ -162,16 +162,17 @@ WAYS = [
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("bits", [53, 64])
-def test_agrees_precisions_with_113_bits_within_the_errors_they_tell(bits: int) -> None:
-    truth = measure(TABLE_1A, H0, LIGHT, resolve("taylor", 3e-14)._replace(precisions=(113,)))
-    found = measure(TABLE_1A, H0, LIGHT, resolve("taylor", 3e-14)._replace(precisions=(bits,)))
-    assert found.bits == bits
-    gap = np.abs(found.excess[:3] - truth.excess[:3]).max()
-    # What is told of the curve is rounded to doubles.
-    assert gap <= found.error + truth.error + 1e-15 * abs(truth.excess[1])
-    assert found.error < 2000 * 2.0**-bits
+def test_agrees_precisions_with_113_bits_within_the_errors_they_tell() -> None:
+    truth, *others = (
+        measure(TABLE_1A, H0, LIGHT, resolve("taylor", 3e-14)._replace(precisions=(bits,)))
+        for bits in (113, 53, 64)
+    )
     assert truth.error < 1e-6 * abs(truth.excess[0]) < 1e-15
+    for found in others:
+        gap = np.abs(found.excess[:3] - truth.excess[:3]).max()
+        # What is told of the curve is rounded to doubles.
+        assert gap <= found.error + truth.error + 1e-15 * abs(truth.excess[1])
+        assert found.error < 2000 * 2.0**-found.bits
 
 
 @pytest.mark.slow
@@ -189,7 +190,7 @@ def test_agrees_points_of_the_section_with_160_bit_integers(engine: str, bits: i
 def _met(engine: str, bits: int) -> tuple[Any, Any]:
     """Where an orbit that starts alike in any precision meets the section."""
     s = surface(TABLE_1G, H0, bits)
-    points = meet(s, [numbers(bits).mpf(2)], numbers(bits).mpf(60), resolve(engine, 3e-14))
+    points = meet(s, [numbers(bits).mpf(2)], numbers(bits).mpf(40), resolve(engine, 3e-14))
     assert points is not None
     return numbers(300).mpf(points.phase[0]), numbers(300).mpf(points.offset[0])
 

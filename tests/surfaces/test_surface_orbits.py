@@ -91,7 +91,7 @@ def test_orbits_come_from_the_lower_periodic_solution(separatrix: int) -> None:
     floats_of = AlignedCoefficients(*map(float, coefficients(s)))
     p = s.p._replace(alpha0=float(s.p.alpha0), beta0=float(s.p.beta0), gamma0=float(s.p.gamma0))
     swing = float(Delta_1(p._replace(mu=float(p.mu)), 1.0, 1, math))
-    for start, time in zip(points.theta2_0, points.time, strict=True):
+    for start, time in zip(phases, points.time, strict=True):
         state = floats(launch(s, start, M.mpf(30)))
         times = np.array([0, 0.4, 0.5, 0.6, 1.0]) * float(time)
         orbit = states_at(floats_of, state[:, None], times)[..., 0]
@@ -115,7 +115,7 @@ def test_the_section_is_met_at_the_same_point_from_any_depth() -> None:
         assert points is not None
         told = harmonics(points, kind(s, ARITHMETIC))
         assert told is not None
-        found.append(np.array(told.known, dtype=float))
+        found.append(np.array(told[0], dtype=float))
     assert np.abs(found[0]).max() > 1e-5
     np.testing.assert_allclose(found[1], found[0], rtol=0, atol=1e-15)
     np.testing.assert_allclose(found[2], found[0], rtol=0, atol=1e-15)

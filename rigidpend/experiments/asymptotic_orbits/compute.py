@@ -18,10 +18,14 @@ from rigidpend.orbits.return_map import return_map
 from rigidpend.routes.codes import codes_of
 from rigidpend.routes.herpolhode import RouteOrbit, samples
 from rigidpend.routes.problem import rotation_period
-from rigidpend.routes.symbolic.doubly import DoublyAsymptotic, doubly_asymptotic
-from rigidpend.routes.symbolic.levels import Level, columns
+from rigidpend.routes.symbolic.asymptotic import (
+    DoublyAsymptotic,
+    columns,
+    doubly_asymptotic,
+    skeleton,
+)
+from rigidpend.routes.symbolic.levels import Level
 from rigidpend.routes.symbolic.sharp import Launch, sharp
-from rigidpend.routes.symbolic.skeleton import skeleton
 
 SECONDS, EACH = 15.0, 2.6
 """Seconds that orbits with up to six symbols took, and the factor for each symbol more."""
@@ -99,7 +103,7 @@ def _sampled(
     end = crossed + float((one.flight + one.faded(level, FADED))[0])
     t = np.arange(shown, end, rotation_period(problem.routes) / SAMPLES)
     states = states_at(
-        in_space.field_without_alpha(problem.body),
+        in_space.field(problem.body),
         np.array([*map(float, state), 0.0]),
         t - start,
         engine=means.arithmetic.engine,

@@ -92,8 +92,8 @@ def motion(task: Task, tolerance: float, threads: int) -> Solver:
 def aligned_states(body: Body, states: Array) -> Array:
     """Aligned components (6, n) of states (6, n), doubles that are taken exactly, rounded once.
 
-    `coordinates.aligned_from_body` in more bits: beside a separatrix the small component is a
-    difference, and what is lost there the whole orbit shows.
+    In more bits than doubles: beside a separatrix the small component is a difference, and what is
+    lost there the whole orbit shows.
     """
     m = context(53 + GUARD_BITS)
     half = body.angles(53 + GUARD_BITS).alpha0 / 2

@@ -91,7 +91,7 @@ def _long_orbit(level: Level, n: int, half_turns: int) -> tuple[float, float]:
     """The Lyapunov exponent per passage of an orbit with random symbols, and its error."""
     symbols = np.random.default_rng(SEED).integers(0, 2, n)
     system = System(level, on_surface, signs_of(symbols))
-    grown = stretching(level, path(system, half_turns * np.arange(n + 1), 0.0).chain)
+    grown = stretching(level, path(system, half_turns * np.arange(n + 1), 0.0))
     parts = [float(part.mean()) for part in np.array_split(grown, PARTS)]
     return float(grown.mean()), float(np.std(parts, ddof=1) / math.sqrt(PARTS))
 

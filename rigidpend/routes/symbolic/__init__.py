@@ -16,8 +16,7 @@ find       the orbit of a given address
 closed     the periodic orbit of a word, its multiplier
 integrated passages integrated alone, actions, closed orbits that close
 stretching growth of deviations, finite-time Lyapunov exponents
-skeleton   the doubly asymptotic orbits with short codes, from tracks by the map
-doubly     the same as chains, what theta3 gains along them
+asymptotic doubly asymptotic orbits with short codes, what theta3 gains along them
 sharp      their phases to 30 digits, from starts on the unstable surface itself
 """
 

@@ -68,13 +68,7 @@ def cells_of(chi: Any) -> NDArray[np.int64]:
 
 
 def parsed(text: str | Sequence[int] | NDArray[np.integer[Any]] | Address) -> Address:
-    """The address that a text means: `0011`, `0^9 1^8 1^10` or `a 0^9 (1^8)*2`.
-
-    Raises
-    ------
-    AddressError
-        It is none.
-    """
+    """The address that a text means: `0011`, `0^9 1^8 1^10` or `a 0^9 (1^8)*2`; or AddressError."""
     if isinstance(text, Address):
         return _checked(text)
     if not isinstance(text, str):

@@ -4,7 +4,7 @@ In a passage an orbit keeps the invariant I of a periodic orbit, while its angle
 -ln|I|/Lambda(I). So a passage is given by the angles a and b at its ends: I follows from b - a
 and the symbol, the crossings from the inverse charts. Where two passages meet, chi and d agree.
 These equations tie a passage to its neighbours alone, so that Newton's method on all of them is
-a sparse system, and no error grows along the orbit as it does in integration.
+a system of five diagonals, and no error grows along the orbit as it does in integration.
 """
 
 from __future__ import annotations
@@ -14,12 +14,12 @@ from collections.abc import Callable
 from typing import Any, NamedTuple, TypeAlias
 
 import numpy as np
-from scipy.sparse import coo_array
-from scipy.sparse.linalg import splu
+from scipy.linalg import solve_banded
 
 from rigidpend.numbers.generic import Array
 from rigidpend.orbits.return_map import SectionPoint
-from rigidpend.routes.symbolic.levels import Arrival, Level, Mask, PassageEnds, Signs, rows_of
+from rigidpend.routes.symbolic.address import cells_of
+from rigidpend.routes.symbolic.levels import Arrival, Level, Mask, PassageEnds, Signs
 
 MOST_ITERATIONS = 12
 LONGEST_STEP = 0.5
@@ -33,7 +33,6 @@ class NoOrbit(ArithmeticError):
 
 
 Begin: TypeAlias = Callable[[Any], Arrival]
-Places: TypeAlias = Signs | int
 
 
 def on_surface(b: Any) -> Arrival:
@@ -64,6 +63,32 @@ class Chain(NamedTuple):
     residual: Any
     """Largest disagreement where two passages meet: radians, or shares of the tables' width."""
 
+    @property
+    def cells(self) -> Signs:
+        """(n + 1,) the multiples of pi to which chi is nearest."""
+        return cells_of(self.chi)
+
+    @property
+    def half_turns(self) -> tuple[int, ...]:
+        """Half rotations of each passage."""
+        return tuple(int(n) for n in np.diff(self.cells))
+
+    @property
+    def off(self) -> Array:
+        """(n + 1,) distances of the crossings from the middles of their cells, half rotations."""
+        return np.abs(self.chi / np.pi - self.cells)
+
+    def within(self, cells: Signs) -> Chain:
+        """The same; NoOrbit if a crossing lies in another cell."""
+        wrong = np.flatnonzero(self.cells != cells)
+        if wrong.size:
+            k = int(wrong[0])
+            raise NoOrbit(
+                f"the orbit found leaves its address: crossing {k + 1} is "
+                f"{abs(self.chi[k] / np.pi - cells[k]):.2f} half rotations from where it should be"
+            )
+        return self
+
 
 def signs_of(symbols: Any) -> Signs:
     """The signs of I: positive for symbol 1 past the upper orbit, and for 0 past the lower."""
@@ -79,7 +104,8 @@ def alternating(n: int, like: Any) -> Mask:
 class System(NamedTuple):
     """The equations of a chain at one energy, of an open one or of a closed orbit.
 
-    Chains with as many passages may be solved side by side, each in a column of all arrays.
+    Chains with as many passages may be solved side by side, each in a column of all arrays. The
+    unknowns are that of the arrival, then a and b of each passage in turn.
     """
 
     level: Level
@@ -96,14 +122,13 @@ class System(NamedTuple):
 
     def guess(self, angles: Array, unknown: Any) -> Array:
         """The unknowns of a chain whose crossings lie near chi = `angles`, (n + 1,)."""
-        n, upper, zero = len(self.signs), alternating(len(angles), angles), np.zeros(1)
-        before = self.level.crossings(~upper[:n], upper[:n], zero, angles[1:])
-        after = self.level.crossings(upper, upper, zero, angles)
-        a, b = 2 * angles - after.chi, 2 * angles[1:] - before.chi
+        n, upper = len(self.signs), alternating(len(angles), angles)
+        before = self.level.crossings(~upper[:n], upper[:n], 0.0, angles[1:])
+        after = self.level.crossings(upper, upper, 0.0, angles)
         x = np.empty((1 + 2 * n + (self.last is None), *angles.shape[1:]))
         x[0] = unknown
-        x[1::2] = a[: len(x[1::2])]
-        x[2::2] = b
+        x[1::2] = (2 * angles - after.chi)[: len(x[1::2])]
+        x[2::2] = 2 * angles[1:] - before.chi
         return x
 
     def nearer(self, angles: Array, unknown: Any) -> Array:
@@ -123,100 +148,89 @@ class System(NamedTuple):
         x[0], x[1::2], x[2::2] = made.unknown, made.a, made.b
         return x
 
-    def evaluated(self, x: Array) -> tuple[Array, Any, Chain]:
-        """Residuals, the Jacobian as a sparse array, and the chain.
+    def evaluated(self, x: Array) -> tuple[Array, Array, Chain]:
+        """What is left where passages meet, its derivatives, and the chain.
 
-        The last row of a closed orbit's leaves the first unknown alone, which has no part in it.
+        At each crossing (2, m, ...) is left, of chi and of d. The derivatives (2, 4, m, ...) are
+        those in a and b of the passage before the crossing, then of the passage behind it; before
+        the first crossing of an open chain the unknown of its arrival is in the place of b.
         """
         a, b, n, level = x[1::2], x[2::2], len(self.signs), self.level
-        arrival = self.begin(x[0]) if self.begin else None
         I, slope = level.invariants(self.signs, b - a[:n] + self.longer)
-        starts, ends = self._crossings(arrival, a, b, I)
-        turned = ends.chi[1:] - starts.chi[:n]
-        time = starts.constant[:n] - ends.constant[1:] + level.rates(I).rotation * turned
-        rows, matrix = self._equations(arrival, slope, starts, ends)
+        # Of the passage before each crossing: I, b, and their derivatives in a and b, in b.
+        before = np.stack((I, b, -slope, slope, np.ones_like(b)))
+        if self.begin is None:
+            before = np.roll(before, 1, axis=1)
+        else:
+            arrival = self.begin(x[0])
+            first = np.empty((5, 1, *a.shape[1:]))
+            for k, value in enumerate(
+                (arrival.I, arrival.b, 0.0, arrival.I_slope, arrival.b_slope)
+            ):
+                first[k] = value
+            before = np.concatenate((first, before), axis=1)
+        behind = np.zeros((3, *before.shape[1:]))
+        behind[0, :n], behind[1, : len(a)], behind[2, :n] = I, a, slope
+        upper = alternating(before.shape[1], a)
+        pairs = (np.stack((before[k], behind[k])) for k in (0, 1))
+        at = level.crossings(upper, np.stack((~upper, upper)), *pairs)
+        left, by = self._left(at, before[2:], behind[2])
+        turned, constant = (np.roll(y[0], -1, 0)[:n] - y[1, :n] for y in (at.chi, at.constant))
+        time = level.rates(I).rotation * turned - constant
         # Of a closed orbit the first crossing is an end too, but a whole growth of chi later.
-        at = ends if arrival else starts
-        chi, d = (np.append(x[:n], y[n:], axis=0) for x, y in ((at.chi, ends.chi), (at.d, ends.d)))
-        residual = np.abs(rows).max(axis=0, initial=0.0)
-        return rows, matrix, Chain(x[0], a, b, I, chi, d, time, residual)
-
-    def _crossings(
-        self, arrival: Arrival | None, a: Array, b: Array, I: Array
-    ) -> tuple[PassageEnds, PassageEnds]:
-        """The crossings where passages begin, and those where they end, from the arrival on."""
-        n, upper = len(I), alternating(len(I) + 1, a)
-        if arrival is None:
-            ends = self.level.crossings(~upper[:n], upper[:n], I, b)
-            starts = self.level.crossings(upper[:n], upper[:n], I, a)
-            return starts, rows_of(ends, np.arange(-1, n))
-        before = np.broadcast_to(arrival.I, (1, *a.shape[1:]))
-        first = np.broadcast_to(arrival.b, (1, *a.shape[1:]))
-        both = self.level.crossings(
-            np.concatenate((upper, upper[: len(a)])),
-            np.concatenate((~upper, upper[: len(a)])),
-            np.concatenate((before, I, I, np.zeros_like(a[n:]))),
-            np.concatenate((first, b, a)),
+        chi, d = (
+            np.append(y[1], y[0, :1], axis=0) if self.begin is None else y[0]
+            for y in (at.chi, at.d)
         )
-        return rows_of(both, slice(n + 1, None)), rows_of(both, slice(0, n + 1))
+        return left, by, Chain(x[0], a, b, I, chi, d, time, np.abs(left).max(axis=(0, 1)))
 
-    def _equations(
-        self, arrival: Arrival | None, slope: Array, starts: PassageEnds, ends: PassageEnds
-    ) -> tuple[Array, Any]:
-        n, m, closed = len(slope), len(starts.chi), arrival is None
-        lanes = starts.chi[0].size
-        size, entries = 1 + n + m, list[Array]()
-        rows = np.zeros((size, *starts.chi.shape[1:]))
+    def _left(self, at: PassageEnds, before: Array, slope: Array) -> tuple[Array, Array]:
+        """What is left at the ends and beginnings of passages `at`, and its derivatives."""
+        units = 1.0, self.level.unit
+        left = np.array([(y[0] - y[1]) / unit for y, unit in zip(at[:2], units, strict=True)])
+        by = np.empty((2, 4, *slope.shape))
+        for part, (I_by, angle_by) in enumerate((at.chi_by, at.d_by)):
+            by[part, 0] = I_by[0] * before[0]
+            by[part, 1] = I_by[0] * before[1] + angle_by[0] * before[2]
+            by[part, 2] = I_by[1] * slope - angle_by[1]
+            by[part, 3] = -I_by[1] * slope
+        by[1] /= self.level.unit
+        if self.begin is None:
+            left[0, 0] -= self.last
+        elif self.last is not None:
+            left[0, -1], left[1, -1] = at.chi[0, -1] - self.last, 0.0
+            by[1, :, -1] = 0.0
+        return left, by
 
-        def put(row: Places, column: Places, value: Array) -> None:
-            here, there = (np.atleast_1d(x)[:, None] * lanes for x in (row, column))
-            given = value if value.ndim > 1 else value[:, None]
-            lane = np.arange(lanes)
-            each = np.broadcast_arrays(here + lane, there + lane, given)
-            entries.append(np.array(each, dtype=float).reshape(3, -1))
-
-        k, slopes = np.arange(m), np.append(slope, np.zeros((m - n, *slope.shape[1:])), axis=0)
-        # Crossings behind a passage, and behind which: of a closed orbit the first has the last.
-        reached = k if closed else k[1:]
-        behind = (reached - 1) % max(n, 1)
-        parts = ((ends.chi, ends.chi_by, starts.chi, starts.chi_by, 1.0),
-                 (ends.d, ends.d_by, starts.d, starts.d_by, self.level.unit))  # fmt: skip
-        for part, (end, (end_I, end_b), start, (start_I, start_a), unit) in enumerate(parts):
-            row = 2 * k + part
-            rows[row] = (end[:m] - start) / unit
-            put(row, 2 * k + 1, (start_I * slopes - start_a) / unit)
-            in_a = -end_I[1:] * slope
-            in_b = end_b[1:] - in_a
-            put(row[:n], 2 * k[:n] + 2, (-start_I * slopes)[:n] / unit)
-            put(row[reached], 2 * behind + 1, in_a[behind] / unit)
-            put(row[reached], 2 * behind + 2, in_b[behind] / unit)
-            if arrival:
-                first = end_I[:1] * arrival.I_slope + end_b[:1] * arrival.b_slope
-                put(row[0], 0, first / unit)
-            if part == 0 and m == n and not closed:
-                rows[-1] = end[-1] - self.last
-                put(2 * n, 2 * n - 1, in_a[-1:])
-                put(2 * n, 2 * n, in_b[-1:])
-        if closed:
-            rows[0] -= self.last
-            put(2 * n, 0, np.ones(1))
-        row, column, value = np.concatenate(entries, axis=1)
-        at, whole = (row.astype(np.intp), column.astype(np.intp)), (size * lanes,) * 2
-        return rows, coo_array((value, at), shape=whole).tocsc()
+    def corrections(self, left: Array, by: Array) -> Array:
+        """Newton's corrections of the unknowns, from what :meth:`evaluated` gives."""
+        m = left.shape[1]
+        rows, places = np.concatenate(np.swapaxes(left, 0, 1)), np.ndindex(2, 4)
+        if self.begin is None:
+            matrix, first = np.zeros((2 * m, 2 * m)), 2 * np.arange(m)
+            for part, k in places:
+                matrix[first + part, (first + k - 2) % (2 * m)] = by[part, k]
+            # The unknown of an arrival has no part in it.
+            return np.append(0.0, np.linalg.solve(matrix, rows))
+        bands = np.zeros((5, 2 * m + 2, *left.shape[2:]))
+        for part, k in places:
+            bands[3 + part - k, k : k + 2 * m : 2] = by[part, k]
+        right = rows[: 2 * m - (self.last is not None)].T
+        # Chains side by side are blocks of one matrix.
+        blocks = np.swapaxes(bands[:, 1 : 1 + right.shape[-1]], 1, -1).reshape(5, -1)
+        found = solve_banded((2, 2), blocks, right.ravel(), check_finite=False)
+        return np.asarray(found.reshape(right.shape).T)
 
     def solved(self, x: Array) -> Chain:
         """The chain, by Newton's method from a guess.
 
-        Raises
-        ------
-        NoOrbit
-            The iteration does not settle, or leaves the tables.
+        NoOrbit is raised where the iteration does not settle, or leaves the tables.
         """
         for _ in range(MOST_ITERATIONS):
-            rows, matrix, _ = self.evaluated(x)
+            left, by, _ = self.evaluated(x)
             try:
-                step = splu(matrix).solve(rows.ravel()).reshape(x.shape)
-            except RuntimeError:
+                step = self.corrections(left, by)
+            except np.linalg.LinAlgError:
                 # It is singular.
                 break
             size = float(np.abs(step).max())
@@ -262,21 +276,3 @@ def carried(slopes: Array, change: Array) -> tuple[Array, Array]:
         changes.append(change)
         logs.append(logs[-1] + math.log(size))
     return np.array(changes), np.array(logs)
-
-
-def corrections(slopes: Array, gaps: Array) -> Array:
-    """Newton's corrections of d and chi at the crossings of a closed orbit, (2 n,).
-
-    Parameters
-    ----------
-    slopes : (n, 2, 2) array
-        Derivatives of the crossings behind passages in those before.
-    gaps : (2 n,) array
-        Where passages lead, less the next crossing: that behind the last is the first one.
-    """
-    n = len(slopes)
-    matrix = -np.roll(np.eye(2 * n), 2, axis=1)
-    for k, slope in enumerate(slopes):
-        rows = slice(2 * k, 2 * k + 2)
-        matrix[rows, rows] += slope
-    return np.asarray(-np.linalg.solve(matrix, gaps))

@@ -27,8 +27,8 @@ from rigidpend.numbers.generic import Scalar
 from rigidpend.orbits.return_map import return_map
 from rigidpend.routes.symbolic.address import AddressError, parsed
 from rigidpend.routes.symbolic.chain import Chain, System, signs_of, tangents
-from rigidpend.routes.symbolic.levels import Level, Signs
-from rigidpend.routes.symbolic.shortest import Path, alike, in_cells
+from rigidpend.routes.symbolic.levels import Level
+from rigidpend.routes.symbolic.shortest import alike, cells_after
 
 MOST_SYMBOLS = 60
 """Longest word: its equations are a dense system."""
@@ -119,17 +119,21 @@ def closed(
 ) -> ClosedOrbit:
     """:func:`closed_orbit` on a level that is at hand, from an even (0) or odd (1) cell on."""
     signs = signs_of(np.array(word * (1 + len(word) % 2)))
-    if half_turns is None:
-        made = alike(level, lambda n: _solved(level, signs, n, first))
-    else:
-        made = _solved(level, signs, half_turns, first)
-    chain, matrix = made.chain, np.eye(2)
+
+    def solved(n: int) -> Chain:
+        """The chain whose last crossing is its first one, n half rotations a passage."""
+        cells = cells_after(first, [n] * len(signs))
+        system = System(level, None, signs, math.pi * n * len(signs))
+        angles = np.asarray(np.pi * cells, dtype=float)
+        return system.solved(system.guess(angles, 0.0)).within(cells)
+
+    chain = alike(level, solved) if half_turns is None else solved(half_turns)
+    matrix = np.eye(2)
     for slope in tangents(level, chain):
         matrix = slope[:2] @ matrix
     mirrored = bool((chain.I < 0).sum() % 2)
     period, trace = float(chain.time.sum()), float(np.trace(matrix))
-    turns = made.half_turns[0]
-    return ClosedOrbit(word, turns, first, level.h, mirrored, period, trace, chain)
+    return ClosedOrbit(word, chain.half_turns[0], first, level.h, mirrored, period, trace, chain)
 
 
 def words(longest: int) -> Iterator[tuple[int, ...]]:
@@ -147,25 +151,13 @@ def words(longest: int) -> Iterator[tuple[int, ...]]:
                 yield word
 
 
-def _solved(level: Level, signs: Signs, n: int, first: int) -> Path:
-    """The chain whose last crossing is its first one, n half rotations a passage."""
-    cells = first + n * np.arange(len(signs) + 1)
-    angles = np.asarray(np.pi * cells, dtype=float)
-    system = System(level, None, signs, math.pi * n * len(signs))
-    return in_cells(system.solved(system.guess(angles, 0.0)), cells)
-
-
 def lyapunov(orbits: Sequence[ClosedOrbit], length: int) -> float:
     """The mean Lyapunov exponent per passage over all words of `length` symbols, counted alike.
 
     Each of the 2^length words is read at one upward crossing of the orbit that repeats it. Of an
     even length these crossings are all points of the invariant set that length/2 second returns
     take to themselves; of an odd one, those that also repeat their symbols after `length` of them.
-
-    Raises
-    ------
-    ValueError
-        The orbits are not all of those whose words repeat to `length` symbols.
+    ValueError is raised where the orbits are not all of those whose words repeat to `length`.
     """
     found = [orbit for orbit in orbits if length % len(orbit.word) == 0]
     points = sum(orbit.points for orbit in found)

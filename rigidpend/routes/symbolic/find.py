@@ -18,12 +18,12 @@ from rigidpend.numbers.generic import Array, Scalar
 from rigidpend.routes.codes import route_codes
 from rigidpend.routes.problem import ProblemError, RouteProblem
 from rigidpend.routes.symbolic.address import Address, AddressError, parsed
-from rigidpend.routes.symbolic.chain import NoOrbit, System, signs_of
+from rigidpend.routes.symbolic.chain import Chain, NoOrbit, System, signs_of
 from rigidpend.routes.symbolic.follow import followed
 from rigidpend.routes.symbolic.integrated import passages
 from rigidpend.routes.symbolic.levels import Level, Surface, surface
 from rigidpend.routes.symbolic.refine import Refined, Solved, refined
-from rigidpend.routes.symbolic.shortest import Path, exactly, in_cells, shortest
+from rigidpend.routes.symbolic.shortest import exactly, shortest
 
 SECANTS = 12
 SETTLED = 4e-15
@@ -144,8 +144,8 @@ def find_orbit(
     near = None if near is None else checked.number("near", near, ProblemError)
     orbits = surface(problem)
     solved = _solved(orbits, address, near)
-    made, fine = solved.path, refined(orbits, solved, digits, jobs)
-    alone = passages(body, solved.level, made.chain)
+    made, fine = solved.chain, refined(orbits, solved, digits, jobs)
+    alone = passages(body, solved.level, made)
     return FoundOrbit(
         fine.theta2_0,
         Address(int(made.cells[0]) % 2, address.symbols, made.half_turns),
@@ -156,11 +156,11 @@ def find_orbit(
         fine.delay,
         int(alone.right.sum()),
         float(alone.error[alone.right].max(initial=0.0)),
-        made.chain.chi,
-        made.chain.d,
-        made.chain.I,
+        made.chi,
+        made.d,
+        made.I,
         fine.crossing_time,
-        float(made.chain.residual),
+        float(made.residual),
     )
 
 
@@ -185,7 +185,7 @@ def _confirmed(problem: RouteProblem, address: Address, fine: Refined, jobs: int
 
 
 def _solved(orbits: Surface, address: Address, near: Exact | None) -> Solved:
-    """The path of an address at its own energy, which depends on theta2_0."""
+    """The chain of an address at its own energy, which depends on theta2_0."""
     h = float(orbits.problem.h0) if near is None else orbits.energy(float(near))
     level = orbits.level(h)
     if near is None:
@@ -213,8 +213,8 @@ def _nearby(address: Address, other: Address) -> list[Address]:
 
 def _either(
     orbits: Surface, level: Level, address: Address, middle: float, beside: Array | None = None
-) -> Path:
-    """The path from the first cell that is asked for, or from the one that takes less time.
+) -> Chain:
+    """The chain from the first cell that is asked for, or from the one that takes less time.
 
     `middle` is the middle of the turn of theta2_0, radians, in which the first cell is sought,
     `beside` chi of the crossings of an orbit with this very address, if one is known.
@@ -223,8 +223,10 @@ def _either(
     system = System(level, begin, signs_of(np.array(address.symbols)))
     given = address.half_turns or ()
     found, reason = [], None
-    origin = float(begin(0.0).crossing(level).chi[0])
-    for cell in _first_cells((origin + middle) / math.pi):
+    origin = float(level.arriving(*begin(0.0)[:2]).chi[0])
+    place = (origin + middle) / math.pi
+    # The cell of that place, and its nearer neighbour.
+    for cell in (round(place), round(place) + (1 if place > round(place) else -1)):
         if address.first is not None and cell % 2 != address.first:
             continue
         unknown = math.pi * cell - origin
@@ -239,19 +241,13 @@ def _either(
             reason = error
     if not found:
         raise NoOrbit(str(reason))
-    return min(found, key=lambda each: float(each.chain.time.sum()))
+    return min(found, key=lambda each: float(each.time.sum()))
 
 
-def _first_cells(place: float) -> tuple[int, int]:
-    """The cell of a place in half rotations, and its nearer neighbour."""
-    cell = round(place)
-    return cell, cell + 1 if place > cell else cell - 1
-
-
-def _at_own_energy(orbits: Surface, made: Path, h: float, level: Level) -> Solved:
-    """The path where theta2_0 and the energy belong together, by secants in the energy."""
-    signs = np.sign(made.chain.I).astype(int)
-    theta, slope = made.chain.unknown, 0.0
+def _at_own_energy(orbits: Surface, made: Chain, h: float, level: Level) -> Solved:
+    """The chain where theta2_0 and the energy belong together, by secants in the energy."""
+    signs, cells = np.sign(made.I).astype(int), made.cells
+    theta, slope = made.unknown, 0.0
     for _ in range(SECANTS):
         off = orbits.energy(theta) - h
         step = off / (1 - orbits.energy_slope(theta) * slope)
@@ -259,9 +255,9 @@ def _at_own_energy(orbits: Surface, made: Path, h: float, level: Level) -> Solve
             break
         h, before = h + step, theta
         level = orbits.level(h)
-        system = System(level, orbits.begin(level), signs, float(made.chain.chi[-1]))
-        made = in_cells(system.solved(system.unknowns(made.chain)), made.cells)
-        theta = made.chain.unknown
+        system = System(level, orbits.begin(level), signs, float(made.chi[-1]))
+        made = system.solved(system.unknowns(made)).within(cells)
+        theta = made.unknown
         if abs(step) > 1e-9 * abs(h):
             slope = (theta - before) / step
         if abs(theta - before) < SETTLED:

@@ -117,7 +117,7 @@ def followed(orbits: Surface, theta2: float, n: int) -> tuple[Address, Array]:
     With it comes chi of its crossings, radians, whole turns included.
     """
     level = orbits.level(orbits.energy(theta2))
-    at = orbits.begin(level)(theta2).crossing(level)
+    at = level.arriving(*orbits.begin(level)(theta2)[:2])
     symbols, chi = [], [float(at.chi[0])]
     for passed in onward(level.map_level, SectionPoint(True, at.d, at.chi), n):
         if not passed.inside[0]:
@@ -149,24 +149,9 @@ def round_phases(
     decimals: int,
     jobs: int = 1,
 ) -> RoundPhases:
-    """The phases of few decimals whose orbits have a code, or an address.
+    """The phases of 0 to 4 decimals whose orbits have a code, or an address, as in `find_orbit`.
 
-    Parameters
-    ----------
-    body : Body
-    code : str, sequence of int, or Address
-        As in `find_orbit`.
-    h0, J1_0 : number
-        As in `route_codes`.
-    decimals : int
-        Decimals of the phases, 0 to 4.
-    jobs : int, optional
-        Threads.
-
-    Raises
-    ------
-    AddressError, ProblemError, ExactError
-        A value that is excluded or that is no number; the message says which.
+    AddressError, ProblemError or ExactError says which value is excluded or no number.
     """
     address = parsed(code)
     n = len(address.symbols)

@@ -29,7 +29,7 @@ from rigidpend.orbits.return_map.poincare import section_state
 from rigidpend.orbits.return_map.precision import Precision, precision
 from rigidpend.orbits.return_map.reduced import Coefficients, coefficients
 from rigidpend.routes.cycle import symbols
-from rigidpend.routes.symbolic.chain import Chain, NoOrbit, corrections, tangents
+from rigidpend.routes.symbolic.chain import Chain, NoOrbit, tangents
 from rigidpend.routes.symbolic.closed import ClosedOrbit
 from rigidpend.routes.symbolic.levels import Level, Mask
 
@@ -51,30 +51,19 @@ class Confirmation(NamedTuple):
 
     right: Mask
     """True where it has the chain's symbol."""
-    late: Array
-    """Its time less the chain's, t'."""
     error: Array
     """Error of the chain's time, t': that difference, and what both may round alike."""
 
 
 def passages(body: Body, level: Level, chain: Chain) -> Confirmation:
-    """Integrate the full equations from each crossing of a chain to the next.
-
-    Parameters
-    ----------
-    body : Body
-    level : Level
-    chain : Chain
-        That begins with an upward crossing.
-    """
+    """Integrate the full equations from each crossing of a chain, upward at first, to the next."""
     c, rising = doubles(body), np.arange(len(chain.b)) % 2 == 0
     limit = float(chain.time.max()) * PATIENCE
     states = crossing_states(c, level, chain)[:, :-1]
     time, separatrix = _next(c.aligned, states, limit)
     found = symbols(np.stack((np.where(rising, 2, 3), separatrix)))[0]
     right = found == np.where((chain.I > 0) == rising, 1, 0)
-    late = time - chain.time
-    return Confirmation(right, late, np.abs(late) + ROUNDED * chain.time)
+    return Confirmation(right, np.abs(time - chain.time) + ROUNDED * chain.time)
 
 
 def doubles(body: Body) -> Coefficients:
@@ -128,35 +117,22 @@ def _next(c: AlignedCoefficients, states: Array, limit: float) -> tuple[Array, N
 def actions(body: Body, level: Level, chains: Sequence[Chain]) -> Array:
     """The actions of chains through all their passages, each integrated alone in doubles.
 
-    Parameters
-    ----------
-    body : Body
-    level : Level
-    chains : sequence of Chain
-        Each begins with an upward crossing.
-
-    Returns
-    -------
-    (len(chains),) array
-        Dimensionless, as J1 and J2.
+    They are dimensionless, as J1 and J2. Each chain begins with an upward crossing.
     """
     c = doubles(body)
     begun = [crossing_states(c, level, chain)[:, :-1] for chain in chains]
     states = np.concatenate(begun, axis=1)
     time = np.concatenate([chain.time for chain in chains])
-    lifted = states_at(_field(c.aligned), np.vstack((states, 0 * time)), time[None])[6, 0]
+
+    def rates(state: Any, _: Any) -> tuple[Any, ...]:
+        """The aligned equations with the quadrature of the potential energy."""
+        potential = c.aligned.mu_r1 * state[3] + c.aligned.mu_r2 * state[4]
+        return (*aligned(state[:6], c.aligned), potential)
+
+    lifted = states_at(rates, np.vstack((states, 0 * time)), time[None])[6, 0]
     of = np.repeat(np.arange(len(chains)), [len(chain.time) for chain in chains])
     found: Array = np.bincount(of, weights=2 * (level.h * time - lifted)).astype(float)
     return found
-
-
-def _field(c: AlignedCoefficients) -> Any:
-    """The aligned equations with the quadrature of the potential energy."""
-
-    def rates(state: Any, _: Any) -> tuple[Any, ...]:
-        return (*aligned(state[:6], c), c.mu_r1 * state[3] + c.mu_r2 * state[4])
-
-    return rates
 
 
 class Closing(NamedTuple):
@@ -176,89 +152,71 @@ class Closing(NamedTuple):
 
 
 def closing(body: Body, orbit: ClosedOrbit, level: Level, *, h: Scalar, bits: int = 113) -> Closing:
-    """Refine a closed orbit by the full equations until it closes.
+    """Refine a closed orbit of a level by the full equations until it closes, in 96 bits or more.
 
     Newton's method for (d, chi) at all crossings at once: passages are integrated one by one, and
     the map's derivatives, in doubles, gain some eight digits a time. Then the whole period is
-    integrated from the first crossing: it ends there, but for rounding and its growth.
-
-    Parameters
-    ----------
-    body : Body
-    orbit : ClosedOrbit
-    level : Level
-        On which it was found.
-    h : number
-        Its energy, exact.
-    bits : int, optional
-        Precision of the integration, 96 or more.
-
-    Raises
-    ------
-    NoOrbit
-        It does not come to close.
+    integrated from the first crossing: it ends there, but for rounding and its growth. NoOrbit is
+    raised where it does not come to close.
     """
-    trip, slopes = _Trip(body, orbit, exact(h), bits), tangents(level, orbit.chain)[:, :2]
-    places, times = trip.begin, [Fraction(float(t)) for t in orbit.chain.time]
-    for _ in range(ROUNDS):
-        off = trip.gaps(places, times)
-        size = max(abs(x) for x in off)
-        if size < Fraction(1, 2 ** (bits - LOST)):
-            break
-        step = corrections(slopes, np.array([float(x / size) for x in off]))
-        places = [x + Fraction(float(s)) * size for x, s in zip(places, step, strict=True)]
-    else:
-        raise NoOrbit(f"the orbit of {orbit.word} does not come to close, by {float(size):.2g}")
-    moved = max(abs(float(x - y)) for x, y in zip(places, trip.begin, strict=True))
-    total = trip.once_round(places[:2], sum(times, Fraction(0)))
-    matrix = np.eye(2)
-    for slope in slopes:
-        matrix = slope @ matrix
-    left = float(size) + 2.0**-bits
-    expected = len(slopes) * float(np.abs(matrix).max()) * left
-    first = places[0], places[1]
-    return Closing(total, expected, moved, sum(times, Fraction(0)), first, bits)
+    a, m = precision(bits + GUARD), context(bits + GUARD)
+    c = coefficients(body.angles(bits + GUARD + GUARD_BITS), "1", a)
+    fractions = AlignedCoefficients(*(fraction(x, bits) for x in c.aligned))
+    energy = a.array([exact(h).in_context(m)])
 
-
-class _Trip:
-    """Integration from a point of the section through the passages of an orbit."""
-
-    def __init__(self, body: Body, orbit: ClosedOrbit, h: Any, bits: int) -> None:
-        self.bits, self.a = bits, precision(bits + GUARD)
-        p = body.angles(bits + GUARD + GUARD_BITS)
-        self.c: Coefficients = coefficients(p, "1", self.a)
-        self.fractions = AlignedCoefficients(*(fraction(x, bits) for x in self.c.aligned))
-        self.h = h.in_context(context(bits + GUARD))
-        pairs = zip(orbit.chain.d[:-1], orbit.chain.chi[:-1], strict=True)
-        self.begin = [Fraction(float(x)) for pair in pairs for x in pair]
-
-    def gaps(self, places: Sequence[Fraction], times: list[Fraction]) -> list[Fraction]:
-        """d and chi behind each passage less those of the next crossing; times are corrected."""
-        found, next_places = list[Fraction](), [*places[2:], *places[:2]]
-        for k, time in enumerate(times):
-            here, there = places[2 * k : 2 * k + 2], next_places[2 * k : 2 * k + 2]
-            off, late = self._gap(k % 2 == 0, here, there, time)
-            times[k] += late
-            found += off
-        return found
-
-    def once_round(self, place: Sequence[Fraction], period: Fraction) -> float:
-        """Distance in d and chi after the whole period."""
-        off, _ = self._gap(True, place, place, period)
-        return max(abs(float(x)) for x in off)
-
-    def _gap(
-        self, rising: bool, here: Sequence[Fraction], there: Sequence[Fraction], time: Fraction
-    ) -> tuple[list[Fraction], Fraction]:
-        a = self.a
+    def gap(rising: bool, here: Any, there: Any, time: Fraction) -> tuple[list[Fraction], Fraction]:
+        """d and chi after a time less those that are expected there, and how late it crosses."""
         d, chi = (a.array([x]) for x in here)
-        state = section_state(rising, d, chi, a.array([self.h]), self.c, a)
-        rounded = np.array([[fraction(x, self.bits)] for x in state[:, 0]])
-        reached = states_at(self.fractions, rounded, [time], self.bits)[:, 0, 0]
-        rates = aligned(reached, self.fractions)
+        state = section_state(rising, d, chi, energy, c, a)
+        rounded = np.array([[fraction(x, bits)] for x in state[:, 0]])
+        reached = states_at(fractions, rounded, [time], bits)[:, 0, 0]
+        rates = aligned(reached, fractions)
         late = -reached[2] / rates[2]
         end = a.array([[x + late * rate] for x, rate in zip(reached, rates, strict=True)])
-        point = section_points(end, self.c, a)
+        point = section_points(end, c, a)
         off, turned = point.d[0] - a.number(there[0]), point.chi[0] - a.number(there[1])
         turned -= 2 * a.pi * a.number(round(float(turned / (2 * a.pi))))
         return [fraction(off, a.bits), fraction(turned, a.bits)], late
+
+    chain, slopes = orbit.chain, tangents(level, orbit.chain)[:, :2]
+    pairs = zip(chain.d[:-1], chain.chi[:-1], strict=True)
+    begin = places = np.array([[Fraction(float(x)) for x in pair] for pair in pairs])
+    times = [Fraction(float(t)) for t in chain.time]
+    for _ in range(ROUNDS):
+        off: Any = []
+        for k, (here, there) in enumerate(zip(places, np.roll(places, -1, axis=0), strict=True)):
+            left, late = gap(k % 2 == 0, here, there, times[k])
+            times[k] += late
+            off.append(left)
+        size = np.abs(np.array(off)).max()
+        if size < Fraction(1, 2 ** (bits - LOST)):
+            break
+        step = _corrections(slopes, (np.array(off) / size).astype(float))
+        places = places + fractions_of(step) * size
+    else:
+        raise NoOrbit(f"the orbit of {orbit.word} does not come to close, by {float(size):.2g}")
+    matrix, period = np.eye(2), sum(times, Fraction(0))
+    for slope in slopes:
+        matrix = slope @ matrix
+    round_once, _ = gap(True, places[0], places[0], period)
+    expected = len(slopes) * float(np.abs(matrix).max()) * (float(size) + 2.0**-bits)
+    moved = float(np.abs(places - begin).max())
+    return Closing(
+        max(abs(float(x)) for x in round_once), expected, moved, period, tuple(places[0]), bits
+    )
+
+
+fractions_of = np.frompyfunc(lambda x: Fraction(float(x)), 1, 1)
+
+
+def _corrections(slopes: Array, gaps: Array) -> Array:
+    """Newton's corrections of d and chi at the crossings of a closed orbit, (n, 2).
+
+    Where passages lead, less the next crossing, are the gaps: behind the last is the first one.
+    """
+    n = len(slopes)
+    matrix = -np.roll(np.eye(2 * n), 2, axis=1)
+    for k, slope in enumerate(slopes):
+        rows = slice(2 * k, 2 * k + 2)
+        matrix[rows, rows] += slope
+    return np.asarray(-np.linalg.solve(matrix, gaps.ravel())).reshape(n, 2)

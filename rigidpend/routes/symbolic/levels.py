@@ -9,7 +9,7 @@ from __future__ import annotations
 import functools
 import math
 from collections.abc import Callable, Iterator
-from typing import Any, NamedTuple, TypeAlias, TypeVar
+from typing import Any, NamedTuple, TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
@@ -47,28 +47,9 @@ class PassageEnds(NamedTuple):
     """Dimensionless."""
     constant: Array
     """Share of the passage's time that belongs to this end, t'."""
-    chi_by: tuple[Array, Array]
-    """Derivatives of chi in I and in the angle."""
-    d_by: tuple[Array, Array]
-
-
-Record = TypeVar("Record", bound=tuple[Any, ...])
-
-
-def columns(record: Record, where: slice | Signs | Mask) -> Record:
-    """Some of the columns of a record of arrays, or all in another order."""
-    return _parts(record, (..., where))
-
-
-def rows_of(record: Record, where: slice | Signs) -> Record:
-    """Some of the rows."""
-    return _parts(record, (where,))
-
-
-def _parts(record: Record, where: tuple[Any, ...]) -> Record:
-    found = [_parts(x, where) if isinstance(x, tuple) else x[where] for x in record]
-    make = getattr(record, "_make", type(record))
-    return make(found)
+    chi_by: Array
+    """(2, ...) derivatives of chi in I and in the angle."""
+    d_by: Array
 
 
 def onward(
@@ -89,48 +70,38 @@ def widest_d(level: EnergyLevel) -> float:
 class Level:
     """A map's inverse charts at one energy, in the form in which chains use them.
 
-    Attributes
-    ----------
-    map_level : EnergyLevel
-    h : float
-    widest : float
-        Largest |I| of the tables.
-    unit : float
-        Largest |d| of the tables.
+    `widest` and `unit` are the largest |I| and |d| of the tables, `splitting` is the largest |I|
+    that a crossing on the unstable surface of the lower orbit leads to, `shift` the growth of chi
+    in a passage beyond -ln|I|/Lambda, from 0 to a multiple of pi.
     """
 
     def __init__(self, made: ReturnMap, h: Scalar) -> None:
-        self.map_level: EnergyLevel = made.at(h)
+        level = self.map_level = made.at(h)
         self.h = float(h)
-        charts = self.map_level.charts
-        self.widest = min(float(chart.inverse.width) for chart in charts)
-        self.unit = widest_d(self.map_level)
-        self.exponent = float(self.map_level.exponent[0, 0])
-        self.splitting = self._splitting()
-        self.shift = self._shift()
+        self.widest = min(float(chart.inverse.width) for chart in level.charts)
+        self.unit = widest_d(level)
+        self.exponent = float(level.exponent[0, 0])
+        on = self.arriving(np.zeros(LOOKS), np.linspace(0, 2 * np.pi, LOOKS))
+        U, V, *_ = level.charts[True].forward.look_up(on.d, on.chi, level.a)
+        self.splitting = float(np.abs(U * V).max())
+        self.shift = float(np.diff(self.crossings([True, False], True, 0.0, 0.0).chi)[0])
 
     def rates(self, I: Array) -> TorusRates:
         """Lambda(I) and the mean dt'/dchi, in the shape of I."""
         found = torus_rates(self.map_level.exponent, self.map_level.rotation, I.ravel())
         return TorusRates(*(x.reshape(I.shape) for x in found))
 
-    def crossings(self, rising: Mask, upper: Mask, I: Array, angle: Array) -> PassageEnds:
-        """The crossings at one end of passages past the upper or the lower periodic orbit.
+    def crossings(self, rising: Any, upper: Any, I: Any, angle: Any) -> PassageEnds:
+        """The crossings, upward or not, at one end of passages past the upper or lower orbit.
 
-        Parameters
-        ----------
-        rising : array
-            Whether the crossings are upward.
-        upper : array
-            Which orbit is passed. The lower one is the reversed upper one: angles change sign.
-        I, angle : arrays
-            All four of shapes that fit each other.
+        All four have shapes that fit each other. The lower periodic orbit is the reversed upper
+        one: angles change their sign.
         """
         rising, upper, I, angle = np.broadcast_arrays(rising, upper, I, angle)
-        side = np.where(upper, 1.0, -1.0)
+        side, level = np.where(upper, 1.0, -1.0), self.map_level
         value, by_I, by_angle = seen = np.empty((3, 4, *I.shape))
         for kind in (False, True):
-            here, level = rising == kind, self.map_level
+            here = rising == kind
             if here.any():
                 table = level.charts[kind].inverse
                 found = table.look_up_slopes(I[here], (side * angle)[here], level.a)
@@ -139,13 +110,13 @@ class Level:
             angle + side * value[1],
             value[0],
             side * value[2],
-            (side * by_I[1], 1 + by_angle[1]),
-            (by_I[0], side * by_angle[0]),
+            np.array((side * by_I[1], 1 + by_angle[1])),
+            np.array((by_I[0], side * by_angle[0])),
         )
 
-    def arriving(self, I: Array, b: Array) -> PassageEnds:
+    def arriving(self, I: Any, b: Any) -> PassageEnds:
         """Upward crossings at the ends of passages past the lower periodic orbit."""
-        return self.crossings(np.array(True), np.array(False), I, b)
+        return self.crossings(True, False, np.atleast_1d(I), np.atleast_1d(b))
 
     def invariants(self, signs: Signs, growth: Array) -> tuple[Array, Array]:
         """I of passages in which the angle grows by `growth`, and its derivative.
@@ -178,20 +149,6 @@ class Level:
         """The |I| of passages with so many half rotations, the inverse of `half_turns`."""
         return math.exp((self.shift - math.pi * half_turns) * self.exponent)
 
-    def _splitting(self) -> float:
-        """Largest |I| that a crossing on the unstable surface of the lower orbit leads to."""
-        level, a = self.map_level, self.map_level.a
-        b = np.linspace(0, 2 * np.pi, LOOKS)
-        on = self.arriving(np.zeros(LOOKS), b)
-        U, V, *_ = level.charts[True].forward.look_up(on.d, on.chi, a)
-        return float(np.abs(U * V).max())
-
-    def _shift(self) -> float:
-        """Growth of chi in a passage beyond -ln|I|/Lambda, from 0 to a multiple of pi."""
-        both, zero = np.array([True, False]), np.zeros(2)
-        at = self.crossings(both, np.array([True, True]), zero, zero)
-        return float(at.chi[1] - at.chi[0])
-
 
 class Arrival(NamedTuple):
     """The passage before the first crossing, as a function of one unknown: numbers or arrays."""
@@ -200,10 +157,6 @@ class Arrival(NamedTuple):
     b: Any
     I_slope: Any
     b_slope: Any
-
-    def crossing(self, level: Level) -> PassageEnds:
-        """The first crossings, upward ones: where that passage ends."""
-        return level.arriving(np.atleast_1d(self.I), np.atleast_1d(self.b))
 
 
 class Surface(NamedTuple):
@@ -226,39 +179,36 @@ class Surface(NamedTuple):
         p, J2 = self.problem.body.angles(), float(self.problem.J2_0(53))
         return hamiltonian_J3_0(J1_0, J2, (p.alpha0 + p.beta0, theta2), p, np)
 
+    def energy_slope(self, theta2: float) -> float:
+        """Derivative of the energy, per radian."""
+        return (self.energy(theta2 + STEP) - self.energy(theta2 - STEP)) / (2 * STEP)
+
     def first_crossings(self, theta2: Array, J1_0: Array) -> tuple[EnergyLevel, Entered]:
         """The first crossings of orbits with other J1_0, and the map at the energy of each."""
         level = self.made.at(self.energies(theta2, J1_0))
         Qp = start_Qp(self.problem, "1", 53, J1_0)
         return level, level.enter(Qp, self._phase(theta2))
 
-    def energy_slope(self, theta2: float) -> float:
-        """Its derivative, per radian."""
-        return (self.energy(theta2 + STEP) - self.energy(theta2 - STEP)) / (2 * STEP)
-
-    def begin(self, level: Level) -> Callable[[float], Arrival]:
-        """The arrival of the orbit of a phase, at a given energy."""
-
-        def arrival(theta2: float) -> Arrival:
-            I, b = self._entered(level, theta2 + STEP * np.array([-1.0, 0.0, 1.0]))
-            return Arrival(I[1], b[1], (I[2] - I[0]) / (2 * STEP), (b[2] - b[0]) / (2 * STEP))
-
-        return arrival
-
     def first_time(self, level: Level, theta2: Array) -> Array:
         """t' of the first crossings."""
         entered = level.map_level.enter(start_Qp(self.problem, "1", 53), self._phase(theta2))
         return np.asarray(entered.time)
 
-    def _entered(self, level: Level, theta2: Array) -> tuple[Array, Array]:
-        """I and b of the mirrored starts."""
-        made, phase, zero = level.map_level, self._phase(theta2), 0 * theta2
-        Qp = start_Qp(self.problem, "1", 53)
-        at = inverted(made.nf, made.weights, phase, zero + Qp, zero, made.a)
-        if np.abs(at.v).max() > made.nf.radius:
-            raise MapError(f"J1_0 = {self.problem.J1_0} lies outside of the normal form")
-        I = at.u * at.v
-        return I, -(phase + np.log(at.v) / level.rates(I).exponent)
+    def begin(self, level: Level) -> Callable[[float], Arrival]:
+        """The arrival of the orbit of a phase, at a given energy."""
+        made, Qp = level.map_level, start_Qp(self.problem, "1", 53)
+
+        def arrival(theta2: float) -> Arrival:
+            # I and b of the mirrored starts.
+            phase = self._phase(theta2 + STEP * np.array([-1.0, 0.0, 1.0]))
+            at = inverted(made.nf, made.weights, phase, 0 * phase + Qp, 0 * phase, made.a)
+            if np.abs(at.v).max() > made.nf.radius:
+                raise MapError(f"J1_0 = {self.problem.J1_0} lies outside of the normal form")
+            I = at.u * at.v
+            b = -(phase + np.log(at.v) / level.rates(I).exponent)
+            return Arrival(I[1], b[1], (I[2] - I[0]) / (2 * STEP), (b[2] - b[0]) / (2 * STEP))
+
+        return arrival
 
     def _phase(self, theta2: Array) -> Array:
         found: Array = math.pi / 2 - self.problem.body.angles().beta0 / 2 - theta2
@@ -267,11 +217,5 @@ class Surface(NamedTuple):
 
 @functools.lru_cache(maxsize=8)
 def surface(problem: RouteProblem) -> Surface:
-    """The orbits of a problem with their map.
-
-    Raises
-    ------
-    MapError
-        They have none; the message gives the reason.
-    """
+    """The orbits of a problem with their map; MapError, with the reason, where they have none."""
     return Surface(problem, return_map(problem.body, h=problem.energies))

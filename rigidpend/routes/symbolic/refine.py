@@ -5,7 +5,7 @@ equations are integrated to the next one, all such legs at once. Where they miss
 method corrects all crossings and theta2_0 with them, so that the legs meet: an orbit that grows
 apart by 1e190 is found without ever being followed for more than a passage. Each time the digits
 double, or grow by as many as the legs' derivatives have; these are differences of legs that begin
-beside each other.
+beside each other, told anew whenever the legs go on to wider numbers, in those that they leave.
 
 A change of theta2_0 grows from crossing to crossing. So late crossings need fewer digits than early
 ones: they drop out as soon as they have them, and each leg is integrated in as many bits as its
@@ -22,7 +22,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from rigidpend.machine.workers import note, side_by_side
+from rigidpend.machine.workers import note
 from rigidpend.mechanics.equations import AlignedCoefficients, aligned
 from rigidpend.numbers.exact import context, exact, fraction
 from rigidpend.numbers.generic import Array
@@ -30,10 +30,9 @@ from rigidpend.orbits.integrate.arithmetic import LADDER
 from rigidpend.orbits.integrate.reference_orbit import rung
 from rigidpend.orbits.integrate.states import states_at
 from rigidpend.routes.start import Scales, start, states_exact
-from rigidpend.routes.symbolic.chain import NoOrbit, carried, tangents
+from rigidpend.routes.symbolic.chain import Chain, NoOrbit, carried, tangents
 from rigidpend.routes.symbolic.integrated import crossing_states, doubles
 from rigidpend.routes.symbolic.levels import STEP, Level, Surface
-from rigidpend.routes.symbolic.shortest import Path
 
 FIRST_DIGITS = 9
 """Digits behind the point that the map in doubles has of its crossings, at least."""
@@ -60,14 +59,18 @@ FURTHER = 4
 """Digits beyond those of theta2_0 that crossings are told to."""
 SETTLED = 2
 """Digits short of those that it needs with which a crossing counts as known."""
+MIDDLE = 3e-7
+"""Distance from the middle of a cell within which a crossing lies there, half rotations."""
+WHOLE = 32
+"""Bits in multiples of which legs are integrated in integers, so that several are at once."""
 GAMMA = slice(3, 6)
 """The vertical among the components of a state."""
 
 
 class Solved(NamedTuple):
-    """A path at its own energy."""
+    """A chain at its own energy."""
 
-    path: Path
+    chain: Chain
     level: Level
     by_energy: float
     """Derivative of theta2_0 in the energy, at a given end."""
@@ -91,33 +94,26 @@ def growth(orbits: Surface, solved: Solved) -> Array:
 
     (n + 1,) log10 of the factor at its crossings, t' per radian.
     """
-    chain, level = solved.path.chain, solved.level
+    chain, level = solved.chain, solved.level
     slopes, theta = tangents(level, chain), chain.unknown
     factor = abs(1 - solved.by_energy * orbits.energy_slope(theta))
     arrival = orbits.begin(level)(theta)
-    at = arrival.crossing(level)
+    at = level.arriving(arrival.I, arrival.b)
     early, late = orbits.first_time(level, theta + STEP * np.array([-1.0, 1.0]))
-    change = np.array(
-        [
-            at.d_by[0][0] * arrival.I_slope + at.d_by[1][0] * arrival.b_slope,
-            at.chi_by[0][0] * arrival.I_slope + at.chi_by[1][0] * arrival.b_slope,
-            (late - early) / (2 * STEP),
-        ]
+    d, chi = (
+        by[0, 0] * arrival.I_slope + by[1, 0] * arrival.b_slope for by in (at.d_by, at.chi_by)
     )
-    changes, logs = carried(slopes, change)
+    changes, logs = carried(slopes, np.array([d, chi, (late - early) / (2 * STEP)]))
     # A crossing moves by chi at a fixed time as much as by the time at a fixed chi.
     return np.asarray((logs + np.log(np.abs(changes[:, 2]))) / math.log(10) + math.log10(factor))
 
 
 def refined(orbits: Surface, solved: Solved, digits: int, jobs: int = 1) -> Refined:
-    """theta2_0 of a path to `digits` digits behind the point.
+    """theta2_0 of a chain to `digits` digits behind the point.
 
-    Raises
-    ------
-    NoOrbit
-        Integration of the full equations does not follow the path.
+    NoOrbit is raised where integration of the full equations does not follow the chain.
     """
-    chain, level = solved.path.chain, solved.level
+    chain, level = solved.chain, solved.level
     exponent = growth(orbits, solved)
     grown = np.maximum.accumulate(exponent)
     begun = float(orbits.first_time(level, np.array([chain.unknown]))[0])
@@ -132,32 +128,13 @@ def refined(orbits: Surface, solved: Solved, digits: int, jobs: int = 1) -> Refi
     return Refined(_decimal(theta, digits), fixed, bits, delay, times)
 
 
-class _Slopes(NamedTuple):
-    """Derivatives of where legs end in where they begin; of the first one in theta2_0."""
-
-    columns: list[Any]
-    """(6, 1) of the first leg, (6, 6) of each further one."""
-    digits: float
-    """Digits that they have."""
-
-
 class _Legs:
     """An orbit cut at its crossings into legs that are integrated each for itself, many at once.
 
     Mirror images take the place of crossings that are not beside separatrix 2 or 3, as in a chain.
-
-    Parameters
-    ----------
-    orbits : Surface
-    solved : Solved
-    times : (n + 1,) array
-        t' of each leg by the map, the first from the start.
-    needed : (n + 1,) array
-        Digits to which their ends are to be told, descending.
-    reach : int
-        The last leg that counts.
-    jobs : int
-        Threads, or processes where integers serve.
+    `times` (n + 1,) are t' of the legs by the map, the first from the start; `needed` (n + 1,) the
+    digits to which their ends are to be told, descending; `reach` is the last leg that counts. Jobs
+    are threads, or processes where integers serve.
     """
 
     def __init__(
@@ -169,7 +146,7 @@ class _Legs:
         reach: int,
         jobs: int,
     ) -> None:
-        made, n = solved.path, reach + 1
+        made, n = solved.chain, reach + 1
         # What grows on the way cancels in a correction: digits for both.
         self.bits = math.ceil((2 * float(needed[0]) + 20) * DIGIT) + GUARD
         self.m = context(self.bits)
@@ -177,13 +154,13 @@ class _Legs:
         self.begin = start(orbits.problem, self.bits, Scales())
         self.c = AlignedCoefficients(*map(self._number, self.begin.coefficients))
         self.jobs, self.needed, self.most = jobs, needed[:n], float(needed[0])
-        self.theta = self.m.mpf(made.chain.unknown)
+        self.theta = self.m.mpf(made.unknown)
         self.times = [self.m.mpf(float(t)) for t in times[:n]]
-        places = crossing_states(doubles(orbits.problem.body), solved.level, made.chain)[:, :n]
+        places = crossing_states(doubles(orbits.problem.body), solved.level, made)[:, :n]
         self.states = [np.array([self.m.mpf(float(x)) for x in state]) for state in places.T]
-        self.mirrored = [False, *(bool(I < 0) for I in made.chain.I[:reach])]
-        if made.symmetric and n == places.shape[1]:
-            # gamma3 of the last crossing stays as it is.
+        self.mirrored = [False, *(bool(I < 0) for I in made.I[:reach])]
+        if made.off[-1] < MIDDLE and n == places.shape[1]:
+            # It returns from the middle of its cell: gamma3 there stays as it is.
             self.states[-1][5] = self.m.mpf(0)
 
     def _number(self, x: Fraction) -> Any:
@@ -192,56 +169,36 @@ class _Legs:
     def run(self) -> tuple[Fraction, float]:
         """The phase, and the largest delay of a crossing against the map."""
         known = before = float(FIRST_DIGITS)
-        told, slopes, lost = np.array(self.times), None, 0.0
+        told, kinds, lost = np.array(self.times), iter(LADDER[1:]), 0.0
+        # Slopes, the digits that they have, and those that legs may have with them.
+        slopes: list[Any] = []
+        gained = reach = 0.0
         for _ in range(ROUNDS):
             # What the last correction has shown, and not what it is expected to have left.
             last = min(len(self.needed) - 1, int((self.needed > before).sum()))
-            slopes = self._slopes(known, last, slopes)
-            aim = self._aim(known, slopes.digits)
+            if not slopes or (known > reach - LEAST_DIGITS and self.most > reach):
+                kind = next(kinds)
+                gained, slopes = min(known, kind / 2 / DIGIT - THIN), self._differences(kind, last)
+                # Integers take ten times as long: all that the kernel's numbers tell comes first.
+                reach = (2 * kind - ACROSS - SPARE) / DIGIT if kind < LADDER[-1] else math.inf
+            aim = min(2 * known - CURVED, known + gained, self.most, reach)
             note(lambda: f"theta2_0 to {known:.0f} of {self.most:.0f} digits")  # noqa: B023
             before = self._corrected(slopes, aim, last)
             if before < LEAST_DIGITS:
                 raise NoOrbit("integration does not find the crossings where the map has them")
             # Where a passage grazes a surface legs are bent more than was expected.
             lost = max(lost, known - before)
-            known = min(aim, before + slopes.digits - lost, 2 * before - CURVED - lost)
+            known = min(aim, before + gained - lost, 2 * before - CURVED - lost)
             if known >= self.most:
                 late = np.cumsum(np.array(self.times) - told)
                 return fraction(self.theta), float(max(abs(x) for x in late))
         raise NoOrbit(f"integration follows the map to {known:.0f} digits only")
 
-    def _slopes(self, known: float, last: int, before: _Slopes | None) -> _Slopes:
-        """Derivatives of the legs that count: those that are there, or sharper ones.
-
-        They are told in the kernel, in fewer bits than the legs will then be.
-        """
-        best = before
-        for bits in LADDER[1:]:
-            digits = min(known, bits / 2 / DIGIT - THIN)
-            costly = LADDER[1] < bits >= rung(self._bits(self._aim(known, digits)))
-            if not costly and (best is None or digits > 1.2 * best.digits):
-                best = _Slopes([], digits)
-                chosen = bits
-        if best is before and before is not None:
-            return before
-        assert best is not None
-        return _Slopes(self._differences(chosen, last), best.digits)
-
-    def _aim(self, known: float, gained: float) -> float:
-        """Digits to which legs are integrated next, where slopes allow to gain so many.
-
-        All that the kernel's numbers can tell comes first: integers take ten times as long.
-        """
-        aim = min(2 * known - CURVED, known + gained, self.most)
-        kernel = (LADDER[-1] - ACROSS - SPARE) / DIGIT
-        return min(aim, kernel) if known < kernel - LEAST_DIGITS else aim
-
-    def _bits(self, digits: float) -> int:
-        """Bits in which a leg is integrated whose end is told to so many digits."""
-        return math.ceil(digits * DIGIT) + ACROSS + SPARE
-
     def _differences(self, bits: int, last: int) -> list[Any]:
-        """Differences of the ends of legs that begin beside each other."""
+        """Derivatives of where legs end in where they begin, by legs that begin beside each other.
+
+        That of the first leg is in theta2_0, (6, 1), those of further ones are (6, 6).
+        """
         step = self.m.ldexp(1, -bits // 2)
         legs, begun = [0, 0], [self._start(self.theta), self._start(self.theta + step)]
         # A crossing has M3 = 0: five components may change.
@@ -264,16 +221,18 @@ class _Legs:
         [state] = states_exact(self.begin, [exact(fraction(theta))], self.bits)
         return np.array([self._number(x) for x in state])
 
-    def _corrected(self, slopes: _Slopes, aim: float, last: int) -> float:
+    def _corrected(self, slopes: list[Any], aim: float, last: int) -> float:
         """Correct theta2_0 and the crossings; the digits that those had which lack some."""
-        bits = [self._bits(min(aim, float(need))) for need in self.needed[: last + 1]]
+        bits = [
+            math.ceil(min(aim, need) * DIGIT) + ACROSS + SPARE for need in self.needed[: last + 1]
+        ]
         begun = [self._start(self.theta), *self.states[:last]]
         ends, late = self._ends(range(last + 1), begun, bits)
-        fixed, by_theta = self.m.mpf(0) * ends[0], slopes.columns[0][:, 0]
+        fixed, by_theta = self.m.mpf(0) * ends[0], slopes[0][:, 0]
         changes = []
         for k, (end, here) in enumerate(zip(ends, self.states, strict=False)):
             if k:
-                fixed, by_theta = slopes.columns[k] @ fixed, slopes.columns[k] @ by_theta
+                fixed, by_theta = slopes[k] @ fixed, slopes[k] @ by_theta
             fixed = fixed + (end - here)
             changes.append((fixed, by_theta))
         # gamma3 of the last crossing that counts stays.
@@ -292,19 +251,14 @@ class _Legs:
     ) -> tuple[list[Any], list[Any]]:
         """Ends of legs, on M3 = 0, and by how much later they are than their times say."""
         reached: list[Any] = [None] * len(legs)
-        for kind in LADDER[1:]:
-            here = [i for i, x in enumerate(bits) if kind == rung(x)]
-            if here:
-                states = np.array([begun[i] for i in here]).T
-                times = np.array([[self.times[legs[i]] for i in here]])
-                found = states_at(self.c, states, times, kind, self.jobs)[:, 0]
-                for i, state in zip(here, found.T, strict=True):
-                    reached[i] = state
-        here = [i for i, x in enumerate(bits) if x > LADDER[-1]]
-        tasks = [(fractions(begun[i]), fraction(self.times[legs[i]]), bits[i]) for i in here]
-        exact_ends = side_by_side(_in_integers, (self.begin.coefficients,), True, tasks, self.jobs)
-        for i, state in zip(here, exact_ends, strict=True):
-            reached[i] = np.array([self._number(x) for x in state])
+        kinds = [rung(x) if x <= LADDER[-1] else WHOLE * math.ceil(x / WHOLE) for x in bits]
+        for kind in sorted(set(kinds)):
+            here = [i for i, x in enumerate(kinds) if x == kind]
+            states = np.array([begun[i] for i in here]).T
+            times = np.array([[self.times[legs[i]] for i in here]])
+            found = states_at(self.c, states, times, kind, self.jobs)[:, 0]
+            for i, state in zip(here, found.T, strict=True):
+                reached[i] = state
         ends, late = map(list, zip(*(self._on_section(state) for state in reached), strict=True))
         for end, leg in zip(ends, legs, strict=True):
             if self.mirrored[leg]:
@@ -322,16 +276,6 @@ class _Legs:
         end = state + late * (rates + late * bend)
         end[2] *= 0
         return end, late
-
-
-fractions = np.frompyfunc(fraction, 1, 1)
-"""The exact numbers of an array."""
-
-
-def _in_integers(task: tuple[Any, Fraction, int], c: AlignedCoefficients) -> Any:
-    """The end of a leg from a state after a time, in so many bits."""
-    state, time, bits = task
-    return states_at(c, state[:, None], [time], bits)[:, 0, 0]
 
 
 def _decimal(theta: Fraction, digits: int) -> Decimal:

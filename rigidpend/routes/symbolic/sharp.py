@@ -32,8 +32,8 @@ from rigidpend.orbits.return_map.conjugacy import inverted, placed
 from rigidpend.orbits.return_map.poincare import rotation_phase
 from rigidpend.orbits.return_map.precision import precision
 from rigidpend.orbits.return_map.reduced import coefficients
+from rigidpend.routes.symbolic.asymptotic import DoublyAsymptotic
 from rigidpend.routes.symbolic.chain import NoOrbit
-from rigidpend.routes.symbolic.doubly import DoublyAsymptotic
 from rigidpend.routes.symbolic.levels import Level
 
 DEPTH = Fraction(1, 10**16)
@@ -74,16 +74,9 @@ class Anchors(NamedTuple):
 
 
 class Launch:
-    """Orbits of the surface at one energy, by theta2 where J1 is tiny.
+    """Orbits of the surface at the energy h, by theta2 where J1 is tiny.
 
-    Parameters
-    ----------
-    body : Body
-    level : Level
-        The map at the energy h, in doubles.
-    h : Exact
-    J1_0 : Exact
-        Where theta2_0 is told, dimensionless.
+    The level has the map at that energy, in doubles. J1_0 is where theta2_0 is told, dimensionless.
     """
 
     def __init__(self, body: Body, level: Level, h: Exact, J1_0: Exact) -> None:
@@ -213,19 +206,9 @@ class Sharp(NamedTuple):
 
 
 def sharp(launch: Launch, orbits: DoublyAsymptotic, jobs: int = 1) -> Sharp:
-    """Refine the phases of doubly asymptotic orbits.
+    """Refine the phases of doubly asymptotic orbits that the map has found in doubles.
 
-    Parameters
-    ----------
-    launch : Launch
-    orbits : DoublyAsymptotic
-        By the map in doubles.
-    jobs : int, optional
-
-    Raises
-    ------
-    NoOrbit
-        Integration finds an orbit elsewhere than the map.
+    NoOrbit is raised where integration finds an orbit elsewhere than the map.
     """
     begun, error = launch.anchors(orbits.b), FIRST_ERROR
     slope = orbits.I_slope * begun.b_slope

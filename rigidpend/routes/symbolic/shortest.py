@@ -4,13 +4,11 @@ from __future__ import annotations
 
 import contextlib
 import math
-from collections.abc import Callable
-from typing import NamedTuple
+from collections.abc import Callable, Sequence
 
 import numpy as np
 
 from rigidpend.numbers.generic import Array
-from rigidpend.routes.symbolic.address import cells_of
 from rigidpend.routes.symbolic.chain import Chain, NoOrbit, System
 from rigidpend.routes.symbolic.levels import Arrival, Level, Signs
 
@@ -37,53 +35,26 @@ SLACK = 0.25
 """Share by which crossings away from the surface may change I more than those on it."""
 
 
-class Path(NamedTuple):
-    """A chain with the cells j of its crossings."""
-
-    chain: Chain
-    cells: Signs
-    """(N + 1,) chi is nearest to j pi."""
-
-    @property
-    def symmetric(self) -> bool:
-        """True if the last crossing is in the middle of its cell, at gamma3 = 0."""
-        return abs(float(self.chain.chi[-1]) - math.pi * int(self.cells[-1])) < 1e-6
-
-    @property
-    def half_turns(self) -> tuple[int, ...]:
-        """Half rotations of each passage."""
-        return tuple(int(n) for n in np.diff(self.cells))
-
-
 def path(
-    system: System,
-    cells: Signs,
-    unknown: float,
-    patient: bool = True,
-    end: float = 0.0,
-) -> Path:
+    system: System, cells: Signs, unknown: float, patient: bool = True, end: float = 0.0
+) -> Chain:
     """The chain whose crossings lie in given cells, the last one `end` off the middle of its own.
 
-    Where the chain ends the cells tell, whatever `last` the system has.
-
-    Where Newton's method does not find it from the middles of the cells, and one is `patient`,
-    passages are made longer, until no crossing disturbs the next, and then shorter by steps.
-
-    Raises
-    ------
-    NoOrbit
-        There is none in the range of the map; the message says which passage is too short.
+    Where the chain ends the cells tell, whatever `last` the system has. Where Newton's method does
+    not find it from the middles of the cells, and one is `patient`, passages are made longer, until
+    no crossing disturbs the next, and then shorter by steps. NoOrbit says which passage is too
+    short.
     """
     angles = np.asarray(np.pi * cells, dtype=float)
     angles[-1] += np.pi * end
     system = system._replace(last=float(angles[-1]))
     x = system.guess(angles, unknown)
     try:
-        return in_cells(system.solved(x), cells)
+        return system.solved(x).within(cells)
     except NoOrbit:
         if not patient:
             raise
-        return in_cells(_continued(system, x, cells), cells)
+        return _continued(system, x, cells).within(cells)
 
 
 def _continued(system: System, x: Array, cells: Signs) -> Chain:
@@ -118,40 +89,24 @@ def _reason(system: System, made: Chain | None, longer: float) -> str:
     )
 
 
-def in_cells(chain: Chain, cells: Signs) -> Path:
-    """The path of a chain; NoOrbit if a crossing lies in another cell."""
-    off = np.flatnonzero(cells_of(chain.chi) != cells)
-    if off.size:
-        k = int(off[0])
-        raise NoOrbit(
-            f"the orbit found leaves its address: crossing {k + 1} is "
-            f"{abs(chain.chi[k] / np.pi - cells[k]):.2f} half rotations from where it should be"
-        )
-    return Path(chain, cells)
-
-
 def exactly(
     system: System,
     first: int,
     unknown: float,
     turns: tuple[int, ...],
     beside: Array | None = None,
-) -> Path:
+) -> Chain:
     """The chain with just these half rotations, its last crossing anywhere in its cell.
 
     `beside` is chi of the crossings of an orbit with this address, radians: that one is taken.
-
-    Raises
-    ------
-    NoOrbit
-        There is none in the range of the map; the message says which passage is too short.
+    NoOrbit says which passage is too short.
     """
     check_possible(system.level, turns, float(system.begin(unknown).I) if system.begin else 0.0)
-    cells, reason = _cells(first, np.array(turns)), NoOrbit()
+    cells, reason = cells_after(first, turns), NoOrbit()
     if beside is not None:
         with contextlib.suppress(NoOrbit):
             one = system._replace(last=float(beside[-1]))
-            return in_cells(one.solved(one.nearer(beside, unknown)), cells)
+            return one.solved(one.nearer(beside, unknown)).within(cells)
     for end in ENDS:
         try:
             return path(system, cells, unknown, end=end)
@@ -161,10 +116,8 @@ def exactly(
     for offsets in random.uniform(-0.45, 0.45, (STARTS, len(cells))):
         angles = np.asarray(np.pi * (cells + offsets), dtype=float)
         one = system._replace(last=float(angles[-1]))
-        try:
-            return in_cells(one.solved(one.guess(angles, unknown)), cells)
-        except NoOrbit:
-            continue
+        with contextlib.suppress(NoOrbit):
+            return one.solved(one.guess(angles, unknown)).within(cells)
     raise reason
 
 
@@ -186,50 +139,36 @@ def check_possible(level: Level, turns: tuple[int, ...], I: float = 0.0) -> None
         most = min(most, level.invariant(n - 1))
 
 
-def shortest(
-    system: System,
-    first: int,
-    unknown: float,
-    given: tuple[int, ...] = (),
-) -> Path:
+def shortest(system: System, first: int, unknown: float, given: tuple[int, ...] = ()) -> Chain:
     """The chain of a code with few half rotations, some of which may be given, but not all.
 
     Begun alike for all passages, with the fewest that allow an orbit, they are lessened one
     by one from the first passage on, as far as an orbit exists whose crossings stay `INSIDE`.
-    Words of more than `LESSENED` symbols keep them alike.
-
-    Raises
-    ------
-    NoOrbit
-        None was found.
+    Words of more than `LESSENED` symbols keep them alike. NoOrbit is raised where none was found.
     """
     n = len(system.signs)
 
-    def tried(each: int) -> Path:
-        cells = _cells(first, np.array([*given, *[each] * (n - len(given))]))
+    def tried(each: int) -> Chain:
+        cells = cells_after(first, [*given, *[each] * (n - len(given))])
         return path(system, cells, unknown, patient=False)
 
     made = alike(system.level, tried, math.inf if given else INSIDE)
-    begun = made
+    cells = made.cells
     for k in range(len(given), n if n <= LESSENED else 0):
-        made = _lessened(system, made, k)
-    if made is begun:
+        cells = _lessened(system, made, cells, k)
+    if (cells == made.cells).all():
         return made
     try:
-        return path(system, made.cells, made.chain.unknown, patient=False)
+        return path(system, cells, made.unknown, patient=False)
     except NoOrbit:
-        return begun
+        return made
 
 
-def alike(level: Level, tried: Callable[[int], Path], within: float = INSIDE) -> Path:
-    """The path with the fewest half rotations, as many in every passage that is free.
+def alike(level: Level, tried: Callable[[int], Chain], within: float = INSIDE) -> Chain:
+    """The chain with the fewest half rotations, as many in every passage that is free.
 
-    `tried` finds that with so many. Its crossings stay `within` of their cells' middles.
-
-    Raises
-    ------
-    NoOrbit
-        None was found.
+    `tried` finds that with so many. Its crossings stay `within` of their cells' middles. NoOrbit
+    is raised where none was found.
     """
     least, reason = max(1, level.fewest_half_turns), None
     for each in range(least, least + MORE):
@@ -238,35 +177,34 @@ def alike(level: Level, tried: Callable[[int], Path], within: float = INSIDE) ->
         except NoOrbit as error:
             reason = error
             continue
-        if spread(made) <= within:
+        if made.off.max() <= within:
             return made
     raise NoOrbit(f"from {least} to {least + MORE - 1} half rotations a passage: {reason}")
 
 
-def spread(made: Path) -> float:
-    """The largest distance of a crossing from the middle of its cell, half rotations."""
-    return float(np.abs(made.chain.chi / np.pi - made.cells).max())
+def cells_after(first: int, turns: Sequence[int]) -> Signs:
+    """The cells (n + 1,) of crossings from a first cell on, by the half rotations between them."""
+    return np.cumsum([first, *turns])
 
 
-def _cells(first: int, turns: Signs) -> Signs:
-    return first + np.concatenate(([0], np.cumsum(turns)))
+def _lessened(system: System, made: Chain, cells: Signs, k: int) -> Signs:
+    """The cells with as few half rotations in passage k as its neighbours allow.
 
-
-def _lessened(system: System, made: Path, k: int) -> Path:
-    """The path with as few half rotations in passage k as its neighbours allow."""
+    Of the chain that was `made` with other cells only what arrives before the neighbours is used.
+    """
     low, high = max(0, k - WINDOW), min(len(system.signs), k + 1 + WINDOW)
-    part, unknown = system._replace(signs=system.signs[low:high]), made.chain.unknown
+    part, unknown = system._replace(signs=system.signs[low:high]), made.unknown
     if low:
-        I, shift = float(made.chain.I[low - 1]), made.chain.b[low - 1] - made.chain.chi[low]
+        I, shift = float(made.I[low - 1]), made.b[low - 1] - made.chi[low]
         part = part._replace(begin=lambda angle: Arrival(I, angle, 0.0, 1.0))
-        unknown = shift + np.pi * made.cells[low]
+        unknown = shift + np.pi * cells[low]
     while True:
-        cells = made.cells.copy()
-        cells[k + 1 :] -= 1
+        fewer = cells.copy()
+        fewer[k + 1 :] -= 1
         try:
-            near = path(part, cells[low : high + 1], unknown, patient=False)
+            near = path(part, fewer[low : high + 1], unknown, patient=False)
         except NoOrbit:
-            return made
-        if spread(near) > INSIDE:
-            return made
-        made = made._replace(cells=cells)
+            return cells
+        if near.off.max() > INSIDE:
+            return cells
+        cells = fewer

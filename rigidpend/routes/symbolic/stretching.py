@@ -56,14 +56,9 @@ def stretching(level: Level, chain: Chain) -> Array:
 def most_stretched(slopes: Sequence[Array], frames: Sequence[Array]) -> Array:
     """ln of the growth of the deviation that grows most, through 1 to n passages, (n, ...).
 
-    Over the number of passages it is the finite-time exponent of whatever comes first.
-
-    Parameters
-    ----------
-    slopes : n (2, 2, ...) arrays
-        Derivatives of d and chi behind each passage in d and chi before it.
-    frames : n + 1 (2, 2, ...) arrays
-        `frame` at the first crossing, and behind each passage.
+    Over the number of passages it is the finite-time exponent of whatever comes first. The slopes
+    are the n derivatives (2, 2, ...) of d and chi behind each passage in d and chi before it, the
+    frames n + 1 (2, 2, ...): `frame` at the first crossing, and behind each passage.
     """
     begun = np.moveaxis(frames[0], (0, 1), (-2, -1))
     whole = np.asarray(np.moveaxis(np.linalg.inv(begun), (-2, -1), (0, 1)), dtype=float)
@@ -77,13 +72,7 @@ def most_stretched(slopes: Sequence[Array], frames: Sequence[Array]) -> Array:
 def frame(point: SectionPoint, h: Any, c: Coefficients) -> Array:
     """The matrices (2, 2, N) that make of changes of d and chi a vector as long as of (M', gamma).
 
-    Parameters
-    ----------
-    point : SectionPoint
-    h : (N,) array
-        Energies, dimensionless.
-    c : Coefficients
-        In doubles, with M' in its own unit.
+    Energies h (N,) are dimensionless, the coefficients in doubles, with M' in its own unit.
     """
     moved = euclidean(section_tangents(*point, h, c, precision(53)), c)
     one, other = moved[:, 0], moved[:, 1]
@@ -133,15 +122,7 @@ class Stretched(NamedTuple):
 
 
 def stretched(orbits: Surface, theta2_0: Array, J1_0: Array, n: int) -> Stretched:
-    """Follow orbits of one body and h0 through n passages.
-
-    Parameters
-    ----------
-    orbits : Surface
-    theta2_0, J1_0 : (N,) arrays
-        Initial phases, radians, and actions, dimensionless.
-    n : int
-    """
+    """Follow orbits of one body and h0 through n passages, from phases and actions (N,)."""
     level, begin = orbits.first_crossings(theta2_0, J1_0)
     c = orbits.made.coefficients
     # What lies outside of the tables may have no energy there.

@@ -20,10 +20,11 @@ from rigidpend.experiments.bench.peers import compared, made
 from rigidpend.experiments.bench.problems import ASKED, Crossed, Stage, stage, time_unit
 from rigidpend.experiments.bench.solvers import Solver
 from rigidpend.experiments.principal_axes import initial
-from rigidpend.mechanics.coordinates import Aligned, aligned_from_body, body_from_aligned
+from rigidpend.mechanics.coordinates import Aligned, body_from_aligned
 from rigidpend.numbers.exact import context, exact
 from rigidpend.routes.start import Scales, start, states_double
 from tests.orbits.integrate.problems import FIG4, GENERIC, needs_heyoka
+from tests.strategies import aligned_from_body
 
 pytestmark = needs_heyoka("the references in 113 bits")
 SMALL = SimpleNamespace(orbits=3, turns=2, columns=3, n_symbols=3, companions=2, periods=3)

@@ -9,12 +9,16 @@ import numpy as np
 
 from rigidpend.numbers.exact import exact
 from rigidpend.orbits.return_map import return_map
+from rigidpend.routes.symbolic.asymptotic import (
+    DoublyAsymptotic,
+    Skeleton,
+    doubly_asymptotic,
+    skeleton,
+)
 from rigidpend.routes.symbolic.chain import Chain, System, on_surface, signs_of
-from rigidpend.routes.symbolic.doubly import DoublyAsymptotic, doubly_asymptotic
 from rigidpend.routes.symbolic.levels import Level
 from rigidpend.routes.symbolic.sharp import Launch
 from rigidpend.routes.symbolic.shortest import path
-from rigidpend.routes.symbolic.skeleton import Skeleton, skeleton
 from tests.bodies import FIG4
 
 BODY = FIG4
@@ -49,4 +53,4 @@ def launch() -> Launch:
 def chain_of(symbols: Any) -> Chain:
     """A chain from the unstable surface on, 11 half rotations a passage."""
     system = System(level(), on_surface, signs_of(np.array(symbols)))
-    return path(system, 11 * np.arange(len(symbols) + 1), 0.0).chain
+    return path(system, 11 * np.arange(len(symbols) + 1), 0.0)

@@ -28,10 +28,10 @@ def codes_of(body: Body, theta2_0: Any, n: int, start: dict[str, Any]) -> str:
 
 @pytest.mark.slow
 def test_integration_finds_the_code() -> None:
-    code = "1101100000"
+    code = "110110"
     found = find_orbit(FIG4, code, **START)
-    assert codes_of(FIG4, found.theta2_0, 10, START) == code
-    assert found.fixed == found.confirmed == found.passages == 10
+    assert codes_of(FIG4, found.theta2_0, 6, START) == code
+    assert found.fixed == found.confirmed == found.passages == 6
     assert found.delay < 1e-10
     assert found.passage_error < 1e-10
 
@@ -56,13 +56,13 @@ def test_the_orbit_returns_on_its_own_way() -> None:
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize(("word", "fewer", "more"), [("0011" * 4, 23, 32), ("0", 30, 118)])
+@pytest.mark.parametrize(("word", "fewer", "more"), [("0011" * 2, 13, 32), ("0", 30, 118)])
 def test_more_digits_agree_with_fewer(word: str, fewer: int, more: int) -> None:
     """A crossing that drops out before it is known well enough spoils the last ones.
 
     The kernel tells 117 digits, integers the rest.
     """
-    few, many = (find_orbit(FIG4, word, **START, digits=n, jobs=2) for n in (fewer, more))
+    few, many = (find_orbit(FIG4, word, **START, digits=n) for n in (fewer, more))
     assert abs(Fraction(few.theta2_0) - Fraction(many.theta2_0)) <= Fraction(1, 2 * 10**fewer)
     assert few.fixed == many.fixed == many.confirmed == len(word)
     assert many.bits > 113
@@ -70,17 +70,17 @@ def test_more_digits_agree_with_fewer(word: str, fewer: int, more: int) -> None:
 
 @pytest.mark.slow
 def test_few_digits_fix_the_first_symbols_alone() -> None:
-    found = find_orbit(FIG4, "00110" * 4, **START, digits=12)
-    assert 3 <= found.fixed < 20
+    found = find_orbit(FIG4, "00110" * 2, **START, digits=10)
+    assert 3 <= found.fixed < 10
     assert found.confirmed == found.fixed
-    assert found.passages == 20
+    assert found.passages == 10
 
 
 @pytest.mark.slow
-def test_a_thousand_symbols() -> None:
-    code = np.random.default_rng(3).integers(0, 2, 1000)
+def test_hundreds_of_symbols() -> None:
+    code = np.random.default_rng(3).integers(0, 2, 300)
     found = find_orbit(FIG4, code, **START, digits=12)
-    assert found.passages == 1000
+    assert found.passages == 300
     assert found.passage_error < 1e-8
     assert found.confirmed == found.fixed > 4
     assert found.residual < 1e-11
@@ -92,13 +92,13 @@ def test_a_thousand_symbols() -> None:
 
 def test_longer_passages_lie_between_shorter_ones() -> None:
     """Beside every change of a symbol further rotations accumulate, at the Floquet rate."""
-    addresses = [f"a 0^{n}" for n in range(11, 23, 2)]
+    addresses = [f"a 0^{n}" for n in range(15, 23, 2)]
     found = [find_orbit(FIG4, each, **START, digits=12) for each in (*addresses, "b 0^11")]
     assert [str(one.address) for one in found] == [*addresses, "b 0^11"]
     phases = [float(one.theta2_0) for one in found[:-1]]
     ratios = np.diff(phases)[:-1] / np.diff(phases)[1:]
     # One rotation is a factor exp(2 pi Lambda_0) = 9.22.
-    np.testing.assert_allclose(ratios[-2:], 9.22, rtol=2e-2)
+    np.testing.assert_allclose(ratios, 9.22, rtol=2e-2)
 
 
 def test_none_with_so_few_rotations_says_which_passage() -> None:

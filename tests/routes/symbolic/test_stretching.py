@@ -9,15 +9,13 @@ import pytest
 from scipy.integrate import solve_ivp
 
 from rigidpend import route_codes
-from rigidpend.mechanics.equations import aligned, euler_poisson
+from rigidpend.mechanics.equations import euler_poisson
 from rigidpend.numbers.generic import Array
-from rigidpend.orbits.integrate.states import states_at
 from rigidpend.orbits.return_map.poincare import section_state
 from rigidpend.orbits.return_map.precision import precision
 from rigidpend.routes.problem import RouteProblem
-from rigidpend.routes.symbolic.chain import tangents
 from rigidpend.routes.symbolic.closed import closed
-from rigidpend.routes.symbolic.integrated import doubles, section_points
+from rigidpend.routes.symbolic.integrated import doubles
 from rigidpend.routes.symbolic.levels import Surface, surface
 from rigidpend.routes.symbolic.stretching import (
     INTEGRATED,
@@ -27,38 +25,8 @@ from rigidpend.routes.symbolic.stretching import (
     most_stretched,
     stretched,
     stretching,
-    variational_equations,
 )
 from tests.routes.symbolic.fig4 import BODY, J1_0, H, chain_of, level
-
-STEP = 1e-6
-"""Step of differences on the section; its square, 1e-12 times derivatives of order 1, is left."""
-
-
-@pytest.mark.parametrize("k", [0, 1])
-def test_slopes_are_those_of_the_variational_equations(k: int) -> None:
-    """Integrated through a passage, and put back on the section along the flow."""
-    chain, c, rising = chain_of([1, 0, 0, 1]), doubles(BODY), k % 2 == 0
-
-    def state(d: float, chi: float) -> Any:
-        at = [np.array([x]) for x in (d, chi, float(H))]
-        return section_state(rising, at[0], at[1], at[2], c, precision(53))[:, 0]
-
-    d, chi = chain.d[k], chain.chi[k]
-    found = np.empty((2, 2))
-    for column, (by_d, by_chi) in enumerate(((STEP, 0.0), (0.0, STEP))):
-        off = (state(d + by_d, chi + by_chi) - state(d - by_d, chi - by_chi)) / (2 * STEP)
-        end = states_at(
-            variational_equations(c.aligned), np.append(state(d, chi), off), [0.0, chain.time[k]]
-        )[:, -1]
-        flow = np.array(aligned(end[:6], c.aligned))
-        moved = end[6:] - flow * end[8] / flow[2]
-        step = STEP / np.abs(moved).max()
-        beside = np.stack((end[:6] - step * moved, end[:6] + step * moved), axis=1)
-        points = section_points(beside, c, precision(53))
-        found[:, column] = [np.diff(x)[0] / (2 * step) for x in (points.d, points.chi)]
-    # d is as if on separatrix 2 or 3: of an orbit on 4 or 1 it has the other sign.
-    np.testing.assert_allclose(found, tangents(level(), chain)[k, :2], rtol=2e-6, atol=1e-8)
 
 
 def test_a_closed_orbit_stretches_by_its_multiplier() -> None:

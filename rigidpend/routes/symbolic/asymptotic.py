@@ -1,0 +1,354 @@
+"""Doubly asymptotic orbits: from the unstable surface of a periodic orbit to a stable one.
+
+They arrive from the lower periodic orbit with I = 0, and their last crossing has U = 0. With an
+even number of symbols they end at the upper orbit (heteroclinic), with an odd number at the lower
+one again (homoclinic). The reversor swaps the two periodic orbits, and left and right. So it takes
+a heteroclinic orbit to another of these, with symbols and half rotations read backward, 0 and 1
+exchanged, and homoclinic orbits to those of the upper orbit. Orbits from the upper orbit to the
+lower one are no images of these.
+
+Their skeleton, those with few symbols and few half rotations, are the zeros of U along the unstable
+surface of the lower periodic orbit, a curve with one angle b. Between two zeros of U behind n
+passages U has one sign, and the phase of the next crossing, chi = -ln|U|/Lambda + ..., falls from
+infinity and rises to infinity again. Far out it is monotone, and the crossing runs along the
+unstable surface of the orbit just passed. That meets the stable surface of the next orbit once in
+each half rotation: a zero of U behind n + 1 passages in every cell. Where chi is least the curve
+turns back, and zeros end in pairs, in folds.
+
+So every arc between two zeros is looked at on a grid that is even in chi far out. Between two
+samples a pair of zeros needs two extrema of U; where |U| has a minimum on the grid it is found.
+An arc is followed on if any of its samples has few half rotations, whatever its ends have.
+
+That no orbit is missed is an argument and not a proof: it takes for granted that the surfaces meet
+once in each half rotation, and that a grid sees every extremum of U. Scans with evenly spaced
+angles and other grids find the same orbits.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import Any, NamedTuple, TypeVar
+
+import numpy as np
+from numpy.typing import NDArray
+
+from rigidpend.numbers.generic import Array
+from rigidpend.orbits.return_map import SectionPoint
+from rigidpend.routes.symbolic.address import Address, cells_of
+from rigidpend.routes.symbolic.chain import Chain, NoOrbit, System, on_surface, signs_of
+from rigidpend.routes.symbolic.levels import Level, Mask, Signs, onward
+
+TOGETHER = 2000
+"""Orbits that are followed at a time, so that their tables stay in the processor's cache."""
+PER_CELL = 10
+"""Samples of an arc for each half rotation of its end."""
+AROUND = 720
+"""Samples of the whole surface, whose first zeros are sought."""
+HALVINGS = 26
+"""Bisections of a sample: Newton's method goes on from 1e-8 of it."""
+GOLDEN = (math.sqrt(5) - 1) / 2
+WIDENINGS = 8
+"""Number of times that the samples of arcs are extended, by a third each."""
+NARROWINGS = 40
+"""Narrowings of a minimum of |U|: to 1e-8 of two samples, where it is flat to rounding."""
+MOVED = 1e-3
+"""Largest correction of a track's chi, radians: its error is 1e-16, grown along the orbit."""
+
+Record = TypeVar("Record", bound=tuple[Any, ...])
+
+
+def columns(record: Record, where: slice | Signs | Mask) -> Record:
+    """Some of the columns of a record of arrays and of records, or all in another order."""
+    parts = (columns(x, where) if isinstance(x, tuple) else x[..., where] for x in record)
+    make: Any = getattr(record, "_make", tuple)
+    made: Record = make(parts)
+    return made
+
+
+class Track(NamedTuple):
+    """Orbits through their first n passages, one in each column."""
+
+    chi: Array
+    """(n + 1, N) radians, whole turns included."""
+    d: Array
+    """(n + 1, N) dimensionless."""
+    symbols: NDArray[np.uint8]
+    """(n, N) 0 left, 1 right."""
+    inside: Mask
+    """(N,) True where the tables reach so far; elsewhere the rest is void."""
+    U: Array
+    """(N,) share of the last crossings in the unstable direction of the next periodic orbit.
+
+    Its sign is the next symbol's; where it is 0 the orbit is doubly asymptotic."""
+
+    @property
+    def cells(self) -> Signs:
+        """(n + 1, N) the multiples of pi to which chi is nearest."""
+        return cells_of(self.chi)
+
+    @property
+    def half_turns(self) -> Signs:
+        """(n, N) half rotations of the passages."""
+        return np.diff(self.cells, axis=0)
+
+
+def track(level: Level, b: Array, n: int) -> Track:
+    """Follow orbits of the surface, by their angles b, (N,), through n passages."""
+    starts = range(0, max(len(b), 1), TOGETHER)
+    parts = [_track(level, b[k : k + TOGETHER], n) for k in starts]
+    return Track(*(np.concatenate(x, axis=-1) for x in zip(*parts, strict=True)))
+
+
+def _track(level: Level, b: Array, n: int) -> Track:
+    at = level.arriving(np.zeros_like(b), b)
+    begin = SectionPoint(True, at.d, at.chi)
+    passed = list(onward(level.map_level, begin, n))
+    points = [begin, *(each.point for each in passed)]
+    return Track(
+        np.cumsum([at.chi, *(each.turned for each in passed)], axis=0),
+        np.array([point.d for point in points]),
+        np.array([each.symbol for each in passed], dtype=np.uint8).reshape(n, len(b)),
+        np.logical_and.reduce([np.full(len(b), True), *(each.inside for each in passed)]),
+        unstable(level, n % 2 == 0, points[-1].d, points[-1].chi),
+    )
+
+
+def unstable(level: Level, rising: bool, d: Array, chi: Array) -> Array:
+    """U of crossings: of downward ones V of their image in the reversor."""
+    made, angle = level.map_level, chi if rising else -chi
+    found: Array = made.charts[rising].forward.look_up(d, angle, made.a)
+    return found[0 if rising else 1]
+
+
+class Skeleton(NamedTuple):
+    """The orbits with n symbols, (N,) each, by b from an arbitrary first arc on."""
+
+    n: int
+    b: Array
+    """Radians."""
+    track: Track
+    arcs: int
+    """Arcs between zeros with one symbol less on which they were sought."""
+
+
+def skeleton(level: Level, symbols: int, half_turns: int) -> list[Skeleton]:
+    """The doubly asymptotic orbits of the surface, for each number of symbols up to `symbols`.
+
+    Symbols are passages between the first crossing and the last, of as many half rotations at
+    most. NoOrbit is raised where the surfaces do not cross, or an arc leaves the tables.
+    """
+    b = np.linspace(0, 2 * np.pi, AROUND + 1)
+    U = track(level, b, 0).U
+    at = np.flatnonzero(np.signbit(U[:-1]) != np.signbit(U[1:]))
+    if at.size < 2:
+        raise NoOrbit("the asymptotic surfaces do not cross")
+    zeros = _bisected(level, b[at], b[at + 1], 0)
+    found = [Skeleton(0, zeros, track(level, zeros, 0), 1)]
+    ends = np.append(zeros, zeros[0] + 2 * np.pi)
+    low, high = ends[:-1], ends[1:]
+    for n in range(1, symbols + 1):
+        arcs = _Arcs(level, low, high, n, half_turns)
+        zeros, seen, inside, opens = arcs.zeros()
+        found.append(Skeleton(n, zeros[inside], columns(seen, inside), len(low)))
+        begin = np.flatnonzero(opens)
+        low, high = zeros[begin], zeros[begin + 1]
+    return found
+
+
+class _Arcs:
+    """Arcs between zeros of U behind n - 1 passages, sampled behind n."""
+
+    def __init__(self, level: Level, low: Array, high: Array, n: int, half_turns: int) -> None:
+        self.level, self.n, self.most = level, n, half_turns
+        self.low, self.width = low, high - low
+        least = level.fewest_half_turns
+        reach = PER_CELL * max(half_turns + 3 - least, 3)
+        for _ in range(WIDENINGS):
+            if self._sampled(reach):
+                return
+            reach = math.ceil(1.3 * reach)
+        raise NoOrbit("the samples of an arc end before its passages are long enough")
+
+    def _sampled(self, reach: int) -> bool:
+        """Sample the arcs; whether the samples reach far enough towards the ends."""
+        step = math.pi * self.level.exponent / PER_CELL
+        shares = 1 / (1 + np.exp(-step * np.arange(-reach, reach + 1)))
+        self.b = self.low[:, None] + self.width[:, None] * shares
+        seen = track(self.level, self.b.ravel(), self.n)
+        self.U, self.inside = seen.U.reshape(self.b.shape), seen.inside.reshape(self.b.shape)
+        turns = seen.half_turns.reshape(self.n, *self.b.shape)
+        # One more half rotation than is asked for closes the last arc.
+        before = self.inside & (turns[:-1] <= self.most).all(axis=0)
+        self.wanted = before & (turns[-1] <= self.most + 1)
+        return not self.wanted[:, [0, -1]].any()
+
+    def zeros(self) -> tuple[Array, Track, Mask, Mask]:
+        """The zeros of U at the ends of all arcs with few half rotations somewhere.
+
+        They come in their order on each arc, with their tracks, whether all of their half rotations
+        are as few as is asked for, and whether an arc to be looked at begins, which ends with the
+        next zero.
+        """
+        low, high, arc, sample = self._brackets()
+        if not low.size:
+            least, most = self.level.fewest_half_turns, self.most
+            said = (
+                f"passages of at most half_turns = {most} half rotations; they take {least} or more"
+            )
+            raise NoOrbit(f"no orbit with a symbol has only {said}: allow more")
+        order = np.lexsort((low, arc))
+        low, high, arc, sample = low[order], high[order], arc[order], sample[order]
+        passed = np.pad(np.cumsum(self.wanted, axis=1), ((0, 0), (1, 0)))
+        few = passed[arc[1:], sample[1:] + 2] > passed[arc[:-1], sample[:-1]]
+        opens = np.append((arc[1:] == arc[:-1]) & few, False)
+        kept = opens.copy()
+        kept[1:] |= opens[:-1]
+        b = _bisected(self.level, low[kept], high[kept], self.n)
+        seen = track(self.level, b, self.n)
+        inside = seen.inside & (seen.half_turns <= self.most).all(axis=0)
+        return b, seen, inside, opens[kept]
+
+    def _brackets(self) -> tuple[Array, Array, Signs, Signs]:
+        """Bounds of zeros of U, the arcs that they lie on, and the places of the samples before.
+
+        U changes its sign between samples, or where the least |U| has the other sign a pair of
+        zeros lies between them.
+        """
+        b, negative, size, inside = self.b, np.signbit(self.U), np.abs(self.U), self.inside
+        known = inside[:, 1:] & inside[:, :-1]
+        arc, k = np.nonzero((negative[:, 1:] != negative[:, :-1]) & known)
+        found = [(b[arc, k], b[arc, k + 1], arc, k)]
+        same = (negative[:, 1:-1] == negative[:, :-2]) & (negative[:, 1:-1] == negative[:, 2:])
+        least = (size[:, 1:-1] <= size[:, :-2]) & (size[:, 1:-1] < size[:, 2:])
+        arc, k = np.nonzero(same & least & inside[:, 1:-1])
+        low, high = b[arc, k], b[arc, k + 2]
+        at = self._least(low, high, np.where(negative[arc, k], -1, 1))
+        crossed = np.signbit(track(self.level, at, self.n).U) != negative[arc, k]
+        low, at, high, arc, k = (x[crossed] for x in (low, at, high, arc, k))
+        found += [(low, at, arc, k), (at, high, arc, k)]
+        low, high, arc, k = (np.concatenate(x) for x in zip(*found, strict=True))
+        return low, high, arc, k
+
+    def _least(self, low: Array, high: Array, side: Signs) -> Array:
+        """The least side U between bounds, by golden sections."""
+        for _ in range(NARROWINGS):
+            width = GOLDEN * (high - low)
+            left, right = high - width, low + width
+            U = side * track(self.level, np.concatenate((left, right)), self.n).U.reshape(2, -1)
+            lower = U[0] < U[1]
+            low, high = np.where(lower, low, left), np.where(lower, right, high)
+        return (low + high) / 2
+
+
+def _bisected(level: Level, low: Array, high: Array, n: int) -> Array:
+    """The zeros of U behind n passages between bounds."""
+    negative = np.signbit(track(level, low, n).U)
+    for _ in range(HALVINGS):
+        middle = (low + high) / 2
+        same = np.signbit(track(level, middle, n).U) == negative
+        low, high = np.where(same, middle, low), np.where(same, high, middle)
+    return (low + high) / 2
+
+
+class Leaving(NamedTuple):
+    """Crossings on the stable surface of the next periodic orbit, (N,) each."""
+
+    I: Array
+    V: Array
+    """Share in the stable direction; I is U V."""
+    I_by: tuple[Array, Array]
+    """Derivatives of I in d and in chi."""
+    constant: Array
+    """Share of the time beyond the crossing that is not rotation, t'."""
+    theta3: Array
+    """Growth of theta3 from there to the periodic orbit, as if on separatrix 2 or 3, radians."""
+
+
+class DoublyAsymptotic(NamedTuple):
+    """Doubly asymptotic orbits with n symbols, one in each column."""
+
+    chain: Chain
+    """Their crossings; `unknown` is the angle b on the unstable surface."""
+    symbols: NDArray[np.uint8]
+    """(n, N)."""
+    arrival: Array
+    """(N,) constant of the time up to the first crossing, t'."""
+    end: Leaving
+    """The last crossings."""
+    theta3: Array
+    """(N,) growth of theta3 from one end to the other, radians."""
+    I_slope: Array
+    """(N,) derivative of I behind the last crossing in b."""
+
+    @property
+    def b(self) -> Array:
+        """(N,) radians: the angle on the unstable surface."""
+        return np.asarray(self.chain.unknown)
+
+    @property
+    def flight(self) -> Array:
+        """(N,) t' from the first crossing to the last."""
+        found: Array = self.chain.time.sum(axis=0)
+        return found
+
+    @property
+    def cells(self) -> Signs:
+        """(n + 1, N) the multiples of pi to which chi is nearest."""
+        return self.chain.cells
+
+    def begun(self, level: Level) -> Array:
+        """(N,) t' of the first crossings, on the clock of `Launch`."""
+        found: Array = level.rates(np.zeros(1)).rotation * self.chain.chi[0] - self.arrival
+        return found
+
+    def faded(self, level: Level, distance: Array | float) -> Array:
+        """(N,) t' from the last crossings on until v of the normal form is `distance`."""
+        rates = level.rates(np.zeros(1))
+        turned = np.log(np.abs(self.end.V) / distance) / rates.exponent
+        found: Array = self.end.constant + rates.rotation * turned
+        return found
+
+    def address(self, k: int) -> Address:
+        """The address of an orbit; that of one without symbols is its cell alone."""
+        return Address.of(self.chain.chi[:, k], self.symbols[:, k])
+
+
+def doubly_asymptotic(level: Level, rough: Skeleton) -> DoublyAsymptotic:
+    """The orbits of a skeleton to rounding: chains from the one surface to the other.
+
+    NoOrbit is raised where Newton's method does not settle, or only at another orbit.
+    """
+    track, n = rough.track, rough.n
+    system = System(level, on_surface, signs_of(track.symbols), None)
+    chain = system.solved(system.nearer(track.chi, rough.b))
+    off = (chain.chi - track.chi, chain.unknown - rough.b)
+    moved = max(float(np.abs(x).max(initial=0.0)) for x in off)
+    if moved > MOVED:
+        raise NoOrbit(f"an orbit with {n} symbols is found elsewhere: it moved by {moved:.2g}")
+    made, arrival = level.map_level, level.arriving(np.zeros_like(rough.b), chain.unknown)
+    # Growth of theta3 from the periodic orbit to the first crossing.
+    theta3 = made.charts[True].inverse.look_up(0 * rough.b, -chain.unknown, made.a)[3]
+    change, side = np.stack((arrival.d_by[1], arrival.chi_by[1])), np.ones_like(rough.b)
+    for k in range(n):
+        passed = made.passage(SectionPoint(k % 2 == 0, chain.d[k], chain.chi[k]), slopes=True)
+        if not (passed.inside & (passed.symbol == track.symbols[k])).all():
+            raise NoOrbit(f"passage {k + 1} of an orbit has another symbol than its track")
+        change = np.einsum("ijn,jn->in", passed.slopes[:2], change)
+        theta3 = theta3 + side * passed.theta3
+        side = np.where(passed.mirrored, -side, side)
+    end = leaving(level, n % 2 == 0, chain.d[-1], chain.chi[-1])
+    slope = end.I_by[0] * change[0] + end.I_by[1] * change[1]
+    gained = theta3 + side * end.theta3
+    return DoublyAsymptotic(chain, track.symbols, arrival.constant, end, gained, slope)
+
+
+def leaving(level: Level, rising: bool, d: Array, chi: Array) -> Leaving:
+    """The last crossings of doubly asymptotic orbits."""
+    made, side = level.map_level, 1.0 if rising else -1.0
+    seen = made.charts[rising].forward.look_up_slopes(d, side * chi, made.a)
+    out = 0 if rising else 1
+    V = seen.value[1 - out]
+    by_d, by_chi = seen.by_x[out] * V, side * seen.by_phase[out] * V
+    return Leaving(
+        seen.value[out] * V, V, (by_d, by_chi), side * seen.value[2], side * seen.value[3]
+    )
