@@ -45,7 +45,7 @@ class Run:
     """One call's orbits and means; computes any columns in any precision."""
 
     problem: RouteProblem
-    """What is common to all; without `starts` it says how long to wait for a crossing."""
+    """Problem that all have in common; without `starts` it says how long to wait for a crossing."""
     phases: Phases
     """theta2_0 of the orbits."""
     arithmetic: Arithmetic

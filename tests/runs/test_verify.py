@@ -13,8 +13,7 @@ import numpy as np
 import pytest
 from click.testing import CliRunner
 
-from rigidpend.cli.verify import verify_command
-from rigidpend.config import catalogue
+from rigidpend.cli import verify
 from rigidpend.experiments.compare import Difference
 from rigidpend.experiments.shared import APART, crossing_tolerance
 from rigidpend.machine.progress import tell_nobody
@@ -46,7 +45,7 @@ def copy(desk: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
 
 
 def called(*arguments: str) -> Any:
-    return CliRunner().invoke(verify_command, arguments)
+    return CliRunner().invoke(verify.verify_command, arguments)
 
 
 READ = ("configs/small.yaml", "--results", "results")
@@ -222,7 +221,7 @@ def test_a_folder_of_ones_own_hides_no_reference_of_the_package(copy: Path) -> N
 def test_all_are_compared_if_none_is_named_and_strays_are_told(
     copy: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(catalogue, "resolve", lambda *_: [Path("configs/small.yaml")])
+    monkeypatch.setattr(verify, "resolve", lambda *_: [Path("configs/small.yaml")])
     assert called("--results", "results").exit_code == 0
     shutil.copy("results/reference/small.h5", "results/reference/stray.h5")
     for given in ((), ("all",)):

@@ -31,7 +31,7 @@ from rigidpend.experiments.bench import (
     methods,
 )
 from rigidpend.experiments.bench.measure import Line
-from rigidpend.experiments.bench.methods import METHODS, PROBLEMS, Entry
+from rigidpend.experiments.bench.methods import METHODS, PROBLEMS, Entrant
 from rigidpend.experiments.bench.problems import stage
 from rigidpend.experiments.contract import Means
 from rigidpend.experiments.data import Data, Dataset, Layout, Tree, datasets, named
@@ -152,7 +152,7 @@ def _searched(config: Config, key: str, problem: str, lines: list[Line], ended: 
     return _told(SEARCHED, {**once, **_columns(rows), "ended": _cut(wrong, len(rows), planned)})
 
 
-def _meeting(config: Config, name: str, guests: dict[str, Entry], truth: dict[str, Data]) -> Tree:
+def _meeting(config: Config, name: str, guests: dict[str, Entrant], truth: dict[str, Data]) -> Tree:
     """The records of the methods that meet at a problem, by the number of threads."""
     asked = config.meeting
     budgets = len(guests) * len(asked.threads) * float(asked.seconds)
@@ -168,7 +168,7 @@ def _meeting(config: Config, name: str, guests: dict[str, Entry], truth: dict[st
     return found
 
 
-def _phases(config: Config, key: str, entry: Entry) -> Tree:
+def _phases(config: Config, key: str, entry: Entrant) -> Tree:
     """The records of a method on random phases, by J1_0."""
     budgets = 2 * float(config.phases.seconds)
     lines, ended = by_worker(measure.random_phases, (config, key, entry), budgets)
@@ -177,7 +177,7 @@ def _phases(config: Config, key: str, entry: Entry) -> Tree:
     return {f"J1_0_{line['J1_0']}": _told(COUNTED, line) for line in lines}
 
 
-def _many(config: Config, key: str, entry: Entry) -> Tree:
+def _many(config: Config, key: str, entry: Entrant) -> Tree:
     """The record of a method at ever more orbits, with its setting for the codes of Fig. 4."""
     budgets = len(config.many.orbits) * config.many.seconds
     lines, ended = by_worker(measure.many_orbits, (config, key, entry), budgets)
@@ -204,7 +204,7 @@ def _bodies(config: Config, codes: Data) -> Tree:
     return {**_told(OF_LOT, {**bodies, "ended": _cut(ended, len(lines), n)}), **each}
 
 
-def _entries(config: Config, keys: Sequence[str], codes: Data) -> dict[str, Entry]:
+def _entries(config: Config, keys: Sequence[str], codes: Data) -> dict[str, Entrant]:
     """The methods that are there, each with its setting for the codes of Fig. 4."""
     return {
         key: methods.best("codes", key, codes.get(key, {}), config.search)

@@ -1,4 +1,4 @@
-"""What a worker measures: what is timed, in which order, within which budget.
+"""Measurements of a worker: what is timed, in which order, within which budget.
 
 Two passes. The search takes each method alone, at every setting and knob of its grid, and keeps
 error and time: the material of the diagrams, and of the choice of a setting. The meeting then
@@ -32,7 +32,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 
 from rigidpend.experiments import principal_axes
-from rigidpend.experiments.bench.methods import METHODS, Entry, knobs
+from rigidpend.experiments.bench.methods import METHODS, Entrant, knobs
 from rigidpend.experiments.bench.peers import made
 from rigidpend.experiments.bench.problems import (
     FIG4,
@@ -159,7 +159,7 @@ def settings(given: Stage, name: str, asked: schema.Search) -> Iterator[Line]:
         entries = [method.entry(tried[len(tried) // 2], k) for k in range(len(method.forms))]
         taken = [measured(given, name, entry, repeats, 1.0)[0]["seconds"] for entry in entries]
         form = taken.index(min(taken))
-        words = [str(Entry(None, one)) for one in method.forms]
+        words = [str(Entrant(None, one)) for one in method.forms]
         each = (f"{word}: {1e3 * s:.3g} ms" for word, s in zip(words, taken, strict=True))
         told["forms"] = f"{'; '.join(each)}; chosen: {words[form]}"
     yield {"form": form, **told}
@@ -175,7 +175,7 @@ def settings(given: Stage, name: str, asked: schema.Search) -> Iterator[Line]:
 
 
 def measured(
-    given: Stage, name: str, entry: Entry, repeats: int, share: float
+    given: Stage, name: str, entry: Entrant, repeats: int, share: float
 ) -> tuple[Line, float]:
     """One measurement, and the seconds that went into solving."""
     part, tried = part_of_the_way(given, lambda task: made(name, task, entry), share)
@@ -192,7 +192,7 @@ def measured(
     return line, tried + found.seconds * (1 + len(found.again))
 
 
-def told(given: Stage, entry: Entry, answer: Any) -> Line:
+def told(given: Stage, entry: Entrant, answer: Any) -> Line:
     """Error of an answer, with its knob and the part of the way that it went."""
     errors, orbits = given.error(answer, given.truth), given.task.states.shape[1]
     return {"knob": entry.knob or math.nan, **errors, "orbits": orbits, "part": entry.part}
@@ -210,7 +210,7 @@ def part_of_the_way(given: Stage, make: Make, share: float) -> tuple[float, floa
 
 
 def meeting(
-    config: schema.Config, problem: str, entries: dict[str, Entry], truth: dict[str, Data]
+    config: schema.Config, problem: str, entries: dict[str, Entrant], truth: dict[str, Data]
 ) -> Iterator[Line]:
     """Several methods in turn at one problem, with so many threads at most, then with more.
 
@@ -227,7 +227,7 @@ def meeting(
 
 def met(
     given: Stage,
-    entries: dict[str, Entry],
+    entries: dict[str, Entrant],
     most: int,
     rounds: int,
     seconds: float,
@@ -268,7 +268,7 @@ def _least(solver: Solver) -> float:
     return min(timed(solver.solve)[0] for _ in range(TRIED))
 
 
-def random_phases(config: schema.Config, name: str, entry: Entry) -> Iterator[Line]:
+def random_phases(config: schema.Config, name: str, entry: Entrant) -> Iterator[Line]:
     """Count the symbols of a method that are wrong, chunk by chunk; a line for each start J1_0.
 
     After so many seconds no further chunk is begun. Told are the counts of :func:`judged`, the
@@ -297,7 +297,7 @@ def random_phases(config: schema.Config, name: str, entry: Entry) -> Iterator[Li
         yield {**tally, "J1_0": J1_0, "orbits": done, "seconds": spent, "last_crossing": middle}
 
 
-def many_orbits(config: schema.Config, name: str, entry: Entry) -> Iterator[Line]:
+def many_orbits(config: schema.Config, name: str, entry: Entrant) -> Iterator[Line]:
     """Time a method at each of ascending numbers of orbits that its budget allows, one at least.
 
     The first solve of all carries what is made ready once: tables of maps, compilation. A number
@@ -314,7 +314,7 @@ def many_orbits(config: schema.Config, name: str, entry: Entry) -> Iterator[Line
             return
 
 
-def bodies(config: schema.Config, entries: dict[str, Entry]) -> Iterator[Line]:
+def bodies(config: schema.Config, entries: dict[str, Entrant]) -> Iterator[Line]:
     """Call each method with bodies drawn by lot that it has not seen before, and again.
 
     The first method, ours, follows all orbits, fewer where it is expected to take longer than the
@@ -353,7 +353,7 @@ def _in_time(problem: RouteProblem, orbits: int, seconds: float) -> int:
     return orbits
 
 
-def _with_body(task: Task, entries: dict[str, Entry], asked: schema.Bodies) -> dict[str, Any]:
+def _with_body(task: Task, entries: dict[str, Entrant], asked: schema.Bodies) -> dict[str, Any]:
     """Times and counts of each method with one body."""
     (own, *peers), seconds, orbits = entries, float(asked.seconds), task.states.shape[1]
     make = partial(made, own, task, entries[own], asked.threads)

@@ -15,8 +15,8 @@ Setting = dict[str, Any]
 """Words to a method's module."""
 
 
-class Entry(NamedTuple):
-    """A method's knob and setting."""
+class Entrant(NamedTuple):
+    """A method as it takes part: its knob and its setting."""
 
     knob: float | None = None
     """Tolerance, or steps in a period; None where there is none."""
@@ -94,7 +94,7 @@ class Method(NamedTuple):
     """Settings that change the error too: each is tried at every knob."""
     threads: bool = True
     """True if a second thread can serve it: it leaves Python's lock while it computes."""
-    runs: tuple[tuple[str, Entry], ...] = ()
+    runs: tuple[tuple[str, Entrant], ...] = ()
     """Methods that a cross-check compares; the third decides."""
     certain: bool = False
     """True if it says which of its symbols can be trusted."""
@@ -103,9 +103,11 @@ class Method(NamedTuple):
         """True if it answers a problem."""
         return problem in self.answers or PROBLEMS[problem].kind in self.answers
 
-    def entry(self, knob: float | None, form: int = 0, variant: int = 0, part: float = 1) -> Entry:
+    def entry(
+        self, knob: float | None, form: int = 0, variant: int = 0, part: float = 1
+    ) -> Entrant:
         """A knob with the setting of a form and a variant."""
-        return Entry(knob, {**self.forms[form], **self.variants[variant]}, part)
+        return Entrant(knob, {**self.forms[form], **self.variants[variant]}, part)
 
 
 def _variants(name: str, *values: Any) -> tuple[Setting, ...]:
@@ -157,22 +159,22 @@ METHODS = {
 }  # fmt: skip
 """Every method by its name; cross-checks of peers follow."""
 PRINCIPAL, EQ1 = (
-    (name, Entry(2.0**-52, {"lanes": 8})) for name in ("heyoka_principal", "heyoka_eq1")
+    (name, Entrant(2.0**-52, {"lanes": 8})) for name in ("heyoka_principal", "heyoka_eq1")
 )
-COARSER = "heyoka_principal", Entry(1e-14, {"lanes": 8})
+COARSER = "heyoka_principal", Entrant(1e-14, {"lanes": 8})
 COMPARED = {
     "heyoka_two_forms": ("heyoka, both forms", (PRINCIPAL, EQ1, COARSER)),
     "heyoka_two_tolerances": ("heyoka, two tolerances", (PRINCIPAL, COARSER, EQ1)),
     "cyrk_two_methods": ("CyRK, two methods", tuple(
-        ("cyrk", Entry(knob, {"method": name}))
+        ("cyrk", Entrant(knob, {"method": name}))
         for knob, name in ((1e-13, "DOP853"), (1e-13, "Vern8"), (3e-14, "DOP853"))
     )),
     "diffrax_two_tolerances": ("diffrax, two tolerances", tuple(
-        ("diffrax", Entry(knob, {"solver": name}))
+        ("diffrax", Entrant(knob, {"solver": name}))
         for knob, name in ((1e-13, "Dopri8"), (3e-14, "Dopri8"), (1e-12, "Dopri5"))
     )),
     "scipy_two_tolerances": ("SciPy DOP853, two tolerances", tuple(
-        ("scipy_dop853", Entry(knob)) for knob in (1e-12, 1e-13, 3e-14)
+        ("scipy_dop853", Entrant(knob)) for knob in (1e-12, 1e-13, 3e-14)
     )),
 }  # fmt: skip
 METHODS |= {
@@ -194,7 +196,7 @@ def knobs(method: Method, search: Any, long: bool) -> list[float | None]:
     return [float(x) for x in tolerances if float(x) >= method.finest]
 
 
-def best(problem: str, name: str, record: Data, search: Any) -> Entry:
+def best(problem: str, name: str, record: Data, search: Any) -> Entrant:
     """The entry of a method that its search at a problem chose.
 
     Without a search, the finest knob with the middle form and the first variant.
@@ -225,7 +227,7 @@ def good_enough(problem: str, record: Data) -> Any:
     return (error <= level) & (np.asarray(record["part"]) == 1)
 
 
-def guests(problem: str, group: Data, config: Any) -> dict[str, Entry]:
+def guests(problem: str, group: Data, config: Any) -> dict[str, Entrant]:
     """The methods that meet at a problem, of which `group` has the records of the search.
 
     Each comes with the fastest of its settings that reached the level of the problem, or with

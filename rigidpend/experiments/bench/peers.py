@@ -21,7 +21,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from rigidpend.experiments.bench.methods import METHODS, Entry
+from rigidpend.experiments.bench.methods import METHODS, Entrant
 from rigidpend.experiments.bench.problems import Crossed, Task, time_unit, with_angles
 from rigidpend.experiments.bench.solvers import (
     SMALLER,
@@ -54,7 +54,7 @@ AT_ONCE = 1e-3
 """A time, physical, until which diffrax goes when only compilation is wanted."""
 
 
-def made(name: str, task: Task, entry: Entry, threads: int = 1) -> Solver:
+def made(name: str, task: Task, entry: Entrant, threads: int = 1) -> Solver:
     """A method made ready for a task, with its knob and its setting; imports what it needs."""
     method = METHODS[name]
     if method.runs:

@@ -329,7 +329,7 @@ ASKED: dict[str, tuple[Callable[[Any], Task], Callable[[Task], Data], Callable[.
     "precession_angle": (precession_angle, alpha_in_113_bits, error_of_alpha),
     "long_time": (long_time, lambda task: integrals(task.states), error_of_integrals),
 }
-"""By the names of `methods.PROBLEMS`: task, truth and error."""
+"""Task, truth and error by the names of `methods.PROBLEMS`."""
 
 
 def stage(problem: str, sizes: Any, truth: Data | None = None) -> Stage:

@@ -168,7 +168,7 @@ def _lost_bodies(data: Data) -> Iterator[tuple[str, ...]]:
 
 
 def bodies_tables(data: Data) -> list[Table]:
-    """With bodies drawn by lot: every method, and those with which ours takes longest."""
+    """Bodies drawn by lot: every method with them, and those with which ours takes longest."""
     found, group = of_bodies(data), data.get("bodies", {})
     if not found:
         return []
@@ -207,7 +207,7 @@ def bodies_tables(data: Data) -> list[Table]:
 
 
 def _one_body(group: Data, own: Data, k: int) -> tuple[str, ...]:
-    """What a body is, and how long ours takes."""
+    """A body, and how long ours takes with it."""
     one = {key: x[k] for key, x in group.items() if np.ndim(x)}
     A, r = (
         ", ".join(f"{one[key]:.4g}" for key in keys) for keys in (("A1", "A2", "A3"), ("r1", "r2"))

@@ -29,7 +29,7 @@ CELL, CHECK = 2e-5, 5e-5
 """Seconds of a core for a cell of one symbol, followed and checked."""
 
 PIECE = {"growth": Field(FLOAT), "codes": Field(WHOLE), "allowed": Field(FLOAT)}
-"""Of a tile: ln of the growth through the passages, symbols, and the last growth's rounding."""
+"""The ln of the growth through the passages of a tile, symbols, and the last growth's rounding."""
 
 
 def compute(config: Config, means: Means) -> Tree:

@@ -1,4 +1,4 @@
-"""What the equations keep, kept by the computation: symmetries, and integrals over 1e6 rotations.
+"""Conserved quantities, kept by the computation: symmetries, and integrals over 1e6 rotations.
 
 Changes of sign round nothing, so reflection and time reversal must hold bit for bit. Integrals of
 motion drift as roundings walk; so does the period of the pendulum.

@@ -1,4 +1,4 @@
-"""What is said of orbits is true: no wrong symbol is called certain, found orbits have their code.
+"""Trials of what is said of orbits: no wrong symbol is certain, found orbits have their code.
 
 Computations are spoilt, so that wrong symbols come: tolerances, and the tables of return maps. The
 three maps behind a code are off by smooth functions of a given size, one map alone or all, each by

@@ -149,7 +149,7 @@ class System(NamedTuple):
         return x
 
     def evaluated(self, x: Array) -> tuple[Array, Array, Chain]:
-        """What is left where passages meet, its derivatives, and the chain.
+        """The gaps where passages meet, their derivatives, and the chain.
 
         At each crossing (2, m, ...) is left, of chi and of d. The derivatives (2, 4, m, ...) are
         those in a and b of the passage before the crossing, then of the passage behind it; before
@@ -185,7 +185,7 @@ class System(NamedTuple):
         return left, by, Chain(x[0], a, b, I, chi, d, time, np.abs(left).max(axis=(0, 1)))
 
     def _left(self, at: PassageEnds, before: Array, slope: Array) -> tuple[Array, Array]:
-        """What is left at the ends and beginnings of passages `at`, and its derivatives."""
+        """The gaps at the ends and beginnings of passages `at`, and their derivatives."""
         units = 1.0, self.level.unit
         left = np.array([(y[0] - y[1]) / unit for y, unit in zip(at[:2], units, strict=True)])
         by = np.empty((2, 4, *slope.shape))
