@@ -29,7 +29,7 @@ class Entrant(NamedTuple):
         return ", ".join([*knob, *(f"{name} {value}" for name, value in self.setting.items())])
 
 
-class Problem(NamedTuple):
+class Contest(NamedTuple):
     """A problem of the benchmark; `problems.ASKED` has its task, its truth and its error."""
 
     title: str
@@ -45,24 +45,24 @@ class Problem(NamedTuple):
 
 _DISTANCE = "largest distance of (M/|M|, gamma) from the truth at the end, over the orbits"
 PROBLEMS = {
-    "free_body": Problem("free body", _DISTANCE, "motion", "aligned_batch", 1e-9),
-    "pendulum": Problem("pendulum (5:3)", _DISTANCE, "motion", "closed_form", 1e-9),
+    "free_body": Contest("free body", _DISTANCE, "motion", "aligned_batch", 1e-9),
+    "pendulum": Contest("pendulum (5:3)", _DISTANCE, "motion", "closed_form", 1e-9),
     # Like is compared with like: other methods deliver symbols and no word on whether they are
     # right. `route_codes`, which vouches for each, is a line of its own.
-    "codes": Problem(
+    "codes": Contest(
         "route codes of Fig. 4",
         "median over the columns of the largest error of a crossing time, t'",
         "routes",
         "aligned_batch",
     ),
-    "precession_angle": Problem(
+    "precession_angle": Contest(
         "alpha(T) of Fig. 5",
         "largest error of alpha(T), radians, over the two orbits",
         "angle",
         "aligned_batch",
         1e-6,
     ),
-    "long_time": Problem(
+    "long_time": Contest(
         "integrals over long times",
         "largest drift of energy, |gamma| and M.gamma, relative, over the orbits and the time",
         "long",

@@ -16,7 +16,7 @@ import pytest
 from rigidpend import Body
 from rigidpend.experiments import principal_axes
 from rigidpend.experiments.bench import compute, measure
-from rigidpend.experiments.bench.methods import METHODS, Entry, Method
+from rigidpend.experiments.bench.methods import METHODS, Entrant, Method
 from rigidpend.experiments.bench.problems import (
     FIG4,
     LOOKS,
@@ -59,7 +59,7 @@ def napping(monkeypatch: pytest.MonkeyPatch, clock: list[float]) -> Any:
     """Methods that take as long as setting and knob say; what was made and solved is kept."""
     kept: list[Any] = []
 
-    def make(name: str, task: Task, entry: Entry, threads: int = 1) -> Solver:
+    def make(name: str, task: Task, entry: Entrant, threads: int = 1) -> Solver:
         setting = entry.setting
         kept.append((name, setting, entry.knob))
         naps = setting.get("naps", {}).get(threads, setting.get("nap", 0.0)) + (entry.knob or 0.0)
@@ -111,7 +111,7 @@ def test_the_budget_cuts_the_knobs_that_are_left(tried: Any) -> None:
 
 def test_the_median_of_several_solves_counts_and_not_the_fastest(napping: Any) -> None:
     """Solves of 1, 5 and 2 seconds by the clock, behind one that warms up."""
-    entry = Entry(None, {"queue": (7.0, 1.0, 5.0, 2.0)})
+    entry = Entrant(None, {"queue": (7.0, 1.0, 5.0, 2.0)})
     line, _ = measure.measured(given(), "x", entry, 3, 1e9)
     assert (line["repeats"], line["seconds"], line["prepare"]) == (3, 2.0, 5.0)
 
@@ -121,7 +121,7 @@ def test_over_long_times_a_slow_method_goes_a_part_of_the_way(
     napping: Any, share: float, part: float
 ) -> None:
     """All of it takes 105 s, and half of the share is gone for."""
-    line, _ = measure.measured(given(long=True), "x", Entry(None, {"nap": 105.0}), 1, share)
+    line, _ = measure.measured(given(long=True), "x", Entrant(None, {"nap": 105.0}), 1, share)
     assert line["part"] == pytest.approx(part)
     assert line["seconds"] == pytest.approx(105.0), "scaled to the whole way"
 
@@ -148,7 +148,7 @@ def meeting(monkeypatch: pytest.MonkeyPatch, napping: Any) -> Any:
         for name in settings:
             monkeypatch.setitem(METHODS, name, Method(name, "others", threads=name != "single"))
         monkeypatch.setattr(measure, "stage", lambda *_: given())
-        entries = {name: Entry(None, x, parts.get(name, 1.0)) for name, x in settings.items()}
+        entries = {name: Entrant(None, x, parts.get(name, 1.0)) for name, x in settings.items()}
         asked = SimpleNamespace(threads=threads, rounds=rounds, seconds=seconds)
         config: Any = SimpleNamespace(meeting=asked, problem=None)
         return list(measure.meeting(config, "free_body", entries, {"free_body": {}}))
@@ -261,7 +261,7 @@ def test_numbers_are_tried_until_the_next_would_go_beyond_the_budget(
             problem=SHORT,
             search=SimpleNamespace(repeats=3),
         )
-        return list(measure.many_orbits(config, "x", Entry()))
+        return list(measure.many_orbits(config, "x", Entrant()))
 
     lines = many(1e-3, 0.2, [4, 20, 1000], 0.5)
     assert [line["orbits"] for line in lines] == [4, 20]
@@ -322,7 +322,7 @@ def lines(monkeypatch: pytest.MonkeyPatch, clock: list[float]) -> Callable[..., 
         config: Any = SimpleNamespace(
             bodies=SimpleNamespace(kept=len(problems), drawn=0, seed=0, threads=1, **asked)
         )
-        return list(measure.bodies(config, dict.fromkeys(names.split(), Entry()))), called
+        return list(measure.bodies(config, dict.fromkeys(names.split(), Entrant()))), called
 
     return run
 
@@ -397,7 +397,7 @@ def phases(made: Any, monkeypatch: pytest.MonkeyPatch, orbits: int, seconds: flo
     """Lines of a method on random phases."""
     monkeypatch.setattr(measure, "made", made)
     config: Any = SimpleNamespace(phases=SimpleNamespace(orbits=orbits, seconds=seconds))
-    return list(measure.random_phases(config, "x", Entry()))
+    return list(measure.random_phases(config, "x", Entrant()))
 
 
 def test_symbols_of_random_phases_are_held_against_113_bits(

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from rigidpend.experiments.bench import methods as choice
-from rigidpend.experiments.bench.methods import METHODS, PROBLEMS, Entry
+from rigidpend.experiments.bench.methods import METHODS, PROBLEMS, Entrant
 from rigidpend.experiments.bench.schema import Config
 from tests.config.samples import content as typed
 from tests.experiments.bench.data import record
@@ -59,7 +59,7 @@ def test_knobs_stop_where_a_method_takes_no_finer(content: Any) -> None:
         assert method.knob == "none" or len(knobs) >= 8, key
         assert all(x is None or method.knob == "steps" or x >= method.finest for x in knobs)
     usual = choice.best("codes", "cyrk", {}, content.search)
-    assert usual == Entry(1e-13, {"method": "DOP853"})
+    assert usual == Entrant(1e-13, {"method": "DOP853"})
     assert choice.best("codes", "heyoka_eq1", {}, content.search).setting == {"lanes": 8}
     assert choice.knobs(METHODS["lie_poisson"], content.search, True) == [8, 16, 32]
 
