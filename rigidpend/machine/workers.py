@@ -22,6 +22,9 @@ Result = TypeVar("Result")
 PERIOD = 0.1
 """Seconds between two looks whether what is waited for is still wanted."""
 
+EACH = 4
+"""Parts for each process from which on they are worth processes, which take a third of a second."""
+
 SILENCE = 5.0
 """Seconds for which work that takes long says nothing."""
 
@@ -154,18 +157,26 @@ def side_by_side(
         return [_result(x) for x in [pool.submit(work, part, *given) for part in parts]]
 
 
+def worth_processes(parts: int, jobs: int) -> bool:
+    """True if there are so many parts that they are worth processes, each with one thread."""
+    return jobs > 1 and parts >= EACH * jobs
+
+
 def ahead(
     work: Callable[[Any], Result], parts: Sequence[Any], jobs: int
 ) -> Generator[Result, None, None]:
-    """Compute ``work(part)`` for each part in threads, so many ahead of the one that is used.
+    """Compute ``work(part)`` for each part in processes, so many ahead of the one that is used.
 
-    Results come in the order of the parts. The first is computed alone: it makes what all share.
+    Results come in the order of the parts. The first is computed here: it makes, and keeps, what
+    all share.
     """
-    with _threads(jobs) as pool:
-        coming: deque[Future[Result]] = deque()
-        for number, part in enumerate(parts):
-            coming.append(pool.submit(_done, work, part))
-            if number == 0 or len(coming) > jobs:
+    coming: deque[Future[Result]] = deque()
+    yield from (_done(work, part) for part in parts[:1])
+    with _processes(jobs, None) as pool:
+        for part in parts[1:]:
+            with kept_from_children(), _program_hidden():
+                coming.append(pool.submit(work, part))
+            if len(coming) > jobs:
                 yield _result(coming.popleft())
         while coming:
             yield _result(coming.popleft())
@@ -196,13 +207,10 @@ def _in_processes(
 ) -> list[Result]:
     # Imported here: a run that needs no process does not pay for it.
     import multiprocessing
-    from concurrent.futures import ProcessPoolExecutor
 
-    # A fork would copy the locks of threads that do not run in the child.
     spawn = multiprocessing.get_context("spawn")
     here, there = spawn.Pipe(duplex=False)
     given = (there, spawn.Lock()) if hear else None
-    pool = ProcessPoolExecutor(workers, spawn, initializer=_follow_parent, initargs=(given,))
     until = time.monotonic() + limit
 
     def meanwhile() -> None:
@@ -210,10 +218,23 @@ def _in_processes(
         if time.monotonic() > until:
             raise TimeoutError(f"ended at {limit:g} s")
 
-    with here, there, _ended(pool, lambda: _end_processes(pool)):
+    with here, there, _processes(workers, given) as pool:
         with kept_from_children(), _program_hidden():
             futures = [pool.submit(_heard, work, hear is not None, x, *arguments) for x in parts]
         return [_result(future, meanwhile) for future in futures]
+
+
+@contextmanager
+def _processes(count: int, heard: Any) -> Iterator[Executor]:
+    """A pool of processes, with the pipe and the lock by which they are heard, or None."""
+    import multiprocessing
+    from concurrent.futures import ProcessPoolExecutor
+
+    # A fork would copy the locks of threads that do not run in the child.
+    spawn = multiprocessing.get_context("spawn")
+    pool = ProcessPoolExecutor(count, spawn, initializer=_follow_parent, initargs=(heard,))
+    with _ended(pool, lambda: _end_processes(pool)):
+        yield pool
 
 
 @contextmanager

@@ -12,7 +12,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, Self
 
 from rigidpend.machine import cache, files
-from rigidpend.machine.workers import ahead, check_stop
+from rigidpend.machine.workers import ahead, check_stop, worth_processes
 
 # A plan sweeps up without numpy.
 if TYPE_CHECKING:
@@ -79,14 +79,18 @@ class Parts:
         return self._path(name).is_file()
 
     def in_order(self, pieces: Sequence[Piece], jobs: int = 1) -> Iterator[Tree]:
-        """The parts one after the other, each :meth:`keep`, so many of them side by side."""
+        """The parts one after the other, each :meth:`keep`; where there are many by processes."""
         self._join()
-        if jobs == 1:
-            return map(self._piece, pieces)
-        return ahead(self._piece, pieces, jobs)
-
-    def _piece(self, piece: Piece) -> Tree:
-        return self.keep(piece.name, partial(piece.work, *piece.arguments))
+        missing = [piece for piece in pieces if not self.has(piece.name)]
+        apart = worth_processes(len(missing), jobs)
+        made = ahead(_computed, missing, jobs) if apart else map(_computed, missing)
+        names = {piece.name for piece in missing}
+        for piece in pieces:
+            if piece.name in names:
+                # What another run has kept meanwhile is the same.
+                yield self.keep(piece.name, partial(_given, next(made)))
+            else:
+                yield self.keep(piece.name, partial(_computed, piece))
 
     def drop(self) -> None:
         """Remove all parts, those of other fingerprints too, unless another run needs them."""
@@ -170,6 +174,14 @@ def unpacked(content: bytes) -> Tree:
     tree: Tree = made(json.loads(content[DIGITS:at]))
     if at != len(content):
         raise ValueError("there is more than the outline says")
+    return tree
+
+
+def _computed(piece: Piece) -> Tree:
+    return piece.work(*piece.arguments)
+
+
+def _given(tree: Tree) -> Tree:
     return tree
 
 

@@ -16,8 +16,14 @@ import pytest
 
 from rigidpend.machine import workers
 from rigidpend.machine.progress import PartDone
-from rigidpend.machine.signals import Stopped
-from rigidpend.machine.workers import WorkerError, ahead, cores, side_by_side, spread
+from rigidpend.machine.workers import (
+    WorkerError,
+    ahead,
+    cores,
+    side_by_side,
+    spread,
+    worth_processes,
+)
 
 
 def place(part: float, delay: float = 0.0) -> tuple[float, int, int]:
@@ -48,40 +54,26 @@ def test_threads_share_the_process_and_keep_the_order() -> None:
     assert threading.get_ident() not in threads
 
 
-def test_work_goes_ahead_of_its_use_by_so_many_parts_the_first_of_which_is_alone() -> None:
-    begun: list[int] = []
-
-    def work(part: int) -> int:
-        begun.append(part)
-        return part
-
-    coming = ahead(work, range(9), 2)
-    assert next(coming) == 0
-    assert begun == [0]
-    assert next(coming) == 1
-    time.sleep(0.1)
-    assert sorted(begun) == [0, 1, 2, 3]
-    assert list(coming) == list(range(2, 9))
-    assert list(ahead(work, [], 2)) == []
-
-
-def test_what_goes_ahead_ends_with_its_user_and_its_errors_come_through() -> None:
-    ended = threading.Event()
-
-    def endless(part: int) -> int:
-        try:
-            while part == 2:
-                workers.check_stop()
-        except Stopped:
-            ended.set()
-        return part
-
-    coming = ahead(endless, range(4), 2)
-    assert [next(coming), next(coming)] == [0, 1]
-    coming.close()
-    assert ended.is_set()
+@pytest.mark.slow
+def test_work_goes_ahead_of_its_use_in_processes_but_for_the_first() -> None:
+    coming = ahead(place, range(6), 2)
+    assert next(coming)[:2] == (0, os.getpid())
+    parts, processes, _ = zip(*coming, strict=True)
+    assert parts == (1, 2, 3, 4, 5)
+    assert os.getpid() not in processes
+    assert list(ahead(place, [], 2)) == []
     with pytest.raises(ZeroDivisionError):
         list(ahead(reciprocal, [1, 2, 0, 3], 2))
+    ended = ahead(time.sleep, [0, 0, 60, 60], 2)
+    begun = time.monotonic()
+    assert [next(ended), next(ended)] == [None, None]
+    ended.close()
+    assert time.monotonic() - begun < 30
+
+
+@pytest.mark.parametrize(("parts", "jobs", "worth"), [(7, 2, False), (8, 2, True), (9, 1, False)])
+def test_many_parts_are_worth_processes(parts: int, jobs: int, worth: bool) -> None:
+    assert worth_processes(parts, jobs) == worth
 
 
 @pytest.mark.slow

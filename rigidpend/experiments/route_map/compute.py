@@ -18,6 +18,7 @@ from rigidpend.experiments.data import Coming, Streamed, Tree, datasets
 from rigidpend.experiments.route_map import LAYOUT, OF_COLUMNS, PLANE
 from rigidpend.experiments.route_map.schema import Config, Problem
 from rigidpend.machine.progress import PartDone
+from rigidpend.machine.workers import worth_processes
 from rigidpend.numbers.generic import Array
 from rigidpend.orbits.integrate.arithmetic import Arithmetic
 from rigidpend.routes import choice
@@ -72,7 +73,8 @@ def _plane(name: str, axes: tuple[Axis, Axis], problem: Problem, means: Means) -
     x, y = (axis.values for axis in axes)
     shape = y.size, x.size
     tiles = list(tiled(problem.names, *shape))
-    given = problem, means.arithmetic, means.jobs
+    # Many tiles go to processes of one thread each: threads would wait for the interpreter.
+    given = problem, means.arithmetic, 1 if worth_processes(len(tiles), means.jobs) else means.jobs
     pieces = [
         Piece(f"{name or 'plane'}.{number:06d}", _tile, (x[columns], y[rows], *given))
         for number, (rows, columns) in tiles
