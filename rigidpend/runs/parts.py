@@ -126,24 +126,26 @@ class Parts:
 
 def packed(tree: Tree) -> bytes:
     """A part as bytes: an outline of its groups and arrays in JSON, then the arrays' own bytes."""
+    arrays: list[bytes] = []
+    outline = json.dumps(_outlined(tree, arrays)).encode()
+    return b"".join([b"%0*d" % (DIGITS, len(outline)), outline, *arrays])
+
+
+# Functions within would refer to themselves, and keep the arrays until garbage is looked for.
+def _outlined(node: Any, arrays: list[bytes]) -> Any:
+    """The outline of a group or of an array, whose bytes are added to those of all."""
     import numpy as np
 
-    arrays: list[bytes] = []
-
-    def told(node: Any) -> Any:
-        if isinstance(node, Mapping):
-            return {name: told(inner) for name, inner in node.items()}
-        values, *meaning = node
-        if isinstance(values, str):
-            return [values, "", [], *meaning]
-        array = np.asarray(values)
-        if not KINDS.fullmatch(array.dtype.str):
-            raise TypeError(f"arrays of {array.dtype} are not kept")
-        arrays.append(array.tobytes())
-        return [None, array.dtype.str, array.shape, *meaning]
-
-    outline = json.dumps(told(tree)).encode()
-    return b"".join([b"%0*d" % (DIGITS, len(outline)), outline, *arrays])
+    if isinstance(node, Mapping):
+        return {name: _outlined(inner, arrays) for name, inner in node.items()}
+    values, *meaning = node
+    if isinstance(values, str):
+        return [values, "", [], *meaning]
+    array = np.asarray(values)
+    if not KINDS.fullmatch(array.dtype.str):
+        raise TypeError(f"arrays of {array.dtype} are not kept")
+    arrays.append(array.tobytes())
+    return [None, array.dtype.str, array.shape, *meaning]
 
 
 def unpacked(content: bytes) -> Tree:
@@ -151,30 +153,31 @@ def unpacked(content: bytes) -> Tree:
 
     Whatever they say, no more memory is taken than they have themselves.
     """
+    at = DIGITS + int(content[:DIGITS])
+    ends = [at]
+    tree: Tree = _unpacked(json.loads(content[DIGITS:at]), content, ends)
+    if ends[-1] != len(content):
+        raise ValueError("there is more than the outline says")
+    return tree
+
+
+def _unpacked(node: Any, content: bytes, ends: list[int]) -> Any:
+    """A group or an array by its outline; `ends` takes where its bytes end."""
     import numpy as np
 
     from rigidpend.experiments.data import Dataset
 
-    at = DIGITS + int(content[:DIGITS])
-
-    def made(node: Any) -> Any:
-        nonlocal at
-        if isinstance(node, dict):
-            return {name: made(inner) for name, inner in node.items()}
-        text, kind, shape, units, description, dimensions, coordinate = node
-        meaning = units, description, tuple(dimensions), coordinate
-        if text is not None:
-            return Dataset(text, *meaning)
-        if not KINDS.fullmatch(kind):
-            raise TypeError(f"arrays of {kind} are not kept")
-        array: Any = np.ndarray(tuple(shape), kind, content, at).copy()
-        at += array.nbytes
-        return Dataset(array if shape else array[()], *meaning)
-
-    tree: Tree = made(json.loads(content[DIGITS:at]))
-    if at != len(content):
-        raise ValueError("there is more than the outline says")
-    return tree
+    if isinstance(node, dict):
+        return {name: _unpacked(inner, content, ends) for name, inner in node.items()}
+    text, kind, shape, units, description, dimensions, coordinate = node
+    meaning = units, description, tuple(dimensions), coordinate
+    if text is not None:
+        return Dataset(text, *meaning)
+    if not KINDS.fullmatch(kind):
+        raise TypeError(f"arrays of {kind} are not kept")
+    array: Any = np.ndarray(tuple(shape), kind, content, ends[-1]).copy()
+    ends.append(ends[-1] + array.nbytes)
+    return Dataset(array if shape else array[()], *meaning)
 
 
 def _computed(piece: Piece) -> Tree:

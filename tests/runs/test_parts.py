@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 import contextlib
+import gc
 import os
 import shutil
+import tracemalloc
 from pathlib import Path
 
 import numpy as np
@@ -156,3 +158,20 @@ def test_sweep_leaves_a_living_run_alone(tmp_path: Path) -> None:
         assert parts.keep("first", not_again).keys() == PART.keys()
     sweep(tmp_path / "fig.h5")
     assert list(tmp_path.iterdir()) == []
+
+
+def test_a_part_leaves_memory_when_it_is_let_go(tmp_path: Path) -> None:
+    """At once, for a long run looks for garbage seldom: whether it was kept now or read again."""
+    gc.collect()
+    gc.disable()
+    try:
+        tracemalloc.start()
+        for _ in range(2):
+            parts = Parts(tmp_path / "fig.h5", "a")
+            for k in range(8):
+                large: Tree = {"x": Dataset(np.zeros(100_000), "1", "numbers")}
+                parts.keep(str(k), lambda large=large: large)  # type: ignore[misc]
+        assert tracemalloc.get_traced_memory()[0] < 2 * 800_000
+    finally:
+        tracemalloc.stop()
+        gc.enable()
