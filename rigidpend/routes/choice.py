@@ -147,8 +147,7 @@ def decided_by(maps: Maps, *, sampled: bool = True) -> Mapped:
     """
     run = maps.run
     n, rate, precisions = len(run.phases), run.rate, run.arithmetic.precisions
-    within = tuple(p for p in maps.ladder(precisions) if p <= maps.most_bits)
-    single = maps.single(precisions)
+    within = tuple(p for p in maps.ladder if p <= maps.most_bits)
     compute, left = with_maps(maps, run.crossings, n, precisions)
 
     def share(work: certainty.Work, columns: Columns, bits: int) -> list[tuple[Columns, Decided]]:
@@ -157,10 +156,10 @@ def decided_by(maps: Maps, *, sampled: bool = True) -> Mapped:
             return certainty.undivided(work, columns, bits)
         return in_pieces(work, columns, PIECE, run.jobs)
 
-    known = certainty.decide(compute, n, rate, within, share, single=single)
+    known = certainty.decide(compute, n, rate, within, share, single=maps.single)
     open_ = np.flatnonzero(~known.certain.all(axis=0))
-    if open_.size and maps.sharpen(open_.size / n, precisions):
-        certainty.climb(compute, known, open_, rate, (maps.most_bits,), single)
+    if open_.size and maps.sharpen(open_.size / n):
+        certainty.climb(compute, known, open_, rate, (maps.most_bits,), maps.single)
         open_ = np.flatnonzero(~known.certain.all(axis=0))
     beyond = tuple(p for p in precisions if p > maps.most_bits)
     if open_.size and beyond:

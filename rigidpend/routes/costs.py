@@ -36,7 +36,7 @@ FINER = 8
 
 So they differ by what the first errs by, and one computation by each settles as much as do those of
 two precisions: of four bodies drawn by lot they left 2 to 6 of 20,000 orbits open, where three maps
-of 64 bits had left 2 to 13 and two of them 21 to 340."""
+of 64 bits left 2 to 21 and two of them 21 to 340."""
 DEEP = 9.5
 """Rotations in a passage from which on it is.
 

@@ -123,7 +123,17 @@ class Maps:
     def _use(self, pair: tuple[int, int]) -> None:
         """Take maps that are made, the first and the second of which have so many bits."""
         self.pair, self.table_bits = pair, pair[0]
-        self.levels = {_bits_of(x, pair): x for x in (SECOND, FIRST) if self.table_bits > 53}
+        made = {_bits_of(x, pair): x for x in (SECOND, FIRST) if self.table_bits > 53}
+        self.levels = {bits: x for bits, x in made.items() if self._fits(bits)}
+
+    def _fits(self, bits: int) -> bool:
+        """True if a map is asked for, or stands before the last precision and far from all.
+
+        One computation is only worth as much as it is sharper than the one before it.
+        """
+        precisions = self.run.arithmetic.precisions
+        far = all(abs(p - bits) >= FINER for p in precisions)
+        return bits in precisions or (bits < max(precisions) and far)
 
     def _make(self, pair: tuple[int, int], most: float, used: list[Design] | None = None) -> None:
         """Make maps side by side, of all designs in use, if they are expected to take no more."""
@@ -137,15 +147,15 @@ class Maps:
                 raise Costly(sum(expected), most)
             for (design, own), each in zip(tasks, expected, strict=True):
                 self._budgets[own, design] = most * each / sum(expected)
-        side_by_side(self._made, (), False, tasks, self.run.jobs)
+        side_by_side(lambda task: self.made(*task), (), False, tasks, self.run.jobs)
 
-    def sharpen(self, share: float, precisions: tuple[int, ...]) -> bool:
+    def sharpen(self, share: float) -> bool:
         """Make a map of more bits, if it pays where a share of the orbits is left open.
 
         It pays in the place of the precisions beyond its own alone.
         """
         bits = SHARPEST + FINER
-        if self.table_bits == SHARPER and bits not in self.levels and max(precisions) > bits:
+        if self.table_bits == SHARPER and bits not in self.levels and self._fits(bits):
             with contextlib.suppress(MapError):
                 most = costs.budget_in_pairs(self.problem, share * self.run.orbits)
                 self._make((bits, bits), most, [FIRST])
@@ -165,17 +175,19 @@ class Maps:
 
     @property
     def most_bits(self) -> int:
-        """The bits of the sharpest map."""
-        return max(self.levels, default=self.table_bits)
+        """The bits of the sharpest map that decides."""
+        return max(self.levels, default=53)
 
-    def ladder(self, precisions: tuple[int, ...]) -> tuple[int, ...]:
-        """The precisions with those of the maps among them that are less than the last."""
-        return tuple(sorted({*precisions, *(x for x in self.levels if x < max(precisions))}))
+    @property
+    def ladder(self) -> tuple[int, ...]:
+        """The precisions of the run with those of the maps among them."""
+        return tuple(sorted({*self.run.arithmetic.precisions, *self.levels}))
 
-    def single(self, precisions: tuple[int, ...]) -> Collection[int]:
+    @property
+    def single(self) -> Collection[int]:
         """Bits of which one computation is made, for there is a sharper map to compare it with."""
         first, second = self.pair
-        return self.levels if first < second < max(precisions) else ()
+        return self.levels if first < second and {first, second} <= set(self.levels) else ()
 
     def serve(self, bits: int, scales: Scales) -> bool:
         """True if there is such a map."""
@@ -194,9 +206,6 @@ class Maps:
         time, separatrix = (np.concatenate(x, axis=1) for x in zip(*parts, strict=True))
         outcome = np.where(separatrix[-1] != 0, Outcome.COMPLETE, Outcome.FAILED)
         return Crossings(time, separatrix, outcome.astype(np.uint8))
-
-    def _made(self, task: tuple[Design, int]) -> ReturnMap:
-        return self.made(*task)
 
     def made(self, design: Design, bits: int) -> ReturnMap:
         """The map of a design over the energies of all phases."""

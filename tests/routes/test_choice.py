@@ -290,6 +290,26 @@ def test_few_orbits_take_both_computations_of_a_precision_at_once(
         assert [scales for scales, _ in asked] == [certainty.FIRST]
 
 
+def test_of_a_small_part_of_all_orbits_one_sample_is_enough(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    asked: list[tuple[int, tuple[int, ...]]] = []
+
+    def compared(*given: Any) -> Any:
+        asked.append((given[-1], given[-2]))
+        return np.array([], dtype=int)
+
+    monkeypatch.setattr(choice, "contradicted", compared)
+    monkeypatch.setattr(costs, "budget", lambda *_: math.inf)
+    shares = choice.SAMPLE // choice.LEAST_SAMPLE
+    few = choice.LEAST_SAMPLE, (53, 106)
+    for parts, expected in ((shares, [few]), (shares - 1, [(choice.LEAST_SAMPLE + 2, (53,)), few])):
+        asked.clear()
+        arithmetic = resolve(None, None, (53, 106))
+        codes.codes_of(PROBLEM, PHASES[:100], arithmetic, 1, "map", of=100 * parts)
+        assert asked == expected
+
+
 def whole(_: int, __: Scales, columns: Any) -> Crossings:
     """Crossings of orbits that are all alike."""
     n = len(columns)

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from rigidpend.mechanics.body import Body
-from rigidpend.numbers.exact import exact
+from rigidpend.numbers.exact import PRECISIONS, exact
 from rigidpend.orbits.integrate import Crossings, Outcome
 from rigidpend.orbits.integrate.arithmetic import resolve
 from rigidpend.orbits.return_map import MapError, ReturnMap
@@ -27,9 +27,11 @@ GENTLE = Body(("2.908", "1.682", "1.764"), ("0.6", "0.8", 0), "0.0002")
 PHASES = np.linspace(0.01, 6.27, 120)
 
 
-def run(phases: Any = PHASES, n_symbols: int = 3, **more: Any) -> Run:
+def run(
+    phases: Any = PHASES, n_symbols: int = 3, precisions: tuple[int, ...] = PRECISIONS, **more: Any
+) -> Run:
     problem = RouteProblem(FIG4, exact("1.3342"), exact("1e-8"), n_symbols)
-    return Run(problem, Phases(phases), resolve(), **more)
+    return Run(problem, Phases(phases), resolve(None, None, precisions), **more)
 
 
 def unmade(bits: int = costs.SHARPER, second: int = 0, **more: Any) -> Any:
@@ -81,8 +83,9 @@ def test_a_sharper_map_is_made_once_for_the_orbits_that_are_left_open(
             raise MapError("they do not pay")
 
     monkeypatch.setattr(maps, "_make", make, raising=False)
-    assert not maps.sharpen(1.0, (53, sharpest)), "nothing is to come in their place"
-    made = [maps.sharpen(share, (53, 106)) for share in (0.05, 0.25, 0.25)]
+    last = unmade(bits, of=1000, precisions=(53, sharpest + costs.FINER - 1))
+    assert not last.sharpen(1.0), "what comes in its place is hardly sharper"
+    made = [maps.sharpen(share) for share in (0.05, 0.25, 0.25)]
     assert made == [False, bits == costs.SHARPER, False]
     budgets = [costs.budget_in_pairs(maps.problem, n) for n in (50, 250)]
     assert asked == [(sharpest, x) for x in budgets if bits == costs.SHARPER]
@@ -91,23 +94,35 @@ def test_a_sharper_map_is_made_once_for_the_orbits_that_are_left_open(
 
 def test_the_second_map_is_sharper_so_that_one_computation_by_each_settles() -> None:
     """Where what is asked for goes beyond its bits; else both have the bits of the first."""
-    sharper = costs.SHARPER + costs.FINER
-    maps = unmade(second=sharper)
-    assert maps.levels == {costs.SHARPER: FIRST, sharper: SECOND}
-    assert maps.ladder((53, 106)) == (53, costs.SHARPER, sharper, 106)
-    assert set(maps.single((53, 106))) == {costs.SHARPER, sharper}
-    assert maps.ladder((53, costs.SHARPER)) == (53, costs.SHARPER)
-    assert not maps.single((53, costs.SHARPER))
-    assert [maps.serve(x, certainty.SECOND) for x in (53, costs.SHARPER, sharper)] == [1, 1, 0]
-    assert [maps.serve(x, certainty.FIRST) for x in (53, costs.SHARPER, sharper, 106)] == [
-        1,
-        1,
-        1,
-        0,
-    ]
+    first, second = costs.SHARPER, costs.SHARPER + costs.FINER
+
+    def of(*precisions: int) -> Any:
+        return unmade(second=second, precisions=precisions)
+
+    maps = of(53, 106)
+    assert maps.levels == {first: FIRST, second: SECOND}
+    assert (maps.ladder, maps.most_bits) == ((53, first, second, 106), second)
+    assert set(maps.single) == {first, second}
+    served = [maps.serve(x, certainty.SECOND) for x in (53, first, second)]
+    assert served == [True, True, False]
+    served = [maps.serve(x, certainty.FIRST) for x in (53, first, second, 106)]
+    assert served == [True, True, True, False]
+    # No nearer to what is asked for, and not beyond it.
+    for precisions, levels in (
+        ((53, second), [first, second]),
+        ((53, second + costs.FINER - 1), [first]),
+        ((53, second + costs.FINER), [first, second]),
+        ((53, first), [first]),
+        ((53, first + 6, 106), []),
+        ((53,), []),
+    ):
+        maps = of(*precisions)
+        assert sorted(maps.levels) == levels
+        assert bool(maps.single) == (len(levels) == 2)
+        assert maps.most_bits == max(levels, default=53)
     deep = unmade(costs.SHARPEST)
-    assert (deep.levels, deep.single((53, 106))) == ({costs.SHARPEST: FIRST}, ())
-    assert unmade(53).ladder((53, 106)) == (53, 106)
+    assert (deep.levels, deep.single) == ({costs.SHARPEST: FIRST}, ())
+    assert unmade(53).ladder == PRECISIONS
 
 
 @pytest.mark.slow

@@ -12,8 +12,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from rigidpend.experiments.contract import Piece
 from rigidpend.experiments.data import Dataset, Tree
-from rigidpend.machine import cache
+from rigidpend.machine import cache, workers
 from rigidpend.machine.cache import KeptFileWarning
 from rigidpend.machine.files import StoreError
 from rigidpend.runs.parts import UNFIT, Parts, packed, sweep, unpacked
@@ -175,3 +176,27 @@ def test_a_part_leaves_memory_when_it_is_let_go(tmp_path: Path) -> None:
     finally:
         tracemalloc.stop()
         gc.enable()
+
+
+def numbered(k: int) -> Tree:
+    return {"x": Dataset(np.array([k, os.getpid()]), "1", "its number, and who made it")}
+
+
+@pytest.mark.slow
+def test_many_pieces_go_to_processes_and_come_in_their_order(tmp_path: Path) -> None:
+    """But for the first, those that are kept, and a kept one that is damaged."""
+    parts = Parts(tmp_path / "fig.h5", "a")
+    parts.keep("4", lambda: numbered(40))
+    parts.keep("6", lambda: numbered(60))
+    [path] = tmp_path.rglob("6.kept")
+    path.write_bytes(path.read_bytes()[:100])
+    pieces = [Piece(str(k), numbered, (k,)) for k in range(2 + workers.EACH * 2)]
+    with pytest.warns(KeptFileWarning):
+        found = [leaves(tree)["/x"].values for tree in parts.in_order(pieces, 2)]
+    assert [x[0] for x in found] == [0, 1, 2, 3, 40, 5, 6, 7, 8, 9]
+    here = [k for k, x in enumerate(found) if x[1] == os.getpid()]
+    assert 0 in here
+    assert 9 not in here
+    assert len(parts) == len(pieces)
+    again = [leaves(tree)["/x"].values for tree in parts.in_order(pieces, 2)]
+    np.testing.assert_array_equal(again, found)
