@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 import threading
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -14,7 +15,7 @@ from rigidpend.numbers.exact import PRECISIONS, exact
 from rigidpend.orbits.integrate import Crossings, Outcome
 from rigidpend.orbits.integrate.arithmetic import resolve
 from rigidpend.orbits.return_map import MapError, ReturnMap
-from rigidpend.orbits.return_map.build import FIRST, SECOND, THIRD
+from rigidpend.orbits.return_map.build import FIRST, SECOND, THIRD, Design
 from rigidpend.routes import certainty, choice, costs, mapped
 from rigidpend.routes.phases import Phases
 from rigidpend.routes.problem import RouteProblem
@@ -236,19 +237,43 @@ def test_two_maps_err_independently_though_they_share_inputs() -> None:
 
 
 def test_tables_share_what_all_of_them_may_cost(monkeypatch: pytest.MonkeyPatch) -> None:
-    budgets: list[float] = []
+    budgets: set[tuple[Design, float]] = set()
 
-    def refused(*_: Any, budget: float, **__: Any) -> ReturnMap:
-        budgets.append(budget)
-        raise MapError("refused")
+    def refused(*_: Any, design: Design, budget: float, **__: Any) -> None:
+        budgets.add((design, budget))
+        if design == SECOND:
+            raise MapError("refused")
 
     monkeypatch.setattr(mapped, "return_map", refused)
     monkeypatch.setattr(mapped, "expected_cost", lambda *x: 1.0 if x[-1] == FIRST else 3.0)
-    for most, expected in ((3.9, set()), (8.0, {2.0})):
+    for most, expected in ((3.9, set()), (8.0, {(FIRST, 2.0), (SECOND, 6.0)})):
         monkeypatch.setattr(costs, "budget", lambda *_, most=most: most)
         with pytest.raises(MapError):
             mapped.Maps(run(), least_time=True)
-        assert set(budgets) == expected
+        assert budgets == expected
+
+
+def test_the_first_map_errs_by_more_where_the_second_is_less_sharp_than_planned(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    first, second = costs.SHARPER, costs.SHARPER + costs.FINER
+
+    def terms() -> list[int]:
+        maps = mapped.Maps(run(of=1000))
+        each = (first, FIRST), (second, SECOND), (53, FIRST)
+        return [maps._program(*one).values.shape[1] for one in each]
+
+    planned, real = terms(), mapped.Maps.made
+
+    def spoilt(maps: mapped.Maps, design: Design, bits: int) -> ReturnMap:
+        made = real(maps, design, bits)
+        worse = made.errors._replace(inverse=2.0**-60)
+        return replace(made, errors=worse) if design == SECOND else made
+
+    monkeypatch.setattr(mapped.Maps, "made", spoilt)
+    less = terms()
+    assert less[0] < planned[0]
+    assert less[1:] == planned[1:]
 
 
 def test_a_third_map_is_made_at_once_from_so_many_orbits_on() -> None:
