@@ -250,7 +250,7 @@ def compiled(llvm: Any, machine: Any, text: str) -> bytes:
     module.verify()
     options = llvm.create_pipeline_tuning_options(speed_level=LEVEL)
     # Variables become registers, and what is computed twice is computed once. The texts leave
-    # LLVM nothing else to find: all its passes take four times as long, for code as fast.
+    # LLVM nothing else to find: with all its passes this takes thrice as long, for code as fast.
     passes = llvm.create_new_module_pass_manager()
     passes.add_sroa_pass()
     passes.add_new_gvn_pass()
