@@ -33,15 +33,15 @@ from rigidpend.numbers.exact import context, exact, fraction
 from rigidpend.numbers.generic import Array
 from rigidpend.orbits.integrate.arithmetic import resolve
 from rigidpend.orbits.integrate.states import states_at
-from rigidpend.orbits.return_map import MapError, return_map
+from rigidpend.orbits.return_map import MapError
 from rigidpend.routes.herpolhode import RouteOrbit, follow, samples
 from rigidpend.routes.problem import RouteProblem, rotation_period
 from rigidpend.routes.start import Scales, start, states_exact
 from rigidpend.routes.symbolic import sharp as sharp_module
 from rigidpend.routes.symbolic.asymptotic import doubly_asymptotic, skeleton
 from rigidpend.routes.symbolic.chain import NoOrbit
-from rigidpend.routes.symbolic.closed import closed, words
-from rigidpend.routes.symbolic.integrated import actions, closing, passages
+from rigidpend.routes.symbolic.closed import actions, closed, closing, words
+from rigidpend.routes.symbolic.integrated import passages
 from rigidpend.routes.symbolic.levels import Level
 from rigidpend.routes.symbolic.levels import surface as orbits_of
 from rigidpend.routes.symbolic.stretching import stretched
@@ -244,23 +244,22 @@ def _closed(random: Any, count: int) -> Iterator[Any]:
     for _ in range(count):
         one = body(random, -3.5, -2)
         try:
-            level = Level(return_map(one, h=H0), 1.0)
-            orbit = closed(level, known[random.integers(len(known))])
-            yield one, level, orbit, closing(one, orbit, level, h=H0)
+            orbit = closed(Level.of(one, H0), known[random.integers(len(known))])
+            yield orbit, closing(orbit)
         except (MapError, NoOrbit):
             continue
 
 
 def of_periods(random: Any, count: int) -> Shares:
     """The error of a passage's time, for the period: `alone`, `passage_error`."""
-    for one, level, orbit, fine in _closed(random, count):
-        stated = passages(one, level, orbit.chain).error.sum()
+    for orbit, fine in _closed(random, count):
+        stated = passages(orbit.chain)[1].sum()
         yield abs(float(fine.period - Fraction(orbit.period))) / float(stated)
 
 
 def of_closing(random: Any, count: int) -> Shares:
     """The gap that a closed orbit is expected to leave after a period."""
-    for *_, fine in _closed(random, count):
+    for _, fine in _closed(random, count):
         yield fine.error / fine.expected
 
 
@@ -278,10 +277,9 @@ def of_found(random: Any, count: int) -> Shares:
 
 def of_asymptotic(random: Any, count: int) -> Shares:
     """A unit of the 30th digit of a doubly asymptotic orbit's theta2_0."""
-    h, J1_0 = exact("1.3342"), exact("1e-8")
-    level = Level(return_map(FIG4, h=h), float(h))
-    rough = [one for one in skeleton(level, 2, 9) if len(one.b)]
-    told = [_sharp(level, one, h, J1_0) for one in rough]
+    level = Level.of(FIG4, "1.3342")
+    rough = [one for one, _ in skeleton(level, 2, 9) if len(one.b)]
+    told = [_sharp(level, one) for one in rough]
     finer: dict[str, Any] = {
         "PAIRS": FINE,
         "BITS": FINE + 40,
@@ -291,7 +289,7 @@ def of_asymptotic(random: Any, count: int) -> Shares:
         "NEAREST": 1e-14,
     }
     with mock.patch.multiple(sharp_module, **finer):
-        truth = [_sharp(level, one, h, J1_0) for one in rough]
+        truth = [_sharp(level, one) for one in rough]
     off = [
         abs(float(x - y))
         for a, b in zip(told, truth, strict=True)
@@ -300,9 +298,9 @@ def of_asymptotic(random: Any, count: int) -> Shares:
     yield from [x / 1e-29 for x in off][:count]
 
 
-def _sharp(level: Level, rough: Any, h: Any, J1_0: Any) -> list[Fraction]:
+def _sharp(level: Level, rough: Any) -> list[Fraction]:
     orbits = doubly_asymptotic(level, rough)
-    return sharp_module.sharp(sharp_module.Launch(FIG4, level, h, J1_0), orbits).theta2_0
+    return sharp_module.sharp(sharp_module.Launch(level, exact("1e-8")), orbits).theta2_0
 
 
 def _followed(random: Any, count: int) -> Iterator[tuple[float, RouteOrbit, Array]]:
@@ -341,7 +339,7 @@ def of_alpha(random: Any, count: int) -> Shares:
 
 def of_closed(name: str, truth: Callable[[Once], float]) -> Callable[[Any, int], Shares]:
     """Exponents or actions of some of the words of the config, by what two results may differ."""
-    level = functools.cache(lambda: Level(return_map(FIG4, h=H4), float(H4)))
+    level = functools.cache(lambda: Level.of(FIG4, H4))
     allowed = ORBITS[name].within
     assert isinstance(allowed, float)
 
@@ -349,10 +347,10 @@ def of_closed(name: str, truth: Callable[[Once], float]) -> Callable[[Any, int],
         known = list(words(8))
         for k in random.choice(len(known), count, replace=False):
             orbit = closed(level(), known[k], 11)
-            fine = closing(FIG4, orbit, level(), h=H4, bits=FINE)
-            [action] = actions(FIG4, level(), [orbit.chain])
+            fine = closing(orbit, FINE)
+            [action] = actions([orbit.chain])
             told = action if name == "action" else orbit.exponent
-            yield abs(told - truth(Once(FIG4, orbit, fine, H4))) / allowed
+            yield abs(told - truth(Once(orbit, fine))) / allowed
 
     return shares
 

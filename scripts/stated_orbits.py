@@ -21,8 +21,7 @@ from rigidpend.orbits.return_map.poincare import section_state
 from rigidpend.orbits.return_map.precision import precision
 from rigidpend.orbits.return_map.reduced import coefficients
 from rigidpend.routes.problem import RouteProblem
-from rigidpend.routes.symbolic.closed import ClosedOrbit
-from rigidpend.routes.symbolic.integrated import Closing
+from rigidpend.routes.symbolic.closed import ClosedOrbit, Closing
 
 BITS = 212
 APART = Fraction(1, 2**110)
@@ -38,9 +37,9 @@ MIRROR = np.array([-1, -1, 1, 1, 1, -1])
 class Once:
     """A closed orbit, refined, in 212 bits once round."""
 
-    def __init__(self, body: Body, orbit: ClosedOrbit, fine: Closing, h: Exact) -> None:
-        self.m, a = context(BITS), precision(BITS)
-        c = coefficients(body.angles(BITS + 32), "1", a)
+    def __init__(self, orbit: ClosedOrbit, fine: Closing) -> None:
+        self.m, a, level = context(BITS), precision(BITS), orbit.chain.level
+        h, c = level.energy, coefficients(level.body.angles(BITS + 32), "1", a)
         d, chi = (a.array([self.m.mpf(x.numerator) / x.denominator]) for x in fine.place)
         state = section_state(True, d, chi, a.array([h.in_context(self.m)]), c, a)
         self.start = np.array([fraction(x, BITS) for x in state[:, 0]], dtype=object)

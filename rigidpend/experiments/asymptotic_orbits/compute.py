@@ -14,7 +14,6 @@ from rigidpend.experiments.contract import Means
 from rigidpend.experiments.data import Tree, datasets
 from rigidpend.mechanics import in_space
 from rigidpend.orbits.integrate.states import states_at
-from rigidpend.orbits.return_map import return_map
 from rigidpend.routes.codes import codes_of
 from rigidpend.routes.herpolhode import RouteOrbit, samples
 from rigidpend.routes.problem import rotation_period
@@ -38,17 +37,17 @@ FADED = 1e-3
 def compute(config: Config, means: Means) -> Tree:
     """Find the orbits by the body's return map, their phases to 30 digits, and sample a few."""
     problem = config.problem
-    level = Level(return_map(problem.body, h=problem.h), float(problem.h))
-    launch = Launch(problem.body, level, problem.h, problem.J1_0)
+    level = Level.of(problem.body, problem.h)
+    launch = Launch(level, problem.J1_0)
     lengths: dict[str, Tree] = {}
     drawn: dict[str, Any] = {}
-    for rough in skeleton(level, problem.symbols, problem.half_turns):
-        name, orbits = str(rough.n), _ordered(launch, doubly_asymptotic(level, rough))
+    for n, (rough, arcs) in enumerate(skeleton(level, problem.symbols, problem.half_turns)):
+        name, orbits = str(n), _ordered(launch, doubly_asymptotic(level, rough))
         means.report(f"{name} symbols: {len(orbits.b)} orbits")
         lengths[name] = means.part(
-            f"{name} symbols", partial(_orbits, launch, orbits, rough.arcs, means.jobs)
+            f"{name} symbols", partial(_orbits, launch, orbits, arcs, means.jobs)
         )
-        if rough.n < problem.drawn and len(orbits.b):
+        if n < problem.drawn and len(orbits.b):
             drawn[name] = _sampled(config, launch, orbits, means)
     return datasets(LAYOUT, {"orbits": lengths, "plane": _plane(problem, means), "drawn": drawn})
 
@@ -70,8 +69,8 @@ def _orbits(launch: Launch, orbits: DoublyAsymptotic, arcs: int, jobs: int) -> T
     high = np.array([float(x) for x in fine.theta2_0])
     values = {
         "word": orbits.symbols,
-        "half_turns": np.diff(orbits.cells, axis=0),
-        "first": orbits.cells[0] % 2,
+        "half_turns": np.diff(orbits.chain.cells, axis=0),
+        "first": orbits.chain.cells[0] % 2,
         "theta2_0": high,
         "theta2_0_rest": np.array(
             [float(x - Fraction(y)) for x, y in zip(fine.theta2_0, high, strict=True)]
@@ -92,15 +91,15 @@ def _sampled(
 ) -> dict[str, Any]:
     """The orbit with the shortest flight, from where J1 = J1_0, in doubles."""
     problem, k = config.problem, int(np.argmin(orbits.flight))
-    one, level = columns(orbits, np.array([k])), launch.level
+    one = columns(orbits, np.array([k]))
     start, shown = (
         float(launch.clock(launch.theta2(one.b, J1), J1)[0])
         for J1 in (float(launch.J1), float(launch.J1_0))
     )
     anchors = launch.anchors(one.b)
     [state] = launch.states(anchors, [Fraction(float(anchors.theta2[0]))])
-    crossed = float(one.begun(level)[0])
-    end = crossed + float((one.flight + one.faded(level, FADED))[0])
+    crossed = float(one.begun[0])
+    end = crossed + float((one.flight + one.faded(FADED))[0])
     t = np.arange(shown, end, rotation_period(problem.routes) / SAMPLES)
     states = states_at(
         in_space.field(problem.body),

@@ -14,10 +14,16 @@ from rigidpend.experiments.closed_orbits.schema import Config, Problem
 from rigidpend.experiments.contract import Means
 from rigidpend.experiments.data import Tree, datasets
 from rigidpend.numbers.expressions import NO_SYMBOL
-from rigidpend.orbits.return_map import return_map
 from rigidpend.routes.symbolic.chain import System, on_surface, signs_of
-from rigidpend.routes.symbolic.closed import ClosedOrbit, closed, lyapunov, words
-from rigidpend.routes.symbolic.integrated import actions, closing, passages
+from rigidpend.routes.symbolic.closed import (
+    ClosedOrbit,
+    actions,
+    closed,
+    closing,
+    lyapunov,
+    words,
+)
+from rigidpend.routes.symbolic.integrated import passages
 from rigidpend.routes.symbolic.levels import Level
 from rigidpend.routes.symbolic.shortest import path
 from rigidpend.routes.symbolic.stretching import stretching
@@ -32,11 +38,11 @@ PARTS = 10
 def compute(config: Config, means: Means) -> Tree:
     """Find and verify the closed orbits of all words."""
     problem = config.problem
-    level = Level(return_map(problem.body, h=problem.h), float(problem.h))
+    level = Level.of(problem.body, problem.h)
     found = [closed(level, word, problem.half_turns) for word in words(problem.longest)]
     means.report(f"{len(found)} closed orbits, {sum(o.stable for o in found)} of them stable")
     groups = {
-        "orbits": _orbits(problem, level, found),
+        "orbits": _orbits(problem, found),
         "averages": _averages(problem, level, found),
         "places": _places(found),
     }
@@ -49,15 +55,15 @@ def cost(config: Config) -> float:
     return FOUND * 2.0**problem.longest + VERIFIED * 2.0 ** min(problem.verified, problem.longest)
 
 
-def _orbits(problem: Problem, level: Level, found: list[ClosedOrbit]) -> dict[str, Any]:
+def _orbits(problem: Problem, found: list[ClosedOrbit]) -> dict[str, Any]:
     gaps = np.full((2, len(found)), np.nan)
     for k, orbit in enumerate(found):
         if len(orbit.word) <= problem.verified:
-            one = closing(problem.body, orbit, level, h=problem.h)
+            one = closing(orbit)
             gaps[:, k] = one.error, one.expected
-    alone = [passages(problem.body, level, orbit.chain) for orbit in found]
-    for orbit, each in zip(found, alone, strict=True):
-        if not each.right.all():
+    alone = [passages(orbit.chain) for orbit in found]
+    for orbit, (right, _) in zip(found, alone, strict=True):
+        if not right.all():
             raise ArithmeticError(f"integration leaves the orbit of {orbit.word}")
     return {
         "word": _words(found),
@@ -65,10 +71,10 @@ def _orbits(problem: Problem, level: Level, found: list[ClosedOrbit]) -> dict[st
             name: np.array([getattr(orbit, name) for orbit in found])
             for name in ("period", "mirrored", "exponent", "stable")
         },
-        "action": actions(problem.body, level, [orbit.chain for orbit in found]),
+        "action": actions([orbit.chain for orbit in found]),
         "positive": np.array([orbit.trace > 0 for orbit in found]),
         "residual": np.array([orbit.chain.residual for orbit in found]),
-        "alone": np.array([each.error.max() for each in alone]),
+        "alone": np.array([error.max() for _, error in alone]),
         "closing": gaps[0],
         "closing_expected": gaps[1],
     }
@@ -91,7 +97,7 @@ def _long_orbit(level: Level, n: int, half_turns: int) -> tuple[float, float]:
     """The Lyapunov exponent per passage of an orbit with random symbols, and its error."""
     symbols = np.random.default_rng(SEED).integers(0, 2, n)
     system = System(level, on_surface, signs_of(symbols))
-    grown = stretching(level, path(system, half_turns * np.arange(n + 1), 0.0))
+    grown = stretching(path(system, half_turns * np.arange(n + 1), 0.0))
     parts = [float(part.mean()) for part in np.array_split(grown, PARTS)]
     return float(grown.mean()), float(np.std(parts, ddof=1) / math.sqrt(PARTS))
 

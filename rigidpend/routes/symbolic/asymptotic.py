@@ -59,15 +59,20 @@ Record = TypeVar("Record", bound=tuple[Any, ...])
 
 def columns(record: Record, where: slice | Signs | Mask) -> Record:
     """Some of the columns of a record of arrays and of records, or all in another order."""
-    parts = (columns(x, where) if isinstance(x, tuple) else x[..., where] for x in record)
+
+    def of(x: Any) -> Any:
+        return columns(x, where) if isinstance(x, tuple) else x[..., where]
+
     make: Any = getattr(record, "_make", tuple)
-    made: Record = make(parts)
+    made: Record = make(x if isinstance(x, Level) else of(x) for x in record)
     return made
 
 
 class Track(NamedTuple):
     """Orbits through their first n passages, one in each column."""
 
+    b: Array
+    """(N,) radians: the angle on the unstable surface."""
     chi: Array
     """(n + 1, N) radians, whole turns included."""
     d: Array
@@ -82,14 +87,9 @@ class Track(NamedTuple):
     Its sign is the next symbol's; where it is 0 the orbit is doubly asymptotic."""
 
     @property
-    def cells(self) -> Signs:
-        """(n + 1, N) the multiples of pi to which chi is nearest."""
-        return cells_of(self.chi)
-
-    @property
     def half_turns(self) -> Signs:
         """(n, N) half rotations of the passages."""
-        return np.diff(self.cells, axis=0)
+        return np.diff(cells_of(self.chi), axis=0)
 
 
 def track(level: Level, b: Array, n: int) -> Track:
@@ -104,38 +104,27 @@ def _track(level: Level, b: Array, n: int) -> Track:
     begin = SectionPoint(True, at.d, at.chi)
     passed = list(onward(level.map_level, begin, n))
     points = [begin, *(each.point for each in passed)]
+    # U of the last crossings: of downward ones V of their image in the reversor.
+    last, made = points[-1], level.map_level
+    angle = last.chi if last.rising else -last.chi
+    U = made.charts[last.rising].forward.look_up(last.d, angle, made.a)[0 if last.rising else 1]
     return Track(
+        b,
         np.cumsum([at.chi, *(each.turned for each in passed)], axis=0),
         np.array([point.d for point in points]),
         np.array([each.symbol for each in passed], dtype=np.uint8).reshape(n, len(b)),
         np.logical_and.reduce([np.full(len(b), True), *(each.inside for each in passed)]),
-        unstable(level, n % 2 == 0, points[-1].d, points[-1].chi),
+        U,
     )
 
 
-def unstable(level: Level, rising: bool, d: Array, chi: Array) -> Array:
-    """U of crossings: of downward ones V of their image in the reversor."""
-    made, angle = level.map_level, chi if rising else -chi
-    found: Array = made.charts[rising].forward.look_up(d, angle, made.a)
-    return found[0 if rising else 1]
-
-
-class Skeleton(NamedTuple):
-    """The orbits with n symbols, (N,) each, by b from an arbitrary first arc on."""
-
-    n: int
-    b: Array
-    """Radians."""
-    track: Track
-    arcs: int
-    """Arcs between zeros with one symbol less on which they were sought."""
-
-
-def skeleton(level: Level, symbols: int, half_turns: int) -> list[Skeleton]:
+def skeleton(level: Level, symbols: int, half_turns: int) -> list[tuple[Track, int]]:
     """The doubly asymptotic orbits of the surface, for each number of symbols up to `symbols`.
 
     Symbols are passages between the first crossing and the last, of as many half rotations at
-    most. NoOrbit is raised where the surfaces do not cross, or an arc leaves the tables.
+    most. They come by b from an arbitrary first arc on, with the number of arcs between zeros with
+    one symbol less on which they were sought. NoOrbit is raised where the surfaces do not cross, or
+    an arc leaves the tables.
     """
     b = np.linspace(0, 2 * np.pi, AROUND + 1)
     U = track(level, b, 0).U
@@ -143,15 +132,14 @@ def skeleton(level: Level, symbols: int, half_turns: int) -> list[Skeleton]:
     if at.size < 2:
         raise NoOrbit("the asymptotic surfaces do not cross")
     zeros = _bisected(level, b[at], b[at + 1], 0)
-    found = [Skeleton(0, zeros, track(level, zeros, 0), 1)]
+    found = [(track(level, zeros, 0), 1)]
     ends = np.append(zeros, zeros[0] + 2 * np.pi)
     low, high = ends[:-1], ends[1:]
     for n in range(1, symbols + 1):
-        arcs = _Arcs(level, low, high, n, half_turns)
-        zeros, seen, inside, opens = arcs.zeros()
-        found.append(Skeleton(n, zeros[inside], columns(seen, inside), len(low)))
+        seen, inside, opens = _Arcs(level, low, high, n, half_turns).zeros()
+        found.append((columns(seen, inside), len(low)))
         begin = np.flatnonzero(opens)
-        low, high = zeros[begin], zeros[begin + 1]
+        low, high = seen.b[begin], seen.b[begin + 1]
     return found
 
 
@@ -182,12 +170,11 @@ class _Arcs:
         self.wanted = before & (turns[-1] <= self.most + 1)
         return not self.wanted[:, [0, -1]].any()
 
-    def zeros(self) -> tuple[Array, Track, Mask, Mask]:
+    def zeros(self) -> tuple[Track, Mask, Mask]:
         """The zeros of U at the ends of all arcs with few half rotations somewhere.
 
-        They come in their order on each arc, with their tracks, whether all of their half rotations
-        are as few as is asked for, and whether an arc to be looked at begins, which ends with the
-        next zero.
+        They come in their order on each arc, with whether all of their half rotations are as few as
+        is asked for, and whether an arc to be looked at begins, which ends with the next zero.
         """
         low, high, arc, sample = self._brackets()
         if not low.size:
@@ -203,10 +190,9 @@ class _Arcs:
         opens = np.append((arc[1:] == arc[:-1]) & few, False)
         kept = opens.copy()
         kept[1:] |= opens[:-1]
-        b = _bisected(self.level, low[kept], high[kept], self.n)
-        seen = track(self.level, b, self.n)
+        seen = track(self.level, _bisected(self.level, low[kept], high[kept], self.n), self.n)
         inside = seen.inside & (seen.half_turns <= self.most).all(axis=0)
-        return b, seen, inside, opens[kept]
+        return seen, inside, opens[kept]
 
     def _brackets(self) -> tuple[Array, Array, Signs, Signs]:
         """Bounds of zeros of U, the arcs that they lie on, and the places of the samples before.
@@ -250,20 +236,6 @@ def _bisected(level: Level, low: Array, high: Array, n: int) -> Array:
     return (low + high) / 2
 
 
-class Leaving(NamedTuple):
-    """Crossings on the stable surface of the next periodic orbit, (N,) each."""
-
-    I: Array
-    V: Array
-    """Share in the stable direction; I is U V."""
-    I_by: tuple[Array, Array]
-    """Derivatives of I in d and in chi."""
-    constant: Array
-    """Share of the time beyond the crossing that is not rotation, t'."""
-    theta3: Array
-    """Growth of theta3 from there to the periodic orbit, as if on separatrix 2 or 3, radians."""
-
-
 class DoublyAsymptotic(NamedTuple):
     """Doubly asymptotic orbits with n symbols, one in each column."""
 
@@ -273,8 +245,10 @@ class DoublyAsymptotic(NamedTuple):
     """(n, N)."""
     arrival: Array
     """(N,) constant of the time up to the first crossing, t'."""
-    end: Leaving
-    """The last crossings."""
+    leaving: Array
+    """(N,) share of the time beyond the last crossing that is not rotation, t'."""
+    V: Array
+    """(N,) share of the last crossing in the stable direction."""
     theta3: Array
     """(N,) growth of theta3 from one end to the other, radians."""
     I_slope: Array
@@ -288,67 +262,53 @@ class DoublyAsymptotic(NamedTuple):
     @property
     def flight(self) -> Array:
         """(N,) t' from the first crossing to the last."""
-        found: Array = self.chain.time.sum(axis=0)
-        return found
+        return np.asarray(self.chain.time.sum(axis=0))
 
     @property
-    def cells(self) -> Signs:
-        """(n + 1, N) the multiples of pi to which chi is nearest."""
-        return self.chain.cells
-
-    def begun(self, level: Level) -> Array:
+    def begun(self) -> Array:
         """(N,) t' of the first crossings, on the clock of `Launch`."""
-        found: Array = level.rates(np.zeros(1)).rotation * self.chain.chi[0] - self.arrival
-        return found
+        rotation = self.chain.level.rates(np.zeros(1)).rotation
+        return np.asarray(rotation * self.chain.chi[0] - self.arrival)
 
-    def faded(self, level: Level, distance: Array | float) -> Array:
+    def faded(self, distance: Array | float) -> Array:
         """(N,) t' from the last crossings on until v of the normal form is `distance`."""
-        rates = level.rates(np.zeros(1))
-        turned = np.log(np.abs(self.end.V) / distance) / rates.exponent
-        found: Array = self.end.constant + rates.rotation * turned
-        return found
+        rates = self.chain.level.rates(np.zeros(1))
+        turned = np.log(np.abs(self.V) / distance) / rates.exponent
+        return np.asarray(self.leaving + rates.rotation * turned)
 
     def address(self, k: int) -> Address:
         """The address of an orbit; that of one without symbols is its cell alone."""
         return Address.of(self.chain.chi[:, k], self.symbols[:, k])
 
 
-def doubly_asymptotic(level: Level, rough: Skeleton) -> DoublyAsymptotic:
+def doubly_asymptotic(level: Level, rough: Track) -> DoublyAsymptotic:
     """The orbits of a skeleton to rounding: chains from the one surface to the other.
 
     NoOrbit is raised where Newton's method does not settle, or only at another orbit.
     """
-    track, n = rough.track, rough.n
-    system = System(level, on_surface, signs_of(track.symbols), None)
-    chain = system.solved(system.nearer(track.chi, rough.b))
-    off = (chain.chi - track.chi, chain.unknown - rough.b)
+    n, made = len(rough.symbols), level.map_level
+    system = System(level, on_surface, signs_of(rough.symbols), None)
+    chain = system.solved(system.nearer(rough.chi, rough.b))
+    off = (chain.chi - rough.chi, chain.unknown - rough.b)
     moved = max(float(np.abs(x).max(initial=0.0)) for x in off)
     if moved > MOVED:
         raise NoOrbit(f"an orbit with {n} symbols is found elsewhere: it moved by {moved:.2g}")
-    made, arrival = level.map_level, level.arriving(np.zeros_like(rough.b), chain.unknown)
+    arrival = level.arriving(np.zeros_like(rough.b), chain.unknown)
     # Growth of theta3 from the periodic orbit to the first crossing.
     theta3 = made.charts[True].inverse.look_up(0 * rough.b, -chain.unknown, made.a)[3]
     change, side = np.stack((arrival.d_by[1], arrival.chi_by[1])), np.ones_like(rough.b)
     for k in range(n):
         passed = made.passage(SectionPoint(k % 2 == 0, chain.d[k], chain.chi[k]), slopes=True)
-        if not (passed.inside & (passed.symbol == track.symbols[k])).all():
+        if not (passed.inside & (passed.symbol == rough.symbols[k])).all():
             raise NoOrbit(f"passage {k + 1} of an orbit has another symbol than its track")
         change = np.einsum("ijn,jn->in", passed.slopes[:2], change)
         theta3 = theta3 + side * passed.theta3
         side = np.where(passed.mirrored, -side, side)
-    end = leaving(level, n % 2 == 0, chain.d[-1], chain.chi[-1])
-    slope = end.I_by[0] * change[0] + end.I_by[1] * change[1]
-    gained = theta3 + side * end.theta3
-    return DoublyAsymptotic(chain, track.symbols, arrival.constant, end, gained, slope)
-
-
-def leaving(level: Level, rising: bool, d: Array, chi: Array) -> Leaving:
-    """The last crossings of doubly asymptotic orbits."""
-    made, side = level.map_level, 1.0 if rising else -1.0
-    seen = made.charts[rising].forward.look_up_slopes(d, side * chi, made.a)
-    out = 0 if rising else 1
-    V = seen.value[1 - out]
-    by_d, by_chi = seen.by_x[out] * V, side * seen.by_phase[out] * V
-    return Leaving(
-        seen.value[out] * V, V, (by_d, by_chi), side * seen.value[2], side * seen.value[3]
-    )
+    # Behind the last crossing, as if on separatrix 2 or 3: I = U V, with U = 0.
+    rising, out = n % 2 == 0, n % 2
+    turn = 1.0 if rising else -1.0
+    seen = made.charts[rising].forward.look_up_slopes(chain.d[-1], turn * chain.chi[-1], made.a)
+    V, leaving = seen.value[1 - out], turn * seen.value[2]
+    slope = seen.by_x[out] * V * change[0] + turn * seen.by_phase[out] * V * change[1]
+    gained = theta3 + side * (turn * seen.value[3])
+    return DoublyAsymptotic(chain, rough.symbols, arrival.constant, leaving, V, gained, slope)

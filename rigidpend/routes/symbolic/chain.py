@@ -35,23 +35,24 @@ class NoOrbit(ArithmeticError):
 Begin: TypeAlias = Callable[[Any], Arrival]
 
 
-def on_surface(b: Any) -> Arrival:
-    """The arrival of an orbit on the unstable surface of the lower periodic orbit."""
-    return Arrival(0.0, b, 0.0, 1.0)
+def on_surface(b: Any, I: float = 0.0) -> Arrival:
+    """The arrival of an orbit on the unstable surface of the lower periodic orbit, or beside it."""
+    return Arrival(I, b, 0.0, 1.0)
 
 
 class Chain(NamedTuple):
-    """An orbit through n passages, with its n + 1 crossings.
+    """An orbit of a level through n passages, with its n + 1 crossings.
 
-    Of N orbits side by side all arrays have a last axis more, and numbers are arrays (N,).
+    Of N orbits side by side all arrays have a last axis more, and numbers are arrays (N,). The
+    angles at the beginning (a) and at the end of each passage (b) are in radians; a closed orbit
+    and one that ends on a surface have one a more.
     """
 
+    level: Level
     unknown: Any
     """Value on which :class:`Arrival` depends."""
     a: Array
-    """(n,) radians, or one more: the angle at the beginning of each passage."""
     b: Array
-    """(n,) radians: the angle at its end."""
     I: Array
     """(n,) the invariants."""
     chi: Array
@@ -69,14 +70,16 @@ class Chain(NamedTuple):
         return cells_of(self.chi)
 
     @property
-    def half_turns(self) -> tuple[int, ...]:
-        """Half rotations of each passage."""
-        return tuple(int(n) for n in np.diff(self.cells))
-
-    @property
     def off(self) -> Array:
         """(n + 1,) distances of the crossings from the middles of their cells, half rotations."""
         return np.abs(self.chi / np.pi - self.cells)
+
+    @property
+    def unknowns(self) -> Array:
+        """What :class:`System` solves for: a guess for another system."""
+        x = np.empty((1 + len(self.a) + len(self.b), *self.a.shape[1:]))
+        x[0], x[1::2], x[2::2] = self.unknown, self.a, self.b
+        return x
 
     def within(self, cells: Signs) -> Chain:
         """The same; NoOrbit if a crossing lies in another cell."""
@@ -142,12 +145,6 @@ class System(NamedTuple):
             b += angles[1:] - self.level.crossings(~upper, upper, I, b).chi
         return x
 
-    def unknowns(self, made: Chain) -> Array:
-        """The unknowns of a chain that was found: a guess for another system."""
-        x = np.empty((1 + len(made.a) + len(made.b), *made.a.shape[1:]))
-        x[0], x[1::2], x[2::2] = made.unknown, made.a, made.b
-        return x
-
     def evaluated(self, x: Array) -> tuple[Array, Array, Chain]:
         """The gaps where passages meet, their derivatives, and the chain.
 
@@ -162,13 +159,9 @@ class System(NamedTuple):
         if self.begin is None:
             before = np.roll(before, 1, axis=1)
         else:
-            arrival = self.begin(x[0])
-            first = np.empty((5, 1, *a.shape[1:]))
-            for k, value in enumerate(
-                (arrival.I, arrival.b, 0.0, arrival.I_slope, arrival.b_slope)
-            ):
-                first[k] = value
-            before = np.concatenate((first, before), axis=1)
+            I_0, b_0, I_slope, b_slope = self.begin(x[0])
+            *first, _ = np.broadcast_arrays(I_0, b_0, 0.0, I_slope, b_slope, x[0])
+            before = np.concatenate((np.array(first)[:, None], before), axis=1)
         behind = np.zeros((3, *before.shape[1:]))
         behind[0, :n], behind[1, : len(a)], behind[2, :n] = I, a, slope
         upper = alternating(before.shape[1], a)
@@ -182,7 +175,8 @@ class System(NamedTuple):
             np.append(y[1], y[0, :1], axis=0) if self.begin is None else y[0]
             for y in (at.chi, at.d)
         )
-        return left, by, Chain(x[0], a, b, I, chi, d, time, np.abs(left).max(axis=(0, 1)))
+        residual = np.abs(left).max(axis=(0, 1))
+        return left, by, Chain(level, x[0], a, b, I, chi, d, time, residual)
 
     def _left(self, at: PassageEnds, before: Array, slope: Array) -> tuple[Array, Array]:
         """The gaps at the ends and beginnings of passages `at`, and their derivatives."""
@@ -238,19 +232,16 @@ class System(NamedTuple):
                 break
             x = x - step * min(1.0, LONGEST_STEP / max(size, 1e-300))
             if size < SETTLED:
-                return self._checked(self.evaluated(x)[2])
+                made, widest = self.evaluated(x)[2], self.level.widest
+                at = np.argwhere(np.abs(made.I) >= widest)
+                if at.size:
+                    needed = f"passage {at[0, 0] + 1} would need |I| above {widest:.3g}"
+                    raise NoOrbit(f"{needed}, the tables' end")
+                return made
         raise NoOrbit("Newton's method does not settle")
 
-    def _checked(self, made: Chain) -> Chain:
-        widest = self.level.widest
-        at = np.argwhere(np.abs(made.I) >= widest)
-        if at.size:
-            k = int(at[0, 0])
-            raise NoOrbit(f"passage {k + 1} would need |I| above {widest:.3g}, the tables' end")
-        return made
 
-
-def tangents(level: Level, chain: Chain) -> Array:
+def tangents(chain: Chain) -> Array:
     """(n, 3, 2) the derivatives of d, chi and t' behind each passage in d and chi before it."""
     n = len(chain.b)
     found = np.empty((n, 3, 2))
@@ -258,7 +249,7 @@ def tangents(level: Level, chain: Chain) -> Array:
         here = slice(0 if rising else 1, n, 2)
         point = SectionPoint(rising, chain.d[:n][here], chain.chi[:n][here])
         if len(point.d):
-            passed = level.map_level.passage(point, slopes=True)
+            passed = chain.level.map_level.passage(point, slopes=True)
             found[here] = np.moveaxis(passed.slopes[:3], -1, 0)
     return found
 

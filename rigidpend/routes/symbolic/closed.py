@@ -10,28 +10,45 @@ the symmetry (-M1, -M2, M3, gamma1, gamma2, -gamma3), and closes at the second t
 The reversor swaps the two periodic orbits, left and right, before and behind: the orbit of a word
 reversed is that of the word read backward with 0 and 1 exchanged. Both have the same period,
 action and multiplier.
+
+The action is the integral of p dq over a period: where M . gamma = 0 the form p dq is M . omega dt
+in any coordinates, J1 dtheta1 + J2 dtheta2 or others, and on the sphere of gamma it has no
+ambiguity. So the action is twice the kinetic energy, 2 (h - mu r . gamma), integrated. Along a
+family of orbits its derivative in h is their period. Orbits are integrated over a period in many
+bits, and come back to rounding.
 """
 
 from __future__ import annotations
 
+import functools
 import itertools
 import math
 from collections.abc import Iterator, Sequence
-from typing import NamedTuple
+from fractions import Fraction
+from typing import Any, NamedTuple
 
 import numpy as np
 
 from rigidpend.mechanics.body import Body
-from rigidpend.numbers.exact import exact
-from rigidpend.numbers.generic import Scalar
-from rigidpend.orbits.return_map import return_map
+from rigidpend.mechanics.equations import AlignedCoefficients, aligned
+from rigidpend.numbers.exact import GUARD_BITS, context, exact, fraction
+from rigidpend.numbers.generic import Array, Scalar
+from rigidpend.orbits.integrate.states import states_at
+from rigidpend.orbits.return_map.precision import precision
+from rigidpend.orbits.return_map.reduced import coefficients
 from rigidpend.routes.symbolic.address import AddressError, parsed
-from rigidpend.routes.symbolic.chain import Chain, System, signs_of, tangents
+from rigidpend.routes.symbolic.chain import Chain, NoOrbit, System, signs_of, tangents
+from rigidpend.routes.symbolic.integrated import crossing_states, section_points, section_states
 from rigidpend.routes.symbolic.levels import Level
-from rigidpend.routes.symbolic.shortest import alike, cells_after
+from rigidpend.routes.symbolic.shortest import alike
 
 MOST_SYMBOLS = 60
 """Longest word: its equations are a dense system."""
+ROUNDS = 12
+LOST = 12
+"""Bits by which a passage may fail to meet the next."""
+GUARD = 15
+"""Bits that the numbers of the section have beyond those of the integration."""
 
 
 class ClosedOrbit(NamedTuple):
@@ -51,7 +68,7 @@ class ClosedOrbit(NamedTuple):
     trace: float
     """Trace of the derivative of the P passages in (d, chi)."""
     chain: Chain
-    """The P passages, without their last crossing's place in the next period."""
+    """The P passages; its last crossing is the first one of the next period."""
 
     @property
     def multiplier(self) -> complex:
@@ -109,9 +126,7 @@ def closed_orbit(
     address = parsed(word)
     if address.half_turns is not None or len(address.symbols) > MOST_SYMBOLS:
         raise AddressError(f"a word is 1 to {MOST_SYMBOLS} symbols, without half rotations")
-    energy = exact(h)
-    level = Level(return_map(body, h=energy), float(energy))
-    return closed(level, address.symbols, half_turns, address.first or 0)
+    return closed(Level.of(body, exact(h)), address.symbols, half_turns, address.first or 0)
 
 
 def closed(
@@ -122,18 +137,20 @@ def closed(
 
     def solved(n: int) -> Chain:
         """The chain whose last crossing is its first one, n half rotations a passage."""
-        cells = cells_after(first, [n] * len(signs))
-        system = System(level, None, signs, math.pi * n * len(signs))
+        cells = first + n * np.arange(len(signs) + 1)
         angles = np.asarray(np.pi * cells, dtype=float)
+        system = System(level, None, signs, math.pi * n * len(signs))
         return system.solved(system.guess(angles, 0.0)).within(cells)
 
     chain = alike(level, solved) if half_turns is None else solved(half_turns)
-    matrix = np.eye(2)
-    for slope in tangents(level, chain):
-        matrix = slope[:2] @ matrix
-    mirrored = bool((chain.I < 0).sum() % 2)
-    period, trace = float(chain.time.sum()), float(np.trace(matrix))
-    return ClosedOrbit(word, chain.half_turns[0], first, level.h, mirrored, period, trace, chain)
+    turns, mirrored = chain.cells[1] - chain.cells[0], bool((chain.I < 0).sum() % 2)
+    period, trace = float(chain.time.sum()), float(np.trace(_derivative(chain)))
+    return ClosedOrbit(word, int(turns), first, level.h, mirrored, period, trace, chain)
+
+
+def _derivative(chain: Chain) -> Array:
+    """The derivative of all passages in (d, chi)."""
+    return functools.reduce(lambda whole, slope: slope[:2] @ whole, tangents(chain), np.eye(2))
 
 
 def words(longest: int) -> Iterator[tuple[int, ...]]:
@@ -164,3 +181,90 @@ def lyapunov(orbits: Sequence[ClosedOrbit], length: int) -> float:
     if points != 2**length:
         raise ValueError(f"{points} points of period {length} instead of {2**length}")
     return sum(orbit.points * orbit.exponent for orbit in found) / points
+
+
+def actions(chains: Sequence[Chain]) -> Array:
+    """The actions of chains of one level, each passage integrated alone in doubles; dimensionless.
+
+    Each chain begins with an upward crossing.
+    """
+    level = chains[0].level
+    c = level.c.aligned
+    states = np.concatenate([crossing_states(chain)[:, :-1] for chain in chains], axis=1)
+    time = np.concatenate([chain.time for chain in chains])
+
+    def rates(state: Any, _: Any) -> tuple[Any, ...]:
+        """The aligned equations with the quadrature of the potential energy."""
+        return (*aligned(state[:6], c), c.mu_r1 * state[3] + c.mu_r2 * state[4])
+
+    lifted = states_at(rates, np.vstack((states, 0 * time)), time[None])[6, 0]
+    of = np.repeat(np.arange(len(chains)), [len(chain.time) for chain in chains])
+    return np.bincount(of, weights=2 * (level.h * time - lifted)).astype(float)
+
+
+class Closing(NamedTuple):
+    """A closed orbit, refined and integrated once round."""
+
+    error: float
+    """Distance of the end from the beginning in d and chi."""
+    expected: float
+    """Gap left where passages meet, and by roundings, enlarged by the period's derivative."""
+    moved: float
+    """Distance by which refinement moved the crossings: the error of the map in doubles."""
+    period: Fraction
+    """t' of its P passages."""
+    place: tuple[Fraction, Fraction]
+    """d and chi of the first crossing."""
+
+
+def closing(orbit: ClosedOrbit, bits: int = 113) -> Closing:
+    """Refine a closed orbit by the full equations until it closes, in 96 bits or more.
+
+    Newton's method for (d, chi) at all crossings at once: each passage is integrated alone, and the
+    map's derivatives, in doubles, gain some eight digits a time. Then the whole period is
+    integrated from the first crossing: it ends there, but for rounding and its growth. NoOrbit is
+    raised where it does not come to close.
+    """
+    chain, level, a = orbit.chain, orbit.chain.level, precision(bits + GUARD)
+    c = coefficients(level.body.angles(a.bits + GUARD_BITS), "1", a)
+    fractions = AlignedCoefficients(*(fraction(x, bits) for x in c.aligned))
+    h, turn = a.number(level.energy.in_context(context(a.bits))), 2 * a.pi
+    rounded, exactly = (np.frompyfunc(lambda x, n=n: fraction(x, n), 1, 1) for n in (bits, a.bits))
+
+    def gaps(places: Any, ends: Any, times: Any) -> tuple[Any, Any]:
+        """What (d, chi) behind passages lack of their ends (n, 2), and how late these cross."""
+        d, chi = a.array(places.T)
+        states = rounded(section_states(d, chi, h, c, a))
+        reached = states_at(fractions, states, times[None], bits)[:, 0]
+        rates = np.array(aligned(reached, fractions))
+        late = -reached[2] / rates[2]
+        point = section_points(a.array(reached + late * rates), c, a)
+        off = np.stack((point.d, point.chi), axis=1) - a.array(ends)
+        off[:, 1] -= turn * a.array(np.rint(a.floats(off[:, 1] / turn)))
+        return exactly(off), late
+
+    slopes, n = tangents(chain)[:, :2], len(chain.b)
+    # Where passages lead, less the next crossing, are the gaps: behind the last is the first one.
+    matrix = -np.roll(np.eye(2 * n), 2, axis=1)
+    for k, slope in enumerate(slopes):
+        matrix[2 * k : 2 * k + 2, 2 * k : 2 * k + 2] += slope
+    begin = places = exact_of(np.stack((chain.d, chain.chi), axis=1)[:-1])
+    times = exact_of(chain.time)
+    for _ in range(ROUNDS):
+        off, late = gaps(places, np.roll(places, -1, axis=0), times)
+        times, size = times + late, np.abs(off).max()
+        if size < Fraction(1, 2 ** (bits - LOST)):
+            break
+        step = -np.linalg.solve(matrix, (off / size).astype(float).ravel())
+        places = places + exact_of(step.reshape(n, 2)) * size
+    else:
+        raise NoOrbit(f"the orbit of {orbit.word} does not come to close, by {float(size):.2g}")
+    period, first = times.sum(), places[:1]
+    error = float(np.abs(gaps(first, first, np.array([period]))[0]).max())
+    growth = n * float(np.abs(_derivative(chain)).max())
+    moved = float(np.abs(places - begin).max())
+    return Closing(error, growth * (float(size) + 2.0**-bits), moved, period, tuple(first[0]))
+
+
+exact_of = np.frompyfunc(lambda x: Fraction(float(x)), 1, 1)
+"""Fractions from doubles."""

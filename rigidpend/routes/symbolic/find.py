@@ -22,7 +22,7 @@ from rigidpend.routes.symbolic.chain import Chain, NoOrbit, System, signs_of
 from rigidpend.routes.symbolic.follow import followed
 from rigidpend.routes.symbolic.integrated import passages
 from rigidpend.routes.symbolic.levels import Level, Surface, surface
-from rigidpend.routes.symbolic.refine import Refined, Solved, refined
+from rigidpend.routes.symbolic.refine import Refined, refined
 from rigidpend.routes.symbolic.shortest import exactly, shortest
 
 SECANTS = 12
@@ -143,24 +143,24 @@ def find_orbit(
     problem = RouteProblem(body, h0, J1_0, n)
     near = None if near is None else checked.number("near", near, ProblemError)
     orbits = surface(problem)
-    solved = _solved(orbits, address, near)
-    made, fine = solved.chain, refined(orbits, solved, digits, jobs)
-    alone = passages(body, solved.level, made)
+    chain, by_energy = _solved(orbits, address, near)
+    fine = refined(orbits, chain, by_energy, digits, jobs)
+    right, error = passages(chain)
     return FoundOrbit(
         fine.theta2_0,
-        Address(int(made.cells[0]) % 2, address.symbols, made.half_turns),
+        Address.of(chain.chi, address.symbols),
         digits,
         fine.fixed,
         _confirmed(problem, address, fine, jobs),
         fine.bits,
         fine.delay,
-        int(alone.right.sum()),
-        float(alone.error[alone.right].max(initial=0.0)),
-        made.chi,
-        made.d,
-        made.I,
+        int(right.sum()),
+        float(error[right].max(initial=0.0)),
+        chain.chi,
+        chain.d,
+        chain.I,
         fine.crossing_time,
-        float(made.residual),
+        float(chain.residual),
     )
 
 
@@ -184,18 +184,17 @@ def _confirmed(problem: RouteProblem, address: Address, fine: Refined, jobs: int
     return int(np.logical_and.accumulate(routes.certain[:, 0] & right).sum())
 
 
-def _solved(orbits: Surface, address: Address, near: Exact | None) -> Solved:
-    """The chain of an address at its own energy, which depends on theta2_0."""
-    h = float(orbits.problem.h0) if near is None else orbits.energy(float(near))
-    level = orbits.level(h)
+def _solved(orbits: Surface, address: Address, near: Exact | None) -> tuple[Chain, float]:
+    """The chain of an address at its own energy, and the derivative of theta2_0 in that."""
     if near is None:
-        return _at_own_energy(orbits, _either(orbits, level, address, math.pi), h, level)
+        level = Level(orbits.made, orbits.problem.h0)
+        return _at_own_energy(orbits, _either(orbits, level, address, math.pi))
+    level = Level(orbits.made, orbits.energy(float(near)))
     other, beside = followed(orbits, float(near), len(address.symbols))
     for each in _nearby(address, other):
         own = beside if (each.symbols, each.half_turns) == other[1:] else None
         try:
-            made = _either(orbits, level, each, float(near), own)
-            return _at_own_energy(orbits, made, h, level)
+            return _at_own_energy(orbits, _either(orbits, level, each, float(near), own))
         except NoOrbit as error:
             reason = error
     raise reason
@@ -244,22 +243,25 @@ def _either(
     return min(found, key=lambda each: float(each.time.sum()))
 
 
-def _at_own_energy(orbits: Surface, made: Chain, h: float, level: Level) -> Solved:
-    """The chain where theta2_0 and the energy belong together, by secants in the energy."""
+def _at_own_energy(orbits: Surface, made: Chain) -> tuple[Chain, float]:
+    """The chain where theta2_0 and the energy belong together, by secants in the energy.
+
+    With it comes the derivative of theta2_0 in the energy.
+    """
     signs, cells = np.sign(made.I).astype(int), made.cells
-    theta, slope = made.unknown, 0.0
+    h, theta, slope = made.level.h, made.unknown, 0.0
     for _ in range(SECANTS):
         off = orbits.energy(theta) - h
         step = off / (1 - orbits.energy_slope(theta) * slope)
         if abs(step) < 2e-16 * abs(h):
             break
         h, before = h + step, theta
-        level = orbits.level(h)
+        level = Level(orbits.made, h)
         system = System(level, orbits.begin(level), signs, float(made.chi[-1]))
-        made = system.solved(system.unknowns(made)).within(cells)
+        made = system.solved(made.unknowns).within(cells)
         theta = made.unknown
         if abs(step) > 1e-9 * abs(h):
             slope = (theta - before) / step
         if abs(theta - before) < SETTLED:
             break
-    return Solved(made, level, slope)
+    return made, float(slope)

@@ -29,7 +29,7 @@ from rigidpend.routes.problem import ProblemError, RouteProblem
 from rigidpend.routes.start import Scales, start, states_exact
 from rigidpend.routes.symbolic.address import Address, AddressError, parsed
 from rigidpend.routes.symbolic.chain import alternating
-from rigidpend.routes.symbolic.integrated import doubles, section_points
+from rigidpend.routes.symbolic.integrated import section_points
 from rigidpend.routes.symbolic.levels import Level, Surface, onward, surface
 
 LEAST_BITS = 64
@@ -88,9 +88,8 @@ def address_of(
     states = np.array(states_exact(begin, [phase], bits)).T
     there = states_at(begin.coefficients, states, times, bits)[..., 0].astype(float)
     orbits = surface(problem)
-    level = orbits.level(orbits.energy(float(phase)))
-    points = section_points(there, doubles(body), precision(53))
-    return _addressed(level, points, routes.codes[:n, 0])
+    level = Level(orbits.made, orbits.energy(float(phase)))
+    return _addressed(level, section_points(there, level.c, precision(53)), routes.codes[:n, 0])
 
 
 def _addressed(level: Level, points: SectionPoint, symbols: NDArray[np.uint8]) -> Address:
@@ -116,7 +115,7 @@ def followed(orbits: Surface, theta2: float, n: int) -> tuple[Address, Array]:
 
     With it comes chi of its crossings, radians, whole turns included.
     """
-    level = orbits.level(orbits.energy(theta2))
+    level = Level(orbits.made, orbits.energy(theta2))
     at = level.arriving(*orbits.begin(level)(theta2)[:2])
     symbols, chi = [], [float(at.chi[0])]
     for passed in onward(level.map_level, SectionPoint(True, at.d, at.chi), n):

@@ -14,7 +14,9 @@ from typing import Any, NamedTuple, TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
+from rigidpend.mechanics.body import Body
 from rigidpend.mechanics.equations import hamiltonian_J3_0
+from rigidpend.numbers.exact import GUARD_BITS, exact
 from rigidpend.numbers.generic import Array, Scalar
 from rigidpend.orbits.return_map import (
     EnergyLevel,
@@ -26,6 +28,8 @@ from rigidpend.orbits.return_map import (
 )
 from rigidpend.orbits.return_map.conjugacy import TorusRates, inverted, torus_rates
 from rigidpend.orbits.return_map.passage import Entered
+from rigidpend.orbits.return_map.precision import precision
+from rigidpend.orbits.return_map.reduced import coefficients
 from rigidpend.routes.mapped import start_Qp
 from rigidpend.routes.problem import RouteProblem
 
@@ -39,16 +43,16 @@ STEP = 1e-4
 
 
 class PassageEnds(NamedTuple):
-    """Crossings as functions of I and an angle at an end of their passages, of one shape."""
+    """Crossings as functions of I and an angle at an end of their passages, of one shape.
+
+    `constant` is the share of the passage's time that belongs to this end, t'; the derivatives
+    (2, ...) are those in I and in the angle.
+    """
 
     chi: Array
-    """Radians, whole turns included."""
     d: Array
-    """Dimensionless."""
     constant: Array
-    """Share of the passage's time that belongs to this end, t'."""
     chi_by: Array
-    """(2, ...) derivatives of chi in I and in the angle."""
     d_by: Array
 
 
@@ -68,16 +72,18 @@ def widest_d(level: EnergyLevel) -> float:
 
 
 class Level:
-    """A map's inverse charts at one energy, in the form in which chains use them.
+    """The return map of a body at one energy, in the form in which chains use it.
 
     `widest` and `unit` are the largest |I| and |d| of the tables, `splitting` is the largest |I|
     that a crossing on the unstable surface of the lower orbit leads to, `shift` the growth of chi
-    in a passage beyond -ln|I|/Lambda, from 0 to a multiple of pi.
+    in a passage beyond -ln|I|/Lambda, from 0 to a multiple of pi; `c` are the body's coefficients
+    in doubles.
     """
 
     def __init__(self, made: ReturnMap, h: Scalar) -> None:
-        level = self.map_level = made.at(h)
-        self.h = float(h)
+        self.body, self.energy, self.h = made.body, exact(h), float(h)
+        self.c = coefficients(made.body.angles(53 + GUARD_BITS), "1", precision(53))
+        level = self.map_level = made.at(self.h)
         self.widest = min(float(chart.inverse.width) for chart in level.charts)
         self.unit = widest_d(level)
         self.exponent = float(level.exponent[0, 0])
@@ -85,6 +91,11 @@ class Level:
         U, V, *_ = level.charts[True].forward.look_up(on.d, on.chi, level.a)
         self.splitting = float(np.abs(U * V).max())
         self.shift = float(np.diff(self.crossings([True, False], True, 0.0, 0.0).chi)[0])
+
+    @staticmethod
+    def of(body: Body, h: Scalar) -> Level:
+        """The level of a body at an energy, dimensionless; MapError where it has no map."""
+        return Level(return_map(body, h=h), h)
 
     def rates(self, I: Array) -> TorusRates:
         """Lambda(I) and the mean dt'/dchi, in the shape of I."""
@@ -166,33 +177,19 @@ class Surface(NamedTuple):
     made: ReturnMap
     """Over the energies of all phases."""
 
-    def level(self, h: float) -> Level:
-        """The map at one energy."""
-        return Level(self.made, h)
-
-    def energy(self, theta2: float) -> float:
-        """The energy of the orbit of a phase (eq. h0_new), dimensionless."""
-        return float(self.energies(theta2, float(self.problem.J1_0.at(53))))
-
-    def energies(self, theta2: Any, J1_0: Any) -> Any:
-        """The energies of orbits with other J1_0, arrays."""
+    def energy(self, theta2: Any, J1_0: Any = None) -> Any:
+        """The energies of orbits by their phases (eq. h0_new), also of ones with other J1_0."""
         p, J2 = self.problem.body.angles(), float(self.problem.J2_0(53))
-        return hamiltonian_J3_0(J1_0, J2, (p.alpha0 + p.beta0, theta2), p, np)
+        J1 = float(self.problem.J1_0.at(53)) if J1_0 is None else J1_0
+        return hamiltonian_J3_0(J1, J2, (p.alpha0 + p.beta0, theta2), p, np)
 
     def energy_slope(self, theta2: float) -> float:
         """Derivative of the energy, per radian."""
-        return (self.energy(theta2 + STEP) - self.energy(theta2 - STEP)) / (2 * STEP)
+        return float(self.energy(theta2 + STEP) - self.energy(theta2 - STEP)) / (2 * STEP)
 
-    def first_crossings(self, theta2: Array, J1_0: Array) -> tuple[EnergyLevel, Entered]:
-        """The first crossings of orbits with other J1_0, and the map at the energy of each."""
-        level = self.made.at(self.energies(theta2, J1_0))
-        Qp = start_Qp(self.problem, "1", 53, J1_0)
-        return level, level.enter(Qp, self._phase(theta2))
-
-    def first_time(self, level: Level, theta2: Array) -> Array:
-        """t' of the first crossings."""
-        entered = level.map_level.enter(start_Qp(self.problem, "1", 53), self._phase(theta2))
-        return np.asarray(entered.time)
+    def enter(self, level: EnergyLevel, theta2: Array, J1_0: Any = None) -> Entered:
+        """The first crossings of orbits at given energies."""
+        return level.enter(start_Qp(self.problem, "1", 53, J1_0), self._phase(theta2))
 
     def begin(self, level: Level) -> Callable[[float], Arrival]:
         """The arrival of the orbit of a phase, at a given energy."""

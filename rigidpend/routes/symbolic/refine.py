@@ -31,8 +31,8 @@ from rigidpend.orbits.integrate.reference_orbit import rung
 from rigidpend.orbits.integrate.states import states_at
 from rigidpend.routes.start import Scales, start, states_exact
 from rigidpend.routes.symbolic.chain import Chain, NoOrbit, carried, tangents
-from rigidpend.routes.symbolic.integrated import crossing_states, doubles
-from rigidpend.routes.symbolic.levels import STEP, Level, Surface
+from rigidpend.routes.symbolic.integrated import crossing_states
+from rigidpend.routes.symbolic.levels import STEP, Surface
 
 FIRST_DIGITS = 9
 """Digits behind the point that the map in doubles has of its crossings, at least."""
@@ -67,15 +67,6 @@ GAMMA = slice(3, 6)
 """The vertical among the components of a state."""
 
 
-class Solved(NamedTuple):
-    """A chain at its own energy."""
-
-    chain: Chain
-    level: Level
-    by_energy: float
-    """Derivative of theta2_0 in the energy, at a given end."""
-
-
 class Refined(NamedTuple):
     """A refined phase, and how far integration has confirmed its orbit."""
 
@@ -89,77 +80,76 @@ class Refined(NamedTuple):
     crossing_time: Array
 
 
-def growth(orbits: Surface, solved: Solved) -> Array:
-    """Growth of a change of theta2_0 along a chain, its change of energy included.
+def refined(orbits: Surface, chain: Chain, by_energy: float, digits: int, jobs: int) -> Refined:
+    """theta2_0 of a chain at its own energy to `digits` digits behind the point.
 
-    (n + 1,) log10 of the factor at its crossings, t' per radian.
+    `by_energy` is the derivative of theta2_0 in the energy, at a given end. NoOrbit is raised where
+    integration of the full equations does not follow the chain.
     """
-    chain, level = solved.chain, solved.level
-    slopes, theta = tangents(level, chain), chain.unknown
-    factor = abs(1 - solved.by_energy * orbits.energy_slope(theta))
-    arrival = orbits.begin(level)(theta)
-    at = level.arriving(arrival.I, arrival.b)
-    early, late = orbits.first_time(level, theta + STEP * np.array([-1.0, 1.0]))
-    d, chi = (
-        by[0, 0] * arrival.I_slope + by[1, 0] * arrival.b_slope for by in (at.d_by, at.chi_by)
-    )
-    changes, logs = carried(slopes, np.array([d, chi, (late - early) / (2 * STEP)]))
-    # A crossing moves by chi at a fixed time as much as by the time at a fixed chi.
-    return np.asarray((logs + np.log(np.abs(changes[:, 2]))) / math.log(10) + math.log10(factor))
-
-
-def refined(orbits: Surface, solved: Solved, digits: int, jobs: int = 1) -> Refined:
-    """theta2_0 of a chain to `digits` digits behind the point.
-
-    NoOrbit is raised where integration of the full equations does not follow the chain.
-    """
-    chain, level = solved.chain, solved.level
-    exponent = growth(orbits, solved)
+    exponent = _growth(orbits, chain, by_energy)
     grown = np.maximum.accumulate(exponent)
-    begun = float(orbits.first_time(level, np.array([chain.unknown]))[0])
-    times = begun + np.concatenate(([0.0], np.cumsum(chain.time)))
+    begun = float(_first_times(orbits, chain, 0.0)[0])
+    legs = np.append(begun, chain.time)
     reach = max(0, int((grown <= digits - 1).sum()) - 1)
     fixed = max(0, int((grown <= digits - MARGIN).sum()) - 1)
     bits = max(64, math.ceil(digits * DIGIT) + GUARD)
     # A crossing tells theta2_0 to as many digits more as it has grown, and so do those before it.
-    needed = np.maximum.accumulate((digits + FURTHER - exponent)[::-1])[::-1]
-    legs = _Legs(orbits, solved, np.append(begun, chain.time), needed, reach, jobs)
-    theta, delay = legs.run()
+    needed = np.maximum.accumulate((digits + FURTHER - exponent)[::-1])[::-1][: reach + 1]
+    theta, delay = _Legs(orbits, chain, legs, needed, jobs).run()
+    times = begun + np.concatenate(([0.0], np.cumsum(chain.time)))
     return Refined(_decimal(theta, digits), fixed, bits, delay, times)
+
+
+def _growth(orbits: Surface, chain: Chain, by_energy: float) -> Array:
+    """Growth of a change of theta2_0 along a chain, its change of energy included.
+
+    (n + 1,) log10 of the factor at its crossings, t' per radian.
+    """
+    level = chain.level
+    factor = abs(1 - by_energy * orbits.energy_slope(chain.unknown))
+    arrival = orbits.begin(level)(chain.unknown)
+    at = level.arriving(arrival.I, arrival.b)
+    early, late = _first_times(orbits, chain, STEP * np.array([-1.0, 1.0]))
+    d, chi = (
+        by[0, 0] * arrival.I_slope + by[1, 0] * arrival.b_slope for by in (at.d_by, at.chi_by)
+    )
+    changes, logs = carried(tangents(chain), np.array([d, chi, (late - early) / (2 * STEP)]))
+    # A crossing moves by chi at a fixed time as much as by the time at a fixed chi.
+    return np.asarray((logs + np.log(np.abs(changes[:, 2]))) / math.log(10) + math.log10(factor))
+
+
+def _first_times(orbits: Surface, chain: Chain, off: Any) -> Array:
+    """t' of the first crossings of orbits at phases beside that of a chain."""
+    phases = np.atleast_1d(chain.unknown + off)
+    return np.asarray(orbits.enter(chain.level.map_level, phases).time)
 
 
 class _Legs:
     """An orbit cut at its crossings into legs that are integrated each for itself, many at once.
 
     Mirror images take the place of crossings that are not beside separatrix 2 or 3, as in a chain.
-    `times` (n + 1,) are t' of the legs by the map, the first from the start; `needed` (n + 1,) the
-    digits to which their ends are to be told, descending; `reach` is the last leg that counts. Jobs
-    are threads, or processes where integers serve.
+    `times` are t' of the legs by the map, the first from the start; `needed` (n,) the digits to
+    which the ends of those that count are to be told, descending. Jobs are threads, or processes
+    where integers serve.
     """
 
     def __init__(
-        self,
-        orbits: Surface,
-        solved: Solved,
-        times: Array,
-        needed: Array,
-        reach: int,
-        jobs: int,
+        self, orbits: Surface, chain: Chain, times: Array, needed: Array, jobs: int
     ) -> None:
-        made, n = solved.chain, reach + 1
+        n = len(needed)
         # What grows on the way cancels in a correction: digits for both.
         self.bits = math.ceil((2 * float(needed[0]) + 20) * DIGIT) + GUARD
         self.m = context(self.bits)
         self.least = self.m.ldexp(1, -self.bits)
         self.begin = start(orbits.problem, self.bits, Scales())
         self.c = AlignedCoefficients(*map(self._number, self.begin.coefficients))
-        self.jobs, self.needed, self.most = jobs, needed[:n], float(needed[0])
-        self.theta = self.m.mpf(made.unknown)
+        self.jobs, self.needed, self.most = jobs, needed, float(needed[0])
+        self.theta = self.m.mpf(chain.unknown)
         self.times = [self.m.mpf(float(t)) for t in times[:n]]
-        places = crossing_states(doubles(orbits.problem.body), solved.level, made)[:, :n]
+        places = crossing_states(chain)[:, :n]
         self.states = [np.array([self.m.mpf(float(x)) for x in state]) for state in places.T]
-        self.mirrored = [False, *(bool(I < 0) for I in made.I[:reach])]
-        if made.off[-1] < MIDDLE and n == places.shape[1]:
+        self.mirrored = [False, *(bool(I < 0) for I in chain.I[: n - 1])]
+        if chain.off[-1] < MIDDLE and n == len(chain.chi):
             # It returns from the middle of its cell: gamma3 there stays as it is.
             self.states[-1][5] = self.m.mpf(0)
 

@@ -21,7 +21,6 @@ from typing import Any, NamedTuple, TypeAlias
 
 import numpy as np
 
-from rigidpend.mechanics.body import Body
 from rigidpend.mechanics.coordinates import Canonical, aligned_from_canonical
 from rigidpend.mechanics.equations import AlignedCoefficients, eq1, hamiltonian_J3_0
 from rigidpend.numbers.exact import GUARD_BITS, Exact, context, fraction
@@ -62,32 +61,32 @@ States: TypeAlias = list[list[Fraction]]
 
 
 class Anchors(NamedTuple):
-    """Starts in doubles, (N,) each: those nearby have theta1 on a straight line through them."""
+    """Starts in doubles, (N,) each: those nearby have theta1 on a straight line through them.
+
+    With the derivatives in theta2, on the surface, of theta1 and of the angle b.
+    """
 
     theta2: Array
-    """Radians."""
     theta1: Array
     slope: Array
-    """Derivative of theta1 in theta2 on the surface."""
     b_slope: Array
-    """Derivative of the angle b."""
 
 
 class Launch:
-    """Orbits of the surface at the energy h, by theta2 where J1 is tiny.
+    """Orbits of the surface of a level, by theta2 where J1 is tiny.
 
-    The level has the map at that energy, in doubles. J1_0 is where theta2_0 is told, dimensionless.
+    J1_0 is where theta2_0 is told, dimensionless.
     """
 
-    def __init__(self, body: Body, level: Level, h: Exact, J1_0: Exact) -> None:
+    def __init__(self, level: Level, J1_0: Exact) -> None:
         self.level, self.m, self.a = level, context(BITS), precision(BITS)
-        self.p = body.angles(BITS)
-        self.h, self.J1_0 = h.in_context(self.m), J1_0.in_context(self.m)
+        self.p = level.body.angles(BITS)
+        self.h, self.J1_0 = level.energy.in_context(self.m), J1_0.in_context(self.m)
         depth, highest = (self.m.mpf(x.numerator) / x.denominator for x in (DEPTH, HIGHEST))
         self.J1 = min(self.J1_0 * depth, highest)
         self.c = coefficients(self.p, "1", self.a)
         self.fractions = AlignedCoefficients(*(fraction(x, PAIRS) for x in self.c.aligned))
-        self.doubles = coefficients(body.angles(), "1", precision(53))
+        self.doubles = coefficients(level.body.angles(), "1", precision(53))
         self.zero_phase = self.m.pi / 2 - self.p.beta0 / 2
 
     def theta2(self, b: Array, J1: float) -> Array:
@@ -119,13 +118,18 @@ class Launch:
         rotation = self.level.rates(np.zeros(1)).rotation
         return np.asarray(-(self._beside(psi, J1)[2] + rotation * psi))
 
-    def states(self, anchors: Anchors, theta2: list[Fraction]) -> list[list[Fraction]]:
+    def states(self, anchors: Anchors, theta2: list[Fraction]) -> States:
         """The starts in 106 bits at theta2 beside the anchors."""
         found = []
         for begun, theta1, slope, _, here in zip(*anchors, theta2, strict=True):
             along = Fraction(float(slope)) * (here - Fraction(float(begun)))
             found.append(self._state(Fraction(float(theta1)) + along, here))
         return found
+
+    def carried(self, states: States, times: Array, jobs: int = 1) -> Any:
+        """Orbits carried on in 106 bits, each for a time t' of its own: (6, N) Fractions."""
+        exact_times = np.array([[Fraction(float(t)) for t in times]])
+        return states_at(self.fractions, np.array(states).T, exact_times, PAIRS, jobs)[:, 0]
 
     def _state(self, theta1: Fraction, theta2: Fraction) -> list[Fraction]:
         m, p = self.m, self.p
@@ -162,12 +166,12 @@ class Launch:
         J2 = np.sqrt(2 * (self.level.h - lifted + Qp * Qm / 2) / k.kappa)
         return np.asarray(across / (2 * (J2 + np.sqrt(J2 * J2 - across))))
 
-    def at_J1_0(self, anchors: Anchors, states: list[list[Fraction]], jobs: int) -> list[Fraction]:
+    def at_J1_0(self, anchors: Anchors, states: States, jobs: int) -> list[Fraction]:
         """theta2_0: theta2 where J1 has grown to J1_0, radians in [0, 2 pi), from the starts."""
         begin = anchors.theta2
         goal = self.theta2(self.b(begin, float(self.J1)), float(self.J1_0))
         times = self.clock(goal, float(self.J1_0)) - self.clock(begin, float(self.J1))
-        found = self._moved(carried(self.fractions, states, times, jobs))
+        found = self._moved(self.carried(states, times, jobs))
         turn = 2 * self.m.pi
         return [fraction(x - turn * self.m.floor(x / turn), PAIRS) for x in found]
 
@@ -231,24 +235,14 @@ def sharp(launch: Launch, orbits: DoublyAsymptotic, jobs: int = 1) -> Sharp:
     return Sharp(launch.at_J1_0(begun, states, jobs), states, np.array(moved), np.abs(step))
 
 
-def carried(c: AlignedCoefficients, states: States, times: Array, jobs: int = 1) -> Any:
-    """Orbits carried on in 106 bits, each for a time t' of its own: (6, n) Fractions."""
-    exact_times = np.array([[Fraction(float(t)) for t in times]])
-    return states_at(c, np.array(states).T, exact_times, PAIRS, jobs)[:, 0]
-
-
 def _invariant(
-    launch: Launch,
-    orbits: DoublyAsymptotic,
-    states: States,
-    distance: Array,
-    jobs: int,
+    launch: Launch, orbits: DoublyAsymptotic, states: States, distance: Array, jobs: int
 ) -> Array:
     """I of the last passages, measured where the orbits are so close to the periodic orbit."""
     level, upper = launch.level, len(orbits.symbols) % 2 == 0
     start = launch.clock(launch.theta2(orbits.b, float(launch.J1)), float(launch.J1))
-    times = orbits.begun(level) - start + orbits.flight + orbits.faded(level, distance)
-    at = carried(launch.fractions, states, times, jobs).astype(float)
+    times = orbits.begun - start + orbits.flight + orbits.faded(distance)
+    at = launch.carried(states, times, jobs).astype(float)
     if not upper:
         at[[2, 5]] *= -1
     made = level.map_level

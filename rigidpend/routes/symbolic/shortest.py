@@ -4,13 +4,14 @@ from __future__ import annotations
 
 import contextlib
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
+from functools import partial
 
 import numpy as np
 
 from rigidpend.numbers.generic import Array
-from rigidpend.routes.symbolic.chain import Chain, NoOrbit, System
-from rigidpend.routes.symbolic.levels import Arrival, Level, Signs
+from rigidpend.routes.symbolic.chain import Chain, NoOrbit, System, on_surface
+from rigidpend.routes.symbolic.levels import Level, Signs
 
 APART = 4
 """Half rotations beyond the splitting's from which no crossing disturbs the next."""
@@ -40,10 +41,9 @@ def path(
 ) -> Chain:
     """The chain whose crossings lie in given cells, the last one `end` off the middle of its own.
 
-    Where the chain ends the cells tell, whatever `last` the system has. Where Newton's method does
-    not find it from the middles of the cells, and one is `patient`, passages are made longer, until
-    no crossing disturbs the next, and then shorter by steps. NoOrbit says which passage is too
-    short.
+    Where Newton's method does not find it from the middles of the cells, and one is `patient`,
+    passages are made longer, until no crossing disturbs the next, and then shorter by steps.
+    NoOrbit says which passage is too short.
     """
     angles = np.asarray(np.pi * cells, dtype=float)
     angles[-1] += np.pi * end
@@ -54,11 +54,8 @@ def path(
     except NoOrbit:
         if not patient:
             raise
-        return _continued(system, x, cells).within(cells)
-
-
-def _continued(system: System, x: Array, cells: Signs) -> Chain:
-    apart = system.level.half_turns(system.level.splitting) + APART
+    level = system.level
+    apart = level.half_turns(level.splitting) + APART
     longer = max(APART, apart - float(np.diff(cells).min())) * math.pi
     step, made = longer / 4, None
     while True:
@@ -66,19 +63,19 @@ def _continued(system: System, x: Array, cells: Signs) -> Chain:
             made = system._replace(longer=longer).solved(x)
         except NoOrbit:
             if made is None or step < SHORTEST_STEP:
-                raise NoOrbit(_reason(system, made, longer)) from None
-            longer, step = longer + step / 2, step / 2
+                raise NoOrbit(_reason(level, made, longer)) from None
+            step /= 2
+            longer += step
             continue
         if longer == 0:
-            return made
-        x = system.unknowns(made)
-        longer = max(0.0, longer - step)
+            return made.within(cells)
+        x, longer = made.unknowns, max(0.0, longer - step)
 
 
-def _reason(system: System, made: Chain | None, longer: float) -> str:
+def _reason(level: Level, made: Chain | None, longer: float) -> str:
     if made is None:
         return "Newton's method does not settle even for long passages"
-    level, growth = system.level, made.b - made.a[: len(made.b)]
+    growth = made.b - made.a[: len(made.b)]
     k = int(np.argmin(growth))
     return (
         f"none was found with so few half rotations: made longer, the orbit exists until all "
@@ -102,7 +99,7 @@ def exactly(
     NoOrbit says which passage is too short.
     """
     check_possible(system.level, turns, float(system.begin(unknown).I) if system.begin else 0.0)
-    cells, reason = cells_after(first, turns), NoOrbit()
+    cells, reason = np.cumsum([first, *turns]), NoOrbit()
     if beside is not None:
         with contextlib.suppress(NoOrbit):
             one = system._replace(last=float(beside[-1]))
@@ -149,19 +146,17 @@ def shortest(system: System, first: int, unknown: float, given: tuple[int, ...] 
     n = len(system.signs)
 
     def tried(each: int) -> Chain:
-        cells = cells_after(first, [*given, *[each] * (n - len(given))])
+        cells = np.cumsum([first, *given, *[each] * (n - len(given))])
         return path(system, cells, unknown, patient=False)
 
     made = alike(system.level, tried, math.inf if given else INSIDE)
     cells = made.cells
     for k in range(len(given), n if n <= LESSENED else 0):
         cells = _lessened(system, made, cells, k)
-    if (cells == made.cells).all():
-        return made
-    try:
-        return path(system, cells, made.unknown, patient=False)
-    except NoOrbit:
-        return made
+    if (cells != made.cells).any():
+        with contextlib.suppress(NoOrbit):
+            return path(system, cells, made.unknown, patient=False)
+    return made
 
 
 def alike(level: Level, tried: Callable[[int], Chain], within: float = INSIDE) -> Chain:
@@ -182,11 +177,6 @@ def alike(level: Level, tried: Callable[[int], Chain], within: float = INSIDE) -
     raise NoOrbit(f"from {least} to {least + MORE - 1} half rotations a passage: {reason}")
 
 
-def cells_after(first: int, turns: Sequence[int]) -> Signs:
-    """The cells (n + 1,) of crossings from a first cell on, by the half rotations between them."""
-    return np.cumsum([first, *turns])
-
-
 def _lessened(system: System, made: Chain, cells: Signs, k: int) -> Signs:
     """The cells with as few half rotations in passage k as its neighbours allow.
 
@@ -196,8 +186,7 @@ def _lessened(system: System, made: Chain, cells: Signs, k: int) -> Signs:
     part, unknown = system._replace(signs=system.signs[low:high]), made.unknown
     if low:
         I, shift = float(made.I[low - 1]), made.b[low - 1] - made.chi[low]
-        part = part._replace(begin=lambda angle: Arrival(I, angle, 0.0, 1.0))
-        unknown = shift + np.pi * cells[low]
+        part, unknown = part._replace(begin=partial(on_surface, I=I)), shift + np.pi * cells[low]
     while True:
         fewer = cells.copy()
         fewer[k + 1 :] -= 1

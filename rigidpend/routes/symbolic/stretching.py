@@ -28,7 +28,7 @@ from rigidpend.orbits.return_map.poincare import section_state, section_tangents
 from rigidpend.orbits.return_map.precision import precision
 from rigidpend.orbits.return_map.reduced import Coefficients
 from rigidpend.routes.symbolic.chain import Chain, carried, tangents
-from rigidpend.routes.symbolic.levels import Level, Mask, Surface, onward, widest_d
+from rigidpend.routes.symbolic.levels import Mask, Surface, onward, widest_d
 
 ROUNDINGS = 3
 """Roundings of doubles in a passage by the map: those of its sums, some 80 terms, mostly cancel."""
@@ -43,13 +43,13 @@ Behind it the derivatives have harmonics of chi, whose relative change is as lar
 before it they have such too, and go with 1/U, whose relative change is Lambda < 1 times chi's."""
 
 
-def stretching(level: Level, chain: Chain) -> Array:
+def stretching(chain: Chain) -> Array:
     """ln of the growth of a deviation in each passage of a chain, (n,), by its part in chi.
 
     The deviation begins along chi, and has turned to the growing direction behind the first
     passage, but for a share of 1/growth^2. There d changes by a share of chi of the order of mu.
     """
-    changes, logs = carried(tangents(level, chain), np.array([0.0, 1.0, 0.0]))
+    changes, logs = carried(tangents(chain), np.array([0.0, 1.0, 0.0]))
     return np.asarray(np.diff(logs + np.log(np.abs(changes[:, 1]))))
 
 
@@ -123,8 +123,8 @@ class Stretched(NamedTuple):
 
 def stretched(orbits: Surface, theta2_0: Array, J1_0: Array, n: int) -> Stretched:
     """Follow orbits of one body and h0 through n passages, from phases and actions (N,)."""
-    level, begin = orbits.first_crossings(theta2_0, J1_0)
-    c = orbits.made.coefficients
+    level, c = orbits.made.at(orbits.energy(theta2_0, J1_0)), orbits.made.coefficients
+    begin = orbits.enter(level, theta2_0, J1_0)
     # What lies outside of the tables may have no energy there.
     first = begin.point._replace(d=np.where(begin.inside, begin.point.d, 0.0))
     passed = list(onward(level, first, n, slopes=True))

@@ -19,7 +19,6 @@ from flint import arb
 from rigidpend.experiments.full_shift import compute as full_shift
 from rigidpend.experiments.full_shift.schema import Config
 from rigidpend.numbers.exact import exact
-from rigidpend.orbits.return_map import return_map
 from rigidpend.orbits.return_map.precision import precision
 from rigidpend.results import store
 from rigidpend.routes.certified import connections, coverings, passages, sections
@@ -865,7 +864,7 @@ def test_closed_orbits_of_all_words_lie_in_the_sets(stored: Stored) -> None:
 
     By C7 they stretch by more than their relations do, all together.
     """
-    level = Level(return_map(BODY, h=GIVEN["h"]), float(GIVEN["h"]))
+    level = Level.of(BODY, GIVEN["h"])
     quads = dict(zip(SETS, stored.quads, strict=True))
     stretch = dict(zip(SETS, stored.data["relations"]["stretch"].min(axis=1), strict=True))
     for word in words(6):

@@ -8,10 +8,9 @@ from typing import Any
 import numpy as np
 
 from rigidpend.numbers.exact import exact
-from rigidpend.orbits.return_map import return_map
 from rigidpend.routes.symbolic.asymptotic import (
     DoublyAsymptotic,
-    Skeleton,
+    Track,
     doubly_asymptotic,
     skeleton,
 )
@@ -29,13 +28,13 @@ HALF_TURNS = 10
 @functools.cache
 def level() -> Level:
     """The return map at their energy."""
-    return Level(return_map(BODY, h=H), float(H))
+    return Level.of(BODY, H)
 
 
 @functools.cache
-def rough(symbols: int) -> list[Skeleton]:
+def rough(symbols: int) -> list[Track]:
     """The orbits with up to so many symbols, unpolished."""
-    return skeleton(level(), symbols, HALF_TURNS)
+    return [one for one, _ in skeleton(level(), symbols, HALF_TURNS)]
 
 
 @functools.cache
@@ -47,7 +46,7 @@ def orbits(n: int) -> DoublyAsymptotic:
 @functools.cache
 def launch() -> Launch:
     """Their starts."""
-    return Launch(BODY, level(), H, J1_0)
+    return Launch(level(), J1_0)
 
 
 def chain_of(symbols: Any) -> Chain:

@@ -9,7 +9,7 @@ from rigidpend.numbers.generic import Array
 from rigidpend.orbits.integrate.arithmetic import resolve
 from rigidpend.orbits.return_map import SectionPoint
 from rigidpend.routes.symbolic import asymptotic
-from rigidpend.routes.symbolic.asymptotic import doubly_asymptotic, leaving, skeleton, track
+from rigidpend.routes.symbolic.asymptotic import doubly_asymptotic, skeleton, track
 from rigidpend.routes.symbolic.chain import NoOrbit
 from rigidpend.surfaces.heteroclinic import increments
 from tests.routes.symbolic.fig4 import BODY, HALF_TURNS, H, level, orbits, rough
@@ -30,7 +30,7 @@ def scanned(low: float, high: float, count: int, n: int, half_turns: int) -> Arr
 
 @pytest.mark.slow
 def test_a_blind_scan_finds_the_same_orbits() -> None:
-    found = skeleton(level(), 2, 11)
+    found = [one for one, _ in skeleton(level(), 2, 11)]
     for n, count in enumerate((2, 6, 34)):
         blind = scanned(0.0, 2 * np.pi, 30_000, n, 11)
         b = np.sort(np.mod(found[n].b, 2 * np.pi))
@@ -59,15 +59,15 @@ def test_a_coarser_grid_finds_as_many(monkeypatch: pytest.MonkeyPatch) -> None:
     """With three samples a half rotation many pairs lie between samples: least |U| finds them."""
     expected = [len(one.b) for one in rough(4)[:4]]
     monkeypatch.setattr(asymptotic, "PER_CELL", 3)
-    assert [len(one.b) for one in skeleton(level(), 3, HALF_TURNS)] == expected
+    assert [len(one.b) for one, _ in skeleton(level(), 3, HALF_TURNS)] == expected
 
 
 def test_longer_passages_keep_what_shorter_ones_have() -> None:
     few, many = skeleton(level(), 2, 9), rough(2)
-    for less, more in zip(few, many, strict=True):
+    for (less, _), more in zip(few, many, strict=True):
         gap = np.abs(np.mod(less.b[:, None] - more.b + np.pi, 2 * np.pi) - np.pi)
         assert (gap.min(axis=1, initial=np.inf) < 1e-9).all()
-        inside = (more.track.half_turns <= 9).all(axis=0)
+        inside = (more.half_turns <= 9).all(axis=0)
         assert inside.sum() == len(less.b)
 
 
@@ -86,7 +86,7 @@ def test_theta3_grows_as_integration_has_it() -> None:
 def test_the_reversor_takes_heteroclinic_orbits_to_such_and_symmetric_codes_to_themselves() -> None:
     n = 2
     found = orbits(n)
-    turns = np.diff(found.cells, axis=0)
+    turns = np.diff(found.chain.cells, axis=0)
     symmetric = 0
     for k in range(len(found.b)):
         away = np.abs(np.exp(1j * found.chain.chi) - np.exp(-1j * found.chain.chi[::-1, k : k + 1]))
@@ -120,11 +120,10 @@ def test_the_map_follows_them_from_crossing_to_crossing() -> None:
 
 
 def test_slopes_are_differences() -> None:
-    """The slope of I behind the last crossing, against the I of orbits beside."""
+    """The slope of I = U V behind the last crossing, where U vanishes, against orbits beside."""
     found, step = orbits(2), 1e-7
-    seen = [track(level(), found.b + side * step, 2) for side in (-1, 1)]
-    I = [leaving(level(), True, each.d[-1], each.chi[-1]).I for each in seen]
-    slope = (I[1] - I[0]) / (2 * step)
+    U = [track(level(), found.b + side * step, 2).U for side in (-1, 1)]
+    slope = (U[1] - U[0]) / (2 * step) * found.V
     np.testing.assert_allclose(slope, found.I_slope, rtol=1e-5, atol=0)
 
 

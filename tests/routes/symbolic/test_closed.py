@@ -13,8 +13,7 @@ from rigidpend.mechanics.floquet import periodic_orbit
 from rigidpend.numbers.generic import Array
 from rigidpend.orbits.return_map import SectionPoint
 from rigidpend.routes.symbolic import AddressError, NoOrbit, closed_orbit
-from rigidpend.routes.symbolic.closed import ClosedOrbit, closed, lyapunov, words
-from rigidpend.routes.symbolic.integrated import closing
+from rigidpend.routes.symbolic.closed import ClosedOrbit, closed, closing, lyapunov, words
 from rigidpend.routes.symbolic.stretching import stretching
 from tests.routes.symbolic.fig4 import BODY, H, chain_of, level
 
@@ -87,7 +86,7 @@ def test_all_words_have_an_orbit(orbits: list[ClosedOrbit]) -> None:
 @pytest.mark.parametrize("word", [(1,), (0, 0, 1, 0, 1, 1)])
 def test_integration_closes_to_rounding(word: tuple[int, ...]) -> None:
     orbit = closed(level(), word, TURNS)
-    found = closing(BODY, orbit, level(), h=H)
+    found = closing(orbit)
     assert found.error < found.expected < 1e-17
     assert found.moved < 1e-11
     assert float(found.period) == pytest.approx(orbit.period, abs=1e-10)
@@ -103,7 +102,7 @@ def test_long_passages_have_the_multiplier_of_what_they_pass() -> None:
 
 @pytest.mark.slow
 def test_averages_over_cycles_are_those_of_a_long_orbit(orbits: list[ClosedOrbit]) -> None:
-    grown = stretching(level(), chain_of(np.random.default_rng(0).integers(0, 2, 4000)))
+    grown = stretching(chain_of(np.random.default_rng(0).integers(0, 2, 4000)))
     parts = [float(np.mean(part)) for part in np.array_split(grown[1:], 20)]
     error = np.std(parts, ddof=1) / math.sqrt(20)
     for n in range(2, 7):

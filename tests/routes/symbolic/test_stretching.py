@@ -15,7 +15,6 @@ from rigidpend.orbits.return_map.poincare import section_state
 from rigidpend.orbits.return_map.precision import precision
 from rigidpend.routes.problem import RouteProblem
 from rigidpend.routes.symbolic.closed import closed
-from rigidpend.routes.symbolic.integrated import doubles
 from rigidpend.routes.symbolic.levels import Surface, surface
 from rigidpend.routes.symbolic.stretching import (
     INTEGRATED,
@@ -30,7 +29,7 @@ from tests.routes.symbolic.fig4 import BODY, J1_0, H, chain_of, level
 
 
 def test_a_closed_orbit_stretches_by_its_multiplier() -> None:
-    orbit, grown = closed(level(), (0, 1), 11), stretching(level(), chain_of([0, 1] * 20))
+    orbit, grown = closed(level(), (0, 1), 11), stretching(chain_of([0, 1] * 20))
     # In the middle the surface's orbit is beside the closed one, whose word has two passages.
     assert abs(grown[18:20].mean() - orbit.exponent) < 1e-8
 
@@ -87,9 +86,9 @@ def test_the_norm_is_that_of_anybody_who_integrates(orbits: Surface) -> None:
     seen = stretched(orbits, np.array([2.1]), np.array([1e-7]), 2)
     s, rising = np.sqrt(0.5), seen.begin.rising
     begun = section_state(
-        rising, seen.begin.d, seen.begin.chi, seen.level.h, doubles(BODY), precision(53)
+        rising, seen.begin.d, seen.begin.chi, seen.level.h, level().c, precision(53)
     )
-    state = euclidean(begun, doubles(BODY))[:, 0]
+    state = euclidean(begun, level().c)[:, 0]
     unit = np.array([s, s, s, 1, 1, 1])
     begin = np.concatenate((state / unit, (plane_of(state) / unit[:, None]).ravel()))
     end = solve_ivp(
