@@ -39,9 +39,8 @@ from rigidpend.routes.problem import RouteProblem, rotation_period
 from rigidpend.routes.start import Scales, start, states_exact
 from rigidpend.routes.symbolic import sharp as sharp_module
 from rigidpend.routes.symbolic.asymptotic import doubly_asymptotic, skeleton
-from rigidpend.routes.symbolic.chain import NoOrbit
+from rigidpend.routes.symbolic.chain import NoOrbit, passages
 from rigidpend.routes.symbolic.closed import actions, closed, closing, words
-from rigidpend.routes.symbolic.integrated import passages
 from rigidpend.routes.symbolic.levels import Level
 from rigidpend.routes.symbolic.levels import surface as orbits_of
 from rigidpend.routes.symbolic.stretching import stretched

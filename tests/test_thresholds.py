@@ -13,7 +13,7 @@ from rigidpend.numbers.exact import exact
 from rigidpend.orbits.return_map import return_map, storage
 from rigidpend.routes.certified import codes
 from rigidpend.routes.problem import RouteProblem
-from rigidpend.routes.symbolic import closed, find, follow
+from rigidpend.routes.symbolic import closed, find, follow, levels
 from tests.bodies import FIG4
 
 START: dict[str, Any] = {"h0": "1.3342", "J1_0": "1e-8"}
@@ -57,7 +57,7 @@ def test_an_argument_is_accepted_up_to_its_limits_and_not_beyond(
     monkeypatch.setattr(storage, "_kept", reached)
     monkeypatch.setattr(find, "surface", reached)
     monkeypatch.setattr(codes, "side_by_side", reached)
-    monkeypatch.setattr(closed, "return_map", reached)
+    monkeypatch.setattr(levels, "return_map", reached)
     monkeypatch.setattr(follow, "route_codes", reached)
     for allowed in (least, most):
         with pytest.raises(Reached):

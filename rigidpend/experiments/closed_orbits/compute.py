@@ -14,7 +14,7 @@ from rigidpend.experiments.closed_orbits.schema import Config, Problem
 from rigidpend.experiments.contract import Means
 from rigidpend.experiments.data import Tree, datasets
 from rigidpend.numbers.expressions import NO_SYMBOL
-from rigidpend.routes.symbolic.chain import System, on_surface, signs_of
+from rigidpend.routes.symbolic.chain import System, on_surface, passages, signs_of
 from rigidpend.routes.symbolic.closed import (
     ClosedOrbit,
     actions,
@@ -23,7 +23,6 @@ from rigidpend.routes.symbolic.closed import (
     lyapunov,
     words,
 )
-from rigidpend.routes.symbolic.integrated import passages
 from rigidpend.routes.symbolic.levels import Level
 from rigidpend.routes.symbolic.shortest import path
 from rigidpend.routes.symbolic.stretching import stretching

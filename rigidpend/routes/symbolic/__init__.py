@@ -4,17 +4,16 @@ An address is a sequence of symbols with the half rotations between crossings. W
 given one, the chain of its passages tells, solved all at once: from a start of Fig. 4 on, closed,
 or from one asymptotic surface to another.
 
-Chain parts
------------
+Parts
+-----
 address    codes and addresses as texts
 levels     the return map's inverse charts at one energy, and the orbits of Fig. 4 on it
-chain      the equations of chains of passages, whatever their ends, by Newton's method
+chain      the equations of chains of passages, whatever their ends; passages integrated alone
 shortest   chains with given half rotations, or with few
 follow     the address of a given orbit, round phases that have a code
 refine     theta2_0 to any number of digits, by integration
 find       the orbit of a given address
-closed     the periodic orbit of a word, its multiplier
-integrated passages integrated alone, actions, closed orbits that close
+closed     the periodic orbit of a word, its multiplier and action, closed again by integration
 stretching growth of deviations, finite-time Lyapunov exponents
 asymptotic doubly asymptotic orbits with short codes, what theta3 gains along them
 sharp      their phases to 30 digits, from starts on the unstable surface itself

@@ -15,17 +15,22 @@ import itertools
 import operator
 import re
 from collections.abc import Sequence
-from typing import Any, NamedTuple
+from typing import Any, NamedTuple, TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
 
+from rigidpend.machine.wording import short
 from rigidpend.numbers.checked import ParameterError
 from rigidpend.numbers.expressions import named
 
 LETTERS = "ab"
 """The first crossing's cell: a for an even j (chi near 0), b for an odd one (near pi)."""
-_TERM = re.compile(r"([01])(?:\^([0-9]{1,6}))?")
+_TERM = re.compile(r"([01])(?:\^([0-9]{1,6}))?|\(([01])\^([0-9]{1,6})\)\*([0-9]{1,6})")
+
+
+Code: TypeAlias = "str | Sequence[int] | NDArray[np.integer[Any]] | Address"
+"""What names an orbit by its symbols: a text, numbers or an address."""
 
 
 class AddressError(ParameterError):
@@ -67,60 +72,47 @@ def cells_of(chi: Any) -> NDArray[np.int64]:
     return np.rint(np.asarray(chi) / np.pi).astype(np.int64)
 
 
-def parsed(text: str | Sequence[int] | NDArray[np.integer[Any]] | Address) -> Address:
+def parsed(text: Code) -> Address:
     """The address that a text means: `0011`, `0^9 1^8 1^10` or `a 0^9 (1^8)*2`; or AddressError."""
     if isinstance(text, Address):
-        return _checked(text)
-    if not isinstance(text, str):
-        return _checked(Address(None, _entries(text), None))
-    words = text.split()
-    first = LETTERS.index(words.pop(0)) if words and words[0] in tuple(LETTERS) else None
-    terms: list[tuple[str, str | None]] = []
-    for word in words:
-        terms += _terms(word)
-    given = [n for _, n in terms if n is not None]
-    if given and len(given) < len(terms):
-        raise AddressError(f"give the half rotations of all passages or of none: {_cut(text)}")
-    half_turns = tuple(map(int, given)) if given else None
-    return _checked(Address(first, tuple(int(s) for s, _ in terms), half_turns))
-
-
-def _entries(code: Sequence[int] | NDArray[np.integer[Any]]) -> tuple[int, ...]:
-    """The symbols of a sequence of numbers."""
-    try:
-        return tuple(map(operator.index, code))
-    except TypeError:
-        message = f"a code is a text such as 0011 or a list of 0 and 1, got {named(code)}"
-        raise AddressError(message) from None
-
-
-def _terms(word: str) -> list[tuple[str, str | None]]:
-    group = re.fullmatch(r"\(([01]\^[0-9]{1,6})\)\*([0-9]{1,6})", word)
-    if group:
-        return _terms(group[1]) * int(group[2])
-    found, at = [], 0
-    while at < len(word):
-        term = _TERM.match(word, at)
-        if term is None:
-            raise AddressError(
-                f"symbols are 0 and 1, half rotations follow as in 0^9: {_cut(word[at:])}"
-            )
-        found.append((term[1], term[2]))
-        at = term.end()
-    return found
-
-
-def _checked(address: Address) -> Address:
-    if not address.symbols:
+        address = text
+    elif isinstance(text, str):
+        address = _read(text)
+    else:
+        try:
+            address = Address(None, tuple(map(operator.index, text)), None)
+        except TypeError:
+            message = f"a code is a text such as 0011 or a list of 0 and 1, got {named(text)}"
+            raise AddressError(message) from None
+    first, symbols, half_turns = address
+    if not symbols:
         raise AddressError("a code has at least one symbol")
-    if not set(address.symbols) <= {0, 1}:
-        raise AddressError(f"symbols are 0 and 1: {_cut(str(address.symbols))}")
-    if address.first not in (None, 0, 1):
-        raise AddressError(f"the first cell is 0 or 1, got {address.first!r}")
-    if address.half_turns is not None and len(address.half_turns) != len(address.symbols):
+    if not set(symbols) <= {0, 1}:
+        raise AddressError(f"symbols are 0 and 1: {short(str(symbols), 40)!r}")
+    if first not in (None, 0, 1):
+        raise AddressError(f"the first cell is 0 or 1, got {first!r}")
+    if half_turns is not None and len(half_turns) != len(symbols):
         raise AddressError("there must be as many half rotations as symbols")
     return address
 
 
-def _cut(text: str) -> str:
-    return repr(text if len(text) <= 40 else text[:37] + "...")
+def _read(text: str) -> Address:
+    words = text.split()
+    first = LETTERS.index(words.pop(0)) if words and words[0] in tuple(LETTERS) else None
+    terms: list[tuple[str, str | None]] = []
+    for word in words:
+        at = 0
+        while at < len(word):
+            term = _TERM.match(word, at)
+            if term is None:
+                told = "symbols are 0 and 1, half rotations follow as in 0^9"
+                raise AddressError(f"{told}: {short(word[at:], 40)!r}")
+            symbol, turns, repeated, each, times = term.groups()
+            terms += [(symbol or repeated, turns or each)] * int(times or 1)
+            at = term.end()
+    given = [int(n) for _, n in terms if n is not None]
+    if given and len(given) < len(terms):
+        raise AddressError(
+            f"give the half rotations of all passages or of none: {short(text, 40)!r}"
+        )
+    return Address(first, tuple(int(s) for s, _ in terms), tuple(given) or None)

@@ -75,8 +75,6 @@ class Track(NamedTuple):
     """(N,) radians: the angle on the unstable surface."""
     chi: Array
     """(n + 1, N) radians, whole turns included."""
-    d: Array
-    """(n + 1, N) dimensionless."""
     symbols: NDArray[np.uint8]
     """(n, N) 0 left, 1 right."""
     inside: Mask
@@ -101,17 +99,15 @@ def track(level: Level, b: Array, n: int) -> Track:
 
 def _track(level: Level, b: Array, n: int) -> Track:
     at = level.arriving(np.zeros_like(b), b)
-    begin = SectionPoint(True, at.d, at.chi)
-    passed = list(onward(level.map_level, begin, n))
-    points = [begin, *(each.point for each in passed)]
+    made, last = level.map_level, SectionPoint(True, at.d, at.chi)
+    passed = list(onward(made, last, n))
     # U of the last crossings: of downward ones V of their image in the reversor.
-    last, made = points[-1], level.map_level
+    last = passed[-1].point if n else last
     angle = last.chi if last.rising else -last.chi
     U = made.charts[last.rising].forward.look_up(last.d, angle, made.a)[0 if last.rising else 1]
     return Track(
         b,
         np.cumsum([at.chi, *(each.turned for each in passed)], axis=0),
-        np.array([point.d for point in points]),
         np.array([each.symbol for each in passed], dtype=np.uint8).reshape(n, len(b)),
         np.logical_and.reduce([np.full(len(b), True), *(each.inside for each in passed)]),
         U,
@@ -237,16 +233,17 @@ def _bisected(level: Level, low: Array, high: Array, n: int) -> Array:
 
 
 class DoublyAsymptotic(NamedTuple):
-    """Doubly asymptotic orbits with n symbols, one in each column."""
+    """Doubly asymptotic orbits with n symbols, one in each column.
+
+    The unknown of their chain is the angle b on the unstable surface.
+    """
 
     chain: Chain
-    """Their crossings; `unknown` is the angle b on the unstable surface."""
     symbols: NDArray[np.uint8]
     """(n, N)."""
     arrival: Array
-    """(N,) constant of the time up to the first crossing, t'."""
     leaving: Array
-    """(N,) share of the time beyond the last crossing that is not rotation, t'."""
+    """(N,) time before the first crossing, and beyond the last, that is not rotation, t'."""
     V: Array
     """(N,) share of the last crossing in the stable direction."""
     theta3: Array

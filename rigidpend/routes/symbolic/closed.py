@@ -37,8 +37,16 @@ from rigidpend.orbits.integrate.states import states_at
 from rigidpend.orbits.return_map.precision import precision
 from rigidpend.orbits.return_map.reduced import coefficients
 from rigidpend.routes.symbolic.address import AddressError, parsed
-from rigidpend.routes.symbolic.chain import Chain, NoOrbit, System, signs_of, tangents
-from rigidpend.routes.symbolic.integrated import crossing_states, section_points, section_states
+from rigidpend.routes.symbolic.chain import (
+    Chain,
+    NoOrbit,
+    System,
+    crossing_states,
+    section_points,
+    section_states,
+    signs_of,
+    tangents,
+)
 from rigidpend.routes.symbolic.levels import Level
 from rigidpend.routes.symbolic.shortest import alike
 

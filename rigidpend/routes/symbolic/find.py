@@ -3,9 +3,8 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
 from decimal import Decimal
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -17,10 +16,9 @@ from rigidpend.numbers.exact import Exact
 from rigidpend.numbers.generic import Array, Scalar
 from rigidpend.routes.codes import route_codes
 from rigidpend.routes.problem import ProblemError, RouteProblem
-from rigidpend.routes.symbolic.address import Address, AddressError, parsed
-from rigidpend.routes.symbolic.chain import Chain, NoOrbit, System, signs_of
+from rigidpend.routes.symbolic.address import Address, AddressError, Code, parsed
+from rigidpend.routes.symbolic.chain import Chain, NoOrbit, System, passages, signs_of
 from rigidpend.routes.symbolic.follow import followed
-from rigidpend.routes.symbolic.integrated import passages
 from rigidpend.routes.symbolic.levels import Level, Surface, surface
 from rigidpend.routes.symbolic.refine import Refined, refined
 from rigidpend.routes.symbolic.shortest import exactly, shortest
@@ -85,7 +83,7 @@ class FoundOrbit(NamedTuple):
 
 def find_orbit(
     body: Body,
-    code: str | Sequence[int] | NDArray[np.integer[Any]] | Address,
+    code: Code,
     *,
     h0: Scalar,
     J1_0: Scalar,
@@ -218,9 +216,8 @@ def _either(
     `middle` is the middle of the turn of theta2_0, radians, in which the first cell is sought,
     `beside` chi of the crossings of an orbit with this very address, if one is known.
     """
-    begin = orbits.begin(level)
-    system = System(level, begin, signs_of(np.array(address.symbols)))
-    given = address.half_turns or ()
+    begin, given = orbits.begin(level), address.half_turns or ()
+    system = System(level, begin, signs_of(address.symbols))
     found, reason = [], None
     origin = float(level.arriving(*begin(0.0)[:2]).chi[0])
     place = (origin + middle) / math.pi

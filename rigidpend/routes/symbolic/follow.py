@@ -12,7 +12,7 @@ import math
 from collections.abc import Sequence
 from decimal import Decimal
 from fractions import Fraction
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -27,9 +27,8 @@ from rigidpend.orbits.return_map.precision import precision
 from rigidpend.routes.codes import route_codes
 from rigidpend.routes.problem import ProblemError, RouteProblem
 from rigidpend.routes.start import Scales, start, states_exact
-from rigidpend.routes.symbolic.address import Address, AddressError, parsed
-from rigidpend.routes.symbolic.chain import alternating
-from rigidpend.routes.symbolic.integrated import section_points
+from rigidpend.routes.symbolic.address import Address, AddressError, Code, parsed
+from rigidpend.routes.symbolic.chain import alternating, section_points
 from rigidpend.routes.symbolic.levels import Level, Surface, onward, surface
 
 LEAST_BITS = 64
@@ -127,21 +126,21 @@ def followed(orbits: Surface, theta2: float, n: int) -> tuple[Address, Array]:
 
 
 class RoundPhases(NamedTuple):
-    """The phases of so many decimals whose orbits have a code."""
+    """The phases of so many decimals whose orbits have a code: radians, ascending in [0, 2 pi).
+
+    An address is None where the orbit leaves the return map. All phases with so many decimals were
+    `tried`; those are `uncertain` whose symbols, as many as the code has, are not all established.
+    """
 
     theta2_0: tuple[Decimal, ...]
-    """Radians, ascending in [0, 2 pi)."""
     addresses: tuple[Address | None, ...]
-    """The address of each; None where the orbit leaves the return map."""
     tried: int
-    """Number of phases with so many decimals."""
     uncertain: int
-    """Number of these whose symbols, as many as the code has, are not all established."""
 
 
 def round_phases(
     body: Body,
-    code: str | Sequence[int] | NDArray[np.integer[Any]] | Address,
+    code: Code,
     *,
     h0: Scalar,
     J1_0: Scalar,
@@ -164,22 +163,22 @@ def round_phases(
     asked = np.array(address.symbols)[:, None]
     found = np.flatnonzero(certain & (routes.codes == asked).all(axis=0))
     problem = RouteProblem(body, h0, J1_0, n)
-    each = {
-        phases[k]: _address(
-            problem, phases[k], address.symbols, in_doubles=routes.bits[k] <= IN_DOUBLES
-        )
-        for k in found
-    }
-    kept = {phase: own for phase, own in each.items() if _meant(address, own)}
+    kept: dict[Decimal, Address | None] = {}
+    for k in found:
+        own = _address(problem, phases[k], address.symbols, doubles=routes.bits[k] <= IN_DOUBLES)
+        # What else of an address is asked for it has to have.
+        parts = (address.first, own and own.first), (address.half_turns, own and own.half_turns)
+        if all(asked in (None, mine) for asked, mine in parts):
+            kept[phases[k]] = own
     return RoundPhases(tuple(kept), tuple(kept.values()), tried, int((~certain).sum()))
 
 
 def _address(
-    problem: RouteProblem, phase: Decimal, symbols: tuple[int, ...], *, in_doubles: bool
+    problem: RouteProblem, phase: Decimal, symbols: tuple[int, ...], *, doubles: bool
 ) -> Address | None:
     """The address of an orbit whose symbols are known, as are the bits that decided them."""
     try:
-        if in_doubles:
+        if doubles:
             own, _ = followed(surface(problem), float(phase), len(symbols))
             if own.symbols == symbols:
                 return own
@@ -189,11 +188,3 @@ def _address(
         )
     except MapError:
         return None
-
-
-def _meant(asked: Address, own: Address | None) -> bool:
-    """True if an orbit with the symbols that are asked for has the rest of the address too."""
-    if own is None:
-        return asked.first is None and asked.half_turns is None
-    given = own.first if asked.first is None else asked.first, asked.half_turns or own.half_turns
-    return given == (own.first, own.half_turns)

@@ -30,8 +30,7 @@ from rigidpend.orbits.integrate.arithmetic import LADDER
 from rigidpend.orbits.integrate.reference_orbit import rung
 from rigidpend.orbits.integrate.states import states_at
 from rigidpend.routes.start import Scales, start, states_exact
-from rigidpend.routes.symbolic.chain import Chain, NoOrbit, carried, tangents
-from rigidpend.routes.symbolic.integrated import crossing_states
+from rigidpend.routes.symbolic.chain import Chain, NoOrbit, carried, crossing_states, tangents
 from rigidpend.routes.symbolic.levels import STEP, Surface
 
 FIRST_DIGITS = 9
@@ -68,15 +67,12 @@ GAMMA = slice(3, 6)
 
 
 class Refined(NamedTuple):
-    """A refined phase, and how far integration has confirmed its orbit."""
+    """A refined phase, and how far integration has confirmed its orbit, as in `FoundOrbit`."""
 
     theta2_0: Decimal
-    """Radians, in [0, 2 pi)."""
     fixed: int
-    """Symbols that its digits determine."""
     bits: int
     delay: float
-    """Largest |t'| at the crossings in between, against the map."""
     crossing_time: Array
 
 

@@ -121,9 +121,9 @@ class Launch:
     def states(self, anchors: Anchors, theta2: list[Fraction]) -> States:
         """The starts in 106 bits at theta2 beside the anchors."""
         found = []
-        for begun, theta1, slope, _, here in zip(*anchors, theta2, strict=True):
-            along = Fraction(float(slope)) * (here - Fraction(float(begun)))
-            found.append(self._state(Fraction(float(theta1)) + along, here))
+        for *anchor, here in zip(*anchors[:3], theta2, strict=True):
+            begun, theta1, slope = (Fraction(float(x)) for x in anchor)
+            found.append(self._state(theta1 + slope * (here - begun), here))
         return found
 
     def carried(self, states: States, times: Array, jobs: int = 1) -> Any:
@@ -197,16 +197,16 @@ class Launch:
 
 
 class Sharp(NamedTuple):
-    """Phases to 30 digits, (N,) each."""
+    """Phases to 30 digits, (N,) each: radians in [0, 2 pi), where J1 is J1_0.
+
+    With aligned components at the starts of `Launch`, to 106 bits, the corrections of the map by
+    integration and the size of the last one, radians.
+    """
 
     theta2_0: list[Fraction]
-    """Radians in [0, 2 pi), where J1 is J1_0."""
     starts: States
-    """Aligned components at the starts of `Launch`, to 106 bits."""
     moved: Array
-    """Corrections of the map by integration, radians."""
     error: Array
-    """Size of the last correction, radians."""
 
 
 def sharp(launch: Launch, orbits: DoublyAsymptotic, jobs: int = 1) -> Sharp:

@@ -7,8 +7,7 @@ passage, is a finite-time exponent, and tends to the Lyapunov exponent of the re
 norm changes the logarithm by a bounded amount, however many passages there are.
 
 Chains have it passage by passage, and many orbits of Fig. 4's kind at once, one for each theta2_0
-and J1_0. Some of these are held against the variational equations, integrated from their first
-crossing to their last.
+and J1_0, held against the variational equations.
 """
 
 from __future__ import annotations
@@ -101,24 +100,22 @@ def largest_singular(matrix: Any) -> Any:
 
 
 class Stretched(NamedTuple):
-    """Orbits through n passages with the growth of a deviation, one in each column."""
+    """N orbits of a body through n passages with the growth of a deviation, one in each column.
+
+    The level is the map at the energy of each orbit, `begin` their first crossings. The last four
+    are t' from the first crossing to the last, (N,); the symbols (n, N); ln of the growth of the
+    deviation that grows most, through 1 to n passages (n, N); the bound of its rounding through all
+    of them (N,). Where the tables do not reach so far an orbit is not `inside`, and the rest void.
+    """
 
     level: EnergyLevel
-    """The map at the energy of each orbit."""
     coefficients: Coefficients
-    """The body."""
     begin: SectionPoint
-    """The first crossings, (N,)."""
-    time: Array
-    """(N,) t' from the first crossing to the last."""
-    symbols: NDArray[np.uint8]
-    """(n, N) 0 left, 1 right."""
-    growth: Array
-    """(n, N) ln of the growth of the deviation that grows most, through 1 to n passages."""
-    allowed: Array
-    """(N,) bound of its rounding through all passages."""
     inside: Mask
-    """(N,) True where the tables reach so far; elsewhere the rest is void."""
+    time: Array
+    symbols: NDArray[np.uint8]
+    growth: Array
+    allowed: Array
 
 
 def stretched(orbits: Surface, theta2_0: Array, J1_0: Array, n: int) -> Stretched:
@@ -130,13 +127,11 @@ def stretched(orbits: Surface, theta2_0: Array, J1_0: Array, n: int) -> Stretche
     passed = list(onward(level, first, n, slopes=True))
     slopes = [each.slopes[:2] for each in passed]
     frames = [frame(point, level.h, c) for point in (first, *(each.point for each in passed))]
-    time, inside = sum(each.time for each in passed), begin.inside
-    for each in passed:
-        inside = inside & each.inside
-    growth = most_stretched(slopes, frames)
+    inside = np.logical_and.reduce([begin.inside, *(each.inside for each in passed)])
+    time = sum(each.time for each in passed)
     codes = np.array([each.symbol for each in passed], dtype=np.uint8)
-    allowed = rounding(slopes, widest_d(level))
-    return Stretched(level, c, first, time, codes, growth, allowed, inside)
+    grown, allowed = most_stretched(slopes, frames), rounding(slopes, widest_d(level))
+    return Stretched(level, c, first, inside, time, codes, grown, allowed)
 
 
 def rounding(slopes: list[Array], width: float) -> Array:

@@ -8,8 +8,7 @@ import numpy as np
 import pytest
 
 from rigidpend.orbits.return_map import SectionPoint
-from rigidpend.routes.symbolic.chain import NoOrbit, System, on_surface, signs_of
-from rigidpend.routes.symbolic.integrated import passages
+from rigidpend.routes.symbolic.chain import NoOrbit, System, on_surface, passages, signs_of
 from rigidpend.routes.symbolic.shortest import INSIDE, exactly, path, shortest
 from tests.routes.symbolic.fig4 import level
 

@@ -11,8 +11,8 @@ from rigidpend.mechanics.coordinates import Aligned, canonical_from_aligned
 from rigidpend.mechanics.equations import eq1
 from rigidpend.orbits.integrate.states import states_at
 from rigidpend.orbits.return_map import return_map
+from rigidpend.routes.symbolic.chain import crossing_states
 from rigidpend.routes.symbolic.closed import actions, closed
-from rigidpend.routes.symbolic.integrated import crossing_states
 from rigidpend.routes.symbolic.levels import Level
 from tests.routes.symbolic.fig4 import BODY, H, level
 
