@@ -25,10 +25,13 @@ NEAR, FAR = 0.4e-3, 0.6e-3
 """Times apart by less and by more than LIMIT / RATE."""
 
 
+BASE = [10.0, 20.0, 30.0, 40.0]
+
+
 def record(
-    times: Any, separatrices: Any = (2, 1, 4, 3), outcome: Outcome = Outcome.COMPLETE
+    times: Any = BASE, separatrices: Any = (2, 1, 4, 3), outcome: Outcome = Outcome.COMPLETE
 ) -> Crossings:
-    """One orbit of four crossings."""
+    """One orbit of four crossings, with None where there is none."""
     return Crossings(
         np.array(times, dtype=float)[:, None],
         np.array(separatrices, dtype=np.uint8)[:, None],
@@ -36,66 +39,46 @@ def record(
     )
 
 
-BASE = [10.0, 20.0, 30.0, 40.0]
+def ended(at: float = 20.0, outcome: Outcome = Outcome.ASYMPTOTIC) -> Crossings:
+    """One with two crossings, after which there is none."""
+    return record([10.0, at, None, None], (2, 1, 0, 0), outcome)
 
 
-def certain(a: Crossings, b: Crossings) -> list[bool]:
-    found = agreement(a, b, RATE, LIMIT)
-    assert found.tolist() == agreement(b, a, RATE, LIMIT).tolist(), "the order must not matter"
-    assert found.shape == (3, 1)
-    return [bool(x) for x in found[:, 0]]
-
-
-def shifted(*by: float) -> Crossings:
-    return record(np.add(BASE, by))
-
-
-def test_agreement_wants_every_time_close() -> None:
-    assert certain(record(BASE), record(BASE)) == [True] * 3
-    assert certain(record(BASE), shifted(NEAR, -NEAR, NEAR, -NEAR)) == [True] * 3
+ASYMPTOTIC_LATER = record([10.0, 20.0, 30.0, None], (2, 1, 4, 0), Outcome.ASYMPTOTIC)
 
 
 @pytest.mark.parametrize(
-    ("apart_at", "expected"),
+    ("a", "b", "symbols"),
     [
-        (0, [False, False, False]),
-        (1, [False, False, False]),
-        (2, [True, False, False]),
-        (3, [True, True, False]),
+        # Symbol i lies between crossings i and i + 1; what comes later is doubtful too.
+        (record(), record(), 3),
+        (record(), record(np.add(BASE, [NEAR, -NEAR, NEAR, -NEAR])), 3),
+        *(
+            (record(), record(np.add(BASE, side * FAR * np.eye(4)[k])), max(0, k - 1))
+            for k in range(4)
+            for side in (1, -1)
+        ),
+        (record(), record(separatrices=(2, 1, 2, 3)), 1),
+        (record(), record(separatrices=(4, 1, 4, 3)), 0),
+        *(
+            (ended(outcome=outcome), other, 1)
+            for outcome in (Outcome.NO_CROSSING, Outcome.FAILED)
+            for other in (ended(outcome=outcome), record())
+        ),
+        # That an orbit is asymptotic, and has no symbol, is certain where both say so alike.
+        (ended(), ended(), 3),
+        (ended(), ended(outcome=Outcome.NO_CROSSING), 1),
+        (ended(), record(), 1),
+        (ended(), ended(20.0 + FAR), 0),
+        (ended(), ASYMPTOTIC_LATER, 1),
     ],
 )
-@pytest.mark.parametrize("sign", [1, -1])
-def test_agreement_ends_before_the_first_crossing_apart(
-    apart_at: int, expected: list[bool], sign: int
+def test_agreement_is_of_all_times_and_separatrices_up_to_a_symbol(
+    a: Crossings, b: Crossings, symbols: int
 ) -> None:
-    """Symbol i lies between crossings i and i + 1; what comes later is doubtful too."""
-    by = [0.0] * 4
-    by[apart_at] = sign * FAR
-    assert certain(record(BASE), shifted(*by)) == expected
-
-
-def test_agreement_wants_the_same_separatrix() -> None:
-    assert certain(record(BASE), record(BASE, (2, 1, 2, 3))) == [True, False, False]
-    assert certain(record(BASE), record(BASE, (4, 1, 4, 3))) == [False] * 3
-
-
-def test_agreement_knows_nothing_where_a_crossing_is_missing() -> None:
-    broken = [10.0, 20.0, np.nan, np.nan]
-    for outcome in (Outcome.NO_CROSSING, Outcome.FAILED):
-        silent = record(broken, (2, 1, 0, 0), outcome)
-        assert certain(silent, silent) == [True, False, False]
-        assert certain(silent, record(BASE)) == [True, False, False]
-
-
-def test_agreement_is_certain_that_an_asymptotic_orbit_has_no_symbol() -> None:
-    ended = record([10.0, 20.0, np.nan, np.nan], (2, 1, 0, 0), Outcome.ASYMPTOTIC)
-    assert certain(ended, ended) == [True] * 3
-    # Not where one computation says so alone, nor where the crossings before differ.
-    waiting = ended._replace(outcome=np.array([Outcome.NO_CROSSING], dtype=np.uint8))
-    assert certain(ended, waiting) == [True, False, False]
-    assert certain(ended, record(BASE)) == [True, False, False]
-    late = record([10.0, 20.0 + FAR, np.nan, np.nan], (2, 1, 0, 0), Outcome.ASYMPTOTIC)
-    assert certain(ended, late) == [False] * 3
+    found = agreement(a, b, RATE, LIMIT)
+    assert found[:, 0].tolist() == [k < symbols for k in range(3)]
+    np.testing.assert_array_equal(found, agreement(b, a, RATE, LIMIT))
 
 
 class Noted:
@@ -188,15 +171,9 @@ def test_decide_keeps_what_two_establish_and_doubts_what_comes_after() -> None:
 
     def compute(bits: int, scales: Scales, columns: Any) -> Crossings:
         late = {FIRST: 0.0, SECOND: AGREEMENT / 2, THIRD: 2 * AGREEMENT}[scales]
-        return shifted(0.0, 0.0, late, late)
+        return record(np.add(BASE, [0.0, 0.0, late, late]))
 
     assert decide(compute, 1, 1.0, (53,)).certain[:, 0].tolist() == [True, False, False]
-
-
-def test_two_asymptotic_ends_after_different_crossings_establish_nothing_more() -> None:
-    early = record([10.0, 20.0, np.nan, np.nan], (2, 1, 0, 0), Outcome.ASYMPTOTIC)
-    late = record([10.0, 20.0, 30.0, np.nan], (2, 1, 4, 0), Outcome.ASYMPTOTIC)
-    assert certain(early, late) == [True, False, False]
 
 
 def test_a_third_computation_decides_its_own_column_and_no_other() -> None:

@@ -28,14 +28,34 @@ from rigidpend.routes.start import Scales
 from tests.orbits.integrate.problems import FIG4, GENERIC
 
 LIGHT = Body((2, 1, "1.5"), (1, 1, 0), "1e-6")
-HEAVY = Body((2, 1, "1.5"), (1, 1, 0), "0.005")
 PHASES = np.linspace(0.01, 6.27, 120)
 PROBLEM = RouteProblem(FIG4, exact("1.3342"), exact("1e-8"), 3)
 
 
-def found(body: Body, phases: Any = PHASES, **more: Any) -> RouteCodes:
+def found(phases: Any = PHASES, body: Body = FIG4, **more: Any) -> RouteCodes:
     task = {"h0": "1.3342", "J1_0": "1e-8", "n_symbols": 15, **more}
     return route_codes(body, phases, **task)
+
+
+@pytest.fixture
+def eager(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Maps pay for any orbit."""
+    monkeypatch.setattr(costs, "LEAST", 0.0)
+    monkeypatch.setattr(costs, "budget", lambda *_: math.inf)
+    monkeypatch.setattr(choice, "_asked", {})
+
+
+@pytest.fixture
+def samples(monkeypatch: pytest.MonkeyPatch) -> list[tuple[int, tuple[int, ...]]]:
+    """Sizes and precisions of the samples that are integrated from now on."""
+    asked: list[tuple[int, tuple[int, ...]]] = []
+
+    def compared(*given: Any) -> Any:
+        asked.append((given[-1], given[-2]))
+        return np.array([], dtype=int)
+
+    monkeypatch.setattr(choice, "contradicted", compared)
+    return asked
 
 
 @pytest.mark.parametrize(
@@ -44,13 +64,13 @@ def found(body: Body, phases: Any = PHASES, **more: Any) -> RouteCodes:
         pytest.param(FIG4, "1e-8", id="Fig. 4"),
         pytest.param(FIG4, "1e-4", id="J1 large", marks=pytest.mark.slow),
         pytest.param(LIGHT, "1e-12", id="mu and J1 small"),
-        pytest.param(HEAVY, "1e-6", id="mu large", marks=pytest.mark.slow),
         pytest.param(GENERIC, "1e-8", id="generic", marks=pytest.mark.slow),
     ],
 )
 def test_agrees_codes_and_times_with_integration(body: Body, J1_0: str) -> None:
-    by_map = found(body, PHASES[::4], J1_0=J1_0, method="map")
-    by_time = found(body, PHASES[::4], J1_0=J1_0, method="integration")
+    by_map, by_time = (
+        found(PHASES[::4], body, J1_0=J1_0, method=method) for method in ("map", "integration")
+    )
     both = by_map.certain & by_time.certain
     assert both.mean() > 0.99
     assert (by_map.codes == by_time.codes)[both].all()
@@ -64,7 +84,7 @@ def test_agrees_codes_and_times_with_integration(body: Body, J1_0: str) -> None:
 
 def test_nothing_is_integrated_but_the_sample_and_what_stays_open(integrations: list[Any]) -> None:
     random = np.random.default_rng(5).uniform(0, 6.28, 600)
-    record = found(FIG4, random, n_symbols=6, method="map")
+    record = found(random, n_symbols=6, method="map")
     left = int((~record.by_map).sum())
     assert record.by_map.mean() > 0.98
     # Two computations of each orbit of the sample, and up to three of what is left.
@@ -76,55 +96,51 @@ def test_few_orbits_take_maps_that_are_kept_where_a_problem_is_asked_for_often(
     integrations: list[Any], monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr(choice, "_asked", {})
-    problem, phases = RouteProblem(FIG4, exact("1.3342"), exact("1e-8"), 6), PHASES
-    each = costs.integration(problem) * len(phases)
-    monkeypatch.setattr(choice, "OFTEN", 2.9 * each)
-    kept = found(FIG4, phases, n_symbols=6, method="map")
+    problem = replace(PROBLEM, n_symbols=6)
+    monkeypatch.setattr(choice, "OFTEN", 2.9 * costs.integration(problem) * len(PHASES))
+    kept = found(n_symbols=6, method="map")
     calls = []
     for _ in range(4):
         integrations.clear()
-        record = found(FIG4, phases, n_symbols=6)
+        record = found(n_symbols=6)
         calls.append((record, sum(x["orbits"] for x in integrations)))
     assert [bool(record.by_map.any()) for record, _ in calls] == [False, False, True, True]
     left = int((~kept.by_map).sum())
     assert left <= calls[3][1] <= 3 * left < calls[2][1] <= 3 * (choice.LEAST_SAMPLE + left)
     assert all((record.codes == kept.codes).all() for record, _ in calls)
     # What is stored hangs on no cache, and without maps there is nothing to take.
-    assert not codes.codes_of(problem, phases, resolve(None, None, (53, 106))).by_map.any()
+    assert not codes.codes_of(problem, PHASES, resolve(None, None, (53, 106))).by_map.any()
     monkeypatch.setattr(mapped, "is_kept", lambda *_: False)
-    assert not found(FIG4, phases, n_symbols=6).by_map.any()
+    assert not found(n_symbols=6).by_map.any()
 
 
-def test_many_orbits_are_sampled_at_first_and_then_seldom(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(choice, "_asked", {})
-    monkeypatch.setattr(costs, "LEAST", 0.0)
-    monkeypatch.setattr(costs, "budget", lambda *_: math.inf)
+@pytest.mark.usefixtures("eager")
+def test_many_orbits_are_sampled_at_first_and_then_seldom(
+    samples: list[Any], monkeypatch: pytest.MonkeyPatch
+) -> None:
     monkeypatch.setattr(choice, "SELDOM", 2 * len(PHASES))
-    seen, decided_by = list[bool](), choice.decided_by
-
-    def noted(maps: Any, *, sampled: bool) -> Any:
-        seen.append(sampled)
-        return decided_by(maps, sampled=sampled)
-
-    monkeypatch.setattr(choice, "decided_by", noted)
-    for _ in range(4):
-        assert found(FIG4, PHASES, n_symbols=2).by_map.any()
-    assert seen == [True, False, True, False]
+    for sampled in (True, False, True, False):
+        samples.clear()
+        assert found(n_symbols=2).by_map.any()
+        assert bool(samples) == sampled
     # What is asked for by name, or stored, is compared each time.
-    found(FIG4, PHASES, n_symbols=2, method="map")
-    problem = RouteProblem(FIG4, exact("1.3342"), exact("1e-8"), 2)
-    codes.codes_of(problem, PHASES, resolve(None, None, (53, 106)))
-    assert seen[4:] == [True, True]
+    for call in (
+        lambda: found(n_symbols=2, method="map"),
+        lambda: codes.codes_of(replace(PROBLEM, n_symbols=2), PHASES, resolve()),
+    ):
+        samples.clear()
+        call()
+        assert samples
 
 
 def test_maps_are_taken_where_seconds_are_at_stake_and_they_pay(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
-    assert not found(FIG4, PHASES[:3], n_symbols=2).by_map.any()
+    assert not found(PHASES[:3], n_symbols=2).by_map.any()
     monkeypatch.setattr(costs, "LEAST", 0.0)
-    assert not found(FIG4, PHASES[:3], n_symbols=2).by_map.any(), "tables would not pay"
+    assert not found(PHASES[:3], n_symbols=2).by_map.any(), "tables would not pay"
     monkeypatch.setattr(costs, "budget", lambda *_: math.inf)
-    assert found(FIG4, PHASES[:3], n_symbols=2).by_map.all()
+    assert found(PHASES[:3], n_symbols=2).by_map.all()
     monkeypatch.undo()
     whole = costs.LEAST / costs.integration(PROBLEM)
     for of, pays in ((0.99 * whole, False), (10 * whole, True)):
@@ -147,20 +163,20 @@ def test_where_maps_of_more_bits_do_not_settle_their_columns_are_integrated(
     monkeypatch.setattr(mapped, "return_map", in_doubles_only)
     given: dict[str, Any] = {"J1_0": "1e-6", "n_symbols": 15, "precisions": (53, 106)}
     phases = np.linspace(0, 6.2, 40)
-    record = found(FIG4, phases, method="map", **given)
+    record = found(phases, method="map", **given)
     risen = record.bits > 53
     assert risen.any()
     assert max(asked) > 53
     assert not record.by_map[risen].any()
     assert record.certain.all()
-    assert (record.codes == found(FIG4, phases, method="integration", **given).codes).all()
+    assert (record.codes == found(phases, method="integration", **given).codes).all()
 
 
 @pytest.fixture(scope="module")
 def true() -> tuple[Any, Any]:
     """Phases, and their symbols by integration."""
     phases = np.random.default_rng(11).uniform(0, 6.28, 300)
-    record = found(FIG4, phases, method="integration", precisions=(53, 64))
+    record = found(phases, method="integration", precisions=(53, 64))
     assert record.certain.mean() > 0.99
     return phases, record.codes
 
@@ -179,7 +195,7 @@ def test_no_wrong_symbol_is_certain_where_tables_are_spoilt(
     monkeypatch.setattr(mapped, "return_map", damaged)
     monkeypatch.setattr(choice, "contradicted", lambda *_: np.array([], dtype=int))
     monkeypatch.setattr(certainty, "AGREEMENT", certainty.CLOSE)
-    record = found(FIG4, true[0], method="map", precisions=(53,))
+    record = found(true[0], method="map", precisions=(53,))
     assert not (record.certain & (record.codes != true[1])).any()
     # What the tables are off by shows as a smaller share of certain symbols, nowhere else.
     assert (record.certain.mean() > 0.5) == (size < 1e-14)
@@ -191,27 +207,27 @@ def test_where_passages_are_long_what_maps_leave_open_goes_to_sharper_ones(
 ) -> None:
     slow = Body(("2.908", "1.682", "1.764"), ("0.6", "0.8", 0), "0.0002")
     phases = np.random.default_rng(2).uniform(0, 6.28, 60)
-    many: dict[str, Any] = {"method": "map", "n_symbols": 18}
-    at_once = found(slow, phases, **many)
+    many: dict[str, Any] = {"body": slow, "method": "map", "n_symbols": 18}
+    at_once = found(phases, **many)
     assert set(at_once.bits) == {53, costs.SHARPEST}
     monkeypatch.setattr(costs, "DEEP", math.inf)
     monkeypatch.setattr(costs, "SLOW", 0.0)
     monkeypatch.setattr(costs, "LONG", 0.0)
     said = r"of 60 orbits are integrated, .* more than the 72 bits of the maps"
     with pytest.warns(costs.SlowRoutesWarning, match=said):
-        by_maps = found(slow, phases, **many)
+        by_maps = found(phases, **many)
     assert (at_once.codes == by_maps.codes)[at_once.certain & by_maps.certain].all()
     sharpest = costs.SHARPEST + costs.FINER
     open_ = by_maps.bits > costs.SHARPER + costs.FINER
     assert open_.any()
     assert (by_maps.bits[open_] > sharpest).all(), "for so few they do not pay"
     monkeypatch.setattr(costs, "budget_in_pairs", lambda *_: math.inf)
-    sharper = found(slow, phases, **many)
+    sharper = found(phases, **many)
     assert sharper.by_map[sharper.bits == sharpest].all()
     assert (sharper.bits[open_] == sharpest).any()
     assert (sharper.codes == by_maps.codes)[sharper.certain & by_maps.certain].all()
     assert sharper.certain.all()
-    no_sharper = found(slow, phases, **many, precisions=(53, costs.SHARPER))
+    no_sharper = found(phases, **many, precisions=(53, costs.SHARPER))
     assert no_sharper.bits.max() <= costs.SHARPER, "more bits are not asked for"
 
 
@@ -226,7 +242,7 @@ def test_what_doubles_leave_open_is_decided_at_once(monkeypatch: pytest.MonkeyPa
 
     monkeypatch.setattr(mapped.Maps, "crossings", noted)
     monkeypatch.setattr(choice, "PIECE", 16)
-    found(deep, PHASES[:64], h0=1, method="map", precisions=(53, costs.SHARPER))
+    found(PHASES[:64], deep, h0=1, method="map", precisions=(53, costs.SHARPER))
     [left] = [n for bits, scales, n in asked if (bits, scales) == (64, certainty.FIRST)]
     assert left > 16
     assert sum(n == 16 for bits, *_, n in asked if bits == 53) >= 8
@@ -235,33 +251,37 @@ def test_what_doubles_leave_open_is_decided_at_once(monkeypatch: pytest.MonkeyPa
 def test_orbits_without_a_map_are_integrated_or_refused(monkeypatch: pytest.MonkeyPatch) -> None:
     heavy = Body((2, 1, "1.5"), (1, 1, 0), "0.5")
     symmetric = Body(("2.673", "2.520", "2.527"), (1, 1, 0), "0.004")
+    some = PHASES[:2]
     with pytest.raises(MapError):
-        found(heavy, PHASES[:2], n_symbols=2, method="map")
+        found(some, heavy, n_symbols=2, method="map")
     with pytest.raises(ProblemError, match="auto, map, integration"):
-        found(FIG4, PHASES[:2], method="guess")
+        found(some, method="guess")
     with pytest.raises(ProblemError, match="begin with 53"):
-        found(FIG4, PHASES[:2], method="map", precisions=(64, 113))
+        found(some, method="map", precisions=(64, 113))
     with pytest.raises(MapError, match="outside of the normal form"):
-        found(FIG4, PHASES[:2], n_symbols=2, J1_0="0.3", method="map")
+        found(some, n_symbols=2, J1_0="0.3", method="map")
     monkeypatch.setattr(costs, "LEAST", 0.0)
-    assert not found(heavy, PHASES[:2], n_symbols=2).by_map.any()
+    assert not found(some, heavy, n_symbols=2).by_map.any()
     monkeypatch.setattr(costs, "LONG", 0.0)
     with pytest.warns(costs.SlowRoutesWarning, match="nearly symmetric: its surfaces are split"):
-        found(symmetric, PHASES[:1], h0=1, n_symbols=1, precisions=(53,))
+        found(some[:1], symmetric, h0=1, n_symbols=1, precisions=(53,))
 
 
+@pytest.mark.usefixtures("eager")
 def test_a_sample_of_all_orbits_is_integrated_in_doubles_and_of_few_in_more_bits(
-    monkeypatch: pytest.MonkeyPatch,
+    samples: list[Any],
 ) -> None:
-    asked: list[tuple[int, tuple[int, ...]]] = []
-
-    def compared(*given: Any) -> Any:
-        asked.append((given[-1], given[-2]))
-        return np.array([], dtype=int)
-
-    monkeypatch.setattr(choice, "contradicted", compared)
-    found(FIG4, PHASES, method="map")
-    assert asked == [(choice.SAMPLE, (53,)), (choice.LEAST_SAMPLE, (53, 106))]
+    """Of a small part of all orbits one sample is enough."""
+    shares, few = choice.SAMPLE // choice.LEAST_SAMPLE, (choice.LEAST_SAMPLE, (53, 106))
+    for parts, expected in (
+        (1, [(choice.SAMPLE, (53,)), few]),
+        (shares - 1, [(choice.LEAST_SAMPLE + 2, (53,)), few]),
+        (shares, [few]),
+    ):
+        samples.clear()
+        arithmetic = resolve(None, None, (53, 106))
+        codes.codes_of(PROBLEM, PHASES[:100], arithmetic, 1, "map", of=100 * parts)
+        assert samples == expected
 
 
 def test_few_orbits_take_both_computations_of_a_precision_at_once(
@@ -288,26 +308,6 @@ def test_few_orbits_take_both_computations_of_a_precision_at_once(
         asked.clear()
         alone(106, certainty.FIRST, few if alone is not compute else many)
         assert [scales for scales, _ in asked] == [certainty.FIRST]
-
-
-def test_of_a_small_part_of_all_orbits_one_sample_is_enough(
-    monkeypatch: pytest.MonkeyPatch,
-) -> None:
-    asked: list[tuple[int, tuple[int, ...]]] = []
-
-    def compared(*given: Any) -> Any:
-        asked.append((given[-1], given[-2]))
-        return np.array([], dtype=int)
-
-    monkeypatch.setattr(choice, "contradicted", compared)
-    monkeypatch.setattr(costs, "budget", lambda *_: math.inf)
-    shares = choice.SAMPLE // choice.LEAST_SAMPLE
-    few = choice.LEAST_SAMPLE, (53, 106)
-    for parts, expected in ((shares, [few]), (shares - 1, [(choice.LEAST_SAMPLE + 2, (53,)), few])):
-        asked.clear()
-        arithmetic = resolve(None, None, (53, 106))
-        codes.codes_of(PROBLEM, PHASES[:100], arithmetic, 1, "map", of=100 * parts)
-        assert asked == expected
 
 
 def whole(_: int, __: Scales, columns: Any) -> Crossings:
@@ -345,7 +345,7 @@ def test_the_sample_reaches_from_the_first_orbit_to_the_last(
 
 
 @pytest.fixture
-def mirrored(monkeypatch: pytest.MonkeyPatch) -> None:
+def mirrored(eager: None, monkeypatch: pytest.MonkeyPatch) -> None:
     """All maps find the mirror image of every orbit: they err alike, so that they agree."""
     real = mapped.Maps.crossings
 
@@ -355,12 +355,10 @@ def mirrored(monkeypatch: pytest.MonkeyPatch) -> None:
         return right._replace(separatrix=image)
 
     monkeypatch.setattr(mapped.Maps, "crossings", alike)
-    monkeypatch.setattr(costs, "budget", lambda *_: math.inf)
-    monkeypatch.setattr(costs, "LEAST", 0.0)
 
 
 def by_codes(method: str) -> Any:
-    return found(FIG4, np.linspace(0.5, 6, 10), n_symbols=3, method=method, jobs=2)
+    return found(np.linspace(0.5, 6, 10), n_symbols=3, method=method, jobs=2)
 
 
 def by_cells() -> Any:
