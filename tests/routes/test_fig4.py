@@ -56,10 +56,10 @@ def test_agrees_engines_on_the_right_array() -> None:
     taylor, scipy = (
         route_codes(
             reference.body,
-            RIGHT[::16],
+            RIGHT[:1],
             h0=reference.h0,
             J1_0=reference.J1_0,
-            n_symbols=5,
+            n_symbols=3,
             engine=engine,
         )
         for engine in ("taylor", "scipy")
@@ -71,4 +71,4 @@ def test_agrees_engines_on_the_right_array() -> None:
     np.testing.assert_allclose(taylor.crossing_time, scipy.crossing_time, rtol=0, atol=1e-3)
     # The right array magnifies: it begins between columns 2 and 3 of the left one, and its
     # first symbols are theirs.
-    np.testing.assert_array_equal(taylor.codes[:3, 0], reference.codes[:3, 2])
+    np.testing.assert_array_equal(taylor.codes[:, 0], reference.codes[:3, 2])
