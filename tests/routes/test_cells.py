@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import pickle
 from dataclasses import replace
 from typing import Any
 
@@ -19,7 +20,7 @@ from rigidpend.routes.cells import AXES, Cells, cell_problem, cells_of_each, cel
 from rigidpend.routes.phases import Phases
 from rigidpend.routes.problem import ProblemError, RouteProblem, passage_limit, phase_rate
 from rigidpend.routes.run import Run, Starts
-from tests.orbits.integrate.problems import FIG4
+from tests.orbits.integrate.problems import FIG4, same
 
 N = 4
 PROBLEM = RouteProblem(FIG4, exact("1.3342"), exact("1e-8"), N)
@@ -55,21 +56,14 @@ def test_agrees_the_codes_with_those_of_each_start_alone(
 @pytest.mark.parametrize("many", [True, False])
 def test_no_result_depends_on_the_jobs(many: bool, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(choice, "PIECE", 16)
-    one, three = (of_starts(monkeypatch, many, jobs=jobs) for jobs in (1, 3))
-    for a, b in zip(one, three, strict=True):
-        assert np.array_equal(a, b)
+    assert same(*(of_starts(monkeypatch, many, jobs=jobs) for jobs in (1, 3)))
 
 
 def test_the_least_start_says_how_long_to_wait_and_the_largest_is_asked_of_maps() -> None:
     least = replace(PROBLEM, J1_0=exact(1e-30))
     run = Run(PROBLEM, Phases(FEW), DOUBLES, starts=Starts(np.full(5, 1e-30), least))
     deep = Run(least, Phases(FEW), DOUBLES)
-    for one, other in zip(
-        run.crossings(53, certainty.FIRST, np.arange(5)),
-        deep.crossings(53, certainty.FIRST, np.arange(5)),
-        strict=True,
-    ):
-        np.testing.assert_array_equal(one, other)
+    assert same(*(each.crossings(53, certainty.FIRST, np.arange(5)) for each in (run, deep)))
 
 
 def test_orbits_without_a_map_are_integrated(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -80,8 +74,17 @@ def test_orbits_without_a_map_are_integrated(monkeypatch: pytest.MonkeyPatch) ->
     assert not of_starts(monkeypatch, True, precisions=(53,)).by_map.any()
 
 
-def test_orbits_of_mixed_bodies_and_energies_have_their_own_codes() -> None:
-    found = cells_of_each(PROBLEM, {"mu": MU, "h0": H0}, FEW, DOUBLES)
+@pytest.mark.parametrize("jobs", [1, 2])
+def test_orbits_of_mixed_bodies_and_energies_have_their_own_codes(
+    jobs: int, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def sent(work: Any, given: Any, python: bool, parts: Any, count: int) -> Any:
+        """As to processes, but without waiting for one to start."""
+        assert (python, count) == (True, jobs)
+        return [work(part, *given) for part in pickle.loads(pickle.dumps(parts))]
+
+    monkeypatch.setattr("rigidpend.routes.cells.side_by_side", sent)
+    found = cells_of_each(PROBLEM, {"mu": MU, "h0": H0}, FEW, DOUBLES, jobs)
     assert (found.certain == N).all()
     assert not found.by_map.any()
     for k, (mu, h0) in enumerate(zip(MU.tolist(), H0.tolist(), strict=True)):
@@ -105,13 +108,6 @@ def test_agreement_is_held_against_the_fastest_and_the_wait_is_the_longest(
     each = [cell_problem(PROBLEM, {"h0": h0}) for h0 in H0.tolist()]
     rates, waits = map(phase_rate, each), (passage_limit(problem, 53) for problem in each)
     assert asked == [(max(rates), max(waits))]
-
-
-@pytest.mark.slow
-def test_no_code_depends_on_the_processes() -> None:
-    one, two = (cells_of_each(PROBLEM, {"mu": MU, "h0": H0}, FEW, DOUBLES, jobs) for jobs in (1, 2))
-    for a, b in zip(one, two, strict=True):
-        assert np.array_equal(a, b)
 
 
 def test_rows_replace_one_value_and_no_other() -> None:

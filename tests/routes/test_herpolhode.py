@@ -9,12 +9,15 @@ import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
 
-from rigidpend import Body, route_codes
+from rigidpend import Body, RouteCodes
 from rigidpend.mechanics.coordinates import scale
 from rigidpend.mechanics.equations import eq1, euler_poisson, theta3_rate
 from rigidpend.mechanics.in_space import plateaus
-from rigidpend.numbers.exact import PRECISIONS, exact
+from rigidpend.numbers.exact import exact
+from rigidpend.numbers.generic import Array
+from rigidpend.orbits.integrate.arithmetic import resolve
 from rigidpend.orbits.integrate.states import states_at
+from rigidpend.routes.codes import codes_of
 from rigidpend.routes.herpolhode import (
     RouteOrbit,
     alpha,
@@ -43,50 +46,39 @@ def problem(mu: str) -> RouteProblem:
 
 
 @functools.cache
-def route_of(theta2_0: str, mu: str = "0.01", precisions: tuple[int, ...] = PRECISIONS) -> Any:
-    found = route_codes(
-        problem(mu).body, [theta2_0], h0=H0, J1_0=J1_0, n_symbols=5, precisions=precisions
-    )
+def route_of(theta2_0: str, mu: str = "0.01") -> RouteCodes:
+    """In 113 bits, certain."""
+    given = problem(mu), [theta2_0], resolve(precisions=(113,)), 1, "integration"
+    found = codes_of(*given)
     assert found.certain.all()
-    for values in found:
-        values.flags.writeable = False
     return found
 
 
-def followed(theta2_0: str, route: Any, mu: str = "0.01") -> RouteOrbit:
-    times, how = route.crossing_time[:, 0], {"step": 0.05, "tolerance": TOLERANCE}
-    return follow(problem(mu), float(theta2_0), times, engine="taylor", **how)
+def followed(theta2_0: str, times: Array, mu: str = "0.01") -> RouteOrbit:
+    how: Any = {"step": 0.05, "tolerance": TOLERANCE, "engine": "taylor"}
+    return follow(problem(mu), float(theta2_0), times, **how)
 
 
 @functools.cache
 def orbit_of(theta2_0: str, mu: str = "0.01") -> RouteOrbit:
     """The orbit along its certain route, integrated once for all tests."""
-    found = followed(theta2_0, route_of(theta2_0, mu), mu)
+    found = followed(theta2_0, route_of(theta2_0, mu).crossing_time[:, 0], mu)
     for values in found:
         values.flags.writeable = False
     return found
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize("theta2_0", PUBLISHED)
-def test_the_published_route_comes_out_in_113_bits(theta2_0: str) -> None:
-    found = route_of(theta2_0, precisions=(113,))
-    assert found.bits[0] == 113
-    assert vertices(found.separatrix[:, 0]) == PUBLISHED[theta2_0]
-
-
-@pytest.mark.parametrize("theta2_0", PUBLISHED)
-def test_the_orbit_in_doubles_follows_the_certain_route(theta2_0: str) -> None:
+def test_the_published_route_comes_out_and_the_orbit_in_doubles_follows_it(theta2_0: str) -> None:
     route, orbit = route_of(theta2_0), orbit_of(theta2_0)
+    assert vertices(route.separatrix[:, 0]) == PUBLISHED[theta2_0]
     np.testing.assert_array_equal(separatrices(orbit.states), route.separatrix[:, 0])
     assert np.abs(orbit.crossing_error).max() < 1e-5
 
 
 def test_crossing_error_is_how_much_later_the_samples_cross() -> None:
-    route = route_of("1.02")
     shift = np.array([1e-4, -2e-4, 1e-4, 0, -1e-4, 2e-4])
-    early = route._replace(crossing_time=route.crossing_time - shift[:, None])
-    found = followed("1.02", early)
+    found = followed("1.02", route_of("1.02").crossing_time[:, 0] - shift)
     np.testing.assert_allclose(found.crossing_error, shift, atol=1e-6)
 
 
@@ -95,8 +87,7 @@ def test_order_plateaus_differ_from_tri1_in_the_second_order(theta2_0: str) -> N
     """Behind k separatrices by less than 6 k mu^2; the first by a quarter at half of mu."""
     first = []
     for mu in ("0.01", "0.005"):
-        route = route_of(theta2_0, mu)
-        orbit = orbit_of(theta2_0, mu)
+        route, orbit = route_of(theta2_0, mu), orbit_of(theta2_0, mu)
         crossing = route.crossing_time[:, 0]
         middle = (crossing[:-1] + crossing[1:]) / 2
         theta3 = np.interp(middle, orbit.t, orbit.states[6])
@@ -147,10 +138,6 @@ def test_agrees_with_eq1_and_th3_in_other_variables() -> None:
     np.testing.assert_allclose(made["theta3"][until], theta3, atol=1e-8)
     np.testing.assert_allclose(made["J1_over_J2"][until], J1 / J2, atol=1e-7)
     np.testing.assert_allclose(made["theta1"][until], theta1, atol=1e-5)
-
-
-def test_vertices_are_written_as_in_the_paper() -> None:
-    assert vertices([2, 1, 4, 3]) == "2-2*-1*-1-4-4*-3*-3"
 
 
 def test_agrees_omega_with_axes_carried_along_as_vectors_fixed_in_space() -> None:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import functools
 from collections.abc import Sequence
 from itertools import pairwise
 from typing import Any
@@ -10,15 +9,16 @@ from typing import Any
 import numpy as np
 import pytest
 
-from rigidpend import Body, route_codes
+from rigidpend import Body, RouteCodes
 from rigidpend.numbers.exact import Exact, exact
 from rigidpend.orbits.integrate.arithmetic import resolve
 from rigidpend.orbits.integrate.neighbours import Walk
 from rigidpend.routes import certainty, neighbourhood
+from rigidpend.routes.codes import codes_of
 from rigidpend.routes.neighbourhood import Bracket, Neighbourhood, NoChange, bisect, narrowed
 from rigidpend.routes.problem import RouteProblem
+from tests.bodies import FIG4, FREE
 
-BODY = Body(A=(2, 1, 1.5), r=(1, 1, 0), mu="0.001")
 OTHER = Body(A=("2.1", "0.9", "1.4"), r=("0.3", 1, 0), mu="0.02")
 FINEST = 1e-30
 
@@ -27,21 +27,15 @@ FIRST = "4.70569685313354179683861544506906917650110137862906611871950"
 """Where the first symbol changes (Fig. 4's body)."""
 
 
-def problem(n_symbols: int, body: Body = BODY, h0: str = "1.3342") -> RouteProblem:
+def problem(n_symbols: int, body: Body = FIG4, h0: str = "1.3342") -> RouteProblem:
     return RouteProblem(body, exact(h0), exact("1e-8"), n_symbols)
 
 
-@functools.cache
-def truth(asked: RouteProblem, phases: tuple[Exact, ...], *bits: int) -> Any:
-    return route_codes(
-        asked.body,
-        phases,
-        h0=asked.h0,
-        J1_0=asked.J1_0,
-        n_symbols=asked.n_symbols,
-        precisions=bits,
-        method="integration",
-    )
+def truth(asked: RouteProblem, phases: Sequence[Exact], *bits: int) -> RouteCodes:
+    """By integration of each, certain throughout."""
+    found = codes_of(asked, phases, resolve(precisions=bits), 1, "integration")
+    assert found.certain.all()
+    return found
 
 
 @pytest.mark.slow
@@ -50,9 +44,8 @@ def test_agrees_with_integration_at_every_distance() -> None:
     asked, centre = problem(3), exact(FIRST)
     phases = [centre + exact(f"{side}1.234567e-{k}") for k in (2, 24) for side in ("", "-")]
     found = Neighbourhood(asked, centre, FINEST, resolve()).routes(phases)
-    true = truth(asked, tuple(phases), 160)
+    true = truth(asked, phases, 160)
     assert found.certain.all()
-    assert true.certain.all()
     assert np.array_equal(found.codes, true.codes)
     apart = np.abs(found.crossing_time - true.crossing_time)
     assert apart[:2].max() < 1e-11
@@ -65,10 +58,8 @@ def test_another_body_and_a_centre_that_is_not_special() -> None:
     asked, centre = problem(3, OTHER, "0.8"), exact("1.3")
     phases = [centre + exact(f"1e-{k}") for k in (1, 4, 8, 14)]
     found = Neighbourhood(asked, centre, 1e-14, resolve()).routes(phases)
-    true = truth(asked, tuple(phases), 113)
-    both = found.certain & true.certain
-    assert both.all()
-    assert np.array_equal(found.codes, true.codes)
+    assert found.certain.all()
+    assert np.array_equal(found.codes, truth(asked, phases, 113).codes)
 
 
 def test_the_reference_orbit_has_the_derivative_of_its_start_in_the_phase(
@@ -122,12 +113,9 @@ def test_spoilt_differences_make_no_wrong_symbol_certain(monkeypatch: pytest.Mon
 @pytest.mark.slow
 def test_without_weight_no_orbit_leaves_and_none_is_certain() -> None:
     """At mu = 0 all phases share one orbit, which never crosses twice."""
-    free = problem(2, Body(A=(2, 1, 1.5), r=(1, 1, 0), mu=0))
-    found = Neighbourhood(free, exact("1"), 1e-10, resolve(precisions=(53,))).routes(
-        [exact("1.001")]
-    )
-    true = route_codes(free.body, [1.001], h0="1.3342", J1_0="1e-8", n_symbols=2)
-    assert np.array_equal(found.codes, true.codes)
+    free, phases = problem(2, FREE), [exact("1.001")]
+    found = Neighbourhood(free, exact("1"), 1e-10, resolve(precisions=(53,))).routes(phases)
+    assert np.array_equal(found.codes, truth(free, phases, 53).codes)
 
 
 CHANGE = exact("0.7234567890123456789")
@@ -154,18 +142,18 @@ def test_irrational_ends_are_halved_too() -> None:
     assert float(path[-1].low - CHANGE) <= 0 < float(path[-1].high - CHANGE)
 
 
-@pytest.mark.parametrize("between", [("0", "0.5"), ("0.8", "1")])
-def test_no_change_is_told_with_the_symbols(between: tuple[str, str]) -> None:
-    with pytest.raises(NoChange, match=r"symbol 2 must change, and no other before it; it is \[1"):
-        bisect(threshold, Bracket(*map(exact, between)), 1e-3)
+def both(phases: Sequence[Exact]) -> list[list[int]]:
+    """An earlier symbol changes too."""
+    return [[side, side] for _, side in threshold(phases)]
 
 
-def test_an_earlier_change_is_none() -> None:
-    def both(phases: Sequence[Exact]) -> list[list[int]]:
-        return [[side, side] for _, side in threshold(phases)]
-
-    with pytest.raises(NoChange):
-        bisect(both, Bracket(exact("0"), exact("1")), 1e-3)
+@pytest.mark.parametrize(
+    ("prefixes", "low", "high"),
+    [(threshold, "0", "0.5"), (threshold, "0.8", "1"), (both, "0", "1")],
+)
+def test_no_change_is_told_with_the_symbols(prefixes: Any, low: str, high: str) -> None:
+    with pytest.raises(NoChange, match=r"symbol 2 must change, and no other before it; it is \["):
+        bisect(prefixes, Bracket(exact(low), exact(high)), 1e-3)
 
 
 def test_narrowing_ends_at_a_width_that_is_met_to_the_last_bit(
@@ -189,9 +177,7 @@ def test_narrowed_ends_lie_on_both_sides_of_the_change() -> None:
     asked = problem(2)
 
     def codes(phases: Sequence[Exact]) -> list[list[int]]:
-        found = truth(asked, tuple(phases), 53, 64, 113)
-        assert found.certain.all()
-        return [list(map(int, column)) for column in found.codes.T]
+        return truth(asked, phases, 53, 64, 113).codes.T.tolist()
 
     grid = [exact(f"{k}/100") for k in range(470, 490)]
     prefixes = codes(grid)

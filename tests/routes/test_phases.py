@@ -44,32 +44,27 @@ def test_rest_of_an_irrational_phase() -> None:
     assert fractions(phases) == [None]
 
 
+HALVES, TWO = [Fraction(1, 2), Fraction(5, 4)], [Fraction(2)]
+
+
 @pytest.mark.parametrize(
-    "values",
+    ("values", "expected"),
     [
-        np.array([0.5, 1.25]),
-        np.array([0.5, 1.25], dtype=np.float32),
-        np.array(["1/2", "5/4"], dtype=object),
-        [0.5, 1.25],
-        (0.5, "1.25"),
-        [Fraction(1, 2), Decimal("1.25")],
-        ["1/2", "5/4"],
+        (np.array([0.5, 1.25]), HALVES),
+        (np.array([0.5, 1.25], dtype=np.float32), HALVES),
+        (np.array(["1/2", "5/4"], dtype=object), HALVES),
+        ((0.5, "1.25"), HALVES),
+        ([Fraction(1, 2), Decimal("1.25")], HALVES),
+        # A number alone is a sequence of one.
+        *((value, TWO) for value in (2, 2.0, "4/2", np.float64(2), np.int64(2), np.array(2.0))),
     ],
-    ids=["float64", "float32", "object", "list", "tuple", "exact", "texts"],
 )
-def test_same_phases_in_any_dress(values: Any) -> None:
+def test_same_phases_in_any_dress(values: Any, expected: list[Fraction]) -> None:
     phases = Phases(values)
-    assert len(phases) == 2
-    assert phases.high.tolist() == [0.5, 1.25]
-    assert phases.rest.tolist() == [0, 0]
-    assert fractions(phases) == [Fraction(1, 2), Fraction(5, 4)]
-
-
-@pytest.mark.parametrize("value", [2, 2.0, "2", "4/2", np.float64(2), np.int64(2), np.array(2.0)])
-def test_a_number_alone_is_a_sequence_of_one(value: Any) -> None:
-    phases = Phases(value)
-    assert len(phases) == 1
-    assert fractions(phases) == [Fraction(2)]
+    assert len(phases) == len(expected)
+    assert phases.high.tolist() == expected
+    assert not phases.rest.any()
+    assert fractions(phases) == expected
 
 
 def test_grid_is_exact_where_sums_of_doubles_are_not() -> None:
