@@ -155,13 +155,6 @@ def codes_of(
 
 def routes_of(phases: Phases, found: Mapped) -> RouteCodes:
     """The routes of some phases from their crossings and what is known of them."""
-    crossings, certain, bits = found.decided
-    return RouteCodes(
-        theta2_0=phases.high,
-        codes=symbols(crossings.separatrix),
-        certain=certain,
-        bits=bits,
-        crossing_time=crossings.time,
-        separatrix=crossings.separatrix,
-        by_map=found.by_map,
-    )
+    (time, separatrix, _), certain, bits = found.decided
+    codes = symbols(separatrix)
+    return RouteCodes(phases.high, codes, certain, bits, time, separatrix, found.by_map)

@@ -2,41 +2,26 @@
 
 from __future__ import annotations
 
-from typing import NamedTuple
-
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from rigidpend.numbers.expressions import NO_SYMBOL
 
-
-class Turn(NamedTuple):
-    """Turn of an orbit near a periodic orbit: from one separatrix to the next."""
-
-    arriving: int
-    leaving: int
-    symbol: int
-
-
 TURNS = (
-    Turn(2, 1, 0),
-    Turn(2, 3, 1),
-    Turn(4, 3, 0),
-    Turn(4, 1, 1),
-    Turn(1, 4, 0),
-    Turn(1, 2, 1),
-    Turn(3, 2, 0),
-    Turn(3, 4, 1),
+    *((2, 1, 0), (2, 3, 1), (4, 3, 0), (4, 1, 1)),
+    *((1, 4, 0), (1, 2, 1), (3, 2, 0), (3, 4, 1)),
 )
-"""Symbol 0 leaves towards smaller theta1 (left), 1 towards larger (right), modulo 4 pi."""
+"""Turns of an orbit near a periodic orbit: the separatrix of arrival, that of leaving, the symbol.
+
+Symbol 0 leaves towards smaller theta1 (left), 1 towards larger (right), modulo 4 pi."""
 
 MIRRORED = np.array([0, 3, 4, 1, 2], dtype=np.uint8)
 """Separatrices of the mirror image of an orbit: 1 and 3, 2 and 4 change places; 0 is none."""
 
 # By numbers of the two separatrices. What is no turn, with 0 for no crossing, has no symbol.
 _SYMBOL = np.full((5, 5), NO_SYMBOL, dtype=np.uint8)
-for _turn in TURNS:
-    _SYMBOL[_turn.arriving, _turn.leaving] = _turn.symbol
+for _arriving, _leaving, _symbol in TURNS:
+    _SYMBOL[_arriving, _leaving] = _symbol
 
 
 def symbols(separatrix: ArrayLike) -> NDArray[np.uint8]:

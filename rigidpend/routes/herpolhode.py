@@ -25,14 +25,15 @@ from rigidpend.routes.start import Scales, start, states_double
 
 
 class RouteOrbit(NamedTuple):
-    """A sampled orbit of a route, with the errors of its crossings."""
+    """A sampled orbit of a route, with the errors of its crossings.
+
+    Times t' of the samples, (n,), their states (7, n), six aligned components and theta3, and the
+    delay of the crossings of J1 = J2/2 behind those of the route, t', (k,).
+    """
 
     t: Array
-    """Times t' of the samples, (n,)."""
     states: Array
-    """States of the samples, (7, n): six aligned components and theta3."""
     crossing_error: Array
-    """Delay of the crossings of J1 = J2/2 behind those of the route, t', (k,)."""
 
 
 def follow(

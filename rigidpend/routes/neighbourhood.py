@@ -20,7 +20,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from rigidpend.numbers.exact import GUARD_BITS, PI, Exact, fraction, rational
-from rigidpend.orbits.integrate import Crossings, Orbits, crossings, joined
+from rigidpend.orbits.integrate import Crossings, joined
 from rigidpend.orbits.integrate.arithmetic import Arithmetic
 from rigidpend.orbits.integrate.neighbours import Walk
 from rigidpend.orbits.integrate.reference_orbit import ReferenceOrbit, reference_bits, rung
@@ -30,7 +30,7 @@ from rigidpend.routes.codes import RouteCodes, routes_of
 from rigidpend.routes.cycle import symbols
 from rigidpend.routes.phases import Phases
 from rigidpend.routes.problem import RouteProblem, passage_limit, phase_rate
-from rigidpend.routes.run import tolerance_of
+from rigidpend.routes.run import Run, tolerance_of
 from rigidpend.routes.start import Scales, start, states_exact
 
 SPARE = 64
@@ -84,46 +84,35 @@ class Neighbourhood:
     def crossings(self, bits: int, scales: Scales, phases: Sequence[Exact]) -> Crossings:
         """The crossings of some phases in `bits` bits, relative to their distances, in t'."""
         if bits == 53:
-            found = self._beside(scales, phases)
-        else:
-            # What is closer than is to be resolved gets no further bits.
-            apart = [max(self.finest, abs(float(phase - self.centre))) for phase in phases]
-            each = [rung(reference_bits(distance, bits)) for distance in apart]
-            found = joined([self._alone(*x, scales) for x in zip(phases, each, strict=True)])
-        return found._replace(time=found.time * scales.time_unit)
+            return self._beside(scales, phases)
+        # What is closer than is to be resolved gets no further bits.
+        apart = [max(self.finest, abs(float(phase - self.centre))) for phase in phases]
+        each = [rung(reference_bits(distance, bits)) for distance in apart]
+        return joined([self._alone(*x, scales) for x in zip(phases, each, strict=True)])
 
     def _beside(self, scales: Scales, phases: Sequence[Exact]) -> Crossings:
         if scales not in self._references:
             self._references[scales] = self._orbit(self.centre, self.bits, scales)
         begin = start(self.problem, self.bits, scales)
-        states = states_exact(begin, [self.centre, *phases], self.bits)
-        # Differences of fractions are exact; `self.bits` leave the closest enough of their own.
-        apart = [[x - y for x, y in zip(other, states[0], strict=True)] for other in states[1:]]
+        states = np.array(states_exact(begin, [self.centre, *phases], self.bits))
         walk = Walk(
             self._references[scales],
-            np.array(apart, dtype=float).T,
+            # Differences of fractions are exact; `self.bits` leave the closest enough of their own.
+            (states[1:] - states[0]).astype(float).T,
             np.array([float(phase - self.centre) for phase in phases]),
             n_crossings=self.problem.n_symbols + 1,
             passage_limit=passage_limit(self.problem, 53) / scales.time_unit,
             tolerance=tolerance_of(self.arithmetic, 53, scales),
         )
-        return walk.crossings(self.jobs)
+        return _timed(walk.crossings(self.jobs), scales)
 
     def _alone(self, phase: Exact, bits: int, scales: Scales) -> Crossings:
         """An orbit by itself, where the kernel takes long in a precision that falls."""
-        n_crossings = self.problem.n_symbols + 1
         if bits > FIXED:
-            return self._orbit(phase, bits, scales).followed(n_crossings)
-        begin = start(self.problem, bits, scales)
-        states = np.array(states_exact(begin, [phase], bits)).T
-        limit = passage_limit(self.problem, bits) / scales.time_unit
-        return crossings(
-            Orbits(begin.coefficients, states, n_crossings, limit),
-            engine=self.arithmetic.engine,
-            bits=bits,
-            tolerance=tolerance_of(self.arithmetic, bits, scales),
-            jobs=1,
-        )
+            reference = self._orbit(phase, bits, scales)
+            return _timed(reference.followed(self.problem.n_symbols + 1), scales)
+        one = Run(self.problem, Phases([phase]), self.arithmetic)
+        return one.crossings(bits, scales, np.arange(1))
 
     def _orbit(self, phase: Exact, bits: int, scales: Scales) -> ReferenceOrbit:
         """The orbit of a phase, with its derivative in the phase."""
@@ -139,6 +128,11 @@ class Neighbourhood:
             bits=bits,
             tolerance=tolerance_of(self.arithmetic, bits, scales),
         )
+
+
+def _timed(found: Crossings, scales: Scales) -> Crossings:
+    """Crossings with their times in t'."""
+    return found._replace(time=found.time * scales.time_unit)
 
 
 class NoChange(ValueError):

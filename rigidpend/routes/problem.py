@@ -33,26 +33,15 @@ class ProblemError(ParameterError):
 class RouteProblem:
     """Orbits that start at theta1_0 = alpha0 + beta0, J1_0 and J2_0 = sqrt(2 h0/kappa).
 
-    Attributes
-    ----------
-    body : Body
-    h0 : Exact
-        Energy constant, h0 > mu; any number is taken exactly.
-    J1_0 : Exact
-        Initial action (dimensionless), 0 < J1_0 < J2_0, not on the section J1 = J2/2.
-    n_symbols : int
-        Symbols to find on each orbit.
-
-    Raises
-    ------
-    ProblemError
-        One of the conditions is broken.
+    Any number is taken exactly. ProblemError says which condition is broken: h0 > mu, and
+    0 < J1_0 < J2_0, dimensionless, not on the section J1 = J2/2.
     """
 
     body: Body
     h0: Exact
     J1_0: Exact
     n_symbols: int
+    """Symbols to find on each orbit."""
 
     def __post_init__(self) -> None:
         checked.of_kind("body", self.body, Body, ProblemError)
@@ -61,12 +50,12 @@ class RouteProblem:
         for name in ("h0", "J1_0"):
             object.__setattr__(self, name, checked.number(name, getattr(self, name), ProblemError))
         m = context(113)
-        if not self.h0.in_context(m) > self.body.mu.in_context(m):
-            message = f"h0 > mu is broken: h0 = {self.h0}, mu = {self.body.mu}"
-            raise ProblemError("h0", message)
-        if not LEAST < self.h0.in_context(m) < 1 / m.mpf(LEAST):
+        h0, mu = self.h0.in_context(m), self.body.mu.in_context(m)
+        if not h0 > mu:
+            raise ProblemError("h0", f"h0 > mu is broken: h0 = {self.h0}, mu = {self.body.mu}")
+        if not LEAST < h0 < 1 / m.mpf(LEAST):
             raise ProblemError("h0", f"h0 = {self.h0} is outside of {LEAST} to {1 / LEAST}")
-        if 0 < self.body.mu.in_context(m) < LEAST * self.h0.in_context(m):
+        if 0 < mu < LEAST * h0:
             message = f"mu = {self.body.mu} is below {LEAST} h0, where doubles lose it; mu = 0?"
             raise ProblemError("mu", message)
         J1, J2 = self.J1_0.in_context(m), self.J2_0(113)

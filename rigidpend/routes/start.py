@@ -51,28 +51,24 @@ def start(problem: RouteProblem, bits: int, scales: Scales) -> Start:
     above. On separatrix 2 Qm = 0 identically, so it has no place in the record. What was found
     last is kept, for many calls differ in their phases alone.
     """
-    m = context(bits + GUARD_BITS)
-    p = problem.body.angles(bits + GUARD_BITS)
+    guarded, rounded = bits + GUARD_BITS, _rounding(bits)
+    m, p = context(guarded), problem.body.angles(guarded)
     unit, tall = m.mpf(scales.momentum), m.mpf(scales.vertical)
-    J1, J2mJ1 = problem.J1_0.in_context(m), problem.J2mJ1_0(bits + GUARD_BITS)
-    at = [
+    J, theta1 = (problem.J1_0.in_context(m), problem.J2mJ1_0(guarded), m.mpf(0)), p.alpha0 + p.beta0
+    # gamma is linear in cos and sin of theta2: two starts give both coefficients.
+    one, other = (
         aligned_from_canonical(
-            Canonical(J1, J2mJ1, m.mpf(0), p.alpha0 + p.beta0, theta2, m.mpf(0), m.mpf(1)),
-            p.alpha0,
-            p.beta0,
-            m,
+            Canonical(*J, theta1, theta2, m.mpf(0), m.mpf(1)), p.alpha0, p.beta0, m
         )
-        # gamma is linear in cos and sin of theta2: two starts give both coefficients.
         for theta2 in (m.mpf(0), m.pi / 2)
-    ]
+    )
     # mu has the unit of M^2 over that of gamma: so it is the same orbit in other units.
     scaled = p._replace(mu=p.mu * unit**2 / tall)
-    rounded = _rounding(bits)
     return Start(
-        rounded(unit * at[0].Qp),
-        rounded(unit * at[0].M3),
-        tuple(rounded(tall * x) for x in at[0][3:]),
-        tuple(rounded(tall * x) for x in at[1][3:]),
+        rounded(unit * one.Qp),
+        rounded(unit * one.M3),
+        tuple(rounded(tall * x) for x in one[3:]),
+        tuple(rounded(tall * x) for x in other[3:]),
         AlignedCoefficients(*map(rounded, aligned_coefficients(scaled, m))),
     )
 

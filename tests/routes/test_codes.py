@@ -94,7 +94,7 @@ def test_hess_body_never_crosses_its_invariant_plane() -> None:
 def test_agrees_hard_orbits_with_113_bits() -> None:
     """Their last symbols hang on the last bits of doubles."""
     phases = ["31/10", 3.1]
-    ladder, sure = (codes(phases, J1_0="1e-6", **given) for given in ({}, {"precisions": (113,)}))
+    ladder, sure = codes(phases, J1_0="1e-6"), codes(phases, J1_0="1e-6", precisions=(113,))
     assert ladder.certain.all()
     assert sure.certain.all()
     np.testing.assert_array_equal(ladder.codes, sure.codes)

@@ -14,7 +14,7 @@ from rigidpend.experiments.heteroclinic_cycle.schema import Config
 from rigidpend.mechanics.coordinates import TURN
 from rigidpend.mechanics.free_body import SEPARATRICES, separatrix_theta1
 from rigidpend.numbers.expressions import NO_SYMBOL
-from rigidpend.routes.cycle import TURNS, Turn
+from rigidpend.routes.cycle import TURNS
 
 
 class Edge(NamedTuple):
@@ -81,12 +81,13 @@ def _separatrix_edge(number: int, place: float, again: bool) -> Edge:
     return Edge(start, end, (place, place), J1, NO_SYMBOL, again)
 
 
-def _turn_edge(turn: Turn, theta1: NDArray[np.float64]) -> Edge:
+def _turn_edge(turn: tuple[int, int, int], theta1: NDArray[np.float64]) -> Edge:
     """Horizontal edge of a turn, to smaller theta1 for symbol 0, to larger for 1."""
-    J1 = 1.0 if _rises(turn.arriving) else 0.0
-    begin, end = float(theta1[turn.arriving - 1]), float(theta1[turn.leaving - 1])
-    if (end > begin) != bool(turn.symbol):
+    arriving, leaving, symbol = turn
+    J1 = 1.0 if _rises(arriving) else 0.0
+    begin, end = float(theta1[arriving - 1]), float(theta1[leaving - 1])
+    if (end > begin) != bool(symbol):
         # The way leads through the window's end, where the lower one is once more.
         begin, end = (x + 2 * TURN if x == min(begin, end) else x for x in (begin, end))
-    labels = (_label(turn.arriving, J1), _label(turn.leaving, J1))
-    return Edge(*labels, (begin, end), (J1, J1), turn.symbol, False)
+    labels = (_label(arriving, J1), _label(leaving, J1))
+    return Edge(*labels, (begin, end), (J1, J1), symbol, False)

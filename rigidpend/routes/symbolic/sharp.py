@@ -53,9 +53,6 @@ NEAREST, FARTHEST = 1e-9, 1e-2
 ROUNDS = 8
 FINEST = 3e-30
 """Size of the last correction at which 106 bits are used up, radians: a third of the 30th digit."""
-DIGITS = 29
-"""Digits of theta2_0 behind the point; its size is 6 at most."""
-
 
 States: TypeAlias = list[list[Fraction]]
 
