@@ -65,10 +65,6 @@ class ClosedOrbit(NamedTuple):
     word: tuple[int, ...]
     half_turns: int
     """Half rotations of every passage."""
-    first: int
-    """Parity of the cell of its first crossing, 0 or 1: `a` or `b` of an address."""
-    h: float
-    """Energy, dimensionless."""
     mirrored: bool
     """True if it is at its mirror image after P passages, and closes after twice as many."""
     period: float
@@ -98,11 +94,7 @@ class ClosedOrbit(NamedTuple):
 
     @property
     def points(self) -> int:
-        """Its upward crossings in a period: points that the second return takes to each other.
-
-        They are as many as words are read along it: one from each of its passages past the
-        upper periodic orbit on.
-        """
+        """Its upward crossings in a period, from each of which on a word is read along it."""
         return len(self.chain.b) // 2
 
 
@@ -153,7 +145,7 @@ def closed(
     chain = alike(level, solved) if half_turns is None else solved(half_turns)
     turns, mirrored = chain.cells[1] - chain.cells[0], bool((chain.I < 0).sum() % 2)
     period, trace = float(chain.time.sum()), float(np.trace(_derivative(chain)))
-    return ClosedOrbit(word, int(turns), first, level.h, mirrored, period, trace, chain)
+    return ClosedOrbit(word, int(turns), mirrored, period, trace, chain)
 
 
 def _derivative(chain: Chain) -> Array:
@@ -211,18 +203,18 @@ def actions(chains: Sequence[Chain]) -> Array:
 
 
 class Closing(NamedTuple):
-    """A closed orbit, refined and integrated once round."""
+    """A closed orbit, refined and integrated once round, its period t' and its first crossing.
+
+    The error is the distance of the end from the beginning in d and chi. What is expected is the
+    gap left where passages meet, and by roundings, enlarged by the period's derivative. By `moved`
+    refinement moved the crossings: the error of the map in doubles.
+    """
 
     error: float
-    """Distance of the end from the beginning in d and chi."""
     expected: float
-    """Gap left where passages meet, and by roundings, enlarged by the period's derivative."""
     moved: float
-    """Distance by which refinement moved the crossings: the error of the map in doubles."""
     period: Fraction
-    """t' of its P passages."""
     place: tuple[Fraction, Fraction]
-    """d and chi of the first crossing."""
 
 
 def closing(orbit: ClosedOrbit, bits: int = 113) -> Closing:

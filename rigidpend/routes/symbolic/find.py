@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 from decimal import Decimal
 from typing import NamedTuple
 
@@ -14,7 +15,8 @@ from rigidpend.mechanics.body import Body
 from rigidpend.numbers import checked
 from rigidpend.numbers.exact import Exact
 from rigidpend.numbers.generic import Array, Scalar
-from rigidpend.routes.codes import route_codes
+from rigidpend.orbits.integrate.arithmetic import resolve
+from rigidpend.routes.codes import codes_of
 from rigidpend.routes.problem import ProblemError, RouteProblem
 from rigidpend.routes.symbolic.address import Address, AddressError, Code, parsed
 from rigidpend.routes.symbolic.chain import Chain, NoOrbit, System, passages, signs_of
@@ -166,16 +168,9 @@ def _confirmed(problem: RouteProblem, address: Address, fine: Refined, jobs: int
     """Number of symbols that two integrations of the full equations establish."""
     if not fine.fixed:
         return 0
-    routes = route_codes(
-        problem.body,
-        [fine.theta2_0],
-        h0=problem.h0,
-        J1_0=problem.J1_0,
-        n_symbols=fine.fixed,
-        precisions=(fine.bits,),
-        method="integration",
-        jobs=jobs,
-    )
+    of = replace(problem, n_symbols=fine.fixed)
+    arithmetic = resolve(precisions=(fine.bits,))
+    routes = codes_of(of, [fine.theta2_0], arithmetic, jobs, "integration")
     right = routes.codes[:, 0] == np.array(address.symbols[: fine.fixed])
     if not right[routes.certain[:, 0]].all():
         raise NoOrbit("integration of the full equations finds other symbols")

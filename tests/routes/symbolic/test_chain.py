@@ -41,8 +41,8 @@ def test_slopes_of_crossings_are_their_differences(rising: bool, upper: bool) ->
     at = level().crossings(*sides, I, phase)
     for k, (dI, dphase) in enumerate(((step * level().widest, 0.0), (0.0, step))):
         ahead, back = (level().crossings(*sides, I + s * dI, phase + s * dphase) for s in (1, -1))
-        for by, value in ((at.chi_by[k], "chi"), (at.d_by[k], "d")):
-            change = (getattr(ahead, value) - getattr(back, value)) / (2 * (dI + dphase))
+        for by, x, y in ((at.chi_by[k], ahead.chi, back.chi), (at.d_by[k], ahead.d, back.d)):
+            change = (x - y) / (2 * (dI + dphase))
             np.testing.assert_allclose(by, change, rtol=1e-6, atol=1e-8 * np.abs(by).max() + 1e-10)
 
 
@@ -72,8 +72,8 @@ def test_the_map_and_integration_follow_every_passage() -> None:
         point = SectionPoint(k % 2 == 0, chain.d[k : k + 1], chain.chi[k : k + 1])
         passed = level().map_level.passage(point)
         assert passed.symbol[0] == symbol
-        assert passed.turned[0] == pytest.approx(chain.chi[k + 1] - chain.chi[k], abs=1e-9)
-        assert passed.time[0] == pytest.approx(chain.time[k], abs=1e-9)
+        seen = passed.turned[0], passed.time[0]
+        assert seen == pytest.approx((np.diff(chain.chi)[k], chain.time[k]), abs=1e-9)
     right, error = passages(chain)
     assert right.all()
     assert error.max() < 1e-9

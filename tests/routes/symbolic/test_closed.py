@@ -151,7 +151,7 @@ def test_wrong_words_are_refused() -> None:
 def test_a_multiplier_is_of_its_trace_and_not_inside_of_the_unit_circle(trace: float) -> None:
     """Its inverse is the other one, for the map preserves the area."""
     nothing: Any = None
-    orbit = ClosedOrbit((0,), TURNS, 0, 1.0, False, 1.0, trace, nothing)
+    orbit = ClosedOrbit((0,), TURNS, False, 1.0, trace, nothing)
     m = orbit.multiplier
     assert m + 1 / m == pytest.approx(trace)
     assert abs(m) >= 1 - 1e-15
