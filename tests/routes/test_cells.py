@@ -14,8 +14,7 @@ from rigidpend import Body, route_codes
 from rigidpend.mechanics.body import BodyError
 from rigidpend.numbers.exact import exact
 from rigidpend.orbits.integrate.arithmetic import resolve
-from rigidpend.orbits.return_map import MapError
-from rigidpend.routes import certainty, choice, costs, mapped
+from rigidpend.routes import certainty, choice, costs
 from rigidpend.routes.cells import AXES, Cells, cell_problem, cells_of_each, cells_of_starts
 from rigidpend.routes.phases import Phases
 from rigidpend.routes.problem import ProblemError, RouteProblem, passage_limit, phase_rate
@@ -64,14 +63,6 @@ def test_the_least_start_says_how_long_to_wait_and_the_largest_is_asked_of_maps(
     run = Run(PROBLEM, Phases(FEW), DOUBLES, starts=Starts(np.full(5, 1e-30), least))
     deep = Run(least, Phases(FEW), DOUBLES)
     assert same(*(each.crossings(53, certainty.FIRST, np.arange(5)) for each in (run, deep)))
-
-
-def test_orbits_without_a_map_are_integrated(monkeypatch: pytest.MonkeyPatch) -> None:
-    def none(*_: Any, **__: Any) -> Any:
-        raise MapError("none")
-
-    monkeypatch.setattr(mapped, "return_map", none)
-    assert not of_starts(monkeypatch, True, precisions=(53,)).by_map.any()
 
 
 @pytest.mark.parametrize("jobs", [1, 2])

@@ -82,16 +82,6 @@ def test_agrees_codes_and_times_with_integration(body: Body, J1_0: str) -> None:
     assert late[after].max() < 20 * certainty.AGREEMENT
 
 
-def test_nothing_is_integrated_but_the_sample_and_what_stays_open(integrations: list[Any]) -> None:
-    random = np.random.default_rng(5).uniform(0, 6.28, 600)
-    record = found(random, n_symbols=6, method="map")
-    left = int((~record.by_map).sum())
-    assert record.by_map.mean() > 0.98
-    # Two computations of each orbit of the sample, and up to three of what is left.
-    sample = choice.SAMPLE + choice.LEAST_SAMPLE
-    assert sum(x["orbits"] for x in integrations) <= 2 * sample + 3 * left, "of 600 orbits"
-
-
 def test_few_orbits_take_maps_that_are_kept_where_a_problem_is_asked_for_often(
     integrations: list[Any], monkeypatch: pytest.MonkeyPatch
 ) -> None:
