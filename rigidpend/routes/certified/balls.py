@@ -92,26 +92,26 @@ def enclosed(problem: RouteProblem, theta2_0: Exact, bits: int) -> Enclosed:
     What is lost in a working precision of so many bits widens the balls.
     """
     with precision(bits):
-        p = angles(problem.body)
-        J1 = _ball(problem.J1_0)
-        J2 = (2 * _ball(problem.h0) / p.kappa).sqrt()
-        # Divided by it |M| is about one, as fixed-point coefficients want
-        # it; a power of two rounds nothing. A J2 that is one itself is told in spite of rounding.
+        given = problem.body, _ball(problem.J1_0), problem.h0, _ball(theta2_0)
+        _, J2, p = start_of(*given)
+        # Divided by it |M| is about one, as fixed-point coefficients want it; a power of two
+        # rounds nothing. A J2 that is one itself is told in spite of rounding.
         unit = _power_of_two(J2 * (1 + arb(2) ** -20))
-        start = Canonical(
-            J1 / unit,
-            (J2 - J1) / unit,
-            arb(0),
-            p.alpha0 + p.beta0,
-            _ball(theta2_0),
-            arb(0),
-            arb(1),
-        )
-        state = aligned_from_canonical(start, p.alpha0, p.beta0, BALLS)
-        # With M in units of `unit` and t' in those of its inverse, a
-        # torque is in units of the square.
+        # With M in units of `unit` and t' in those of its inverse, a torque is in units of the
+        # square.
         scaled = p._replace(mu=p.mu / unit**2)
-        return Enclosed(aligned_coefficients(scaled, BALLS), tuple(state), unit)
+        return Enclosed(aligned_coefficients(scaled, BALLS), start_of(*given, unit)[0], unit)
+
+
+def start_of(
+    body: Body, J1: arb, h0: Exact, theta2: arb, unit: arb | int = 1
+) -> tuple[tuple[arb, ...], arb, Angles]:
+    """The aligned start with theta1 = alpha0 + beta0, M in a unit; J2, and the body's angles."""
+    p = angles(body)
+    J2 = (2 * _ball(h0) / p.kappa).sqrt()
+    momenta = J1 / unit, (J2 - J1) / unit
+    start = Canonical(*momenta, arb(0), p.alpha0 + p.beta0, theta2, arb(0), arb(1))
+    return tuple(aligned_from_canonical(start, p.alpha0, p.beta0, BALLS)), J2, p
 
 
 def angles(body: Body) -> Angles:

@@ -160,7 +160,7 @@ def bent(quad: Quad, pieces: Pieces) -> Pieces:
             bent,
             H,
         ),
-        (passages, "grown = upper(factor * begin)", "grown = upper(begin)", None, H),
+        (passages, "return grown, factor", "return upper(begin), factor", None, H),
     ],
     ids=["C1 energy", "C1 distance", "C2 joint", "C2 defect", "C3"],
 )
@@ -322,9 +322,7 @@ def test_without_a_positive_length_of_C2_a_bound_shrinks_where_orbits_part() -> 
     states = [Family.of(constant(M3 if k == 2 else 0.0), BITS) for k in range(6)]
     back = Family.of({(0, 0, 0): -int(half * 2 ** (CLOCK + 1))}, CLOCK)
     slip = weakened(passages, ("2 * half.bound / PARTS", "2 * half.range / PARTS"))
-    stated = float(
-        slip.tube(states[2], back, arb(begin), numbers.growth, 1, ("C3", passages.WIDEST))[0]
-    )
+    stated = float(slip.tube(states[2], back, arb(begin), numbers.growth, "C")[0])
     apart = begin * math.exp(math.sqrt(8) / 6 * M3 * 2 * half)
     assert stated < begin < apart
     quad, (first, *rest) = orbit(0.25, -0.375, 0.1, 0.1)
