@@ -46,14 +46,13 @@ from tests.routes.certified.offered import (
     BITS,
     GIVEN,
     Stored,
-    arrived,
     constant,
     of_one,
     places,
     quad_of,
     step,
 )
-from tests.routes.certified.test_coverings import ALONE, STRAIGHT, image, radius_of_crossing
+from tests.routes.certified.test_coverings import radius_of_crossing
 from tests.weakened import weakened
 
 H = "1.3342"
@@ -281,26 +280,6 @@ def test_without_a_hypothesis_another_crossing_is_believed(
         passages.arrival(numbers, quad, pieces)
     with pytest.raises(Fails, match=r"C[45]"):
         script.arrival(problem, quad_of(quad), [step(x) for x in pieces])
-
-
-@pytest.mark.parametrize(
-    ("before", "after", "ends", "across", "sheet"),
-    [
-        ("not least > 1:", "not least > 0.5:", 0.75, 0.5, 0.5),
-        ("V.bound < 1", "V.bound < 2", 1.5, 1.5, 0.5),
-        ("abs(a - b) <= ALONE", "abs(a - b) <= 2 * ALONE", 1.5, 0.5, 1.5),
-    ],
-)
-def test_with_a_wider_bound_of_C6_a_false_relation_is_believed(
-    before: str, after: str, ends: float, across: float, sheet: float
-) -> None:
-    """An edge's image inside the set, one beyond its sides, one on another sheet."""
-    begin = [arb(1), arb(0.5), arb(0.5)]
-    box = [arb(1 + sheet * ALONE), arb(0.5), arb(0.5)]
-    source, _ = arrived(image(ends, across, STRAIGHT), box)
-    weakened(coverings, (before, after)).relation(source, STRAIGHT, begin, 0)
-    with pytest.raises(Undecided, match="C6"):
-        coverings.relation(source, STRAIGHT, begin, 0)
 
 
 def test_without_the_sign_of_C5_a_side_is_believed_that_nobody_knows() -> None:
