@@ -158,10 +158,8 @@ class LogarithmicNorm(NamedTuple):
         # but for its saddle. The two that follow are its F and Omega, by which
         # momentum and gamma drive each other.
         upright = saddle * arb(2).sqrt()
-        torque = _larger(_hypotenuse(c.force_p, c.force_m), upright * _hypotenuse(c.mu_r1, c.mu_r2))
-        turning = _larger(
-            arb(2).sqrt() * _larger(abs(c.omega1), abs(c.omega2)), abs(c.kappa) / upright
-        )
+        torque = _hypotenuse(c.force_p, c.force_m).max(upright * _hypotenuse(c.mu_r1, c.mu_r2))
+        turning = (arb(2).sqrt() * abs(c.omega1).max(abs(c.omega2))).max(abs(c.kappa) / upright)
         # The weight at which both are equal; any number will do, so the midpoint is taken as exact.
         best = (turning / torque).sqrt() if torque > arb(HEAVIEST) ** -2 * turning else HEAVIEST
         return cls(saddle, upright, arb(best).mid(), torque, turning)
@@ -193,10 +191,6 @@ class LogarithmicNorm(NamedTuple):
         p, q, s, *g = state
         squares = [p, q, self.upright * s, *(x / self.weight for x in g)]
         return sum((x * x for x in squares), arb(0)).sqrt()
-
-
-def _larger(a: arb, b: arb) -> arb:
-    return a.max(b)
 
 
 def _hypotenuse(a: arb, b: arb) -> arb:

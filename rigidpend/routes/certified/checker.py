@@ -22,7 +22,7 @@ from rigidpend.routes.certified.balls import (
     precision,
     upper,
 )
-from rigidpend.routes.certified.models import PARTS, VALUE_BITS, Model, Values
+from rigidpend.routes.certified.models import PARTS, VALUE_BITS, Model, Values, above
 from rigidpend.routes.certified.pieces import ORBIT_CLOCK, Step
 
 NEWTON = 3
@@ -157,7 +157,7 @@ class OrbitChecker:
         """Bound on the distance of dM3/dx of the polynomial from that of the exact orbit."""
         # The right side of H5, in which 1/(4 lambda) is `twist` and mu the length of mu r.
         c = self.coefficients
-        widest = sum((_units(_sized(model)) for model in models[:2]), radius)
+        widest = sum((arb(x.size) / arb(2) ** x.bits for x in models[:2]), radius)
         torque = (c.mu_r1**2 + c.mu_r2**2).sqrt() * self.growth.weight
         # The defect is contained in the radius, in the same norm.
         own = radius / self.growth.upright
@@ -257,17 +257,6 @@ def _units(value: int) -> arb:
     return arb(value) / 2**VALUE_BITS
 
 
-def _sized(model: Model) -> int:
-    """Size of a model in units of 2^-VALUE_BITS, rounded up."""
-    return (
-        (model.size >> model.bits - VALUE_BITS) + 1
-        if model.bits >= VALUE_BITS
-        else model.size << VALUE_BITS - model.bits
-    )
-
-
 def _whole(x: arb) -> int:
-    """A positive bound in units of 2^-VALUE_BITS, rounded up."""
-    mantissa, exponent = (x * arb(2) ** VALUE_BITS).upper().man_exp()
-    shift = int(exponent)
-    return (int(mantissa) << shift if shift >= 0 else int(mantissa) >> -shift) + 1
+    """A bound in units of 2^-VALUE_BITS, rounded up."""
+    return above(x * arb(2) ** VALUE_BITS)

@@ -292,7 +292,7 @@ def test_C9_slopes_are_bounded_where_M3_is_large_enough(
     l = max(norm.weight * norm.torque, norm.turning / norm.weight)
     m = upright * (l + 2 * (l + aside / math.sqrt(2))) / norm.saddle
     exactly = Interval.of(Fraction(m)), Interval.of(Fraction(aside))
-    by_both = [
+    by_both: list[Any] = [
         lambda: float(mine.slant(arb(m), arb(aside))),
         lambda: float(script.slant(problem(), *exactly)[0].above),
     ]
