@@ -35,6 +35,7 @@ from rigidpend.routes.certified.pieces import (
     made,
     packed,
     unpacked,
+    unpacked_energies,
     unpacked_quads,
 )
 from rigidpend.routes.symbolic.address import parsed
@@ -233,9 +234,9 @@ def tubes(growth: LogarithmicNorm, M3: float, half: float, begin: float, bits: i
     return [lambda: passages.tube(*of, "C"), lambda: script.tube(*theirs)]
 
 
-@pytest.mark.parametrize(("factor", "reason"), [(1 - BARELY, ""), (1 + BARELY, "C3")])
+@pytest.mark.parametrize(("factor", "reason"), [(1 - 1e-6, ""), (1 + 1e-6, "C3")])
 def test_C3_the_widest_tube(stored: Stored, factor: float, reason: str) -> None:
-    """At a constant M3 the bound grows by exp(rate times length)."""
+    """At a constant M3 the bound grows by exp(rate times length), the rate of the whole radius."""
     M3, half = 1.2, 1.5
     limit = WIDEST * math.exp(-rates_of(stored.growth, M3, WIDEST) * 2 * half)
     agree(reason, *tubes(stored.growth, M3, half, factor * limit, BITS))
@@ -781,7 +782,7 @@ def test_digits_that_are_added_to_nothing_are_refused(stored: Stored, how: str) 
 
 
 def test_what_is_no_set_or_no_step_is_refused(stored: Stored) -> None:
-    """A length that depends on time, and a set without a curve."""
+    """A length that depends on time, a set without a curve, and what is no number."""
     data = stored.data
     coefficients = np.array(data["proof"]["coefficients"])
     coefficients[np.flatnonzero(data["proof"]["powers"][:, 0])[0], 6] = 1
@@ -789,6 +790,11 @@ def test_what_is_no_set_or_no_step_is_refused(stored: Stored) -> None:
         unpacked({**data["proof"], "coefficients": coefficients}, 5)
     with pytest.raises(ValueError, match="no extent"):
         unpacked_quads({**data["sets"], "p": np.zeros((4, 0))})
+    for wrong in (np.nan, np.inf):
+        with pytest.raises(ValueError, match="not finite"):
+            unpacked_quads({**data["sets"], "a": np.array([1, 1, 1, wrong])})
+        with pytest.raises(ValueError, match=r"not finite|no interval"):
+            unpacked_energies({"shift": 0.0, "spread": wrong})
 
 
 def spoil(file: Any, how: str) -> None:
