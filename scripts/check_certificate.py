@@ -12,6 +12,7 @@ from __future__ import annotations
 
 import argparse
 import ast
+import functools
 import json
 import math
 import sys
@@ -155,6 +156,11 @@ def arctangent(x: Interval) -> Interval:
 
 def pi() -> Interval:
     """By 16 atan(1/5) - 4 atan(1/239)."""
+    return _pi(Interval.digits)
+
+
+@functools.cache
+def _pi(_: int) -> Interval:
     return 16 * arctangent(Interval.of(Fraction(1, 5))) - 4 * arctangent(
         Interval.of(Fraction(1, 239))
     )

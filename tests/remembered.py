@@ -31,3 +31,18 @@ def remembered(function: Callable[..., Any]) -> Callable[..., Any]:
         return known[seen]
 
     return once
+
+
+class Inline:
+    """Processes of the second checker, in this one: what follows a refusal is not begun."""
+
+    def __init__(self, _: int) -> None:
+        pass
+
+    def __enter__(self) -> Inline:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        pass
+
+    map = staticmethod(map)

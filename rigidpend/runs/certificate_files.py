@@ -96,27 +96,24 @@ def read(path: Path) -> Loaded:
 
 def _check_words(path: Path, outline: Mapping[str, Mapping[str, Any]]) -> None:
     """Refuse attributes that are not those of the layout: they could say another unit."""
-    fields = {**FIELDS, **PROOF}
     for place, found in outline.items():
         told = {name: x for name, x in found.items() if not name.startswith("(")}
-        expected: dict[str, Any] = {}
-        if place == "/":
-            expected = {"format": told.get("format"), "format_version": store.FORMAT_VERSION}
-        elif place == "/config":
-            expected = {"units": "", "description": "resolved config, JSON"}
-        elif place == "/provenance":
-            continue
-        elif place.count("/") == DEEP:
-            field = fields[place.rpartition("/")[2]]
-            expected = {"units": field.units, "description": field.description}
+        match place.split("/")[1:]:
+            case ["provenance"]:
+                continue
+            case [""]:
+                expected = {"format": told.get("format"), "format_version": store.FORMAT_VERSION}
+            case ["config"]:
+                expected = {"units": "", "description": "resolved config, JSON"}
+            case ["data", _, name]:
+                field = {**FIELDS, **PROOF}[name]
+                expected = {"units": field.units, "description": field.description}
+            case _:
+                expected = {}
         if told != expected:
             wrong = min(key for key in {*told, *expected} if told.get(key) != expected.get(key))
             said = f"{place}: its attribute {wrong} is not a certificate's"
             raise store.StoreError.of(path, said)
-
-
-DEEP = 3
-"""Slashes in the place of a field: /data/left/codes."""
 
 
 def beside(result: Path) -> Loaded | None:
@@ -229,17 +226,21 @@ def packed(orbits: Sequence[Sequence[Step]]) -> dict[str, Any]:
     }
 
 
+BOUNDS = {
+    "steps": ("number of steps of an orbit", 0, ORBIT_STEPS),
+    "half_lengths": ("half-length of a step", 1, 2**62),
+    "step_bits": ("number of bits of a step", 1, ORBIT_BITS),
+    "terms": ("number of terms of a step", 1, ORBIT_TERMS),
+    "widths": ("width of a coefficient", 1, ORBIT_BITS // 4),
+}
+"""What the numbers of a proof are, at least and at most."""
+
+
 def unpacked(group: Data) -> list[list[Step]]:
     """The steps of orbits from the arrays of `PROOF`; StoreError where these do not fit."""
-    counts, widths = _whole(group["steps"]), _whole(group["widths"])
-    halves, bits, terms = (_whole(group[name]) for name in ("half_lengths", "step_bits", "terms"))
-    # The numbers may be anybody's: they are held to their
-    # bounds before memory is taken by them.
-    _between("number of steps of an orbit", counts, 0, ORBIT_STEPS)
-    _between("half-length of a step", halves, 1, 2**62)
-    _between("number of bits of a step", bits, 1, ORBIT_BITS)
-    _between("number of terms of a step", terms, 1, ORBIT_TERMS)
-    _between("width of a coefficient", widths, 1, ORBIT_BITS // 4)
+    # The numbers may be anybody's: they are held to their bounds before memory is taken by them.
+    numbers = {name: _whole(group[name], *bounds) for name, bounds in BOUNDS.items()}
+    counts, halves, bits, terms, widths = numbers.values()
     for what, found, expected in (
         ("steps are not as many as the orbits say", halves.size, counts.sum()),
         ("coefficients are not as many as the steps say", widths.size, 6 * terms.sum()),
@@ -247,31 +248,19 @@ def unpacked(group: Data) -> list[list[Step]]:
     ):
         if found != expected:
             raise store.StoreError(f"{what}: {found}, not {expected}")
-    numbers = _numbers(group["digits"], widths)
+    content, ends = group["digits"].astype(np.uint8).tobytes(), widths.cumsum().tolist()
+    places = zip([0, *ends], ends, strict=False)
+    each = (int.from_bytes(content[a:b], "little", signed=True) for a, b in places)
     steps = (
-        Step(half, fine, [[next(numbers) for _ in range(n)] for _ in range(6)])
+        Step(half, fine, [[next(each) for _ in range(n)] for _ in range(6)])
         for half, fine, n in zip(halves.tolist(), bits.tolist(), terms.tolist(), strict=True)
     )
     return [[next(steps) for _ in range(n)] for n in counts.tolist()]
 
 
-def _whole(values: Any) -> Any:
-    """Whole numbers of any type as int64; what is beyond it becomes its greatest number."""
-    return (
-        np.minimum(values.astype(object), 2**63 - 1).astype(np.int64)
-        if (values.dtype.kind == "u" and values.dtype.itemsize == 8)
-        else values.astype(np.int64)
-    )
-
-
-def _between(what: str, values: Any, least: int, most: int) -> None:
+def _whole(values: Any, what: str, least: int, most: int) -> Any:
+    """Whole numbers of any type as int64, which are in their bounds."""
     if values.size and not (least <= values.min() and values.max() <= most):
         wrong = values[(values < least) | (values > most)][0]
         raise store.StoreError(f"the {what} is {wrong}, not {least} to {most}")
-
-
-def _numbers(digits: Any, widths: Any) -> Iterator[int]:
-    content, at = digits.astype(np.uint8).tobytes(), 0
-    for width in widths.tolist():
-        yield int.from_bytes(content[at : at + width], "little", signed=True)
-        at += width
+    return values.astype(np.int64)

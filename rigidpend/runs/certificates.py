@@ -38,8 +38,9 @@ MOST_ORBITS = 2000
 """Orbits of a certificate at most: each takes about half a megabyte."""
 PHASE = 24
 """Characters of a phase that are printed."""
-REASON = {"reason": Field(TEXT, ("columns",), "", "reason for which an orbit is undecided")}
-"""Field of the parts of a proof, of which the certificate has nothing."""
+REASON = Field(TEXT, ("columns",), "", "reason for which an orbit is undecided")
+OF_PART = {**storage.FIELDS, **storage.PROOF, "reason": REASON}
+"""Fields of the parts of a certificate, which itself has no reasons."""
 
 Routes: TypeAlias = Mapping[str, tuple[RouteProblem, Sequence[Exact]]]
 """Arrays of orbits by name: their problem and their exact phases."""
@@ -82,24 +83,9 @@ def certify(
 ) -> list[Summary]:
     """Prove the route codes of a config and write its certificate, unless it is up to date.
 
-    Parameters
-    ----------
-    config : LoadedConfig
-    folder : Path
-        Where results are kept, and the certificate beside them.
-    jobs : int
-        Processes; no certificate depends on it.
-    report : callable
-        Takes lines of progress.
-    force : bool, optional
-        Prove even what is up to date.
-    scheduler : str, optional
-        Address of a Dask cluster that proves, an orbit at a time.
-
-    Raises
-    ------
-    ConfigError, StoreError
-        The experiment has no route codes, or too many orbits; a file cannot be read or written.
+    It is written beside the results of a folder; `force` proves even what is up to date, `jobs`
+    processes prove, or a Dask cluster at the address `scheduler`. ConfigError where the experiment
+    has no route codes or too many orbits, StoreError where a file cannot be read or written.
     """
     routes = orbits(config, folder)
     file = storage.certificate_of(folder / f"{config.name}.h5")
@@ -141,17 +127,14 @@ def orbits(config: LoadedConfig, folder: Path) -> Routes:
     ConfigError where it has none, or too many; Absent where a result tells them that is not there.
     """
     computation: Any = experiments.computation(config.experiment)
-    refused = ""
-    if not hasattr(computation, "orbits"):
-        refused = f"the experiment {config.experiment} has no route codes to prove"
-    else:
+    refused = f"the experiment {config.experiment} has no route codes to prove"
+    if hasattr(computation, "orbits"):
         source = folder / f"{config.name}.h5"
         found = computation.orbits(config.content, lambda: store.load(source)["data"])
-        if (count := sum(len(phases) for _, phases in found.values())) > MOST_ORBITS:
-            refused = f"{count} orbits, and {MOST_ORBITS} are the most in a certificate"
-    if refused:
-        raise ConfigError([Complaint(Origin(config.name), ("experiment",), refused)])
-    return dict(found)
+        if (count := sum(len(phases) for _, phases in found.values())) <= MOST_ORBITS:
+            return dict(found)
+        refused = f"{count} orbits, and {MOST_ORBITS} are the most in a certificate"
+    raise ConfigError([Complaint(Origin(config.name), ("experiment",), refused)])
 
 
 def check(file: Path, *, jobs: int, report: Report) -> Sequence[Summary | Theorem]:
@@ -173,20 +156,19 @@ def check(file: Path, *, jobs: int, report: Report) -> Sequence[Summary | Theore
         except ArithmeticError as doubt:
             raise store.StoreError(f"{file}: {doubt}") from None
     stored = storage.read(file)
-    data = stored["data"]
     for name, (problem, phases) in _routes(file, stored).items():
-        place = f"{file}: {name}"
-        _fits(place, data[name], problem, phases)
+        place, group = f"{file}: {name}", stored["data"][name]
+        _fits(place, group, problem, phases)
         try:
             # Of all that the file says, its config and steps are taken, to be proven again.
-            steps = storage.unpacked(data[name])
+            steps = storage.unpacked(group)
         except store.StoreError as error:
             raise store.StoreError(f"{place}: {error}") from None
         found = codes.checked_codes(problem, phases, steps, jobs)
-        _compare(place, data[name]["codes"], found)
-        proven = int((data[name]["codes"] != NO_SYMBOL).sum())
+        _compare(place, group["codes"], found)
+        proven = int((group["codes"] != NO_SYMBOL).sum())
         report(f"{name}: {proven} symbols of {len(phases)} orbits proven again")
-    return summaries(data)
+    return summaries(stored["data"])
 
 
 def summaries(data: Data, reasons: Mapping[str, Sequence[str]] | None = None) -> list[Summary]:
@@ -298,18 +280,14 @@ def _pieces(
 
 def _joined(proofs: Iterable[Tree], name: str, count: int, report: Report) -> dict[str, Any]:
     """The parts of an array as one."""
-    found: list[Any] = []
-    done = 0
+    found, done = list[Any](), 0
     for part in proofs:
         found.append(part)
         done += len(found[-1]["theta2_0"].values)
         report(PartDone(f"{name}: {done} of {count} orbits", done, count))
     # Columns come last in every field, and so do steps and bytes: parts join at their ends.
-    fields = {**storage.FIELDS, **storage.PROOF, **REASON}
-    joined = {
-        name: np.concatenate([part[name].values for part in found], axis=-1) for name in fields
-    }
-    return datasets(fields, joined)
+    joined = {k: np.concatenate([part[k].values for part in found], axis=-1) for k in OF_PART}
+    return datasets(OF_PART, joined)
 
 
 def _part(problem: RouteProblem, phases: Sequence[Exact], jobs: int, report: Report) -> Tree:
@@ -326,8 +304,7 @@ def _part(problem: RouteProblem, phases: Sequence[Exact], jobs: int, report: Rep
         "theta2_0": np.array([_text(phase).encode() for phase in phases], dtype=bytes),
         "reason": np.array([reason.encode() for reason in found.reason], dtype=bytes),
     }
-    steps = storage.packed(found.steps)
-    return datasets({**storage.FIELDS, **storage.PROOF, **REASON}, told | steps)
+    return datasets(OF_PART, told | storage.packed(found.steps))
 
 
 def _text(phase: Exact) -> str:

@@ -16,7 +16,7 @@ from rigidpend.machine.files import sealed, unsealed
 REFERENCE = Path(__file__).resolve().parents[2] / "results" / "reference"
 SECRET = b"a secret that must not be told, in 40 bytes"
 
-Change = Callable[[Any, Path], None]
+Change = Callable[[Any, Path], Any]
 """Takes an open file and the folder that it lies in."""
 
 
@@ -37,70 +37,55 @@ def attack(change: Change, name: str = "fig5") -> Callable[[Path], bytes]:
     return make
 
 
-def external(file: Any, folder: Path) -> None:
-    (folder / "secret.txt").write_bytes(SECRET)
+def external(field: str, size: int, pipe: bool = False) -> Change:
+    """A field that is stored in a file of secrets, or in a pipe."""
+
+    def change(file: Any, folder: Path) -> None:
+        path = folder / "outside"
+        if not pipe:
+            path.write_bytes(SECRET)
+        elif not path.exists():
+            os.mkfifo(path)
+        del file[f"data/case1/{field}"]
+        where = [(str(path), 0, size)]
+        file["data/case1"].create_dataset(field, (size,), "u1", external=where)
+
+    return change
+
+
+def elsewhere(file: Any, folder: Path) -> str:
+    """Another file of symbols, and those of a case gone."""
     del file["data/case1/codes"]
-    file["data/case1"].create_dataset(
-        "codes", (5,), "u1", external=[(str(folder / "secret.txt"), 0, 5)]
-    )
-
-
-def external_bits(file: Any, folder: Path) -> None:
-    (folder / "secret.txt").write_bytes(SECRET)
-    del file["data/case1/bits"]
-    where = [(str(folder / "secret.txt"), 0, 41)]
-    file["data/case1"].create_dataset("bits", (41,), "u1", external=where)
-
-
-def external_fifo(file: Any, folder: Path) -> None:
-    if not (folder / "fifo").exists():
-        os.mkfifo(folder / "fifo")
-    del file["data/case1/codes"]
-    file["data/case1"].create_dataset("codes", (5,), "u1", external=[(str(folder / "fifo"), 0, 5)])
+    with h5py.File(folder / "source.h5", "w") as source:
+        source["x"] = np.arange(5, dtype="u1")
+    return str(folder / "source.h5")
 
 
 def virtual(file: Any, folder: Path) -> None:
-    with h5py.File(folder / "source.h5", "w") as source:
-        source["x"] = np.arange(5, dtype="u1")
     layout = h5py.VirtualLayout((5,), "u1")
-    layout[:] = h5py.VirtualSource(str(folder / "source.h5"), "x", (5,))
-    del file["data/case1/codes"]
+    layout[:] = h5py.VirtualSource(elsewhere(file, folder), "x", (5,))
     file["data/case1"].create_virtual_dataset("codes", layout)
 
 
 def external_link(file: Any, folder: Path) -> None:
-    with h5py.File(folder / "source.h5", "w") as source:
-        source["x"] = np.arange(5, dtype="u1")
-    del file["data/case1/codes"]
-    file["data/case1/codes"] = h5py.ExternalLink(str(folder / "source.h5"), "/x")
+    file["data/case1/codes"] = h5py.ExternalLink(elsewhere(file, folder), "/x")
 
 
 def soft_link(target: str) -> Change:
-    def change(file: Any, _: Path) -> None:
-        del file["data/case1/codes"]
-        file["data/case1/codes"] = h5py.SoftLink(target)
-
-    return change
+    return lambda file, _: (
+        file.pop("data/case1/codes"),
+        file.__setitem__("data/case1/codes", h5py.SoftLink(target)),
+    )
 
 
 def replaced(place: str, values: Any, **how: Any) -> Change:
     """Another dataset in the place of one."""
-
-    def change(file: Any, _: Path) -> None:
-        del file[place]
-        file.create_dataset(place, data=values, **how)
-
-    return change
+    return lambda file, _: (file.pop(place), file.create_dataset(place, data=values, **how))
 
 
 def shaped(place: str, shape: tuple[int, ...], kind: str, **how: Any) -> Change:
     """A dataset that declares a shape and holds nothing."""
-
-    def change(file: Any, _: Path) -> None:
-        del file[place]
-        file.create_dataset(place, shape, kind, **how)
-
-    return change
+    return lambda file, _: (file.pop(place), file.create_dataset(place, shape, kind, **how))
 
 
 def bomb(file: Any, _: Path) -> None:
@@ -139,17 +124,11 @@ def crowd(file: Any, _: Path) -> None:
 
 
 def attribute(place: str, name: str, value: Any) -> Change:
-    def change(file: Any, _: Path) -> None:
-        file[place].attrs[name] = value
-
-    return change
+    return lambda file, _: file[place].attrs.__setitem__(name, value)
 
 
 def without(place: str, name: str) -> Change:
-    def change(file: Any, _: Path) -> None:
-        del file[place].attrs[name]
-
-    return change
+    return lambda file, _: file[place].attrs.__delitem__(name)
 
 
 def config(text: str) -> Change:
@@ -157,18 +136,11 @@ def config(text: str) -> Change:
 
 
 def renamed(name: str) -> Change:
-    def change(file: Any, _: Path) -> None:
-        first = next(iter(file["data"]))
-        file.move(f"data/{first}", f"data/{name}")
-
-    return change
+    return lambda file, _: file.move(f"data/{next(iter(file['data']))}", f"data/{name}")
 
 
 def filled(place: str, value: float) -> Change:
-    def change(file: Any, _: Path) -> None:
-        file[place][...] = value
-
-    return change
+    return lambda file, _: file[place].__setitem__(..., value)
 
 
 def filtered(file: Any, _: Path) -> None:
@@ -181,9 +153,9 @@ STRUCTURE = np.zeros(5, dtype=[("a", "u1"), ("b", "f8")])
 TEXTS = h5py.string_dtype()
 
 ATTACKS: dict[str, Callable[[Path], bytes]] = {
-    "external storage": attack(external),
-    "external storage of another shape": attack(external_bits),
-    "external storage in a pipe": attack(external_fifo),
+    "external storage": attack(external("codes", 5)),
+    "external storage of another shape": attack(external("bits", 41)),
+    "external storage in a pipe": attack(external("codes", 5, pipe=True)),
     "virtual dataset": attack(virtual),
     "external link": attack(external_link),
     "soft link": attack(soft_link("/data/case2/codes")),

@@ -129,9 +129,12 @@ def test_numbers_out_of_range_are_refused_with_their_names() -> None:
     good = bomb(2, 3)
     for name, wrong, said in (
         ("half_lengths", 2**63, "half-length"),
+        ("half_lengths", 0, "half-length"),
         ("step_bits", 60_000, "bits of a step is 60000, not 1 to 4096"),
         ("terms", 0, "terms of a step is 0"),
+        ("terms", 4097, "terms of a step is 4097"),
         ("widths", 0, "width of a coefficient is 0"),
+        ("widths", 1025, "width of a coefficient is 1025"),
     ):
         bad = {**good, name: good[name] * 0 + good[name].dtype.type(wrong)}
         with pytest.raises(store.StoreError, match=said):

@@ -22,7 +22,7 @@ from scripts import check_orbit as script
 from scripts.check_certificate import Fails, Refused
 from tests.cli.calls import call
 from tests.experiments.trees import reference
-from tests.remembered import remembered
+from tests.remembered import Inline, remembered
 
 CODE = "011"
 NAME = f"x{orbit_proofs.SUFFIX}"
@@ -35,21 +35,6 @@ def file(tmp_path_factory: pytest.TempPathFactory) -> Path:
     assert done.returncode == 0, done.stderr
     (folder / "found.json").write_text(done.stdout)
     return folder / NAME
-
-
-class Inline:
-    """Processes of the second checker, in this one: what follows a refusal is not begun."""
-
-    def __init__(self, _: int) -> None:
-        pass
-
-    def __enter__(self) -> Inline:
-        return self
-
-    def __exit__(self, *_: object) -> None:
-        pass
-
-    map = staticmethod(map)
 
 
 @pytest.fixture(scope="module", autouse=True)

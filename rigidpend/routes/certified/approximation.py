@@ -80,18 +80,17 @@ class _Truncated(Model):
 
 
 class Rule(NamedTuple):
-    """Chebyshev nodes and what is linear in values at them."""
+    """Chebyshev nodes x = -cos(pi k/(n - 1)), (n,), and what is linear in values at them, (n, n).
+
+    From values to those of the integral from -1, and to coefficients w; from these to values; and
+    (n - 1, n) to values halfway between nodes.
+    """
 
     nodes: Array
-    """(n,), x = -cos(pi k/(n - 1))."""
     integral: Array
-    """(n, n), from values to those of the integral from -1."""
     series: Array
-    """(n, n), from values to coefficients w."""
     values: Array
-    """(n, n), from coefficients w to values."""
     middles: Array
-    """(n - 1, n), from values to those halfway between nodes."""
 
 
 @functools.lru_cache(maxsize=64)

@@ -92,26 +92,26 @@ def enclosed(problem: RouteProblem, theta2_0: Exact, bits: int) -> Enclosed:
     What is lost in a working precision of so many bits widens the balls.
     """
     with precision(bits):
-        p = angles(problem.body)
-        J1 = _ball(problem.J1_0)
-        J2 = (2 * _ball(problem.h0) / p.kappa).sqrt()
-        # Divided by it |M| is about one, as fixed-point coefficients want
-        # it; a power of two rounds nothing. A J2 that is one itself is told in spite of rounding.
+        given = problem.body, _ball(problem.J1_0), problem.h0, _ball(theta2_0)
+        _, J2, p = start_of(*given)
+        # Divided by it |M| is about one, as fixed-point coefficients want it; a power of two
+        # rounds nothing. A J2 that is one itself is told in spite of rounding.
         unit = _power_of_two(J2 * (1 + arb(2) ** -20))
-        start = Canonical(
-            J1 / unit,
-            (J2 - J1) / unit,
-            arb(0),
-            p.alpha0 + p.beta0,
-            _ball(theta2_0),
-            arb(0),
-            arb(1),
-        )
-        state = aligned_from_canonical(start, p.alpha0, p.beta0, BALLS)
-        # With M in units of `unit` and t' in those of its inverse, a
-        # torque is in units of the square.
+        # With M in units of `unit` and t' in those of its inverse, a torque is in units of the
+        # square.
         scaled = p._replace(mu=p.mu / unit**2)
-        return Enclosed(aligned_coefficients(scaled, BALLS), tuple(state), unit)
+        return Enclosed(aligned_coefficients(scaled, BALLS), start_of(*given, unit)[0], unit)
+
+
+def start_of(
+    body: Body, J1: arb, h0: Exact, theta2: arb, unit: arb | int = 1
+) -> tuple[tuple[arb, ...], arb, Angles]:
+    """The aligned start with theta1 = alpha0 + beta0, M in a unit; J2, and the body's angles."""
+    p = angles(body)
+    J2 = (2 * _ball(h0) / p.kappa).sqrt()
+    momenta = J1 / unit, (J2 - J1) / unit
+    start = Canonical(*momenta, arb(0), p.alpha0 + p.beta0, theta2, arb(0), arb(1))
+    return tuple(aligned_from_canonical(start, p.alpha0, p.beta0, BALLS)), J2, p
 
 
 def angles(body: Body) -> Angles:
@@ -158,10 +158,8 @@ class LogarithmicNorm(NamedTuple):
         # but for its saddle. The two that follow are its F and Omega, by which
         # momentum and gamma drive each other.
         upright = saddle * arb(2).sqrt()
-        torque = _larger(_hypotenuse(c.force_p, c.force_m), upright * _hypotenuse(c.mu_r1, c.mu_r2))
-        turning = _larger(
-            arb(2).sqrt() * _larger(abs(c.omega1), abs(c.omega2)), abs(c.kappa) / upright
-        )
+        torque = _hypotenuse(c.force_p, c.force_m).max(upright * _hypotenuse(c.mu_r1, c.mu_r2))
+        turning = (arb(2).sqrt() * abs(c.omega1).max(abs(c.omega2))).max(abs(c.kappa) / upright)
         # The weight at which both are equal; any number will do, so the midpoint is taken as exact.
         best = (turning / torque).sqrt() if torque > arb(HEAVIEST) ** -2 * turning else HEAVIEST
         return cls(saddle, upright, arb(best).mid(), torque, turning)
@@ -193,10 +191,6 @@ class LogarithmicNorm(NamedTuple):
         p, q, s, *g = state
         squares = [p, q, self.upright * s, *(x / self.weight for x in g)]
         return sum((x * x for x in squares), arb(0)).sqrt()
-
-
-def _larger(a: arb, b: arb) -> arb:
-    return a.max(b)
 
 
 def _hypotenuse(a: arb, b: arb) -> arb:

@@ -22,13 +22,13 @@ from rigidpend.routes.certified.balls import (
     precision,
     upper,
 )
-from rigidpend.routes.certified.models import PARTS, VALUE_BITS, Model, Values
+from rigidpend.routes.certified.models import PARTS, VALUE_BITS, Model, Values, above
 from rigidpend.routes.certified.pieces import ORBIT_CLOCK, Step
 
 NEWTON = 3
 """Iterations in doubles to the place of a crossing."""
-ROOM = 8
-"""Assumed radius of the tube over the bound at the step's beginning, where none is grown yet."""
+TRIES, ROOM = 4, 4
+"""Trials of a tube's radius, and the first over the distance at the step's beginning."""
 LARGEST = 2.0**-6
 """Bound on the distance above which nothing is decided."""
 
@@ -96,33 +96,14 @@ class OrbitChecker:
         return upper(self.bound + self.growth.norm(gap))
 
     def _tube(self, begin: arb, leap: arb, M3: Values, duration: arb, parts: int) -> arb:
-        """H2 and H3: the distance over the whole step, from the assumed radius of the tube."""
-        # The tube is assumed and then verified (H3); the rate depends on its radius but little.
-        assumed = ROOM * (begin + 2 * leap)
-        for _ in range(3):
-            # A wider tube is never needed, and the rate would be larger in it.
-            assumed = assumed.min(arb(LARGEST))
-            grown = self._grown(begin, leap, M3, duration, parts, assumed)
-            # Balls compare as true only where that is certain: what may be larger counts as larger.
-            if grown < assumed:
-                self.bound = grown
-                return grown
-            if not grown < LARGEST:
-                break
-            assumed = 2 * grown
+        """H2 and H3: the distance over the whole step."""
+        sizes, length = [_units(M3.most(k)) for k in range(parts)], 2 * duration / parts
+        grown, _, holds = tube(sizes, length, begin + 2 * leap, self.growth, LARGEST, 0.5)
         _check_below("H3: the distance at the end of a step", grown)
-        raise Outgrown("H3: no tube is shown to hold the orbit; more bits would help")
-
-    def _grown(
-        self, begin: arb, leap: arb, M3: Values, duration: arb, parts: int, assumed: arb
-    ) -> arb:
-        """exp(integral of the rate) (distance at the beginning + integral of the defect)."""
-        # The lemma takes M3 halfway between both orbits: half of their distance more.
-        wide = upper(assumed / (2 * self.growth.upright))
-        rates = (self.growth.rate(_units(M3.most(k)) + wide, assumed) for k in range(parts))
-        # x has the range [-1, 1], of length 2, hence the factors 2 here and at the defect.
-        total = sum(rates, arb(0)) * (2 * duration / parts)
-        return upper(total.exp() * (begin + 2 * leap))
+        if not holds:
+            raise Outgrown("H3: no tube is shown to hold the orbit; more bits would help")
+        self.bound = grown
+        return grown
 
     def _doubt(
         self, models: Sequence[Model], M3: Values, radius: arb, duration: arb, parts: int
@@ -176,7 +157,7 @@ class OrbitChecker:
         """Bound on the distance of dM3/dx of the polynomial from that of the exact orbit."""
         # The right side of H5, in which 1/(4 lambda) is `twist` and mu the length of mu r.
         c = self.coefficients
-        widest = sum((_units(_sized(model)) for model in models[:2]), radius)
+        widest = sum((arb(x.size) / arb(2) ** x.bits for x in models[:2]), radius)
         torque = (c.mu_r1**2 + c.mu_r2**2).sqrt() * self.growth.weight
         # The defect is contained in the radius, in the same norm.
         own = radius / self.growth.upright
@@ -194,6 +175,37 @@ class OrbitChecker:
             x = min(max(x, low), high)
         off = abs(M3.at(arb(x))) / arb(2) ** M3.bits + away
         return arb(x, (off / _units(least)).upper())
+
+
+def tube(
+    sizes: Sequence[arb],
+    length: arb,
+    begin: arb,
+    growth: LogarithmicNorm,
+    widest: float,
+    share: float,
+) -> tuple[arb, arb, bool]:
+    """The distance over a step, from the assumed radius of a tube, its growth, and if that holds.
+
+    `sizes` are of M3 of the polynomials on parts of a length in time, `begin` the distance at the
+    beginning with what the step adds. Growth is bounded within a share of the radius.
+    """
+    # The tube is assumed and then verified; the rate depends on its radius but little.
+    assumed = ROOM * begin
+    for _ in range(TRIES):
+        # A wider tube is never needed, and the rate would be larger in it.
+        assumed = assumed.min(arb(widest))
+        wide = share * assumed / growth.upright
+        rates = (growth.rate(size + wide, 2 * share * assumed) for size in sizes)
+        factor = (sum(rates, arb(0)) * length).exp()
+        grown = upper(factor * begin)
+        # Balls compare as true only where that is certain: what may be larger counts as larger.
+        if grown < assumed:
+            return grown, factor, True
+        if not grown < widest:
+            break
+        assumed = 2 * grown
+    return grown, factor, False
 
 
 def defect(
@@ -245,17 +257,6 @@ def _units(value: int) -> arb:
     return arb(value) / 2**VALUE_BITS
 
 
-def _sized(model: Model) -> int:
-    """Size of a model in units of 2^-VALUE_BITS, rounded up."""
-    return (
-        (model.size >> model.bits - VALUE_BITS) + 1
-        if model.bits >= VALUE_BITS
-        else model.size << VALUE_BITS - model.bits
-    )
-
-
 def _whole(x: arb) -> int:
-    """A positive bound in units of 2^-VALUE_BITS, rounded up."""
-    mantissa, exponent = (x * arb(2) ** VALUE_BITS).upper().man_exp()
-    shift = int(exponent)
-    return (int(mantissa) << shift if shift >= 0 else int(mantissa) >> -shift) + 1
+    """A bound in units of 2^-VALUE_BITS, rounded up."""
+    return above(x * arb(2) ** VALUE_BITS)

@@ -9,8 +9,7 @@ from __future__ import annotations
 import math
 import os
 import time
-from collections.abc import Callable, Iterator, Sequence
-from contextlib import contextmanager
+from collections.abc import Callable, Sequence
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -21,7 +20,7 @@ from rigidpend.machine.progress import tell_nobody
 from rigidpend.machine.workers import check_stop, side_by_side
 from rigidpend.mechanics.body import Body
 from rigidpend.numbers import checked
-from rigidpend.numbers.exact import Exact, function
+from rigidpend.numbers.exact import Exact
 from rigidpend.numbers.expressions import NO_SYMBOL, words
 from rigidpend.numbers.generic import Scalar
 from rigidpend.routes.certified.approximation import Approximation
@@ -37,8 +36,6 @@ TRIES, MORE = 3, 1.3
 """Trials of a proof for which the bits did not suffice, and the factor by which they grow."""
 FEWEST_BITS = 8
 """Bits at the start at least."""
-AT_REST = "J1_0 = 0 is the pendulum motion itself, which never crosses J1 = J2/2"
-"""Reason for which nothing is proven where J1_0 is zero."""
 MOST_WORK = 2**31
 """Work on an orbit at most, the sum of bits^2 over its steps: an hour or two.
 
@@ -113,7 +110,7 @@ def certify_codes(
     h0 : number
         Energy constant, greater than mu.
     J1_0 : number
-        Initial action, dimensionless, 0 <= J1_0 < J2_0, not J2_0/2. With 0 nothing is proven.
+        Initial action, dimensionless, 0 < J1_0 < J2_0, not J2_0/2.
     n_symbols : int, optional
         How many symbols to prove on each orbit.
     bits : int, optional
@@ -136,20 +133,12 @@ def certify_codes(
     phases, jobs = Phases(theta2_0), checked.whole("jobs", jobs, 1, error=ProblemError)
     if bits is not None:
         bits = checked.whole("bits", bits, FEWEST_BITS, ORBIT_BITS, ProblemError)
-    # Told apart, for route problems exclude it: nothing is
-    # integrated, and every orbit is undecided.
     h0, J1_0 = (checked.number(n, x, ProblemError) for n, x in (("h0", h0), ("J1_0", J1_0)))
-    at_rest = J1_0.fraction == 0
-    problem = _problem(body, h0, J1_0, n_symbols)
+    problem = RouteProblem(body, h0, J1_0, n_symbols)
     problem.afford(len(phases))
     exactly = phases.exactly(range(len(phases)))
-    if at_rest:
-        proofs = [Proof([], [], AT_REST) for _ in exactly]
-    else:
-        orbits = list(zip(exactly, *_expected(problem, theta2_0), strict=True))
-        with _one_thread_each():
-            proofs = side_by_side(_orbit, (problem, bits), True, orbits, jobs, report)
-    return _record(phases.high, proofs, problem.n_symbols)
+    orbits = list(zip(exactly, *_expected(problem, theta2_0), strict=True))
+    return _record(problem, phases.high, _proofs(_orbit, (problem, bits), orbits, jobs, report))
 
 
 def checked_codes(
@@ -157,10 +146,27 @@ def checked_codes(
 ) -> CertifiedCodes:
     """Route codes that the steps of a certificate prove, checked without integration."""
     high = np.array([float(x) for x in phases])
-    orbits = list(zip(phases, steps, strict=True))
-    with _one_thread_each():
-        proofs = side_by_side(_again, (problem,), True, orbits, jobs)
-    return _record(high, proofs, problem.n_symbols)
+    proofs = _proofs(_again, (problem,), list(zip(phases, steps, strict=True)), jobs)
+    return _record(problem, high, proofs)
+
+
+def _proofs(
+    work: Callable[..., Proof],
+    of: tuple[Any, ...],
+    orbits: Sequence[Any],
+    jobs: int,
+    report: Report | None = None,
+) -> list[Proof]:
+    """Proofs by processes that use one thread each for their small matrices."""
+    names = ("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS", "MKL_NUM_THREADS")
+    before = dict(os.environ)
+    os.environ.update(dict.fromkeys(names, "1"))
+    try:
+        return side_by_side(work, of, True, orbits, jobs, report)
+    finally:
+        for name in names:
+            del os.environ[name]
+        os.environ.update({name: before[name] for name in names if name in before})
 
 
 def _orbit(
@@ -170,7 +176,6 @@ def _orbit(
     theta2_0, time, tries = orbit
     # Near enough to be recognised: the exact phase of a grid is written as start + step * k.
     name = f"theta2_0 = {float(theta2_0)!r}"
-    n, limit = problem.n_symbols + 1, passage_limit(problem, 53)
     steps, enough = asked_for(problem, time, theta2_0)
     asked, tries = (enough, tries) if bits is None else (bits, 1)
     found, spent = Proof([], [], ""), 0
@@ -180,6 +185,7 @@ def _orbit(
         # What bits are given for is not refused, only bounded.
         if bits is None and (reason := progress.refusal()):
             return found if found.reason else Proof([], [], reason)
+        n, limit = problem.n_symbols + 1, passage_limit(problem, 53)
         found = prove(problem, theta2_0, asked, n, limit, progress)
         spent += progress.work
         if not found.outgrown or asked == ORBIT_BITS:
@@ -189,7 +195,7 @@ def _orbit(
 
 
 def _again(orbit: tuple[Exact, Sequence[Step]], problem: RouteProblem) -> Proof:
-    return check(problem, orbit[0], orbit[1], problem.n_symbols + 1)
+    return check(problem, *orbit, problem.n_symbols + 1)
 
 
 def _expected(problem: RouteProblem, theta2_0: Any) -> tuple[list[float], list[int]]:
@@ -216,9 +222,9 @@ def _expected(problem: RouteProblem, theta2_0: Any) -> tuple[list[float], list[i
 
 
 def _record(
-    theta2_0: NDArray[np.float64], proofs: Sequence[Proof], n_symbols: int
+    problem: RouteProblem, theta2_0: NDArray[np.float64], proofs: Sequence[Proof]
 ) -> CertifiedCodes:
-    shape = (n_symbols + 1, len(proofs))
+    shape = (problem.n_symbols + 1, len(proofs))
     time, radius, bound = (np.full(shape, np.nan) for _ in range(3))
     separatrix = np.zeros(shape, dtype=np.uint8)
     for column, proof in enumerate(proofs):
@@ -226,55 +232,16 @@ def _record(
             time[row, column], radius[row, column] = crossing.time, crossing.radius
             separatrix[row, column], bound[row, column] = crossing.separatrix, crossing.bound
     codes = symbols(separatrix)
-    return CertifiedCodes(
-        theta2_0=theta2_0,
-        codes=codes,
-        proven=codes != NO_SYMBOL,
-        crossing_time=time,
-        time_radius=radius,
-        bound=bound,
-        separatrix=separatrix,
-        bits=np.array([proof.bits for proof in proofs], dtype=np.uint16),
-        reason=[proof.reason for proof in proofs],
-        steps=[proof.steps for proof in proofs],
-    )
-
-
-def _problem(body: Body, h0: Exact, J1_0: Exact, n_symbols: int) -> RouteProblem:
-    """The problem; with J1_0 = 0, which it excludes, that of another J1_0 is checked."""
-    if J1_0.fraction == 0:
-        A1, A2, A3 = body.A
-        # The root of |h0|, for a negative h0 is to reach the check and be refused there in words.
-        J1_0 = function("sqrt", 2 * _size(h0) * A3 * (A1 - A2) / (A1 * A2)) / 1000
-    return RouteProblem(body, h0, J1_0, n_symbols)
-
-
-def _size(x: Exact) -> Exact:
-    """The size of a number."""
-    return -x if float(x) < 0 else x
-
-
-@contextmanager
-def _one_thread_each() -> Iterator[None]:
-    """Let the processes that start here use one thread each for their small matrices."""
-    names = ("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS", "MKL_NUM_THREADS")
-    before = {name: os.environ.get(name) for name in names}
-    os.environ.update(dict.fromkeys(names, "1"))
-    try:
-        yield
-    finally:
-        for name, value in before.items():
-            if value is None:
-                del os.environ[name]
-            else:
-                os.environ[name] = value
+    bits = np.array([proof.bits for proof in proofs], dtype=np.uint16)
+    # In the order of its fields.
+    of = theta2_0, codes, codes != NO_SYMBOL, time, radius, bound, separatrix, bits
+    return CertifiedCodes(*of, [proof.reason for proof in proofs], [x.steps for x in proofs])
 
 
 class ProofProgress:
-    """Lines on the proof of one orbit.
+    """Lines on the proof of one orbit: so many steps of `bits`, which fall to nearly none.
 
-    So many steps are expected, of `bits` that fall to nearly none; trials before this one have
-    `spent` some work.
+    Trials before this one have `spent` some work.
     """
 
     def __init__(self, name: str, steps: int, bits: int, report: Report, spent: int = 0) -> None:

@@ -61,36 +61,63 @@ def pieces(setting: ShiftProblem, quad: Quad, turned: bool | None = None) -> lis
         turned = not quad.rising and setting.half_turns % 2 == 1
     sizes = setting.nodes[1:]
     at = grid_of(*(nodes(n, NUMBERS) for n in sizes))
-    orbits = FamilyOrbits(setting, _beginning(quad, at, setting, turned))
-    expected = _expected(quad, orbits.begin, setting, turned)
-    return family_pieces(orbits, expected, at, sizes, setting.bits)
+    begin = _beginning(quad, at, setting, turned)
+    expected = _expected(quad, begin, setting, turned)
+    return _to_crossing(setting, begin, expected, at, sizes, setting.bits)
 
 
-def family_pieces(
-    orbits: FamilyOrbits,
-    expected: Array,
+def _to_crossing(
+    setting: ShiftProblem,
+    begin: PairArray,
+    times: Array,
     at: Sequence[PairArray],
     sizes: Sequence[int],
-    bits_at_first: int,
+    bits: int,
 ) -> list[FamilyStep]:
     """Polynomials of orbits at `sizes` nodes in u, v and w, of which those `at` are."""
-    times = orbits.crossing(expected)
-    rate = orbits.rate
+    field = setting.coefficients.aligned
+    doubles = AlignedCoefficients(*map(float, field))
+    for _ in range(2):
+        # From times near the crossings to these.
+        ends = states_at(field, begin, PairArray.of(times[None]), 106, tolerance=TOLERANCE)
+        states = NUMBERS.floats(ends)[:, 0]
+        times = times - states[2] / aligned(states, doubles)[2]
     # Where M3 changes, at both ends, steps are half as long as between.
-    steps = max(3, math.ceil(float(times.max()) * rate / LENGTH) + 1)
+    steps = max(3, math.ceil(float(times.max()) * setting.rate / LENGTH) + 1)
     length = math.floor(float(times.min()) / (steps - 1) * 2**10) / 2**10
     starts = [0.0, *(length * (k + 0.5) for k in range(steps - 1))]
-    last = starts[-1]
-    rest = PairArray.of((times - last) / 2)[None, None]
+    rest = PairArray.of((times - starts[-1]) / 2)[None, None]
     halves: list[dict[Powers, int]] = [
         {(0, 0, 0): int((y - x) * 2**CLOCK)} for x, y in itertools.pairwise(starts)
     ]
     halves.append(fitted(rest, CLOCK, sizes)[0])
+    return steps_of(setting, begin, halves, at, sizes, (setting.nodes[0], bits))
+
+
+def steps_of(
+    setting: ShiftProblem,
+    begin: PairArray,
+    halves: Sequence[dict[Powers, int]],
+    at: Sequence[PairArray],
+    sizes: Sequence[int],
+    fine: tuple[int, int],
+) -> list[FamilyStep]:
+    """Polynomials of orbits over steps of such half-lengths: nodes in time, and bits at first."""
+    in_time, bits = fine
+    x = nodes(in_time, NUMBERS)[::-1]
+    time, times, starts = 0 * at[0], list[Any](), list[float]()
+    for half in halves:
+        length = values_at(half, at)
+        starts.append(float(time.parts[0].min()))
+        times.append((time + (1 + x)[:, None] * length[None, :]).parts)
+        time = time + 2 * length
+    grid, field = PairArray(np.concatenate(times, axis=1)), setting.coefficients.aligned
+    states = states_at(field, begin, grid, 106, tolerance=TOLERANCE)
     found = []
-    for start, half in zip(starts, halves, strict=True):
-        states = orbits.sampled(start, values_at(half, at))
-        bits = bits_at_first - math.floor(GROWTH * rate * start)
-        found.append(FamilyStep(bits, half, fitted(states, bits, sizes)))
+    for i, (half, start) in enumerate(zip(halves, starts, strict=True)):
+        here = states[:, i * in_time : (i + 1) * in_time][:, ::-1]
+        left = bits - math.floor(GROWTH * setting.rate * start)
+        found.append(FamilyStep(left, half, fitted(here, left, sizes)))
     return found
 
 
@@ -188,35 +215,6 @@ def _expected(quad: Quad, begin: PairArray, setting: ShiftProblem, turned: bool)
         point = SectionPoint(quad.rising, d[k::in_w], chi[k::in_w])
         times[k::in_w] = setting.level_of(w).passage(point).time
     return times
-
-
-class FamilyOrbits:
-    """Orbits in pairs of doubles."""
-
-    def __init__(self, setting: ShiftProblem, begin: PairArray) -> None:
-        self.begin, c = begin, setting.coefficients
-        self.in_time = setting.nodes[0]
-        self.rate = setting.rate
-        self.field = c.aligned
-        self.doubles = AlignedCoefficients(*map(float, c.aligned))
-
-    def at(self, times: PairArray) -> PairArray:
-        """States (6, k, n) at times (k, n), each orbit's ascending."""
-        found: PairArray = states_at(self.field, self.begin, times, 106, tolerance=TOLERANCE)
-        return found
-
-    def crossing(self, times: Array) -> Array:
-        """Times of M3 = 0, from some near them."""
-        for _ in range(2):
-            states = NUMBERS.floats(self.at(PairArray.of(times[None])))[:, 0]
-            times = times - states[2] / aligned(states, self.doubles)[2]
-        return times
-
-    def sampled(self, start: float, halves: PairArray) -> PairArray:
-        """States (6, nodes, n) at the nodes of a step."""
-        x = nodes(self.in_time, NUMBERS)[::-1]
-        found = self.at(start + (1 + x)[:, None] * halves[None, :])
-        return found[:, ::-1]
 
 
 BEYOND = 1.02
@@ -357,7 +355,7 @@ def line_pieces(
     for k, one in enumerate(nodes(in_w, precision(53))):
         entered = LineStarts(setting, of.J1, one).entered(a.floats(phase)[k::in_w])
         times[k::in_w] = entered.time
-    return family_pieces(FamilyOrbits(setting, begin), times, at, sizes, setting.bits - LINE_BITS)
+    return _to_crossing(setting, begin, times, at, sizes, setting.bits - LINE_BITS)
 
 
 def _beside(

@@ -15,18 +15,15 @@ from numpy.polynomial import chebyshev
 
 from rigidpend.machine.workers import check_stop
 from rigidpend.numbers.generic import Array
-from rigidpend.orbits.integrate.pair_arrays import PairArray
 from rigidpend.orbits.return_map.expansions import nodes
 from rigidpend.orbits.return_map.precision import precision
 from rigidpend.routes.certified.checker import Undecided
 from rigidpend.routes.certified.family_orbits import (
     GROWTH,
     LENGTH,
-    FamilyOrbits,
     LineStarts,
-    fitted,
     grid_of,
-    values_at,
+    steps_of,
 )
 from rigidpend.routes.certified.horseshoe import NUMBERS, ShiftProblem
 from rigidpend.routes.certified.intervals import EnclosedStarts, PhaseInterval, symbols
@@ -119,22 +116,8 @@ def pieces(
     at = grid_of(*(nodes(n, a) for n in sizes))
     middle = a.number(of.middle) * a.pi * 2
     phase = middle + a.pi * a.number(Fraction(1, 1 << of.depth)) * at[0]
-    orbits = FamilyOrbits(setting, LineStarts(setting, J1).states(phase, a))
-    halves = _halves(times, rate)
-    x = nodes(IN_TIME + fine // MORE, a)[::-1]
-    begin, grid, starts = 0 * at[0], [], []
-    for half in halves:
-        length = values_at(half, at)
-        starts.append(float(begin.parts[0].min()))
-        grid.append(begin + (1 + x)[:, None] * length[None, :])
-        begin = begin + 2 * length
-    states = orbits.at(PairArray(np.concatenate([x.parts for x in grid], axis=1)))
-    found, k = [], len(x)
-    for i, (half, start) in enumerate(zip(halves, starts, strict=True)):
-        here = states[:, i * k : (i + 1) * k][:, ::-1]
-        bits = fine - math.floor(GROWTH * rate * start)
-        found.append(FamilyStep(bits, half, fitted(here, bits, sizes)))
-    return found
+    begin, in_time = LineStarts(setting, J1).states(phase, a), IN_TIME + fine // MORE
+    return steps_of(setting, begin, _halves(times, rate), at, sizes, (in_time, fine))
 
 
 def _halves(times: Array, rate: float) -> list[dict[Powers, int]]:

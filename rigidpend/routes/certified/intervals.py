@@ -13,23 +13,18 @@ from typing import NamedTuple
 
 from flint import arb
 
-from rigidpend.machine.workers import check_stop
 from rigidpend.mechanics.body import Body
-from rigidpend.mechanics.coordinates import Canonical, aligned_from_canonical
-from rigidpend.mechanics.equations import AlignedCoefficients, aligned
 from rigidpend.mechanics.free_body import separatrix_beside
 from rigidpend.numbers.exact import Exact
-from rigidpend.routes.certified.balls import BALLS, SCALARS, angles, precision
-from rigidpend.routes.certified.checker import LARGEST, Undecided
+from rigidpend.routes.certified.balls import SCALARS, precision, start_of
+from rigidpend.routes.certified.checker import Undecided
 from rigidpend.routes.certified.models import Family
-from rigidpend.routes.certified.passages import on_parts, tube
-from rigidpend.routes.certified.pieces import CLOCK, FamilyStep
-from rigidpend.routes.certified.sections import BITS, Numbers, distances, norms
+from rigidpend.routes.certified.passages import followed, told
+from rigidpend.routes.certified.pieces import FamilyStep
+from rigidpend.routes.certified.sections import BITS, Numbers
 
 MOST_TERMS = 100
 """Terms of cosine and sine on an interval at most."""
-FINER = 8
-"""Bits of constants beyond those of a step."""
 
 
 class PhaseInterval(NamedTuple):
@@ -70,13 +65,16 @@ class EnclosedStarts(NamedTuple):
     @classmethod
     def of(cls, body: Body, h0: Exact, J1: Fraction) -> EnclosedStarts:
         """Enclose the numbers of a problem."""
-        return cls(Numbers.of(body, h0), body, J1, h0)
+        return cls(Numbers.of(body, h0)._replace(along=""), body, J1, h0)
 
     def states(self, of: PhaseInterval) -> list[Family]:
         """The starts of an interval, as functions of u."""
         with precision(BITS):
-            turn = 2 * arb.pi() * of.middle.numerator / of.middle.denominator
-            here, ahead = self._at(turn), self._at(turn + arb.pi() / 2)
+            turn, J1 = (arb(x.numerator) / x.denominator for x in (2 * of.middle, self.J1))
+            here, ahead = (
+                start_of(self.body, J1, self.h0, (turn + quarter) * arb.pi())[0]
+                for quarter in (0, arb("0.5"))
+            )
             # M does not depend on theta2, and gamma turns about it.
             cos, sin = _turned(arb.pi() / 2**of.depth)
             fixed = [Family.of_ball(x, BITS) for x in here[:3]]
@@ -85,13 +83,6 @@ class EnclosedStarts(NamedTuple):
                 for x, y in zip(here[3:], ahead[3:], strict=True)
             ]
             return fixed + turning
-
-    def _at(self, theta2: arb) -> Sequence[arb]:
-        p = angles(self.body)
-        J1 = arb(self.J1.numerator) / self.J1.denominator
-        J2 = (2 * arb(self.h0.over(BALLS)) / p.kappa).sqrt()
-        start = Canonical(J1, J2 - J1, arb(0), p.alpha0 + p.beta0, theta2, arb(0), arb(1))
-        return tuple(aligned_from_canonical(start, p.alpha0, p.beta0, BALLS))
 
 
 def _turned(angle: arb) -> tuple[Family, Family]:
@@ -136,42 +127,22 @@ def symbols_of(told: Sequence[int | tuple[bool, int]]) -> list[bool]:
 def _signs(
     starts: EnclosedStarts, before: list[Family], pieces: Sequence[FamilyStep]
 ) -> Iterator[int | tuple[bool, int]]:
-    """H1 to H3; on each part the sign of M3, or whether it rises with the sign of the large Q."""
-    numbers, growth, bound = starts.numbers, starts.numbers.growth, arb(0)
-    for piece in pieces:
-        check_stop()
-        states = [Family.of(terms, piece.bits) for terms in piece.terms]
-        half = Family.of(piece.half, CLOCK)
-        c = AlignedCoefficients(*(Family.of_ball(x, piece.bits + FINER) for x in numbers.field))
+    """H1 to H5; on each part the sign of M3, or whether it rises with the sign of the large Q."""
+    numbers = starts.numbers
+    for states, _, [bound] in followed(numbers, pieces, [arb(0)], "H", before):
         with precision(SCALARS):
-            if not half.range > 0:
-                raise Undecided("H2: the length of a step is not shown to be positive")
-            pairs = zip(states, before, strict=True)
-            begin = bound + norms([s.at("z", -1) - e for s, e in pairs], growth, "")[0]
-            rates = zip(states, aligned(states, c), strict=True)
-            leap = norms([P.derivative() - half * rate for P, rate in rates], growth, "")[0]
-            # Halfway between both orbits.
-            near = Fraction(1, 2)
-            bound, _ = tube(states[2], half, begin + 2 * leap, growth, near, ("H3", LARGEST))
-            before = [state.at("z", 1) for state in states]
             yield from _on_step(numbers, states, bound)
 
 
 def _on_step(
     numbers: Numbers, states: Sequence[Family], bound: arb
 ) -> Iterator[int | tuple[bool, int]]:
-    apart, M3, others = distances(bound, numbers.growth), on_parts(states[2]), None
-    for k, value in enumerate(M3):
-        if abs(value) > apart[2]:
-            yield 1 if value > 0 else -1
+    for sign, box in told(numbers, states, bound, "H5", (-1, 1)):
+        if not box:
+            yield sign
             continue
-        others = others or [on_parts(state) for state in states]
-        box = [each[k] + arb(0, e) for each, e in zip(others, apart, strict=True)]
-        rate = aligned(box, numbers.field)[2]
-        if not (rate > 0 or rate < 0):
-            raise Undecided("H5: neither the sign of M3 nor that of its rate is told on a part")
         # Where M3 rises Qp is the large one, else Qm.
-        large = box[0 if rate > 0 else 1]
+        large = box[0 if sign > 0 else 1]
         if not (large > 0 or large < 0):
             raise Undecided("H5: Q is too near zero at a crossing to tell its separatrix")
-        yield bool(rate > 0), 1 if large > 0 else -1
+        yield sign > 0, 1 if large > 0 else -1

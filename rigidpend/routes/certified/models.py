@@ -40,10 +40,8 @@ class Model:
     @classmethod
     def of_ball(cls, ball: arb, bits: int) -> Model:
         """Constant model that contains a ball of real numbers."""
-        (centre, exponent), (radius, finer) = ball.mid().man_exp(), ball.rad().man_exp()
-        # Both are rounded down, so each may be off by a unit: 2 more in the error.
-        units, away = _scaled(centre, exponent + bits), _scaled(radius, finer + bits)
-        return cls(fmpz_poly([2 * units]), 0, away + 2, bits)
+        middle, away = _units(ball, bits)
+        return cls(fmpz_poly([2 * middle]), 0, away, bits)
 
     @property
     def series(self) -> list[int]:
@@ -105,10 +103,20 @@ class Model:
         return Model.of_series(slopes[: max(self.degree, 1)], self.bits)
 
 
-def _scaled(mantissa: object, exponent: object) -> int:
-    """The whole number next below mantissa 2^exponent."""
-    whole, shift = int(mantissa), int(exponent)  # type: ignore[call-overload]
-    return whole << shift if shift >= 0 else whole >> -shift
+def _units(ball: arb, bits: int) -> tuple[int, int]:
+    """The whole number of units of 2^-bits next below a ball's middle, and how far it goes."""
+    with precision(bits + 64):
+        units = ball * arb(2) ** bits
+        middle = above(units.mid().floor())
+        return middle, above(abs(units - middle))
+
+
+def above(x: arb) -> int:
+    """A whole number above a ball, or that which the ball is."""
+    found = x.upper().ceil().unique_fmpz()
+    if found is None:
+        raise ArithmeticError("a bound is no number")
+    return int(found)
 
 
 PARTS = (32, 256)
@@ -216,10 +224,8 @@ class Family:
     @classmethod
     def of_ball(cls, ball: arb, bits: int) -> Family:
         """A constant that contains a ball of real numbers."""
-        with precision(bits + 64):
-            units = ball * arb(2) ** bits
-            middle = _whole(units.mid().floor())
-            return cls(_RING.constant(2 * middle), 0, bits, _above(abs(units - middle)))
+        middle, away = _units(ball, bits)
+        return cls(_RING.constant(2 * middle), 0, bits, away)
 
     @classmethod
     def of_fraction(cls, x: Fraction | int, bits: int) -> Family:
@@ -259,10 +265,10 @@ class Family:
 
     def at(self, name: str, side: int) -> Family:
         """The family on the side where z (which is x there), u or v is -1 or 1."""
-        found = self.doubled.subs({name: side})
-        if name != "z":
-            return Family(found, self.degree, self.bits, self.error, self.orders)
-        return Family(found * side**self.degree, 0, self.bits, self.error, self.orders)
+        found, degree = self.doubled.subs({name: side}), self.degree
+        if name == "z":
+            found, degree = found * side**degree, 0
+        return Family(found, degree, self.bits, self.error, self.orders)
 
     def derivative(self) -> Family:
         """Derivative in x, of a family without error."""
@@ -288,7 +294,7 @@ class Family:
 
     def widened(self, by: arb) -> Family:
         """All functions that differ from these by so much."""
-        error = self.error + _above(by * arb(2) ** self.bits)
+        error = self.error + above(by * arb(2) ** self.bits)
         return Family(self.doubled, self.degree, self.bits, error, None)
 
     def __neg__(self) -> Family:
@@ -321,16 +327,3 @@ def _each(rule: Callable[[int, int], int], a: Orders | None, b: Orders | None) -
     if a is None or b is None:
         return None
     return rule(a[0], b[0]), rule(a[1], b[1]), rule(a[2], b[2])
-
-
-def _above(x: arb) -> int:
-    """A whole number above a ball."""
-    return _whole(x.upper().ceil())
-
-
-def _whole(x: arb) -> int:
-    """A ball that is a whole number."""
-    found = x.unique_fmpz()
-    if found is None:
-        raise ArithmeticError("a bound is no number")
-    return int(found)

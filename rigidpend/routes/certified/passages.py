@@ -8,7 +8,6 @@ in a crossing.
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from fractions import Fraction
 from itertools import pairwise
 from typing import NamedTuple
 
@@ -16,6 +15,7 @@ from flint import arb
 
 from rigidpend.machine.workers import check_stop
 from rigidpend.mechanics.equations import AlignedCoefficients, aligned
+from rigidpend.routes.certified import checker
 from rigidpend.routes.certified.balls import (
     SCALARS,
     LogarithmicNorm,
@@ -23,7 +23,7 @@ from rigidpend.routes.certified.balls import (
     precision,
     upper,
 )
-from rigidpend.routes.certified.checker import Undecided
+from rigidpend.routes.certified.checker import LARGEST, Undecided
 from rigidpend.routes.certified.models import VALUE_BITS as VALUES
 from rigidpend.routes.certified.models import Family, Values
 from rigidpend.routes.certified.pieces import CLOCK, FamilyStep, Quad, StartLine
@@ -42,9 +42,14 @@ from rigidpend.routes.certified.sections import (
 PARTS = 32
 """Parts of a step on which signs and rates are told."""
 WIDEST = 2.0**-12
-"""Radius of a tube at most."""
-TRIES, ROOM = 4, 4
-"""Trials of a tube's radius, and the first over what it has at the beginning."""
+"""Radius of a tube about the orbits of a set at most."""
+TUBES = {"C": (WIDEST, 1.0), "H": (LARGEST, 0.5)}
+"""Radius of a tube at most, and the share of it within which growth is bounded, by hypotheses.
+
+With C it is at the orbits themselves, for the derivatives' sake, with H halfway to the polynomials.
+"""
+TRIES = 4
+"""Trials of the time by which orbits cross earlier or later than polynomials."""
 
 
 class Reached(NamedTuple):
@@ -90,7 +95,9 @@ def arrival(numbers: Numbers, start: Quad | StartLine, pieces: Sequence[FamilySt
     for states, half, apart in followed(numbers, pieces, bounds):
         with precision(SCALARS):
             time += 2 * half.range
-            signs += _signs(numbers, states, apart[0], side)
+            parts = told(numbers, states, apart[0], "C4", [side])
+            # 0 where M3 has the sign of the passage, else that of M3' by then.
+            signs += [side * rate if box else 0 for rate, box in parts]
     _check_signs(signs, order)
     end = [state.at("z", 1) for state in states]
     with precision(SCALARS):
@@ -121,28 +128,32 @@ def _energies_along(
 
 
 def followed(
-    numbers: Numbers, pieces: Sequence[FamilyStep], bounds: list[arb]
+    numbers: Numbers,
+    pieces: Sequence[FamilyStep],
+    bounds: list[arb],
+    letter: str = "C",
+    end: Sequence[Family] | None = None,
 ) -> Iterator[tuple[list[Family], Family, list[arb]]]:
-    """Check steps one after the other (C2, C3): states, half-length and distances over each.
+    """Check steps one after the other (C2, C3; H1 to H3): states, half-length and distances.
 
     The `bounds` are on the distance of the polynomials from the orbits at the beginning, and on
-    those of its derivatives in the variables of `numbers.along`.
+    those of its derivatives in the variables of `numbers.along`. Where the orbits begin at `end`,
+    they are on the distance there.
     """
-    end: list[Family] | None = None
     for piece in pieces:
         check_stop()
         states = [Family.of(terms, piece.bits) for terms in piece.terms]
         half = Family.of(piece.half, CLOCK)
         with precision(SCALARS):
             if not half.range > 0:
-                raise Undecided("C2: the length of a step is not shown to be positive")
+                raise Undecided(f"{letter}2: the length of a step is not shown to be positive")
             if end is not None:
                 off = [s.at("z", -1) - e for s, e in zip(states, end, strict=True)]
                 gaps = norms(off, numbers.growth, numbers.along)
                 bounds = [upper(bound + gap) for bound, gap in zip(bounds, gaps, strict=True)]
             end = [state.at("z", 1) for state in states]
             leaps = defects(numbers, states, half)
-            bounds = _carried(numbers, states, half, bounds, leaps)
+            bounds = _carried(numbers, states, half, bounds, leaps, letter)
         yield states, half, bounds
 
 
@@ -163,11 +174,11 @@ def _carried(
     half: Family,
     begin: Sequence[arb],
     leaps: Sequence[arb],
+    letter: str = "C",
 ) -> list[arb]:
-    """C3: the distance over the whole step, and those of the derivatives."""
-    # At the orbits themselves, and not halfway to the polynomials, for the derivatives' sake.
+    """C3, H3: the distance over the whole step, and those of the derivatives."""
     growth, apart = numbers.growth, begin[0] + 2 * leaps[0]
-    bound, factor = tube(states[2], half, apart, growth, 1, ("C3", WIDEST))
+    bound, factor = tube(states[2], half, apart, growth, letter)
     size, *slopes = norms(states, growth, numbers.along)
     rate = growth.steepness(size + WIDEST)
     found = [bound]
@@ -179,51 +190,41 @@ def _carried(
 
 
 def tube(
-    M3: Family,
-    half: Family,
-    begin: arb,
-    growth: LogarithmicNorm,
-    away: Fraction | int,
-    allowed: tuple[str, float],
+    M3: Family, half: Family, begin: arb, growth: LogarithmicNorm, letter: str
 ) -> tuple[arb, arb]:
     """The distance over a whole step, from the assumed radius of a tube, and its growth.
 
     M3 and half of the length in time are those of the polynomials; `begin` is the distance at the
-    beginning with what the step adds. Growth is bounded as far from the polynomials as `away` is
-    of the radius; `allowed` has the name of the hypothesis, and the largest radius.
+    beginning with what the step adds.
     """
-    name, widest = allowed
+    widest, share = TUBES[letter]
     sizes, length = [abs(each).upper() for each in on_parts(M3)], 2 * half.bound / PARTS
-    share = arb(away.numerator) / away.denominator
-    assumed = ROOM * begin
-    for _ in range(TRIES):
-        assumed = assumed.min(arb(widest))
-        wide = share * assumed / growth.upright
-        rates = (growth.rate(m + wide, 2 * share * assumed) for m in sizes)
-        factor = (sum(rates, arb(0)) * length).exp()
-        grown = upper(factor * begin)
-        # Balls compare as true only where that is certain.
-        if grown < assumed:
-            return grown, factor
-        assumed = 2 * grown
-    said = f"{name}: the orbits are shown to stay within {float(grown):.3g} of the polynomials"
+    grown, factor, holds = checker.tube(sizes, length, begin, growth, widest, share)
+    if holds:
+        return grown, factor
+    said = f"{letter}3: the orbits are shown to stay within {float(grown):.3g} of the polynomials"
     raise Undecided(f"{said}, and within {widest:.3g} is needed")
 
 
-def _signs(numbers: Numbers, states: Sequence[Family], bound: arb, side: int) -> list[int]:
-    """C4: on each part 0 where M3 has the sign of the passage, else that of M3' by then."""
-    found, M3 = [], on_parts(states[2])
-    apart = distances(bound, numbers.growth)
+def told(
+    numbers: Numbers, states: Sequence[Family], bound: arb, name: str, sides: Sequence[int]
+) -> Iterator[tuple[int, list[arb]]]:
+    """On each part of a step the sign of M3, if it is one of `sides`.
+
+    Else that of its rate, with all states there, as balls.
+    """
+    M3, every, apart = on_parts(states[2]), list[list[arb]](), distances(bound, numbers.growth)
     for k, value in enumerate(M3):
-        if side * value > apart[2]:
-            found.append(0)
+        if side := next((side for side in sides if side * value > apart[2]), 0):
+            yield side, []
             continue
-        box = [on_parts(s)[k] + arb(0, e) for s, e in zip(states, apart, strict=True)]
-        rate = side * aligned(box, numbers.field)[2]
+        every = every or [on_parts(state) for state in states]
+        box = [each[k] + arb(0, e) for each, e in zip(every, apart, strict=True)]
+        rate = aligned(box, numbers.field)[2]
         if not (rate > 0 or rate < 0):
-            raise Undecided("C4: neither the sign of M3 nor that of its rate is told on a part")
-        found.append(1 if rate > 0 else -1)
-    return found
+            said = "neither the sign of M3 nor that of its rate is told on a part"
+            raise Undecided(f"{name}: {said}")
+        yield (1 if rate > 0 else -1), box
 
 
 def _check_signs(signs: Sequence[int], order: Sequence[int]) -> None:

@@ -90,66 +90,77 @@ class FamilyStep(NamedTuple):
 
 def packed_quads(quads: Sequence[Quad]) -> dict[str, Any]:
     """Sets as arrays; their numbers are doubles, and stand for these exactly."""
-    numbers = {name: [float(getattr(q, name)) for q in quads] for name in ("a", "b", "l0", "l1")}
     return {
         "rising": np.array([q.rising for q in quads]),
-        "p": np.array([[float(x) for x in q.p] for q in quads]),
-        **{name: np.array(values) for name, values in numbers.items()},
+        "p": np.array([q.p for q in quads], dtype=float),
+        **{name: np.array([float(getattr(q, name)) for q in quads]) for name in OF_SET},
     }
+
+
+OF_SET = ("a", "b", "l0", "l1")
 
 
 def packed_energies(
     shift: Fraction, spread: Fraction, quads: Sequence[Quad], line: StartLine
 ) -> dict[str, Any]:
     """Energies, and how sets and a line of starts move with them, as doubles."""
-    moves = np.array([[[float(x) for x in p] for p in quad.moves] for quad in quads])
-    along = np.array([float(x) for x in line.moves])
-    return {"shift": float(shift), "spread": float(spread), "moves": moves, "line": along}
+    moves, along = ([q.moves for q in quads], line.moves)
+    return {
+        "shift": float(shift),
+        "spread": float(spread),
+        "moves": np.array(moves, dtype=float),
+        "line": np.array(along, dtype=float),
+    }
 
 
 def unpacked_energies(data: Mapping[str, Any] | None) -> tuple[Fraction, Fraction]:
     """Shift of energies from that of a config, and their spread."""
     if data is None:
         return Fraction(0), Fraction(0)
-    if not (np.isfinite(data["shift"]) and 0 < data["spread"] < math.inf):
+    if not data["spread"] > 0:
         raise ValueError("the energies are no interval")
-    return Fraction(float(data["shift"])), Fraction(float(data["spread"]))
+    return exactly(data["shift"]), exactly(data["spread"])
 
 
 def unpacked_quads(
     data: Mapping[str, Any], energies: Mapping[str, Any] | None = None
 ) -> list[Quad]:
     """Sets from their arrays, with how they move."""
-    moves = np.zeros((len(data["p"]), 0, 0)) if energies is None else np.asarray(energies["moves"])
-    if not np.isfinite(moves).all():
-        raise ValueError("a set moves by what is not finite")
-    if not all(np.isfinite(data[name]).all() for name in ("a", "b", "l0", "l1", "p")):
-        raise ValueError("a set has a number that is not finite")
-    if not (np.shape(data["p"])[1] and all(np.all(data[name]) for name in ("a", "b", "l1"))):
-        raise ValueError("a set has no extent")
-    rows = zip(*(data[name] for name in ("rising", "a", "b", "l0", "l1", "p")), strict=True)
-    return [
-        made(bool(rising), numbers, p)._replace(moves=tuple(tuple(map(Fraction, x)) for x in by))
-        for (rising, *numbers, p), by in zip(rows, moves.tolist(), strict=True)
+    moves = [()] * len(data["p"]) if energies is None else energies["moves"].tolist()
+    rows = zip(*(data[name] for name in ("rising", *OF_SET, "p")), moves, strict=True)
+    found = [
+        made(bool(rising), numbers, p)._replace(moves=tuple(tuple(map(exactly, x)) for x in by))
+        for rising, *numbers, p, by in rows
     ]
+    if not all(quad.p and quad.a and quad.b and quad.l1 for quad in found):
+        raise ValueError("a set has no extent")
+    return found
 
 
 def unpacked_line(
     J1: Fraction, data: Mapping[str, Any], energies: Mapping[str, Any] | None = None
 ) -> StartLine:
-    """A line of starts from its numbers, doubles, which stand for these exactly."""
-    numbers = [float(data.get(name, 0)) for name in ("wide", "e1", "e2", "centre", "half")]
-    numbers += [] if energies is None else map(float, energies["line"])
-    if not np.isfinite(numbers).all():
-        raise ValueError("a line of starts has a number that is not finite")
-    wide, e1, e2, centre, half, *moves = map(Fraction, numbers)
-    return StartLine(J1, e1, e2, centre, half, tuple(moves), wide)
+    """A line of starts from its numbers."""
+    e1, e2, centre, half = (exactly(data[name]) for name in ("e1", "e2", "centre", "half"))
+    moves = tuple(map(exactly, [] if energies is None else energies["line"]))
+    return StartLine(J1, e1, e2, centre, half, moves, exactly(data.get("wide", 0)))
 
 
 def made(rising: bool, numbers: Sequence[float], p: Iterable[float]) -> Quad:
     """The set of doubles a, b, l0, l1 and those of p."""
-    a, b, l0, l1, *curve = (Fraction(float(x)) for x in (*numbers, *p))
+    a, b, l0, l1, *curve = map(exactly, (*numbers, *p))
     return Quad(rising, a, b, l0, l1, tuple(curve))
+
+
+def exactly(x: Any) -> Fraction:
+    """The number that a double stands for."""
+    if not math.isfinite(x):
+        raise ValueError("a set, a line of starts or an energy has a number that is not finite")
+    return Fraction(float(x))
+
+
+OF_STEPS, OF_TERMS = ("family", "bits", "terms"), ("powers", "coefficients")
+"""Arrays of steps, one after the other, and of all their terms."""
 
 
 def packed(orbits: Sequence[Sequence[FamilyStep]]) -> dict[str, Any]:
@@ -179,29 +190,23 @@ def of_some(data: Mapping[str, Any], n: int, which: range) -> dict[str, Any]:
     family, terms = (np.asarray(data[name], dtype=np.int64) for name in ("family", "terms"))
     if np.any(terms < 1) or sum(map(int, terms)) != len(data["powers"]):
         raise ValueError("the steps have other terms than are stored")
-    of = family % n
-    here = (of >= which.start) & (of < which.stop)
-    rows = np.repeat(here, terms)
+    here = np.isin(family % n, which)
+    found = {name: data[name][here] for name in OF_STEPS}
+    found |= {name: data[name][np.repeat(here, terms)] for name in OF_TERMS}
     # Of n sets n more are what is finer.
-    moved = of - which.start + len(which) * (family // n)
-    return {
-        "family": moved[here],
-        **{name: data[name][here] for name in ("bits", "terms")},
-        **{name: data[name][rows] for name in ("powers", "coefficients")},
-    }
+    return found | {"family": (family % n - which.start + len(which) * (family // n))[here]}
 
 
 def joined(parts: Sequence[Mapping[str, Any]], sizes: Sequence[int]) -> dict[str, Any]:
     """The arrays of the steps of so many sets each, as those of all sets, one after the other."""
-    families, first, n = [], 0, sum(sizes)
-    for part, size in zip(parts, sizes, strict=True):
-        families.append(part["family"] % size + first + n * (part["family"] // size))
-        first += size
-    names = ("bits", "terms", "powers", "coefficients")
-    return {
-        "family": np.concatenate(families),
-        **{name: np.concatenate([part[name] for part in parts]) for name in names},
-    }
+    names = (*OF_STEPS, *OF_TERMS)
+    found = {name: np.concatenate([part[name] for part in parts]) for name in names}
+    n, firsts = sum(sizes), itertools.accumulate(sizes, initial=0)
+    families = [
+        part["family"] % size + first + n * (part["family"] // size)
+        for part, size, first in zip(parts, sizes, firsts, strict=False)
+    ]
+    return found | {"family": np.concatenate(families)}
 
 
 def _words(piece: FamilyStep) -> list[FamilyStep]:
@@ -249,17 +254,7 @@ def unpacked(data: Mapping[str, Any], n: int) -> list[list[FamilyStep]]:
     for of, bits, end, terms in zip(data["family"], data["bits"], ends, data["terms"], strict=True):
         if not 0 <= of < 2 * n or len(found[of % n]) == MOST_STEPS:
             raise ValueError(f"a step is of no set, or a set has more than {MOST_STEPS} steps")
-        here = slice(end - terms, end)
-        powers = [tuple(map(int, row)) for row in data["powers"][here]]
-        if len(set(powers)) < len(powers):
-            raise ValueError("a step has a term twice")
-        columns: list[dict[Any, int]] = [
-            {at: int(x) for at, x in zip(powers, column, strict=True) if x}
-            for column in data["coefficients"][here].T
-        ]
-        if any(at[0] for at in columns[-1]):
-            raise ValueError("the length of a step depends on time")
-        step = FamilyStep(int(bits), columns[-1], columns[:-1])
+        step = _step(int(bits), *(data[name][end - terms : end] for name in OF_TERMS))
         if of < n:
             found[of].append(step)
         elif found[of - n]:
@@ -268,3 +263,17 @@ def unpacked(data: Mapping[str, Any], n: int) -> list[list[FamilyStep]]:
         else:
             raise ValueError("what is added to a step is of no step")
     return found
+
+
+def _step(bits: int, powers: Any, coefficients: Any) -> FamilyStep:
+    """A step from its terms."""
+    places = list(map(tuple, powers.tolist()))
+    if len(set(places)) < len(places):
+        raise ValueError("a step has a term twice")
+    *columns, half = (
+        {at: x for at, x in zip(places, column, strict=True) if x}
+        for column in coefficients.T.tolist()
+    )
+    if any(at[0] for at in half):
+        raise ValueError("the length of a step depends on time")
+    return FamilyStep(bits, half, columns)

@@ -116,6 +116,14 @@ def said(check: Callable[..., Any], *arguments: Any) -> str:
     return ""
 
 
+def agree(words: str, *checks: Callable[[], Any]) -> None:
+    """Each is refused in these words, or none where there are no words."""
+    for check in checks:
+        found = said(check)
+        assert words in found, found
+        assert bool(found) is bool(words), found
+
+
 def moved(piece: FamilyStep, component: int, at: Any, by: float) -> FamilyStep:
     """A step of which a coefficient is off."""
     terms = [dict(each) for each in piece.terms]
@@ -297,31 +305,24 @@ class Stored:
 
     def beginning(self, start: Quad | StartLine, piece: FamilyStep) -> list[Callable[[], Any]]:
         """C1 of a set or of a line by both: each gives its bounds."""
+        again = step(piece)
+        if isinstance(start, StartLine):
+            line = script.Line(*start)
+            found: Any = lambda: sections.line_beginning(self.numbers, start, piece)[1]  # noqa: E731
+            return [found, lambda: script.line_beginning(problem(), line, again)]
+        return [
+            lambda: sections.beginning(self.numbers, start, piece)[1],
+            lambda: script.beginning(problem(), quad_of(start), again)[1],
+        ]
 
-        def by_package() -> list[float]:
-            if isinstance(start, StartLine):
-                _, bounds = sections.line_beginning(self.numbers, start, piece)
-            else:
-                _, bounds = sections.beginning(self.numbers, start, piece)
-            return [float(x.upper()) for x in bounds]
-
-        def by_script() -> list[float]:
-            if isinstance(start, StartLine):
-                bounds = script.line_beginning(problem(), script.Line(*start), step(piece))
-            else:
-                bounds = script.beginning(problem(), quad_of(start), step(piece))[1]
-            return list(map(float, bounds))
-
-        return [by_package, by_script]
-
-    def refused(self, quad: Quad, pieces: Sequence[FamilyStep], **other: Any) -> list[str]:
-        """What both say of the orbits of a set, of the stored body and energy or of another."""
+    def of_set(self, quad: Quad, pieces: Sequence[FamilyStep], **other: Any) -> list[Any]:
+        """What both check of the orbits of a set, of the stored body and energy or of another."""
         given = GIVEN | other
         body = Body(A=given["A"], r=given["r"], mu=given["mu"])
         numbers, again = sections.Numbers.of(body, exact(given["h"])), [step(x) for x in pieces]
         return [
-            said(passages.arrival, numbers, quad, pieces),
-            said(script.arrival, problem(**other), quad_of(quad), again),
+            lambda: passages.arrival(numbers, quad, pieces),
+            lambda: script.arrival(problem(**other), quad_of(quad), again),
         ]
 
     def followed(self, found: Sequence[Any]) -> Callable[..., Any]:

@@ -5,7 +5,6 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from fractions import Fraction
-from types import SimpleNamespace
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -17,7 +16,6 @@ from rigidpend.experiments.full_shift.schema import Config
 from rigidpend.numbers.exact import exact
 from rigidpend.routes.certified import (
     chains,
-    connections,
     coverings,
     family_orbits,
     horseshoe,
@@ -40,6 +38,7 @@ from tests.routes.certified.offered import (
     CONFIG,
     GIVEN,
     J1,
+    agree,
     begun,
     crossings,
     interval,
@@ -51,7 +50,6 @@ from tests.routes.certified.offered import (
     value,
     whole,
 )
-from tests.weakened import weakened
 
 H0 = exact("1.3342")
 OWN = ["problem.h=null", "problem.h0=1.3342"]
@@ -193,9 +191,12 @@ def test_a_set_covers_another_one_at_every_energy(found: Found, arrived: Arrived
 @pytest.mark.parametrize(("component", "at"), [(3, (0, 0, 0, 1)), (2, (2, 0, 1, 1))])
 def test_a_changed_term_of_the_energy_proves_nothing(found: Found, component: int, at: Any) -> None:
     steps = [moved(found.pieces[2][0], component, at, 1e-5), *found.pieces[2][1:]]
-    mine = said(passages.arrival, found.numbers(), found.quads[2], steps)
     quad, again = quad_of(found.quads[2]), [step(x) for x in steps]
-    assert [mine[:2], said(script.arrival, found.problem(), quad, again)[:2]] == ["C3", "C3"]
+    agree(
+        "C3",
+        lambda: passages.arrival(found.numbers(), found.quads[2], steps),
+        lambda: script.arrival(found.problem(), quad, again),
+    )
 
 
 @pytest.mark.slow
@@ -230,10 +231,13 @@ def test_starts_have_energies_of_which_sets_are_known(
     theta2 = family_orbits.line(found.setting, J1, found.quads)[1]
     energies = family_orbits.LineStarts(found.setting, J1).energies(np.linspace(*theta2, 99))
     most = float(np.abs(energies - float(found.setting.shift)).max() / float(found.setting.spread))
-    other = passages.arrival, found.numbers(most * factor), found.line, found.starts
+    numbers, theirs = found.numbers(most * factor), found.problem(most * factor)
     steps = [step(x) for x in found.starts]
-    theirs = script.arrival, found.problem(most * factor), script.Line(*found.line), steps
-    assert [said(*other)[:2], said(*theirs)[:2]] == [reason, reason]
+    agree(
+        reason,
+        lambda: passages.arrival(numbers, found.line, found.starts),
+        lambda: script.arrival(theirs, script.Line(*found.line), steps),
+    )
 
 
 @pytest.mark.slow
@@ -403,40 +407,8 @@ def test_C7_where_energies_differ(U_w: float, V_w: float, w_u: float, reason: st
     at_, up_, w_ = theirs = [series(row, BITS) for row in rows]
     along = [tuple(each.along(i) for each in theirs) for i in script.ALONG]
     other = script.Arrival(at_, up_, 1, [], [], Interval.of(0), along, w_)
-    found = said(coverings.prove_cones, [one]), said(script.check_cone, other, quad_of(quad))
-    assert [x[:2] for x in found] == [reason, reason]
-
-
-@pytest.mark.slow
-def test_C9_of_starts_of_one_J2_0_would_be_of_several_energies(
-    found: Found, arrived: Arrived, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    """A strip about them passes for all but that, and no surface of one energy goes along it."""
-    setting, wider = found.setting, 4.0
-    setting = setting._replace(spread=setting.spread * Fraction(wider))
-    # As far as the images of sets.
-    low, high = family_orbits.line(found.setting, J1, found.quads)[1]
-    ends = (low + high) / 2 + np.array([-1.5, 1.5]) * (high - low)
-    line, _ = family_orbits.LineStarts(setting, J1).between(ends)
-    momentum = float(begun(found.starts[0])[0].bound)
-    wide = family_orbits._wide(setting._replace(h0=None), line, momentum, found.quads)
-    line = line._replace(wide=wide)
-    c, *to_M = setting.coefficients
-    free: Any = SimpleNamespace(
-        coefficients=(c._replace(mu_r1=0 * c.mu_r1, mu_r2=0 * c.mu_r2), *to_M), h=H0, spread=0
+    agree(
+        reason,
+        lambda: coverings.prove_cones([one]),
+        lambda: script.check_cone(other, quad_of(quad)),
     )
-    beside = family_orbits._beside
-    monkeypatch.setattr(family_orbits, "_beside", lambda _, *of: beside(free, *of))
-    pieces = family_orbits.line_pieces(setting, line, (float(ends[0]), float(ends[1])))
-    numbers = found.numbers(wider)
-    strip = line, pieces, passages.arrival(numbers, line, pieces)
-    of = numbers, strip, [found.quads[2]], [arrived.mine]
-    slip = weakened(connections, ("numbers.h0 is not None", "False"))
-    assert said(slip.prove_transversal, *of) == ""
-    assert "of several energies" in said(connections.prove_transversal, *of)
-    Qp, Qm, M3, *gamma = (np.array([value(x, u) for u in (-1.0, 1.0)]) for x in begun(pieces[0]))
-    field = numbers.field
-    height = float(field.mu_r1) * gamma[0] + float(field.mu_r2) * gamma[1]
-    M = float(numbers.to_M1) * (Qp + Qm), float(numbers.to_M2) * (Qp - Qm), M3
-    energy = float(field.kappa) / 2 * sum(x * x for x in M) - Qp * Qm / 2 + height
-    assert abs(energy[1] - energy[0]) > 1e-8

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import re
 import shutil
+from collections.abc import Iterator
 from fractions import Fraction
 from pathlib import Path
 
@@ -12,10 +13,12 @@ import pytest
 
 from rigidpend.experiments.route_intervals import compute
 from rigidpend.results import store
+from rigidpend.routes.certified import intervals
 from rigidpend.runs import certificates
 from scripts import check_intervals as script
 from scripts.check_certificate import Fails
 from tests.cli.calls import REFERENCE, call
+from tests.remembered import Inline, remembered
 
 PAGE = Path(__file__).parents[3] / "docs" / "full-shift.md"
 SHORT = (
@@ -34,9 +37,15 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return found
 
 
-@pytest.fixture(autouse=True)
-def in_one_process(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(compute, "cores", lambda: 1)
+@pytest.fixture(scope="module", autouse=True)
+def once() -> Iterator[None]:
+    """Intervals that are the same in all files are proven once by each checker."""
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(compute, "cores", lambda: 1)
+        patch.setattr(script, "ProcessPoolExecutor", Inline)
+        for module, name in ((intervals, "symbols"), (script, "prove")):
+            patch.setattr(module, name, remembered(getattr(module, name)))
+        yield
 
 
 @pytest.mark.slow
