@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-import math
 
 import numpy as np
 import pytest
@@ -24,9 +23,10 @@ def test_a_ratio_is_the_median_of_the_rounds_ratios_and_not_the_ratio_of_medians
     found = {r.method: r for r in reading.met(data(), "free_body", 1)}
     # Rounds 1e-3/2e-3, 8e-3/4e-3, 9e-4/3e-3: the medians' ratio would be 1/3. Three are too few for
     # an interval, and all of their range is told.
-    assert found["heyoka_eq1"][1:5] == pytest.approx((1e-3, 0.5, 0.3, 2))
+    eq1, scipy = found["heyoka_eq1"], found["scipy_dop853"]
+    assert (eq1.seconds, *eq1.ratio) == pytest.approx((1e-3, 0.5, 0.3, 2))
     # A round that one of both missed does not count.
-    assert found["scipy_dop853"][1:3] == pytest.approx((0.6, 200))
+    assert (scipy.seconds, scipy.ratio[0]) == pytest.approx((0.6, 200))
 
 
 def test_the_fastest_comes_first_and_without_a_meeting_or_a_default_there_is_none() -> None:
@@ -57,25 +57,6 @@ def test_losses_are_told_first_also_where_there_is_none() -> None:
     changed["meetings"]["threads_1"]["codes"]["heyoka_principal"]["rounds"] *= 2
     del changed["bodies"]
     assert "Nowhere" in reading.tables(loaded(changed))[0].note
-
-
-@pytest.mark.parametrize(
-    ("problem", "method", "level", "seconds"),
-    [
-        ("free_body", "aligned_batch", 1e-3, 1e-3),
-        ("free_body", "aligned_batch", 1e-9, 4e-3),
-        ("free_body", "scipy_dop853", 1e-9, 0.4),
-        ("free_body", "heyoka_eq1", 1e-9, math.inf),
-        ("free_body", "diffrax", 1e-3, math.inf),
-        # Over long times only what went all the way counts.
-        ("long_time", "scipy_dop853", 1e-3, math.inf),
-        ("long_time", "aligned_batch", 1e-9, 2.0),
-    ],
-)
-def test_the_time_to_reach_an_error_is_the_shortest_that_is_enough(
-    problem: str, method: str, level: float, seconds: float
-) -> None:
-    assert reading.time_to_reach(data()[problem][method], level) == seconds
 
 
 def test_one_and_two_threads_stand_beside_each_other() -> None:
@@ -110,11 +91,11 @@ def test_wrong_symbols_are_per_million() -> None:
 def test_every_table_can_be_written_and_the_summary_is_json() -> None:
     lines = [line for table in reading.tables(loaded(data())) for line in terminal(table)]
     assert any("Cross-check against cross-check" in line for line in lines)
-    assert any(line.endswith("absent: jax is not installed") for line in lines)
+    assert "  diffrax, jitted and vmapped: absent: jax is not installed." in lines
     found = json.loads(json.dumps(reading.summary(data()), allow_nan=False))
     assert found["losses"][0]["method"] == "heyoka_principal"
     assert found["free_body"]["heyoka_eq1"]["error"][2] is None
-    assert found["random_phases"]["J1_0_1e-10"]["heyoka_principal"]["wrong"] == 3
+    assert found["random_phases"]["J1_0_1e-10"]["heyoka_principal"]["wrong_trusted"] == 3
 
 
 def test_times_are_scaled_from_the_most_that_was_timed_and_marked_so() -> None:
@@ -174,4 +155,4 @@ def test_the_slowest_bodies_are_told_with_what_they_are() -> None:
 @pytest.mark.parametrize(("n", "ends"), [(2, (0, 1)), (5, (0, 4)), (6, (0, 5)), (11, (1, 9))])
 def test_an_interval_is_as_narrow_as_its_chance_allows(n: int, ends: tuple[int, int]) -> None:
     """Of 11 rounds the second and the tenth: the third would leave a chance of 93.5 % only."""
-    assert reading.interval(np.arange(n)[::-1]) == ends
+    assert reading.interval(np.arange(n)[::-1]) == ((n - 1) / 2, *ends)
