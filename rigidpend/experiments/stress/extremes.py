@@ -105,18 +105,6 @@ PLACES = (
 )
 """Starts on every separatrix near both its ends, beside it, and with M . gamma."""
 
-CERTAIN = (
-    f"largest phase error at a certain symbol, against {scenes.BITS} or {scenes.INTEGER_BITS} bits"
-)
-FAR = "a symbol turns over at about a radian; a hundredth is far from it"
-UNCERTAIN = "share of symbols that stay uncertain after the last precision"
-OUTLAST = "160 bits outlast 15 passages, each of which triples an error"
-DEVIATION = "largest phase error of a crossing over its predicted root mean square"
-ROUNDINGS = (
-    "a sum of independent roundings, carried by the variational equations, stays within"
-    " ten standard deviations; an error of method would not"
-)
-
 
 def trials(asked: Any, jobs: int) -> Iterator[Trial]:
     """Every extreme, and starts on and beside the separatrices."""
@@ -142,8 +130,20 @@ def trial(kind: str, extreme: Extreme, jobs: int, columns: int, n_symbols: int) 
         return Findings([worst, 1 - found.certain.mean()])
 
     claims = (
-        Claim(f"{extreme.name}: error", ERROR, CERTAIN, FAR, "rad"),
-        Claim(f"{extreme.name}: uncertain", 0.0, UNCERTAIN, OUTLAST),
+        Claim(
+            f"{extreme.name}: error",
+            ERROR,
+            "largest phase error at a certain symbol, against"
+            f" {scenes.BITS} or {scenes.INTEGER_BITS} bits",
+            "a symbol turns over at about a radian; a hundredth is far from it",
+            "rad",
+        ),
+        Claim(
+            f"{extreme.name}: uncertain",
+            0.0,
+            "share of symbols that stay uncertain after the last precision",
+            "160 bits outlast 15 passages, each of which triples an error",
+        ),
     )
     return Trial(kind, extreme.name, claims, measure)
 
@@ -175,5 +175,11 @@ def start_trial(body: Body, place: Place, jobs: int, columns: int, n_crossings: 
         errors, predicted, floor = compared(scene, states, n_crossings, 2000 / scene.u)
         return Findings([np.max(errors / (predicted + floor))])
 
-    claim = Claim(place.name, DEVIATIONS, DEVIATION, ROUNDINGS)
+    claim = Claim(
+        place.name,
+        DEVIATIONS,
+        "largest phase error of a crossing over its predicted root mean square",
+        "a sum of independent roundings, carried by the variational equations, stays within"
+        " ten standard deviations; an error of method would not",
+    )
     return Trial("separatrices", place.name, (claim,), measure)
