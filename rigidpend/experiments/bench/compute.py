@@ -15,19 +15,8 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from rigidpend.experiments import principal_axes
-from rigidpend.experiments.bench import (
-    BODY,
-    COUNTED,
-    ENDED,
-    LAYOUT,
-    MANY,
-    MET,
-    OF_BODIES,
-    SEARCHED,
-    measure,
-    methods,
-)
+from rigidpend.experiments import bench, principal_axes
+from rigidpend.experiments.bench import ENDED, measure, methods
 from rigidpend.experiments.bench.measure import Line
 from rigidpend.experiments.bench.methods import LONG, METHODS, PROBLEMS, Entrant
 from rigidpend.experiments.bench.problems import stage
@@ -108,7 +97,7 @@ def compute(config: Config, means: Means) -> Tree:
     told = {k: {"title": x.title, "default": x.default, **found[k]} for k, x in problems.items()}
     meetings = {**{f"threads_{n}": {} for n in config.meeting.threads}, **_turned(met)}
     rest = {"meetings": meetings, "random_phases": _turned(phases), "many_orbits": many}
-    return datasets(LAYOUT, {**told, **rest, **({"bodies": bodies} if bodies else {})})
+    return datasets(bench.LAYOUT, {**told, **rest, **({"bodies": bodies} if bodies else {})})
 
 
 def _reference(config: Config, name: str) -> Tree:
@@ -122,7 +111,7 @@ def _search(config: Config, key: str, truth: dict[str, Data]) -> Tree:
     problems = [name for name in truth if name in METHODS[key].answers]
     if missing := _missing(key):
         said = f"absent: {missing} is not installed"
-        return {name: _told(SEARCHED, {"ended": said}) for name in problems}
+        return {name: _told(bench.SEARCHED, {"ended": said}) for name in problems}
     budgets = len(problems) * float(config.search.seconds)
     lines, ended = by_worker(measure.search, (config, key, truth), budgets)
     found: dict[str, Tree] = {}
@@ -132,7 +121,7 @@ def _search(config: Config, key: str, truth: dict[str, Data]) -> Tree:
         wrong = next((line["failed"] for line in own if "failed" in line), ended)
         variants, knobs = METHODS[key].variants, methods.knobs(key, config.search, name == LONG)
         said = _cut(wrong, len(rows), len(knobs) * len(variants))
-        found[name] = _told(SEARCHED, {**_columns(rows), "ended": said})
+        found[name] = _told(bench.SEARCHED, {**_columns(rows), "ended": said})
     return found
 
 
@@ -145,7 +134,7 @@ def _meeting(config: Config, name: str, guests: dict[str, Entrant], truth: dict[
     missed = {"ended": ENDED.dataset(ended)}
     found: dict[str, Any] = {f"threads_{n}": missed for n in asked.threads if ended}
     for line in lines:
-        record = _told(MET, {**line, "chosen": str(guests[line["method"]])})
+        record = _told(bench.MET, {**line, "chosen": str(guests[line["method"]])})
         most = f"threads_{line['most']}"
         rest = {"ended": ENDED.dataset(COMPLETE), line["method"]: record}
         found[most] = {**found.get(most, {}), **rest}
@@ -158,7 +147,7 @@ def _phases(config: Config, key: str, entry: Entrant) -> Tree:
     lines, ended = by_worker(measure.random_phases, (config, key, entry), budgets)
     if ended:
         raise RuntimeError(f"random phases, {METHODS[key].label}: {ended}")
-    return {f"J1_0_{line['J1_0']}": _told(COUNTED, line) for line in lines}
+    return {f"J1_0_{line['J1_0']}": _told(bench.COUNTED, line) for line in lines}
 
 
 def _many(config: Config, key: str, entry: Entrant) -> Tree:
@@ -167,7 +156,7 @@ def _many(config: Config, key: str, entry: Entrant) -> Tree:
     lines, ended = by_worker(measure.many_orbits, (config, key, entry), budgets)
     if not lines:
         raise RuntimeError(f"many orbits, {METHODS[key].label}: {ended}")
-    return _told(MANY, {**_columns(lines), "ended": ended or COMPLETE})
+    return _told(bench.MANY, {**_columns(lines), "ended": ended or COMPLETE})
 
 
 def _bodies(config: Config, codes: Data) -> Tree:
@@ -183,10 +172,10 @@ def _bodies(config: Config, codes: Data) -> Tree:
     lines, ended = by_worker(measure.bodies, (config, entries), budgets) if n else ([], "")
     if not lines:
         return {}
-    each = {key: _told(OF_BODIES, _columns([line[key] for line in lines])) for key in entries}
-    bodies = _columns([dict(zip(BODY, line["body"], strict=True)) for line in lines])
+    each = {key: _told(bench.OF_BODIES, _columns([line[key] for line in lines])) for key in entries}
+    bodies = _columns([dict(zip(bench.BODY, line["body"], strict=True)) for line in lines])
     said = ENDED.dataset(_cut(ended, len(lines), n))
-    return {**_told(BODY, bodies), "ended": said, **each}
+    return {**_told(bench.BODY, bodies), "ended": said, **each}
 
 
 def _entries(config: Config, keys: Sequence[str], codes: Data) -> dict[str, Entrant]:

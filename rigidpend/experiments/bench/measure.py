@@ -29,21 +29,10 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 
 from rigidpend.experiments import principal_axes
+from rigidpend.experiments.bench import problems
 from rigidpend.experiments.bench.methods import METHODS, Entrant, knobs
 from rigidpend.experiments.bench.peers import made
-from rigidpend.experiments.bench.problems import (
-    FIG4,
-    SEED,
-    Crossed,
-    Stage,
-    Task,
-    drawn,
-    from_phases,
-    judged,
-    random_routes,
-    stage,
-    time_unit,
-)
+from rigidpend.experiments.bench.problems import FIG4, Crossed, Stage, Task, judged
 from rigidpend.experiments.bench.solvers import Make, Solver
 from rigidpend.experiments.data import Data
 from rigidpend.machine import wording
@@ -126,7 +115,7 @@ def search(config: schema.Config, name: str, truth: dict[str, Data]) -> Iterator
         importlib.import_module(library)
     for problem in filter(METHODS[name].answers.__contains__, truth):
         try:
-            given = stage(problem, config.problem, truth[problem])
+            given = problems.stage(problem, config.problem, truth[problem])
             for line in settings(given, name, config.search):
                 yield {"problem": problem, **line}
         except FAILURES as error:
@@ -186,7 +175,7 @@ def meeting(
     most a method takes the number that takes it least time: where orbits are few two threads cost
     more than they save, and no user would take them.
     """
-    asked, given = config.meeting, stage(problem, config.problem, truth[problem])
+    asked, given = config.meeting, problems.stage(problem, config.problem, truth[problem])
 
     def ready(name: str, threads: int) -> Solver:
         return made(name, given.part(entries[name].part), entries[name], threads)
@@ -241,7 +230,7 @@ def random_phases(config: schema.Config, name: str, entry: Entrant) -> Iterator[
         spent, done = 0.0, 0
         while done < len(phases) and spent < float(config.phases.seconds):
             columns = slice(done, done + CHUNK)
-            solver = made(name, from_phases(problem, np.array(phases[columns])), entry)
+            solver = made(name, problems.from_phases(problem, np.array(phases[columns])), entry)
             if not done:
                 # What is compiled, is compiled before the clock runs.
                 solver.solve()
@@ -260,7 +249,7 @@ def many_orbits(config: schema.Config, name: str, entry: Entrant) -> Iterator[Li
     numbers, budget = config.many.orbits, config.many.seconds
     problem = replace(FIG4, n_symbols=config.problem.n_symbols)
     for number, after in zip(numbers, [*numbers[1:], 0], strict=True):
-        make = partial(made, name, random_routes(problem, number), entry)
+        make = partial(made, name, problems.random_routes(problem, number), entry)
         found = timed_solver(make, config.search.repeats, budget, 0.0)
         times = {"seconds": found.seconds, "prepare": found.prepare}
         yield {"orbits": number, **times, **judged(found.answer, found.answer.codes)}
@@ -285,13 +274,15 @@ def bodies(config: schema.Config, entries: dict[str, Entrant]) -> Iterator[Line]
     spent, budget = 0.0, (asked.kept + asked.drawn) * each
     # What any body needs is compiled before the clock runs.
     for n in (1, asked.orbits):
-        made(own, random_routes(FIG4, n), entries[own], threads).solve()
+        made(own, problems.random_routes(FIG4, n), entries[own], threads).solve()
+    few = problems.random_routes(FIG4, min(PILOT, asked.orbits))
     for name in peers:
-        made(name, random_routes(FIG4, min(PILOT, asked.orbits)), entries[name], threads).solve()
-    for problem in (*drawn(SEED, asked.kept), *drawn(asked.seed, asked.drawn)):
+        made(name, few, entries[name], threads).solve()
+    every = problems.drawn(problems.SEED, asked.kept) + problems.drawn(asked.seed, asked.drawn)
+    for problem in every:
         if spent > budget:
             return
-        task = random_routes(problem, _in_time(problem, asked.orbits, asked.longest))
+        task = problems.random_routes(problem, _in_time(problem, asked.orbits, asked.longest))
         taken, found = timed(partial(_with_body, task, entries, asked))
         spent += taken
         (A, r, mu), starts = problem.body.floats(), (float(problem.h0), float(problem.J1_0))
@@ -313,7 +304,7 @@ def _with_body(task: Task, entries: dict[str, Entrant], asked: schema.Bodies) ->
     answers = {own: ours.answer}
     found: dict[str, Any] = {own: {"orbits": orbits, "first": ours.first, "again": ours.seconds}}
     last = np.nanmax(ours.answer.time, initial=0.0)
-    task = task._replace(times=np.full((1, orbits), 1.001 * last / time_unit(task.body)))
+    task = task._replace(times=np.full((1, orbits), 1.001 * last / problems.time_unit(task.body)))
     for name in peers:
         make = partial(made, name, entry=entries[name], threads=asked.threads)
         found[name], answers[name] = _in_its_time(make, task, asked.repeats, seconds)

@@ -204,11 +204,16 @@ def drawn(seed: int = SEED, bodies: int = 40) -> list[RouteProblem]:
     return [_drawn(random) for _ in range(bodies)]
 
 
-def _drawn(random: np.random.Generator) -> RouteProblem:
+def shape(random: np.random.Generator) -> tuple[float, float]:
+    """A2/A1 and A3/A1, evenly over the shapes that a body may have: A1 > A3 > A2, A2 + A3 > A1."""
     A2, A3 = 1.0, 0.0
-    # Evenly over the shapes that a body may have, A1 > A3 > A2 and A2 + A3 > A1.
     while not (0.01 < A2 < A3 - 0.002 < 0.996 and A2 + A3 > 1.002):
         A2, A3 = random.uniform(0, 1, 2)
+    return A2, A3
+
+
+def _drawn(random: np.random.Generator) -> RouteProblem:
+    A2, A3 = shape(random)
     A1, angle, h0 = random.uniform(1.5, 3), random.uniform(0, math.pi / 2), random.uniform(0.8, 1.6)
     weight, start = (10 ** random.uniform(*ends) for ends in (WEIGHT, START))
     A = (f"{A1:.3f}", f"{A1 * A2:.3f}", f"{A1 * A3:.3f}")

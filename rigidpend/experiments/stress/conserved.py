@@ -8,20 +8,14 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator
+from functools import partial
 from typing import Any
 
 import numpy as np
 
 from rigidpend.experiments.lie_poisson import SCHEMES, splitting, stages
-from rigidpend.experiments.stress import scenes
-from rigidpend.experiments.stress.passages import (
-    DEVIATIONS,
-    NOISE,
-    SIGMAS,
-    predicted_errors,
-    step,
-    with_tangent,
-)
+from rigidpend.experiments.stress import passages, scenes
+from rigidpend.experiments.stress.passages import DEVIATIONS, NOISE, SIGMAS, step
 from rigidpend.experiments.stress.scenes import Claim, Findings, Place, Scene, Trial, followed
 from rigidpend.machine.workers import side_by_side, spread
 from rigidpend.mechanics.body import Body
@@ -126,7 +120,7 @@ def _symmetric(scene: Scene, n: int) -> list[float]:
 
     plain, mirrored = follow(states), follow(MIRROR[:, None] * states)
     other = plain.separatrix != MIRRORED[mirrored.separatrix]
-    predicted = predicted_errors(scene, states, plain.time)
+    predicted = passages.predicted_errors(scene, states, plain.time)
     apart = [
         scenes.phase_errors(follow(*in_units(states, c, k, v), unit=k), plain, scene.rate)
         for k, v in UNITS
@@ -164,7 +158,7 @@ def _carried(scene: Scene, there: Array) -> float:
     The tangent vectors of all six directions, each with a component's rounding: its growth from
     the far end bounds that from any place nearer.
     """
-    field = with_tangent(scene.c)
+    field = passages.with_tangent(scene.c)
     starts = [np.r_[there, v] for v in np.diag(there)]
     ends = np.array([states_at(field, y, [-BACK])[6:, 0] for y in starts])
     return NOISE * math.sqrt(BACK / step(scene.u) * (ends**2).sum(axis=0).max())
@@ -275,18 +269,12 @@ def _curve(name: str, rotations: Array, drift: Array, walk: Array) -> dict[str, 
 def _engine_drift(scene: Scene, engine: str, tolerance: float, marks: Array, orbits: int) -> Array:
     """Root mean square drifts of the integrals at all marks but the first, (3, k)."""
     parts = spread(passing(scene, orbits), -(-orbits // SIDE_BY_SIDE[engine]), axis=1)
-    given = scene.c, marks, engine, tolerance
-    found = side_by_side(_sampled, given, engine == "scipy", parts, scene.jobs)
+    work = partial(states_at, scene.c, times=marks, engine=engine, tolerance=tolerance)
+    found = side_by_side(work, (), engine == "scipy", parts, scene.jobs)
     # In long doubles, or the evaluation of the integrals would hide their drift.
     aligned = Aligned(*np.concatenate(found, axis=2).astype(np.longdouble))
     s = float(scale(scene.body.floats()[0]))
     return _drift(integrals(scene, *body_from_aligned(aligned, scene.body.alpha0, s)))
-
-
-def _sampled(
-    states: Array, c: AlignedCoefficients, times: Array, engine: str, tolerance: float
-) -> Array:
-    return np.asarray(states_at(c, states, times, engine=engine, tolerance=tolerance))
 
 
 def _drift(integrals: Array) -> Array:

@@ -187,20 +187,6 @@ def test_without_heyoka_there_is_no_reference(monkeypatch: pytest.MonkeyPatch) -
         bench.compute(typed(Config, QUICK), Means(CLOSED_FORM))
 
 
-def test_a_fault_of_the_benchmark_ends_the_command_in_one_sentence(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    def broken(*_: Any) -> Any:
-        raise NameError("name 'x'")
-
-    monkeypatch.setattr(bench, "by_worker", broken)
-    done = called(tmp_path, "--set", "problem.problems=[long_time]")
-    assert done.exit_code == 4
-    assert "internal error: NameError(" in done.stderr
-    assert "Traceback" not in done.output
-    assert not (tmp_path / "bench_quick.h5").exists()
-
-
 def test_the_full_config_asks_for_everything() -> None:
     content = typed(Config, FULL)
     assert set(METHODS) - set(content.problem.methods) == {"route_codes_map", "route_codes_auto"}
