@@ -122,13 +122,10 @@ def _draw_again(axes: Axes, data: Data) -> None:
 
 
 def _draw_first(axes: Axes, data: Data) -> None:
-    found = report.of_bodies(data)
-    _draw_shares(axes, {name: one["first"] for name, one in found.items()})
-    orbits = max(data["bodies"][next(iter(found))]["orbits"])
-    axes.set(
-        title="bodies drawn by lot: first call with each",
-        xlabel=f"time of {orbits:,.0f} orbits (s)",
-    )
+    _draw_shares(axes, {name: one["first"] for name, one in report.of_bodies(data).items()})
+    (_, own), *_ = report.records(data["bodies"])
+    label = f"time of {max(own['orbits']):,.0f} orbits (s)"
+    axes.set(title="bodies drawn by lot: first call with each", xlabel=label)
 
 
 def _draw_shares(axes: Axes, sample: dict[str, Any]) -> None:

@@ -13,7 +13,7 @@ from rigidpend.experiments.bench.problems import Crossed, Task, time_unit
 from rigidpend.experiments.bench.solvers import Solver, in_looks, shared_out
 from rigidpend.mechanics.body import Body
 from rigidpend.mechanics.coordinates import Aligned, body_from_aligned, scale
-from rigidpend.mechanics.equations import aligned_coefficients, cross
+from rigidpend.mechanics.equations import aligned_coefficients, cross, energy
 from rigidpend.mechanics.in_space import angular_velocity
 from rigidpend.mechanics.pendulum import body_motion
 from rigidpend.mechanics.poinsot import Orbit, angle, momentum, through
@@ -38,7 +38,7 @@ def answered(task: Task, knob: Any, threads: int, way: str = "", bits: int = 53)
     cross-check.
     """
     if way == "closed":
-        at = _pendulums(task) if task.h0 is not None else _free_bodies(task)
+        at = _pendulums(task) if float(task.body.mu) else _free_bodies(task)
         return Solver(lambda: np.array([at(times[0]) for times in task.times]))
     if way:
         given = task.problem, task.theta2_0, resolve(), threads, way
@@ -118,11 +118,11 @@ def split(task: Task, steps: float, threads: int, order: int) -> Solver:
 
 def _pendulums(task: Task) -> Callable[[float], Array]:
     """The pendulum motions (5:3), one after the other, in Python's floats."""
-    (_, _, A3), r, mu = task.body.floats()
-    energies = [float(h0) for h0 in task.h0]
+    A, r, mu = task.body.floats()
+    energies = energy(task.states[:3], task.states[3:], A, r, mu).tolist()
 
     def at(time: float) -> Array:
-        ends = [body_motion(time, -1, A3, r, h0, mu, math) for h0 in energies]
+        ends = [body_motion(time, -1, A[2], r, h0, mu, math) for h0 in energies]
         return np.array([(*M, *gamma) for M, gamma in ends]).T
 
     return at

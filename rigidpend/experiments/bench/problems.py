@@ -60,8 +60,6 @@ class Task(NamedTuple):
     """(k, n): when an orbit is looked at; for routes a time by which it has made all crossings."""
     period: float = math.nan
     """A typical period, which a method with fixed steps divides."""
-    h0: Any = None
-    """(n,) energies of pendulum motions, exact, from which closed forms start."""
     problem: Any = None
     """The `RouteProblem` of orbits that start on a separatrix."""
     theta2_0: Any = None
@@ -69,10 +67,9 @@ class Task(NamedTuple):
 
     def of(self, columns: Any) -> Task:
         """The same for some of the orbits."""
-        given = ("h0", self.h0), ("theta2_0", self.theta2_0)
-        rest: dict[str, Any] = {name: x[columns] for name, x in given if x is not None}
         states = np.ascontiguousarray(self.states[:, columns])
-        return self._replace(states=states, times=self.times[:, columns], **rest)
+        phases = None if self.theta2_0 is None else self.theta2_0[columns]
+        return self._replace(states=states, times=self.times[:, columns], theta2_0=phases)
 
 
 class Crossed(NamedTuple):
@@ -140,7 +137,7 @@ def pendulum(sizes: Any) -> Task:
     states[2] = -np.sqrt(2 * A3 * (h0 + mu))
     states[3], states[4] = -r[0], -r[1]
     period = 2 * math.pi * math.sqrt(A3 / (2 * mu))
-    return _motion(PENDULUM, states, period, sizes.turns)._replace(h0=h0)
+    return _motion(PENDULUM, states, period, sizes.turns)
 
 
 def codes(sizes: Any) -> Task:

@@ -19,7 +19,6 @@ from rigidpend.experiments.stress.scenes import Claim, Findings, Place, Scene, T
 from rigidpend.mechanics.body import Body
 from rigidpend.numbers.exact import exact, exacts
 from rigidpend.numbers.generic import Array
-from rigidpend.orbits.integrate import Crossings
 from rigidpend.routes.codes import RouteCodes
 from rigidpend.routes.problem import RouteProblem, phase_rate
 
@@ -150,7 +149,7 @@ def trial(kind: str, extreme: Extreme, jobs: int, columns: int, n_symbols: int) 
 
 def _errors(problem: RouteProblem, found: RouteCodes, phases: tuple[str, ...], jobs: int) -> Array:
     """The phase error of each symbol, infinite for a wrong one, (n_symbols, n)."""
-    outcome, errors = np.zeros(len(phases), dtype=np.uint8), np.zeros(found.codes.shape)
+    errors = np.zeros(found.codes.shape)
     # What took 113 bits or more is held against integers of more bits.
     exacting = found.bits >= scenes.BITS
     for mask, engine, bits in (
@@ -160,7 +159,8 @@ def _errors(problem: RouteProblem, found: RouteCodes, phases: tuple[str, ...], j
         if mask.any():
             chosen = [phase for phase, here in zip(phases, mask, strict=True) if here]
             true = scenes.route_crossings(problem, chosen, jobs, bits, engine)
-            part = Crossings(found.crossing_time[:, mask], found.separatrix[:, mask], outcome)
+            times, beside = found.crossing_time[:, mask], found.separatrix[:, mask]
+            part = true._replace(time=times, separatrix=beside)
             errors[:, mask] = scenes.phase_errors(part, true, phase_rate(problem))[1:]
     return errors
 
