@@ -82,6 +82,7 @@ def test_table_and_json_tell_what_was_stored(tmp_path: Path) -> None:
     assert told["claims"][2]["reason"] == "the reason"
     said = list(draw.text(data))
     assert said[-1] == "1 passed, 1 limit, 1 FAILED"
+    assert ["z", "5", "2", "2.5", "rad", "limit"] in [x.split() for x in said]
     assert any(x.startswith("limit: some_group, z") and x.endswith("known why") for x in said)
     assert any("FAILED: some_group, y: what is measured; known why" in x for x in said)
 
