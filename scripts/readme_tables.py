@@ -116,12 +116,12 @@ def shortest(data: Data) -> Table:
 def _pair(data: Data, problem: str) -> Iterator[tuple[str, ...]]:
     results = reading.met(data, problem, 1)
     own = next((r for r in results if r.method == str(data[problem]["default"])), None)
-    best = next((r for r in results if r.reached and reading.peer(r.method)), None)
+    best = next((r for r in results if r.reached and METHODS[r.method].peer), None)
     if own:
         yield (
             *(reading.level_text(data, problem), METHODS[own.method].label, seconds(own.seconds)),
             *(
-                _of(best.method, best.seconds, best.ratio)
+                _of(best.method, best.seconds, best.ratio[0])
                 if best
                 else ("none reaches it", "-", "-")
             ),
@@ -131,7 +131,7 @@ def _pair(data: Data, problem: str) -> Iterator[tuple[str, ...]]:
 def _pairs_with_bodies(data: Data) -> Iterator[tuple[str, ...]]:
     """Ours and the fastest peer that vouches for symbols too, medians over the bodies."""
     found = reading.of_bodies(data)
-    peers = [name for name in found if METHODS[name].certain and reading.peer(name)]
+    peers = [name for name in found if METHODS[name].certain and METHODS[name].peer]
     for call, key in reading.CALLS.items() if peers else ():
         (name, own), *_ = found.items()
         medians = {peer: float(np.median(found[peer][key])) for peer in peers}

@@ -15,26 +15,14 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from rigidpend.config.description import Row
-from rigidpend.experiments import principal_axes
-from rigidpend.experiments.bench import (
-    BODY,
-    COUNTED,
-    ENDED,
-    MANY,
-    MET,
-    OF_BODIES,
-    OF_LOT,
-    PROBLEM,
-    SEARCHED,
-    measure,
-    methods,
-)
+from rigidpend.experiments import bench, principal_axes
+from rigidpend.experiments.bench import ENDED, measure, methods
 from rigidpend.experiments.bench.measure import Line
-from rigidpend.experiments.bench.methods import METHODS, PROBLEMS, Entrant
+from rigidpend.experiments.bench.methods import LONG, METHODS, PROBLEMS, Entrant
 from rigidpend.experiments.bench.problems import stage
 from rigidpend.experiments.contract import Means
 from rigidpend.experiments.data import Data, Dataset, Layout, Tree, datasets, named
+from rigidpend.machine import wording
 from rigidpend.machine.workers import WorkerError, apart
 from rigidpend.orbits.integrate.arithmetic import EngineError
 
@@ -75,7 +63,7 @@ def compute(config: Config, means: Means) -> Tree:
 
     def part(name: str, title: str, work: Callable[..., Tree], *given: Any) -> Tree:
         found = means.part(name, partial(work, config, *given))
-        means.report(f"{title}: {_said(found)}")
+        means.report(f"{title}: {'; '.join(dict.fromkeys(_ends(found))) or 'done'}")
         return found
 
     def parts(name: str, title: str, work: Any, keys: Sequence[str], known: Data) -> dict[str, Any]:
@@ -94,7 +82,7 @@ def compute(config: Config, means: Means) -> Tree:
     searched = {
         key: part(f"search.{key}", METHODS[key].label, _search, key, truth)
         for key in config.problem.methods
-        if any(map(METHODS[key].answer, truth))
+        if set(METHODS[key].answers) & set(truth)
     }
     found = {name: _turned(searched).get(name, {}) for name in problems}
     records, met = _arrays(found), {}
@@ -106,22 +94,10 @@ def compute(config: Config, means: Means) -> Tree:
     phases = parts("phases", "random phases", _phases, config.phases.methods, {})
     many = parts("many", "many orbits", _many, config.many.methods, codes)
     bodies = part("bodies", "bodies drawn by lot", _bodies, codes)
-    return {
-        **{name: {**datasets(PROBLEM, x._asdict()), **found[name]} for name, x in problems.items()},
-        "meetings": {**{f"threads_{n}": {} for n in config.meeting.threads}, **_turned(met)},
-        "random_phases": _turned(phases),
-        "many_orbits": many,
-        **({"bodies": bodies} if bodies else {}),
-    }
-
-
-def describe(config: Config) -> list[Row]:
-    """Titles of the problems with what their errors are, and of the methods with whose they are."""
-    p = config.problem
-    return [
-        *(Row(name, PROBLEMS[name].title, PROBLEMS[name].error) for name in p.problems),
-        *(Row(name, METHODS[name].family, METHODS[name].label) for name in p.methods),
-    ]
+    told = {k: {"title": x.title, "default": x.default, **found[k]} for k, x in problems.items()}
+    meetings = {**{f"threads_{n}": {} for n in config.meeting.threads}, **_turned(met)}
+    rest = {"meetings": meetings, "random_phases": _turned(phases), "many_orbits": many}
+    return datasets(bench.LAYOUT, {**told, **rest, **({"bodies": bodies} if bodies else {})})
 
 
 def _reference(config: Config, name: str) -> Tree:
@@ -132,24 +108,21 @@ def _reference(config: Config, name: str) -> Tree:
 
 def _search(config: Config, key: str, truth: dict[str, Data]) -> Tree:
     """The records of a method, by problem."""
-    problems = [name for name in truth if METHODS[key].answer(name)]
+    problems = [name for name in truth if name in METHODS[key].answers]
     if missing := _missing(key):
         said = f"absent: {missing} is not installed"
-        return {name: _told(SEARCHED, {"ended": said}) for name in problems}
+        return {name: _told(bench.SEARCHED, {"ended": said}) for name in problems}
     budgets = len(problems) * float(config.search.seconds)
     lines, ended = by_worker(measure.search, (config, key, truth), budgets)
-    return {name: _searched(config, key, name, lines, ended) for name in problems}
-
-
-def _searched(config: Config, key: str, problem: str, lines: list[Line], ended: str) -> Tree:
-    """The record of a method at a problem; first the worker told the costs of its import."""
-    method, long = METHODS[key], PROBLEMS[problem].kind == "long"
-    planned = len(methods.knobs(method, config.search, long)) * len(method.variants)
-    own = [line for line in lines[1:] if line["problem"] == problem]
-    rows = [line for line in own if "knob" in line]
-    wrong = next((line["failed"] for line in own if "failed" in line), ended)
-    once = {k: v for line in [*lines[:1], *own] for k, v in line.items()}
-    return _told(SEARCHED, {**once, **_columns(rows), "ended": _cut(wrong, len(rows), planned)})
+    found: dict[str, Tree] = {}
+    for name in problems:
+        own = [line for line in lines if line["problem"] == name]
+        rows = [line for line in own if "knob" in line]
+        wrong = next((line["failed"] for line in own if "failed" in line), ended)
+        variants, knobs = METHODS[key].variants, methods.knobs(key, config.search, name == LONG)
+        said = _cut(wrong, len(rows), len(knobs) * len(variants))
+        found[name] = _told(bench.SEARCHED, {**_columns(rows), "ended": said})
+    return found
 
 
 def _meeting(config: Config, name: str, guests: dict[str, Entrant], truth: dict[str, Data]) -> Tree:
@@ -161,7 +134,7 @@ def _meeting(config: Config, name: str, guests: dict[str, Entrant], truth: dict[
     missed = {"ended": ENDED.dataset(ended)}
     found: dict[str, Any] = {f"threads_{n}": missed for n in asked.threads if ended}
     for line in lines:
-        record = _told(MET, {**line, "chosen": str(guests[line["method"]])})
+        record = _told(bench.MET, {**line, "chosen": str(guests[line["method"]])})
         most = f"threads_{line['most']}"
         rest = {"ended": ENDED.dataset(COMPLETE), line["method"]: record}
         found[most] = {**found.get(most, {}), **rest}
@@ -174,7 +147,7 @@ def _phases(config: Config, key: str, entry: Entrant) -> Tree:
     lines, ended = by_worker(measure.random_phases, (config, key, entry), budgets)
     if ended:
         raise RuntimeError(f"random phases, {METHODS[key].label}: {ended}")
-    return {f"J1_0_{line['J1_0']}": _told(COUNTED, line) for line in lines}
+    return {f"J1_0_{line['J1_0']}": _told(bench.COUNTED, line) for line in lines}
 
 
 def _many(config: Config, key: str, entry: Entrant) -> Tree:
@@ -183,7 +156,7 @@ def _many(config: Config, key: str, entry: Entrant) -> Tree:
     lines, ended = by_worker(measure.many_orbits, (config, key, entry), budgets)
     if not lines:
         raise RuntimeError(f"many orbits, {METHODS[key].label}: {ended}")
-    return _told(MANY, {**_columns(lines), "chosen": str(entry), "ended": ended or COMPLETE})
+    return _told(bench.MANY, {**_columns(lines), "ended": ended or COMPLETE})
 
 
 def _bodies(config: Config, codes: Data) -> Tree:
@@ -191,7 +164,7 @@ def _bodies(config: Config, codes: Data) -> Tree:
     asked, n = config.bodies, config.bodies.kept + config.bodies.drawn
     entries = _entries(config, asked.methods, codes)
     for key, entry in entries.items():
-        if METHODS[key].family == methods.HEYOKA:
+        if METHODS[key].family == "heyoka":
             # It is compiled once for all of them.
             entries[key] = entry._replace(setting={**entry.setting, "parameters": True})
     # Of peers and of the truth, and of ours.
@@ -199,9 +172,10 @@ def _bodies(config: Config, codes: Data) -> Tree:
     lines, ended = by_worker(measure.bodies, (config, entries), budgets) if n else ([], "")
     if not lines:
         return {}
-    each = {key: _told(OF_BODIES, _columns([line[key] for line in lines])) for key in entries}
-    bodies = _columns([dict(zip(BODY, line["body"], strict=True)) for line in lines])
-    return {**_told(OF_LOT, {**bodies, "ended": _cut(ended, len(lines), n)}), **each}
+    each = {key: _told(bench.OF_BODIES, _columns([line[key] for line in lines])) for key in entries}
+    bodies = _columns([dict(zip(bench.BODY, line["body"], strict=True)) for line in lines])
+    said = ENDED.dataset(_cut(ended, len(lines), n))
+    return {**_told(bench.BODY, bodies), "ended": said, **each}
 
 
 def _entries(config: Config, keys: Sequence[str], codes: Data) -> dict[str, Entrant]:
@@ -229,7 +203,7 @@ def _turned(groups: Mapping[str, Mapping[str, Any]]) -> dict[str, dict[str, Any]
 
 
 def _told(layout: Layout, row: Mapping[str, Any]) -> Tree:
-    """Numbers, texts and lists of those fields of a layout that a row has."""
+    """A record: numbers, texts and lists of those fields of a layout that a row has."""
     own = {name: row[name] for name in named(layout) if name in row}
     return datasets(
         layout, {k: x if isinstance(x, str) else np.array(x, float) for k, x in own.items()}
@@ -252,14 +226,13 @@ def _cut(wrong: str, done: int, planned: int) -> str:
     return f"{cut}: {done} of {planned}" if cut else COMPLETE
 
 
-def _said(found: Mapping[str, Any]) -> str:
-    """The ways in which measurements ended; of several records those alike together."""
-    each = {name: _said(x) for name, x in found.items() if isinstance(x, Mapping)}
-    if "ended" in found:
-        return str(found["ended"].values)
-    if len(set(each.values())) > 1:
-        return "; ".join(f"{name} {text}" for name, text in each.items())
-    return next(iter(each.values()), "done")
+def _ends(found: Tree) -> Iterator[str]:
+    """The ways in which the measurements of a tree ended."""
+    for name, node in found.items():
+        if isinstance(node, Mapping):
+            yield from _ends(node)
+        elif name == "ended":
+            yield str(node.values)
 
 
 def by_worker(
@@ -292,5 +265,5 @@ def _tell(work: Callable[..., Iterator[Line]], given: tuple[Any, ...], say: Any)
         for line in work(*given):
             say(line)
     except measure.FAILURES as error:
-        return f"failed: {measure.said(error)}"
+        return f"failed: {wording.error(error)}"
     return ""

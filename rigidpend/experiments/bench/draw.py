@@ -97,13 +97,13 @@ def _draw_ratios(axes: Axes, data: Data, meetings: dict[str, list[report.Standin
     axes.set_title("time at equal error, the fastest of each; hollow: that error is not reached")
     for row, met in enumerate(meetings.values()):
         best: dict[str, report.Standing] = {}
-        for standing in sorted(met, key=lambda x: (not x.reached, x.ratio)):
+        for standing in sorted(met, key=lambda x: (not x.reached, x.ratio[0])):
             if not METHODS[standing.method].certain:
                 best.setdefault(METHODS[standing.method].family, standing)
         for standing in best.values():
             look = style(standing.method)
             look |= {"ls": "none", "mfc": look["color"] if standing.reached else "white"}
-            axes.plot(standing.ratio, row, **{**look, "ms": look["ms"] + 1})
+            axes.plot(standing.ratio[0], row, **{**look, "ms": look["ms"] + 1})
     axes.axvline(1.0, color="black", lw=0.8, zorder=2)
     axes.set_xscale("log")
     low, high = axes.get_xlim()
@@ -122,13 +122,10 @@ def _draw_again(axes: Axes, data: Data) -> None:
 
 
 def _draw_first(axes: Axes, data: Data) -> None:
-    found = report.of_bodies(data)
-    _draw_shares(axes, {name: one["first"] for name, one in found.items()})
-    orbits = max(data["bodies"][next(iter(found))]["orbits"])
-    axes.set(
-        title="bodies drawn by lot: first call with each",
-        xlabel=f"time of {orbits:,.0f} orbits (s)",
-    )
+    _draw_shares(axes, {name: one["first"] for name, one in report.of_bodies(data).items()})
+    (_, own), *_ = report.records(data["bodies"])
+    label = f"time of {max(own['orbits']):,.0f} orbits (s)"
+    axes.set(title="bodies drawn by lot: first call with each", xlabel=label)
 
 
 def _draw_shares(axes: Axes, sample: dict[str, Any]) -> None:

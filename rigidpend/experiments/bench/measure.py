@@ -14,13 +14,10 @@ Each work is a generator of lines, of numbers and lists that any process can tak
 
 from __future__ import annotations
 
-import contextlib
 import importlib
 import json
 import math
-import resource
 import statistics
-import sys
 import time
 from collections import Counter
 from collections.abc import Callable, Iterator
@@ -32,23 +29,13 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 
 from rigidpend.experiments import principal_axes
+from rigidpend.experiments.bench import problems
 from rigidpend.experiments.bench.methods import METHODS, Entrant, knobs
 from rigidpend.experiments.bench.peers import made
-from rigidpend.experiments.bench.problems import (
-    FIG4,
-    SEED,
-    Crossed,
-    Stage,
-    Task,
-    drawn,
-    from_phases,
-    judged,
-    random_routes,
-    stage,
-    time_unit,
-)
+from rigidpend.experiments.bench.problems import FIG4, Crossed, Stage, Task, judged
 from rigidpend.experiments.bench.solvers import Make, Solver
 from rigidpend.experiments.data import Data
+from rigidpend.machine import wording
 from rigidpend.numbers.exact import exact
 from rigidpend.routes.choice import expected_seconds
 from rigidpend.routes.problem import RouteProblem
@@ -89,15 +76,12 @@ def timed(work: Callable[[], Any]) -> tuple[float, Any]:
 
 
 class Timed(NamedTuple):
-    """A method that was made ready, solved a first time, and again."""
+    """A method that was made ready, solved a first time, and again; all times are seconds."""
 
     answer: Any
     made: float
-    """Seconds in which it was made ready."""
     first: float
-    """Seconds of the first solve."""
     again: list[float]
-    """Seconds of the further solves."""
 
     @property
     def seconds(self) -> float:
@@ -105,10 +89,9 @@ class Timed(NamedTuple):
         return statistics.median(self.again or [self.first])
 
     @property
-    def line(self) -> Line:
-        """The times that are told: to prepare takes what goes beyond a warm solve."""
-        prepare = self.made + max(0.0, self.first - self.seconds)
-        return {"seconds": self.seconds, "repeats": len(self.again) or 1, "prepare": prepare}
+    def prepare(self) -> float:
+        """What goes beyond a warm solve at first."""
+        return self.made + max(0.0, self.first - self.seconds)
 
 
 def timed_solver(make: Callable[[], Solver], repeats: int, seconds: float, warm: float) -> Timed:
@@ -126,87 +109,61 @@ def timed_solver(make: Callable[[], Solver], repeats: int, seconds: float, warm:
 
 
 def search(config: schema.Config, name: str, truth: dict[str, Data]) -> Iterator[Line]:
-    """One method at each problem that it answers; first what its import cost."""
-    before = memory()
-    libraries = METHODS[name].libraries
-    imported, _ = timed(lambda: [importlib.import_module(x) for x in libraries])
-    yield {"import": imported, "memory_before": before}
-    for problem in filter(METHODS[name].answer, truth):
+    """One method at each problem that it answers: a line is a measurement, or a failure there."""
+    for library in METHODS[name].libraries:
+        # What is imported before is not counted as a method's preparation.
+        importlib.import_module(library)
+    for problem in filter(METHODS[name].answers.__contains__, truth):
         try:
-            given = stage(problem, config.problem, truth[problem])
+            given = problems.stage(problem, config.problem, truth[problem])
             for line in settings(given, name, config.search):
                 yield {"problem": problem, **line}
         except FAILURES as error:
             # The other problems are still to be measured.
-            yield {"problem": problem, "failed": said(error)}
-
-
-def said(error: Exception) -> str:
-    """An error in one line."""
-    return f"{type(error).__name__}: {' '.join(str(error).split())}"
+            yield {"problem": problem, "failed": wording.error(error)}
 
 
 def settings(given: Stage, name: str, asked: schema.Search) -> Iterator[Line]:
-    """Try every setting of a method: forms at the middle knob, then each variant at each knob.
+    """Try every setting of a method: each variant at each knob.
 
-    A variant ends where its share of the budget is spent, or would be by the next knob. The first
-    line has ``forms``, what each form took; then a line is a measurement.
+    A variant ends where its share of the budget is spent, or would be by the next knob.
     """
-    method, repeats = METHODS[name], asked.repeats
-    tried, form = knobs(method, asked, given.long), 0
-    told: Line = {"forms": ""}
-    if len(method.forms) > 1:
-        entries = [method.entry(tried[len(tried) // 2], k) for k in range(len(method.forms))]
-        taken = [measured(given, name, entry, repeats, 1.0)[0]["seconds"] for entry in entries]
-        form = taken.index(min(taken))
-        words = [str(Entrant(None, one)) for one in method.forms]
-        each = (f"{word}: {1e3 * s:.3g} ms" for word, s in zip(words, taken, strict=True))
-        told["forms"] = f"{'; '.join(each)}; chosen: {words[form]}"
-    yield {"form": form, **told}
-    share = float(asked.seconds) / len(method.variants)
-    for number in range(len(method.variants)):
+    variants = METHODS[name].variants
+    share = float(asked.seconds) / len(variants)
+    for number, setting in enumerate(variants):
         spent = 0.0
-        for knob in tried:
-            line, took = measured(given, name, method.entry(knob, form, number), repeats, share)
+        for knob in knobs(name, asked, given.long):
+            line, took = measured(given, name, Entrant(knob, setting), asked.repeats, share)
             yield {**line, "setting": number}
             spent += took
-            if spent + GROWTH * line["once"] > share:
+            if spent + GROWTH * line["seconds"] * line["part"] > share:
                 break
 
 
 def measured(
     given: Stage, name: str, entry: Entrant, repeats: int, share: float
 ) -> tuple[Line, float]:
-    """One measurement, and the seconds that went into solving."""
-    part, tried = part_of_the_way(given, lambda task: made(name, task, entry), share)
-    entry = entry._replace(part=part)
-    found = timed_solver(lambda: made(name, given.part(part), entry), repeats, share, WARM)
-    line = {
-        **told(given, entry, found.answer),
-        **found.line,
-        "seconds": found.seconds / part,
-        "memory": memory(),
-        "once": found.seconds,
-    }
-    # Preparation is told apart, and no budget pays for it.
+    """One measurement, and the seconds that went into solving.
+
+    Over long times a method goes all the way, or the part that its share of the budget allows.
+    """
+    tried = 0.0
+    if given.long:
+        solver = made(name, given.part(LITTLE), entry)
+        solver.solve()
+        tried, _ = timed(solver.solve)
+        whole = tried / LITTLE
+        entry = entry._replace(part=1.0 if whole <= share else max(LITTLE, 0.5 * share / whole))
+    found = timed_solver(lambda: made(name, given.part(entry.part), entry), repeats, share, WARM)
+    line = {**told(given, entry, found.answer), "seconds": found.seconds / entry.part}
+    # No budget pays for preparation: it is compilation, mostly.
     return line, tried + found.seconds * (1 + len(found.again))
 
 
 def told(given: Stage, entry: Entrant, answer: Any) -> Line:
     """Error of an answer, with its knob and the part of the way that it went."""
-    errors, orbits = given.error(answer, given.truth), given.task.states.shape[1]
-    return {"knob": entry.knob or math.nan, **errors, "orbits": orbits, "part": entry.part}
-
-
-def part_of_the_way(given: Stage, make: Make, share: float) -> tuple[float, float]:
-    """Part of the way to follow orbits over long times: all of it, or what the budget allows."""
-    if not given.long:
-        return 1.0, 0.0
-    solver = make(given.part(LITTLE))
-    solver.solve()
-    taken, _ = timed(solver.solve)
-    whole = taken / LITTLE
-    return (1.0 if whole <= share else max(LITTLE, 0.5 * share / whole)), taken
+    knob = math.nan if entry.knob is None else entry.knob
+    return {"knob": knob, "part": entry.part, **given.error(answer, given.truth)}
 
 
 def meeting(
@@ -214,51 +171,42 @@ def meeting(
 ) -> Iterator[Line]:
     """Several methods in turn at one problem, with so many threads at most, then with more.
 
-    A line is a method with `most` threads, and has the times of all rounds.
+    A line is a method with `most` threads, and has the times of all rounds. Of one thread and the
+    most a method takes the number that takes it least time: where orbits are few two threads cost
+    more than they save, and no user would take them.
     """
-    asked, given = config.meeting, stage(problem, config.problem, truth[problem])
-    alone = {name: made(name, given.part(x.part), x) for name, x in entries.items()}
+    asked, given = config.meeting, problems.stage(problem, config.problem, truth[problem])
+
+    def ready(name: str, threads: int) -> Solver:
+        return made(name, given.part(entries[name].part), entries[name], threads)
+
+    alone = {name: ready(name, 1) for name in entries}
     for most in asked.threads:
-        there = {k: x for k, x in entries.items() if most == 1 or METHODS[k].threads}
+        there = [name for name in entries if most == 1 or METHODS[name].threads]
         if len(there) > 1:
-            lines = met(given, there, most, asked.rounds, float(asked.seconds), alone)
-            yield from ({"method": name, "most": most, **line} for name, line in lines.items())
+            solvers = {name: alone[name] for name in there}
+            if most > 1:
+                both = {name: (alone[name], ready(name, most)) for name in there}
+                solvers = {name: min(pair, key=_least) for name, pair in both.items()}
+            lines = {k: told(given, entries[k], x.read(x.solve())) for k, x in solvers.items()}
+            rounds = in_turn(solvers, asked.rounds, float(asked.seconds))
+            for name, line in lines.items():
+                times = [x / line["part"] for x in rounds[name]]
+                yield {"method": name, "most": most, **line, "rounds": times}
 
 
-def met(
-    given: Stage,
-    entries: dict[str, Entrant],
-    most: int,
-    rounds: int,
-    seconds: float,
-    alone: dict[str, Solver],
-) -> dict[str, Line]:
+def in_turn(solvers: dict[str, Solver], rounds: int, seconds: float) -> dict[str, list[float]]:
     """Time methods in turn, round by round; the order turns too.
 
-    A method that has spent its `seconds` misses the rounds that are left: its ``rounds`` are NaN.
-    Of one thread, of which `alone` has the solvers, and the most a method takes the number that
-    takes it least time: where orbits are few two threads cost more than they save, and no user
-    would take them.
+    A method that has spent its `seconds` misses the rounds that are left: its times are NaN.
     """
-    solvers: dict[str, Solver] = {}
-    found: dict[str, Line] = {}
-    for name, entry in entries.items():
-        threads, solver = 1, alone[name]
-        if most > 1:
-            more = made(name, given.part(entry.part), entry, most)
-            if _least(more) < _least(solver):
-                threads, solver = most, more
-        line = told(given, entry, solver.read(solver.solve()))
-        solvers[name] = solver
-        found[name] = {**line, "threads": threads, "rounds": [math.nan] * rounds}
-    spent, names = dict.fromkeys(entries, 0.0), list(entries)
+    found = {name: [math.nan] * rounds for name in solvers}
+    spent, names = dict.fromkeys(solvers, 0.0), list(solvers)
     for k in range(rounds):
-        turned = names[k % len(names) :] + names[: k % len(names)]
-        for name in turned:
+        for name in names[k % len(names) :] + names[: k % len(names)]:
             if spent[name] <= seconds:
-                taken, _ = timed(solvers[name].solve)
-                spent[name] += taken
-                found[name]["rounds"][k] = taken / found[name]["part"]
+                found[name][k], _ = timed(solvers[name].solve)
+                spent[name] += found[name][k]
     return found
 
 
@@ -272,29 +220,24 @@ def random_phases(config: schema.Config, name: str, entry: Entrant) -> Iterator[
     """Count the symbols of a method that are wrong, chunk by chunk; a line for each start J1_0.
 
     After so many seconds no further chunk is begun. Told are the counts of :func:`judged`, the
-    ``orbits``, the ``seconds``, and ``last_crossing``, the median error of its t'.
+    ``orbits`` and the ``seconds``.
     """
-    orbits, seconds = config.phases.orbits, float(config.phases.seconds)
     for J1_0, stored in json.loads(STORED.read_text(encoding="utf-8"))["orbits"].items():
-        phases, texts, last = map(np.array, zip(*stored, strict=True))
+        phases, texts, _ = zip(*stored[: config.phases.orbits], strict=True)
         true = np.array([list(map(int, text)) for text in texts], dtype=np.uint8).T
         problem = replace(FIG4, J1_0=exact(J1_0), n_symbols=len(true))
         tally: Counter[str] = Counter()
-        spent, gaps, done = 0.0, [], 0
-        while done < min(orbits, len(phases)) and spent < seconds:
-            columns = slice(done, min(done + CHUNK, orbits))
-            solver = made(name, from_phases(problem, phases[columns]), entry)
+        spent, done = 0.0, 0
+        while done < len(phases) and spent < float(config.phases.seconds):
+            columns = slice(done, done + CHUNK)
+            solver = made(name, problems.from_phases(problem, np.array(phases[columns])), entry)
             if not done:
                 # What is compiled, is compiled before the clock runs.
                 solver.solve()
             taken, found = timed(solver.solve)
-            answer = solver.read(found)
-            tally.update(judged(answer, true[:, columns]))
-            gap = np.abs(answer.time[-1] - last[columns])
-            gaps.append(np.where(np.isnan(gap), np.inf, gap))
-            spent, done = spent + taken, done + answer.codes.shape[1]
-        middle = float(np.median(np.concatenate(gaps)))
-        yield {**tally, "J1_0": J1_0, "orbits": done, "seconds": spent, "last_crossing": middle}
+            tally.update(judged(solver.read(found), true[:, columns]))
+            spent, done = spent + taken, min(columns.stop, len(phases))
+        yield {**tally, "J1_0": J1_0, "orbits": done, "seconds": spent}
 
 
 def many_orbits(config: schema.Config, name: str, entry: Entrant) -> Iterator[Line]:
@@ -303,14 +246,14 @@ def many_orbits(config: schema.Config, name: str, entry: Entrant) -> Iterator[Li
     The first solve of all carries what is made ready once: tables of maps, compilation. A number
     of orbits may take so many seconds, repetitions included.
     """
-    numbers, seconds = config.many.orbits, config.many.seconds
+    numbers, budget = config.many.orbits, config.many.seconds
     problem = replace(FIG4, n_symbols=config.problem.n_symbols)
     for number, after in zip(numbers, [*numbers[1:], 0], strict=True):
-        make = partial(made, name, random_routes(problem, number), entry)
-        found = timed_solver(make, config.search.repeats, seconds, 0.0)
-        undecided = judged(found.answer, found.answer.codes)["undecided"]
-        yield {"orbits": number, **found.line, "undecided": undecided}
-        if found.seconds * after / number > seconds:
+        make = partial(made, name, problems.random_routes(problem, number), entry)
+        found = timed_solver(make, config.search.repeats, budget, 0.0)
+        times = {"seconds": found.seconds, "prepare": found.prepare}
+        yield {"orbits": number, **times, **judged(found.answer, found.answer.codes)}
+        if found.seconds * after / number > budget:
             return
 
 
@@ -331,19 +274,19 @@ def bodies(config: schema.Config, entries: dict[str, Entrant]) -> Iterator[Line]
     spent, budget = 0.0, (asked.kept + asked.drawn) * each
     # What any body needs is compiled before the clock runs.
     for n in (1, asked.orbits):
-        made(own, random_routes(FIG4, n), entries[own], threads).solve()
+        made(own, problems.random_routes(FIG4, n), entries[own], threads).solve()
+    few = problems.random_routes(FIG4, min(PILOT, asked.orbits))
     for name in peers:
-        made(name, random_routes(FIG4, min(PILOT, asked.orbits)), entries[name], threads).solve()
-    problems = [(1, x) for x in drawn(SEED, asked.kept)]
-    problems += [(0, x) for x in drawn(asked.seed, asked.drawn)]
-    for kept, problem in problems:
+        made(name, few, entries[name], threads).solve()
+    every = problems.drawn(problems.SEED, asked.kept) + problems.drawn(asked.seed, asked.drawn)
+    for problem in every:
         if spent > budget:
             return
-        task = random_routes(problem, _in_time(problem, asked.orbits, asked.longest))
+        task = problems.random_routes(problem, _in_time(problem, asked.orbits, asked.longest))
         taken, found = timed(partial(_with_body, task, entries, asked))
         spent += taken
         (A, r, mu), starts = problem.body.floats(), (float(problem.h0), float(problem.J1_0))
-        yield {"body": [kept, *A, *r[:2], mu, *starts], **found}
+        yield {"body": [*A, *r[:2], mu, *starts], **found}
 
 
 def _in_time(problem: RouteProblem, orbits: int, seconds: float) -> int:
@@ -361,7 +304,7 @@ def _with_body(task: Task, entries: dict[str, Entrant], asked: schema.Bodies) ->
     answers = {own: ours.answer}
     found: dict[str, Any] = {own: {"orbits": orbits, "first": ours.first, "again": ours.seconds}}
     last = np.nanmax(ours.answer.time, initial=0.0)
-    task = task._replace(times=np.full((1, orbits), 1.001 * last / time_unit(task.body)))
+    task = task._replace(times=np.full((1, orbits), 1.001 * last / problems.time_unit(task.body)))
     for name in peers:
         make = partial(made, name, entry=entries[name], threads=asked.threads)
         found[name], answers[name] = _in_its_time(make, task, asked.repeats, seconds)
@@ -412,14 +355,3 @@ def _settled(task: Task, answers: dict[str, Crossed], seconds: float) -> tuple[i
             return k, true
         true[:, [k]], spent = codes, spent + taken
     return most, true
-
-
-def memory() -> float:
-    """The peak of this process so far, MB."""
-    # What getrusage tells begins with the peak of the parent, from before it became this one.
-    with contextlib.suppress(OSError, StopIteration):
-        lines = Path("/proc/self/status").read_text().splitlines()
-        return int(next(line for line in lines if line.startswith("VmHWM")).split()[1]) / 1024
-    peak = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
-    # Linux counts in kB, macOS in bytes.
-    return peak / (1024**2 if sys.platform == "darwin" else 1024)

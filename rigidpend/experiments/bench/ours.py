@@ -10,10 +10,10 @@ import numpy as np
 
 from rigidpend.experiments import lie_poisson
 from rigidpend.experiments.bench.problems import Crossed, Task, time_unit
-from rigidpend.experiments.bench.solvers import Ends, Solver, in_looks, shared_out
+from rigidpend.experiments.bench.solvers import Solver, in_looks, shared_out
 from rigidpend.mechanics.body import Body
 from rigidpend.mechanics.coordinates import Aligned, body_from_aligned, scale
-from rigidpend.mechanics.equations import aligned_coefficients, cross
+from rigidpend.mechanics.equations import aligned_coefficients, cross, energy
 from rigidpend.mechanics.in_space import angular_velocity
 from rigidpend.mechanics.pendulum import body_motion
 from rigidpend.mechanics.poinsot import Orbit, angle, momentum, through
@@ -30,20 +30,16 @@ from rigidpend.routes.phases import Phases
 from rigidpend.routes.run import Run
 
 
-def answered(
-    task: Task, knob: Any, threads: int, way: str = "", bits: int = 53, order: int = 0
-) -> Solver:
+def answered(task: Task, knob: Any, threads: int, way: str = "", bits: int = 53) -> Solver:
     """The answer to any task.
 
-    The knob is the tolerance of the series, or steps in a period of the splitting. The way is
-    ``closed``, ``splitting`` (of that `order`), or a method of `route_codes`, where every symbol
-    is told by two computations; else series, of so many `bits`, and no cross-check.
+    The knob is the tolerance of the series. The way is ``closed``, or a method of `route_codes`,
+    where every symbol is told by two computations; else series, of so many `bits`, and no
+    cross-check.
     """
     if way == "closed":
-        at = _pendulums(task) if task.h0 is not None else _free_bodies(task)
+        at = _pendulums(task) if float(task.body.mu) else _free_bodies(task)
         return Solver(lambda: np.array([at(times[0]) for times in task.times]))
-    if way == "splitting":
-        return Solver(in_looks(task, _split(task, knob, order)))
     if way:
         given = task.problem, task.theta2_0, resolve(), threads, way
         return Solver(
@@ -106,7 +102,7 @@ def aligned_states(body: Body, states: Array) -> Array:
     return found
 
 
-def _split(task: Task, steps: float, order: int) -> Ends:
+def split(task: Task, steps: float, threads: int, order: int) -> Solver:
     """Operator splitting of Lie-Poisson type, with so many steps in a period."""
     body, longest = task.body, task.period / steps
     made = lie_poisson.splitting(*body.floats(), order)
@@ -117,16 +113,16 @@ def _split(task: Task, steps: float, order: int) -> Ends:
         found = made.advance(vectors, (times[0] - start) / count, count)
         return np.concatenate(([x[0] for x in found], [x[1] for x in found]))
 
-    return carry
+    return Solver(in_looks(task, carry))
 
 
 def _pendulums(task: Task) -> Callable[[float], Array]:
     """The pendulum motions (5:3), one after the other, in Python's floats."""
-    (_, _, A3), r, mu = task.body.floats()
-    energies = [float(h0) for h0 in task.h0]
+    A, r, mu = task.body.floats()
+    energies = energy(task.states[:3], task.states[3:], A, r, mu).tolist()
 
     def at(time: float) -> Array:
-        ends = [body_motion(time, -1, A3, r, h0, mu, math) for h0 in energies]
+        ends = [body_motion(time, -1, A[2], r, h0, mu, math) for h0 in energies]
         return np.array([(*M, *gamma) for M, gamma in ends]).T
 
     return at

@@ -1,40 +1,38 @@
 """Methods made ready, and the adapters of heyoka, diffrax and SciPy; CyRK's is a module of its own.
 
-heyoka, as its experts use it, has orbits side by side in lanes, on Euler-Poisson or on (eq1). An
-integrator of one orbit, compact mode and the library's own ensemble took more time at every
-problem. With the numbers of a body as parameters it is compiled once for all bodies; compiled for
-each, it is 4 % faster then. diffrax (JAX) runs in double precision, vmapped over the orbits and
-compiled as a whole. SciPy's DOP853 has a right-hand side as fast as Python has it, all orbits as
-one system: a call of Python then serves all of them, which was three to eight times faster than
-one orbit after the other with `solve_ivp` and its events.
+heyoka, as its experts use it, has orbits side by side in lanes, on Euler-Poisson or on (eq1). With
+the numbers of a body as parameters it is compiled once for all bodies; compiled for each, it is 4 %
+faster then. diffrax (JAX) runs in double precision, vmapped over the orbits and compiled as a
+whole. SciPy's DOP853 has a right-hand side as fast as Python has it, all orbits as one system: a
+call of Python then serves all of them, which was three to eight times faster than one orbit after
+the other with `solve_ivp` and its events.
 
-Each library is imported where it is used, for it may not be installed, and no other method's
-memory holds it.
+Each library is imported where it is used, for it may not be installed.
 """
 
 from __future__ import annotations
 
 import functools
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from functools import partial
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 
+from rigidpend.experiments.bench import ours
 from rigidpend.experiments.bench.methods import METHODS, Entrant
-from rigidpend.experiments.bench.problems import Crossed, Task, time_unit, with_angles
+from rigidpend.experiments.bench.problems import FIELDS, Crossed, Task, time_unit
 from rigidpend.experiments.bench.solvers import (
     SMALLER,
     Ends,
     Make,
     Solver,
     answering,
-    field_of,
     flat,
     in_looks,
     shared_out,
 )
-from rigidpend.experiments.principal_axes import euler_poisson_field, heyoka
+from rigidpend.experiments.principal_axes import heyoka
 from rigidpend.mechanics.body import Body
 from rigidpend.mechanics.coordinates import (
     andoyer_from_body,
@@ -48,6 +46,8 @@ from rigidpend.numbers.expressions import NO_SYMBOL
 from rigidpend.numbers.generic import Array, Numbers
 from rigidpend.routes.phases import Phases
 
+LANES = {"motion": 8, "routes": 8, "angle": 4}
+"""Lanes of heyoka by the kind of a task: 8 were the fastest but for the two orbits of Fig. 5."""
 FALSE_POSITIONS = 12
 """Steps of SciPy's from the ends of a step to the crossings in it."""
 AT_ONCE = 1e-3
@@ -60,21 +60,7 @@ def made(name: str, task: Task, entry: Entrant, threads: int = 1) -> Solver:
     if method.runs:
         each = ((run, x._replace(setting=x.setting | entry.setting)) for run, x in method.runs)
         return compared(task, *(partial(made, run, entry=x, threads=threads) for run, x in each))
-    found: Any
-    # Imported here, for it may need what is not installed.
-    match method.family:
-        case "ours" | "lie_poisson":
-            from rigidpend.experiments.bench.ours import answered as found
-        case "heyoka":
-            found = in_lanes
-        case "cyrk":
-            from rigidpend.experiments.bench.cyrk_compiled import answered as found
-        case "diffrax":
-            found = vmapped
-        case "scipy":
-            found = abreast
-    solver: Solver = found(task, entry.knob, threads, **method.told, **entry.setting)
-    return solver
+    return ADAPTERS[method.family](task, entry.knob, threads, **entry.setting)
 
 
 def compared(task: Task, first: Make, second: Make, third: Make) -> Solver:
@@ -103,70 +89,60 @@ def compared(task: Task, first: Make, second: Make, third: Make) -> Solver:
     return Solver(solve)
 
 
-class Equations(NamedTuple):
-    """Equations for heyoka."""
-
-    names: list[Any]
-    rates: list[Any]
-    numbers: Sequence[float] = ()
-    """Values of the parameters in them."""
-
-    def compiled(self, tolerance: float, lanes: int, **events: Any) -> Any:
-        """heyoka's integrator."""
-        make, rates = heyoka().taylor_adaptive_batch, zip(self.names, self.rates, strict=True)
-        made = make(list(rates), np.zeros((len(self.names), lanes)), tol=tolerance, **events)
-        if self.numbers:
-            made.pars[:] = np.array(self.numbers)[:, None]
-        return made
-
-
 def in_lanes(
-    task: Task, tolerance: float, threads: int, lanes: int, eq1: bool = False,
-    parameters: bool = False,
-) -> Solver:  # fmt: skip
+    task: Task, tolerance: float, threads: int, eq1: bool = False, parameters: bool = False
+) -> Solver:
     """heyoka; by (eq1) in the paper's variables theta1, J1, theta2, J2.
 
     With `parameters` the numbers of the body are parameters of what is compiled.
     """
-    body = task.body
-    if not eq1:
-        system = _principal(body, len(task.states), parameters)
-        return answering(
-            task, threads, lambda _: _in_lanes(system, tolerance, lanes),
-            lambda part: _follow(system, system.names[2], (0, 1), part, tolerance, lanes),
-        )  # fmt: skip
-    system = _eq1(body, parameters)
-    unit = time_unit(body)
-    begun = task._replace(times=unit * task.times)
-    if task.kind == "routes":
-        begun = begun._replace(states=_eq1_start(task))
-        section = system.names[1] - system.names[3] / 2.0
-        find = shared_out(
-            lambda part: _follow(system, section, (0,), part, tolerance, lanes), begun, threads
+    body, write = task.body, _eq1 if eq1 else _principal
+    names, rates, numbers = write(body, len(task.states), parameters)
+
+    def compiled(**events: Any) -> Any:
+        begin, system = (
+            np.zeros((len(names), LANES[task.kind])),
+            list(zip(names, rates, strict=True)),
         )
-        return Solver(find, _by_side)
+        made = heyoka().taylor_adaptive_batch(system, begin, tol=tolerance, **events)
+        if parameters:
+            made.pars[:] = np.array(numbers)[:, None]
+        return made
+
+    def ends(_: Task) -> Ends:
+        return _in_lanes(compiled())
+
+    if not eq1:
+        follow = partial(_follow, compiled, names[2], (0, 1))
+        return answering(task, threads, ends, follow)
+    begun = task._replace(times=time_unit(body) * task.times)
+    if task.kind == "routes":
+        follow = partial(_follow, compiled, names[1] - names[3] / 2.0, (0,))
+        begun = begun._replace(states=_eq1_start(task))
+        return Solver(shared_out(follow, begun, threads), _by_side)
     begun = begun._replace(states=_to_eq1(task.states, body))
-    solve = shared_out(lambda x: in_looks(x, _in_lanes(system, tolerance, lanes)), begun, threads)
+    solve = shared_out(lambda part: in_looks(part, ends(part)), begun, threads)
     return Solver(solve, lambda found: np.array([_from_eq1(y, body) for y in found]))
 
 
-def _principal(body: Body, size: int, parameters: bool) -> Equations:
-    hy, make = heyoka(), with_angles if size == 8 else euler_poisson_field
+def _principal(body: Body, size: int, parameters: bool) -> tuple[Any, Any, Numbers]:
+    """Names, rates and parameters of Euler-Poisson; mu is in two of them, beside r."""
+    hy, (A, r, mu) = heyoka(), body.floats()
     names = [hy.make_vars(f"x{i}") for i in range(size)]
-    A, r, mu = body.floats()
-    if not parameters:
-        return Equations(names, list(make(A, r, mu)(names)))
-    field = make([hy.par[i] for i in range(3)], [hy.par[3], hy.par[4], 0.0], 1.0)
-    return Equations(names, list(field(names)), (*A, mu * r[0], mu * r[1]))
+    if parameters:
+        moments, weight = [hy.par[i] for i in range(3)], [hy.par[3], hy.par[4], 0.0]
+        field = FIELDS[size](moments, weight, 1.0)
+        return names, field(names), (*A, mu * r[0], mu * r[1])
+    return names, FIELDS[size](A, r, mu)(names), ()
 
 
-def _eq1(body: Body, parameters: bool) -> Equations:
+def _eq1(body: Body, _: int, parameters: bool) -> tuple[Any, Any, Numbers]:
+    """Names, rates and parameters of (eq1)."""
     hy, p = heyoka(), body.angles()
-    names, numbers = hy.make_vars("theta1", "J1", "theta2", "J2"), list(map(float, p))
+    names, numbers = hy.make_vars("theta1", "J1", "theta2", "J2"), tuple(map(float, p))
     # Symbols throughout: heyoka's cosine takes nothing else.
     symbols = [hy.par[k] if parameters else hy.expression(x) for k, x in enumerate(numbers)]
-    rates = eq1_rates(names, type(p)(*symbols), hy)
-    return Equations(names, list(rates), numbers if parameters else ())
+    return names, eq1_rates(names, type(p)(*symbols), hy), numbers
 
 
 def _eq1_start(task: Task) -> Array:
@@ -195,9 +171,9 @@ def _by_side(found: Array) -> Crossed:
     return Crossed(np.where(np.isnan(step), NO_SYMBOL, step > 0).astype(np.uint8), time)
 
 
-def _in_lanes(system: Equations, tolerance: float, lanes: int) -> Ends:
+def _in_lanes(made: Any) -> Ends:
     """Give a function that carries orbits (d, n) on, as many at once as there are lanes."""
-    made = system.compiled(tolerance, lanes)
+    lanes = made.state.shape[1]
 
     def carry(states: Array, start: float, times: Array) -> Array:
         after, n = np.empty_like(states), states.shape[1]
@@ -214,7 +190,7 @@ def _in_lanes(system: Equations, tolerance: float, lanes: int) -> Ends:
 
 
 def _follow(
-    system: Equations, section: Any, kept: tuple[int, ...], task: Task, tolerance: float, lanes: int
+    compiled: Callable[..., Any], section: Any, kept: tuple[int, ...], task: Task
 ) -> Callable[[], Array]:
     """Give a function that follows orbits side by side to the zeros of a section.
 
@@ -223,8 +199,6 @@ def _follow(
     """
     wanted, limit, n = task.problem.n_symbols + 1, float(task.times.max()), task.states.shape[1]
     found = np.empty((1 + len(kept), wanted, n))
-    # By lane: its orbit, and the zeros that it has had.
-    column, count = [0] * lanes, [0] * lanes
 
     def write(_: Any, __: Any, lane: int) -> bool:
         k = count[lane]
@@ -233,9 +207,10 @@ def _follow(
             found[:, k, column[lane]] = made.time[lane], *(state[i, lane] for i in kept)
         return k + 1 < wanted
 
-    event = heyoka().t_event_batch(section, callback=write)
-    made = system.compiled(tolerance, lanes, t_events=[event])
-    state = made.state
+    made = compiled(t_events=[heyoka().t_event_batch(section, callback=write)])
+    state, lanes = made.state, made.state.shape[1]
+    # By lane: its orbit, and the zeros that it has had.
+    column, count = [0] * lanes, [0] * lanes
 
     def follow() -> Array:
         found[:] = np.nan
@@ -303,7 +278,7 @@ def _orbit(body: Body, size: int, solver: str) -> Any:
 
     settings: Any = jax.config
     settings.update("jax_enable_x64", True)
-    field = field_of(body, size)
+    field = FIELDS[size](*body.floats())
     term = diffrax.ODETerm(lambda t, y, args: jnp.stack(field(y)))
 
     def follow(state: Numbers, start: Any, stop: Any, tolerance: Any, **event: Any) -> Any:
@@ -430,3 +405,21 @@ def _zeros(dense: Any, columns: Any, shape: Any, start: Any, end: Any, sides: li
         a, fa = np.where(changes, b, a), np.where(changes, fb, fa / 2)
         b, fb = c, fc
     return b
+
+
+def _compiled(task: Task, tolerance: float, threads: int, **setting: Any) -> Solver:
+    """CyRK, whose module needs it already to be imported."""
+    from rigidpend.experiments.bench import cyrk_compiled
+
+    return cyrk_compiled.answered(task, tolerance, threads, **setting)
+
+
+ADAPTERS: dict[str, Callable[..., Solver]] = {
+    "ours": ours.answered,
+    "lie_poisson": ours.split,
+    "heyoka": in_lanes,
+    "cyrk": _compiled,
+    "diffrax": vmapped,
+    "scipy": abreast,
+}
+"""From a task, a knob, threads and a setting to the answer: by the family of a method."""

@@ -14,7 +14,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from rigidpend.experiments.bench.methods import PROBLEMS
+from rigidpend.experiments.bench.methods import LONG
 from rigidpend.experiments.data import Data
 from rigidpend.experiments.principal_axes import carry, euler_poisson_field, initial, integrator
 from rigidpend.mechanics.body import Body
@@ -22,8 +22,7 @@ from rigidpend.mechanics.coordinates import scale
 from rigidpend.mechanics.equations import cross, energy, euler_poisson
 from rigidpend.mechanics.free_body import around_M1, around_M2
 from rigidpend.mechanics.in_space import alpha_ahead, angular_velocity, hodograph, turning_rate
-from rigidpend.mechanics.pendulum import body_motion
-from rigidpend.numbers.exact import PI, context, exact
+from rigidpend.numbers.exact import PI, exact
 from rigidpend.numbers.generic import Array, Numbers, Scalar
 from rigidpend.routes.codes import RouteCodes, route_codes
 from rigidpend.routes.problem import RouteProblem, rotation_period
@@ -61,8 +60,6 @@ class Task(NamedTuple):
     """(k, n): when an orbit is looked at; for routes a time by which it has made all crossings."""
     period: float = math.nan
     """A typical period, which a method with fixed steps divides."""
-    h0: Any = None
-    """(n,) energies of pendulum motions, exact, from which closed forms start."""
     problem: Any = None
     """The `RouteProblem` of orbits that start on a separatrix."""
     theta2_0: Any = None
@@ -70,10 +67,9 @@ class Task(NamedTuple):
 
     def of(self, columns: Any) -> Task:
         """The same for some of the orbits."""
-        given = ("h0", self.h0), ("theta2_0", self.theta2_0)
-        rest: dict[str, Any] = {name: x[columns] for name, x in given if x is not None}
         states = np.ascontiguousarray(self.states[:, columns])
-        return self._replace(states=states, times=self.times[:, columns], **rest)
+        phases = None if self.theta2_0 is None else self.theta2_0[columns]
+        return self._replace(states=states, times=self.times[:, columns], theta2_0=phases)
 
 
 class Crossed(NamedTuple):
@@ -102,6 +98,10 @@ def with_angles(A: Numbers, r: Numbers, mu: Scalar) -> Callable[[Any], tuple[Any
         return (*rates, turning_rate(M, r, mu), hodograph(omega, gamma, domega)[2])
 
     return field
+
+
+FIELDS: dict[int, Callable[..., Any]] = {6: euler_poisson_field, 8: with_angles}
+"""Euler-Poisson by its number of components: of A, r and mu, the function of them."""
 
 
 def _motion(body: Body, states: Array, period: float, turns: float, looks: int = 1) -> Task:
@@ -137,7 +137,7 @@ def pendulum(sizes: Any) -> Task:
     states[2] = -np.sqrt(2 * A3 * (h0 + mu))
     states[3], states[4] = -r[0], -r[1]
     period = 2 * math.pi * math.sqrt(A3 / (2 * mu))
-    return _motion(PENDULUM, states, period, sizes.turns)._replace(h0=h0)
+    return _motion(PENDULUM, states, period, sizes.turns)
 
 
 def codes(sizes: Any) -> Task:
@@ -201,11 +201,16 @@ def drawn(seed: int = SEED, bodies: int = 40) -> list[RouteProblem]:
     return [_drawn(random) for _ in range(bodies)]
 
 
-def _drawn(random: np.random.Generator) -> RouteProblem:
+def shape(random: np.random.Generator) -> tuple[float, float]:
+    """A2/A1 and A3/A1, evenly over the shapes that a body may have: A1 > A3 > A2, A2 + A3 > A1."""
     A2, A3 = 1.0, 0.0
-    # Evenly over the shapes that a body may have, A1 > A3 > A2 and A2 + A3 > A1.
     while not (0.01 < A2 < A3 - 0.002 < 0.996 and A2 + A3 > 1.002):
         A2, A3 = random.uniform(0, 1, 2)
+    return A2, A3
+
+
+def _drawn(random: np.random.Generator) -> RouteProblem:
+    A2, A3 = shape(random)
     A1, angle, h0 = random.uniform(1.5, 3), random.uniform(0, math.pi / 2), random.uniform(0.8, 1.6)
     weight, start = (10 ** random.uniform(*ends) for ends in (WEIGHT, START))
     A = (f"{A1:.3f}", f"{A1 * A2:.3f}", f"{A1 * A3:.3f}")
@@ -225,16 +230,6 @@ def ends_in_113_bits(task: Task) -> dict[str, Array]:
     made = integrator(task.body, euler_poisson_field, 6, 113)
     ways = zip(task.states.T, task.times[-1], strict=True)
     return {"states": np.array([carry(made, state, end) for state, end in ways]).T}
-
-
-def ends_of_pendulums(task: Task) -> dict[str, Array]:
-    """The states at the end, by (5:3) in 113 bits."""
-    m = context(113)
-    A3, mu = (x.in_context(m) for x in (task.body.A[2], task.body.mu))
-    r = [x.in_context(m) for x in task.body.r]
-    ways = zip(task.h0, task.times[-1], strict=True)
-    ends = [body_motion(m.mpf(end), -1, A3, r, m.mpf(h0), mu, m) for h0, end in ways]
-    return {"states": np.array([[*M, *gamma] for M, gamma in ends], dtype=float).T}
 
 
 def codes_in_113_bits(task: Task) -> dict[str, Any]:
@@ -262,20 +257,17 @@ def integrals(states: Array) -> dict[str, Array]:
 
 
 def error_of_motion(answer: Array, truth: Data) -> dict[str, float]:
-    """The largest distance at the end; `answer` is (k, 6, n)."""
+    """The largest distance of (M/\\|M\\|, gamma) at the end; `answer` is (k, 6, n)."""
     gap = answer[-1] - truth["states"]
     gap[:3] /= np.linalg.norm(truth["states"][:3], axis=0)
     return {"error": float(np.linalg.norm(gap, axis=0).max())}
 
 
 def error_of_codes(answer: Crossed, truth: Data) -> dict[str, float]:
-    """Errors of the crossing times, the wrong symbols, and which of them are trusted."""
+    """Median over the columns of the largest error of a crossing time, t'; symbols judged."""
     gap = np.abs(answer.time - truth["time"])
     worst = np.where(np.isnan(gap), np.inf, gap).max(axis=0)
-    counts = {name: float(number) for name, number in judged(answer, truth["codes"]).items()}
-    told = {name: counts[name] for name in ("undecided", "wrong_trusted")}
-    wrong = {"wrong": counts["wrong"] / counts["symbols"], "wrong_symbols": counts["wrong"]}
-    return {"error": float(np.median(worst)), "worst": float(worst.max()), **wrong, **told}
+    return {"error": float(np.median(worst)), **judged(answer, truth["codes"])}
 
 
 def judged(answer: Crossed, true: Any) -> dict[str, int]:
@@ -287,23 +279,23 @@ def judged(answer: Crossed, true: Any) -> dict[str, int]:
     n = true.shape[1]
     wrong = answer.codes[:, :n] != true
     trusted = np.ones_like(wrong) if answer.certain is None else answer.certain[:, :n]
-    masks = {"symbols": wrong | True, "wrong": wrong, "wrong_trusted": wrong & trusted}
+    masks = {"symbols": wrong | True, "wrong_symbols": wrong, "wrong_trusted": wrong & trusted}
     return {name: int(mask.sum()) for name, mask in {**masks, "undecided": ~trusted}.items()}
 
 
 def error_of_alpha(answer: Array, truth: Data) -> dict[str, float]:
-    """The largest error; alpha is an angle."""
+    """The largest error of alpha(T), which is an angle, in radians."""
     gap = answer - truth["alpha"]
     return {"error": float(np.abs(np.remainder(gap + math.pi, 2 * math.pi) - math.pi).max())}
 
 
 def error_of_integrals(answer: Array, truth: Data) -> dict[str, float]:
-    """The largest drifts at any look; `answer` is (k, 6, n)."""
+    """The largest drift of the integrals at any look, relative; `answer` is (k, 6, n)."""
     found = integrals(answer.transpose(1, 0, 2))
     # M . gamma is zero; it is compared with |M|, which is sqrt(2 A E) up to a few per cent.
     units = {**truth, "area": np.sqrt(np.abs(truth["energy"]))}
-    drift = {k: float(np.abs((x - truth[k]) / units[k]).max()) for k, x in found.items()}
-    return {"error": max(drift.values()), **drift}
+    drifts = (np.abs((x - truth[k]) / units[k]).max() for k, x in found.items())
+    return {"error": float(max(drifts))}
 
 
 class Stage(NamedTuple):
@@ -311,7 +303,7 @@ class Stage(NamedTuple):
 
     task: Task
     truth: Data
-    """Arrays: in 113 bits, in closed form, or integrals of motion."""
+    """Arrays: in 113 bits, or integrals of motion."""
     error: Callable[[Any, Data], dict[str, float]]
     """From an answer and the truth: ``error`` first, then what else is told."""
     long: bool = False
@@ -324,7 +316,7 @@ class Stage(NamedTuple):
 
 ASKED: dict[str, tuple[Callable[[Any], Task], Callable[[Task], Data], Callable[..., Any]]] = {
     "free_body": (free_body, ends_in_113_bits, error_of_motion),
-    "pendulum": (pendulum, ends_of_pendulums, error_of_motion),
+    "pendulum": (pendulum, ends_in_113_bits, error_of_motion),
     "codes": (codes, codes_in_113_bits, error_of_codes),
     "precession_angle": (precession_angle, alpha_in_113_bits, error_of_alpha),
     "long_time": (long_time, lambda task: integrals(task.states), error_of_integrals),
@@ -336,4 +328,4 @@ def stage(problem: str, sizes: Any, truth: Data | None = None) -> Stage:
     """A problem of the sizes of `schema.Workload`; its truth is computed if it is not given."""
     make, true, error = ASKED[problem]
     task = make(sizes)
-    return Stage(task, truth or true(task), error, PROBLEMS[problem].kind == "long")
+    return Stage(task, truth or true(task), error, problem == LONG)

@@ -7,13 +7,15 @@ time divided by that of the default in the same round.
 
 from __future__ import annotations
 
+import itertools
 import math
 from collections.abc import Iterator, Mapping
 from typing import Any, NamedTuple
 
 import numpy as np
 
-from rigidpend.experiments.bench.methods import METHODS, OWN, PROBLEMS, good_enough
+from rigidpend.experiments.bench import TRUST
+from rigidpend.experiments.bench.methods import METHODS, PROBLEMS, good_enough
 from rigidpend.experiments.data import Data, Loaded
 from rigidpend.machine.wording import Table, seconds, times
 
@@ -22,7 +24,6 @@ CAPTION = (
     " many of the symbols that a method vouches for are wrong. Every method is used as its own"
     " documentation does, on one machine."
 )
-LEVELS = (1e-3, 1e-6, 1e-9, 1e-12)
 RULE_OF_THREE = 3.0
 """Rule of three: an event absent in n trials has a chance of less than 3/n, at 95 %."""
 COVERED = 0.95
@@ -32,7 +33,6 @@ MAPS = "route_codes_map"
 SLOWEST = 5
 """Number of bodies that are told, those with which ours takes longest."""
 CALLS = {"first call": "first", "again, an orbit": "again"}
-TRUST = ("wrong_trusted", "undecided")
 
 
 class Standing(NamedTuple):
@@ -41,11 +41,8 @@ class Standing(NamedTuple):
     method: str
     seconds: float
     """Median over the rounds, for the whole problem."""
-    ratio: float
-    """Ratio of its time to the default's: the median over the rounds."""
-    low: float
-    """Ends of the interval of :func:`interval` of that ratio."""
-    high: float
+    ratio: tuple[float, float, float]
+    """Ratio of its time to the default's: the median over the rounds, and its :func:`interval`."""
     reached: bool
     """True if the method reached the level of the problem."""
     record: Any
@@ -63,16 +60,16 @@ def met(data: Data, problem: str, threads: int, default: str = "") -> list[Stand
         ratios = record["rounds"] / own["rounds"]
         ratios = ratios[np.isfinite(ratios)]
         if ratios.size:
-            middle, ratio = float(np.nanmedian(record["rounds"])), float(np.median(ratios))
             reached = bool(good_enough(problem, record))
-            found.append(Standing(name, middle, ratio, *interval(ratios), reached, record))
-    return sorted(found, key=lambda result: result.ratio)
+            middle = float(np.nanmedian(record["rounds"]))
+            found.append(Standing(name, middle, interval(ratios), reached, record))
+    return sorted(found, key=lambda result: result.ratio[0])
 
 
-def interval(sample: Any) -> tuple[float, float]:
-    """The stated uncertainty of a median: an interval that holds the true one.
+def interval(sample: Any) -> tuple[float, float, float]:
+    """A median, and its stated uncertainty: the ends of an interval that holds the true one.
 
-    Its ends are members of the sample, as far inside as leaves a chance of `COVERED` at least: so
+    They are members of the sample, as far inside as leaves a chance of `COVERED` at least: so
     many of n independent values are less than the median as heads fall in n throws of a coin,
     whatever their distribution. Fewer than six values have no such interval; it is their range
     then, which holds the median with a chance of 1 - 2^(1-n).
@@ -81,12 +78,7 @@ def interval(sample: Any) -> tuple[float, float]:
     n, k, missed = ordered.size, 0, 2.0 ** (1 - ordered.size)
     while (missed := missed + 2.0 ** (1 - n) * math.comb(n, k + 1)) <= 1 - COVERED:
         k += 1
-    return float(ordered[k]), float(ordered[-1 - k])
-
-
-def peer(name: str) -> bool:
-    """True for a method that is not in this package."""
-    return METHODS[name].family not in OWN
+    return float(np.median(ordered)), float(ordered[k]), float(ordered[-1 - k])
 
 
 def losses(data: Data) -> list[tuple[str, int, Standing]]:
@@ -96,19 +88,8 @@ def losses(data: Data) -> list[tuple[str, int, Standing]]:
         for problem in _problems(data)
         for threads in _threads(data)
         for result in met(data, problem, threads)
-        if result.ratio < 1 and result.reached and peer(result.method)
+        if result.ratio[0] < 1 and result.reached and METHODS[result.method].peer
     ]
-
-
-def time_to_reach(record: Data, level: float) -> float:
-    """The shortest of the times in which a method got an error of `level` or less.
-
-    Over long times only what went all the way counts.
-    """
-    if "error" not in record:
-        return math.inf
-    enough = (np.nan_to_num(record["error"], nan=math.inf) <= level) & (record["part"] == 1)
-    return float(min(record["seconds"][enough], default=math.inf))
 
 
 def of_bodies(data: Data) -> dict[str, dict[str, Any]]:
@@ -135,7 +116,6 @@ def tables(result: Loaded) -> list[Table]:
         *([cross_checks_table(data)] if "codes" in data else []),
         *([phases_table(data)] if data.get("random_phases") else []),
         *([many_table(data)] if data.get("many_orbits") else []),
-        *(search_table(data, problem) for problem in _problems(data)),
     ]
 
 
@@ -144,20 +124,28 @@ def losses_table(data: Data) -> Table:
     rows = [
         (
             *(str(data[problem]["title"]), METHODS[result.method].label, str(threads)),
-            *(seconds(result.seconds), _spread(result)),
+            *(seconds(result.seconds), _stated(result.ratio)),
         )
         for problem, threads, result in losses(data)
     ] + list(_lost_bodies(data))
     header = ("problem", "method", "threads", "time", "times ours")
-    note = "" if rows else "Nowhere in this run."
-    return Table("Where another method is faster than ours", header, rows, note)
+    absent = sorted({x for problem in _problems(data) for x in _absent(data[problem])})
+    notes = [*([] if rows else ["Nowhere in this run."]), *absent]
+    return Table("Where another method is faster than ours", header, rows, " ".join(notes))
+
+
+def _absent(group: Data) -> Iterator[str]:
+    """Methods of which nothing was measured at a problem, and why."""
+    for name, record in records(group):
+        if "seconds" not in record:
+            yield f"{METHODS[name].label}: {record['ended']}."
 
 
 def _lost_bodies(data: Data) -> Iterator[tuple[str, ...]]:
     """Bodies with which a peer is faster: how many, and the one with which it is so by most."""
     found = of_bodies(data)
     own = next(iter(found.values()), {})
-    for name in filter(peer, found):
+    for name in (name for name in found if METHODS[name].peer):
         for call, key in CALLS.items():
             theirs = found[name][key]
             ratios = theirs / own[key]
@@ -176,9 +164,8 @@ def bodies_tables(data: Data) -> list[Table]:
     for method, took in found.items():
         cells = [METHODS[method].label]
         for key in CALLS.values():
-            ratios = took[key] / own[key]
             cells += map(seconds, np.quantile(took[key], (0.5, 0.9, 1)))
-            cells.append(_stated(float(np.median(ratios)), *interval(ratios)))
+            cells.append(_stated(interval(took[key] / own[key])))
         rows.append([*cells, *_per_million(group[method])])
     header = (
         *("method", "first call", "90 %", "worst", "times ours"),
@@ -198,22 +185,19 @@ def bodies_tables(data: Data) -> list[Table]:
         " once, with the numbers of a body as parameters."
     )
     slow = np.argsort(-sum(x / np.median(x) for x in own.values()))[:SLOWEST]
-    slowest = [_one_body(group, own, k) for k in slow]
     title = f"The slowest bodies: {METHODS[name].label}"
     return [
         Table("Bodies drawn by lot", header, rows, note),
-        Table(title, ("A", "r", "mu/h0", "J1_0", *CALLS), slowest),
+        Table(title, ("A", "r", "mu/h0", "J1_0", *CALLS), [_body(group, own, k) for k in slow]),
     ]
 
 
-def _one_body(group: Data, own: Data, k: int) -> tuple[str, ...]:
+def _body(group: Data, own: Data, k: int) -> tuple[str, ...]:
     """A body, and how long ours takes with it."""
     one = {key: x[k] for key, x in group.items() if np.ndim(x)}
-    A, r = (
-        ", ".join(f"{one[key]:.4g}" for key in keys) for keys in (("A1", "A2", "A3"), ("r1", "r2"))
-    )
-    told = f"({A})", f"({r}, 0)", f"{one['mu'] / one['h0']:.2g}", f"{one['J1_0']:.2g}"
-    return (*told, *(seconds(own[key][k]) for key in CALLS.values()))
+    told = "({A1:.4g}, {A2:.4g}, {A3:.4g})", "({r1:.4g}, {r2:.4g}, 0)"
+    weight = f"{one['mu'] / one['h0']:.2g}", f"{one['J1_0']:.2g}"
+    return (*(x.format(**one) for x in told), *weight, *(seconds(x[k]) for x in own.values()))
 
 
 def meeting_table(data: Data, problem: str) -> Table:
@@ -226,7 +210,7 @@ def meeting_table(data: Data, problem: str) -> Table:
         cells = [METHODS[name].label + marks]
         for results in by_count:
             there = results.get(name)
-            cells += [seconds(there.seconds), _spread(there)] if there else ["-", "-"]
+            cells += [seconds(there.seconds), _stated(there.ratio)] if there else ["-", "-"]
         wrong = float(result.record.get("wrong_symbols", 0))
         error = f"{wrong:.0f} symbols wrong" if wrong else f"{float(result.record['error']):.1e}"
         rows.append((*cells, error))
@@ -245,7 +229,7 @@ def cross_checks_table(data: Data) -> Table:
     """Table of the cost of trust at the codes of Fig. 4: methods that vouch for symbols."""
     rows = [
         (
-            *(METHODS[result.method].label, seconds(result.seconds), times(result.ratio)),
+            *(METHODS[result.method].label, seconds(result.seconds), times(result.ratio[0])),
             *(f"{float(result.record[name]):.0f}" for name in ("undecided", "wrong_trusted")),
         )
         for result in met(data, "codes", 1, "route_codes")
@@ -261,11 +245,10 @@ def phases_table(data: Data) -> Table:
     groups = data["random_phases"]
     rows = []
     for name in METHODS:
-        cells = [METHODS[name].label]
-        for record in (group.get(name) for group in groups.values()):
-            cells += [*_per_million(record), _an_orbit(record)] if record else ["-"] * 3
-        if any(name in group for group in groups.values()):
-            rows.append(cells)
+        found = [group.get(name) for group in groups.values()]
+        cells = ([*_per_million(x), _an_orbit(x)] if x else ["-"] * 3 for x in found)
+        if any(found):
+            rows.append([METHODS[name].label, *itertools.chain(*cells)])
     heads = [
         f"{x}, {start.replace('_', ' ', 1).replace('J1 0_', 'J1_0 = ')}"
         for start in groups
@@ -320,33 +303,13 @@ def scaled(record: Data, number: float) -> tuple[float, float, float]:
     return taken, float(prepare[k]), float(orbits[k])
 
 
-def search_table(data: Data, problem: str) -> Table:
-    """Time to reach an error, of every method alone."""
-    group, rows = data[problem], []
-    for name, record in records(group):
-        cells = [seconds(time_to_reach(record, level)) for level in LEVELS]
-        prepare = float(np.max(record.get("prepare", math.inf)))
-        ended = str(record["ended"]).replace("complete", "")
-        rows.append((METHODS[name].label, *cells, seconds(prepare), ended))
-    header = ("method", *(f"{level:.0e}" for level in LEVELS), "to prepare", "ended")
-    caption = f"{group['title']}: time to reach an error, each method alone"
-    return Table(caption, header, rows, f"Error: {group['error']}.")
-
-
 def summary(data: Data) -> dict[str, Any]:
-    """All of it as plain data, for JSON: None where nothing was reached."""
+    """All that was measured as plain data, for JSON, and the losses: None for what is infinite."""
     lost = [
         {"problem": problem, "threads": threads, **result._asdict()}
         for problem, threads, result in losses(data)
     ]
-    standings = {
-        problem: {
-            str(count): [result._asdict() for result in met(data, problem, count)]
-            for count in _threads(data)
-        }
-        for problem in _problems(data)
-    }
-    found: dict[str, Any] = _plain({"losses": lost, "met": standings, **data})
+    found: dict[str, Any] = _plain({"losses": lost, **data})
     return found
 
 
@@ -371,12 +334,9 @@ def _an_orbit(record: Data) -> str:
     return seconds(float(record["seconds"]) / float(record["orbits"]))
 
 
-def _spread(result: Standing) -> str:
-    return _stated(result.ratio, result.low, result.high)
-
-
-def _stated(middle: float, low: float, high: float) -> str:
-    return "1" if low == high == 1 else f"{times(middle)} ({times(low)} to {times(high)})"
+def _stated(ratio: tuple[float, float, float]) -> str:
+    middle, low, high = map(times, ratio)
+    return "1" if ratio[1] == ratio[2] == 1 else f"{middle} ({low} to {high})"
 
 
 def _threads(data: Data) -> list[int]:
@@ -393,6 +353,6 @@ def _plain(value: Any) -> Any:
         return {name: _plain(each) for name, each in value.items()}
     if hasattr(value, "tolist"):
         value = value.tolist()
-    if isinstance(value, list):
+    if isinstance(value, list | tuple):
         return [_plain(each) for each in value]
     return None if isinstance(value, float) and not math.isfinite(value) else value

@@ -42,15 +42,6 @@ def _positive(x: Scalar) -> Any:
     return x
 
 
-MANY_METHODS = (
-    "route_codes_map", "route_codes", "aligned_batch", "heyoka_principal", "cyrk", "diffrax",
-    "heyoka_two_forms", "scipy_dop853",
-)  # fmt: skip
-"""Methods that are timed at ever more orbits, by default."""
-OF_BODIES = ("route_codes_auto", "heyoka_principal", "heyoka_two_tolerances", "cyrk")
-"""Methods that are timed with bodies drawn by lot, by default; ours first."""
-BY_PROBLEM = tuple(name for name, method in METHODS.items() if any(map(method.answer, PROBLEMS)))
-"""Methods that answer one of the problems."""
 Methods = Annotated[tuple[str, ...], _of("method", tuple(METHODS))]
 Seconds = Annotated[Number, AfterValidator(_positive)]
 Count = Annotated[Whole, Field(ge=1, le=10**7)]
@@ -64,7 +55,7 @@ class Workload(Part):
 
     problems: Annotated[tuple[str, ...], _of("problem", tuple(PROBLEMS))] = tuple(PROBLEMS)
     """Names of the problems to be solved."""
-    methods: Methods = BY_PROBLEM
+    methods: Methods = tuple(name for name, x in METHODS.items() if x.answers)
     """Names of the methods that solve them."""
     orbits: Count = 16
     """Orbits of the free body and of the pendulum, carried at once."""
@@ -124,18 +115,18 @@ class RandomPhases(Part):
 class ManyOrbits(Part):
     """Time against the number of orbits, from random phases; one thread."""
 
-    methods: Methods = MANY_METHODS
+    methods: Methods
     """Names of the methods that are timed, at their settings for the codes of Fig. 4."""
-    orbits: Annotated[Counts, AfterValidator(_ascending)] = (95, 1000, 10**4, 10**5)
+    orbits: Annotated[Counts, AfterValidator(_ascending)]
     """Numbers of orbits, ascending."""
-    seconds: Annotated[Whole, Field(ge=1, le=10**6)] = 45
+    seconds: Annotated[Whole, Field(ge=1, le=10**6)]
     """Budget of a method at a number of orbits, seconds; beyond it times are scaled."""
 
 
 class Bodies(Part):
     """Bodies drawn by lot: the first call with each, and the same call again."""
 
-    methods: Annotated[Methods, Field(min_length=1)] = OF_BODIES
+    methods: Annotated[Methods, Field(min_length=1)]
     """Names of the methods; the first is ours."""
     kept: Annotated[Whole, Field(ge=0, le=1000)] = 40
     """Number of bodies that are the same in every run."""
@@ -145,7 +136,7 @@ class Bodies(Part):
     """Seed of these."""
     orbits: Count = 20_000
     """Orbits of each body, of 15 symbols."""
-    threads: Annotated[Whole, Field(ge=1, le=64)] = 2
+    threads: Few = 2
     """Threads of all methods that can use them."""
     repeats: Few = 3
     """Calls again with each body; their median counts."""
@@ -164,5 +155,5 @@ class Config(ExperimentConfig):
     search: Search
     meeting: Meeting
     phases: RandomPhases
-    many: ManyOrbits = ManyOrbits()
+    many: ManyOrbits
     bodies: Bodies

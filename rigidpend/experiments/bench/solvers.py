@@ -15,8 +15,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from rigidpend.experiments.bench.problems import Crossed, Task, time_unit, with_angles
-from rigidpend.experiments.principal_axes import euler_poisson_field
+from rigidpend.experiments.bench.problems import FIELDS, Crossed, Task, time_unit
 from rigidpend.mechanics.body import Body
 from rigidpend.numbers.generic import Array
 from rigidpend.orbits.integrate.kernel.tape import trace
@@ -104,22 +103,16 @@ def crossed(time: Any, M: Any, body: Body) -> Crossed:
     return Crossed(symbols(np.where(np.isnan(time), 0, beside)), time_unit(body) * time)
 
 
-def field_of(body: Body, size: int) -> Any:
-    """The field of a body in floats, of 6 numbers, or of 8 with angles."""
-    return (with_angles if size == 8 else euler_poisson_field)(*body.floats())
-
-
 def flat(body: Body, size: int) -> Any:
     """Write ``rates(dy, t, y, args)``, which takes floats or arrays, and which numba can compile.
 
     Each quantity is a local variable, as a hand would write it for speed, from the tape that the
     package's own compiled fields are made of.
     """
-    make = with_angles if size == 8 else euler_poisson_field
     A, r, mu = body.floats()
     # The moments are components too, for the tape multiplies by reciprocals of parameters: with
     # quotients, which round once, CyRK was a sixth faster.
-    traced, parameters = trace(lambda y, _: make(y[size:], r, mu)(y[:size]), size + 3)
+    traced, parameters = trace(lambda y, _: FIELDS[size](y[size:], r, mu)(y[:size]), size + 3)
     components = [*(f"y{i}" for i in range(size)), *map(repr, A)]
     names: list[str] = []
     known: dict[str, str] = {}

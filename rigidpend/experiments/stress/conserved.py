@@ -7,22 +7,15 @@ motion drift as roundings walk; so does the period of the pendulum.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Iterator
 from functools import partial
 from typing import Any
 
 import numpy as np
 
 from rigidpend.experiments.lie_poisson import SCHEMES, splitting, stages
-from rigidpend.experiments.stress import scenes
-from rigidpend.experiments.stress.passages import (
-    DEVIATIONS,
-    NOISE,
-    SIGMAS,
-    predicted_errors,
-    step,
-    with_tangent,
-)
+from rigidpend.experiments.stress import passages, scenes
+from rigidpend.experiments.stress.passages import DEVIATIONS, NOISE, SIGMAS, step
 from rigidpend.experiments.stress.scenes import Claim, Findings, Place, Scene, Trial, followed
 from rigidpend.machine.workers import side_by_side, spread
 from rigidpend.mechanics.body import Body
@@ -51,20 +44,30 @@ and a half as much at each of the nine that follow, which makes 3e-6."""
 SIZED = DEVIATIONS * math.sqrt(2)
 """Bound where two computations differ: the squares of their roundings add."""
 BITWISE = "a change of sign rounds nothing: the same numbers, bit for bit"
-REVERSED = "numbers that differ between an orbit backwards and the reversed orbit forwards"
-RETURNED = f"largest difference after t' = {BACK:g} and back, over its predicted root mean square"
-CARRIED = "roundings on both ways, carried back to the start by the variational equations"
 IN_UNITS = "largest phase error between both units, over its predicted root mean square"
-STEPWISE = "no number rounds otherwise, but steps are of other length"
-GROWN = "one orbit, whose roundings grow by three and a half a passage at most"
 SYMMETRIES = (
     Claim("reflection", 0, "crossings that differ from those of the mirrored orbits", BITWISE),
-    Claim("time reversal", 0, REVERSED, BITWISE),
-    Claim("there and back", SIZED, RETURNED, CARRIED),
-    Claim("units of 2 and 4", SIZED, IN_UNITS, STEPWISE),
-    Claim("units of 1.37 and 0.73", SIZED, IN_UNITS, "two computations round independently"),
-    Claim("theta2_0 + 2 pi", TURNED, "largest phase difference over ten symbols", GROWN, "rad"),
-)
+    Claim(
+        "time reversal", 0,
+        "numbers that differ between an orbit backwards and the reversed orbit forwards", BITWISE,
+    ),
+    Claim(
+        "there and back", SIZED,
+        f"largest difference after t' = {BACK:g} and back, over its predicted root mean square",
+        "roundings on both ways, carried back to the start by the variational equations",
+    ),
+    Claim(
+        "units of 2 and 4", SIZED, IN_UNITS,
+        "no number rounds otherwise, but steps are of other length",
+    ),
+    Claim(
+        "units of 1.37 and 0.73", SIZED, IN_UNITS, "two computations round independently"
+    ),
+    Claim(
+        "theta2_0 + 2 pi", TURNED, "largest phase difference over ten symbols",
+        "one orbit, whose roundings grow by three and a half a passage at most", "rad",
+    ),
+)  # fmt: skip
 
 INTEGRALS = ("energy", "gamma", "M.gamma")
 """Integrals of motion, in the order of :func:`integrals`."""
@@ -80,28 +83,15 @@ BIASED = (
 )
 BIAS = 4e-16
 """A rotation, relative: four times what was measured, and the most that `BIASED` explains."""
-ENERGIES = {2: 1.6e-3, 4: 5e-6, 6: 9e-7, 8: 4e-8}
-"""Bound of the energy's error for a splitting of each order, relative to h0.
+SPLITTINGS = {2: (1 / 50, 1.6e-3), 4: (1 / 25, 5e-6), 6: (1 / 15, 9e-7), 8: (1 / 10, 4e-8)}
+"""By the order of a splitting the length of its step, in rotations, and its energy's bound.
 
-It is two and a half times what two other sets of 16 orbits showed (6.6e-4, 2.0e-6, 3.7e-7,
-1.7e-8)."""
-STEPS = {2: 1 / 50, 4: 1 / 25, 6: 1 / 15, 8: 1 / 10}
-"""Length of a step of each order, in rotations: errors of the energy from 1e-4 to 1e-10."""
+Errors of the energy, relative to h0, are from 1e-4 to 1e-10. The bound is two and a half times what
+two other sets of 16 orbits showed (6.6e-4, 2.0e-6, 3.7e-7, 1.7e-8)."""
 SIDE_BY_SIDE = {"taylor": 8, "scipy": 2}
 """Orbits in a part of the work; those of one part share their steps with `scipy`."""
 SUBSTEPS = 6
 """Substeps of a splitting of order 2, the neighbouring kicks being one."""
-POWER = "how far the fitted power of t is from 1/2"
-SLOPES = "four standard errors of a slope between two rms of so many random walks"
-WALKS = "one rounding of each component a step, independent: sqrt(steps); series add some more"
-TOLERATED = "largest ratio of the rms drift to the tolerances of all steps added up"
-KEPT = "every step keeps its tolerance, and no integral leans on a component more than once"
-LARGEST = "largest rms error of the energy at any time, relative to h0"
-NEARBY = (
-    "a Poisson map keeps a nearby energy, of a distance of the step's power: its error"
-    " comes and goes, and does not grow"
-)
-EXACT = "turns and kicks keep it exactly; what is left is one rounding a substep"
 PERIOD = Claim(
     "pendulum at J1 = 0",
     FACTOR,
@@ -130,7 +120,7 @@ def _symmetric(scene: Scene, n: int) -> list[float]:
 
     plain, mirrored = follow(states), follow(MIRROR[:, None] * states)
     other = plain.separatrix != MIRRORED[mirrored.separatrix]
-    predicted = predicted_errors(scene, states, plain.time)
+    predicted = passages.predicted_errors(scene, states, plain.time)
     apart = [
         scenes.phase_errors(follow(*in_units(states, c, k, v), unit=k), plain, scene.rate)
         for k, v in UNITS
@@ -168,7 +158,7 @@ def _carried(scene: Scene, there: Array) -> float:
     The tangent vectors of all six directions, each with a component's rounding: its growth from
     the far end bounds that from any place nearer.
     """
-    field = with_tangent(scene.c)
+    field = passages.with_tangent(scene.c)
     starts = [np.r_[there, v] for v in np.diag(there)]
     ends = np.array([states_at(field, y, [-BACK])[6:, 0] for y in starts])
     return NOISE * math.sqrt(BACK / step(scene.u) * (ends**2).sum(axis=0).max())
@@ -218,20 +208,34 @@ def engine_trial(scene: Scene, engine: str, tolerance: float, rotations: int, or
     marks = np.r_[0.0, np.geomspace(1, rotations, POINTS)] * scene.rotation
     steps, at = marks[1:] / step(scene.u), marks[1:] / scene.rotation
     walk = NOISE * np.sqrt(steps)
-    named = [f"{name}, {integral}" for integral in INTEGRALS]
     if engine == "taylor":
         biased = tolerance > FINEST_TOLERANCE[engine]
-        claims = [x for each in named for x in _walk_claims(each, at, walk[-1], orbits, biased)]
+        claims = [
+            claim
+            for integral in INTEGRALS
+            for claim in _walk_claims(f"{name}, {integral}", at, walk[-1], orbits, biased)
+        ]
     else:
-        claims = [Claim(each, 1.0, TOLERATED, KEPT) for each in named]
+        claims = [
+            Claim(
+                f"{name}, {integral}",
+                1.0,
+                "largest ratio of the rms drift to the tolerances of all steps added up",
+                "every step keeps its tolerance, and no integral leans on a component more than"
+                " once",
+            )
+            for integral in INTEGRALS
+        ]
 
-    def values(drift: Array) -> list[float]:
+    def measure() -> Findings:
+        drift = _engine_drift(scene, engine, tolerance, marks, orbits)
+        curve = _curve(name, at, drift, walk)
         if engine == "taylor":
-            return [x for row in drift for x in (abs(slope(at, row) - 0.5), row[-1])]
-        return [(row / (tolerance * steps)).max() for row in drift]
+            powers = zip(curve["power"], drift, strict=True)
+            return Findings([x for k, row in powers for x in (abs(k - 0.5), row[-1])], curve)
+        return Findings((drift / (tolerance * steps)).max(axis=1), curve)
 
-    work = partial(_engine_drift, scene, engine, tolerance, marks, orbits)
-    return _trial(f"{engine} {tolerance:.1e}", name, (at, walk), claims, work, values)
+    return Trial("long_time", f"{engine} {tolerance:.1e}", claims, measure)
 
 
 def _walk_claims(
@@ -240,50 +244,37 @@ def _walk_claims(
     """Claims of the fitted power and of the size of a drift."""
     reach = float(np.ptp(np.log(rotations[_late(rotations)])))
     spread, most = SIGMAS / math.sqrt(orbits) / reach, FACTOR * float(walk)
-    size = f"rms drift after {rotations[-1]:.0e} rotations, relative"
-    power, drift = 0.5 + spread, most + BIAS * float(rotations[-1])
-    for claim, up_to in (
-        (Claim(f"{name}: power", spread, POWER, SLOPES), power),
-        (Claim(f"{name}: size", most, size, WALKS), drift),
-    ):
+    power = Claim(
+        f"{name}: power",
+        spread,
+        "how far the fitted power of t is from 1/2",
+        "four standard errors of a slope between two rms of so many random walks",
+    )
+    size = Claim(
+        f"{name}: size",
+        most,
+        f"rms drift after {rotations[-1]:.0e} rotations, relative",
+        "one rounding of each component a step, independent: sqrt(steps); series add some more",
+    )
+    for claim, up_to in (power, 0.5 + spread), (size, most + BIAS * float(rotations[-1])):
         yield claim._replace(limit=BIASED, up_to=up_to) if biased else claim
 
 
-def _trial(
-    label: str,
-    name: str,
-    walk: tuple[Array, Array],
-    claims: Sequence[Claim],
-    drift: Callable[[], Array],
-    values: Callable[[Array], Sequence[float]],
-) -> Trial:
-    """A trial of a drift (3, k), with the predicted walk at its times, and the claims' values."""
-    rotations, predicted = walk
-
-    def measure() -> Findings:
-        found = drift()
-        powers = np.array([slope(rotations, row) for row in found])
-        told = {"rotations": rotations, "drift": found, "walk": predicted, "power": powers}
-        return Findings(values(found), curve={"name": name, **told})
-
-    return Trial("long_time", label, claims, measure)
+def _curve(name: str, rotations: Array, drift: Array, walk: Array) -> dict[str, Any]:
+    """What is drawn of a drift (3, k), with the predicted walk at its times."""
+    powers = np.array([slope(rotations, row) for row in drift])
+    return {"name": name, "rotations": rotations, "drift": drift, "walk": walk, "power": powers}
 
 
 def _engine_drift(scene: Scene, engine: str, tolerance: float, marks: Array, orbits: int) -> Array:
     """Root mean square drifts of the integrals at all marks but the first, (3, k)."""
     parts = spread(passing(scene, orbits), -(-orbits // SIDE_BY_SIDE[engine]), axis=1)
-    given = scene.c, marks, engine, tolerance
-    found = side_by_side(_sampled, given, engine == "scipy", parts, scene.jobs)
+    work = partial(states_at, scene.c, times=marks, engine=engine, tolerance=tolerance)
+    found = side_by_side(work, (), engine == "scipy", parts, scene.jobs)
     # In long doubles, or the evaluation of the integrals would hide their drift.
     aligned = Aligned(*np.concatenate(found, axis=2).astype(np.longdouble))
     s = float(scale(scene.body.floats()[0]))
     return _drift(integrals(scene, *body_from_aligned(aligned, scene.body.alpha0, s)))
-
-
-def _sampled(
-    states: Array, c: AlignedCoefficients, times: Array, engine: str, tolerance: float
-) -> Array:
-    return np.asarray(states_at(c, states, times, engine=engine, tolerance=tolerance))
 
 
 def _drift(integrals: Array) -> Array:
@@ -305,17 +296,28 @@ def slope(rotations: Array, row: Array) -> float:
 
 def splitting_trial(scene: Scene, order: int, rotations: int, orbits: int) -> Trial:
     """A Lie-Poisson splitting: energy bounded, |gamma| and M . gamma kept to rounding."""
-    name = f"splitting {order}"
-    counts = np.unique(np.geomspace(1, max(10, rotations / STEPS[order]), POINTS).astype(int))
-    walk = NOISE * np.sqrt(counts * SUBSTEPS * stages(order))
-    at = counts * STEPS[order]
-    after, most = f"rms drift after {at[-1]:.0f} rotations, relative", FACTOR * float(walk[-1])
-    claims = (
-        Claim(f"{name}, energy", ENERGIES[order], LARGEST, NEARBY),
-        *(Claim(f"{name}, {integral}", most, after, EXACT) for integral in INTEGRALS[1:]),
-    )
-    work = partial(splitting_drift, scene, order, counts, orbits)
-    return _trial(name, name, (at, walk), claims, work, lambda x: [x[0].max(), *x[1:, -1]])
+    name, (h, energies) = f"splitting {order}", SPLITTINGS[order]
+    counts = np.unique(np.geomspace(1, max(10, rotations / h), POINTS).astype(int))
+    at, walk = counts * h, NOISE * np.sqrt(counts * SUBSTEPS * stages(order))
+    claims = [
+        Claim(
+            f"{name}, energy",
+            energies,
+            "largest rms error of the energy at any time, relative to h0",
+            "a Poisson map keeps a nearby energy, of a distance of the step's power: its error"
+            " comes and goes, and does not grow",
+        )
+    ]
+    for integral in INTEGRALS[1:]:
+        measured = f"rms drift after {at[-1]:.0f} rotations, relative"
+        exact = "turns and kicks keep it exactly; what is left is one rounding a substep"
+        claims.append(Claim(f"{name}, {integral}", FACTOR * float(walk[-1]), measured, exact))
+
+    def measure() -> Findings:
+        drift = splitting_drift(scene, order, counts, orbits)
+        return Findings([drift[0].max(), *drift[1:, -1]], _curve(name, at, drift, walk))
+
+    return Trial("long_time", name, claims, measure)
 
 
 def splitting_drift(scene: Scene, order: int, counts: Any, orbits: int) -> Array:
@@ -324,7 +326,7 @@ def splitting_drift(scene: Scene, order: int, counts: Any, orbits: int) -> Array
     s, made = float(scale(body.floats()[0])), splitting(*body.floats(), order)
     vectors = body_from_aligned(Aligned(*passing(scene, orbits)), body.alpha0, s)
     # Splittings know physical time alone.
-    h = STEPS[order] * scene.rotation / s
+    h = SPLITTINGS[order][0] * scene.rotation / s
     now: list[Any] = [np.stack(pair) for pair in zip(*vectors, strict=True)]
     kept = []
     for steps in np.diff(counts, prepend=(0, 0)):
@@ -353,9 +355,6 @@ def pendulum_trial(body: Body, h0: Scalar, jobs: int, rotations: int) -> Trial:
         walk = NOISE * np.sqrt(times / step(scene.u) / 3)
         # The rounding of the period itself adds up as well, in proportion to the time.
         walk = p.kappa * J2 * times * (walk + 2.0**-52)
-        worst = int(np.argmax(phase / walk))
-        said = f"{phase[worst]:.1e} rad at {counts[worst]} of {counts[-1]}, t' = {times[-1]:.1e}"
-        curve = {"rotations": counts, "phase": phase, "walk": walk}
-        return Findings([phase[worst] / walk[worst]], [said], curve)
+        return Findings([np.max(phase / walk)])
 
     return Trial("long_time", "pendulum", (PERIOD,), measure)

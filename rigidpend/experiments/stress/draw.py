@@ -19,7 +19,7 @@ from matplotlib.ticker import MaxNLocator
 from rigidpend.experiments.data import Data, Loaded
 from rigidpend.experiments.plots import BLUE, GREEN, ORANGE, PINK, RED, WIDTH, entry, title
 from rigidpend.experiments.stress import FAILED, LIMIT, PASSED
-from rigidpend.machine.wording import Column, Table, terminal
+from rigidpend.machine.wording import Table, terminal
 
 CAPTION = (
     "Each trial goes to a limit, and its value stays below the bound that was stated before it"
@@ -241,26 +241,21 @@ def counts(data: Data) -> dict[str, int]:
 
 def summary(data: Data) -> dict[str, Any]:
     """Counts and claims as JSON can hold them: what is not finite is a text."""
-
-    def plain(value: Any) -> Any:
-        return str(value) if isinstance(value, float) and not math.isfinite(value) else value
-
-    told = [{key: plain(value) for key, value in line.items()} for line in lines(data)]
+    told = [
+        {k: str(x) if isinstance(x, float) and not math.isfinite(x) else x for k, x in line.items()}
+        for line in lines(data)
+    ]
     return {"counts": counts(data), "claims": told}
 
 
 def text(data: Data) -> Iterator[str]:
     """All for people: by how much each claim passes, then what does not and why."""
     found = lines(data)
-    forms = {"name": "", "value": ".2g", "bound": ".2g", "ratio": ".2g", "unit": "", "verdict": ""}
-    headers = {"name": "claim", "ratio": "of bound"}
+    header = ("claim", "value", "bound", "of bound", "unit", "verdict")
+    row = "{name}\t{value:.2g}\t{bound:.2g}\t{ratio:.2g}\t{unit}\t{verdict}"
     for group in data:
-        own = [line for line in found if line["group"] == group]
-        columns = (
-            Column(headers.get(key, key), [line[key] for line in own], form)
-            for key, form in forms.items()
-        )
-        yield from terminal(Table.of(group.replace("_", " "), columns))
+        rows = [row.format(**line).split("\t") for line in found if line["group"] == group]
+        yield from terminal(Table(group.replace("_", " "), header, rows))
     for x in found:
         if x["verdict"] != PASSED:
             why = "; ".join(filter(None, (x["measured"], x["note"], x["limit"])))

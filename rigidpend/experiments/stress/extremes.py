@@ -19,7 +19,6 @@ from rigidpend.experiments.stress.scenes import Claim, Findings, Place, Scene, T
 from rigidpend.mechanics.body import Body
 from rigidpend.numbers.exact import exact, exacts
 from rigidpend.numbers.generic import Array
-from rigidpend.orbits.integrate import Crossings
 from rigidpend.routes.codes import RouteCodes
 from rigidpend.routes.problem import RouteProblem, phase_rate
 
@@ -105,18 +104,6 @@ PLACES = (
 )
 """Starts on every separatrix near both its ends, beside it, and with M . gamma."""
 
-CERTAIN = (
-    f"largest phase error at a certain symbol, against {scenes.BITS} or {scenes.INTEGER_BITS} bits"
-)
-FAR = "a symbol turns over at about a radian; a hundredth is far from it"
-UNCERTAIN = "share of symbols that stay uncertain after the last precision"
-OUTLAST = "160 bits outlast 15 passages, each of which triples an error"
-DEVIATION = "largest phase error of a crossing over its predicted root mean square"
-ROUNDINGS = (
-    "a sum of independent roundings, carried by the variational equations, stays within"
-    " ten standard deviations; an error of method would not"
-)
-
 
 def trials(asked: Any, jobs: int) -> Iterator[Trial]:
     """Every extreme, and starts on and beside the separatrices."""
@@ -142,15 +129,27 @@ def trial(kind: str, extreme: Extreme, jobs: int, columns: int, n_symbols: int) 
         return Findings([worst, 1 - found.certain.mean()])
 
     claims = (
-        Claim(f"{extreme.name}: error", ERROR, CERTAIN, FAR, "rad"),
-        Claim(f"{extreme.name}: uncertain", 0.0, UNCERTAIN, OUTLAST),
+        Claim(
+            f"{extreme.name}: error",
+            ERROR,
+            "largest phase error at a certain symbol, against"
+            f" {scenes.BITS} or {scenes.INTEGER_BITS} bits",
+            "a symbol turns over at about a radian; a hundredth is far from it",
+            "rad",
+        ),
+        Claim(
+            f"{extreme.name}: uncertain",
+            0.0,
+            "share of symbols that stay uncertain after the last precision",
+            "160 bits outlast 15 passages, each of which triples an error",
+        ),
     )
     return Trial(kind, extreme.name, claims, measure)
 
 
 def _errors(problem: RouteProblem, found: RouteCodes, phases: tuple[str, ...], jobs: int) -> Array:
     """The phase error of each symbol, infinite for a wrong one, (n_symbols, n)."""
-    outcome, errors = np.zeros(len(phases), dtype=np.uint8), np.zeros(found.codes.shape)
+    errors = np.zeros(found.codes.shape)
     # What took 113 bits or more is held against integers of more bits.
     exacting = found.bits >= scenes.BITS
     for mask, engine, bits in (
@@ -160,7 +159,8 @@ def _errors(problem: RouteProblem, found: RouteCodes, phases: tuple[str, ...], j
         if mask.any():
             chosen = [phase for phase, here in zip(phases, mask, strict=True) if here]
             true = scenes.route_crossings(problem, chosen, jobs, bits, engine)
-            part = Crossings(found.crossing_time[:, mask], found.separatrix[:, mask], outcome)
+            times, beside = found.crossing_time[:, mask], found.separatrix[:, mask]
+            part = true._replace(time=times, separatrix=beside)
             errors[:, mask] = scenes.phase_errors(part, true, phase_rate(problem))[1:]
     return errors
 
@@ -175,5 +175,11 @@ def start_trial(body: Body, place: Place, jobs: int, columns: int, n_crossings: 
         errors, predicted, floor = compared(scene, states, n_crossings, 2000 / scene.u)
         return Findings([np.max(errors / (predicted + floor))])
 
-    claim = Claim(place.name, DEVIATIONS, DEVIATION, ROUNDINGS)
+    claim = Claim(
+        place.name,
+        DEVIATIONS,
+        "largest phase error of a crossing over its predicted root mean square",
+        "a sum of independent roundings, carried by the variational equations, stays within"
+        " ten standard deviations; an error of method would not",
+    )
     return Trial("separatrices", place.name, (claim,), measure)

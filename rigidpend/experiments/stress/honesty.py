@@ -47,19 +47,14 @@ SPOILT_RIGHT = 0.999
 
 For 1,500 other orbits at 1e-6 it was 0.993 to 0.995."""
 LIES, NO_LIE = "wrong symbols called certain", "no wrong symbol is called certain"
-DIFFER = "symbols of the default run that differ from principal axes in 113 bits"
-DECIDED = "the default precisions decide every symbol of these orbits, and rightly"
-UNCERTAIN = "share of symbols that the default precisions leave uncertain"
-OUTLAST = "113 bits outlast 15 passages, each of which triples an error"
-COARSE = "share of symbols that are right at the coarsest tolerance"
 TESTED = "where nothing goes wrong, or is in doubt, flags are not put to the test"
 HARD = RouteProblem(Body((2, 1, "3/2"), (1, 1, 0), "1/1000"), exact("1.3342"), exact(1e-8), 32)
 """The problem of the hard orbit: the body of Fig. 4, and twice as many symbols."""
 HARD_PHASE = 3.453198983306014
 """An orbit whose error outruns the difference of two computations twentyfold, at 64 bits."""
-EVER = "no wrong symbol is called certain, whatever precision decides"
-HARD_CLAIM = Claim("lies on a hard orbit", 0, f"{LIES}, of 32", EVER)
-
+HARD_CLAIM = Claim(
+    "lies on a hard orbit", 0, f"{LIES}, of 32", f"{NO_LIE}, whatever precision decides"
+)
 SPOILT_MAPS = [(which, size) for which in ("one", "all") for size in ("1e-15", "1e-12", "1e-9")]
 """The maps that are spoilt, the first or all of them, and by how much, relative."""
 MAPS_CERTAIN = 0.5
@@ -70,11 +65,13 @@ CLIMBING = 100
 """One orbit in so many is followed in 64 bits too, and in 106 where integration takes part.
 
 Each takes hundreds of times as long as in doubles, and spoilt maps leave most symbols open."""
-SHARE = "share of certain symbols where all maps are off by most"
 MAPS_CLAIMS = (
     *(Claim(f"lies, {which} off by {size}", 0, LIES, NO_LIE) for which, size in SPOILT_MAPS),
-    Claim("certain, all off", MAPS_CERTAIN, SHARE, TESTED),
-)
+    Claim(
+        "certain, all off", MAPS_CERTAIN,
+        "share of certain symbols where all maps are off by most", TESTED,
+    ),
+)  # fmt: skip
 
 DELAY = 1e-9
 """Allowed difference of a crossing's time, t'.
@@ -86,12 +83,6 @@ LONGER = 2, 6
 Such an address has half of the symbols, for each half rotation takes half a digit of theta2_0."""
 DIGITS = 26
 """Digits of theta2_0: they are found in 106 bits, fewer than those that read the address."""
-LOST = "random words, and their longer addresses, for which no orbit was found"
-OCCURS = "every finite sequence of turns occurs, and with long passages at every address"
-OTHER = f"found orbits whose address by integration in {BITS} bits is another"
-ENOUGH = "26 digits outlast ten of the shortest passages, which take two each at most"
-LATE = "largest difference of a crossing's time by integration and by the map"
-ADD_UP = "2^13 roundings of a passage's time, which is 100 t' at most, for each of ten passages"
 
 
 def trials(asked: Any, jobs: int) -> Iterator[Trial]:
@@ -121,10 +112,21 @@ def trial(asked: Any, J1_0: str, orbits: int, checked: int, jobs: int) -> Trial:
     names = [*(f"lies at {x}, {at}" for x in tolerances), f"lies by default, {at}"]
     claims = (
         *(Claim(name, 0, LIES, NO_LIE) for name in names),
-        Claim(f"against 113 bits, {at}", 0, DIFFER, DECIDED),
-        Claim(f"uncertain, {at}", 0, UNCERTAIN, OUTLAST),
-        Claim(f"right at the coarsest, {at}", SPOILT_RIGHT, COARSE, TESTED),
-    )
+        Claim(
+            f"against 113 bits, {at}", 0,
+            "symbols of the default run that differ from principal axes in 113 bits",
+            "the default precisions decide every symbol of these orbits, and rightly",
+        ),
+        Claim(
+            f"uncertain, {at}", 0,
+            "share of symbols that the default precisions leave uncertain",
+            "113 bits outlast 15 passages, each of which triples an error",
+        ),
+        Claim(
+            f"right at the coarsest, {at}", SPOILT_RIGHT,
+            "share of symbols that are right at the coarsest tolerance", TESTED,
+        ),
+    )  # fmt: skip
 
     def measure() -> Findings:
         # Other phases for each J1_0, and the same in every run.
@@ -137,20 +139,14 @@ def trial(asked: Any, J1_0: str, orbits: int, checked: int, jobs: int) -> Trial:
             scenes.routes(problem, phases, jobs, (53,), float(x), "integration") for x in tolerances
         ]
         wrong, lies = np.transpose([counted(x, true) for x in (*alone, default)])
-        spoilt = np.array(tolerances, dtype=float)
+        coarsest = np.argmax(np.array(tolerances, dtype=float))
         values = [
             *lies,
             (default.codes[:, :checked] != true[:, :checked]).sum(),
             1 - default.certain.mean(),
-            1 - wrong[np.argmax(spoilt)] / true.size,
+            1 - wrong[coarsest] / true.size,
         ]
-        curve = {
-            "tolerance": spoilt,
-            "symbols": np.full(len(spoilt), true.size),
-            "wrong": wrong[:-1],
-            "lies": lies[:-1],
-        }
-        return Findings(values, [f"of {true.size} symbols {k} are wrong" for k in wrong], curve)
+        return Findings(values)
 
     return Trial("honesty", at, claims, measure)
 
@@ -191,8 +187,7 @@ def hard_trial() -> Trial:
     def measure() -> Findings:
         phases = np.array([HARD_PHASE])
         found = scenes.routes(HARD, phases, 1)
-        wrong, lies = counted(found, true_codes(HARD, phases, found.codes, 1, 1))
-        return Findings([lies], [f"of {HARD.n_symbols} symbols {wrong} are wrong"])
+        return Findings([counted(found, true_codes(HARD, phases, found.codes, 1, 1))[1]])
 
     return Trial("honesty", "hard orbit", (HARD_CLAIM,), measure)
 
@@ -243,11 +238,7 @@ def maps_trial(problem: RouteProblem, jobs: int, orbits: int, seed: int) -> Tria
             for which, size in SPOILT_MAPS
         ]
         lies = [float((wrong & certain).sum()) for wrong, certain in flags]
-        notes = [
-            f"{wrong.sum()} of {wrong.size} symbols wrong, {certain.mean():.3f} certain"
-            for wrong, certain in flags
-        ]
-        return Findings([*lies, flags[-1][1].mean()], notes)
+        return Findings([*lies, flags[-1][1].mean()])
 
     return Trial("honesty", "spoilt maps", MAPS_CLAIMS, measure)
 
@@ -298,14 +289,26 @@ def address_trial(name: str, problem: RouteProblem, words: int, seed: int) -> Tr
                 other += not _read_back(problem, found)
                 delay = max(delay, found.delay)
                 asked = _longer(found.address, (n + 1) // 2, random)
-        said = f"{words} codes of {n} symbols, and as many longer addresses of half of them"
-        return Findings([lost, other, delay], [said])
+        return Findings([lost, other, delay])
 
     claims = (
-        Claim(f"{name}: none found", 0, LOST, OCCURS),
-        Claim(f"{name}: read back", 0, OTHER, ENOUGH),
-        Claim(f"{name}: delay", DELAY, LATE, ADD_UP, "t'"),
-    )
+        Claim(
+            f"{name}: none found", 0,
+            "random words, and their longer addresses, for which no orbit was found",
+            "every finite sequence of turns occurs, and with long passages at every address",
+        ),
+        Claim(
+            f"{name}: read back", 0,
+            f"found orbits whose address by integration in {BITS} bits is another",
+            "26 digits outlast ten of the shortest passages, which take two each at most",
+        ),
+        Claim(
+            f"{name}: delay", DELAY,
+            "largest difference of a crossing's time by integration and by the map",
+            "2^13 roundings of a passage's time, which is 100 t' at most, for each of ten passages",
+            "t'",
+        ),
+    )  # fmt: skip
     return Trial("addresses", f"addresses {name}", claims, measure)
 
 

@@ -72,20 +72,6 @@ LEVEL_ERROR = 1.0
 SYMBOLS_PER_BIT = 1.5
 """Number of symbols that are asked for per bit, so that no precision decides all."""
 
-SIZE = "measured over predicted error, or its inverse: the largest of all crossings"
-COUNTED = "one rounding of each component a step is counted, and series add some more"
-SLOPE = "difference of measured and predicted ln of the growth a passage"
-NORMAL = (
-    "four standard errors of the mean slope, were each orbit's errors normal ones that"
-    " know nothing of each other"
-)
-MEDIANS = "difference of the median numbers of symbols decided, measured and predicted"
-WALKS = (
-    "four standard errors of two medians of first passages of a random walk, whose step is"
-    " the growth a passage, and one symbol for a factor two of the level"
-)
-RIGHT = "what two computations establish is right"
-
 
 def step(u: float) -> float:
     """The step of a Taylor integrator in t', near separatrices of exponent u.
@@ -230,23 +216,33 @@ def growth_trial(scene: Scene, J1: float, orbits: int, n_crossings: int) -> Tria
         measured, predicted, floor = compared(scene, *given)
         slopes = np.array([slopes_of(x) for x in (measured, predicted)])
         rms = np.sqrt(((measured / predicted) ** 2).mean(axis=1))
-        a_passage = np.exp(slopes.mean(axis=1))
+        growth = np.exp(slopes.mean(axis=1))
         curve = {
             "crossing": np.arange(len(measured)),
             "measured": np.exp(_logarithm(measured).mean(axis=1)),
             "predicted": GEOMETRIC * np.exp(_logarithm(predicted).mean(axis=1)),
             "floor": floor.mean(axis=1),
             "scatter": measured,
-            "growth_measured": a_passage[0],
-            "growth_predicted": a_passage[1],
-            "growth_whisker": whisker_growth(scene.body.nu),
+            "growth_measured": growth[0],
+            "growth_predicted": growth[1],
         }
         values = [np.maximum(rms, 1 / rms).max(), abs((slopes[0] - slopes[1]).mean())]
-        return Findings(values, curve=curve)
+        return Findings(values, curve)
 
     claims = (
-        Claim("size of errors", FACTOR, SIZE, COUNTED),
-        Claim("growth a passage", slope_spread(orbits, n_crossings), SLOPE, NORMAL),
+        Claim(
+            "size of errors",
+            FACTOR,
+            "measured over predicted error, or its inverse: the largest of all crossings",
+            "one rounding of each component a step is counted, and series add some more",
+        ),
+        Claim(
+            "growth a passage",
+            slope_spread(orbits, n_crossings),
+            "difference of measured and predicted ln of the growth a passage",
+            "four standard errors of the mean slope, were each orbit's errors normal ones that"
+            " know nothing of each other",
+        ),
     )
     return Trial("passages", "growth", claims, measure)
 
@@ -276,11 +272,20 @@ def decided_trial(
     Of so many `columns`, some are `checked` by a higher precision; `tangents` are the orbits of
     which the growth is taken.
     """
-    spread = median_spread(bits, columns, tangents, scene.body.nu) + LEVEL_ERROR
-    claims = [Claim(f"decided by {bits} bits", spread, MEDIANS, WALKS, "symbols")]
+    claims = [
+        Claim(
+            f"decided by {bits} bits",
+            median_spread(bits, columns, tangents, scene.body.nu) + LEVEL_ERROR,
+            "difference of the median numbers of symbols decided, measured and predicted",
+            "four standard errors of two medians of first passages of a random walk, whose step is"
+            " the growth a passage, and one symbol for a factor two of the level",
+            "symbols",
+        )
+    ]
     if checked:
         measured = f"symbols that {finer(bits)} bits contradict, on {checked} orbits"
-        claims.append(Claim(f"decided by {bits} bits, wrong", 0, measured, RIGHT))
+        right = "what two computations establish is right"
+        claims.append(Claim(f"decided by {bits} bits, wrong", 0, measured, right))
 
     def measure() -> Findings:
         # Predicted before anything is measured.
@@ -288,12 +293,9 @@ def decided_trial(
         phases = random_phases(columns, scene.seed)
         found = scenes.routes(problem, phases, scene.jobs, (bits,))
         decided = found.certain.sum(axis=0)
-        middle = [float(np.median(x)) for x in (decided, predicted)]
-        values = [abs(middle[0] - middle[1])]
+        values = [abs(float(np.median(decided) - np.median(predicted)))]
         values += [_wrong(problem, found, phases[:checked], scene.jobs)] if checked else []
-        said = f"{middle[0]:g} measured, {middle[1]:g} predicted"
-        numbers = {"measured": decided, "predicted": predicted, "asked": problem.n_symbols}
-        return Findings(values, [said], {"bits": bits, **numbers})
+        return Findings(values, {"bits": bits, "measured": decided, "predicted": predicted})
 
     return Trial("passages", f"{bits} bits", claims, measure)
 

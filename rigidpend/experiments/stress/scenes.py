@@ -6,7 +6,6 @@ about more bits it comes from integers.
 
 from __future__ import annotations
 
-import itertools
 import math
 import re
 from collections.abc import Callable, Mapping, Sequence
@@ -78,8 +77,6 @@ class Findings(NamedTuple):
     """The outcome of a trial: a number for each of its claims, in their order."""
 
     values: Sequence[float]
-    notes: Sequence[str] = ()
-    """Further remarks on the claims in this run, in their order."""
     curve: Mapping[str, Any] | None = None
     """Values behind the numbers, of the fields in `CURVES`."""
 
@@ -103,19 +100,15 @@ class Trial(NamedTuple):
         What was claimed and not measured is NaN, which fails; what was measured and not claimed
         is a ValueError.
         """
+        note = ""
         try:
-            found = self.measure()
+            values, curve = self.measure()
         except (ProblemError, ArithmeticError) as refused:
-            found = Findings([], [f"refused: {refused}"] * len(self.claims))
-        if len(found.values) > len(self.claims):
-            said = f"measured {len(found.values)} values, declared {len(self.claims)} before"
-            raise ValueError(said)
-        rows = itertools.zip_longest(self.claims, found.values, found.notes)
-        claims = {
-            claim.name: claim.told(math.nan if value is None else float(value), note or "")
-            for claim, value, note in rows
-        }
-        curves = {self.label: found.curve} if found.curve else {}
+            values, curve, note = [], None, f"refused: {refused}"
+        missing = [math.nan] * (len(self.claims) - len(values))
+        rows = zip(self.claims, [*values, *missing], strict=True)
+        claims = {claim.name: claim.told(float(value), note) for claim, value in rows}
+        curves = {self.label: curve} if curve else {}
         return {"claims": claims, "curves": datasets(CURVES.get(self.kind, {}), curves)}
 
 

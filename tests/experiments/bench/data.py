@@ -10,20 +10,14 @@ import numpy as np
 def record(error: Any, seconds: Any, **more: Any) -> dict[str, Any]:
     """The record of a method's search."""
     n = len(error)
-    columns = {"setting": 0, "error": error, "seconds": seconds, "once": seconds, "part": 1}
-    columns |= {"orbits": 16, "repeats": 3, "prepare": 0.5, "memory": 50}
-    told = {name: np.zeros(n) + x for name, x in columns.items()}
-    knob = np.logspace(-2, -1 - n, n)
-    return {"ended": "complete", "form": np.float64(0), "knob": knob, **told, **_arrays(more)}
-
-
-def _arrays(values: Any) -> Any:
-    return {name: np.array(x) for name, x in values.items()}
+    columns = {"setting": 0, "error": error, "seconds": seconds, "part": 1}
+    columns |= {"knob": np.logspace(-2, -1 - n, n), **more}
+    return {"ended": "complete", **{name: np.zeros(n) + x for name, x in columns.items()}}
 
 
 def guest(rounds: Any, error: float = 1e-10, **more: Any) -> dict[str, Any]:
     """The record of a method at a meeting."""
-    values = {"knob": 1e-9, "part": 1.0, "orbits": 16.0, "error": error, **more}
+    values = {"part": 1.0, "error": error, **more}
     numbers = {name: np.float64(value) for name, value in values.items()}
     return {"rounds": np.array(rounds, dtype=float), "chosen": "knob 1e-09", **numbers}
 
@@ -35,36 +29,35 @@ def codes_guest(rounds: Any, undecided: float = 0.0) -> dict[str, Any]:
 
 def counted(wrong: float) -> dict[str, Any]:
     """The record of a method on random phases: 100 orbits."""
-    told = {"orbits": 100, "symbols": 1500, "wrong": wrong, "wrong_trusted": wrong}
-    return {**told, "undecided": 0.0, "seconds": 0.02, "last_crossing": 1e-7}
+    told = {"orbits": 100, "symbols": 1500, "seconds": 0.02}
+    return {**told, "wrong_trusted": wrong, "undecided": 0.0}
 
 
 def many(orbits: Any, seconds: Any, prepare: Any, undecided: float = 0.0) -> dict[str, Any]:
     """The record of a method at ever more orbits."""
-    arrays = {"orbits": orbits, "seconds": seconds, "prepare": prepare, "repeats": 3.0}
-    zero = np.zeros(len(orbits))
-    found = {name: zero + x for name, x in {**arrays, "undecided": undecided}.items()}
-    return {**found, "chosen": "", "ended": "complete"}
+    told = {"orbits": orbits, "seconds": seconds, "prepare": prepare, "undecided": undecided}
+    columns = {name: np.zeros(len(orbits)) + x for name, x in told.items()}
+    return {**columns, "ended": "complete"}
 
 
 def with_bodies(first: Any, again: Any, orbits: float, **more: float) -> dict[str, Any]:
     """The record of a method with bodies drawn by lot."""
     told = {"first": first, "again": again, "orbits": orbits, "symbols": 1e5}
-    told |= {"wrong": 0.0, "wrong_trusted": 0.0, "undecided": 0.0, **more}
+    told |= {"wrong_trusted": 0.0, "undecided": 0.0, **more}
     return {name: np.zeros(len(first)) + x for name, x in told.items()}
 
 
 def bodies(**methods: Any) -> dict[str, Any]:
     """Bodies drawn by lot, with the records of methods."""
     n = len(next(iter(methods.values()))["first"])
-    told = {"A1": 2, "A2": 1, "A3": 1.5, "r1": 0.6, "r2": 0.8, "h0": 1, "J1_0": 1e-8, "kept": 1}
+    told = {"A1": 2, "A2": 1, "A3": 1.5, "r1": 0.6, "r2": 0.8, "h0": 1, "J1_0": 1e-8}
     columns = {name: np.full(n, float(x)) for name, x in told.items()}
     return {**columns, "mu": 1e-3 * np.arange(1.0, n + 1), "ended": "complete", **methods}
 
 
 def data() -> dict[str, Any]:
     """Three problems, some methods, two meetings, random phases, many orbits and bodies."""
-    texts = {"error": "largest error", "default": "aligned_batch"}
+    texts = {"default": "aligned_batch"}
     nan = np.nan
     return {
         "free_body": {
@@ -96,7 +89,7 @@ def data() -> dict[str, Any]:
                 "free_body": {
                     "ended": "complete",
                     "aligned_batch": guest([2e-3, 4e-3, 3e-3]),
-                    "scipy_dop853": guest([0.4, 0.8, nan], orbits=3.0),
+                    "scipy_dop853": guest([0.4, 0.8, nan]),
                     "heyoka_eq1": guest([1e-3, 8e-3, 9e-4], 1e-3),
                 },
                 "codes": {

@@ -65,7 +65,7 @@ def test_claims_of_one_group_come_together(monkeypatch: pytest.MonkeyPatch) -> N
     assert [x.rpartition(", ")[0] for x in said[1:]] == told
 
 
-def test_differences_are_in_claims_and_verdicts_not_in_values() -> None:
+def test_results_differ_by_a_verdict_and_by_no_value() -> None:
     claims: Any = {"x": {"verdict": "passed", "value": 1}, "y": {"verdict": "limit"}}
     stored: Any = {"a": {"claims": claims}}
     fresh = copy.deepcopy(stored)
@@ -74,9 +74,6 @@ def test_differences_are_in_claims_and_verdicts_not_in_values() -> None:
     fresh["a"]["claims"]["x"]["verdict"] = "FAILED"
     found = differences("stress", stored, fresh)
     assert found == ["a/claims/x/verdict: stored passed, computed FAILED"]
-    assert differences("stress", fresh, fresh) == ["a/claims/x/verdict: FAILED"]
-    del fresh["a"]["claims"]["y"]
-    assert differences("stress", stored, fresh) == ["a/claims/y is only stored"]
 
 
 @pytest.mark.slow
@@ -99,17 +96,11 @@ def test_command_draws_tells_and_ends_as_the_claims_do(
     assert f"{code} FAILED" in again.stdout
 
 
-@pytest.mark.parametrize(
-    ("setting", "message"),
-    [
-        ("problem.honesty.tolerances=[1e-14]", "a spoilt tolerance is from 1e-13 to 0.01, got"),
-        ("problem.honesty.tolerances=[0.1]", "a spoilt tolerance is from 1e-13 to 0.01, got"),
-        ("numerics.tolerance=1e-10", "unknown key"),
-    ],
-)
-def test_what_no_trial_reads_and_what_shows_nothing_is_refused(setting: str, message: str) -> None:
+@pytest.mark.parametrize("tolerance", ["1e-14", "0.1"])
+def test_a_tolerance_that_spoils_nothing_is_refused(tolerance: str) -> None:
+    setting = f"problem.honesty.tolerances=[{tolerance}]"
     found, *_ = refused(catalogue.known()["stress"], [setting])
-    assert message in str(found)
+    assert "a spoilt tolerance is from 1e-13 to 0.01, got" in found.message
 
 
 def test_a_route_codes_that_always_refuses_fails_everything_that_needs_it(

@@ -1,4 +1,4 @@
-"""The figure of trials: every claim is a point, and each curve moves what is drawn."""
+"""The figure of trials: every claim is a point, and every curve is where its numbers are."""
 
 from __future__ import annotations
 
@@ -14,15 +14,22 @@ from rigidpend.results.store import load
 from tests.experiments.figures import check_on_page, styled
 from tests.results.loaded import loaded
 
+TIMES = np.array([0.5, 10.0, 100.0])
+WALK, POWER = np.array([1e-16, 3e-16, 9e-16]), np.array([0.5, 0.61, 0.47])
+DRIFT = {"rotations": TIMES, "drift": np.arange(1.0, 10).reshape(3, 3), "power": POWER}
+GROWTH: dict[str, Any] = {
+    "crossing": np.arange(3),
+    **{name: x * WALK for name, x in (("measured", 2), ("predicted", 3), ("floor", 4))},
+    "scatter": np.outer(WALK, [5, 0]),
+    "growth_measured": 2.5,
+    "growth_predicted": 2.75,
+}
+DECIDED = {"bits": 64, "measured": np.array([30, 20]), "predicted": np.array([25, 35])}
 
-@pytest.fixture(scope="module")
-def data() -> Any:
-    return load(Path("results/measured/stress.h5"))["data"]
 
-
-def claims(**ratios: tuple[float, str]) -> dict[str, Any]:
+def claims(curves: Any = None, **ratios: tuple[float, str]) -> dict[str, Any]:
     made = {name: {"ratio": ratio, "verdict": verdict} for name, (ratio, verdict) in ratios.items()}
-    return {"claims": made, "curves": {}}
+    return {"claims": made, "curves": curves or {}}
 
 
 def panel(figure: Figure, letter: str) -> Any:
@@ -30,67 +37,51 @@ def panel(figure: Figure, letter: str) -> Any:
     return found
 
 
-def drawn(figure: Figure) -> list[Any]:
-    """All that is drawn: points of lines, words and their places."""
-    lines = [np.asarray(line.get_xydata()).tolist() for x in figure.axes for line in x.lines]
-    words = [(word.get_text(), word.get_position()) for x in figure.axes for word in x.texts]
-    legends = [legend for x in figure.axes if (legend := x.get_legend())]
-    return [lines, words, [text.get_text() for each in legends for text in each.get_texts()]]
+def lines(figure: Figure, letter: str) -> list[Any]:
+    """The points of all lines that are not of a legend alone."""
+    found = [np.asarray(line.get_xydata()) for line in panel(figure, letter).lines]
+    return [points for points in found if points.size]
 
 
-OTHER: dict[str, Any] = {"bits": 53, "name": "another"}
-PASSAGES = "growth", "64_bits"
-UNDRAWN = ("growth_whisker", "asked")
-"""Numbers that the figure leaves to the tables."""
-
-
-@pytest.mark.slow
-def test_panels_have_the_axes_of_what_they_show(data: Any) -> None:
-    axes = {x.get_title(loc="left")[0]: x for x in styled(draw, loaded(data)).axes}
-    assert {k: (x.get_xlabel(), x.get_ylabel(), x.get_yscale()) for k, x in axes.items()} == {
-        **dict.fromkeys("ab", ("rotations", "rms drift, relative", "log")),
-        "c": ("value / bound", "", "linear"),
-        "d": ("crossing", "phase error, rad", "log"),
-        "e": ("symbols", "share of orbits with more", "linear"),
+@pytest.fixture(scope="module")
+def figure() -> Figure:
+    """One curve of each kind, and claims of three verdicts."""
+    drifts = {
+        "a": {**DRIFT, "name": "taylor at 2e-16", "walk": WALK},
+        "b": {**DRIFT, "name": "splitting 2", "walk": WALK, "drift": 10 * DRIFT["drift"]},
     }
+    passages = {"growth": GROWTH, "64_bits": DECIDED}
+    data = {
+        "upper_starts": claims(far=(np.inf, "FAILED"), none=(0.0, "passed")),
+        "long_time": claims(drifts, known=(3.0, "limit"), fine=(0.25, "passed")),
+        "passages": claims(passages, fine=(0.5, "passed")),
+    }
+    return styled(draw, loaded(data))
 
 
-def test_each_number_of_a_curve_moves_what_is_drawn(data: Any) -> None:
-    """One curve of each kind; the claims, but for one, are points of a panel of their own."""
-    seen = 0
-    for kind, curve in (("long_time", "taylor_2.2e-16"), *(("passages", x) for x in PASSAGES)):
-        group = data[kind]["curves"][curve]
-        alone = loaded({kind: {**claims(one=(0.5, "passed")), "curves": {curve: group}}})
-        before = drawn(styled(draw, alone))
-        for name in set(group) - {*UNDRAWN}:
-            group[name], kept = OTHER[name] if name in OTHER else 3.0 * group[name], group[name]
-            assert drawn(styled(draw, alone)) != before, (curve, name)
-            group[name] = kept
-            seen += 1
-    assert seen == 5 + 7 + 3
+def test_curves_are_where_their_numbers_are(figure: Figure) -> None:
+    walk, *engine = lines(figure, "a")
+    np.testing.assert_array_equal(walk, np.transpose([TIMES, WALK]))
+    splitting = lines(figure, "b")
+    for k in range(3):
+        np.testing.assert_array_equal(engine[k], np.transpose([TIMES, DRIFT["drift"][k]]))
+        late = np.transpose([TIMES, 10 * DRIFT["drift"][k]])[1:]
+        np.testing.assert_array_equal(splitting[k], late, "from one rotation on")
+    legend = [x.get_text() for x in panel(figure, "a").get_legend().get_texts()]
+    assert legend[-1] == "taylor 2e-16: 0.50, 0.61, 0.47"
+    assert panel(figure, "b").get_legend().get_texts()[0].get_text() == "order 2"
+    scattered, _, *grown = lines(figure, "d")
+    for factor, points in zip((5, 2, 3, 4), (scattered, *grown), strict=True):
+        np.testing.assert_allclose(points, np.transpose([[1, 2, 3], factor * WALK]))
+    assert "2.50 measured,\n×2.75 predicted" in panel(figure, "d").texts[0].get_text()
+    measured, predicted = lines(figure, "e")
+    np.testing.assert_array_equal(measured, [[0, 1], [20, 0.5], [30, 0]])
+    np.testing.assert_array_equal(predicted, [[0, 1], [25, 0.5], [35, 0]])
+    assert panel(figure, "e").get_legend().get_texts()[0].get_text() == "64 bits"
 
 
-def test_the_stored_trials_do_not_leave_their_page(data: Any) -> None:
-    made = styled(draw, loaded(data), laid_out=True)
-    check_on_page(made)
-    said = " ".join(x.get_text() for x in panel(made, "a").get_legend().get_texts())
-    powers = ", ".join(f"{x:.2f}" for x in data["long_time"]["curves"]["taylor_2.2e-16"]["power"])
-    assert f"taylor 2.2e-16: {powers}" in said
-    assert len(panel(made, "b").lines) == 3 * 4, "splittings have their own panel"
-    assert min(line.get_xdata()[0] for line in panel(made, "d").lines) == 1, "the first crossing"
-
-
-def test_every_claim_is_a_point_at_its_ratio_and_what_is_beyond_is_named() -> None:
-    made = styled(
-        draw,
-        loaded(
-            {
-                "upper_starts": claims(far=(np.inf, "FAILED"), none=(0.0, "passed")),
-                "long_time": claims(known=(3.0, "limit"), fine=(0.25, "passed")),
-            }
-        ),
-    )
-    axes = panel(made, "c")
+def test_every_claim_is_a_point_at_its_ratio_and_what_is_beyond_is_named(figure: Figure) -> None:
+    axes = panel(figure, "c")
     verdicts = {colour: verdict for verdict, (colour, *_) in LOOKS.items()}
     points = {
         (verdicts[line.get_color()], float(line.get_xdata()[0]), round(line.get_ydata()[0]))
@@ -98,12 +89,26 @@ def test_every_claim_is_a_point_at_its_ratio_and_what_is_beyond_is_named() -> No
         if line.get_color() in verdicts
     }
     expected = {("FAILED", CEILING, 0), ("passed", FLOOR, 0), ("limit", 3, 1), ("passed", 0.25, 1)}
+    expected.add(("passed", 0.5, 2))
     assert points == expected
-    assert [x.get_text() for x in axes.get_yticklabels()] == ["upper starts", "long time"]
+    assert [x.get_text() for x in axes.get_yticklabels()][:2] == ["upper starts", "long time"]
     assert {x.get_text() for x in axes.texts} == {"far", "known"}
     assert all(x.get_position()[0] > CEILING for x in axes.texts), "on the right of all marks"
     counts = [x.get_text().split()[0] for x in axes.get_legend().get_texts()]
-    assert counts == ["2", "1", "1"]
+    assert counts == ["3", "1", "1"]
+
+
+def test_the_stored_trials_do_not_leave_their_page() -> None:
+    made = styled(draw, load(Path("results/measured/stress.h5")), laid_out=True)
+    check_on_page(made)
+    axes = {x.get_title(loc="left")[0]: x for x in made.axes}
+    assert {k: (x.get_xlabel(), x.get_ylabel(), x.get_yscale()) for k, x in axes.items()} == {
+        **dict.fromkeys("ab", ("rotations", "rms drift, relative", "log")),
+        "c": ("value / bound", "", "linear"),
+        "d": ("crossing", "phase error, rad", "log"),
+        "e": ("symbols", "share of orbits with more", "linear"),
+    }
+    assert len(axes["b"].lines) == 3 * 4, "splittings have their own panel"
 
 
 def test_trials_that_refused_leave_their_panels_empty() -> None:

@@ -31,9 +31,9 @@ HARD_SYMBOLS = "10000110010110000101010111010110"
 
 
 def run(tolerances: str = "[0.01, 0.0001]") -> Any:
-    """A hundred orbits, two of which are checked in 113 bits, tried."""
+    """Forty orbits, two of which are checked in 113 bits, tried."""
     problem = asked(f"honesty.tolerances={tolerances}", "seed=5")
-    return honesty.trial(problem, "1e-8", 100, 2, 1).tried()
+    return honesty.trial(problem, "1e-8", 40, 2, 1).tried()
 
 
 def failures(trial: Any) -> set[str]:
@@ -51,9 +51,6 @@ def test_lies_errors_doubt_and_trials_that_show_nothing_are_found(
     monkeypatch.setattr(scenes, "routes", routes)
     monkeypatch.setattr(principal_axes, "codes", lambda *x, bits, jobs: codes(*x, bits).copy())
     right = run()
-    curve = right["curves"]["J1_0_1e-8"]
-    assert (curve["wrong"].values > 0).all()
-    assert curve["symbols"].values.tolist() == [100 * 15] * 2
     assert {name.rpartition(", ")[0] for name in right["claims"]} == CLAIMS
     assert failures(right) == set()
     assert failures(run("[1e-13]")) == {"right at the coarsest"}
@@ -65,17 +62,21 @@ def test_lies_errors_doubt_and_trials_that_show_nothing_are_found(
         certain[14, 0] = False
         return made._replace(codes=symbols, certain=certain)
 
-    sure, unsure = (np.full((15, 100), x) for x in (True, False))
-    for change, fails, lies in (
-        (lambda made, _: made._replace(certain=sure), {"lies at 0.01", "lies at 0.0001"}, 1),
-        (lambda made, _: made._replace(certain=unsure), {"uncertain"}, 0),
-        (turned, {"lies by default", "against 113 bits", "uncertain"}, 0),
+    sure, unsure = (np.full((15, 40), x) for x in (True, False))
+    values = []
+    for change, fails in (
+        (lambda made, _: made._replace(certain=unsure), {"uncertain"}),
+        (turned, {"lies by default", "against 113 bits", "uncertain"}),
+        (lambda made, _: made._replace(certain=sure), {"lies at 0.01", "lies at 0.0001"}),
     ):
         changed(monkeypatch, change, routes)
-        found = run()
-        assert failures(found) == fails
-        told = found["curves"]["J1_0_1e-8"]["lies"].values
-        assert np.array_equal(told, lies * curve["wrong"].values)
+        made = run()
+        assert failures(made) == fails
+        names = "lies at 0.01", "right at the coarsest"
+        values.append([made["claims"][f"{x}, J1_0 = 1e-8"]["value"].values for x in names])
+    # Where all is called certain whatever is wrong is a lie, of 40 orbits with 15 symbols each.
+    (none, right), *_, (lies, _) = values
+    assert none == 0 < lies == pytest.approx(600 * (1 - right))
 
 
 def _in_principal_axes(problem: RouteProblem, phases: Any, bits: int) -> Any:
@@ -124,8 +125,7 @@ def test_no_flag_lies_where_maps_are_spoilt_but_one_that_asks_for_no_agreement(
     monkeypatch.setattr(honesty, "SPOILT_MAPS", [honesty.SPOILT_MAPS[k] for k in few])
     trial = trial._replace(claims=[honesty.MAPS_CLAIMS[k] for k in (*few, -1)])
     made: Any = trial.tried()
-    # 60 orbits in doubles, and one of them again with 64 bits and with 106.
-    assert all("of 930 symbols" in made["claims"][name]["note"].values for name in names)
+    assert set(made["claims"]) >= set(names)
     assert failed(made) == set()
     for limit in ("CLOSE", "AGREEMENT", "LINEAR"):
         monkeypatch.setattr(certainty, limit, 1e9)

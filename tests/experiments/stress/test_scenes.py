@@ -26,8 +26,8 @@ def claim(name: str, bound: float, up_to: float = -math.inf) -> Claim:
     return Claim(name, bound, "what is measured", "the reason", "rad", "known why", up_to)
 
 
-def trial(claims: list[Claim], *values: float, notes: Any = ()) -> Trial:
-    return Trial("some_group", "t", claims, lambda: Findings(values, notes))
+def trial(claims: list[Claim], *values: float) -> Trial:
+    return Trial("some_group", "t", claims, lambda: Findings(values))
 
 
 @pytest.mark.parametrize(
@@ -65,13 +65,13 @@ def test_a_refusal_refutes_every_claim_of_its_trial(error: Exception) -> None:
 
 def test_a_claim_that_nothing_was_measured_of_fails_and_one_not_declared_is_refused() -> None:
     assert verdicts(trial([claim("a", 1.0), claim("b", 1.0)], 0.5)) == {"a": PASSED, "b": FAILED}
-    with pytest.raises(ValueError, match="measured 2 values, declared 1 before"):
+    with pytest.raises(ValueError, match="longer"):
         trial([claim("a", 1.0)], 0.5, 0.1).tried()
 
 
 def test_table_and_json_tell_what_was_stored(tmp_path: Path) -> None:
     claims = [claim("x", 2), claim("y", 2), claim("z", 2, 6)]
-    made = trial(claims, 1, math.inf, 5, notes=["", "much too far"]).tried()
+    made = trial(claims, 1, math.inf, 5).tried()
     path, attributes = tmp_path / "r.h5", {"experiment": "stress"}
     store.write(path, store.Result(attributes, {}, {}, {"some_group": made}))
     data = store.read_tree(path)
@@ -82,8 +82,9 @@ def test_table_and_json_tell_what_was_stored(tmp_path: Path) -> None:
     assert told["claims"][2]["reason"] == "the reason"
     said = list(draw.text(data))
     assert said[-1] == "1 passed, 1 limit, 1 FAILED"
+    assert ["z", "5", "2", "2.5", "rad", "limit"] in [x.split() for x in said]
     assert any(x.startswith("limit: some_group, z") and x.endswith("known why") for x in said)
-    assert any("FAILED: some_group, y: what is measured; much too far" in x for x in said)
+    assert any("FAILED: some_group, y: what is measured; known why" in x for x in said)
 
 
 @pytest.mark.slow
