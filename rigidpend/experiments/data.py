@@ -60,9 +60,10 @@ class Streamed(dict[str, Any]):
         self.blocks = blocks
 
 
-Tree: TypeAlias = Mapping[str, "Dataset | Tree"]
 Data: TypeAlias = Mapping[str, Any]
-"""Group of a stored result, loaded: arrays, texts and groups by name."""
+"""Group of a result: arrays, texts and groups by name."""
+Tree: TypeAlias = Data
+"""The same as it is computed: values plain, or each a :class:`Dataset`."""
 
 
 class Loaded(TypedDict):
@@ -112,11 +113,18 @@ class Field(NamedTuple):
     """True if it is the coordinate along its dimension."""
 
     def dataset(self, values: Any) -> Dataset:
-        """Values with their meaning, as they are stored; those of a part are given it anew."""
-        given = values.values if isinstance(values, Dataset) else values
-        if self.kind == TEXT and not isinstance(given, str) and np.asarray(given).dtype.kind != "S":
-            given = np.char.encode(np.array(given, dtype=str))
-        return Dataset(given, self.units, self.description, self.dimensions, self.coordinate)
+        """Values with their meaning, as they are stored; what has a meaning of its own keeps it."""
+        if isinstance(values, Dataset):
+            return values
+        if self.kind == TEXT and not isinstance(values, str):
+            values = as_bytes(values)
+        return Dataset(values, self.units, self.description, self.dimensions, self.coordinate)
+
+
+def as_bytes(texts: Any) -> Any:
+    """An array of texts in UTF-8, of a width that HDF5 and parts keep."""
+    given = np.asarray(texts)
+    return given if given.dtype.kind == "S" else np.char.encode(given.astype(str))
 
 
 Layout: TypeAlias = Mapping[str, "Field | Layout"]

@@ -148,8 +148,8 @@ SMALL = 1e-2
 def joined(found: Mapping[str, Any]) -> dict[str, Any]:
     """Join the fields of all bodies, given by name, one after the other; with their names."""
     first, *_ = found.values()
-    each = {key: [body[key].values for body in found.values()] for key in first}
-    return {"name": list(found), **{key: np.array(values) for key, values in each.items()}}
+    each = {key: np.array([body[key] for body in found.values()]) for key in first}
+    return {"name": list(found), **each}
 
 
 def mu_over_h0(problem: WeightedBodies) -> Array:

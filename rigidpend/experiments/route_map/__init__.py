@@ -59,18 +59,14 @@ PLANE = {
 }
 
 
-def _of(plane: Layout) -> Layout:
-    return {
-        **plane,
-        "y_axis": Field(TEXT, (), "", f"what y is: {KINDS}"),
-        "marked": _own((), "see y_axis", "the row of the config's own value"),
-        "x_axis?": Field(TEXT, (), "", f"what x is: {KINDS}"),
-        "marked_x?": _own((), "see x_axis", "the column of the config's own value"),
-        "nu": _own((), "1", "nu, by which a change of a symbol repeats: exp(pi^2/nu)"),
-        "zooms?": {"<zooms>": plane},
-    }
-
-
-LAYOUT = _of(PLANE)
-OF_COLUMNS = _of({**PLANE, "x": _axis(("columns",), "see x_axis", "values of the columns")})
-"""Layout of a result whose config gives columns."""
+COLUMNS = PLANE["x"]._replace(units="see x_axis", description="values of the columns")
+"""What x is where the config gives columns."""
+LAYOUT: Layout = {
+    **PLANE,
+    "y_axis": Field(TEXT, (), "", f"what y is: {KINDS}"),
+    "marked": _own((), "see y_axis", "the row of the config's own value"),
+    "x_axis?": Field(TEXT, (), "", f"what x is: {KINDS}"),
+    "marked_x?": _own((), "see x_axis", "the column of the config's own value"),
+    "nu": _own((), "1", "nu, by which a change of a symbol repeats: exp(pi^2/nu)"),
+    "zooms?": {"<zooms>": PLANE},
+}

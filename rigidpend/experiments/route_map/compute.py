@@ -14,8 +14,8 @@ import numpy as np
 
 from rigidpend.config.bodies import Axis
 from rigidpend.experiments.contract import Means, Piece
-from rigidpend.experiments.data import Coming, Streamed, Tree, datasets
-from rigidpend.experiments.route_map import LAYOUT, OF_COLUMNS, PLANE
+from rigidpend.experiments.data import Coming, Streamed, Tree
+from rigidpend.experiments.route_map import COLUMNS
 from rigidpend.experiments.route_map.schema import Config, Problem
 from rigidpend.machine.progress import PartDone
 from rigidpend.machine.workers import worth_processes
@@ -57,8 +57,7 @@ def compute(config: Config, means: Means) -> Tree:
         "nu": float(problem.body.nu),
         **({"zooms": zooms} if zooms else {}),
     }
-    layout = OF_COLUMNS if problem.columns else LAYOUT
-    return datasets(layout, Streamed(told, planes[""].blocks))
+    return Streamed(told, planes[""].blocks)
 
 
 def own_value(problem: Problem, axis: str) -> float:
@@ -81,9 +80,8 @@ def _plane(name: str, axes: tuple[Axis, Axis], problem: Problem, means: Means) -
     ]
 
     def blocks() -> Iterator[dict[str, tuple[Any, Any]]]:
-        found: Iterator[Any] = means.pieces(pieces)
-        for (_, (rows, columns)), tile in zip(tiles, found, strict=True):
-            yield {key: ((..., rows, columns), node.values) for key, node in tile.items()}
+        for (_, (rows, columns)), tile in zip(tiles, means.pieces(pieces), strict=True):
+            yield {key: ((..., rows, columns), values) for key, values in tile.items()}
             done = rows.stop * x.size if columns.stop == x.size else columns.stop * y.size
             text = f"{name or 'plane'}: {done} of {x.size * y.size} cells"
             means.report(PartDone(text, done, x.size * y.size))
@@ -95,7 +93,7 @@ def _plane(name: str, axes: tuple[Axis, Axis], problem: Problem, means: Means) -
         "codes": Coming((symbols, *shape), np.dtype(np.uint8), (symbols, *block)),
         "certain": Coming(shape, np.dtype(np.uint8), block),
         "by_map": Coming(shape, np.dtype(bool), block),
-        "x": x,
+        "x": COLUMNS.dataset(x) if problem.columns else x,
         "y": y,
     }
     return Streamed(values, blocks())
@@ -123,12 +121,11 @@ def tiled(
 def _tile(x: Array, y: Array, problem: Problem, arithmetic: Arithmetic, jobs: int) -> Tree:
     """The cells of some rows and columns."""
     found = cells_of(x, y, problem, arithmetic, jobs)
-    values = {
+    return {
         "codes": found.codes.reshape(-1, y.size, x.size),
         "certain": found.certain.reshape(y.size, x.size),
         "by_map": found.by_map.reshape(y.size, x.size),
     }
-    return datasets({name: PLANE[name] for name in values}, values)
 
 
 def cells_of(x: Array, y: Array, problem: Problem, arithmetic: Arithmetic, jobs: int) -> Cells:

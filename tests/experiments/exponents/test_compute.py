@@ -15,7 +15,7 @@ from rigidpend.routes.cells import Cells, cells_of_starts
 from rigidpend.routes.problem import RouteProblem
 from rigidpend.routes.symbolic.levels import surface
 from rigidpend.routes.symbolic.stretching import stretched
-from tests.experiments.trees import asked, computed, differences, plain
+from tests.experiments.trees import asked, computed, differences
 from tests.routes.symbolic.fig4 import BODY, H
 
 SMALL = [
@@ -29,7 +29,7 @@ SMALL = [
 
 @pytest.fixture(scope="module")
 def data() -> Any:
-    return plain(computed(asked("exponents", *SMALL)))
+    return computed(asked("exponents", *SMALL))
 
 
 def test_every_cell_is_the_orbit_of_its_middle(data: Any) -> None:
@@ -101,6 +101,6 @@ def test_without_an_established_code_a_cell_stays_blank(
     data: Any, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr(exponents, "cells_of_starts", doubted)
-    other = plain(computed(asked("exponents", *SMALL)))
+    other = computed(asked("exponents", *SMALL))
     blank = np.isnan(other["exponent"]) & np.isfinite(data["exponent"])
     np.testing.assert_array_equal(np.flatnonzero(blank), [7, 9])
