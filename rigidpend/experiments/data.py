@@ -84,13 +84,18 @@ ANY = math.inf
 """Bound of a field that is not compared: it hangs on the last bit, or tells how, not what."""
 
 
+Allowed: TypeAlias = "Callable[[str, Data, Data], Any]"
+"""Allowed difference of each element, infinite where nothing is compared.
+
+It follows from the field's name and the two groups, stored and fresh, in which a name that a group
+has not is looked up in those around it: a number, or an array to be broadcast to the values."""
+
+
 class Bound(NamedTuple):
-    """A comparison of a field in two results, where one number does not say it."""
+    """A comparison of a field in two results, where allowed differences do not say it."""
 
     apart: Callable[[str, Data, Data], list[Difference]]
-    """From the field's name and the two groups, stored and fresh, to where they differ.
-
-    A name that a group has not is looked up in those around it."""
+    """From the field's name and the two groups, as in :data:`Allowed`, to where they differ."""
     sized: bool = True
     """True if the field has to be of one shape in both."""
 
@@ -105,7 +110,7 @@ class Field(NamedTuple):
     description: str = ""
     gaps: bool = False
     """True if it may hold NaN or infinity."""
-    within: float | Bound = 0.0
+    within: float | Allowed | Bound = 0.0
     """Difference that doubles may have in two results; other elements must be the same."""
     symbol: str = ""
     """Letter by which axes call it, as matplotlib sets it."""
@@ -148,7 +153,7 @@ def datasets(layout: Layout, values: Mapping[str, Any]) -> dict[str, Any]:
     return Streamed(made, values.blocks) if isinstance(values, Streamed) else made
 
 
-def held(bound: float | Bound, fields: Fields) -> dict[str, Field]:
+def held(bound: float | Allowed | Bound, fields: Fields) -> dict[str, Field]:
     """The fields, with a bound for those of doubles that have none of their own."""
     return {
         name: field._replace(within=bound)

@@ -9,8 +9,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from rigidpend.experiments.compare import ROUNDING, bound, relative, where
-from rigidpend.experiments.data import ANY, FLAG, FLOAT, TEXT, WHOLE, Bound, Data, Field
+from rigidpend.experiments.compare import ROUNDING, relative, where
+from rigidpend.experiments.data import ANY, FLAG, FLOAT, TEXT, WHOLE, Allowed, Data, Field
 from rigidpend.numbers.generic import Array
 
 if TYPE_CHECKING:
@@ -50,7 +50,7 @@ known = where(lambda stored, fresh: stored["certain"] & fresh["certain"])
 """Bound of symbols: they are the same where both are certain."""
 
 
-def crossed(within: Callable[[int], Any]) -> Bound:
+def crossed(within: Callable[[int], Any]) -> Allowed:
     """Crossings of certain symbols differ by what is allowed of so many."""
 
     def allowed(name: str, stored: Data, fresh: Data) -> Any:
@@ -60,7 +60,7 @@ def crossed(within: Callable[[int], Any]) -> Bound:
         after = np.vstack((certain[:1], certain))
         return np.where(after, within(len(after)), np.inf)
 
-    return bound(allowed)
+    return allowed
 
 
 MEANING = {

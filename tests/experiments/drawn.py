@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import copy
-import gc
 import marshal
 from collections.abc import Container, Iterator
 from typing import Any, NamedTuple, Self
@@ -224,18 +223,13 @@ def where(drawing: Any, layout: Layout, result: Loaded, told: Container[str]) ->
     figure = styled(drawing.draw, result)
     before = {x: written(values) for x, values in seen(figure).items()}
     rest, found = copy.deepcopy(data), {}
-    # Figures refer to themselves: looking for garbage among dozens takes a third of the time.
-    gc.disable()
-    try:
-        for place in places(layout, data):
-            if str(place) in told:
-                other = copy.deepcopy(data)
-                found[str(place)] = moved(other, changed(other, place))
-            else:
-                changed(rest, place)
-        return names_of_axes(figure), {**found, OTHERS: moved(rest, np.array([]))}
-    finally:
-        gc.enable()
+    for place in places(layout, data):
+        if str(place) in told:
+            other = copy.deepcopy(data)
+            found[str(place)] = moved(other, changed(other, place))
+        else:
+            changed(rest, place)
+    return names_of_axes(figure), {**found, OTHERS: moved(rest, np.array([]))}
 
 
 def _mark(new: Any, drawn: list[Any]) -> str:

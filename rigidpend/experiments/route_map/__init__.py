@@ -7,14 +7,13 @@ from typing import Any
 
 import numpy as np
 
-from rigidpend.experiments.compare import ROUNDING, bound, of_largest, where
+from rigidpend.experiments.compare import ROUNDING, of_largest, where
 from rigidpend.experiments.data import ANY, FLAG, FLOAT, TEXT, WHOLE, Data, Field, Layout
 
 LOST = 1e-3
 """Allowed mean loss of certain symbols a cell, where doubles round otherwise."""
 
 
-@bound
 def _kept(name: str, stored: Data, fresh: Data) -> Any:
     """Cells on the edge of a precision may lose a symbol, but hardly any do."""
     lost = np.clip(stored[name].astype(int) - fresh[name], 0, None)

@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 import pytest
 
+from rigidpend.experiments import compare
 from rigidpend.experiments.exponents import LAYOUT
 from rigidpend.experiments.exponents import compute as exponents
 from rigidpend.numbers.exact import exact
@@ -84,9 +85,9 @@ def test_results_may_differ_by_the_errors_of_both(
 def test_hardly_any_cell_may_be_lost(lost: int, told: int) -> None:
     """A thousandth of them."""
     stored = {"exponent": np.ones(10**6), "allowed": np.ones(10**6)}
-    fresh = {"exponent": np.where(np.arange(10**6) < lost, np.nan, 1.0)}
-    field: Any = LAYOUT["exponent"]
-    assert len(field.within.apart("exponent", stored, fresh)) == told
+    fresh = {**stored, "exponent": np.where(np.arange(10**6) < lost, np.nan, 1.0)}
+    layout = {name: LAYOUT[name] for name in stored}
+    assert len(compare.differences(layout, stored, fresh)) == told
 
 
 def doubted(*given: Any) -> Cells:

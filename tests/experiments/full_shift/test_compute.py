@@ -15,6 +15,7 @@ from rigidpend.experiments.full_shift import LAYOUT, draw
 from rigidpend.experiments.full_shift import compute as full_shift
 from rigidpend.experiments.full_shift.schema import Config
 from rigidpend.numbers.checked import ParameterError
+from rigidpend.orbits.return_map import return_map
 from rigidpend.routes.certified import chains, coverings, family_orbits, horseshoe, sections
 from rigidpend.routes.certified.pieces import FamilyStep
 from tests.config.samples import content as typed
@@ -40,7 +41,7 @@ OWN = ["problem.h=null", "problem.h0=1.3342"]
 ALONE = [FamilyStep(60, {(0, 0, 0): 2}, [{(0, 0, 0): 0}] * 6)]
 """A step that is none of any set."""
 
-MAPS = remembered(horseshoe.return_map)
+MAPS = remembered(return_map)
 
 
 @pytest.fixture(autouse=True)
