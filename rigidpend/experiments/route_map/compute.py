@@ -46,18 +46,15 @@ def compute(config: Config, means: Means) -> Tree:
     """Compute the plane of a config and its zooms."""
     problem = config.problem
     planes = {name: _plane(name, axes, problem, means) for name, axes in problem.planes.items()}
-    zooms = {name: plane for name, plane in planes.items() if name}
+    whole = planes.pop("")
     across, upwards = problem.names
-    columns = {"x_axis": across, "marked_x": own_value(problem, across)} if problem.columns else {}
-    told = {
-        **planes[""],
-        "y_axis": upwards,
-        "marked": own_value(problem, upwards),
-        **columns,
-        "nu": float(problem.body.nu),
-        **({"zooms": zooms} if zooms else {}),
-    }
-    return Streamed(told, planes[""].blocks)
+    whole |= {"y_axis": upwards, "marked": own_value(problem, upwards)}
+    whole["nu"] = float(problem.body.nu)
+    if problem.columns:
+        whole |= {"x_axis": across, "marked_x": own_value(problem, across)}
+    if planes:
+        whole["zooms"] = planes
+    return whole
 
 
 def own_value(problem: Problem, axis: str) -> float:
@@ -120,12 +117,9 @@ def tiled(
 
 def _tile(x: Array, y: Array, problem: Problem, arithmetic: Arithmetic, jobs: int) -> Tree:
     """The cells of some rows and columns."""
-    found = cells_of(x, y, problem, arithmetic, jobs)
-    return {
-        "codes": found.codes.reshape(-1, y.size, x.size),
-        "certain": found.certain.reshape(y.size, x.size),
-        "by_map": found.by_map.reshape(y.size, x.size),
-    }
+    found, shape = cells_of(x, y, problem, arithmetic, jobs), (y.size, x.size)
+    certain, by_map = found.certain.reshape(shape), found.by_map.reshape(shape)
+    return {"codes": found.codes.reshape(-1, *shape), "certain": certain, "by_map": by_map}
 
 
 def cells_of(x: Array, y: Array, problem: Problem, arithmetic: Arithmetic, jobs: int) -> Cells:
