@@ -15,12 +15,10 @@ from rigidpend.experiments.full_shift import LAYOUT, draw
 from rigidpend.experiments.full_shift import compute as full_shift
 from rigidpend.experiments.full_shift.schema import Config
 from rigidpend.numbers.checked import ParameterError
-from rigidpend.orbits.return_map import return_map
 from rigidpend.routes.certified import chains, coverings, family_orbits, horseshoe, sections
 from rigidpend.routes.certified.pieces import FamilyStep
 from tests.config.samples import content as typed
 from tests.experiments.trees import reference, shifted
-from tests.remembered import remembered
 
 FOLDER = Path(__file__).parents[3] / "results" / "reference"
 CONFIG = Path(__file__).parents[3] / "configs" / "full_shift.yaml"
@@ -40,13 +38,6 @@ OWN = ["problem.h=null", "problem.h0=1.3342"]
 """The starts of Fig. 4 themselves."""
 ALONE = [FamilyStep(60, {(0, 0, 0): 2}, [{(0, 0, 0): 0}] * 6)]
 """A step that is none of any set."""
-
-MAPS = remembered(return_map)
-
-
-@pytest.fixture(autouse=True)
-def each_map_is_built_once(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(horseshoe, "return_map", MAPS)
 
 
 @pytest.mark.slow
