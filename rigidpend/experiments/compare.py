@@ -1,7 +1,8 @@
 """Comparison of two results, and bounds by how much a field may differ in them.
 
-A layout declares a bound with its field. Each comes from the stored result and from what is
-declared; what a fresh result states of its own errors opens none.
+A layout declares a bound with its field: a number, a function to what is allowed of each element,
+or a `Bound`. Each comes from the stored result and from what is declared; what a fresh result
+states of its own errors opens none.
 """
 
 from __future__ import annotations
@@ -12,7 +13,7 @@ from typing import Any, Self, TypeAlias
 
 import numpy as np
 
-from rigidpend.experiments.data import ANY, Bound, Data, Field, Layout, declared
+from rigidpend.experiments.data import ANY, Allowed, Bound, Data, Field, Layout, declared
 
 Scope: TypeAlias = ChainMap[str, Any]
 """A group of a result, and those around it."""
@@ -141,7 +142,8 @@ def _groups(layout: Layout, stored: Scope, fresh: Scope) -> list[Difference]:
         elif isinstance(node.within, Bound):
             found += node.within.apart(x, stored, fresh)
         else:
-            found += arrays(x, old[x], new[x], node.within)
+            allowed = node.within(x, stored, fresh) if callable(node.within) else node.within
+            found += arrays(x, old[x], new[x], allowed)
     return found
 
 
@@ -209,41 +211,28 @@ ROUNDING = 1e-14
 """Allowed difference of what only rounds: of angles in radians, of other numbers relative."""
 
 
-def bound(allowed: Callable[[str, Data, Data], Any]) -> Bound:
-    """A bound of each element, infinite where nothing is compared.
-
-    It follows from the field's name and the two groups, stored and fresh: a number, or an array
-    to be broadcast to the values.
-    """
-
-    def apart(name: str, stored: Data, fresh: Data) -> list[Difference]:
-        return arrays(name, stored[name], fresh[name], allowed(name, stored, fresh))
-
-    return Bound(apart)
+def where(compared: Callable[[Data, Data], Any]) -> Allowed:
+    """Of what must be the same where it is compared: from the groups, stored and fresh."""
+    return lambda name, stored, fresh: np.where(compared(stored, fresh), 0.0, np.inf)
 
 
-def where(compared: Callable[[Data, Data], Any]) -> Bound:
-    """A bound of what must be the same where it is compared: from the groups, stored and fresh."""
-    return bound(lambda name, stored, fresh: np.where(compared(stored, fresh), 0.0, np.inf))
+def relative(share: float) -> Allowed:
+    """Of each element, relative to it."""
+    return lambda name, stored, fresh: share * np.abs(stored[name])
 
 
-def relative(share: float) -> Bound:
-    """A bound of each element, relative to it."""
-    return bound(lambda name, stored, fresh: share * np.abs(stored[name]))
+def of_largest(share: float, least: float = 0.0) -> Allowed:
+    """Of all elements, relative to the largest, or to `least` if that is more."""
+    return lambda name, stored, fresh: share * max(least, np.abs(stored[name]).max())
 
 
-def of_largest(share: float, least: float = 0.0) -> Bound:
-    """A bound of all elements, relative to the largest, or to `least` if that is more."""
-    return bound(lambda name, stored, fresh: share * max(least, np.abs(stored[name]).max()))
+def of_field(other: str, share: float) -> Allowed:
+    """Of all elements, relative to another field."""
+    return lambda name, stored, fresh: share * np.abs(stored[other])
 
 
-def of_field(other: str, share: float) -> Bound:
-    """A bound of all elements, relative to another field."""
-    return bound(lambda name, stored, fresh: share * np.abs(stored[other]))
-
-
-def modulo(period: float, allowed: Callable[[str, Data, Data], Any]) -> Bound:
-    """A bound of each element, as :func:`bound` takes it, of what has a period."""
+def modulo(period: float, allowed: Allowed) -> Bound:
+    """A bound of each element of what has a period."""
 
     def apart(name: str, stored: Data, fresh: Data) -> list[Difference]:
         old, new = np.asarray(stored[name]), np.asarray(fresh[name])

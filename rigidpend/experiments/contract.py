@@ -6,8 +6,9 @@
     ``Config``, a subclass of :class:`rigidpend.config.schema.ExperimentConfig`: what a config may
     ask for.
 ``compute.py``
-    ``compute(config, means)``: the data of a result file, a `Tree`; ArithmeticError where something
-    that the config asks for cannot be computed as well as it must be. And if it likes:
+    ``compute(config, means)``: the data of a result file, plain values by name, of which ``LAYOUT``
+    tells the rest; ArithmeticError where something that the config asks for cannot be computed as
+    well as it must be. And if it likes:
 
     ``cost(config)``
         An estimate of the seconds that it takes on two cores, from what was measured of it:

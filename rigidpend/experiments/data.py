@@ -60,9 +60,10 @@ class Streamed(dict[str, Any]):
         self.blocks = blocks
 
 
-Tree: TypeAlias = Mapping[str, "Dataset | Tree"]
 Data: TypeAlias = Mapping[str, Any]
-"""Group of a stored result, loaded: arrays, texts and groups by name."""
+"""Group of a result: arrays, texts and groups by name."""
+Tree: TypeAlias = Data
+"""The same as it is computed: values plain, or each a :class:`Dataset`."""
 
 
 class Loaded(TypedDict):
@@ -83,13 +84,18 @@ ANY = math.inf
 """Bound of a field that is not compared: it hangs on the last bit, or tells how, not what."""
 
 
+Allowed: TypeAlias = "Callable[[str, Data, Data], Any]"
+"""Allowed difference of each element, infinite where nothing is compared.
+
+It follows from the field's name and the two groups, stored and fresh, in which a name that a group
+has not is looked up in those around it: a number, or an array to be broadcast to the values."""
+
+
 class Bound(NamedTuple):
-    """A comparison of a field in two results, where one number does not say it."""
+    """A comparison of a field in two results, where allowed differences do not say it."""
 
     apart: Callable[[str, Data, Data], list[Difference]]
-    """From the field's name and the two groups, stored and fresh, to where they differ.
-
-    A name that a group has not is looked up in those around it."""
+    """From the field's name and the two groups, as in :data:`Allowed`, to where they differ."""
     sized: bool = True
     """True if the field has to be of one shape in both."""
 
@@ -104,7 +110,7 @@ class Field(NamedTuple):
     description: str = ""
     gaps: bool = False
     """True if it may hold NaN or infinity."""
-    within: float | Bound = 0.0
+    within: float | Allowed | Bound = 0.0
     """Difference that doubles may have in two results; other elements must be the same."""
     symbol: str = ""
     """Letter by which axes call it, as matplotlib sets it."""
@@ -112,11 +118,18 @@ class Field(NamedTuple):
     """True if it is the coordinate along its dimension."""
 
     def dataset(self, values: Any) -> Dataset:
-        """Values with their meaning, as they are stored; those of a part are given it anew."""
-        given = values.values if isinstance(values, Dataset) else values
-        if self.kind == TEXT and not isinstance(given, str) and np.asarray(given).dtype.kind != "S":
-            given = np.char.encode(np.array(given, dtype=str))
-        return Dataset(given, self.units, self.description, self.dimensions, self.coordinate)
+        """Values with their meaning, as they are stored; what has a meaning of its own keeps it."""
+        if isinstance(values, Dataset):
+            return values
+        if self.kind == TEXT and not isinstance(values, str):
+            values = as_bytes(values)
+        return Dataset(values, self.units, self.description, self.dimensions, self.coordinate)
+
+
+def as_bytes(texts: Any) -> Any:
+    """An array of texts in UTF-8, of a width that HDF5 and parts keep."""
+    given = np.asarray(texts)
+    return given if given.dtype.kind == "S" else np.char.encode(given.astype(str))
 
 
 Layout: TypeAlias = Mapping[str, "Field | Layout"]
@@ -140,7 +153,7 @@ def datasets(layout: Layout, values: Mapping[str, Any]) -> dict[str, Any]:
     return Streamed(made, values.blocks) if isinstance(values, Streamed) else made
 
 
-def held(bound: float | Bound, fields: Fields) -> dict[str, Field]:
+def held(bound: float | Allowed | Bound, fields: Fields) -> dict[str, Field]:
     """The fields, with a bound for those of doubles that have none of their own."""
     return {
         name: field._replace(within=bound)

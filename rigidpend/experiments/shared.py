@@ -9,8 +9,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from rigidpend.experiments.compare import ROUNDING, bound, relative, where
-from rigidpend.experiments.data import ANY, FLAG, FLOAT, TEXT, WHOLE, Bound, Data, Field
+from rigidpend.experiments.compare import ROUNDING, relative, where
+from rigidpend.experiments.data import ANY, FLAG, FLOAT, TEXT, WHOLE, Allowed, Data, Field
 from rigidpend.numbers.generic import Array
 
 if TYPE_CHECKING:
@@ -50,7 +50,7 @@ known = where(lambda stored, fresh: stored["certain"] & fresh["certain"])
 """Bound of symbols: they are the same where both are certain."""
 
 
-def crossed(within: Callable[[int], Any]) -> Bound:
+def crossed(within: Callable[[int], Any]) -> Allowed:
     """Crossings of certain symbols differ by what is allowed of so many."""
 
     def allowed(name: str, stored: Data, fresh: Data) -> Any:
@@ -60,7 +60,7 @@ def crossed(within: Callable[[int], Any]) -> Bound:
         after = np.vstack((certain[:1], certain))
         return np.where(after, within(len(after)), np.inf)
 
-    return bound(allowed)
+    return allowed
 
 
 MEANING = {
@@ -148,8 +148,8 @@ SMALL = 1e-2
 def joined(found: Mapping[str, Any]) -> dict[str, Any]:
     """Join the fields of all bodies, given by name, one after the other; with their names."""
     first, *_ = found.values()
-    each = {key: [body[key].values for body in found.values()] for key in first}
-    return {"name": list(found), **{key: np.array(values) for key, values in each.items()}}
+    each = {key: np.array([body[key] for body in found.values()]) for key in first}
+    return {"name": list(found), **each}
 
 
 def mu_over_h0(problem: WeightedBodies) -> Array:

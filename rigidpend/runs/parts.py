@@ -136,12 +136,16 @@ def _outlined(node: Any, arrays: list[bytes]) -> Any:
     """The outline of a group or of an array, whose bytes are added to those of all."""
     import numpy as np
 
+    from rigidpend.experiments.data import Dataset, as_bytes
+
     if isinstance(node, Mapping):
         return {name: _outlined(inner, arrays) for name, inner in node.items()}
-    values, *meaning = node
+    values, *meaning = node if isinstance(node, Dataset) else (node,)
     if isinstance(values, str):
         return [values, "", [], *meaning]
     array = np.asarray(values)
+    if array.dtype.kind == "U":
+        array = as_bytes(array)
     if not KINDS.fullmatch(array.dtype.str):
         raise TypeError(f"arrays of {array.dtype} are not kept")
     arrays.append(array.tobytes())
@@ -169,15 +173,17 @@ def _unpacked(node: Any, content: bytes, ends: list[int]) -> Any:
 
     if isinstance(node, dict):
         return {name: _unpacked(inner, content, ends) for name, inner in node.items()}
-    text, kind, shape, units, description, dimensions, coordinate = node
-    meaning = units, description, tuple(dimensions), coordinate
-    if text is not None:
-        return Dataset(text, *meaning)
-    if not KINDS.fullmatch(kind):
-        raise TypeError(f"arrays of {kind} are not kept")
-    array: Any = np.ndarray(tuple(shape), kind, content, ends[-1]).copy()
-    ends.append(ends[-1] + array.nbytes)
-    return Dataset(array if shape else array[()], *meaning)
+    values, kind, shape, *meaning = node
+    if values is None:
+        if not KINDS.fullmatch(kind):
+            raise TypeError(f"arrays of {kind} are not kept")
+        array: Any = np.ndarray(tuple(shape), kind, content, ends[-1]).copy()
+        ends.append(ends[-1] + array.nbytes)
+        values = array if shape else array[()]
+    if not meaning:
+        return values
+    units, description, dimensions, coordinate = meaning
+    return Dataset(values, units, description, tuple(dimensions), coordinate)
 
 
 def _computed(piece: Piece) -> Tree:

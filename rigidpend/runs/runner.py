@@ -213,6 +213,7 @@ def run(
         It cannot be computed or written. Finished parts are kept.
     """
     from rigidpend.experiments.contract import Means, Piece
+    from rigidpend.experiments.data import datasets
     from rigidpend.orbits.integrate.arithmetic import CLOSED_FORM, resolve
     from rigidpend.results import store
 
@@ -247,6 +248,7 @@ def run(
             [data] = pieces([Piece("whole", _whole, given)])
         else:
             data = experiments.computation(config.experiment).compute(content, means)
+        data = datasets(experiments.layout(config.experiment), data)
         # What comes in blocks is computed now.
         with store.image(data) as file:
             attributes: dict[str, Any] = {

@@ -12,7 +12,6 @@ from __future__ import annotations
 
 import itertools
 import math
-from collections.abc import Callable
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -153,37 +152,23 @@ def delta_theta1(t: float, begin: float, motion: SeparatrixMotion, p: Angles) ->
     1400. This is the second of the printed forms, with (e^x + e^v)^2 e^-x = 4 e^v cosh^2((x -
     v)/2): the right side neither overflows nor cancels.
     """
-    rate, middle = direction(motion.number) * exponent(motion.J2_0, p, math), v(motion, math)
-
-    def width(tau: float) -> float:
-        return 2 * math.cosh((rate * tau - middle) / 2)
-
-    # J1* (J2_0 - J1*) is (J2_0/width)^2, so that its ratios are squares of ratios of widths.
-    now = width(t)
-    forced = _forced(t, lambda tau: (now / width(tau)) ** 2, motion, p)
-    return (now / width(0)) ** 2 * begin + forced
-
-
-def _forced(
-    t: float, weight: Callable[[float], float], motion: SeparatrixMotion, p: Angles
-) -> float:
-    """Contribution of mu to delta theta1, with J1 (J2 - J1) at tau relative to t as weight."""
     from scipy.integrate import quad
 
-    half, J2 = float(theta1(motion.number, p, math)) / 2, motion.J2_0
+    J2, half = motion.J2_0, float(theta1(motion.number, p, math)) / 2
+    rate, middle = direction(motion.number) * exponent(J2, p, math), v(motion, math)
+
+    def weight(tau: float) -> float:
+        """J1* (J2_0 - J1*) at tau over that at t: it is J2_0^2 over the cosh's square."""
+        return (math.cosh((rate * t - middle) / 2) / math.cosh((rate * tau - middle) / 2)) ** 2
 
     def pull(tau: float) -> float:
         return weight(tau) * math.cos(p.kappa * J2 * tau + motion.theta2_0 + half)
 
     # The weight is largest at the middle of the separatrix, where adaptive rules must look.
-    rate = exponent(J2, p, math)
-    middle = direction(motion.number) * v(motion, math) / rate
-    ends = [0.0, middle, t] if min(0, t) < middle < max(0, t) else [0.0, t]
+    top = middle / rate
+    ends = [0.0, top, t] if min(0, t) < top < max(0, t) else [0.0, t]
     # What the rounding of the exponents leaves.
-    noise = 1e-13 + 1e-15 * (abs(rate * t) + abs(rate * middle))
-    least = noise * max(map(weight, ends)) / rate
-    parts = [
-        quad(pull, a, b, epsabs=least, epsrel=noise, limit=1000)
-        for a, b in itertools.pairwise(ends)
-    ]
-    return 2 * p.mu * math.sin(half) / J2 * sum(part[0] for part in parts)
+    noise = 1e-13 + 1e-15 * (abs(rate * t) + abs(middle))
+    accuracy: Any = {"epsabs": noise * max(map(weight, ends)) / abs(rate), "epsrel": noise}
+    parts = [quad(pull, a, b, **accuracy, limit=1000)[0] for a, b in itertools.pairwise(ends)]
+    return weight(0) * begin + 2 * p.mu * math.sin(half) / J2 * sum(parts)

@@ -8,9 +8,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from rigidpend.experiments.data import datasets
-from rigidpend.experiments.route_intervals import INTERVALS as LAYOUT
-from rigidpend.experiments.route_intervals import PROOF, compute
+from rigidpend.experiments.route_intervals import compute
 from rigidpend.experiments.route_intervals.compute import contradictions
 from rigidpend.numbers.expressions import NO_SYMBOL
 from tests.experiments.trees import reference
@@ -54,9 +52,7 @@ def test_a_column_has_the_symbols_of_its_interval(
 
 def test_a_run_ends_with_an_error_where_a_column_is_another(monkeypatch: Any) -> None:
     data = reference("fig4_intervals")["data"]
-    parts: Any = [
-        {"intervals": datasets(LAYOUT, data["intervals"]), "proof": datasets(PROOF, data["proof"])}
-    ]
+    parts = [{"intervals": data["intervals"], "proof": data["proof"]}]
     config: Any = SimpleNamespace(problem=None)
     means: Any = SimpleNamespace(report=print, jobs=1)
     columns = dict(data["columns"])

@@ -15,7 +15,7 @@ from rigidpend import experiments
 from rigidpend.experiments import compare
 from rigidpend.experiments.compare import Difference
 from rigidpend.experiments.contract import Means
-from rigidpend.experiments.data import Coming, Loaded, Streamed
+from rigidpend.experiments.data import Coming, Dataset, Loaded, Streamed, datasets
 from rigidpend.orbits.integrate.arithmetic import resolve
 from rigidpend.results import store
 from rigidpend.runs import loading
@@ -26,15 +26,18 @@ CONFIGS = Path(__file__).parents[2] / "configs"
 
 
 def settled(tree: Any) -> Any:
-    """What an experiment computed, with all arrays whose blocks were still to come."""
+    """What an experiment computed, with the blocks that were to come, as it is loaded."""
     if not isinstance(tree, dict):
-        coming = isinstance(tree.values, Coming)
-        return tree._replace(values=np.empty(*tree.values[:2])) if coming else tree
-    found = {name: settled(node) for name, node in tree.items()}
+        values = tree.values if isinstance(tree, Dataset) else tree
+        if isinstance(values, str):
+            return values
+        found = np.empty(*values[:2]) if isinstance(values, Coming) else np.array(values)
+        return np.char.decode(found) if found.dtype.kind == "S" else found
+    made = {name: settled(node) for name, node in tree.items()}
     for block in tree.blocks if isinstance(tree, Streamed) else ():
         for name, (where, values) in block.items():
-            found[name].values[where] = values
-    return found
+            made[name][where] = values
+    return made
 
 
 def asked(name: str, *settings: str) -> Any:
@@ -54,17 +57,13 @@ def computed(given: Any, parts: list[str] | None = None, **means: Any) -> Any:
         return unpacked(packed(compute()))
 
     means = {"arithmetic": resolve(**given.numerics_asked), "part": part, **means}
-    return settled(experiments.computation(given.experiment).compute(given, Means(**means)))
+    return made(given, Means(**means))
 
 
-def plain(tree: Any) -> Any:
-    """The arrays of what an experiment computed, as `store.load` would give them."""
-    if isinstance(tree, dict):
-        return {name: plain(node) for name, node in tree.items()}
-    if isinstance(tree.values, str):
-        return tree.values
-    found = np.array(tree.values)
-    return np.char.decode(found) if found.dtype.kind == "S" else found
+def made(given: Any, means: Means) -> Any:
+    """What of a computation is stored, as it is loaded."""
+    found = experiments.computation(given.experiment).compute(given, means)
+    return settled(datasets(experiments.layout(given.experiment), found))
 
 
 def reference(name: str) -> Loaded:
@@ -85,7 +84,8 @@ def differences(experiment: str, stored: Any, fresh: Any) -> list[Difference]:
 def from_file(folder: Path, experiment: str, tree: Any) -> Loaded:
     """What an experiment computed, as it comes back from a result file."""
     path = folder / f"{experiment}.h5"
-    store.write(path, store.Result({"experiment": experiment}, {}, {}, tree))
+    made = datasets(experiments.layout(experiment), tree)
+    store.write(path, store.Result({"experiment": experiment}, {}, {}, made))
     return store.load(path)
 
 

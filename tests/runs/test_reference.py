@@ -20,7 +20,7 @@ from rigidpend.orbits.integrate.arithmetic import resolve
 from rigidpend.results import store
 from rigidpend.runs import loading, regression
 from tests.config.samples import SMALL, written
-from tests.experiments.trees import plain
+from tests.experiments.trees import made
 
 ROOT = Path(__file__).resolve().parents[2]
 FOLDER = ROOT / "results" / "reference"
@@ -54,7 +54,7 @@ KEPT = ("sample", "offsets")
 def computed(name: str, engine: str, settings: tuple[str, ...] = ()) -> Any:
     loaded = loading.load(ROOT / "configs" / f"{name}.yaml", settings or SETTINGS[name])
     means = Means(resolve(engine), 2, lambda _: None)
-    return plain(experiments.computation(loaded.experiment).compute(loaded.content, means))
+    return made(loaded.content, means)
 
 
 @functools.cache

@@ -4,14 +4,13 @@ from __future__ import annotations
 
 from fractions import Fraction
 from functools import partial
-from typing import Any
 
 import numpy as np
 
-from rigidpend.experiments.asymptotic_orbits import LAYOUT, ORBITS, PLANE
+from rigidpend.experiments.asymptotic_orbits import PLANE
 from rigidpend.experiments.asymptotic_orbits.schema import Config, Problem
 from rigidpend.experiments.contract import Means
-from rigidpend.experiments.data import Tree, datasets
+from rigidpend.experiments.data import Tree
 from rigidpend.mechanics import in_space
 from rigidpend.orbits.integrate.states import states_at
 from rigidpend.routes.codes import codes_of
@@ -40,7 +39,7 @@ def compute(config: Config, means: Means) -> Tree:
     level = Level.of(problem.body, problem.h)
     launch = Launch(level, problem.J1_0)
     lengths: dict[str, Tree] = {}
-    drawn: dict[str, Any] = {}
+    drawn: dict[str, Tree] = {}
     for n, (rough, arcs) in enumerate(skeleton(level, problem.symbols, problem.half_turns)):
         name, orbits = str(n), _ordered(launch, doubly_asymptotic(level, rough))
         means.report(f"{name} symbols: {len(orbits.b)} orbits")
@@ -49,7 +48,7 @@ def compute(config: Config, means: Means) -> Tree:
         )
         if n < problem.drawn and len(orbits.b):
             drawn[name] = _sampled(config, launch, orbits, means)
-    return datasets(LAYOUT, {"orbits": lengths, "plane": _plane(problem, means), "drawn": drawn})
+    return {"orbits": lengths, "plane": _plane(problem, means), "drawn": drawn}
 
 
 def cost(config: Config) -> float:
@@ -67,7 +66,7 @@ def _orbits(launch: Launch, orbits: DoublyAsymptotic, arcs: int, jobs: int) -> T
     """The orbits with as many symbols, their phases to 30 digits."""
     fine = sharp(launch, orbits, jobs)
     high = np.array([float(x) for x in fine.theta2_0])
-    values = {
+    return {
         "word": orbits.symbols,
         "half_turns": np.diff(orbits.chain.cells, axis=0),
         "first": orbits.chain.cells[0] % 2,
@@ -83,12 +82,9 @@ def _orbits(launch: Launch, orbits: DoublyAsymptotic, arcs: int, jobs: int) -> T
         "arcs": arcs,
         "ends": "homoclinic" if len(orbits.symbols) % 2 else "heteroclinic",
     }
-    return datasets(ORBITS, values)
 
 
-def _sampled(
-    config: Config, launch: Launch, orbits: DoublyAsymptotic, means: Means
-) -> dict[str, Any]:
+def _sampled(config: Config, launch: Launch, orbits: DoublyAsymptotic, means: Means) -> Tree:
     """The orbit with the shortest flight, from where J1 = J1_0, in doubles."""
     problem, k = config.problem, int(np.argmin(orbits.flight))
     one = columns(orbits, np.array([k]))
@@ -111,7 +107,7 @@ def _sampled(
     return {**samples(problem.body, RouteOrbit(t - crossed, states, np.zeros(0))), "orbit": k}
 
 
-def _plane(problem: Problem, means: Means) -> dict[str, Any]:
+def _plane(problem: Problem, means: Means) -> Tree:
     """Route codes of Fig. 4's orbits, whose changes the orbits are."""
     phases = 2 * np.pi * (np.arange(problem.columns) + 0.5) / problem.columns
     found = codes_of(problem.routes, list(phases), means.arithmetic, means.jobs)

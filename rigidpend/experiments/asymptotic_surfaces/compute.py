@@ -9,10 +9,10 @@ from typing import Any
 import numpy as np
 
 from rigidpend.config.description import Row
-from rigidpend.experiments.asymptotic_surfaces import ANGLES, BODY, LAYOUT, WINDOW
+from rigidpend.experiments.asymptotic_surfaces import ANGLES, WINDOW
 from rigidpend.experiments.asymptotic_surfaces.schema import Config, Problem
 from rigidpend.experiments.contract import Means
-from rigidpend.experiments.data import Tree, datasets
+from rigidpend.experiments.data import Tree
 from rigidpend.mechanics.pendulum import Delta_1
 from rigidpend.routes.phases import Phases
 from rigidpend.routes.problem import RouteProblem
@@ -22,15 +22,15 @@ from rigidpend.surfaces import curves as surfaces
 def compute(config: Config, means: Means) -> Tree:
     """Compute Table 1 and the two surfaces of every body."""
     problems = _problems(config.problem)
-    groups: dict[str, Any] = {}
+    groups: dict[str, Tree] = {}
     for name, checked in problems.items():
         groups[name] = means.part(name, partial(_body, config, checked, means))
         curves = groups[name]["S1_minus"]
-        sizes = curves["theta2_0"].values.size, curves["theta1"].values.size
-        means.report(f"{name}: {sizes[0]} orbits, {sizes[1]} points")
+        sizes = f"{curves['theta2_0'].size} orbits, {curves['theta1'].size} points"
+        means.report(f"{name}: {sizes}")
     bodies = [checked.body for checked in problems.values()]
     table = {field: np.array([getattr(body, field) for body in bodies]) for field in ANGLES}
-    return datasets(LAYOUT, {"table": table, "bodies": groups})
+    return {"table": table, "bodies": groups}
 
 
 def _body(config: Config, checked: RouteProblem, means: Means) -> Tree:
@@ -40,8 +40,7 @@ def _body(config: Config, checked: RouteProblem, means: Means) -> Tree:
     angles, half_width = checked.body.angles(), window["window"][1] - window["centre"]
     lower = surfaces.S1_minus(checked, theta2_0, half_width, *means.arithmetic[:2])
     upper = surfaces.S2_plus(lower, angles.alpha0, angles.beta0)
-    both = {"S1_minus": lower._asdict(), "S2_plus": upper._asdict()}
-    return datasets(BODY, {**window, **both})
+    return {**window, "S1_minus": lower._asdict(), "S2_plus": upper._asdict()}
 
 
 def describe(config: Config) -> list[Row]:

@@ -3,16 +3,14 @@
 from __future__ import annotations
 
 import math
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from rigidpend.config.description import Row
-from rigidpend.experiments.closed_orbits import LAYOUT
 from rigidpend.experiments.closed_orbits.schema import Config, Problem
 from rigidpend.experiments.contract import Means
-from rigidpend.experiments.data import Tree, datasets
+from rigidpend.experiments.data import Tree
 from rigidpend.numbers.expressions import NO_SYMBOL
 from rigidpend.routes.symbolic.chain import System, on_surface, passages, signs_of
 from rigidpend.routes.symbolic.closed import (
@@ -40,12 +38,11 @@ def compute(config: Config, means: Means) -> Tree:
     level = Level.of(problem.body, problem.h)
     found = [closed(level, word, problem.half_turns) for word in words(problem.longest)]
     means.report(f"{len(found)} closed orbits, {sum(o.stable for o in found)} of them stable")
-    groups = {
+    return {
         "orbits": _orbits(problem, found),
         "averages": _averages(problem, level, found),
         "places": _places(found),
     }
-    return datasets(LAYOUT, groups)
 
 
 def cost(config: Config) -> float:
@@ -54,7 +51,7 @@ def cost(config: Config) -> float:
     return FOUND * 2.0**problem.longest + VERIFIED * 2.0 ** min(problem.verified, problem.longest)
 
 
-def _orbits(problem: Problem, found: list[ClosedOrbit]) -> dict[str, Any]:
+def _orbits(problem: Problem, found: list[ClosedOrbit]) -> Tree:
     gaps = np.full((2, len(found)), np.nan)
     for k, orbit in enumerate(found):
         if len(orbit.word) <= problem.verified:
@@ -79,7 +76,7 @@ def _orbits(problem: Problem, found: list[ClosedOrbit]) -> dict[str, Any]:
     }
 
 
-def _averages(problem: Problem, level: Level, found: list[ClosedOrbit]) -> dict[str, Any]:
+def _averages(problem: Problem, level: Level, found: list[ClosedOrbit]) -> Tree:
     lengths = np.arange(1, problem.longest + 1)
     inside = [[o for o in found if n % len(o.word) == 0] for n in lengths]
     mean, error = _long_orbit(level, problem.symbols, problem.half_turns)
@@ -101,7 +98,7 @@ def _long_orbit(level: Level, n: int, half_turns: int) -> tuple[float, float]:
     return float(grown.mean()), float(np.std(parts, ddof=1) / math.sqrt(PARTS))
 
 
-def _places(found: list[ClosedOrbit]) -> dict[str, Any]:
+def _places(found: list[ClosedOrbit]) -> Tree:
     """The upward crossings of all orbits."""
     chi = [orbit.chain.chi[:-1:2] for orbit in found]
     return {

@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from rigidpend.experiments.compare import ROUNDING, bound, of_largest, stated, where
+from rigidpend.experiments.compare import ROUNDING, of_largest, stated, where
 from rigidpend.experiments.data import FLOAT, WHOLE, Data, Field, Layout
 from rigidpend.experiments.shared import MEANING
 
@@ -28,7 +28,6 @@ def _both(stored: Data, fresh: Data, name: str) -> Any:
 _KNOWN = where(lambda stored, fresh: _both(stored, fresh, "exponent"))
 
 
-@bound
 def _rounded(name: str, stored: Data, fresh: Data) -> Any:
     """Exponents differ by the stored bounds of two roundings where both are known."""
     both = _both(stored, fresh, "exponent")
@@ -38,12 +37,10 @@ def _rounded(name: str, stored: Data, fresh: Data) -> Any:
     return np.where(held, MARGIN * stored["allowed"], np.inf)
 
 
-def _grown(stored: Data, fresh: Data) -> Any:
+def _grown(name: str, stored: Data, fresh: Data) -> Any:
     """The stored bound of growths by two ways together, of which the map's is a small part."""
     return np.where(_both(stored, fresh, "growth"), stored["allowed"], np.inf)
 
-
-OF_GROWTH = bound(lambda name, stored, fresh: _grown(stored, fresh))
 
 _double = partial(Field, FLOAT, units="1")
 _cell = partial(_double, ("rows", "columns"), gaps=True, within=_rounded)
@@ -90,13 +87,13 @@ LAYOUT: Layout = {
         "row": Field(WHOLE, ("checked",), "1", "row of the cell"),
         "column": Field(WHOLE, ("checked",), "1", "column of the cell"),
         "growth": _checked(
-            description="ln of the growth through all passages; NaN as above", within=OF_GROWTH
+            description="ln of the growth through all passages; NaN as above", within=_grown
         ),
         # The errors of both ways are of one result.
         "difference": _checked(
             description="that by the variational equations, integrated, less it",
-            within=stated(_grown),
+            within=stated(lambda stored, fresh: _grown("", stored, fresh)),
         ),
-        "allowed": _checked(description="bound of the rounding of both growths", within=OF_GROWTH),
+        "allowed": _checked(description="bound of the rounding of both growths", within=_grown),
     },
 }

@@ -10,8 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rigidpend.experiments.contract import Means
-from rigidpend.experiments.data import FLOAT, WHOLE, Field, Tree, datasets
-from rigidpend.experiments.exponents import LAYOUT
+from rigidpend.experiments.data import Tree
 from rigidpend.experiments.exponents.schema import Config, Problem
 from rigidpend.machine.progress import PartDone
 from rigidpend.numbers.exact import exact
@@ -28,9 +27,6 @@ SHARES = (0.05, 0.25, 0.5, 0.75, 0.95)
 CELL, CHECK = 2e-5, 5e-5
 """Seconds of a core for a cell of one symbol, followed and checked."""
 
-PIECE = {"growth": Field(FLOAT), "codes": Field(WHOLE), "allowed": Field(FLOAT)}
-"""The ln of the growth through the passages of a tile, symbols, and the last growth's rounding."""
-
 
 def compute(config: Config, means: Means) -> Tree:
     """Compute the exponents of a plane, of a body that has a return map."""
@@ -45,7 +41,7 @@ def compute(config: Config, means: Means) -> Tree:
     # A growth is told of the orbit that has the established code, and of no other.
     known = (codes.certain == n) & (followed == codes.codes).all(axis=0)
     means.report(f"{int(known.sum())} of {known.size} cells are known")
-    values = {
+    return {
         "codes": codes.codes.reshape(n, *shape),
         "exponent": np.where(known, grown[-1] / n, np.nan).reshape(shape),
         # Up to a power of two: some bits a cell in the file.
@@ -56,14 +52,13 @@ def compute(config: Config, means: Means) -> Tree:
         "growth": _quantiles(grown[:, known]),
         "checked": _checked(problem, orbits, known, (theta2, J1)),
     }
-    return datasets(LAYOUT, values)
 
 
 def _followed(
     orbits: Surface, theta2: Array, J1: Array, n: int, means: Means
 ) -> tuple[Array, NDArray[np.uint8], Array]:
     """The growth (n, N) through 1 to n passages, the symbols, and the allowed errors, (N,)."""
-    parts: list[Any] = []
+    parts: list[Tree] = []
     for first in range(0, theta2.size, TILE):
         part = slice(first, first + TILE)
         tile = partial(_tile, orbits, theta2[part], J1[part], n)
@@ -71,16 +66,16 @@ def _followed(
         done = min(part.stop, theta2.size), theta2.size
         means.report(PartDone("cells to {} of {}".format(*done), *done))
     grown, codes, allowed = (
-        np.concatenate([part[name].values for part in parts], axis=-1) for name in PIECE
+        np.concatenate([part[name] for part in parts], axis=-1) for name in parts[0]
     )
     return grown, codes, allowed
 
 
 def _tile(orbits: Surface, theta2: Array, J1: Array, n: int) -> Tree:
+    """The ln of the growth through the passages, symbols, and the last growth's rounding."""
     found = stretched(orbits, theta2, J1, n)
     codes = np.where(found.inside, found.symbols, NO_SYMBOL).astype(np.uint8)
-    values = {"growth": found.growth, "codes": codes, "allowed": found.allowed}
-    return datasets(PIECE, values)
+    return {"growth": found.growth, "codes": codes, "allowed": found.allowed}
 
 
 def _quantiles(grown: Array) -> dict[str, Any]:

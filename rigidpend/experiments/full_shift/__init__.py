@@ -5,15 +5,15 @@ Here is the layout of a result: what it consists of, with unit and bound.
 
 from __future__ import annotations
 
-from rigidpend.experiments.compare import bound, of_largest, stated
-from rigidpend.experiments.data import ANY, FLAG, FLOAT, WHOLE, Bound, Field, Layout, held
+from typing import Any
+
+from rigidpend.experiments.compare import of_largest, stated
+from rigidpend.experiments.data import ANY, FLAG, FLOAT, WHOLE, Allowed, Bound, Field, Layout, held
 from rigidpend.experiments.shared import STEPS
 
 SETS, COVERED, CROSSED = ("sets",), ("sets", "targets"), ("targets",)
 CLOSE = of_largest(1e-6)
 """Allowed difference of sets, of the largest: the map errs by 1e-16 in d, which is 1e-7 of a."""
-CURVE = bound(lambda *_: [1e-12, 1e-10, 1e-8, 1e-6, 1e-4])
-"""Allowed difference of the coefficients of a curve, over |gamma3| of a hundredth."""
 MARGIN = 0.05
 """Allowed difference of a bound on |V|, which is less than 1 or nothing is proven."""
 PHASE = 1e-13
@@ -24,8 +24,16 @@ NEAR = stated(2.0**-12)
 """The bound on a distance, as large as a proof admits; its digits hang on roundings."""
 
 
+def _curve(*_: Any) -> Any:
+    """Allowed difference of the coefficients of a curve, over |gamma3| of a hundredth."""
+    return [1e-12, 1e-10, 1e-8, 1e-6, 1e-4]
+
+
 def _number(
-    description: str, *dimensions: int | str, units: str = "1", within: float | Bound = 0.0
+    description: str,
+    *dimensions: int | str,
+    units: str = "1",
+    within: float | Allowed | Bound = 0.0,
 ) -> Field:
     return Field(FLOAT, dimensions, units, description, within=within)
 
@@ -34,7 +42,7 @@ OF_SET = "the set of which a step is, counted from 0; then the line, and its app
 OFF = "bound on the distance of the polynomials from the orbits"
 QUADS = {
     "rising": Field(FLAG, SETS, "1", "whether it is on the section of upward crossings"),
-    "p": _number("p: its curve U = 0 is d = sum of p_k gamma3^k", "sets", "curve", within=CURVE),
+    "p": _number("p: its curve U = 0 is d = sum of p_k gamma3^k", "sets", "curve", within=_curve),
     "a": _number("half of its width in d: U = (d - p(gamma3))/a", "sets"),
     "b": _number("V = (d - p(gamma3) - l0 - l1 gamma3)/b", "sets"),
     "l0": _number("see b", "sets"),
@@ -77,7 +85,7 @@ APPROACH = {
 } | {"p": QUADS["p"]._replace(dimensions=("passages", "coefficients"))}
 """Sets between the line of starts and those of the full shift, of which each covers the next."""
 ENERGIES = {
-    "shift": _number("energies are h or h0 + shift + spread w, w from -1 to 1", within=CURVE),
+    "shift": _number("energies are h or h0 + shift + spread w, w from -1 to 1", within=_curve),
     "spread": _number("see shift"),
     "moves": _number("what w, w^2 and so on add to p", "sets", "orders", "curve", within=ANY),
     "line": _number("what w, w^2 and so on add to centre", "line orders", within=ANY),

@@ -4,35 +4,29 @@ from __future__ import annotations
 
 import itertools
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from fractions import Fraction
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
 from rigidpend.experiments.contract import Means
-from rigidpend.experiments.data import Data, Tree, datasets
-from rigidpend.experiments.full_shift import (
-    APPROACH,
-    DRAWN,
-    ENERGIES,
-    LINE,
-    PROOF,
-    QUADS,
-    RELATIONS,
-)
+from rigidpend.experiments.data import Data, Tree
+from rigidpend.experiments.full_shift import RELATIONS
+from rigidpend.experiments.full_shift.schema import Config
 from rigidpend.numbers.exact import exact
 from rigidpend.numbers.generic import Array
+from rigidpend.routes.certified import connections, coverings, pieces, sections
+from rigidpend.routes.certified.checker import Undecided
+from rigidpend.routes.certified.coverings import Relation
+from rigidpend.routes.certified.models import Family
+from rigidpend.routes.certified.passages import Reached
+from rigidpend.routes.certified.pieces import FamilyStep, Quad, StartLine
 
+# What finds a proof is imported where one is sought: a proof is checked without it.
 if TYPE_CHECKING:
-    from rigidpend.experiments.full_shift.schema import Config
     from rigidpend.routes.certified.chains import Link, OrbitCrossings
-    from rigidpend.routes.certified.coverings import Relation
     from rigidpend.routes.certified.horseshoe import ShiftProblem
-    from rigidpend.routes.certified.models import Family
-    from rigidpend.routes.certified.passages import Reached
-    from rigidpend.routes.certified.pieces import FamilyStep, Quad, StartLine
-    from rigidpend.routes.certified.sections import Numbers
 
 SIDE = 24
 """Points on a side of an outline."""
@@ -60,7 +54,6 @@ def compute(config: Config, means: Means) -> Tree:
     """Find the sets and the polynomials of their orbits, and check what they prove."""
     from rigidpend.orbits.return_map import MapError
     from rigidpend.routes.certified import horseshoe
-    from rigidpend.routes.certified.checker import Undecided
 
     doubts = []
     try:
@@ -109,13 +102,15 @@ def _stored(
     means: Means,
 ) -> Tree:
     """The result, if its proof holds."""
-    from rigidpend.routes.certified import pieces
-
-    before: Any = [link.of for link in links[1:]]
     starts: Any = links[0].of
     setting = links[0].setting
-    data = {"sets": pieces.packed_quads(sets), "proof": pieces.packed(orbits)}
-    data["line"] = {name: float(getattr(starts, name)) for name in NUMBERS_OF_LINE}
+    before: Any = [link.of for link in links[1:]]
+    line: dict[str, Any] = {name: float(getattr(starts, name)) for name in NUMBERS_OF_LINE}
+    data: dict[str, Any] = {
+        "sets": pieces.packed_quads(sets),
+        "line": line,
+        "proof": pieces.packed(orbits),
+    }
     if setting.spread:
         data["energies"] = pieces.packed_energies(setting.shift, setting.spread, sets, starts)
     if before:
@@ -123,22 +118,26 @@ def _stored(
     proven = checked(config, data)
     count = sum(map(len, proven.relations))
     means.report(f"every code occurs: {count} covering relations are proven, and those of a line")
-    symbols = {"symbol": np.array(proven.symbols, dtype=np.int64)}
-    rows = [
-        {name: [getattr(one, name) for one in pair] for name in RELATIONS}
-        for pair in proven.relations
-    ]
-    return {
-        "sets": datasets(QUADS, data["sets"] | _of_sets(proven.arrivals)),
-        "relations": datasets(
-            RELATIONS, {name: np.array([row[name] for row in rows]) for name in RELATIONS}
-        ),
-        "line": datasets(LINE, data["line"] | _of_line(proven, links[0].theta2)),
-        "proof": datasets(PROOF, data["proof"]),
-        **({"energies": datasets(ENERGIES, data["energies"])} if setting.spread else {}),
-        **({"approach": datasets(APPROACH, data["approach"] | symbols)} if before else {}),
-        "drawn": datasets(DRAWN, _drawn(sets, proven)),
+    if before:
+        data["approach"]["symbol"] = np.array(proven.symbols, dtype=np.int64)
+    found = proven.arrivals
+    data["sets"] |= {
+        "symbol": np.array([int(each.right) for each in found]),
+        **_columns(("bound", "late"), found),
+        "shortest": np.array([each.duration[0] for each in found]),
+        "longest": np.array([each.duration[1] for each in found]),
     }
+    of_line = [name for name in RELATIONS if name != "orientation"]
+    line |= {"theta2": np.array(links[0].theta2), "bound": proven.start.bound}
+    line |= _columns(of_line, proven.crossed)
+    rows = [_columns(RELATIONS, pair) for pair in proven.relations]
+    relations = {name: np.array([row[name] for row in rows]) for name in RELATIONS}
+    return {**data, "relations": relations, "drawn": _drawn(sets, proven)}
+
+
+def _columns(names: Iterable[str], rows: Sequence[Any]) -> dict[str, Array]:
+    """Fields of records as arrays."""
+    return {name: np.array([getattr(row, name) for row in rows]) for name in names}
 
 
 class Proven(NamedTuple):
@@ -160,21 +159,9 @@ class Proven(NamedTuple):
 def checked(config: Config, data: Data) -> Proven:
     """Check the proof of a result without integration: what it proves.
 
-    Parameters
-    ----------
-    config : Config
-    data : Data
-        The groups `sets`, `line` and `proof` of a result, and `energies` and `approach` if it has
-        them.
-
-    Raises
-    ------
-    Undecided
-        Something is not shown; the text says what.
+    Its data need the groups `sets`, `line` and `proof`, and `energies` and `approach` if it has
+    them. Undecided where something is not shown; the text says what.
     """
-    from rigidpend.routes.certified import connections, coverings, pieces, sections
-    from rigidpend.routes.certified.checker import Undecided
-
     energies, approach = data.get("energies"), data.get("approach")
     sets = pieces.unpacked_quads(data["sets"], energies)
     before = pieces.unpacked_quads(approach) if approach else []
@@ -200,8 +187,6 @@ def checked(config: Config, data: Data) -> Proven:
 
 def _doubt(check: Callable[..., Any], *of: Any) -> str:
     """The reason for which a further theorem is undecided; empty where it is proven."""
-    from rigidpend.routes.certified.checker import Undecided
-
     try:
         check(*of)
     except Undecided as doubt:
@@ -211,8 +196,6 @@ def _doubt(check: Callable[..., Any], *of: Any) -> str:
 
 def theorems(config: Config, data: Data) -> list[str]:
     """Sentences that the proof in a result proves, checked again without integration."""
-    from rigidpend.routes.certified.checker import Undecided
-
     try:
         proven = checked(config, data)
     except Undecided as doubt:
@@ -235,9 +218,7 @@ def _of_starts(proven: Proven) -> str:
     every = "every one-sided sequence is a start's code"
     if proven.theta2 is None:
         return f"the line of starts crosses the upward sets: {every}"
-    from rigidpend.routes.certified.sections import told
-
-    word, starts = "".join(map(str, proven.symbols)), told(*proven.theta2)
+    word, starts = "".join(map(str, proven.symbols)), sections.told(*proven.theta2)
     after = f"crosses the sets after the symbols {word}: {every} behind these"
     return f"a line of starts with {starts} {after}"
 
@@ -288,20 +269,17 @@ def _spread(config: Config) -> Fraction:
     return Fraction(math.nextafter(wide, math.inf) if wide else 0)
 
 
-def _numbers(config: Config, shift: Fraction, spread: Fraction) -> Numbers:
+def _numbers(config: Config, shift: Fraction, spread: Fraction) -> sections.Numbers:
     """The body and the energies of which a proof is."""
-    from rigidpend.routes.certified.checker import Undecided
-    from rigidpend.routes.certified.sections import Numbers
-
     problem = config.problem
     if problem.h is not None:
         if shift or spread < _spread(config):
             raise Undecided("the energies are not those of the config")
-        return Numbers.of(problem.body, problem.h, spread)
+        return sections.Numbers.of(problem.body, problem.h, spread)
     assert problem.h0 is not None
     if not spread:
         raise Undecided("starts of one J2_0 have more energies than one")
-    return Numbers.of(problem.body, problem.h0 + exact(shift), spread, problem.h0)
+    return sections.Numbers.of(problem.body, problem.h0 + exact(shift), spread, problem.h0)
 
 
 def _fraction(config: Config) -> Fraction:
@@ -311,44 +289,20 @@ def _fraction(config: Config) -> Fraction:
     return found
 
 
-def _of_line(proven: Proven, theta2: tuple[float, float]) -> dict[str, Any]:
-    names = ("target", "edge", "across", "stretch", "squeeze")
-    return {
-        "theta2": np.array(theta2),
-        "bound": proven.start.bound,
-        **{name: np.array([getattr(one, name) for one in proven.crossed]) for name in names},
-    }
-
-
-def _of_sets(found: Sequence[Reached]) -> dict[str, Any]:
-    return {
-        "symbol": np.array([int(each.right) for each in found]),
-        "bound": np.array([each.bound for each in found]),
-        "late": np.array([each.late for each in found]),
-        "shortest": np.array([each.duration[0] for each in found]),
-        "longest": np.array([each.duration[1] for each in found]),
-    }
-
-
 def _drawn(sets: Sequence[Quad], proven: Proven) -> dict[str, Array]:
     """Outlines of the sets and of their images, as the polynomials have them."""
-    from rigidpend.routes.certified.sections import place
-
     side, one = np.linspace(-1, 1, SIDE), np.ones(SIDE)
-    u, v = np.concatenate((side, one, -side, -one)), np.concatenate((-one, side, one, -side))
-    rows: dict[str, list[Array]] = {name: [] for name in ("chi", "d", "image_chi", "image_d")}
-    for quad, found in zip(sets, proven.arrivals, strict=True):
-        for rising, prefix, where in (
-            (quad.rising, "", place(quad)),
-            (not quad.rising, "image_", (found.d, found.g)),
-        ):
-            chi, d = _in_chart(sets, rising, where, u, v)
-            rows[f"{prefix}chi"].append(chi)
-            rows[f"{prefix}d"].append(d)
-    rising = sets[proven.crossed[0].target].rising
-    line_chi, line_d = _in_chart(sets, rising, (proven.start.d, proven.start.g), side, 0 * side)
-    outlines = {name: np.array(each) for name, each in rows.items()}
-    return {**outlines, "line_chi": line_chi, "line_d": line_d}
+    around = np.concatenate((side, one, -side, -one)), np.concatenate((-one, side, one, -side))
+    images = [(found.d, found.g) for found in proven.arrivals]
+    own = [_in_chart(sets, quad.rising, sections.place(quad), *around) for quad in sets]
+    over = [_in_chart(sets, not q.rising, x, *around) for q, x in zip(sets, images, strict=True)]
+    start, rising = proven.start, sets[proven.crossed[0].target].rising
+    line = _in_chart(sets, rising, (start.d, start.g), side, 0 * side)
+    return {
+        f"{prefix}{name}": np.array(outlines)
+        for prefix, each in (("", zip(*own, strict=True)), ("image_", zip(*over, strict=True)))
+        for name, outlines in zip(("chi", "d"), each, strict=True)
+    } | {"line_chi": line[0], "line_d": line[1]}
 
 
 def _in_chart(

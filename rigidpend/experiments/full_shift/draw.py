@@ -7,18 +7,17 @@ from __future__ import annotations
 
 import math
 from decimal import ROUND_CEILING, ROUND_FLOOR, Context
-from typing import Any, TypeAlias
+from typing import Any
 
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
-from numpy.typing import NDArray
+from matplotlib.patches import Rectangle
 
 from rigidpend.experiments.data import Data, Loaded
 from rigidpend.experiments.plots import BLUE, RED, WIDTH, entry, title
-from rigidpend.machine.wording import Table
-
-Array: TypeAlias = NDArray[Any]
+from rigidpend.machine.wording import Column, Table
+from rigidpend.numbers.generic import Array
 
 HEIGHT = 5.9
 """Height of the figure, inches."""
@@ -46,34 +45,28 @@ def draw(result: Loaded) -> Figure:
         x, y = _crossing(data["drawn"], source, target)
         _draw(near, data, rising)
         near.set(xlim=x, ylim=y)
-        whole.add_patch(_frame(x, y))
+        frame: Any = {"fill": False, "ec": "0.2", "lw": 0.8}
+        whole.add_patch(Rectangle((x[0], y[0]), x[1] - x[0], y[1] - y[0], **frame))
         times = np.ptp(np.array(whole.get_ylim())) / (y[1] - y[0])
         title(near, "cd"[column], f"one crossing of these, {times:.0f} times higher")
-    figure.legend(
-        handles=[
-            *(entry(f"set of symbol {k}", color=COLOUR[k], lw=4) for k in (0, 1)),
-            *(
-                entry(f"image of set {k}", color=COLOUR[k], lw=4, alpha=0.4)
-                for k in (0, 1)
-            ),
-            entry("starts on a line", color="0.2", lw=0.8),
-        ],
-        loc="outside lower center", ncols=5, fontsize=7.5,
-    )  # fmt: skip
+    entries = [
+        *(entry(f"set of symbol {k}", color=COLOUR[k], lw=4) for k in (0, 1)),
+        *(entry(f"image of set {k}", color=COLOUR[k], lw=4, alpha=0.4) for k in (0, 1)),
+        entry("starts on a line", color="0.2", lw=0.8),
+    ]
+    figure.legend(handles=entries, loc="outside lower center", ncols=5, fontsize=7.5)
     return figure
 
 
 def _draw(axes: Axes, data: Data, rising: bool, edge: float = 0.6) -> None:
-    drawn, symbol = data["drawn"], data["sets"]["symbol"]
-    for k, of in enumerate(data["sets"]["rising"]):
-        colour = COLOUR[int(symbol[k])]
-        if of == rising:
-            axes.fill(drawn["chi"][k], drawn["d"][k], color=colour, lw=edge, joinstyle="bevel")
-        else:
-            x, y = drawn["image_chi"][k], drawn["image_d"][k]
-            axes.fill(
-                x, y, facecolor=colour, edgecolor=colour, alpha=0.4, lw=edge, joinstyle="bevel"
-            )
+    drawn, sets = data["drawn"], data["sets"]
+    look: Any = {"lw": edge, "joinstyle": "bevel"}
+    for k, (of, symbol) in enumerate(zip(sets["rising"], sets["symbol"], strict=True)):
+        # Images of sets of the other section.
+        of_image = "" if of == rising else "image_"
+        colour, alpha = COLOUR[int(symbol)], 0.4 if of_image else None
+        outline = drawn[f"{of_image}chi"][k], drawn[f"{of_image}d"][k]
+        axes.fill(*outline, color=colour, alpha=alpha, **look)
     axes.set(xlabel=r"$\chi$ (rad)", ylabel="$d$ from the stable surface (1)")
     axes.ticklabel_format(style="sci", scilimits=(-2, 2))
 
@@ -103,12 +96,6 @@ def _middle(outline: Array, sides: int, first: int) -> Array:
     return (one + other[::-1]) / 2
 
 
-def _frame(x: Any, y: Any) -> Any:
-    from matplotlib.patches import Rectangle
-
-    return Rectangle((x[0], y[0]), x[1] - x[0], y[1] - y[0], fill=False, ec="0.2", lw=0.8)
-
-
 CAPTION = (
     "Each image, a pale strip, crosses all sets of its panel, the full ones, from end to end, as"
     " in a horseshoe. The sets lie on the section J1 = J2/2, of upward and of downward"
@@ -127,48 +114,54 @@ def tables(result: Loaded) -> list[Table]:
     """Table of the relations, and that of the sets."""
     data = result["data"]
     sets, relations, line = data["sets"], data["relations"], data["line"]
-    names = [_name(sets, k) for k in range(len(sets["rising"]))]
+    rows = list(zip(sets["rising"], sets["symbol"], strict=True))
+    names = [f"{'upward' if rising else 'downward'}, symbol {k}" for rising, k in rows]
+    targets = relations["target"]
     pairs = math.prod(np.unique(sets["rising"], return_counts=True)[1])
     return [
-        Table(
+        Table.of(
             "Covering relations, all proven",
-            ("set", "covers", "|U| of the ends' images", "|V| of the image", "stretch", "squeeze"),
             [
-                (
-                    names[k],
-                    names[relations["target"][k][j]],
-                    f"more than {_below(relations['edge'][k][j], 4)}",
-                    f"less than {_above(relations['across'][k][j], 4)}",
-                    f"more than {_below(relations['stretch'][k][j], 4)}",
-                    f"less than {_above(relations['squeeze'][k][j], 4)}",
-                )
-                for k, j in np.ndindex(relations["target"].shape)
+                Column("set", np.repeat(names, targets.shape[1])),
+                Column("covers", [names[k] for k in targets.flat]),
+                Column("|U| of the ends' images", map(_more, relations["edge"].flat)),
+                Column("|V| of the image", map(_less, relations["across"].flat)),
+                Column("stretch", map(_more, relations["stretch"].flat)),
+                Column("squeeze", map(_less, relations["squeeze"].flat)),
             ],
             "A relation needs more than 1 and less than 1. The stretch is |dU/du| - |dU/dv|, the"
             " squeeze |dV/du| + |dV/dv|: more than 1 and less than 1 make the orbit of a sequence"
             " the only one in the sets. The line of starts, with theta2_0 from"
             f" {line['theta2'][0]:.5f} to {line['theta2'][1]:.5f}, crosses those of a section"
-            f" too{_behind(data)}: more than {_below(min(line['edge']), 4)}, less than"
-            f" {_above(max(line['across']), 4)}; stretch more than"
-            f" {_below(min(line['stretch']), 4)}, squeeze less than"
-            f" {_above(max(line['squeeze']), 4)}.",
+            f" too{_behind(data)}: {_more(min(line['edge']))}, {_less(max(line['across']))};"
+            f" stretch {_more(min(line['stretch']))}, squeeze {_less(max(line['squeeze']))}.",
         ),
-        Table(
+        Table.of(
             "Sets and passages from them",
-            ("set", "half width in d", "bound on the distance", "time of a passage (t')"),
             [
-                (
-                    names[k],
-                    f"{sets['a'][k]:.3g}",
-                    _above(sets["bound"][k], 2),
-                    f"{_below(sets['shortest'][k], 6)} to {_above(sets['longest'][k], 6)}",
-                )
-                for k in range(len(names))
+                Column("set", names),
+                Column("half width in d", sets["a"], ".3g"),
+                Column("bound on the distance", [_above(x, 2) for x in sets["bound"]]),
+                Column(
+                    "time of a passage (t')",
+                    [
+                        f"{_below(low, 6)} to {_above(high, 6)}"
+                        for low, high in zip(sets["shortest"], sets["longest"], strict=True)
+                    ],
+                ),
             ],
             f"The topological entropy is at least ln({pairs})/2 a passage, and at least"
             f" {_below(entropy(sets), 4)} a unit of t'.{_energies(result)}",
         ),
     ]
+
+
+def _more(x: float) -> str:
+    return f"more than {_below(x, 4)}"
+
+
+def _less(x: float) -> str:
+    return f"less than {_above(x, 4)}"
 
 
 def entropy(sets: Data) -> float:
@@ -208,7 +201,3 @@ def _below(x: float, digits: int) -> str:
 def _above(x: float, digits: int) -> str:
     """An upper bound as text, rounded up."""
     return f"{Context(digits, ROUND_CEILING).create_decimal_from_float(float(x)):g}"
-
-
-def _name(sets: Data, k: int) -> str:
-    return f"{'upward' if sets['rising'][k] else 'downward'}, symbol {sets['symbol'][k]}"

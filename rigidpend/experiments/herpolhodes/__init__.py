@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from rigidpend.experiments.compare import ROUNDING, bound, modulo, of_largest
+from rigidpend.experiments.compare import ROUNDING, modulo, of_largest
 from rigidpend.experiments.data import ANY, FLOAT, TEXT, WHOLE, Data, Field, Layout, held
 from rigidpend.experiments.shared import MEANING, crossing_tolerance
 
@@ -33,10 +33,15 @@ def _moved(name: str, stored: Data, fresh: Data) -> Any:
 
 
 _CLOSED = of_largest(ROUNDING, least=1.0)
-_CROSSED = bound(lambda name, stored, fresh: _apart(stored)[:-1])
 
 _sample = partial(Field, FLOAT, ("samples",))
-_crossing = partial(Field, FLOAT, ("symbols+1",), "t' = t s", within=_CROSSED)
+_crossing = partial(
+    Field,
+    FLOAT,
+    ("symbols+1",),
+    "t' = t s",
+    within=lambda name, stored, fresh: _apart(stored)[:-1],
+)
 
 ALPHA = _sample("rad", "angle of omega's horizontal part from eta, by (th_al)", symbol=r"$\alpha$")
 CASE = {
@@ -83,4 +88,4 @@ CASE = {
         WHOLE, (2,), "1", "first and last sample between the first vertex and that of n_wound"
     ),
 }
-LAYOUT: Layout = {"<cases>": held(bound(_moved), CASE)}
+LAYOUT: Layout = {"<cases>": held(_moved, CASE)}

@@ -3,13 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import Any
 
 import numpy as np
 
 from rigidpend.experiments.contract import Means, Routes
-from rigidpend.experiments.data import Data, Tree, datasets
-from rigidpend.experiments.herpolhodes import CASE, LAYOUT
+from rigidpend.experiments.data import Data, Tree
+from rigidpend.experiments.herpolhodes import CASE
 from rigidpend.experiments.herpolhodes.schema import Config, HerpolhodeCase
 from rigidpend.mechanics.in_space import plateaus
 from rigidpend.routes.codes import RouteCodes, codes_of
@@ -19,14 +18,14 @@ from rigidpend.routes.problem import rotation_period
 
 def compute(config: Config, means: Means) -> Tree:
     """Compute the orbit of every case of a config, if its route is certain and is kept to."""
-    groups: dict[str, Any] = {}
+    groups: dict[str, Tree] = {}
     for name, case in config.problem.cases.items():
         routes = _routes(config, case, means)
         orbit = _orbit(config, routes, means)
         groups[name] = _group(config, routes, orbit)
         error = np.abs(orbit.crossing_error).max()
         means.report(f"{name}: {groups[name]['route']}, crossing times within {error:.1e}")
-    return datasets(LAYOUT, groups)
+    return groups
 
 
 def _routes(config: Config, case: HerpolhodeCase, means: Means) -> RouteCodes:
@@ -55,7 +54,7 @@ def _orbit(config: Config, routes: RouteCodes, means: Means) -> RouteOrbit:
     return orbit
 
 
-def _group(config: Config, routes: RouteCodes, orbit: RouteOrbit) -> dict[str, Any]:
+def _group(config: Config, routes: RouteCodes, orbit: RouteOrbit) -> Tree:
     problem, separatrix = config.problem, routes.separatrix[:, 0]
     sampled, angles = samples(problem.body, orbit), problem.body.angles()
     # The first sample, and the one closest to the vertex behind `n_wound` separatrices.

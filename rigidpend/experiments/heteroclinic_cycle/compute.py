@@ -8,8 +8,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rigidpend.experiments.contract import Means
-from rigidpend.experiments.data import Tree, datasets
-from rigidpend.experiments.heteroclinic_cycle import LAYOUT, START
+from rigidpend.experiments.data import Tree
+from rigidpend.experiments.heteroclinic_cycle import START
 from rigidpend.experiments.heteroclinic_cycle.schema import Config
 from rigidpend.mechanics.coordinates import TURN
 from rigidpend.mechanics.free_body import SEPARATRICES, separatrix_theta1
@@ -42,7 +42,7 @@ def compute(config: Config, means: Means) -> Tree:
     means.report(f"{len(SEPARATRICES)} separatrices, {len(TURNS)} turns")
     # The two turns behind the first separatrix: what they span are the paper's two rectangles.
     sides = sorted((e for e in edges if e.start == _label(START, 1.0)), key=lambda e: e.symbol)
-    groups = {
+    return {
         "vertices": {
             "label": [_label(number, J1) for J1 in (0.0, 1.0) for number in numbers],
             "theta1": np.tile(places, 2),
@@ -62,7 +62,6 @@ def compute(config: Config, means: Means) -> Tree:
             "theta1": np.array([sorted(edge.theta1) for edge in sides]).T,
         },
     }
-    return datasets(LAYOUT, groups)
 
 
 def _label(number: int, J1: float) -> str:

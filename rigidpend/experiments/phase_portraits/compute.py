@@ -7,8 +7,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from rigidpend.experiments.contract import Means
-from rigidpend.experiments.data import Tree, datasets
-from rigidpend.experiments.phase_portraits import LAYOUT
+from rigidpend.experiments.data import Tree
 from rigidpend.experiments.phase_portraits.schema import Config
 from rigidpend.mechanics import free_body
 from rigidpend.mechanics.body import Body
@@ -41,7 +40,7 @@ def compute(config: Config, means: Means) -> Tree:
     numbers = np.array(free_body.SEPARATRICES, dtype=np.uint8)
     places = free_body.separatrix_theta1(body.alpha0, body.beta0)
     places = np.append(places, places[0] + 2 * TURN)
-    groups = {
+    return {
         "orbits": {
             **_group(orbits, body, axes),
             "height": np.tile(heights, len(sides)),
@@ -60,7 +59,6 @@ def compute(config: Config, means: Means) -> Tree:
             "separatrix": np.append(numbers, numbers[0]),
         },
     }
-    return datasets(LAYOUT, groups)
 
 
 def view_axes(view: Any) -> Array:

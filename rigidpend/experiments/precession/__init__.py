@@ -5,7 +5,7 @@ from __future__ import annotations
 from functools import partial
 from typing import Any
 
-from rigidpend.experiments.compare import bound, stated
+from rigidpend.experiments.compare import stated
 from rigidpend.experiments.data import FLAG, FLOAT, TEXT, WHOLE, Data, Field, Layout, held
 from rigidpend.experiments.shared import EACH, MU_OVER_H0, NAME
 
@@ -21,7 +21,6 @@ SLOPE = 1e-3
 """Allowed difference of fitted slopes."""
 
 
-@bound
 def _increments(name: str, stored: Data, fresh: Data) -> Any:
     """Increments differ by the error that the stored result states and the one declared of any."""
     error = stored["error"] + DECLARED * stored["unit"]

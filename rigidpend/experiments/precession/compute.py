@@ -5,15 +5,14 @@ from __future__ import annotations
 import itertools
 from collections.abc import Iterable
 from functools import partial
-from typing import Any
 
 import numpy as np
 
 from rigidpend.config.description import Row
 from rigidpend.experiments import shared
 from rigidpend.experiments.contract import Means
-from rigidpend.experiments.data import Tree, datasets
-from rigidpend.experiments.precession import BODIES, LAYOUT, SLOPE, UNCERTAINTY
+from rigidpend.experiments.data import Tree
+from rigidpend.experiments.precession import SLOPE, UNCERTAINTY
 from rigidpend.experiments.precession.schema import Config
 from rigidpend.mechanics.body import Body
 from rigidpend.mechanics.in_space import increments, regime
@@ -24,15 +23,12 @@ from rigidpend.surfaces import heteroclinic
 def compute(config: Config, means: Means) -> Tree:
     """Integrate the heteroclinic orbits of every body at every mu."""
     problem = config.problem
-    found: dict[str, Any] = {
-        name: means.part(name, partial(_body, config, name, means)) for name in problem.bodies
-    }
-    values = {
+    found = {name: means.part(name, partial(_body, config, name, means)) for name in problem.bodies}
+    return {
         "mu_over_h0": shared.mu_over_h0(problem),
         "drawn": problem.mu.index(problem.drawn),
         "bodies": shared.joined(found),
     }
-    return datasets(LAYOUT, values)
 
 
 def _body(config: Config, name: str, means: Means) -> Tree:
@@ -54,7 +50,9 @@ def _body(config: Config, name: str, means: Means) -> Tree:
         np.array([shared.slope(ratio, values, error / SLOPE) for values in rest.T])
         for rest in rests.values()
     )
-    values = {
+    slopes = ", ".join(f"{x:.3f}" for x in slope)
+    means.report(f"{name}: {order}, slopes of the remainder {slopes}")
+    return {
         "alpha0": bodies[0].alpha0,
         "beta0": bodies[0].beta0,
         "regime": str(order),
@@ -67,9 +65,6 @@ def _body(config: Config, name: str, means: Means) -> Tree:
         "mean_slope": mean_slope,
         "ordered": np.array([in_order(*x, order.value) for x in zip(mean, error, strict=True)]),
     }
-    slopes = ", ".join(f"{x:.3f}" for x in slope)
-    means.report(f"{name}: {values['regime']}, slopes of the remainder {slopes}")
-    return datasets(BODIES, values)
 
 
 def uncertainty(found: heteroclinic.Increments, unit: float) -> float:

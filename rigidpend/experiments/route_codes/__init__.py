@@ -15,5 +15,4 @@ BY_MAP = Field(
 )
 ZEROS = Field(FLOAT, ("zeros",), "rad", "zeros of Melnikov's integral in theta2_0", within=ROUNDING)
 
-ROUTES: Layout = {**MEANING, "by_map": BY_MAP}
 LAYOUT: Layout = {"<arrays>": {**MEANING, "by_map?": BY_MAP, "melnikov_zeros": ZEROS}}

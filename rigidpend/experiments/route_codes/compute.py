@@ -11,8 +11,7 @@ from typing import Any
 import numpy as np
 
 from rigidpend.experiments.contract import Means, Routes
-from rigidpend.experiments.data import Data, Tree, datasets
-from rigidpend.experiments.route_codes import LAYOUT, ROUTES
+from rigidpend.experiments.data import Data, Tree
 from rigidpend.experiments.route_codes.schema import Config
 from rigidpend.machine import progress, workers
 from rigidpend.numbers.exact import Exact
@@ -59,7 +58,7 @@ def compute(config: Config, means: Means) -> Tree:
         # What maps decided is told where there was a choice.
         if not routes.by_map.any():
             del groups[name]["by_map"]
-    return datasets(LAYOUT, groups)
+    return groups
 
 
 def _in_parts(name: str, phases: Grid, config: Config, means: Means) -> RouteCodes:
@@ -79,8 +78,7 @@ def _in_parts(name: str, phases: Grid, config: Config, means: Means) -> RouteCod
             means.report(progress.PartDone(text, first, len(phases)))
         begun = time.perf_counter()
         work = partial(_part, columns, len(phases), config, means)
-        tree: Any = means.part(f"{name}.{first:08d}", work)
-        found.append(RouteCodes(*(tree[field].values for field in RouteCodes._fields)))
+        found.append(RouteCodes(**means.part(f"{name}.{first:08d}", work)))
         # A part that was kept may be of another size.
         count = len(found[-1].bits)
         took = (time.perf_counter() - begun) * means.jobs / count
@@ -110,10 +108,10 @@ def _part(phases: Sequence[Exact], of: int, config: Config, means: Means) -> Tre
     # Eight or less fill one thread's lanes; what they need beyond doubles, all threads share.
     few = LANES < len(phases) <= LANES * means.jobs and means.arithmetic.engine == "taylor"
     if not few:
-        return datasets(ROUTES, _routes(phases, of, config, means, means.jobs)._asdict())
+        return _routes(phases, of, config, means, means.jobs)._asdict()
     pieces = [phases[k : k + LANES] for k in range(0, len(phases), LANES)]
     found = workers.side_by_side(_routes, (of, config, means, 1), False, pieces, means.jobs)
-    return datasets(ROUTES, _joined(found)._asdict())
+    return _joined(found)._asdict()
 
 
 def _routes(

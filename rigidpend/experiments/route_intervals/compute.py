@@ -6,22 +6,23 @@ from collections.abc import Sequence
 from fractions import Fraction
 from functools import partial
 from itertools import pairwise
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from rigidpend.experiments.contract import Means
-from rigidpend.experiments.data import Data, Tree, datasets
-from rigidpend.experiments.route_intervals import COLUMNS, INTERVALS, PROOF, SHARES
+from rigidpend.experiments.data import Data, Tree
+from rigidpend.experiments.route_intervals import COLUMNS, INTERVALS
+from rigidpend.experiments.route_intervals.schema import Config, Problem
 from rigidpend.machine import progress
 from rigidpend.machine.workers import cores, side_by_side
 from rigidpend.numbers.expressions import NO_SYMBOL
-
-if TYPE_CHECKING:
-    from rigidpend.experiments.route_intervals.schema import Config, Problem
-    from rigidpend.routes.certified.intervals import PhaseInterval
-    from rigidpend.routes.certified.pieces import FamilyStep
+from rigidpend.routes.certified import intervals as lines
+from rigidpend.routes.certified import pieces
+from rigidpend.routes.certified.checker import Undecided
+from rigidpend.routes.certified.intervals import EnclosedStarts, PhaseInterval
+from rigidpend.routes.certified.pieces import FamilyStep
 
 FIRST = 5
 """Halvings with which the search begins."""
@@ -36,11 +37,9 @@ SECONDS = 1.5
 
 def compute(config: Config, means: Means) -> Tree:
     """Halve the line where not all symbols are proven."""
-    from rigidpend.routes.certified.intervals import PhaseInterval
-
     first = min(FIRST, config.problem.halvings)
     every = [PhaseInterval(k, first) for k in range(1 << first)]
-    at_once, trees = ROUND * means.jobs, list[Any]()
+    at_once, trees = ROUND * means.jobs, list[Tree]()
     for k in range(0, len(every), at_once):
         means.report(progress.PartDone(f"{k} of {len(every)} parts", k, len(every)))
         work = partial(_part, every[k : k + at_once], config, means.jobs)
@@ -48,19 +47,13 @@ def compute(config: Config, means: Means) -> Tree:
     return _joined(config, trees, means)
 
 
-def _joined(config: Config, trees: Sequence[Any], means: Means) -> Tree:
-    from rigidpend.routes.certified import pieces
-
-    values = [
-        {name: {k: x.values for k, x in tree[name].items()} for name in tree} for tree in trees
-    ]
+def _joined(config: Config, trees: Sequence[Tree], means: Means) -> Tree:
     intervals = {
-        name: np.concatenate([each["intervals"][name] for each in values], axis=-1)
+        name: np.concatenate([tree["intervals"][name] for tree in trees], axis=-1)
         for name in INTERVALS
     }
-    proof = pieces.joined(
-        [x["proof"] for x in values], [len(x["intervals"]["place"]) for x in values]
-    )
+    sizes = [len(tree["intervals"]["place"]) for tree in trees]
+    proof = pieces.joined([tree["proof"] for tree in trees], sizes)
     if not len(proof["family"]):
         raise ArithmeticError("undecided: no symbol is proven on any interval")
     shares = shares_of(unpacked(intervals), intervals["codes"])
@@ -70,10 +63,10 @@ def _joined(config: Config, trees: Sequence[Any], means: Means) -> Tree:
     told = ", ".join(f"{float(share):.4g}" for share in shares)
     means.report(f"{intervals['place'].size} intervals; shares of the line: {told}")
     return {
-        "intervals": datasets(INTERVALS, intervals),
-        "shares": SHARES.dataset(np.array([float(x) for x in shares])),
-        "columns": datasets(COLUMNS, columns),
-        "proof": datasets(PROOF, proof),
+        "intervals": intervals,
+        "shares": np.array([float(x) for x in shares]),
+        "columns": columns,
+        "proof": proof,
     }
 
 
@@ -110,7 +103,7 @@ def contradictions(intervals: Data, columns: Data) -> list[float]:
 
 def _part(every: Sequence[PhaseInterval], config: Config, jobs: int) -> Tree:
     """Search some intervals, each by a process."""
-    from rigidpend.routes.certified import interval_search, pieces
+    from rigidpend.routes.certified import interval_search
     from rigidpend.routes.certified.horseshoe import ShiftProblem
 
     problem = config.problem
@@ -126,20 +119,11 @@ def _part(every: Sequence[PhaseInterval], config: Config, jobs: int) -> Tree:
         "depth": np.array([each.of.depth for each in found]),
         "codes": codes,
     }
-    proof = pieces.packed([each.pieces for each in found])
-    return {"intervals": datasets(INTERVALS, intervals), "proof": datasets(PROOF, proof)}
+    return {"intervals": intervals, "proof": pieces.packed([each.pieces for each in found])}
 
 
 def unpacked(intervals: Data) -> list[PhaseInterval]:
-    """Intervals from their arrays; their starts are ascending, and no two of them overlap.
-
-    Raises
-    ------
-    ValueError
-        They are no such intervals.
-    """
-    from rigidpend.routes.certified.intervals import PhaseInterval
-
+    """Intervals from their arrays, ascending, of which no two overlap; ValueError of any other."""
     rows = zip(intervals["place"], intervals["depth"], strict=True)
     found = [PhaseInterval(int(place), int(depth)) for place, depth in rows]
     if not all(0 <= x.depth <= 64 and 0 <= x.place < 1 << x.depth for x in found):
@@ -162,8 +146,6 @@ def shares_of(intervals: Sequence[PhaseInterval], codes: NDArray[Any]) -> list[F
 
 def theorems(config: Config, data: Data) -> list[str]:
     """Sentences that the proof in a result proves, checked again without integration."""
-    from rigidpend.routes.certified.checker import Undecided
-
     parts, shares = arranged(config.problem, data)
     try:
         side_by_side(_again, (config.problem,), True, parts, cores())
@@ -180,13 +162,8 @@ def theorems(config: Config, data: Data) -> list[str]:
 def arranged(problem: Problem, data: Data) -> tuple[list[Any], list[Fraction]]:
     """Intervals with steps and symbols that are to be proven, and their shares of the line.
 
-    Raises
-    ------
-    ArithmeticError
-        They are not what they are stored as.
+    ArithmeticError where they are not what they are stored as.
     """
-    from rigidpend.routes.certified import pieces
-
     codes = data["intervals"]["codes"]
     try:
         every = unpacked(data["intervals"])
@@ -210,14 +187,13 @@ def _again(
     part: tuple[PhaseInterval, Sequence[FamilyStep], Sequence[int]], problem: Problem
 ) -> None:
     """Check one interval: the symbols that it is stored with."""
-    from rigidpend.routes.certified.checker import Undecided
-    from rigidpend.routes.certified.intervals import EnclosedStarts, symbols
-
     of, steps, stored = part
     proven = [x for x in stored if x != NO_SYMBOL]
     name = f"the interval {of.place}/2^{of.depth}"
     try:
-        found = symbols(EnclosedStarts.of(problem.body, problem.h0, _fraction(problem)), of, steps)
+        found = lines.symbols(
+            EnclosedStarts.of(problem.body, problem.h0, _fraction(problem)), of, steps
+        )
     except Undecided as doubt:
         raise Undecided(f"{name}: {doubt}") from None
     if list(map(int, found[: len(proven)])) != stored[: len(proven)]:

@@ -7,14 +7,13 @@ from typing import Any
 
 import numpy as np
 
-from rigidpend.experiments.compare import ROUNDING, bound, of_largest, where
+from rigidpend.experiments.compare import ROUNDING, of_largest, where
 from rigidpend.experiments.data import ANY, FLAG, FLOAT, TEXT, WHOLE, Data, Field, Layout
 
 LOST = 1e-3
 """Allowed mean loss of certain symbols a cell, where doubles round otherwise."""
 
 
-@bound
 def _kept(name: str, stored: Data, fresh: Data) -> Any:
     """Cells on the edge of a precision may lose a symbol, but hardly any do."""
     lost = np.clip(stored[name].astype(int) - fresh[name], 0, None)
@@ -59,18 +58,14 @@ PLANE = {
 }
 
 
-def _of(plane: Layout) -> Layout:
-    return {
-        **plane,
-        "y_axis": Field(TEXT, (), "", f"what y is: {KINDS}"),
-        "marked": _own((), "see y_axis", "the row of the config's own value"),
-        "x_axis?": Field(TEXT, (), "", f"what x is: {KINDS}"),
-        "marked_x?": _own((), "see x_axis", "the column of the config's own value"),
-        "nu": _own((), "1", "nu, by which a change of a symbol repeats: exp(pi^2/nu)"),
-        "zooms?": {"<zooms>": plane},
-    }
-
-
-LAYOUT = _of(PLANE)
-OF_COLUMNS = _of({**PLANE, "x": _axis(("columns",), "see x_axis", "values of the columns")})
-"""Layout of a result whose config gives columns."""
+COLUMNS = PLANE["x"]._replace(units="see x_axis", description="values of the columns")
+"""What x is where the config gives columns."""
+LAYOUT: Layout = {
+    **PLANE,
+    "y_axis": Field(TEXT, (), "", f"what y is: {KINDS}"),
+    "marked": _own((), "see y_axis", "the row of the config's own value"),
+    "x_axis?": Field(TEXT, (), "", f"what x is: {KINDS}"),
+    "marked_x?": _own((), "see x_axis", "the column of the config's own value"),
+    "nu": _own((), "1", "nu, by which a change of a symbol repeats: exp(pi^2/nu)"),
+    "zooms?": {"<zooms>": PLANE},
+}

@@ -14,8 +14,8 @@ import numpy as np
 
 from rigidpend.config.bodies import Axis
 from rigidpend.experiments.contract import Means, Piece
-from rigidpend.experiments.data import Coming, Streamed, Tree, datasets
-from rigidpend.experiments.route_map import LAYOUT, OF_COLUMNS, PLANE
+from rigidpend.experiments.data import Coming, Streamed, Tree
+from rigidpend.experiments.route_map import COLUMNS
 from rigidpend.experiments.route_map.schema import Config, Problem
 from rigidpend.machine.progress import PartDone
 from rigidpend.machine.workers import worth_processes
@@ -46,19 +46,15 @@ def compute(config: Config, means: Means) -> Tree:
     """Compute the plane of a config and its zooms."""
     problem = config.problem
     planes = {name: _plane(name, axes, problem, means) for name, axes in problem.planes.items()}
-    zooms = {name: plane for name, plane in planes.items() if name}
+    whole = planes.pop("")
     across, upwards = problem.names
-    columns = {"x_axis": across, "marked_x": own_value(problem, across)} if problem.columns else {}
-    told = {
-        **planes[""],
-        "y_axis": upwards,
-        "marked": own_value(problem, upwards),
-        **columns,
-        "nu": float(problem.body.nu),
-        **({"zooms": zooms} if zooms else {}),
-    }
-    layout = OF_COLUMNS if problem.columns else LAYOUT
-    return datasets(layout, Streamed(told, planes[""].blocks))
+    whole |= {"y_axis": upwards, "marked": own_value(problem, upwards)}
+    whole["nu"] = float(problem.body.nu)
+    if problem.columns:
+        whole |= {"x_axis": across, "marked_x": own_value(problem, across)}
+    if planes:
+        whole["zooms"] = planes
+    return whole
 
 
 def own_value(problem: Problem, axis: str) -> float:
@@ -81,9 +77,8 @@ def _plane(name: str, axes: tuple[Axis, Axis], problem: Problem, means: Means) -
     ]
 
     def blocks() -> Iterator[dict[str, tuple[Any, Any]]]:
-        found: Iterator[Any] = means.pieces(pieces)
-        for (_, (rows, columns)), tile in zip(tiles, found, strict=True):
-            yield {key: ((..., rows, columns), node.values) for key, node in tile.items()}
+        for (_, (rows, columns)), tile in zip(tiles, means.pieces(pieces), strict=True):
+            yield {key: ((..., rows, columns), values) for key, values in tile.items()}
             done = rows.stop * x.size if columns.stop == x.size else columns.stop * y.size
             text = f"{name or 'plane'}: {done} of {x.size * y.size} cells"
             means.report(PartDone(text, done, x.size * y.size))
@@ -95,7 +90,7 @@ def _plane(name: str, axes: tuple[Axis, Axis], problem: Problem, means: Means) -
         "codes": Coming((symbols, *shape), np.dtype(np.uint8), (symbols, *block)),
         "certain": Coming(shape, np.dtype(np.uint8), block),
         "by_map": Coming(shape, np.dtype(bool), block),
-        "x": x,
+        "x": COLUMNS.dataset(x) if problem.columns else x,
         "y": y,
     }
     return Streamed(values, blocks())
@@ -122,13 +117,9 @@ def tiled(
 
 def _tile(x: Array, y: Array, problem: Problem, arithmetic: Arithmetic, jobs: int) -> Tree:
     """The cells of some rows and columns."""
-    found = cells_of(x, y, problem, arithmetic, jobs)
-    values = {
-        "codes": found.codes.reshape(-1, y.size, x.size),
-        "certain": found.certain.reshape(y.size, x.size),
-        "by_map": found.by_map.reshape(y.size, x.size),
-    }
-    return datasets({name: PLANE[name] for name in values}, values)
+    found, shape = cells_of(x, y, problem, arithmetic, jobs), (y.size, x.size)
+    certain, by_map = found.certain.reshape(shape), found.by_map.reshape(shape)
+    return {"codes": found.codes.reshape(-1, *shape), "certain": certain, "by_map": by_map}
 
 
 def cells_of(x: Array, y: Array, problem: Problem, arithmetic: Arithmetic, jobs: int) -> Cells:

@@ -12,14 +12,12 @@ import dataclasses
 import math
 from collections.abc import Callable, Sequence
 from functools import partial
-from typing import Any
 
 import numpy as np
 
 from rigidpend.config.description import Row
 from rigidpend.experiments.contract import Means, Routes
-from rigidpend.experiments.data import TEXT, Data, Field, Tree, datasets
-from rigidpend.experiments.route_zoom import LAYOUT, LEVEL
+from rigidpend.experiments.data import Data, Tree
 from rigidpend.experiments.route_zoom.schema import Config, Problem
 from rigidpend.machine.progress import PartDone
 from rigidpend.numbers.exact import Exact, exact, exacts
@@ -34,7 +32,6 @@ from rigidpend.routes.phases import Grid
 
 FINER = 2.0**-20
 """Width to which a level's change is found, as a share of its step, so that levels compare."""
-ENDS = Field(TEXT, (), "rad", "theta2_0 beside the change, exact")
 AT_LEAST, COLUMNS = 0.02, 25
 """Seconds that a level takes for each symbol, and the columns that double them."""
 
@@ -43,29 +40,25 @@ def compute(config: Config, means: Means) -> Tree:
     """Compute every level of a config, with phases as exact texts, for they are beyond doubles."""
     problem, steps = config.problem, _steps(config.problem)
     finest = float(steps[-1])
-    found: Any = means.part("centres", partial(_centres, problem, steps, means))
-    *brackets, last = [
-        Bracket(exact(each["low"].values), exact(each["high"].values)) for each in found.values()
-    ]
+    found = means.part("centres", partial(_centres, problem, steps, means))
+    *brackets, last = [Bracket(*map(exact, each.values())) for each in found.values()]
     # One reference for all levels: the orbit closest to the change, to which all columns are near.
     around = Neighbourhood(problem.routes, last.between(1, 2), finest, means.arithmetic, means.jobs)
     groups: dict[str, Tree] = {}
     for level, (bracket, step) in enumerate(zip(brackets, steps, strict=True)):
         name = f"level{level:02d}"
-        array: Any = means.part(name, partial(_level, around, problem, bracket, step))
-        groups[name] = array
-        bits = " and ".join(map(str, np.unique(array["bits"].values)))
+        groups[name] = means.part(name, partial(_level, around, problem, bracket, step))
+        bits = " and ".join(map(str, np.unique(groups[name]["bits"])))
         done = level + 1, problem.levels
         means.report(
             PartDone("{}/{}: ".format(*done) + f"step {float(step):.0e}, {bits} bits", *done)
         )
-    values = {
+    return {
         "levels": groups,
         "repeats_after": math.exp(math.pi**2 / problem.body.nu),
         "symbol": problem.symbol,
         "reference_bits": around.bits,
     }
-    return datasets(LAYOUT, values)
 
 
 def cost(config: Config) -> float:
@@ -92,7 +85,7 @@ def _centres(problem: Problem, steps: Sequence[Exact], means: Means) -> Tree:
     )
     chosen = [next(b for b in path if b.width <= float(step) * FINER) for step in steps]
     return {
-        f"bracket{k:02d}": {name: ENDS.dataset(end.text) for name, end in b._asdict().items()}
+        f"bracket{k:02d}": {name: end.text for name, end in b._asdict().items()}
         for k, b in enumerate([*chosen, path[-1]])
     }
 
@@ -108,7 +101,7 @@ def _level(around: Neighbourhood, problem: Problem, bracket: Bracket, step: Exac
         raise NoChange(f"symbol {problem.symbol} is not certain beside {centre}: add a precision")
     left, right = (list(map(int, column)) for column in routes.codes[ends].T)
     check_change(left, right, bracket)
-    values = {
+    return {
         **{name: array[..., 2:] for name, array in routes._asdict().items()},
         # A text reads back as the very number that was used.
         "centre": centre.text,
@@ -116,7 +109,6 @@ def _level(around: Neighbourhood, problem: Problem, bracket: Bracket, step: Exac
         "offset": np.array([float(phase - centre) for phase in phases]),
         "step": float(step),
     }
-    return datasets(LEVEL, values)
 
 
 def _phases(centre: Exact, problem: Problem, step: Exact) -> list[Exact]:

@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from rigidpend.experiments.compare import bound, relative, stated
+from rigidpend.experiments.compare import relative, stated
 from rigidpend.experiments.data import ANY, FLAG, FLOAT, TEXT, WHOLE, Data, Field, Layout, held
 from rigidpend.experiments.shared import EACH, MU_OVER_H0, NAME
 
@@ -39,27 +39,20 @@ def _of_sum(stored: Data) -> Any:
     return stored["excess"].shape[-1] * MARGIN * _error(stored, stored)
 
 
-@bound
 def _slope(name: str, stored: Data, fresh: Data) -> Any:
     """Effect of the error on the logarithms that a slope is fitted to."""
     error, first = MARGIN * _error(stored, fresh), np.abs(stored["excess"][..., 0])
     return np.where(np.isfinite(error), error / first, 0.0).max(axis=1) + RELATIVE
 
 
-@bound
 def _largest(name: str, stored: Data, fresh: Data) -> Any:
     rounding = RELATIVE * np.nan_to_num(np.abs(stored[name]))
     return _of_sum(stored) * stored["amplitude"] + rounding
 
 
-@bound
 def _curve(name: str, stored: Data, fresh: Data) -> Any:
     return MARGIN * COARSEST * stored["bodies"]["excess"].shape[-1]
 
-
-_REDUCED = bound(lambda name, stored, fresh: MARGIN * _error(stored, fresh) + RELATIVE)
-_EXCESS = bound(lambda name, stored, fresh: MARGIN * _error(stored, fresh)[..., None])
-_SUM = bound(lambda name, stored, fresh: _of_sum(stored))
 
 _body = partial(Field, FLOAT, ("bodies",))
 _fitted = partial(_body, "1", gaps=True, within=_slope)
@@ -85,12 +78,12 @@ BODIES = {
     "reduced": _each(
         "1",
         "(bodies, mu): cos g part of the distance over what Melnikov's would be at nu = 0",
-        within=_REDUCED,
+        within=lambda name, stored, fresh: MARGIN * _error(stored, fresh) + RELATIVE,
     ),
     "curve_excess": _each(
         "1",
         "(bodies, mu): largest |distance - Melnikov's| over all phases, in Melnikov's amplitude",
-        within=_SUM,
+        within=lambda name, stored, fresh: _of_sum(stored),
     ),
     "error": _each(
         "1",
@@ -109,7 +102,7 @@ BODIES = {
         "(bodies, mu, harmonics): distance less Melnikov's, in Melnikov's amplitude, of cos g,"
         " sin 2g, cos 3g, ...; NaN where S1- turns back in g",
         gaps=True,
-        within=_EXCESS,
+        within=lambda name, stored, fresh: MARGIN * _error(stored, fresh)[..., None],
     ),
 }
 _phases, _line = (partial(Field, FLOAT, (name,)) for name in ("phases", "line"))

@@ -9,9 +9,9 @@ import numpy as np
 
 from rigidpend.config.description import Row
 from rigidpend.experiments.contract import Means
-from rigidpend.experiments.data import Tree, datasets
+from rigidpend.experiments.data import Tree
 from rigidpend.experiments.shared import joined, mu_over_h0, slope
-from rigidpend.experiments.splitting import BODIES, LAYOUT, admitted
+from rigidpend.experiments.splitting import admitted
 from rigidpend.experiments.splitting.schema import Config, Problem
 from rigidpend.numbers.generic import Array
 from rigidpend.orbits.integrate.arithmetic import DEFAULT_TOLERANCE
@@ -29,18 +29,15 @@ GRID = np.linspace(-np.pi, np.pi, 721)
 def compute(config: Config, means: Means) -> Tree:
     """Measure the splitting of every body at every mu."""
     problem = config.problem
-    found: dict[str, Any] = {
-        name: means.part(name, partial(_body, config, name, means)) for name in problem.bodies
-    }
+    found = {name: means.part(name, partial(_body, config, name, means)) for name in problem.bodies}
     bodies = joined(found)
     nu = np.linspace(0.5, np.ceil(bodies["nu"].max() + 1), 100)
-    values = {
+    return {
         "mu_over_h0": mu_over_h0(problem),
         "bodies": bodies,
         "curve": _curve(problem, found[problem.drawn]),
         "closed_form": {"nu": nu, "decay": _decay(nu)},
     }
-    return datasets(LAYOUT, values)
 
 
 def cost(config: Config) -> float:
@@ -73,7 +70,8 @@ def _body(config: Config, name: str, means: Means) -> Tree:
     )
     whole = excess + np.eye(1, excess.shape[1])
     curve_excess = _largest(excess)
-    values = {
+    means.report(f"{name}: nu = {body.nu:.2f}, {_summary(found)}")
+    return {
         **{key: getattr(body, key) for key in ("alpha0", "beta0", "nu")},
         **{
             key: np.array([getattr(x, key) for x in found]) for key in ("error", "resolved", "bits")
@@ -87,8 +85,6 @@ def _body(config: Config, name: str, means: Means) -> Tree:
         "slope_amplitude": slope(ratio, np.abs(excess[:, 0])),
         "slope_curve": slope(ratio, curve_excess),
     }
-    means.report(f"{name}: nu = {body.nu:.2f}, {_summary(found)}")
-    return datasets(BODIES, values)
 
 
 def _largest(harmonics: Array) -> Array:
@@ -103,7 +99,7 @@ def _decay(nu: Any) -> Any:
 
 def _curve(problem: Problem, body: Any) -> dict[str, Any]:
     g = np.linspace(-np.pi, np.pi, problem.phases)
-    excess = np.where(body["resolved"].values[:, None], body["excess"].values, np.nan)
+    excess = np.where(body["resolved"][:, None], body["excess"], np.nan)
     measured = np.stack([np.cos(g) + distance(row, g) for row in excess])
     return {"body": problem.drawn, "g": g, "melnikov": np.cos(g), "measured": measured}
 

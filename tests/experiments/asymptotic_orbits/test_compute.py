@@ -13,7 +13,7 @@ from rigidpend.experiments.plots import decimals
 from rigidpend.mechanics.body import Body
 from rigidpend.routes.codes import route_codes
 from rigidpend.routes.symbolic import NoOrbit
-from tests.experiments.trees import asked, computed, plain
+from tests.experiments.trees import asked, computed
 
 SMALL = ["problem.symbols=2", "problem.columns=60"]
 
@@ -21,7 +21,7 @@ SMALL = ["problem.symbols=2", "problem.columns=60"]
 @pytest.fixture(scope="module")
 def data() -> Any:
     parts: list[str] = []
-    found = plain(computed(asked("asymptotic_orbits", *SMALL), parts))
+    found = computed(asked("asymptotic_orbits", *SMALL), parts)
     assert parts == ["0 symbols", "1 symbols", "2 symbols"]
     return found
 

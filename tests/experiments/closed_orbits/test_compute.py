@@ -7,14 +7,14 @@ from typing import Any
 import numpy as np
 import pytest
 
-from tests.experiments.trees import asked, computed, plain
+from tests.experiments.trees import asked, computed
 
 SMALL = ["problem.longest=5", "problem.verified=2", "problem.symbols=1000"]
 
 
 @pytest.fixture(scope="module")
 def data() -> Any:
-    return plain(computed(asked("closed_orbits", *SMALL)))
+    return computed(asked("closed_orbits", *SMALL))
 
 
 def test_points_are_those_of_a_full_shift(data: Any) -> None:

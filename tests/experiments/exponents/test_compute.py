@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 import pytest
 
+from rigidpend.experiments import compare
 from rigidpend.experiments.exponents import LAYOUT
 from rigidpend.experiments.exponents import compute as exponents
 from rigidpend.numbers.exact import exact
@@ -15,7 +16,7 @@ from rigidpend.routes.cells import Cells, cells_of_starts
 from rigidpend.routes.problem import RouteProblem
 from rigidpend.routes.symbolic.levels import surface
 from rigidpend.routes.symbolic.stretching import stretched
-from tests.experiments.trees import asked, computed, differences, plain
+from tests.experiments.trees import asked, computed, differences
 from tests.routes.symbolic.fig4 import BODY, H
 
 SMALL = [
@@ -29,7 +30,7 @@ SMALL = [
 
 @pytest.fixture(scope="module")
 def data() -> Any:
-    return plain(computed(asked("exponents", *SMALL)))
+    return computed(asked("exponents", *SMALL))
 
 
 def test_every_cell_is_the_orbit_of_its_middle(data: Any) -> None:
@@ -84,9 +85,9 @@ def test_results_may_differ_by_the_errors_of_both(
 def test_hardly_any_cell_may_be_lost(lost: int, told: int) -> None:
     """A thousandth of them."""
     stored = {"exponent": np.ones(10**6), "allowed": np.ones(10**6)}
-    fresh = {"exponent": np.where(np.arange(10**6) < lost, np.nan, 1.0)}
-    field: Any = LAYOUT["exponent"]
-    assert len(field.within.apart("exponent", stored, fresh)) == told
+    fresh = {**stored, "exponent": np.where(np.arange(10**6) < lost, np.nan, 1.0)}
+    layout = {name: LAYOUT[name] for name in stored}
+    assert len(compare.differences(layout, stored, fresh)) == told
 
 
 def doubted(*given: Any) -> Cells:
@@ -101,6 +102,6 @@ def test_without_an_established_code_a_cell_stays_blank(
     data: Any, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr(exponents, "cells_of_starts", doubted)
-    other = plain(computed(asked("exponents", *SMALL)))
+    other = computed(asked("exponents", *SMALL))
     blank = np.isnan(other["exponent"]) & np.isfinite(data["exponent"])
     np.testing.assert_array_equal(np.flatnonzero(blank), [7, 9])

@@ -18,7 +18,7 @@ from rigidpend.numbers.checked import ParameterError
 from rigidpend.routes.certified import chains, coverings, family_orbits, horseshoe, sections
 from rigidpend.routes.certified.pieces import FamilyStep
 from tests.config.samples import content as typed
-from tests.experiments.trees import plain, reference, shifted
+from tests.experiments.trees import reference, shifted
 
 FOLDER = Path(__file__).parents[3] / "results" / "reference"
 CONFIG = Path(__file__).parents[3] / "configs" / "full_shift.yaml"
@@ -75,7 +75,7 @@ def test_all_eight_relations_are_proven_of_starts_of_one_J2_0(
         return found[-1][1]
 
     monkeypatch.setattr(full_shift, "checked", checked)
-    data = plain(full_shift.compute(typed(Config, CONFIG, OWN), Means()))
+    data = full_shift.compute(typed(Config, CONFIG, OWN), Means())
     [((_, groups), proven)] = found
     # What is checked is what is stored.
     for name, group in groups.items():

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import copy
 from typing import Any
 
 import numpy as np
@@ -11,7 +12,7 @@ from rigidpend.experiments.herpolhodes import compute as herpolhodes
 from rigidpend.mechanics.in_space import plateaus
 from rigidpend.orbits.integrate.arithmetic import default_engine, resolve
 from rigidpend.routes.codes import codes_of
-from tests.experiments.trees import asked, computed, differences, plain
+from tests.experiments.trees import asked, computed, differences
 
 PUBLISHED = {
     "case1": "2-2*-1*-1-4-4*-3*-3-4-4*-1*-1",
@@ -39,7 +40,7 @@ def tree(content: Any, reported: list[str]) -> Any:
 @pytest.fixture
 def data(tree: Any) -> Data:
     """The cases of a result, each test's own."""
-    return plain(tree)
+    return copy.deepcopy(tree)
 
 
 def test_the_routes_are_the_published_ones(data: Data, reported: list[str]) -> None:
@@ -69,7 +70,7 @@ def test_a_result_does_not_differ_from_itself_or_from_the_other_engine(data: Dat
     given = asked("fig5", *(f"problem.{each}" for each in short), "numerics.points=20")
     # In 64 bits errors of doubles are seen; integers of more would take seven times as long.
     both = (
-        plain(computed(given, arithmetic=resolve(engine, None, (53, 64))))
+        computed(given, arithmetic=resolve(engine, None, (53, 64)))
         for engine in (default_engine(), "scipy")
     )
     assert differences("herpolhodes", *both) == []

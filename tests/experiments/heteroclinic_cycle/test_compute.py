@@ -9,7 +9,7 @@ import pytest
 
 from rigidpend.mechanics.equations import eq1
 from rigidpend.routes.cycle import symbols
-from tests.experiments.trees import asked, computed, plain
+from tests.experiments.trees import asked, computed
 
 OTHER = ["problem.A=[2, 1, 1.2]", "problem.r=[3, 1, 0]"]
 
@@ -34,7 +34,7 @@ def content(request: pytest.FixtureRequest) -> Any:
 
 @pytest.fixture
 def data(content: Any) -> Any:
-    return plain(computed(content))
+    return computed(content)
 
 
 def test_the_edges_are_those_of_the_paper_each_once(data: Any) -> None:

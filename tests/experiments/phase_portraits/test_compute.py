@@ -10,7 +10,7 @@ import pytest
 
 from rigidpend.experiments.phase_portraits import compute as phase_portraits
 from rigidpend.mechanics.equations import energy, eq1
-from tests.experiments.trees import asked, computed, differences, plain
+from tests.experiments.trees import asked, computed, differences
 
 
 @pytest.fixture(scope="module")
@@ -20,7 +20,7 @@ def content() -> Any:
 
 @pytest.fixture(scope="module")
 def data(content: Any) -> Any:
-    return plain(computed(content))
+    return computed(content)
 
 
 def curves(group: Any, field: str) -> list[Any]:

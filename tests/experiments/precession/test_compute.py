@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from rigidpend.experiments.precession.compute import in_order
-from tests.experiments.trees import asked, computed, plain
+from tests.experiments.trees import asked, computed
 
 SMALL = "problem.mu=[1e-4, 1e-3, 1e-2, 0.1]", "problem.drawn=1/100"
 BODIES = ("i", "ii", "iii", "iv", "v")
@@ -17,7 +17,7 @@ BODIES = ("i", "ii", "iii", "iv", "v")
 @pytest.fixture(scope="module")
 def data() -> Any:
     parts: list[str] = []
-    found = plain(computed(asked("precession", *SMALL), parts))
+    found = computed(asked("precession", *SMALL), parts)
     assert parts == list(BODIES)
     return found
 

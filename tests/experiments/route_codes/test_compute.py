@@ -18,7 +18,7 @@ from rigidpend.routes.problem import RouteProblem
 from rigidpend.runs import loading
 from rigidpend.surfaces import melnikov
 from tests.config.samples import SMALL, written
-from tests.experiments.trees import computed, differences, plain, with_change
+from tests.experiments.trees import computed, differences, with_change
 
 SECOND = "problem.arrays.second={start: 3*pi/40, step: 1/100, count: 2}"
 
@@ -39,7 +39,7 @@ def reported() -> list[str]:
 
 def result(content: Any, **means: Any) -> Data:
     """What is computed, whatever numerics the config asks for."""
-    return plain(computed(content, **{"arithmetic": resolve(default_engine()), **means}))
+    return computed(content, **{"arithmetic": resolve(default_engine()), **means})
 
 
 @pytest.fixture(scope="module")

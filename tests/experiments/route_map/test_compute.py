@@ -12,7 +12,7 @@ from rigidpend import Body, route_codes
 from rigidpend.experiments.route_map import compute as route_map
 from rigidpend.routes import choice
 from rigidpend.routes.cells import Cells, cells_of_starts
-from tests.experiments.trees import asked, computed, differences, plain
+from tests.experiments.trees import asked, computed, differences
 
 SMALL = (
     "problem.zooms={}",
@@ -30,7 +30,7 @@ def content(*settings: str) -> Any:
 
 @pytest.fixture(scope="module")
 def data() -> Any:
-    return plain(computed(content(ONE_ZOOM)))
+    return computed(content(ONE_ZOOM))
 
 
 def test_every_cell_is_the_orbit_of_its_middle(data: Any) -> None:
@@ -93,7 +93,7 @@ def over(across: str, upwards: str, *settings: str) -> Any:
 def test_any_two_parameters_make_a_plane_whose_cells_are_their_orbits(
     across: str, upwards: str
 ) -> None:
-    found = plain(computed(over(across, upwards)))
+    found = computed(over(across, upwards))
     assert found["codes"].shape == (3, 4, 3)
     assert (str(found["x_axis"]), str(found["y_axis"])) == (across, upwards)
     for row, column in np.ndindex(4, 3):
@@ -112,7 +112,7 @@ def test_any_two_parameters_make_a_plane_whose_cells_are_their_orbits(
 def test_columns_of_theta2_0_are_those_of_its_own_cells(data: Any) -> None:
     ends = "{axis: theta2_0, ends: [0, 2*pi], count: 5}"
     given = content("problem.theta2_0=1", f"problem.columns={ends}")
-    same = plain(computed(given))
+    same = computed(given)
     for name in ("codes", "certain", "x", "y"):
         assert np.array_equal(same[name], data[name])
 
@@ -156,10 +156,10 @@ def test_tiles_are_kept_and_none_is_computed_twice(
             yield kept[piece.name]
 
     given = content(ONE_ZOOM)
-    first = plain(computed(given, pieces=pieces))
+    first = computed(given, pieces=pieces)
     assert len(set(names)) == len(names) == 4
     monkeypatch.setattr(route_map, "cells_of", lambda *_: pytest.fail("computed again"))
-    again = plain(computed(given, pieces=pieces))
+    again = computed(given, pieces=pieces)
     assert np.array_equal(first["codes"], again["codes"])
     assert not differences("route_map", data, first)
 

@@ -23,7 +23,7 @@ from rigidpend.routes.problem import RouteProblem
 from rigidpend.surfaces import melnikov
 from scripts import check_certificate
 from tests.cli.calls import REFERENCE
-from tests.experiments.trees import asked, computed, plain
+from tests.experiments.trees import asked, computed
 
 SMALL = ("problem.levels=3", "problem.count=6", "problem.n_symbols=4")
 WHERE: dict[str, Any] = {"h0": "1.3342", "J1_0": "1e-8"}
@@ -48,11 +48,11 @@ def test_the_symbol_changes_in_the_middle_of_every_level_inside_the_one_before(
 ) -> None:
     """To first order at Melnikov's zero; NOTES: the true change differs from it by 1.05 mu."""
     levels = list(tree["levels"].values())
-    steps = [level["step"].values for level in levels]
+    steps = [level["step"] for level in levels]
     assert np.allclose(np.divide(steps[:-1], steps[1:]), 9.220614316804648, rtol=1e-12)
     for level in levels:
-        assert np.flatnonzero(np.diff(level["codes"].values[0])).tolist() == [2]
-    centres = [Fraction(level["centre"].values) for level in levels]
+        assert np.flatnonzero(np.diff(level["codes"][0])).tolist() == [2]
+    centres = [Fraction(level["centre"]) for level in levels]
     for (a, b), step in zip(pairwise(centres), steps, strict=False):
         assert abs(a - b) < step
     p = given.problem
@@ -71,10 +71,10 @@ def test_the_centre_is_that_of_plain_bisection(tree: Any, given: Any) -> None:
 
     left = first(low)
     last = list(tree["levels"].values())[-1]
-    while high - low > last["step"].values * 2.0**-20:
+    while high - low > last["step"] * 2.0**-20:
         middle = (low + high) / 2
         low, high = (middle, high) if first(middle) == left else (low, middle)
-    assert Fraction(last["centre"].values) == (low + high) / 2
+    assert Fraction(last["centre"]) == (low + high) / 2
 
 
 NEAR = exact("4.705696853133541796838615435875509827847045595186537262085827223")
@@ -113,32 +113,32 @@ def test_every_phase_that_is_stored_is_the_number_that_was_used(
     )
     levels = list(found["levels"].values())
     for level, (state, apart), (_, other) in zip(levels, used[::2], used[1::2], strict=True):
-        texts = [text.decode() for text in level["theta2_0"].values]
-        centre, stored = exact(level["centre"].values), [exact(text) for text in texts]
+        texts = level["theta2_0"].tolist()
+        centre, stored = exact(level["centre"]), [exact(text) for text in texts]
         assert stored[2].at(2000) == centre.at(2000)
         # For drawing only.
-        assert level["offset"].values.tolist() == [float(phase - centre) for phase in stored]
+        assert level["offset"].tolist() == [float(phase - centre) for phase in stored]
         assert other.shape == apart.shape
         for text, difference in zip(texts, apart.T[2:], strict=True):
             true = check_certificate.problem_of(given, check_certificate.number(text)).start
             # A difference is rounded as a double, the reference by as much.
-            bound = float(level["step"].values) * 2.0**-48
+            bound = float(level["step"]) * 2.0**-48
             for x, y, z in zip(state[3:], difference[3:], true[3:], strict=True):
                 start = m.mpf(x.numerator) / x.denominator + m.mpf(float(y))
                 assert abs(start - m.mpf(z.low) / 2**1200) < bound
-    orbits = route_zoom.orbits(content, lambda: plain(found))
+    orbits = route_zoom.orbits(content, lambda: found)
     assert [phase.text for phase in orbits["level09"][1]] == texts
 
 
 def test_levels_are_what_integration_alone_finds(tree: Any, given: Any) -> None:
     p = given.problem
     for level in tree["levels"].values():
-        phases = [exact(text.decode()) for text in level["theta2_0"].values]
+        phases = [exact(text) for text in level["theta2_0"]]
         routes = route_codes(p.body, phases, **WHERE, n_symbols=4)
         assert routes.certain.all()
-        assert level["certain"].values.all()
-        assert np.array_equal(routes.codes, level["codes"].values)
-        assert np.allclose(routes.crossing_time, level["crossing_time"].values, rtol=0, atol=1e-6)
+        assert level["certain"].all()
+        assert np.array_equal(routes.codes, level["codes"])
+        assert np.allclose(routes.crossing_time, level["crossing_time"], rtol=0, atol=1e-6)
 
 
 def test_the_shipped_zoom_is_by_the_multiplier_and_comes_to_repeat_itself(given: Any) -> None:

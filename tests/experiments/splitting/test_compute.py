@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from tests.experiments.trees import asked, computed, differences, plain
+from tests.experiments.trees import asked, computed, differences
 
 BODIES = "{a: {A: [2, 0.2, 1.8], r: [1, 2, 0]}, fig4: {A: [2, 1, 1.5], r: [1, 1, 0]}}"
 SMALL = [f"problem.bodies={BODIES}", "problem.mu=[1e-3, 3e-3, 1e-2, 0.1]", "problem.phases=9"]
@@ -18,7 +18,7 @@ SMALL = [f"problem.bodies={BODIES}", "problem.mu=[1e-3, 3e-3, 1e-2, 0.1]", "prob
 def data() -> Any:
     said: list[str] = []
     parts: list[str] = []
-    found = plain(computed(asked("splitting", *SMALL), parts, jobs=2, report=said.append))
+    found = computed(asked("splitting", *SMALL), parts, jobs=2, report=said.append)
     assert parts == [text.split(":")[0] for text in said] == ["a", "fig4"]
     assert said[1].startswith("fig4: nu = 4.44, ")
     return found
@@ -73,7 +73,7 @@ def test_what_is_not_resolved_is_marked_and_not_drawn() -> None:
     """S1- turns back in g where mu is 0.3 of h0 and nu is 11."""
     body = "problem.bodies={g: {A: [2, 1, 1.04], r: [1, 0.2, 0]}}"
     settings = [body, "problem.drawn=g", "problem.mu=[0.01, 0.3]", "numerics.precisions=[53]"]
-    data = plain(computed(asked("splitting", *settings)))
+    data = computed(asked("splitting", *settings))
     assert data["bodies"]["resolved"].tolist() == [[True, False]]
     assert np.isfinite(data["curve"]["measured"][0]).all()
     assert np.isnan(data["curve"]["measured"][1]).all()
@@ -82,6 +82,6 @@ def test_what_is_not_resolved_is_marked_and_not_drawn() -> None:
 
 @pytest.mark.slow
 def test_agrees_a_computation_in_more_bits(data: Any) -> None:
-    finer = plain(computed(asked("splitting", *SMALL, "numerics.precisions=[106]"), jobs=2))
+    finer = computed(asked("splitting", *SMALL, "numerics.precisions=[106]"), jobs=2)
     assert (finer["bodies"]["bits"] != data["bodies"]["bits"]).all()
     assert differences("splitting", data, finer) == []
