@@ -11,7 +11,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from fractions import Fraction
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -27,10 +27,9 @@ from rigidpend.orbits.integrate import (
     silent_outcome,
 )
 from rigidpend.orbits.integrate.arithmetic import kernel_bits
-from rigidpend.orbits.integrate.kernel import notes, taylor_step
-from rigidpend.orbits.integrate.kernel.lane_numbers import KINDS, exactly, in_parts
+from rigidpend.orbits.integrate.kernel import following, taylor_step
+from rigidpend.orbits.integrate.kernel.lane_numbers import exactly, in_parts
 from rigidpend.orbits.integrate.kernel.machine_code import LANES
-from rigidpend.orbits.integrate.kernel.tape import COMPONENTS
 from rigidpend.orbits.integrate.passages import UNDECIDED, crossings_of_series, touch, value_at
 
 MAX_STEPS = 1_000_000
@@ -61,16 +60,16 @@ class Batch:
     def __init__(self, orbits: Orbits, bits: int, tolerance: float) -> None:
         self.orbits, self.bits, order = orbits, bits, taylor_step.order_of(tolerance)
         self.kind = bits = kernel_bits(bits)
-        self.kernel = notes.function(order, bits)
+        self.kernel = following.carrying(order, bits)
         self.initial = np.concatenate(in_parts(orbits.states, bits))
         """The parts of the states one below the other, (6 parts, n)."""
         self.n = self.initial.shape[1]
         self.width = min(TOGETHER[bits], -(-self.n // LANES) * LANES)
-        self.found, self.seen = no_crossings(orbits.n_crossings, self.n), [Found.of([])]
+        self.found, self.seen = no_crossings(orbits.n_crossings, self.n), [np.empty((3, 0))]
         self.parameters = in_parts(orbits.coefficients, bits)
         self.states = np.zeros((len(self.initial), self.width))
         self.times = np.zeros((2, self.width))
-        self.notes = np.empty((STEPS[bits] * self.width, notes.width_of_note(order, bits)))
+        self.notes = np.empty(STEPS[bits] * self.width, following.note(order, bits))
         none = np.zeros(0, dtype=np.int64)
         self.columns, self.counts, self.silence = none, none.copy(), none.copy()
         """Number of the orbit in each column, its crossings so far, and steps since the last."""
@@ -89,7 +88,7 @@ class Batch:
             number = max(8, min(STEPS[self.kind], MAX_STEPS, left * EXPECTED // 2))
             self._take(self.carried(number), number)
             self.load(~self._ended())
-        Found.joined(self.seen).write(self.found, self.orbits.passage_limit)
+        written(np.hstack(self.seen), self.found, self.orbits.passage_limit)
         return self.found
 
     def _told(self) -> str:
@@ -99,7 +98,7 @@ class Batch:
         said = f"{open_} of {self.n} orbits under way in {self.bits} bits, at t' = {reached:.4g}"
         return f"{said} of {self.orbits.passage_limit:.4g} at most for each passage"
 
-    def carried(self, number: int) -> Found:
+    def carried(self, number: int) -> Array:
         """All columns some steps further: the crossings on the way, by columns."""
         m = self.columns.size
         groups = -(-m // LANES)
@@ -109,17 +108,17 @@ class Batch:
         given = self.states, self.width, self.times, self.parameters
         count = self.kernel(*given, 2 * depth, groups, number, self.notes)
         taken = self.notes[:count]
-        return crossings_on(Steps(taken[taken[:, 0] < m], self.bits))
+        return crossings_on(taken[taken["lane"] < m], self.bits)
 
-    def _take(self, found: Found, number: int) -> None:
+    def _take(self, found: Array, number: int) -> None:
         """Take in the crossings on so many steps."""
-        lanes = found.columns
-        self.seen.append(found._replace(columns=self.columns[lanes]))
+        lanes = found[0].astype(np.int64)
+        self.seen.append(np.array([self.columns[lanes], *found[1:]]))
         crossed = np.bincount(lanes, minlength=self.columns.size)
         self.counts = self.counts + crossed
         self.silence = np.where(crossed > 0, 0, self.silence + number)
-        np.maximum.at(self.last, lanes, found.times)
-        lost = lanes[found.separatrix == UNDECIDED]
+        np.maximum.at(self.last, lanes, found[1])
+        lost = lanes[found[2] == UNDECIDED]
         self.counts[lost] = self.orbits.n_crossings
 
     def _ended(self) -> NDArray[np.bool_]:
@@ -150,101 +149,61 @@ class Batch:
         )
 
 
-class Steps(NamedTuple):
-    """Taylor steps on which M3 may have been zero."""
+def written(rows: Array, found: Crossings, limit: float) -> None:
+    """Write crossings, `rows` of orbit, t' and separatrix in no order, into a record.
 
-    notes: Array
-    """(m, width), the kernel's (see `kernel.notes`)."""
-    bits: int
-    """Precision that was asked for."""
-
-    def field(self, name: str) -> Array:
-        """One of the `FIELDS`, of m steps."""
-        return self.notes[:, notes.FIELDS.index(name)]
-
-    @property
-    def series(self) -> Array:
-        """(m, MOMENTA, order + 1, parts), in powers of t' from the beginning; M3 is the third."""
-        parts, begin = KINDS[kernel_bits(self.bits)].parts, len(notes.FIELDS)
-        terms = (self.notes.shape[1] - begin) // (notes.MOMENTA * parts)
-        return self.notes[:, begin:].reshape(-1, notes.MOMENTA, terms, parts)
-
-    def chosen(self, where: NDArray[Any]) -> Steps:
-        """Some of the steps, by a mask."""
-        return self._replace(notes=self.notes[where])
-
-
-class Found(NamedTuple):
-    """Crossings as they were found, in no order."""
-
-    columns: NDArray[np.int64]
-    times: Array
-    separatrix: NDArray[np.int64]
-
-    @staticmethod
-    def of(rows: Sequence[tuple[int, float, int]]) -> Found:
-        """Crossings from a row for each."""
-        columns, times, separatrix = np.array(rows, dtype=float).reshape(-1, 3).T
-        return Found(columns.astype(np.int64), times, separatrix.astype(np.int64))
-
-    @staticmethod
-    def joined(parts: list[Found]) -> Found:
-        """All crossings of several records."""
-        return Found(*(np.concatenate(x) for x in zip(*parts, strict=True)))
-
-    def write(self, found: Crossings, limit: float) -> None:
-        """Write them into a record, each orbit's in order.
-
-        An orbit ends before a touch that is not decided, and before a crossing that came after
-        the limit of a passage.
-        """
-        order = np.lexsort((self.times, self.columns))
-        columns, times, separatrix = (x[order] for x in self)
-        row = np.arange(columns.size) - np.searchsorted(columns, columns)
-        waited = np.where(row > 0, times - np.roll(times, 1), times)
-        ends = (separatrix == UNDECIDED) | (waited > limit)
-        rows, n = found.time.shape
-        stop = np.full(n, rows)
-        np.minimum.at(stop, columns[ends], row[ends])
-        kept, last = row < stop[columns], ends & (row == stop[columns])
-        undecided = separatrix[last] == UNDECIDED
-        found.outcome[columns[last]] = np.where(undecided, Outcome.FAILED, Outcome.NO_CROSSING)
-        # A pair beside a touch may complete an orbit that seemed to have been silent.
-        found.outcome[columns[kept & (row == rows - 1)]] = Outcome.COMPLETE
-        found.time[row[kept], columns[kept]] = times[kept]
-        found.separatrix[row[kept], columns[kept]] = separatrix[kept]
+    An orbit ends before a touch that is not decided, and before a crossing that came after the
+    limit of a passage.
+    """
+    columns, times, separatrix = rows[:, np.lexsort((rows[1], rows[0]))]
+    columns, separatrix = columns.astype(np.int64), separatrix.astype(np.int64)
+    row = np.arange(columns.size) - np.searchsorted(columns, columns)
+    waited = np.where(row > 0, times - np.roll(times, 1), times)
+    ends = (separatrix == UNDECIDED) | (waited > limit)
+    n_rows, n = found.time.shape
+    stop = np.full(n, n_rows)
+    np.minimum.at(stop, columns[ends], row[ends])
+    kept, last = row < stop[columns], ends & (row == stop[columns])
+    undecided = separatrix[last] == UNDECIDED
+    found.outcome[columns[last]] = np.where(undecided, Outcome.FAILED, Outcome.NO_CROSSING)
+    # A pair beside a touch may complete an orbit that seemed to have been silent.
+    found.outcome[columns[kept & (row == n_rows - 1)]] = Outcome.COMPLETE
+    found.time[row[kept], columns[kept]] = times[kept]
+    found.separatrix[row[kept], columns[kept]] = separatrix[kept]
 
 
-def crossings_on(steps: Steps) -> Found:
-    """All crossings on steps; a touch that is not decided comes as `UNDECIDED`."""
-    changed = (steps.series[:, 2, 0, 0] < 0) != (steps.field("after") < 0)
-    steady = steps.field("steady") > 0
+def crossings_on(steps: Any, bits: int) -> Array:
+    """All crossings on noted steps as rows of lane, t' and separatrix, (3, n).
+
+    A touch that is not decided comes as `UNDECIDED`.
+    """
+    changed = (steps["series"][:, 2, 0, 0] < 0) != (steps["after"] < 0)
+    steady = steps["steady"] > 0
     with np.errstate(invalid="ignore"):
-        exact = np.abs(steps.field("correction")) <= CONVERGED * steps.field("length")
+        exact = np.abs(steps["correction"]) <= CONVERGED * steps["length"]
     single = steady & changed & exact
     doubtful = ~single & (changed | ~steady)
-    return Found.joined([_single(steps.chosen(single)), _isolated(steps.chosen(doubtful))])
+    return np.hstack((_single(steps[single]), _isolated(steps[doubtful], bits)))
 
 
-def _single(steps: Steps) -> Found:
+def _single(steps: Any) -> Array:
     """The one crossing on each step, as the kernel has found it."""
-    up, down = np.where(steps.field("Qp") > 0, 2, 4), np.where(steps.field("Qm") < 0, 1, 3)
-    separatrix = np.where(steps.field("after") >= 0, up, down)
-    times = steps.field("time") + steps.field("zero")
-    return Found(steps.field("lane").astype(np.int64), times, separatrix)
+    up, down = np.where(steps["Qp"] > 0, 2, 4), np.where(steps["Qm"] < 0, 1, 3)
+    separatrix = np.where(steps["after"] >= 0, up, down)
+    return np.array([steps["lane"], steps["time"] + steps["zero"], separatrix])
 
 
-def _isolated(steps: Steps) -> Found:
+def _isolated(steps: Any, bits: int) -> Array:
     """Every crossing on steps in doubt, from the isolated zeros of each series."""
-    seen: list[tuple[int, float, int]] = []
-    places = zip(*(steps.field(name) for name in ("lane", "time", "length")), strict=True)
-    for series, (lane, time, length) in zip(steps.series, places, strict=True):
+    seen: list[tuple[float, float, int]] = []
+    for step in steps:
+        series, length = step["series"], step["length"]
         shares = series[..., 0] * length ** np.arange(series.shape[1])
-        depth = touch(steps.bits) * float(np.sqrt((shares[:, 0] ** 2).sum()))
-        exactly_ = _without_rounding(series[2], length) if steps.bits > 53 else None
+        depth = touch(bits) * float(np.sqrt((shares[:, 0] ** 2).sum()))
+        exactly_ = _without_rounding(series[2], length) if bits > 53 else None
         for share, separatrix in crossings_of_series(shares, depth, exactly_):
-            seen.append((int(lane), time + share * length, separatrix))
-    return Found.of(seen)
+            seen.append((step["lane"], step["time"] + share * length, separatrix))
+    return np.array(seen, dtype=float).reshape(-1, 3).T
 
 
 def _without_rounding(series: Array, length: float) -> Callable[[float], float]:
@@ -264,17 +223,17 @@ def advance(
 
     The kernel's numbers that have as many `bits` serve; `tolerance` is that of 53 bits.
     """
-    kind, size = kernel_bits(bits), len(COMPONENTS)
+    kind = kernel_bits(bits)
     order = taylor_step.order_of(tolerance * 2.0 ** (53 - kind))
-    kernel, parameters = notes.function(order, kind), in_parts(coefficients, kind)
+    kernel, parameters = following.carrying(order, kind), in_parts(coefficients, kind)
     begin = in_parts(np.array(state, dtype=object), kind).reshape(-1, 1)
     # All lanes carry the orbit; what is noted of its crossings is not looked at.
     lanes, time = np.repeat(begin, LANES, axis=1), np.zeros((2, LANES))
-    room = np.empty((LANES, notes.width_of_note(order, kind)))
+    room = np.empty(LANES, following.note(order, kind))
     found = []
     for _ in range(count):
         check_stop()
         kernel(lanes, LANES, time, parameters, 0.0, 1, 1, room)
-        here = tuple(exactly(lanes[:, 0].reshape(-1, size)))
+        here = tuple(exactly(lanes[:, 0].reshape(-1, len(state))))
         found.append((exactly(time[:, :1])[0], here))
     return found

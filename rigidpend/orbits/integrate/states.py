@@ -1,7 +1,7 @@
 """States of orbits at given times, and at their first crossings of M3 = 0 (J1 = J2/2).
 
 Any field is followed in doubles, the aligned one in any precision. Doubles and sums of them are
-carried by a kernel (`kernel.samples`), in vectors of lanes, or by engine `scipy`; integers serve
+carried by a kernel (`kernel.following`), in vectors of lanes, or by engine `scipy`; integers serve
 beyond its numbers.
 """
 
@@ -26,7 +26,7 @@ from rigidpend.orbits.integrate.arithmetic import (
     in_kernel,
     kernel_bits,
 )
-from rigidpend.orbits.integrate.kernel import samples, taylor_step
+from rigidpend.orbits.integrate.kernel import following, taylor_step
 from rigidpend.orbits.integrate.kernel.lane_numbers import exactly, in_parts
 from rigidpend.orbits.integrate.kernel.machine_code import FEW, LANES
 from rigidpend.orbits.integrate.kernel.tape import ALIGNED, trace
@@ -191,7 +191,7 @@ def _sampled(
     else:
         traced, numbers = _traced(field, size)
         parameters = np.array([numbers], dtype=float)
-    kernel = samples.function(taylor_step.order_of(tolerance), bits, traced, lanes)
+    kernel = following.sampling(taylor_step.order_of(tolerance), bits, traced, lanes)
     found = np.empty((parts, size, times.shape[1], n))
     senses = np.broadcast_to(np.where(times[0, -1] < 0, -1.0, 1.0), n)
     for sense in set(senses.tolist()):

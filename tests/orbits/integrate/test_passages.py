@@ -27,7 +27,7 @@ from rigidpend.orbits.integrate import (
     neighbours,
     no_crossings,
 )
-from rigidpend.orbits.integrate.batch import Found
+from rigidpend.orbits.integrate.batch import written
 from rigidpend.orbits.integrate.passages import UNDECIDED, zeros
 from rigidpend.orbits.integrate.reference_orbit import Passed
 from rigidpend.orbits.integrate.states import first_crossings, states_at
@@ -65,7 +65,7 @@ def test_crossings_are_written_until_an_orbit_ends(
     """Where it does not end its outcome stays as it was."""
     found = no_crossings(3, 2)
     before = found.outcome.copy()
-    Found.of(given).write(found, LIMIT)
+    written(np.array(given, dtype=float).reshape(-1, 3).T, found, LIMIT)
     assert [column[np.isfinite(column)].tolist() for column in found.time.T] == times
     assert np.count_nonzero(found.separatrix, axis=0).tolist() == list(map(len, times))
     for column, time, separatrix in given:

@@ -22,7 +22,7 @@ from rigidpend.mechanics.equations import (
 )
 from rigidpend.numbers.exact import context, fraction
 from rigidpend.orbits.integrate import states
-from rigidpend.orbits.integrate.kernel import machine_code, samples
+from rigidpend.orbits.integrate.kernel import following, machine_code
 from rigidpend.orbits.integrate.kernel.machine_code import FEW, LANES
 from rigidpend.orbits.integrate.states import first_crossings, states_at
 from rigidpend.orbits.return_map.precision import precision
@@ -159,13 +159,13 @@ def test_two_orbits_take_narrow_vectors_and_keep_every_bit(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
     taken: list[int] = []
-    real = samples.function
+    real = following.sampling
 
     def watched(*given: Any) -> Any:
         taken.append(given[-1])
         return real(*given)
 
-    monkeypatch.setattr(samples, "function", watched)
+    monkeypatch.setattr(following, "sampling", watched)
     three, two = (states_at(C, fan(3)[:, :n], np.linspace(1, 9, 5)) for n in (3, 2))
     assert taken == [LANES, FEW]
     np.testing.assert_array_equal(three[..., :2], two)
