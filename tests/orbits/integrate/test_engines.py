@@ -10,7 +10,6 @@ import pytest
 from rigidpend.orbits import integrate
 from rigidpend.orbits.integrate import Outcome, dop853
 from rigidpend.orbits.integrate.arithmetic import in_kernel, kernel_bits, resolve
-from rigidpend.orbits.integrate.dop853 import Abreast
 from tests.orbits.integrate.problems import fan, find, same, task
 
 
@@ -82,7 +81,7 @@ def test_errors_of_Q_count_by_the_smallest_orbit_and_others_by_one() -> None:
     states[1] = states[0] / 1024
     smallest = abs(states[0, 2])
     assert smallest < 1e-11
-    floor = Abreast(task(states), 2.0**-30).floor
+    floor = dop853.floor(task(states), 2.0**-30)
     np.testing.assert_array_equal(floor.T * 2.0**30, [[smallest, smallest, 1, 1, 1, 1]])
     states[:2] = 0
-    np.testing.assert_array_equal(Abreast(task(states), 0.5).floor, np.full((6, 1), 0.5))
+    np.testing.assert_array_equal(dop853.floor(task(states), 0.5), np.full((6, 1), 0.5))
