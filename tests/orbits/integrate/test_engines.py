@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from rigidpend.orbits import integrate
-from rigidpend.orbits.integrate import Outcome, dop853
+from rigidpend.orbits.integrate import dop853
 from rigidpend.orbits.integrate.arithmetic import in_kernel, kernel_bits, resolve
 from tests.orbits.integrate.problems import fan, find, same, task
 
@@ -41,18 +41,6 @@ def test_jobs_change_no_bit(
     alone = find(fan(n), engine, bits, **given)
     for jobs in (2, 3, 50) if engine == "taylor" else (2,):
         assert same(alone, find(fan(n), engine, bits, **given, jobs=jobs))
-
-
-@pytest.mark.slow
-def test_group_finds_each_orbit_whatever_the_company() -> None:
-    """Steps are shared, so times differ by the tolerance; the separatrices do not."""
-    states = fan(7)
-    together = find(states, "scipy", n_crossings=2)
-    assert together.outcome.tolist() == [Outcome.COMPLETE] * 7
-    for k in (0, 6):
-        alone = find(states[:, k : k + 1], "scipy", n_crossings=2)
-        np.testing.assert_array_equal(together.separatrix[:, k], alone.separatrix[:, 0])
-        np.testing.assert_allclose(together.time[:, k], alone.time[:, 0], rtol=0, atol=1e-9)
 
 
 def test_groups_follow_each_other_in_order() -> None:

@@ -20,12 +20,10 @@ from rigidpend.orbits.integrate.reference_orbit import (
     ReferenceOrbit,
     bilinear,
     difference_series,
-    polarised,
     reference_bits,
     rung,
     summed,
 )
-from rigidpend.orbits.integrate.states import states_at
 from rigidpend.routes.problem import RouteProblem
 from rigidpend.routes.start import Scales, start, states_exact
 
@@ -175,26 +173,6 @@ HEAVY = Body(A=(2, 1, 1.5), r=(1, 1, 0), mu="0.3")
 FLOATS = aligned_coefficients(HEAVY.angles(), math)
 EXACT = AlignedCoefficients(*map(Fraction, FLOATS))
 STATE = (0.31, -0.72, 0.44, 0.2, -0.5, 0.9)
-
-
-def test_the_polarised_field_is_the_field() -> None:
-    """In rational numbers, so without a rounding that could hide a term."""
-    linear, products = polarised(FLOATS)
-    state = [Fraction(x) for x in STATE]
-    for k, rate in enumerate(aligned(state, EXACT)):
-        total = sum((a * x for a, x in zip(linear[k], state, strict=True)), Fraction(0))
-        for (i, j), weight in products.items():
-            total += weight[k] * state[i] * state[j]
-        assert total == rate
-
-
-def test_agrees_with_two_integrations_where_the_difference_is_large() -> None:
-    apart = np.array([[0.05], [-0.02], [0.01], [0.03], [0.04], [-0.06]])
-    start = np.array(STATE)[:, None]
-    found = summed(difference_series(bilinear(FLOATS), start[:, 0], apart, 24, 0.2))
-    ends = states_at(FLOATS, np.hstack((start, start + apart)), [0, 0.2])[:, 1]
-    assert np.allclose(found[:, 0], ends[:, 0], rtol=0, atol=1e-15)
-    assert np.allclose(found[:, 1], ends[:, 1] - ends[:, 0], rtol=0, atol=1e-15)
 
 
 @pytest.mark.parametrize("size", [Fraction(1, 10**3), Fraction(1, 10**40)])
