@@ -42,6 +42,8 @@ STEPS = {53: 128, 106: 32, 212: 8, 424: 2}
 """Steps in a call, by bits; who is done sooner goes on to no purpose, on the average for half."""
 EXPECTED = 50
 """Steps that a passage takes."""
+LANE = np.dtype([("orbit", int), ("count", int), ("silence", int), ("last", float)])
+"""Of a column: the number of its orbit, its crossings, steps since the last, and t' of that."""
 CONVERGED = 1e-9
 """Size of Newton's last correction, in steps, above which the zeros are isolated instead."""
 
@@ -61,46 +63,42 @@ class Batch:
         self.orbits, self.bits, order = orbits, bits, taylor_step.order_of(tolerance)
         self.kind = bits = kernel_bits(bits)
         self.kernel = following.carrying(order, bits)
-        self.initial = np.concatenate(in_parts(orbits.states, bits))
-        """The parts of the states one below the other, (6 parts, n)."""
-        self.n = self.initial.shape[1]
+        states = np.concatenate(in_parts(orbits.states, bits))
+        self.n = states.shape[1]
         self.width = min(TOGETHER[bits], -(-self.n // LANES) * LANES)
         self.found, self.seen = no_crossings(orbits.n_crossings, self.n), [np.empty((3, 0))]
         self.parameters = in_parts(orbits.coefficients, bits)
-        self.states = np.zeros((len(self.initial), self.width))
-        self.times = np.zeros((2, self.width))
+        self.initial = np.concatenate((states, np.zeros((2, self.n))))
+        """The parts of the states one below the other, and the two of the time."""
+        self.rows = np.zeros((len(self.initial), self.width))
+        self.states, self.times = self.rows[:-2], self.rows[-2:]
         self.notes = np.empty(STEPS[bits] * self.width, following.note(order, bits))
-        none = np.zeros(0, dtype=np.int64)
-        self.columns, self.counts, self.silence = none, none.copy(), none.copy()
-        """Number of the orbit in each column, its crossings so far, and steps since the last."""
-        self.last = np.zeros(0)
-        """t' of the last crossing."""
-        self.next = 0
+        self.lanes, self.next = np.zeros(0, LANE), 0
 
     def run(self) -> Crossings:
         """Follow all orbits."""
         self.load()
-        while self.columns.size:
+        while self.lanes.size:
             check_stop()
             note(self._told)
-            left = int(self.orbits.n_crossings - self.counts.min())
+            left = int(self.orbits.n_crossings - self.lanes["count"].min())
             # Few where all orbits are nearly done.
             number = max(8, min(STEPS[self.kind], MAX_STEPS, left * EXPECTED // 2))
             self._take(self.carried(number), number)
-            self.load(~self._ended())
+            self.load(self._ended())
         written(np.hstack(self.seen), self.found, self.orbits.passage_limit)
         return self.found
 
     def _told(self) -> str:
         """Progress of these orbits, in words."""
-        open_ = self.n - self.next + self.columns.size
-        reached = float(self.times[0, : self.columns.size].max())
+        open_ = self.n - self.next + self.lanes.size
+        reached = float(self.times[0, : self.lanes.size].max())
         said = f"{open_} of {self.n} orbits under way in {self.bits} bits, at t' = {reached:.4g}"
         return f"{said} of {self.orbits.passage_limit:.4g} at most for each passage"
 
     def carried(self, number: int) -> Array:
         """All columns some steps further: the crossings on the way, by columns."""
-        m = self.columns.size
+        m = self.lanes.size
         groups = -(-m // LANES)
         # Lanes without an orbit repeat the first: their steps are not looked at.
         self.states[:, m:], self.times[:, m:] = self.states[:, :1], self.times[:, :1]
@@ -112,41 +110,36 @@ class Batch:
 
     def _take(self, found: Array, number: int) -> None:
         """Take in the crossings on so many steps."""
-        lanes = found[0].astype(np.int64)
-        self.seen.append(np.array([self.columns[lanes], *found[1:]]))
-        crossed = np.bincount(lanes, minlength=self.columns.size)
-        self.counts = self.counts + crossed
-        self.silence = np.where(crossed > 0, 0, self.silence + number)
-        np.maximum.at(self.last, lanes, found[1])
-        lost = lanes[found[2] == UNDECIDED]
-        self.counts[lost] = self.orbits.n_crossings
+        at, lanes = found[0].astype(np.int64), self.lanes
+        self.seen.append(np.array([lanes["orbit"][at], *found[1:]]))
+        crossed = np.bincount(at, minlength=lanes.size)
+        lanes["count"] += crossed
+        lanes["silence"] = np.where(crossed > 0, 0, lanes["silence"] + number)
+        np.maximum.at(lanes["last"], at, found[1])
+        lanes["count"][at[found[2] == UNDECIDED]] = self.orbits.n_crossings
 
     def _ended(self) -> NDArray[np.bool_]:
         """The columns whose orbits are done; their outcomes are noted."""
-        m = self.columns.size
-        complete = self.counts >= self.orbits.n_crossings
-        finite = np.isfinite(self.states[:, :m].sum(axis=0))
-        late = finite & (self.times[0, :m] > self.last + self.orbits.passage_limit)
-        self.found.outcome[self.columns[complete]] = Outcome.COMPLETE
+        lanes, outcome = self.lanes, self.found.outcome
+        complete = lanes["count"] >= self.orbits.n_crossings
+        finite = np.isfinite(self.states[:, : lanes.size].sum(axis=0))
+        waited = self.times[0, : lanes.size] > lanes["last"] + self.orbits.passage_limit
+        late = finite & waited
+        outcome[lanes["orbit"][complete]] = Outcome.COMPLETE
         for k in np.flatnonzero(late & ~complete):
-            self.found.outcome[self.columns[k]] = silent_outcome(*self.states[:2, k])
-        return complete | late | ~finite | (self.silence >= MAX_STEPS)
+            outcome[lanes["orbit"][k]] = silent_outcome(*self.states[:2, k])
+        return complete | late | ~finite | (lanes["silence"] >= MAX_STEPS)
 
-    def load(self, kept: Any = slice(None)) -> None:
+    def load(self, ended: Any = ()) -> None:
         """Close the gaps of orbits that are done, and put the next ones behind."""
-        m = self.columns.size
-        states, times = self.states[:, :m][:, kept], self.times[:, :m][:, kept]
-        columns = self.columns[kept]
-        new = np.arange(self.next, min(self.n, self.next + self.width - columns.size))
+        kept = np.flatnonzero(~np.asarray(ended, dtype=bool))
+        new = np.arange(self.next, min(self.n, self.next + self.width - kept.size))
         self.next += new.size
-        m = columns.size + new.size
-        self.states[:, :m] = np.concatenate((states, self.initial[:, new]), axis=1)
-        self.times[:, :m] = np.concatenate((times, np.zeros((2, new.size))), axis=1)
-        self.columns = np.concatenate((columns, new))
-        self.counts, self.silence, self.last = (
-            np.concatenate((x[kept], np.zeros(new.size, x.dtype)))
-            for x in (self.counts, self.silence, self.last)
-        )
+        begun = np.zeros(new.size, LANE)
+        begun["orbit"] = new
+        self.lanes = np.concatenate((self.lanes[kept], begun))
+        rows = np.concatenate((self.rows[:, kept], self.initial[:, new]), axis=1)
+        self.rows[:, : self.lanes.size] = rows
 
 
 def written(rows: Array, found: Crossings, limit: float) -> None:
