@@ -81,7 +81,7 @@ def test_a_falling_precision_costs_no_neighbour_a_bit(monkeypatch: pytest.Monkey
         return advanced(state, bits)
 
     monkeypatch.setattr(falling, "advanced", noted)
-    k = next(k for k in range(1000) if falling.reaches(k) and falling.growth[k] > 1e17)
+    k = next(k for k in range(1000) if falling.reaches(k) and falling.growth[k] > 1e15)
     assert (used[0], used[-1]) == (212, 106)
     time, state = falling.points[k][:2]
     near = next(j for j in range(1000) if high.reaches(j) and high.points[j].time > float(time))
@@ -98,7 +98,7 @@ def exactly(monkeypatch: pytest.MonkeyPatch) -> ReferenceOrbit:
     high = orbit(PHASE, BITS)
 
     def fine(state: Any, _: int) -> Any:
-        taken = islice(bigint.steps(high.coefficients, state, high.bits + 64), 8)
+        taken = islice(bigint.steps(high.coefficients, state, high.bits + 24), 8)
         return [(step.time(step.length), step.at(step.length)) for step in taken]
 
     monkeypatch.setattr(high, "advanced", fine)
