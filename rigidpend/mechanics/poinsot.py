@@ -36,8 +36,8 @@ ELEMENTARY = 1e-30
 class Orbit(NamedTuple):
     """An orbit of the free body; at t = 0 its M3 vanishes and rises on side 1, falls on -1."""
 
-    A3: float
-    """Middle moment of inertia."""
+    A: tuple[float, ...]
+    """Principal moments of inertia."""
     G: float
     """Length of the angular momentum, |M|, physical."""
     axis: int
@@ -101,7 +101,7 @@ def through(body: Body, a: Aligned) -> tuple[Orbit, float]:
     reach = math.hypot(q, p * coheight)
     length, made = G / math.sqrt(s2), modulus(min(coheight / reach, 1.0))
     rate = p * length * s2 * reach
-    found = Orbit(float(body.A[2]), length, axis, side, height, coheight, p, reach, rate, made)
+    found = Orbit(body.floats()[0], length, axis, side, height, coheight, p, reach, rate, made)
     if height == 0:
         return found, 0.0
     sn, cn, dn = side * M3 / (G * height), across / (p * G * height), abs(along) / (G * reach)
@@ -148,7 +148,7 @@ def angle(orbit: Orbit, t: ArrayLike) -> Array:
     sn, cn, dn = over_turns(u, orbit.modulus)
     ahead = np.atan2(orbit.p * orbit.coheight**2 * sn, orbit.reach * cn * dn)
     gained = turns * _gain(orbit) + _third(orbit, u, sn, cn, dn) - ahead
-    return orbit.G / orbit.A3 * t + orbit.sigma * gained
+    return orbit.G / orbit.A[2] * t + orbit.sigma * gained
 
 
 def _gain(orbit: Orbit) -> float:
