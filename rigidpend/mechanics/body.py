@@ -247,10 +247,8 @@ def _check_moments(A: tuple[Exact, Exact, Exact]) -> None:
     if not ((A1 - A3).at(113) > 0 and (A3 - A2).at(113) > 0):
         raise BodyError("A", f"A1 > A3 > A2 is broken: {shown}; {_relabelled(A)}")
     if _negative(A2 + A3 - A1, A1):
-        raise BodyError(
-            "A",
-            f"A2 + A3 >= A1 (the triangle inequality) is broken: {shown}; no body has such moments",
-        )
+        broken = f"A2 + A3 >= A1 (the triangle inequality) is broken: {shown}"
+        raise BodyError("A", f"{broken}; no body has such moments")
 
 
 def _relabelled(A: Sequence[Exact]) -> str:
@@ -263,17 +261,14 @@ def _relabelled(A: Sequence[Exact]) -> str:
     places = order[2], order[0], order[1]
     mended = ", ".join(_written(A[i]) for i in places)
     direction = ", ".join(f"r{i + 1}" for i in places)
-    needed = f"; that needs your r{places[2] + 1} = 0"
-    return f"relabel the axes: A = [{mended}], r = [{direction}] of your r{needed}"
+    needed = f"that needs your r{places[2] + 1} = 0"
+    return f"relabel the axes: A = [{mended}], r = [{direction}] of your r; {needed}"
 
 
 def _check_direction(r: tuple[Exact, Exact, Exact], square: Exact) -> None:
     shown = f"r = {_shown(r)}"
     if r[2].fraction != 0:
-        raise BodyError(
-            "r",
-            f"r3 = 0 is broken: {shown}; {OUTSIDE}",
-        )
+        raise BodyError("r", f"r3 = 0 is broken: {shown}; {OUTSIDE}")
     if not square.at(113) > 0:
         raise BodyError("r", f"r must have a direction: {shown}")
     if any(_negative(x, function("sqrt", square)) for x in r[:2]):

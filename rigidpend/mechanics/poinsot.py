@@ -33,22 +33,11 @@ ELEMENTARY = 1e-30
 """Coheight below which the third integral is elementary: its square is far beneath rounding."""
 
 
-class FreeBodyShape(NamedTuple):
-    """Numbers on which the motion of a free body depends, correctly rounded but for a root."""
-
-    A: tuple[float, float, float]
-    s2: float
-    """Square of `coordinates.scale`, 1/A2 - 1/A1."""
-    sin: float
-    """Sine of alpha0/2, without cancellation for any body."""
-    cos: float
-    """Cosine of alpha0/2, without cancellation for any body."""
-
-
 class Orbit(NamedTuple):
     """An orbit of the free body; at t = 0 its M3 vanishes and rises on side 1, falls on -1."""
 
-    shape: FreeBodyShape
+    A: tuple[float, ...]
+    """Principal moments of inertia."""
     G: float
     """Length of the angular momentum, |M|, physical."""
     axis: int
@@ -78,14 +67,14 @@ class Orbit(NamedTuple):
         return 4 * self.modulus.K / self.rate
 
 
-def shape(body: Body) -> FreeBodyShape:
-    """Compute the numbers of a body, whatever its r and mu."""
+def shape(body: Body) -> tuple[float, float, float]:
+    """s^2 = 1/A2 - 1/A1, and sine and cosine of alpha0/2, whatever the body's r and mu."""
     A1, A2, A3 = body.A
-    # Exact numbers, rounded once: of nearly equal moments rounded differences are noise.
+    # Exact numbers, rounded once but for a root: of nearly equal moments rounded differences are
+    # noise.
     whole = A3 * (A1 - A2)
     sin2, cos2 = float(A1 * (A3 - A2) / whole), float(A2 * (A1 - A3) / whole)
-    s2 = float((A1 - A2) / (A1 * A2))
-    return FreeBodyShape((float(A1), float(A2), float(A3)), s2, math.sqrt(sin2), math.sqrt(cos2))
+    return float((A1 - A2) / (A1 * A2)), math.sqrt(sin2), math.sqrt(cos2)
 
 
 def through(body: Body, a: Aligned) -> tuple[Orbit, float]:
@@ -94,9 +83,9 @@ def through(body: Body, a: Aligned) -> tuple[Orbit, float]:
     Qp and Qm tell the distance from the separatrix with relative precision; gamma does not matter.
     ValueError is raised where M = 0, or M is on a separatrix.
     """
-    number = shape(body)
+    s2, sin, cos = shape(body)
     Qp, Qm, M3 = (float(x) for x in a[:3])
-    M1, M2 = (Qp + Qm) / (2 * number.cos), (Qp - Qm) / (2 * number.sin)
+    M1, M2 = (Qp + Qm) / (2 * cos), (Qp - Qm) / (2 * sin)
     G = math.hypot(M1, M2, M3)
     # Roots apart: the product of tiny Qp and Qm would underflow.
     form = math.sqrt(abs(Qp)) * math.sqrt(abs(Qm))
@@ -104,17 +93,15 @@ def through(body: Body, a: Aligned) -> tuple[Orbit, float]:
         raise ValueError("M is zero or on a separatrix")
     # The planes Qp = 0 and Qm = 0 hold the separatrices; they part the orbits around both axes.
     sides = Qp > 0, Qm > 0
-    axis, p, along, across = (
-        (1, number.cos, M1, M2) if sides[0] == sides[1] else (2, number.sin, M2, M1)
-    )
+    axis, p, along, across = (1, cos, M1, M2) if sides[0] == sides[1] else (2, sin, M2, M1)
     side = 1 if along > 0 else -1
     # Both may pass 1 by a rounding.
     height, coheight = min(math.hypot(across / p, M3) / G, 1.0), min(form / (p * G), 1.0)
-    q = number.sin if axis == 1 else number.cos
+    q = sin if axis == 1 else cos
     reach = math.hypot(q, p * coheight)
-    length, made = G / math.sqrt(number.s2), modulus(min(coheight / reach, 1.0))
-    rate = p * length * number.s2 * reach
-    found = Orbit(number, length, axis, side, height, coheight, p, reach, rate, made)
+    length, made = G / math.sqrt(s2), modulus(min(coheight / reach, 1.0))
+    rate = p * length * s2 * reach
+    found = Orbit(body.floats()[0], length, axis, side, height, coheight, p, reach, rate, made)
     if height == 0:
         return found, 0.0
     sn, cn, dn = side * M3 / (G * height), across / (p * G * height), abs(along) / (G * reach)
@@ -161,7 +148,7 @@ def angle(orbit: Orbit, t: ArrayLike) -> Array:
     sn, cn, dn = over_turns(u, orbit.modulus)
     ahead = np.atan2(orbit.p * orbit.coheight**2 * sn, orbit.reach * cn * dn)
     gained = turns * _gain(orbit) + _third(orbit, u, sn, cn, dn) - ahead
-    return orbit.G / orbit.shape.A[2] * t + orbit.sigma * gained
+    return orbit.G / orbit.A[2] * t + orbit.sigma * gained
 
 
 def _gain(orbit: Orbit) -> float:

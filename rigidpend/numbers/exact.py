@@ -42,19 +42,8 @@ MAX_TEXT, MAX_CALLS = 4000, 64
 
 FUNCTIONS = ("sqrt", "sin", "cos", "tan", "atan")
 """Functions of one argument that a text may name."""
-OPERATORS: dict[type[ast.operator], str] = {
-    ast.Add: "+",
-    ast.Sub: "-",
-    ast.Mult: "*",
-    ast.Div: "/",
-    ast.Pow: "**",
-}
-COMPUTE: dict[str, Callable[[Any, Any], Any]] = {
-    "+": operator.add,
-    "-": operator.sub,
-    "*": operator.mul,
-    "/": operator.truediv,
-}
+SIGNS = {ast.Add: "+", ast.Sub: "-", ast.Mult: "*", ast.Div: "/", ast.Pow: "**"}
+COMPUTE = {"+": operator.add, "-": operator.sub, "*": operator.mul, "/": operator.truediv}
 
 
 @functools.cache
@@ -209,18 +198,11 @@ class Exact:
 
 
 def exact(value: Any) -> Exact:
-    """Take a number exactly.
+    """Take a number exactly: an int, Fraction, Decimal, float, number of NumPy's, or a text.
 
-    Parameters
-    ----------
-    value : Exact, int, Fraction, Decimal, float, NumPy number or str
-        A text may hold decimals (``"1e-6"``), ``pi``, ``+ - * / **``, brackets and the
-        functions sqrt, sin, cos, tan, atan.
-
-    Raises
-    ------
-    ExactError
-        The value is not finite, not real, or not readable.
+    A text may hold decimals (``"1e-6"``), ``pi``, ``+ - * / **``, brackets and the functions sqrt,
+    sin, cos, tan, atan. ExactError is raised where the value is not finite, not real, or not
+    readable.
     """
     if isinstance(value, Exact):
         return value
@@ -285,12 +267,10 @@ def _node(node: ast.expr, source: str) -> Exact:
         case ast.Name(id="pi"):
             return PI
         case ast.UnaryOp(op=ast.USub() | ast.UAdd() as sign, operand=inner):
-            return combine(
-                "*", exact(-1 if isinstance(sign, ast.USub) else 1), _node(inner, source)
-            )
-        case ast.BinOp(left=left, op=between, right=right) if type(between) in OPERATORS:
-            a, b = _node(left, source), _node(right, source)
-            return combine(OPERATORS[type(between)], a, b)
+            one = exact(-1 if isinstance(sign, ast.USub) else 1)
+            return combine("*", one, _node(inner, source))
+        case ast.BinOp(left=left, op=between, right=right) if type(between) in SIGNS:
+            return combine(SIGNS[type(between)], _node(left, source), _node(right, source))
         case ast.Call(func=ast.Name(id=name), args=[inner], keywords=[]) if name in FUNCTIONS:
             return function(name, _node(inner, source))
     part, known = ast.get_source_segment(source, node) or source, ", ".join(FUNCTIONS)
@@ -306,24 +286,24 @@ def function(name: str, x: Exact) -> Exact:
     """Make the exact number ``name(x)``, for one of sqrt, sin, cos, tan, atan."""
     text = f"{name}({x})"
     if name == "sqrt":
-        if (x.at(53) if x.fraction is None else x.fraction) < 0:
+        if _near(x) < 0:
             raise ExactError(f"{text} is not real")
         if x.fraction is not None:
             # sqrt(4) is rational like 2, by which equal bodies are known as equal.
             root = Fraction(*map(math.isqrt, x.fraction.as_integer_ratio()))
             if root**2 == x.fraction:
                 return rational(root, text)
-    turns = name in ("sin", "cos", "tan")
-    return Exact(text, None, lambda m: getattr(m, name)(_turnable(x, m) if turns else x.over(m)))
 
+    def over(m: Any) -> Any:
+        value = x.over(m)
+        # To bring it into one turn takes its size in bits. Other kinds of numbers than mpmath's
+        # know themselves what they lose.
+        turns = name in ("sin", "cos", "tan") and hasattr(value, "_mpf_")
+        if turns and _magnitude(value) > MOST_BITS:
+            raise ExactError(f"an angle beyond 2**{MOST_BITS}: {shown(x.text)}")
+        return getattr(m, name)(value)
 
-def _turnable(x: Exact, m: MPContext) -> Any:
-    """Evaluate an angle that can be brought into one turn, which takes its size in bits."""
-    value = x.over(m)
-    # Other kinds of numbers than mpmath's know themselves what they lose.
-    if hasattr(value, "_mpf_") and _magnitude(value) > MOST_BITS:
-        raise ExactError(f"an angle beyond 2**{MOST_BITS}: {shown(x.text)}")
-    return value
+    return Exact(text, None, over)
 
 
 def _magnitude(value: Any) -> int:
@@ -368,7 +348,7 @@ def combine(sign: str, a: Exact, b: Exact) -> Exact:
     text = f"{_bracketed(a)} {sign} {_bracketed(b)}"
     if sign == "**":
         return _power(text, a, b.fraction)
-    if sign == "/" and _vanishes(b):
+    if sign == "/" and not _near(b):
         raise ExactError(f"{text}: division by zero")
     # Known as zero without evaluation, which could never tell it from something tiny.
     if sign == "*" and 0 in (a.fraction, b.fraction):
@@ -383,7 +363,7 @@ def _power(text: str, a: Exact, power: Fraction | None) -> Exact:
     if power is None or power.denominator != 1 or abs(power) > 64:
         raise ExactError(f"{text}: the power must be a whole number of at most 64")
     n = int(power)
-    if n < 0 and _vanishes(a):
+    if n < 0 and not _near(a):
         raise ExactError(f"{text}: division by zero")
     if a.fraction is None:
         return Exact(text, None, lambda m: a.over(m) ** n)
@@ -392,14 +372,14 @@ def _power(text: str, a: Exact, power: Fraction | None) -> Exact:
     return rational(a.fraction**n, text)
 
 
-def _vanishes(x: Exact) -> bool:
-    return not (x.at(53) if x.fraction is None else x.fraction)
+def _near(x: Exact) -> Any:
+    """The value, or a number of its sign: 0 for 0."""
+    return x.at(53) if x.fraction is None else x.fraction
 
 
 def _bracketed(x: Exact) -> str:
     """Text of `x`, bracketed where it must be to stay one operand of a larger expression."""
-    plain = x.text.replace(".", "").isalnum()
-    return x.text if plain else f"({x.text})"
+    return x.text if x.text.replace(".", "").isalnum() else f"({x.text})"
 
 
 def _size(x: Fraction) -> int:

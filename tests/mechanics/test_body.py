@@ -92,14 +92,6 @@ def test_agrees_every_precision_with_the_finest(body: Body) -> None:
     ]
 
 
-@pytest.mark.slow
-@repeatable(15)
-@given(bodies(), st.fractions("1e-6", "1e6"), st.fractions("1e-6", "1e6"))
-def test_invariant_the_angles_do_not_depend_on_units(body: Body, unit: Any, length: Any) -> None:
-    scaled = Body([x * unit for x in body.A], [x * length for x in body.r], body.mu)
-    assert scaled.angles() == body.angles()
-
-
 @repeatable(15)
 @given(numbers(0.1, 3), numbers(0.02, 0.98), numbers(0, math.pi), st.fractions("1/9", 9))
 def test_agrees_from_angles_with_the_angles_given(

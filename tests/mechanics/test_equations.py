@@ -13,13 +13,11 @@ from hypothesis import strategies as st
 from rigidpend import Body
 from rigidpend.mechanics import coordinates as co
 from rigidpend.mechanics import equations as eq
-from rigidpend.mechanics.body import Angles
 from rigidpend.mechanics.coordinates import Canonical
 from tests.strategies import (
     DERIVATIVE,
     FINE,
     aligned_from_body,
-    along,
     bodies,
     canonicals,
     fine_angles,
@@ -123,32 +121,6 @@ def test_eq_th3_is_the_derivative_of_h_new_by_J3(body: Body, c: Canonical) -> No
         lambda x: eq.hamiltonian((J1, J2, x[0]), (theta1, theta2), p, FINE), [FINE.mpf(0)]
     )
     assert abs(eq.theta3_rate(J1, J2, theta1, p.mu, FINE) - slope) < DERIVATIVE
-
-
-def body_state(c: Canonical, p: Angles) -> tuple[list[Any], list[Any]]:
-    """Dimensionless M and gamma in 60 digits."""
-    g, l = c.theta1 / 2 + c.theta2, (c.theta1 - p.beta0) / 2
-    sinp, sinq = (c.J1 - c.J2mJ1) / c.J2, c.J3 / c.J2
-    turns = [(FINE.sin(x), FINE.cos(x)) for x in (g, l)]
-    tilt = (sinp, FINE.sqrt(1 - sinp**2))
-    gamma = co.vertical(tilt, (sinq, FINE.sqrt(1 - sinq**2)), *turns)
-    return [*co.momentum(c.J2, *tilt, *turns[1])], [*gamma]
-
-
-@repeatable(10)
-@given(bodies(), canonicals())
-def test_agrees_eq1_with_euler_poisson_through_the_coordinates(body: Body, c: Canonical) -> None:
-    p, A = fine_angles(body), [x.in_context(FINE) for x in body.A]
-    r = (FINE.cos(p.beta0 / 2), FINE.sin(p.beta0 / 2), 0)
-    s = co.scale(A, FINE)
-
-    def physical(x: Any) -> list[Any]:
-        M, gamma = body_state(Canonical(x[1], x[3] - x[1], 0, x[0], x[2], 0, 1), p)
-        return [*(component / s for component in M), *gamma]
-
-    state = physical(flat(c))
-    rate = [s * v for v in along(physical, flat(c), eq.eq1(flat(c), p, FINE))]
-    assert largest_difference(rate, eq.euler_poisson(state[:3], state[3:], A, r, p.mu)) < 1e-28
 
 
 @pytest.mark.slow

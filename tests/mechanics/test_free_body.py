@@ -64,19 +64,6 @@ def orbit(body: Body, M: Any, times: Any) -> Any:
 
 
 @pytest.mark.parametrize("family", FAMILIES)
-@given(body=bodies(), height=numbers(0.01, 0.999))
-@repeatable(8)
-def test_invariant_points_of_an_orbit_satisfy_both_integrals(
-    family: Family, body: Body, height: float
-) -> None:
-    for side in (1, -1):
-        M = family(body.alpha0, height, side, PHI)
-        np.testing.assert_allclose((M**2).sum(axis=0), 1, rtol=ROUNDING)
-        twice = kinetic(body, M)
-        assert np.ptp(twice) <= ROUNDING * twice.max()
-
-
-@pytest.mark.parametrize("family", FAMILIES)
 @pytest.mark.parametrize("height", [0.2, 0.9, 0.999])
 def test_the_height_is_the_largest_M3(family: Family, height: float) -> None:
     axis = AXIS[family]
@@ -208,26 +195,6 @@ def test_eq_eq1_0_is_euler_s_equation_of_the_free_body(body: Body, c: Any) -> No
     rate = along(M, x, [s * y for y in unperturbed(x, p, FINE)])
     free = euler_poisson(M(x), (0, 0, 1), A, (1, 0, 0), 0)[:3]
     assert largest_difference(rate, free) < 1e-28
-
-
-@repeatable(10)
-@given(bodies(), canonicals())
-def test_eq_eq1_0_turns_theta2_by_the_free_hamiltonian_s_slope(body: Body, c: Any) -> None:
-    """The one rate that M does not tell: h0 = kappa J2^2/2 + J1 (J2 - J1) [...] by J2."""
-    p = fine_angles(body)
-    x = [FINE.mpf(float(y)) for y in (c.theta1, c.J1, c.theta2, c.J2)]
-    *_, theta2_rate, J2_rate = unperturbed(x, p, FINE)
-    A = [y.in_context(FINE) for y in body.A]
-
-    def energy(y: Any) -> list[Any]:
-        J2 = y[0]
-        l, s = (x[0] - p.beta0) / 2, scale(A, FINE)
-        M = momentum(J2, (2 * x[1] - J2) / J2, 1, FINE.sin(l), FINE.cos(l))
-        across = 4 * x[1] * (J2 - x[1]) / J2**2
-        return [sum(across ** (i < 2) * M[i] ** 2 / A[i] for i in range(3)) / (2 * s**2)]
-
-    assert abs(along(energy, [x[3]], [1])[0] - theta2_rate) < DERIVATIVE
-    assert J2_rate == 0
 
 
 @pytest.mark.parametrize("number", SEPARATRICES)

@@ -154,6 +154,6 @@ def _ended(orbit: Orbit, begin: float, lean: float, time: float) -> Array:
 
 def _axes(M: Any, orbit: Orbit) -> tuple[Array, Array]:
     """Unit vectors across M, in body axes: along the component of omega, and a right angle on."""
-    across = np.array(cross(M, angular_velocity(M, orbit.shape.A)))
+    across = np.array(cross(M, angular_velocity(M, orbit.A)))
     across /= np.linalg.norm(across)
     return np.array(cross(across, M)) / orbit.G, across

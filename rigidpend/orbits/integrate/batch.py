@@ -11,7 +11,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from fractions import Fraction
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -27,10 +27,9 @@ from rigidpend.orbits.integrate import (
     silent_outcome,
 )
 from rigidpend.orbits.integrate.arithmetic import kernel_bits
-from rigidpend.orbits.integrate.kernel import notes, taylor_step
-from rigidpend.orbits.integrate.kernel.lane_numbers import KINDS, exactly, in_parts
+from rigidpend.orbits.integrate.kernel import following, taylor_step
+from rigidpend.orbits.integrate.kernel.lane_numbers import exactly, in_parts
 from rigidpend.orbits.integrate.kernel.machine_code import LANES
-from rigidpend.orbits.integrate.kernel.tape import COMPONENTS
 from rigidpend.orbits.integrate.passages import UNDECIDED, crossings_of_series, touch, value_at
 
 MAX_STEPS = 1_000_000
@@ -43,6 +42,8 @@ STEPS = {53: 128, 106: 32, 212: 8, 424: 2}
 """Steps in a call, by bits; who is done sooner goes on to no purpose, on the average for half."""
 EXPECTED = 50
 """Steps that a passage takes."""
+LANE = np.dtype([("orbit", int), ("count", int), ("silence", int), ("last", float)])
+"""Of a column: the number of its orbit, its crossings, steps since the last, and t' of that."""
 CONVERGED = 1e-9
 """Size of Newton's last correction, in steps, above which the zeros are isolated instead."""
 
@@ -61,47 +62,43 @@ class Batch:
     def __init__(self, orbits: Orbits, bits: int, tolerance: float) -> None:
         self.orbits, self.bits, order = orbits, bits, taylor_step.order_of(tolerance)
         self.kind = bits = kernel_bits(bits)
-        self.kernel = notes.function(order, bits)
-        self.initial = np.concatenate(in_parts(orbits.states, bits))
-        """The parts of the states one below the other, (6 parts, n)."""
-        self.n = self.initial.shape[1]
+        self.kernel = following.carrying(order, bits)
+        states = np.concatenate(in_parts(orbits.states, bits))
+        self.n = states.shape[1]
         self.width = min(TOGETHER[bits], -(-self.n // LANES) * LANES)
-        self.found, self.seen = no_crossings(orbits.n_crossings, self.n), [Found.of([])]
+        self.found, self.seen = no_crossings(orbits.n_crossings, self.n), [np.empty((3, 0))]
         self.parameters = in_parts(orbits.coefficients, bits)
-        self.states = np.zeros((len(self.initial), self.width))
-        self.times = np.zeros((2, self.width))
-        self.notes = np.empty((STEPS[bits] * self.width, notes.width_of_note(order, bits)))
-        none = np.zeros(0, dtype=np.int64)
-        self.columns, self.counts, self.silence = none, none.copy(), none.copy()
-        """Number of the orbit in each column, its crossings so far, and steps since the last."""
-        self.last = np.zeros(0)
-        """t' of the last crossing."""
-        self.next = 0
+        self.initial = np.concatenate((states, np.zeros((2, self.n))))
+        """The parts of the states one below the other, and the two of the time."""
+        self.rows = np.zeros((len(self.initial), self.width))
+        self.states, self.times = self.rows[:-2], self.rows[-2:]
+        self.notes = np.empty(STEPS[bits] * self.width, following.note(order, bits))
+        self.lanes, self.next = np.zeros(0, LANE), 0
 
     def run(self) -> Crossings:
         """Follow all orbits."""
         self.load()
-        while self.columns.size:
+        while self.lanes.size:
             check_stop()
             note(self._told)
-            left = int(self.orbits.n_crossings - self.counts.min())
+            left = int(self.orbits.n_crossings - self.lanes["count"].min())
             # Few where all orbits are nearly done.
             number = max(8, min(STEPS[self.kind], MAX_STEPS, left * EXPECTED // 2))
             self._take(self.carried(number), number)
-            self.load(~self._ended())
-        Found.joined(self.seen).write(self.found, self.orbits.passage_limit)
+            self.load(self._ended())
+        written(np.hstack(self.seen), self.found, self.orbits.passage_limit)
         return self.found
 
     def _told(self) -> str:
         """Progress of these orbits, in words."""
-        open_ = self.n - self.next + self.columns.size
-        reached = float(self.times[0, : self.columns.size].max())
+        open_ = self.n - self.next + self.lanes.size
+        reached = float(self.times[0, : self.lanes.size].max())
         said = f"{open_} of {self.n} orbits under way in {self.bits} bits, at t' = {reached:.4g}"
         return f"{said} of {self.orbits.passage_limit:.4g} at most for each passage"
 
-    def carried(self, number: int) -> Found:
+    def carried(self, number: int) -> Array:
         """All columns some steps further: the crossings on the way, by columns."""
-        m = self.columns.size
+        m = self.lanes.size
         groups = -(-m // LANES)
         # Lanes without an orbit repeat the first: their steps are not looked at.
         self.states[:, m:], self.times[:, m:] = self.states[:, :1], self.times[:, :1]
@@ -109,142 +106,97 @@ class Batch:
         given = self.states, self.width, self.times, self.parameters
         count = self.kernel(*given, 2 * depth, groups, number, self.notes)
         taken = self.notes[:count]
-        return crossings_on(Steps(taken[taken[:, 0] < m], self.bits))
+        return crossings_on(taken[taken["lane"] < m], self.bits)
 
-    def _take(self, found: Found, number: int) -> None:
+    def _take(self, found: Array, number: int) -> None:
         """Take in the crossings on so many steps."""
-        lanes = found.columns
-        self.seen.append(found._replace(columns=self.columns[lanes]))
-        crossed = np.bincount(lanes, minlength=self.columns.size)
-        self.counts = self.counts + crossed
-        self.silence = np.where(crossed > 0, 0, self.silence + number)
-        np.maximum.at(self.last, lanes, found.times)
-        lost = lanes[found.separatrix == UNDECIDED]
-        self.counts[lost] = self.orbits.n_crossings
+        at, lanes = found[0].astype(np.int64), self.lanes
+        self.seen.append(np.array([lanes["orbit"][at], *found[1:]]))
+        crossed = np.bincount(at, minlength=lanes.size)
+        lanes["count"] += crossed
+        lanes["silence"] = np.where(crossed > 0, 0, lanes["silence"] + number)
+        np.maximum.at(lanes["last"], at, found[1])
+        lanes["count"][at[found[2] == UNDECIDED]] = self.orbits.n_crossings
 
     def _ended(self) -> NDArray[np.bool_]:
         """The columns whose orbits are done; their outcomes are noted."""
-        m = self.columns.size
-        complete = self.counts >= self.orbits.n_crossings
-        finite = np.isfinite(self.states[:, :m].sum(axis=0))
-        late = finite & (self.times[0, :m] > self.last + self.orbits.passage_limit)
-        self.found.outcome[self.columns[complete]] = Outcome.COMPLETE
+        lanes, outcome = self.lanes, self.found.outcome
+        complete = lanes["count"] >= self.orbits.n_crossings
+        finite = np.isfinite(self.states[:, : lanes.size].sum(axis=0))
+        waited = self.times[0, : lanes.size] > lanes["last"] + self.orbits.passage_limit
+        late = finite & waited
+        outcome[lanes["orbit"][complete]] = Outcome.COMPLETE
         for k in np.flatnonzero(late & ~complete):
-            self.found.outcome[self.columns[k]] = silent_outcome(*self.states[:2, k])
-        return complete | late | ~finite | (self.silence >= MAX_STEPS)
+            outcome[lanes["orbit"][k]] = silent_outcome(*self.states[:2, k])
+        return complete | late | ~finite | (lanes["silence"] >= MAX_STEPS)
 
-    def load(self, kept: Any = slice(None)) -> None:
+    def load(self, ended: Any = ()) -> None:
         """Close the gaps of orbits that are done, and put the next ones behind."""
-        m = self.columns.size
-        states, times = self.states[:, :m][:, kept], self.times[:, :m][:, kept]
-        columns = self.columns[kept]
-        new = np.arange(self.next, min(self.n, self.next + self.width - columns.size))
+        kept = np.flatnonzero(~np.asarray(ended, dtype=bool))
+        new = np.arange(self.next, min(self.n, self.next + self.width - kept.size))
         self.next += new.size
-        m = columns.size + new.size
-        self.states[:, :m] = np.concatenate((states, self.initial[:, new]), axis=1)
-        self.times[:, :m] = np.concatenate((times, np.zeros((2, new.size))), axis=1)
-        self.columns = np.concatenate((columns, new))
-        self.counts, self.silence, self.last = (
-            np.concatenate((x[kept], np.zeros(new.size, x.dtype)))
-            for x in (self.counts, self.silence, self.last)
-        )
+        begun = np.zeros(new.size, LANE)
+        begun["orbit"] = new
+        self.lanes = np.concatenate((self.lanes[kept], begun))
+        rows = np.concatenate((self.rows[:, kept], self.initial[:, new]), axis=1)
+        self.rows[:, : self.lanes.size] = rows
 
 
-class Steps(NamedTuple):
-    """Taylor steps on which M3 may have been zero."""
+def written(rows: Array, found: Crossings, limit: float) -> None:
+    """Write crossings, `rows` of orbit, t' and separatrix in no order, into a record.
 
-    notes: Array
-    """(m, width), the kernel's (see `kernel.notes`)."""
-    bits: int
-    """Precision that was asked for."""
-
-    def field(self, name: str) -> Array:
-        """One of the `FIELDS`, of m steps."""
-        return self.notes[:, notes.FIELDS.index(name)]
-
-    @property
-    def series(self) -> Array:
-        """(m, MOMENTA, order + 1, parts), in powers of t' from the beginning; M3 is the third."""
-        parts, begin = KINDS[kernel_bits(self.bits)].parts, len(notes.FIELDS)
-        terms = (self.notes.shape[1] - begin) // (notes.MOMENTA * parts)
-        return self.notes[:, begin:].reshape(-1, notes.MOMENTA, terms, parts)
-
-    def chosen(self, where: NDArray[Any]) -> Steps:
-        """Some of the steps, by a mask."""
-        return self._replace(notes=self.notes[where])
-
-
-class Found(NamedTuple):
-    """Crossings as they were found, in no order."""
-
-    columns: NDArray[np.int64]
-    times: Array
-    separatrix: NDArray[np.int64]
-
-    @staticmethod
-    def of(rows: Sequence[tuple[int, float, int]]) -> Found:
-        """Crossings from a row for each."""
-        columns, times, separatrix = np.array(rows, dtype=float).reshape(-1, 3).T
-        return Found(columns.astype(np.int64), times, separatrix.astype(np.int64))
-
-    @staticmethod
-    def joined(parts: list[Found]) -> Found:
-        """All crossings of several records."""
-        return Found(*(np.concatenate(x) for x in zip(*parts, strict=True)))
-
-    def write(self, found: Crossings, limit: float) -> None:
-        """Write them into a record, each orbit's in order.
-
-        An orbit ends before a touch that is not decided, and before a crossing that came after
-        the limit of a passage.
-        """
-        order = np.lexsort((self.times, self.columns))
-        columns, times, separatrix = (x[order] for x in self)
-        row = np.arange(columns.size) - np.searchsorted(columns, columns)
-        waited = np.where(row > 0, times - np.roll(times, 1), times)
-        ends = (separatrix == UNDECIDED) | (waited > limit)
-        rows, n = found.time.shape
-        stop = np.full(n, rows)
-        np.minimum.at(stop, columns[ends], row[ends])
-        kept, last = row < stop[columns], ends & (row == stop[columns])
-        undecided = separatrix[last] == UNDECIDED
-        found.outcome[columns[last]] = np.where(undecided, Outcome.FAILED, Outcome.NO_CROSSING)
-        # A pair beside a touch may complete an orbit that seemed to have been silent.
-        found.outcome[columns[kept & (row == rows - 1)]] = Outcome.COMPLETE
-        found.time[row[kept], columns[kept]] = times[kept]
-        found.separatrix[row[kept], columns[kept]] = separatrix[kept]
+    An orbit ends before a touch that is not decided, and before a crossing that came after the
+    limit of a passage.
+    """
+    columns, times, separatrix = rows[:, np.lexsort((rows[1], rows[0]))]
+    columns, separatrix = columns.astype(np.int64), separatrix.astype(np.int64)
+    row = np.arange(columns.size) - np.searchsorted(columns, columns)
+    waited = np.where(row > 0, times - np.roll(times, 1), times)
+    ends = (separatrix == UNDECIDED) | (waited > limit)
+    n_rows, n = found.time.shape
+    stop = np.full(n, n_rows)
+    np.minimum.at(stop, columns[ends], row[ends])
+    kept, last = row < stop[columns], ends & (row == stop[columns])
+    undecided = separatrix[last] == UNDECIDED
+    found.outcome[columns[last]] = np.where(undecided, Outcome.FAILED, Outcome.NO_CROSSING)
+    # A pair beside a touch may complete an orbit that seemed to have been silent.
+    found.outcome[columns[kept & (row == n_rows - 1)]] = Outcome.COMPLETE
+    found.time[row[kept], columns[kept]] = times[kept]
+    found.separatrix[row[kept], columns[kept]] = separatrix[kept]
 
 
-def crossings_on(steps: Steps) -> Found:
-    """All crossings on steps; a touch that is not decided comes as `UNDECIDED`."""
-    changed = (steps.series[:, 2, 0, 0] < 0) != (steps.field("after") < 0)
-    steady = steps.field("steady") > 0
+def crossings_on(steps: Any, bits: int) -> Array:
+    """All crossings on noted steps as rows of lane, t' and separatrix, (3, n).
+
+    A touch that is not decided comes as `UNDECIDED`.
+    """
+    changed = (steps["series"][:, 2, 0, 0] < 0) != (steps["after"] < 0)
+    steady = steps["steady"] > 0
     with np.errstate(invalid="ignore"):
-        exact = np.abs(steps.field("correction")) <= CONVERGED * steps.field("length")
+        exact = np.abs(steps["correction"]) <= CONVERGED * steps["length"]
     single = steady & changed & exact
     doubtful = ~single & (changed | ~steady)
-    return Found.joined([_single(steps.chosen(single)), _isolated(steps.chosen(doubtful))])
+    return np.hstack((_single(steps[single]), _isolated(steps[doubtful], bits)))
 
 
-def _single(steps: Steps) -> Found:
+def _single(steps: Any) -> Array:
     """The one crossing on each step, as the kernel has found it."""
-    up, down = np.where(steps.field("Qp") > 0, 2, 4), np.where(steps.field("Qm") < 0, 1, 3)
-    separatrix = np.where(steps.field("after") >= 0, up, down)
-    times = steps.field("time") + steps.field("zero")
-    return Found(steps.field("lane").astype(np.int64), times, separatrix)
+    up, down = np.where(steps["Qp"] > 0, 2, 4), np.where(steps["Qm"] < 0, 1, 3)
+    separatrix = np.where(steps["after"] >= 0, up, down)
+    return np.array([steps["lane"], steps["time"] + steps["zero"], separatrix])
 
 
-def _isolated(steps: Steps) -> Found:
+def _isolated(steps: Any, bits: int) -> Array:
     """Every crossing on steps in doubt, from the isolated zeros of each series."""
-    seen: list[tuple[int, float, int]] = []
-    places = zip(*(steps.field(name) for name in ("lane", "time", "length")), strict=True)
-    for series, (lane, time, length) in zip(steps.series, places, strict=True):
+    seen: list[tuple[float, float, int]] = []
+    for step in steps:
+        series, length = step["series"], step["length"]
         shares = series[..., 0] * length ** np.arange(series.shape[1])
-        depth = touch(steps.bits) * float(np.sqrt((shares[:, 0] ** 2).sum()))
-        exactly_ = _without_rounding(series[2], length) if steps.bits > 53 else None
+        depth = touch(bits) * float(np.sqrt((shares[:, 0] ** 2).sum()))
+        exactly_ = _without_rounding(series[2], length) if bits > 53 else None
         for share, separatrix in crossings_of_series(shares, depth, exactly_):
-            seen.append((int(lane), time + share * length, separatrix))
-    return Found.of(seen)
+            seen.append((step["lane"], step["time"] + share * length, separatrix))
+    return np.array(seen, dtype=float).reshape(-1, 3).T
 
 
 def _without_rounding(series: Array, length: float) -> Callable[[float], float]:
@@ -264,17 +216,17 @@ def advance(
 
     The kernel's numbers that have as many `bits` serve; `tolerance` is that of 53 bits.
     """
-    kind, size = kernel_bits(bits), len(COMPONENTS)
+    kind = kernel_bits(bits)
     order = taylor_step.order_of(tolerance * 2.0 ** (53 - kind))
-    kernel, parameters = notes.function(order, kind), in_parts(coefficients, kind)
+    kernel, parameters = following.carrying(order, kind), in_parts(coefficients, kind)
     begin = in_parts(np.array(state, dtype=object), kind).reshape(-1, 1)
     # All lanes carry the orbit; what is noted of its crossings is not looked at.
     lanes, time = np.repeat(begin, LANES, axis=1), np.zeros((2, LANES))
-    room = np.empty((LANES, notes.width_of_note(order, kind)))
+    room = np.empty(LANES, following.note(order, kind))
     found = []
     for _ in range(count):
         check_stop()
         kernel(lanes, LANES, time, parameters, 0.0, 1, 1, room)
-        here = tuple(exactly(lanes[:, 0].reshape(-1, size)))
+        here = tuple(exactly(lanes[:, 0].reshape(-1, len(state))))
         found.append((exactly(time[:, :1])[0], here))
     return found

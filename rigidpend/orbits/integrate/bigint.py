@@ -95,7 +95,9 @@ def steps(
     unit = unit_of(state)
     c = coefficients._replace(**{x: getattr(coefficients, x) / unit**2 for x in WEIGHTS})
     here = [*(x / unit for x in state[:3]), *state[3:]]
-    P = _fractional_bits((*here, *c), bits)
+    smallest = min(abs(x) for x in (*here, *c) if x)
+    leading_zeros = smallest.denominator.bit_length() - smallest.numerator.bit_length()
+    P = bits + GUARD_BITS + max(0, leading_zeros)
     flow, now, time = _Flow([fixed(x, P) for x in c], P), [fixed(x, P) for x in here], 0
     while True:
         series, length = flow.expand(now)
@@ -122,12 +124,6 @@ def value_at(series: Sequence[int], at: int, P: int) -> int:
     return int(total)
 
 
-def _fractional_bits(numbers: Sequence[Fraction], bits: int) -> int:
-    smallest = min(abs(x) for x in numbers if x)
-    leading_zeros = smallest.denominator.bit_length() - smallest.numerator.bit_length()
-    return bits + GUARD_BITS + max(0, leading_zeros)
-
-
 class _Flow:
     """The aligned field over series of one precision."""
 
@@ -137,16 +133,17 @@ class _Flow:
 
         self.integer, self.polynomial = fmpz, fmpz_poly
         self.P, self.order = P, math.ceil(P * math.log(2) / GAIN) + 1
-        lines = list(enumerate(ALIGNED.lines))
-        self.components = [i for i, line in lines if line.name == "component"]
+        lines = [(i, *line) for i, line in enumerate(ALIGNED.lines)]
+        self.components = [i for i, name, _ in lines if name == "component"]
         self.sums = [(i, *ALIGNED.lines[i].operands) for i in ALIGNED.sums]
-        self.numbers = {
-            i: fmpz(coefficients[x[0]]) for i, (name, x) in lines if name == "parameter"
-        }
-        self.others = [(i, *line) for i, line in lines if line.name in ("plus", "minus", "times")]
+        self.numbers = {i: fmpz(coefficients[x[0]]) for i, name, x in lines if name == "parameter"}
+        self.others = [line for line in lines if line[1] in ("plus", "minus", "times")]
 
     def expand(self, state: Sequence[int]) -> tuple[list[list[int]], int]:
-        """The Taylor series of the orbit from a state, and the step that they carry."""
+        """The Taylor series of the orbit from a state, and the step that they carry.
+
+        It is inside the radius of convergence, which the last two orders tell.
+        """
         self.terms: list[list[Any]] = [[] for _ in ALIGNED.lines]
         for line, value in zip(self.components, state, strict=True):
             self.terms[line].append(self.integer(value))
@@ -156,7 +153,11 @@ class _Flow:
         """Beginnings of series as polynomials, which several products need."""
         self._solve(0, self.order)
         series = [self.terms[line] for line in self.components]
-        return series, self._step(series)
+        radius = min(
+            math.exp(min(LONGEST, -_log(max(abs(int(s[k])) for s in series), self.P) / k))
+            for k in (self.order - 1, self.order)
+        )
+        return series, int(radius * SHRINK * 2**LENGTH_BITS) << (self.P - LENGTH_BITS)
 
     def _solve(self, first: int, end: int) -> None:
         """Find the coefficients of all lines of these orders, and components' of the next."""
@@ -205,14 +206,6 @@ class _Flow:
                 terms[i].append(terms[x][k] + b[k] if name == "plus" else terms[x][k] - b[k])
         for line, rate in zip(self.components, ALIGNED.rates, strict=True):
             terms[line].append(terms[rate][k] // (k + 1))
-
-    def _step(self, series: list[list[int]]) -> int:
-        """A step inside the radius of convergence, which the last two orders tell."""
-        radius = min(
-            math.exp(min(LONGEST, -_log(max(abs(int(s[k])) for s in series), self.P) / k))
-            for k in (self.order - 1, self.order)
-        )
-        return int(radius * SHRINK * 2**LENGTH_BITS) << (self.P - LENGTH_BITS)
 
 
 def _log(x: int, P: int) -> float:

@@ -28,10 +28,69 @@ SIDE_BY_SIDE = 64
 
 def crossings(orbits: Orbits, tolerance: float) -> Crossings:
     """Crossings of orbits, all of them one system; SciPy takes relative tolerances from 2.3e-14."""
-    abreast, time, states = Abreast(orbits, tolerance), 0.0, orbits.states
-    while abreast.active.size:
-        time, states = abreast.advance(time, states)
-    return abreast.found
+    from scipy.integrate import DOP853
+
+    method, smallest, time, states = cast(Any, DOP853), floor(orbits, tolerance), 0.0, orbits.states
+    n = states.shape[1]
+    found, active = no_crossings(orbits.n_crossings, n), np.arange(n)
+    count, last = np.zeros(n, dtype=int), np.zeros(n)
+
+    def told() -> str:
+        """Progress of these orbits, in words."""
+        crossings = f"{count[active].min()} of {orbits.n_crossings} crossings or more"
+        return f"{active.size} orbits under way by DOP853, {crossings}"
+
+    def rates(_: float, flat: Array) -> Array:
+        return np.concatenate(aligned(flat.reshape(6, -1), orbits.coefficients))
+
+    while active.size:
+        absolute = np.broadcast_to(smallest, states.shape).ravel()
+        solver = method(rates, time, states.ravel(), np.inf, rtol=tolerance, atol=absolute)
+        ended = np.zeros(active.size, dtype=bool)
+        # When an orbit is done a system of the others begins.
+        while not ended.any():
+            check_stop()
+            note(told)
+            before = solver.y.reshape(6, -1)[2]
+            solver.step()
+            time, states = solver.t, solver.y.reshape(6, -1)
+            if solver.status != "running" or not np.isfinite(states).all():
+                # They stay as they are told from the beginning: failed.
+                return found
+            crossed = np.flatnonzero(np.sign(before) * np.sign(states[2]) < 0)
+            columns, (Qp, Qm, M3) = active[crossed], states[:3, crossed]
+            if crossed.size:
+                last[columns] = found.time[count[columns], columns] = _zeros(solver, crossed)
+                beside = list(map(separatrix_beside, M3 > 0, Qp, Qm))
+                found.separatrix[count[columns], columns] = beside
+                count[columns] += 1
+            done = count[active] == orbits.n_crossings
+            ended = done | (time - last[active] > orbits.passage_limit)
+            for lane in np.flatnonzero(ended):
+                silent = Outcome.COMPLETE if done[lane] else silent_outcome(*states[:2, lane])
+                found.outcome[active[lane]] = silent
+        active, states = active[~ended], states[:, ~ended]
+    return found
+
+
+def floor(orbits: Orbits, tolerance: float) -> Array:
+    """Absolute tolerances (6, 1): a Q counts relative to its smallest initial size."""
+    size = np.abs(orbits.states[:2]).max(axis=0).min() or 1.0
+    return tolerance * np.array([size, size, 1, 1, 1, 1])[:, None]
+
+
+def _zeros(solver: Any, crossed: Any) -> Array:
+    """When M3 = 0 for each crossed orbit on the last step, by bisection side by side."""
+    dense, rising = solver.dense_output(), solver.y.reshape(6, -1)[2, crossed] > 0
+    low, high = np.full(crossed.size, solver.t_old), np.full(crossed.size, solver.t)
+    while True:
+        middle = (low + high) / 2
+        if not ((low < middle) & (middle < high)).any():
+            return middle
+        # The interpolant gives all components at a time; each orbit needs its own.
+        M3 = dense(middle).reshape(6, -1, crossed.size)[2, crossed, range(crossed.size)]
+        beyond = (M3 > 0) == rising
+        low, high = np.where(beyond, low, middle), np.where(beyond, middle, high)
 
 
 def sample(field: Any, states: Array, times: Array, tolerance: float) -> Array:
@@ -62,88 +121,3 @@ def sample(field: Any, states: Array, times: Array, tolerance: float) -> Array:
     if not found.success:
         raise ArithmeticError(f"the integration ended early: {found.message}")
     return np.asarray(found.y.reshape(size, n, count).transpose(0, 2, 1))
-
-
-class Abreast:
-    """Orbits that advance together, with the crossings found so far."""
-
-    def __init__(self, orbits: Orbits, tolerance: float) -> None:
-        self.orbits, self.tolerance = orbits, tolerance
-        n = orbits.states.shape[1]
-        self.found = no_crossings(orbits.n_crossings, n)
-        self.count, self.last, self.active = np.zeros(n, dtype=int), np.zeros(n), np.arange(n)
-        # Absolute tolerances: a Q counts relative to its smallest initial size.
-        size = np.abs(orbits.states[:2]).max(axis=0).min() or 1.0
-        self.floor = tolerance * np.array([size, size, 1, 1, 1, 1])[:, None]
-
-    def advance(self, time: float, states: Array) -> tuple[float, Array]:
-        """Integrate until some orbit is done; the time and the states of those left."""
-        from scipy.integrate import DOP853
-
-        shape, coefficients, method = states.shape, self.orbits.coefficients, cast(Any, DOP853)
-        solver = method(
-            lambda _, flat: np.concatenate(aligned(flat.reshape(shape), coefficients)),
-            time,
-            states.ravel(),
-            np.inf,
-            rtol=self.tolerance,
-            atol=np.broadcast_to(self.floor, shape).ravel(),
-        )
-        while True:
-            check_stop()
-            note(self._told)
-            before = solver.y.reshape(shape)[2]
-            solver.step()
-            now = solver.y.reshape(shape)
-            if solver.status != "running" or not np.isfinite(solver.y).all():
-                # They stay as they are told from the beginning: failed.
-                self.active = self.active[:0]
-                return solver.t, now[:, :0]
-            crossed = np.flatnonzero(np.sign(before) * np.sign(now[2]) < 0)
-            if crossed.size:
-                self._record(crossed, solver, shape, now)
-            staying = self._staying(solver.t, now)
-            if not staying.all():
-                self.active = self.active[staying]
-                return solver.t, now[:, staying]
-
-    def _told(self) -> str:
-        """Progress of these orbits, in words."""
-        fewest = int(self.count[self.active].min())
-        crossings = f"{fewest} of {self.orbits.n_crossings} crossings or more"
-        return f"{self.active.size} orbits under way by DOP853, {crossings}"
-
-    def _record(self, crossed: Any, solver: Any, shape: tuple[int, ...], now: Array) -> None:
-        columns = self.active[crossed]
-        times = _zeros(solver.dense_output(), solver.t_old, solver.t, shape, crossed, now)
-        Qp, Qm, M3 = now[:3, crossed]
-        self.found.time[self.count[columns], columns] = times
-        beside = list(map(separatrix_beside, M3 > 0, Qp, Qm))
-        self.found.separatrix[self.count[columns], columns] = beside
-        self.count[columns] += 1
-        self.last[columns] = times
-
-    def _staying(self, time: float, now: Array) -> Any:
-        """Mask of the orbits that go on; the outcome of the others is recorded."""
-        done = self.count[self.active] == self.orbits.n_crossings
-        late = time - self.last[self.active] > self.orbits.passage_limit
-        for lane in np.flatnonzero(done | late):
-            silent = Outcome.COMPLETE if done[lane] else silent_outcome(*now[:2, lane])
-            self.found.outcome[self.active[lane]] = silent
-        return ~(done | late)
-
-
-def _zeros(
-    dense: Any, start: float, end: float, shape: tuple[int, ...], crossed: Any, now: Array
-) -> Array:
-    """When M3 = 0 for each crossed orbit, by bisection side by side."""
-    low, high = np.full(crossed.size, start), np.full(crossed.size, end)
-    rising = now[2, crossed] > 0
-    while True:
-        middle = (low + high) / 2
-        if not ((low < middle) & (middle < high)).any():
-            return middle
-        # The interpolant gives all components at a time; each orbit needs its own.
-        M3 = dense(middle).reshape(*shape, crossed.size)[2, crossed, range(crossed.size)]
-        beyond = (M3 > 0) == rising
-        low, high = np.where(beyond, low, middle), np.where(beyond, middle, high)

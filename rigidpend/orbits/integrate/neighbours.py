@@ -26,7 +26,7 @@ from rigidpend.orbits.integrate import (
     silent_outcome,
 )
 from rigidpend.orbits.integrate.passages import TOUCH, UNDECIDED, crossings_of_series
-from rigidpend.orbits.integrate.reference_orbit import Passed, ReferenceOrbit, summed
+from rigidpend.orbits.integrate.reference_orbit import ReferenceOrbit, summed
 
 LARGE = 2.0**-4
 """Size of a difference, relative to the state, from which on the orbit goes alone.
@@ -88,15 +88,15 @@ class Walk:
             k += 1
             self._part(k)
 
-    def note(self, passed: Passed, columns: Any = slice(None)) -> None:
+    def note(self, time: float, separatrix: int, columns: Any = slice(None)) -> None:
         """Write a crossing of some of the orbits still beside; an undecided touch ends them."""
         each = np.atleast_1d(self.columns[columns])
         each = each[self.count[each] < self.n_crossings]
-        if passed.separatrix == UNDECIDED:
+        if separatrix == UNDECIDED:
             self.count[each] = self.n_crossings
             return
-        self.found.time[self.count[each], each] = passed.time
-        self.found.separatrix[self.count[each], each] = passed.separatrix
+        self.found.time[self.count[each], each] = time
+        self.found.separatrix[self.count[each], each] = separatrix
         self.count[each] += 1
         whole = self.count[each] == self.n_crossings
         self.found.outcome[each[whole]] = Outcome.COMPLETE
@@ -108,14 +108,14 @@ class Walk:
         if k:
             self.differences = np.outer(self.reference.tangents[k], self.shifts)
         for passed in chain.from_iterable(self.reference.crossings[:k]):
-            self.note(passed)
+            self.note(*passed)
         return k
 
     def _step(self, k: int) -> None:
         begin, step = self.reference.points[k].time, self.reference.points[k + 1].step
         series = self.reference.series(k, self.differences, self.tolerance)
         for column, share, separatrix in crossed(series):
-            self.note(Passed(begin + share * step, separatrix), column)
+            self.note(begin + share * step, separatrix, column)
         self.differences = summed(series)[:, 1:]
 
     def _part(self, k: int) -> None:

@@ -226,11 +226,7 @@ def matmul(a: Any, b: Any) -> PairArray:
     out = np.empty((2, *outer, rows, wide))
     sets = math.prod(outer)
     loop = products() if sets * rows * terms * wide > SHORT else held(products)
-    loop(
-        *(out, left, right),
-        *(rows, terms, wide, sets),
-        *(z.ndim > 2 for z in (x, y)),
-    )
+    loop(out, left, right, rows, terms, wide, sets, x.ndim > 2, y.ndim > 2)
     return PairArray(out[..., :width])
 
 
@@ -241,8 +237,14 @@ def convolved(a: Sequence[PairArray], b: Sequence[PairArray]) -> PairArray:
     """
     shape, rows = a[0].shape[1:], len(a[0]) + len(b[0]) - 1
     width = math.prod(shape)
-    factors = [[_rows(x, width) for x in each] for each in (a, b)]
     wide = max(width, WIDE)
+
+    def matrices(factors: Sequence[PairArray]) -> list[Any]:
+        """The parts of polynomials as the kernel reads them, (2, p, `wide`) each."""
+        flat = [np.ascontiguousarray(x.parts).reshape(2, len(x), width) for x in factors]
+        return flat if width == wide else [_widened(x, wide) for x in flat]
+
+    factors = matrices(a), matrices(b)
     out = np.empty((2, rows, wide))
     tables = [
         *(np.array([x.ctypes.data for x in each]) for each in factors),
@@ -253,12 +255,6 @@ def convolved(a: Sequence[PairArray], b: Sequence[PairArray]) -> PairArray:
     loop = convolution() if many > SHORT else held(convolution)
     loop(out, *tables, len(a), rows, wide)
     return PairArray(out[..., :width].reshape(2, rows, *shape))
-
-
-def _rows(x: PairArray, width: int) -> Any:
-    """The parts of a polynomial as the kernel reads them, (2, p, width or more)."""
-    rows = np.ascontiguousarray(x.parts).reshape(2, len(x), width)
-    return rows if width >= WIDE else _widened(rows, WIDE)
 
 
 def in_doubles(values: Any, parts: int) -> Any:
@@ -335,12 +331,12 @@ UFUNCS: dict[Any, Callable[..., Any]] = {
     np.log: log,
     np.negative: PairArray.__neg__,
     np.absolute: PairArray.__abs__,
-    np.less: lambda x, y: PairArray.of(x) < y,
-    np.less_equal: lambda x, y: PairArray.of(x) <= y,
-    np.greater: lambda x, y: PairArray.of(x) > y,
-    np.greater_equal: lambda x, y: PairArray.of(x) >= y,
-    np.equal: lambda x, y: PairArray.of(x) == y,
-    np.not_equal: lambda x, y: PairArray.of(x) != y,
+    np.less: _compared(operator.lt),
+    np.less_equal: _compared(operator.le),
+    np.greater: _compared(operator.gt),
+    np.greater_equal: _compared(operator.ge),
+    np.equal: _compared(operator.eq),
+    np.not_equal: _compared(operator.ne),
 }
 FUNCTIONS: dict[Any, Callable[..., Any]] = {
     np.atleast_1d: lambda x: x if x.ndim else x.reshape(1),

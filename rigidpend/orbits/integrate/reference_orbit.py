@@ -22,7 +22,7 @@ import math
 from collections.abc import Sequence
 from fractions import Fraction
 from itertools import combinations_with_replacement, islice
-from typing import Any, NamedTuple
+from typing import Any, NamedTuple, TypeAlias
 
 import numpy as np
 
@@ -72,12 +72,12 @@ class Point(NamedTuple):
     """The components rounded."""
 
 
-class Passed(NamedTuple):
-    """A crossing of M3 = 0."""
+Passed: TypeAlias = tuple[float, int]
+"""A crossing of M3 = 0: t' since the start, and the separatrix.
 
-    time: float
-    """t' since the start; of a reference orbit the nearest double, but for a rare last bit."""
-    separatrix: int
+The time of a reference orbit is the nearest double, but for a rare last bit."""
+Bilinear: TypeAlias = tuple[Array, Any, Any, Array]
+"""L (6, 6), the pairs i and j of components that B multiplies, and B of these in columns."""
 
 
 def crossings(orbits: Orbits, bits: int, engine: str, tolerance: float) -> Crossings:
@@ -129,7 +129,7 @@ class ReferenceOrbit:
         """As far as the orbit is known; the first is the start."""
         self.crossings: list[list[Passed]] = []
         """The crossings on each step."""
-        self._field = _field(coefficients)
+        self._field = bilinear(coefficients)
         self._units = _units(state)
         self._last = 0.0
         self.tangents = [np.array(tangent, dtype=float)]
@@ -150,9 +150,10 @@ class ReferenceOrbit:
         Column 0 is the orbit's own, the others are those of the `differences` (6, n); in powers of
         the share of the step.
         """
-        order = series_order(tolerance)
-        series = self._field.series(self.points[k].doubles, differences, order)
-        return scaled(series, self.points[k + 1].step)
+        # Steps are the radius of convergence over e^2, in any precision: an order gains two nats.
+        order = math.ceil(-math.log(tolerance) / 2) + MORE_TERMS
+        begin, step = self.points[k].doubles, self.points[k + 1].step
+        return difference_series(self._field, begin, differences, order, step)
 
     def size(self, differences: Any) -> Any:
         """The sizes of differences (6, n), relative to |M| and to |gamma|."""
@@ -179,12 +180,12 @@ class ReferenceOrbit:
         for k in range(MAX_STEPS):
             if not self.reaches(k + 1):
                 return path, silent_outcome(*self.points[-1].state[:2])
-            for passed in self.crossings[k]:
-                if passed.separatrix == UNDECIDED:
+            for time, separatrix in self.crossings[k]:
+                if separatrix == UNDECIDED:
                     return path, Outcome.FAILED
-                if passed.time - (path[-1].time if path else 0.0) > self.longest:
+                if time - (path[-1][0] if path else 0.0) > self.longest:
                     return path, Outcome.NO_CROSSING
-                path.append(passed)
+                path.append((time, separatrix))
                 if len(path) == n_crossings:
                     return path, Outcome.COMPLETE
         return path, Outcome.FAILED
@@ -221,8 +222,8 @@ class ReferenceOrbit:
         if any(separatrix == UNDECIDED for _, separatrix in found):
             found = self._finely(k)
         began, step = self.points[k].exact_time, self.points[k + 1].step
-        self.crossings.append([Passed(float(began + Fraction(x * step)), s) for x, s in found])
-        self._last = max([self._last, *(passed.time for passed in self.crossings[-1])])
+        self.crossings.append([(float(began + Fraction(x * step)), s) for x, s in found])
+        self._last = max([self._last, *(time for time, _ in self.crossings[-1])])
         self.tangents.append(summed(series)[:, 1] / TINY)
         self.growth.append(float(self.size(self.tangents[-1][:, None])[0]))
 
@@ -252,76 +253,61 @@ def _units(state: Sequence[Fraction]) -> Any:
     return np.repeat((1 / M, 1 / gamma), 3)
 
 
-class DifferenceField:
-    """The field of a reference orbit and of differences from it, in doubles."""
+def difference_series(
+    field: Bilinear, reference: Array, differences: Array, order: int, step: float
+) -> Array:
+    """Series (order + 1, 6, 1 + n) of a state (6,) and of differences from it (6, n), in doubles.
 
-    def __init__(self, coefficients: AlignedCoefficients) -> None:
-        linear, products = polarised(coefficients)
-        self.linear = linear.astype(float)
-        # B(d, s) holds d_i s_j and d_j s_i alike.
-        pairs = [(i, j, products[i, j]) for i, j in products]
-        pairs += [(j, i, products[i, j]) for i, j in products if i != j]
-        self.left, self.right = (np.array([pair[k] for pair in pairs]) for k in (0, 1))
-        halves = [[x / (2 if i != j else 1) for x in weight] for i, j, weight in pairs]
-        self.weights = np.array(halves, dtype=float).T
-
-    def series(self, reference: Array, differences: Array, order: int) -> Array:
-        """Series (order + 1, 6, 1 + n), in powers of t', of a state (6,) and differences (6, n)."""
-        n = 1 + differences.shape[1]
-        terms = np.empty((order + 1, SIZE, n))
-        terms[0, :, 0], terms[0, :, 1:] = reference, differences
-        left, right = np.empty((2, order, len(self.left), n))
-        for k in range(order):
-            now = terms[k]
-            total = now + 2 * now[:, :1]
-            # The reference itself is a difference from the orbit that stays at zero.
-            total[:, 0] = now[:, 0]
-            now.take(self.left, axis=0, out=left[k], mode="clip")
-            total.take(self.right, axis=0, out=right[k], mode="clip")
-            products = np.einsum("kpn,kpn->pn", left[: k + 1], right[k::-1])
-            terms[k + 1] = (self.linear @ now + self.weights @ products) / (k + 1)
-        return terms
-
-
-_field = functools.lru_cache(maxsize=16)(DifferenceField)
-"""Fields are kept: orbits of a call share theirs."""
-
-
-def series_order(tolerance: float) -> int:
-    """The order of a difference's Taylor series on the steps of a reference orbit.
-
-    These are the radius of convergence over e^2, in any precision, so that each order gains two
-    nats.
+    They are in powers of the share of a step, whose length is t'.
     """
-    return math.ceil(-math.log(tolerance) / 2) + MORE_TERMS
-
-
-def scaled(series: Array, step: float) -> Array:
-    """Series (order + 1, 6, n) with the step as the unit of time."""
-    return series * (step ** np.arange(len(series)))[:, None, None]
+    linear, left_of, right_of, weights = field
+    n = 1 + differences.shape[1]
+    terms = np.empty((order + 1, SIZE, n))
+    terms[0, :, 0], terms[0, :, 1:] = reference, differences
+    left, right = np.empty((2, order, len(left_of), n))
+    for k in range(order):
+        now = terms[k]
+        total = now + 2 * now[:, :1]
+        # The reference itself is a difference from the orbit that stays at zero.
+        total[:, 0] = now[:, 0]
+        now.take(left_of, axis=0, out=left[k], mode="clip")
+        total.take(right_of, axis=0, out=right[k], mode="clip")
+        products = np.einsum("kpn,kpn->pn", left[: k + 1], right[k::-1])
+        terms[k + 1] = (linear @ now + weights @ products) / (k + 1)
+    return terms * (step ** np.arange(order + 1))[:, None, None]
 
 
 def summed(series: Array) -> Any:
-    """The values (6, n) of scaled series at the end of the step, small terms first."""
+    """The values (6, n) of such series at the end of the step, small terms first."""
     return series[::-1].sum(axis=0)
 
 
 def polarised(coefficients: AlignedCoefficients) -> tuple[Any, dict[tuple[int, int], Any]]:
-    """The aligned field's linear part (6, 6), and the weights of its products, in Fractions.
+    """The aligned field's linear part (6, 6), and B of unit vectors i and j, in Fractions.
 
-    ``products[i, j]``, i <= j, is what x_i x_j adds to each of the six components; products that
-    add nothing are left out.
+    What adds nothing to any of the six components is left out.
     """
     exactly = AlignedCoefficients(*map(Fraction, coefficients))
 
-    def field(state: Any) -> Any:
-        return np.array(aligned(state, exactly), dtype=object)
+    def parts(state: Any) -> Any:
+        """L x and B(x, x)."""
+        ahead, behind = (np.array(aligned(x, exactly), dtype=object) for x in (state, -state))
+        return np.array([ahead - behind, ahead + behind]) / 2
 
     ones = np.eye(SIZE, dtype=int) * Fraction(1)
-    plus, minus = (np.array([field(one) for one in each]) for each in (ones, -ones))
+    linear, squares = np.array([parts(one) for one in ones]).swapaxes(0, 1)
+    halves = list(combinations_with_replacement(range(SIZE), 2))
     products = {}
-    for i, j in combinations_with_replacement(range(SIZE), 2):
-        both = (plus[i] + minus[i]) / 2 if i == j else field(ones[i] + ones[j]) - plus[i] - plus[j]
+    for i, j in (*halves, *((j, i) for i, j in halves if i != j)):
+        both = (parts(ones[i] + ones[j])[1] - squares[i] - squares[j]) / 2
         if both.any():
             products[i, j] = both
-    return (plus - minus).T / 2, products
+    return linear.T, products
+
+
+@functools.lru_cache(maxsize=16)
+def bilinear(coefficients: AlignedCoefficients) -> Bilinear:
+    """The field in doubles: kept, for orbits of a call share theirs."""
+    linear, products = polarised(coefficients)
+    left, right = np.array(list(products)).T
+    return linear.astype(float), left, right, np.array(list(products.values()), dtype=float).T

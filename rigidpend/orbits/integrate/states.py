@@ -1,7 +1,7 @@
 """States of orbits at given times, and at their first crossings of M3 = 0 (J1 = J2/2).
 
 Any field is followed in doubles, the aligned one in any precision. Doubles and sums of them are
-carried by a kernel (`kernel.samples`), in vectors of lanes, or by engine `scipy`; integers serve
+carried by a kernel (`kernel.following`), in vectors of lanes, or by engine `scipy`; integers serve
 beyond its numbers.
 """
 
@@ -26,7 +26,7 @@ from rigidpend.orbits.integrate.arithmetic import (
     in_kernel,
     kernel_bits,
 )
-from rigidpend.orbits.integrate.kernel import samples, taylor_step
+from rigidpend.orbits.integrate.kernel import following, taylor_step
 from rigidpend.orbits.integrate.kernel.lane_numbers import exactly, in_parts
 from rigidpend.orbits.integrate.kernel.machine_code import FEW, LANES
 from rigidpend.orbits.integrate.kernel.tape import ALIGNED, trace
@@ -98,11 +98,13 @@ def states_at(
         raise ValueError(f"{bits} bits follow the aligned field alone: give its coefficients")
     if isinstance(states, PairArray):
         exact = AlignedCoefficients(*(x.exactly() for x in field))
-        return PairArray(_in_parts(exact, states.parts, times.parts, bits, tolerance))
+        grid = times.parts.reshape(*times.parts.shape[:2], -1)
+        return PairArray(_sampled(exact, states.parts, grid, bits, tolerance))
     states, times = (np.asarray(x, dtype=object) for x in (states, times))
     if isinstance(states.flat[0], Fraction):
-        own = times.ndim > 1
+        times = times.reshape(len(times), -1)
         parts = spread(np.arange(states.shape[1]), jobs, 0)
+        own = times.shape[1] > 1
         tasks = [(states[:, part], times[:, part] if own else times) for part in parts]
         further = field, bits, tolerance, engine
         found = side_by_side(_exact, further, not in_kernel(engine, bits), tasks, jobs)
@@ -120,7 +122,6 @@ def _in_doubles(
     engine: str,
     tolerance: float | None,
 ) -> Array:
-    tolerance = FINEST_TOLERANCE[engine] if tolerance is None else tolerance
     states, times = np.asarray(states, dtype=float), np.asarray(times, dtype=float)
     if not times.ndim or not len(times) or not _leads_away(times).all():
         raise ValueError("times must be a list that ascends or descends from 0, with one at least")
@@ -128,7 +129,7 @@ def _in_doubles(
     if engine == "scipy" and states.size:
         from rigidpend.orbits.integrate import dop853
 
-        found = dop853.sample(field, several, grid, tolerance)
+        found = dop853.sample(field, several, grid, tolerance or FINEST_TOLERANCE[engine])
     else:
         found = _sampled(field, several[None], grid[None], 53, tolerance)[0]
     return found.reshape(len(states), len(times), *states.shape[1:])
@@ -147,10 +148,9 @@ def _exact(
     """The same of Fractions, by the kernel or in integers."""
     states, times = task
     if in_kernel(engine, bits):
-        kind = kernel_bits(bits)
-        given = in_parts(states, kind), in_parts(times, kind), bits
-        return exactly(_in_parts(field, *given, tolerance))
-    each = np.broadcast_to(times.reshape(len(times), -1), (len(times), states.shape[1]))
+        state, grid = (in_parts(x, kernel_bits(bits)) for x in task)
+        return exactly(_sampled(field, state, grid, bits, tolerance))
+    each = np.broadcast_to(times, (len(times), states.shape[1]))
     columns = [_in_integers(field, *one, bits) for one in zip(states.T, each.T, strict=True)]
     return np.array(columns, dtype=object).transpose(2, 1, 0)
 
@@ -172,26 +172,27 @@ def _in_integers(
     raise AssertionError
 
 
-def _in_parts(c: AlignedCoefficients, states: Any, times: Any, bits: int, tol: float | None) -> Any:
-    """The same in the kernel's parts, which come first."""
-    kind = kernel_bits(bits)
-    if tol is None:
-        tol = FINEST_TOLERANCE["taylor"] * 2.0 ** (53 - min(kind, bits + SPARE_BITS))
-    return _sampled(c, states, times.reshape(*times.shape[:2], -1), kind, tol)
-
-
 def _sampled(
-    field: Field | AlignedCoefficients, states: Array, times: Array, bits: int, tolerance: float
+    field: Field | AlignedCoefficients,
+    states: Array,
+    times: Array,
+    bits: int,
+    tolerance: float | None,
 ) -> Array:
-    """Samples (parts, d, k, n) of states (parts, d, n) at times (parts, k, n) or (parts, k, 1)."""
-    parts, size, n = states.shape
+    """Samples (parts, d, k, n) by the kernel, from states (parts, d, n).
+
+    Times are (parts, k, n), or (parts, k, 1) for all orbits.
+    """
+    (parts, size, n), kind = states.shape, kernel_bits(bits)
+    if tolerance is None:
+        tolerance = FINEST_TOLERANCE["taylor"] * 2.0 ** (53 - min(kind, bits + SPARE_BITS))
     lanes = FEW if n <= FEW else LANES
     if isinstance(field, AlignedCoefficients):
-        traced, parameters = ALIGNED, in_parts(field, bits)
+        traced, parameters = ALIGNED, in_parts(field, kind)
     else:
         traced, numbers = _traced(field, size)
         parameters = np.array([numbers], dtype=float)
-    kernel = samples.function(taylor_step.order_of(tolerance), bits, traced, lanes)
+    kernel = following.sampling(taylor_step.order_of(tolerance), kind, traced, lanes)
     found = np.empty((parts, size, times.shape[1], n))
     senses = np.broadcast_to(np.where(times[0, -1] < 0, -1.0, 1.0), n)
     for sense in set(senses.tolist()):

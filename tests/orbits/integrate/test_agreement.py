@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import functools
 import math
+from typing import Any
 
 import numpy as np
 import pytest
@@ -30,7 +31,7 @@ from tests.strategies import apart
 BOUND = {("taylor", 53): 1e-11, ("taylor", 64): 2e-14, ("scipy", 53): 1e-9}
 """How far crossing times may err after two passages; each multiplies an error by about 3.
 Beyond 64 bits every time is the double nearest to it."""
-EACH = [("taylor", 53), ("taylor", 106), ("scipy", 53), ("scipy", 113)]
+EACH = [("taylor", 53), ("taylor", 106), ("scipy", 53), ("scipy", 60)]
 """One way for each way of computing: doubles, sums of them, a system of SciPy's, integers."""
 J2, THETA2, V = 1.3, 0.7, 12.0
 """|M|, initial phase and v of the separatrices below: J1 from 8e-6 J2 up, or down to it."""
@@ -103,13 +104,19 @@ def test_agrees_the_one_crossing_of_an_unperturbed_separatrix(
     assert found.outcome.tolist() == [Outcome.ASYMPTOTIC]
 
 
+@functools.cache
+def whole(engine: str, bits: int) -> tuple[Any, Crossings]:
+    """An orbit with two crossings."""
+    begin = fan(3, J1=1e-2)[:, [2]]
+    return begin, find(begin, engine, bits, n_crossings=2)
+
+
 @pytest.mark.slow
 @every_way
 def test_outcome_a_limit_ends_an_orbit_before_a_crossing_that_comes_later(
     engine: str, bits: int
 ) -> None:
-    begin = fan(1, J1=1e-2)
-    expected = find(begin, engine, bits, n_crossings=2)
+    begin, expected = whole(engine, bits)
     waited = float(np.diff(expected.time, axis=0)[0, 0])
     assert waited > 10
     found = find(begin, engine, bits, n_crossings=2, passage_limit=waited * (1 + 1e-9))
@@ -128,23 +135,8 @@ def test_outcome_orbits_that_end_differently_share_a_call(engine: str, bits: int
     states[3:, 1] = 0
     found = find(states, engine, bits, n_crossings=2, passage_limit=30)
     assert found.outcome.tolist() == [Outcome.COMPLETE, Outcome.ASYMPTOTIC, Outcome.COMPLETE]
-    alone = find(states[:, [0]], engine, bits, n_crossings=2, passage_limit=30)
-    np.testing.assert_allclose(found.time[:, [0]], alone.time, rtol=1e-12)
+    np.testing.assert_allclose(found.time[:, [2]], whole(engine, bits)[1].time, rtol=1e-12)
     assert found.separatrix[:, 1].tolist() == [2, 0]
-
-
-@pytest.mark.slow
-@every_way
-def test_agrees_an_orbit_that_starts_near_the_top(engine: str, bits: int) -> None:
-    """On separatrix 2 above M3 = 0 the first crossing lies beside 1 or 3."""
-    begin = on_separatrix(2, FIG4, 0.99, 0.3)[:, None]
-    found = find(begin, engine, bits, n_crossings=2)
-    assert found.separatrix[0, 0] in (1, 3)
-    assert found.separatrix[1, 0] in (2, 4)
-    # Back in time the free orbit crosses M3 = 0 at ln(99)/u: it never does so again.
-    free = find(begin, engine, bits, body=FREE, n_crossings=2, passage_limit=20)
-    assert free.outcome.tolist() == [Outcome.ASYMPTOTIC]
-    assert np.isnan(free.time).all()
 
 
 @pytest.mark.parametrize(("engine", "bits"), WAYS)

@@ -8,9 +8,8 @@ import numpy as np
 import pytest
 
 from rigidpend.orbits import integrate
-from rigidpend.orbits.integrate import Outcome, dop853
+from rigidpend.orbits.integrate import dop853
 from rigidpend.orbits.integrate.arithmetic import in_kernel, kernel_bits, resolve
-from rigidpend.orbits.integrate.dop853 import Abreast
 from tests.orbits.integrate.problems import fan, find, same, task
 
 
@@ -44,18 +43,6 @@ def test_jobs_change_no_bit(
         assert same(alone, find(fan(n), engine, bits, **given, jobs=jobs))
 
 
-@pytest.mark.slow
-def test_group_finds_each_orbit_whatever_the_company() -> None:
-    """Steps are shared, so times differ by the tolerance; the separatrices do not."""
-    states = fan(7)
-    together = find(states, "scipy", n_crossings=2)
-    assert together.outcome.tolist() == [Outcome.COMPLETE] * 7
-    for k in (0, 6):
-        alone = find(states[:, k : k + 1], "scipy", n_crossings=2)
-        np.testing.assert_array_equal(together.separatrix[:, k], alone.separatrix[:, 0])
-        np.testing.assert_allclose(together.time[:, k], alone.time[:, 0], rtol=0, atol=1e-9)
-
-
 def test_groups_follow_each_other_in_order() -> None:
     """65 orbits are two groups, of 33 and 32."""
     states = fan(65)
@@ -82,7 +69,7 @@ def test_errors_of_Q_count_by_the_smallest_orbit_and_others_by_one() -> None:
     states[1] = states[0] / 1024
     smallest = abs(states[0, 2])
     assert smallest < 1e-11
-    floor = Abreast(task(states), 2.0**-30).floor
+    floor = dop853.floor(task(states), 2.0**-30)
     np.testing.assert_array_equal(floor.T * 2.0**30, [[smallest, smallest, 1, 1, 1, 1]])
     states[:2] = 0
-    np.testing.assert_array_equal(Abreast(task(states), 0.5).floor, np.full((6, 1), 0.5))
+    np.testing.assert_array_equal(dop853.floor(task(states), 0.5), np.full((6, 1), 0.5))

@@ -27,9 +27,8 @@ from rigidpend.orbits.integrate import (
     neighbours,
     no_crossings,
 )
-from rigidpend.orbits.integrate.batch import Found
+from rigidpend.orbits.integrate.batch import written
 from rigidpend.orbits.integrate.passages import UNDECIDED, zeros
-from rigidpend.orbits.integrate.reference_orbit import Passed
 from rigidpend.orbits.integrate.states import first_crossings, states_at
 from tests.orbits.integrate.problems import FREE, on_separatrix
 
@@ -65,7 +64,7 @@ def test_crossings_are_written_until_an_orbit_ends(
     """Where it does not end its outcome stays as it was."""
     found = no_crossings(3, 2)
     before = found.outcome.copy()
-    Found.of(given).write(found, LIMIT)
+    written(np.array(given, dtype=float).reshape(-1, 3).T, found, LIMIT)
     assert [column[np.isfinite(column)].tolist() for column in found.time.T] == times
     assert np.count_nonzero(found.separatrix, axis=0).tolist() == list(map(len, times))
     for column, time, separatrix in given:
@@ -107,12 +106,12 @@ def test_an_orbit_is_complete_with_its_last_crossing_and_not_with_a_touch() -> N
         passage_limit=10.0,
         tolerance=1e-15,
     )
-    walk.note(Passed(1.0, 2))
-    walk.note(Passed(2.0, 1), 0)
-    walk.note(Passed(2.0, UNDECIDED), 2)
+    walk.note(1.0, 2)
+    walk.note(2.0, 1, 0)
+    walk.note(2.0, UNDECIDED, 2)
     assert walk.found.outcome.tolist() == [Outcome.COMPLETE, Outcome.FAILED, Outcome.FAILED]
     assert walk.found.separatrix.T.tolist() == [[2, 1], [2, 0], [2, 0]]
-    walk.note(Passed(3.0, 3))
+    walk.note(3.0, 3)
     assert walk.found.separatrix.T.tolist() == [[2, 1], [2, 3], [2, 0]]
 
 

@@ -22,7 +22,7 @@ from rigidpend.mechanics.equations import (
 )
 from rigidpend.numbers.exact import context, fraction
 from rigidpend.orbits.integrate import states
-from rigidpend.orbits.integrate.kernel import machine_code, samples
+from rigidpend.orbits.integrate.kernel import following, machine_code
 from rigidpend.orbits.integrate.kernel.machine_code import FEW, LANES
 from rigidpend.orbits.integrate.states import first_crossings, states_at
 from rigidpend.orbits.return_map.precision import precision
@@ -159,13 +159,13 @@ def test_two_orbits_take_narrow_vectors_and_keep_every_bit(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
     taken: list[int] = []
-    real = samples.function
+    real = following.sampling
 
     def watched(*given: Any) -> Any:
         taken.append(given[-1])
         return real(*given)
 
-    monkeypatch.setattr(samples, "function", watched)
+    monkeypatch.setattr(following, "sampling", watched)
     three, two = (states_at(C, fan(3)[:, :n], np.linspace(1, 9, 5)) for n in (3, 2))
     assert taken == [LANES, FEW]
     np.testing.assert_array_equal(three[..., :2], two)
@@ -228,9 +228,9 @@ def test_a_time_beside_a_double_is_met_as_if_one_went_on_from_there(bits: int) -
 
 @both_engines
 def test_each_orbit_of_fractions_is_carried_on_for_its_own_time(engine: str) -> None:
-    """By any number of threads or processes, and of the same bits whatever the body before."""
-    begin, bits = TASK.states, 106
-    found = states_at(TASK.coefficients, begin, DURATIONS, bits, jobs=2, engine=engine)
+    """By any number of threads, and of the same bits whatever the body before."""
+    begin, bits, jobs = TASK.states, 106, 2 if engine == "taylor" else 1
+    found = states_at(TASK.coefficients, begin, DURATIONS, bits, jobs=jobs, engine=engine)
     other = task(fan(3), 106, body=FIG4).coefficients
     assert (states_at(other, begin, DURATIONS, bits, engine=engine) != found).all()
     again = states_at(TASK.coefficients, begin, DURATIONS, bits, engine=engine)
@@ -264,9 +264,12 @@ def orbit_off_the_level_zero(body: Any, engine: str) -> tuple[Any, Any]:
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("engine", ENGINES)
 @pytest.mark.parametrize(
-    ("orbit", "body"), [(aligned_orbit, FIG4), (orbit_off_the_level_zero, GENERIC)]
+    ("orbit", "body", "engine"),
+    [
+        (aligned_orbit, FIG4, "taylor"),
+        *((orbit_off_the_level_zero, GENERIC, engine) for engine in ENGINES),
+    ],
 )
 def test_invariant_energy_and_the_lengths_of_gamma_and_M_gamma(
     orbit: Any, body: Any, engine: str
@@ -288,7 +291,7 @@ def test_invariant_the_length_of_gamma_walks_by_roundings_and_does_not_drift() -
     assert abs(drift.mean()) < 4 * drift.std() / math.sqrt(drift.size)
 
 
-ORBITS = task(fan(3), 212)
+ORBITS = task(fan(2), 212)
 STATES = ORBITS.states
 
 
@@ -325,7 +328,7 @@ def test_agrees_with_230_bit_integers_and_the_first_of_all_crossings(
         assert abs(state[2]) < 8 * unit, "M3 vanishes"
         before, after = (sum(x * x for x in gamma[3:]) for gamma in (start, state))
         assert abs(after - before) < 200 * unit
-    times = find(fan(3), engine, bits, n_crossings=1).time[0]
+    times = find(fan(2), engine, bits, n_crossings=1).time[0]
     assert [float(time) for time, _ in found] == pytest.approx(list(times), rel=1e-13)
 
 

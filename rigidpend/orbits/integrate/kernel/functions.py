@@ -11,13 +11,13 @@ from collections.abc import Callable, Sequence
 from fractions import Fraction
 
 from rigidpend.numbers.exact import context, fraction
-from rigidpend.orbits.integrate.kernel.lane_numbers import Doubles, Value
+from rigidpend.orbits.integrate.kernel.lane_numbers import Doubles, Value, as_doubles
 
 CONSTANT_BITS = 240
 """Bits of pi and ln 2: more than two pairs have."""
-SIGN = str(-(1 << 63))
+SIGN = -(1 << 63)
 """The sign of a double, as a whole number."""
-ROOT_HALF = str(int.from_bytes(bytes.fromhex("3fe6a09e667f3bcd"), "big"))
+ROOT_HALF = int.from_bytes(bytes.fromhex("3fe6a09e667f3bcd"), "big")
 """The bits of sqrt(1/2)."""
 
 SQUARE = (math.pi / 4) ** 2
@@ -37,16 +37,17 @@ class Functions:
     def cos_sin(self, x: Value) -> tuple[Value, Value]:
         """Cosine and sine of an angle of some turns at most, radians."""
         code, n = self.code, self.numbers
-        turns = self._nearest(code.binary("fmul", x[0], code.number(2 / math.pi)))
+        turns = self._nearest(x, 2 / math.pi)
         r = self._reduced(x, turns, self.half_pi)
         w = n.times(r, r)
-        ratios = self._factorials()
+        # 1, 1, -1/2!, -1/3!, 1/4!, 1/5!, ...: of cosine and sine in turn.
+        count = 2 * self._until(SQUARE, lambda j: math.factorial(2 * j)) + 2
+        ratios = [Fraction((-1) ** (k // 2), math.factorial(k)) for k in range(count)]
         sin = n.settled(n.with_product(r, n.times(r, w), self._series(ratios[3::2], w, SQUARE)))
         cos = n.settled(n.with_product(self._number(1), w, self._series(ratios[2::2], w, SQUARE)))
         quarter = code(f"fptosi {code.vector} {turns} to {code.whole}")
-        odd = code(f"and {code.whole} {quarter}, {self._whole('1')}")
-        odd = code(f"icmp ne {code.whole} {odd}, zeroinitializer")
-        next_ = code(f"add {code.whole} {quarter}, {self._whole('1')}")
+        odd = code(f"icmp ne {code.whole} {code.with_each('and', quarter, 1)}, zeroinitializer")
+        next_ = code.with_each("add", quarter, 1)
         return (
             self._signed(self._chosen(odd, sin, cos), next_),
             self._signed(self._chosen(odd, cos, sin), quarter),
@@ -54,21 +55,18 @@ class Functions:
 
     def reduced_angle(self, x: Value) -> Value:
         """The angle less whole turns, from -pi to pi."""
-        turns = self._nearest(self.code.binary("fmul", x[0], self.code.number(1 / (2 * math.pi))))
-        return self._reduced(x, turns, 4 * self.half_pi)
+        return self._reduced(x, self._nearest(x, 1 / (2 * math.pi)), 4 * self.half_pi)
 
     def logarithm_of_size(self, x: Value) -> Value:
         """ln|x| of a normal number other than zero."""
         code, n = self.code, self.numbers
-        bits = code(f"bitcast {code.vector} {x[0]} to {code.whole}")
-        sign = code(f"and {code.whole} {bits}, {self._whole(SIGN)}")
+        bits = code.bits(x[0])
+        sign = code.with_each("and", bits, SIGN)
         size = code(f"xor {code.whole} {bits}, {sign}")
-        k = code(f"sub {code.whole} {size}, {self._whole(ROOT_HALF)}")
-        k = code(f"ashr {code.whole} {k}, {self._whole('52')}")
-        factor = code(f"sub {code.whole} {self._whole('1023')}, {k}")
-        factor = code(f"shl {code.whole} {factor}, {self._whole('52')}")
-        factor = code(f"or {code.whole} {factor}, {sign}")
-        factor = code(f"bitcast {code.whole} {factor} to {code.vector}")
+        k = code.with_each("ashr", code.with_each("sub", size, ROOT_HALF), 52)
+        factor = code(f"sub {code.whole} {code.everywhere('1023', 'i64')}, {k}")
+        factor = code(f"or {code.whole} {code.with_each('shl', factor, 52)}, {sign}")
+        factor = code.of_bits(factor)
         # From sqrt(1/2) to sqrt(2); the factor is a power of two.
         m = tuple(code.binary("fmul", part, factor) for part in x)
         one = self._number(1)
@@ -84,7 +82,7 @@ class Functions:
         """x less `count` periods: the period in two numbers, so that nothing is lost."""
         n, code = self.numbers, self.code
         less = n.of_double(code(f"fneg {code.vector} {count}"))
-        first = sum(map(Fraction, n.rounded(period)), Fraction(0))
+        first = sum(map(Fraction, as_doubles(period, n.parts)), Fraction(0))
         for part in (first, period - first):
             x = n.settled(n.with_product(x, less, self._number(part)))
         return x
@@ -99,17 +97,12 @@ class Functions:
         few = next((j for j, c in enumerate(coefficients) if abs(c) * most**j < small), 0)
         total = self._number(coefficients[-1])
         for j in range(len(coefficients) - 2, -1, -1):
+            c = self._number(coefficients[j])
             if 0 < few <= j:
-                c = self._number(coefficients[j])
                 total = n.of_double(plain.with_product(c, total, x)[0])
             else:
-                total = n.settled(n.with_product(self._number(coefficients[j]), total, x))
+                total = n.settled(n.with_product(c, total, x))
         return total
-
-    def _factorials(self) -> list[Fraction]:
-        """1, 1, -1/2!, -1/3!, 1/4!, 1/5!, ...: of cosine and sine in turn."""
-        count = self._until(SQUARE, lambda j: math.factorial(2 * j)) + 1
-        return [Fraction((-1) ** (k // 2), math.factorial(k)) for k in range(2 * count)]
 
     def _until(self, ratio: float, divisor: Callable[[int], int]) -> int:
         """The number of terms ratio^j / divisor(j) until they are below rounding."""
@@ -121,30 +114,18 @@ class Functions:
     def _number(self, value: Fraction | int) -> Value:
         return tuple(map(self.code.everywhere, self.numbers.constant(Fraction(value))))
 
-    def _whole(self, value: str) -> str:
-        return self.code.everywhere(value, "i64")
-
-    def _nearest(self, x: str) -> str:
-        """The nearest whole number, as a double."""
+    def _nearest(self, x: Value, factor: float) -> str:
+        """The whole number nearest to a multiple of a number, as a double."""
         code = self.code
-        x = code.binary("fadd", x, code.number(0.5))
-        return code(f"call {code.vector} @llvm.floor.{code.suffix}({code.vector} {x})")
+        turns = code.binary("fmul", x[0], code.number(factor))
+        turns = code.binary("fadd", turns, code.number(0.5))
+        return code(f"call {code.vector} @llvm.floor.{code.suffix}({code.vector} {turns})")
 
     def _chosen(self, mask: str, a: Value, b: Value) -> Value:
-        code = self.code
-        return tuple(
-            code(f"select {code.mask} {mask}, {code.vector} {x}, {code.vector} {y}")
-            for x, y in zip(a, b, strict=True)
-        )
+        return tuple(self.code.chosen(mask, x, y) for x, y in zip(a, b, strict=True))
 
     def _signed(self, x: Value, quarter: str) -> Value:
         """The opposite in the lanes where the second bit of a whole number is 1."""
         code = self.code
-        sign = code(f"and {code.whole} {quarter}, {self._whole('2')}")
-        sign = code(f"shl {code.whole} {sign}, {self._whole('62')}")
-        found = []
-        for part in x:
-            bits = code(f"bitcast {code.vector} {part} to {code.whole}")
-            bits = code(f"xor {code.whole} {bits}, {sign}")
-            found.append(code(f"bitcast {code.whole} {bits} to {code.vector}"))
-        return tuple(found)
+        sign = code.with_each("shl", code.with_each("and", quarter, 2), 62)
+        return tuple(code.of_bits(code(f"xor {code.whole} {code.bits(y)}, {sign}")) for y in x)

@@ -61,11 +61,7 @@ class Doubles:
 
     def constant(self, value: Fraction) -> list[str]:
         """A number's parts as LLVM reads them."""
-        return [hexadecimal(part) for part in self.rounded(value)]
-
-    def rounded(self, value: Fraction) -> list[float]:
-        """The doubles that make up a number, the largest first."""
-        return as_doubles(value, self.parts)
+        return [hexadecimal(part) for part in as_doubles(value, self.parts)]
 
     def of_double(self, x: str) -> Value:
         """The number with the value of a double."""
@@ -108,6 +104,14 @@ class Doubles:
     def horner_at(self, total: Value, x: Value, c: Value) -> Value:
         """total x + c, of a number x."""
         return self.horner(total, x[0], c)
+
+    def sum_and_error(self, a: str, b: str) -> tuple[str, str]:
+        """a + b of doubles and its rounding error, exactly (Knuth)."""
+        code = self.code
+        total = code.binary("fadd", a, b)
+        part = code.binary("fsub", total, a)
+        first = code.binary("fsub", a, code.binary("fsub", total, part))
+        return total, code.binary("fadd", first, code.binary("fsub", b, part))
 
 
 class Expansions(Doubles):
@@ -174,7 +178,7 @@ class Expansions(Doubles):
                     part = self.code.fma(a[i], b[order - i], part)
                     continue
                 product, error = self._product(a[i], b[order - i])
-                part, rest = self._sum(part, product)
+                part, rest = self.sum_and_error(part, product)
                 lost += [rest, error]
             found.append(part)
         return tuple(found)
@@ -184,7 +188,7 @@ class Expansions(Doubles):
         parts = list(total)
         for first in range(self.parts - 1):
             for i in range(self.parts - 1, first, -1):
-                parts[i - 1], parts[i] = self._sum(parts[i - 1], parts[i])
+                parts[i - 1], parts[i] = self.sum_and_error(parts[i - 1], parts[i])
         return tuple(parts)
 
     def divided(self, a: Value, share: Value, whole: str) -> Value:
@@ -211,7 +215,7 @@ class Expansions(Doubles):
             if last:
                 total = self.code.binary("fadd", total, term)
             else:
-                total, rest = self._sum(total, term)
+                total, rest = self.sum_and_error(total, term)
                 lost.append(rest)
         return total, lost
 
@@ -219,14 +223,6 @@ class Expansions(Doubles):
         """a b and its rounding error, exactly."""
         product = self.code.binary("fmul", a, b)
         return product, self.code.fma(a, b, self.code(f"fneg {self.code.vector} {product}"))
-
-    def _sum(self, a: str, b: str) -> tuple[str, str]:
-        """a + b and its rounding error, exactly (Knuth)."""
-        code = self.code
-        total = code.binary("fadd", a, b)
-        part = code.binary("fsub", total, a)
-        first = code.binary("fsub", a, code.binary("fsub", total, part))
-        return total, code.binary("fadd", first, code.binary("fsub", b, part))
 
 
 class Pairs(Expansions):

@@ -68,6 +68,22 @@ class Writer:
     def element(self, base: str, index: str | int) -> str:
         return self.load(self.at(base, index))
 
+    def scalar(self, base: str, index: str | int, kind: str = "double") -> str:
+        """A number of an array: one, and not in each lane."""
+        return self.load(self.at(base, index, kind), kind, 8)
+
+    def keep(self, value: str, base: str, index: str | int, kind: str = "double") -> None:
+        """Put such a number into an array."""
+        self.store(value, self.at(base, index, kind), kind, 8)
+
+    def add(self, a: str, b: str | int) -> str:
+        """The sum of two whole numbers."""
+        return self(f"add i64 {a}, {b}")
+
+    def mul(self, a: str, b: str | int) -> str:
+        """The product of two whole numbers."""
+        return self(f"mul i64 {a}, {b}")
+
     def binary(self, operation: str, a: str, b: str) -> str:
         return self(f"{operation} {self.vector} {a}, {b}")
 
@@ -83,20 +99,28 @@ class Writer:
         return self(f"fcmp {relation} {self.vector} {a}, {b}")
 
     def larger(self, a: str, b: str) -> str:
-        return self._chosen(self.compare("ogt", a, b), a, b)
+        return self.chosen(self.compare("ogt", a, b), a, b)
 
     def smaller(self, a: str, b: str) -> str:
-        return self._chosen(self.compare("olt", a, b), a, b)
+        return self.chosen(self.compare("olt", a, b), a, b)
 
-    def _chosen(self, mask: str, a: str, b: str) -> str:
+    def chosen(self, mask: str, a: str, b: str) -> str:
         return self(f"select {self.mask} {mask}, {self.vector} {a}, {self.vector} {b}")
 
     def logic(self, operation: str, a: str, b: str) -> str:
         return self(f"{operation} {self.mask} {a}, {b}")
 
-    def one_where(self, mask: str) -> str:
-        """1 in the lanes of a mask, 0 elsewhere."""
-        return self(f"uitofp {self.mask} {mask} to {self.vector}")
+    def bits(self, x: str) -> str:
+        """The bits of doubles, as whole numbers."""
+        return self(f"bitcast {self.vector} {x} to {self.whole}")
+
+    def of_bits(self, bits: str) -> str:
+        """The doubles that have such bits."""
+        return self(f"bitcast {self.whole} {bits} to {self.vector}")
+
+    def with_each(self, operation: str, a: str, value: str | int) -> str:
+        """An operation on whole numbers, with the same second one in each lane."""
+        return self(f"{operation} {self.whole} {a}, {self.everywhere(str(value), 'i64')}")
 
     def number(self, value: float) -> str:
         """The same number in each lane."""
@@ -196,13 +220,8 @@ class ArrayPointer(ctypes.c_void_p):
 def function(text: str, name: str, *arguments: Any) -> Any:
     """The function of a text in LLVM's language that returns an int64, ready to be called.
 
-    While it runs, and while it is compiled, other threads have the interpreter.
-
-    Parameters
-    ----------
-    text : str
-    name : str
-    arguments : ctypes types, or `ArrayPointer`
+    While it runs, and while it is compiled, other threads have the interpreter. Its arguments are
+    ctypes' types, or `ArrayPointer`.
     """
     with _locks.setdefault(text, threading.Lock()):
         return ready(text, name, *arguments)

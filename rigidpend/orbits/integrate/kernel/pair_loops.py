@@ -48,7 +48,7 @@ def elementwise(name: str) -> Any:
     count = code.load("%dims", "i64", 8)
     many = code(f"icmp sge i64 {count}, {LANES}")
     operands = [_Operand(code, k, count, many) for k in range(6)]
-    with code.loop(code(f"udiv i64 {code(f'add i64 {count}, {LANES - 1}')}, {LANES}")) as group:
+    with code.loop(code(f"udiv i64 {code.add(count, LANES - 1)}, {LANES}")) as group:
         first = code(f"select i1 {many}, i64 {_first(code, group, count)}, i64 0")
         a_high, a_low, b_high, b_low = (x.loaded(first) for x in operands[:4])
         value = OPERATIONS[name](n, (a_high, a_low), (b_high, b_low))
@@ -63,8 +63,7 @@ class _Operand:
 
     def __init__(self, code: Writer, k: int, count: str, many: str) -> None:
         self.code, self.count = code, count
-        self.base = code.load(code.at("%args", k, "ptr"), "ptr", 8)
-        self.step = code.load(code.at("%steps", k, "i64"), "i64", 8)
+        self.base, self.step = code.scalar("%args", k, "ptr"), code.scalar("%steps", k, "i64")
         dense, alone = (code(f"icmp eq i64 {self.step}, {size}") for size in (8, 0))
         self.dense, self.alone = code(f"and i1 {many}, {dense}"), code(f"and i1 {many}, {alone}")
         either = code(f"or i1 {self.dense}, {self.alone}")
@@ -102,8 +101,8 @@ class _Operand:
         code, lanes, whole = self.code, self.code.lanes, self.code.whole
         ascending = "<" + ", ".join(f"i64 {k}" for k in range(lanes)) + ">"
         at = code(f"add {whole} {code.everywhere(first, 'i64')}, {ascending}")
-        mask = code(f"icmp slt {whole} {at}, {code.everywhere(self.count, 'i64')}")
-        far = code(f"mul {whole} {at}, {code.everywhere(self.step, 'i64')}")
+        mask = code.with_each("icmp slt", at, self.count)
+        far = code.with_each("mul", at, self.step)
         places = code(f"getelementptr i8, ptr {self.base}, {whole} {far}")
         return f"<{lanes} x ptr> {places}", f"{code.mask} {mask}"
 
@@ -143,35 +142,31 @@ def products() -> Any:
     code = Writer()
     n = Pairs(code)
     total = code.variable(n.rows(2))
-    a_one, b_one = code("mul i64 %rows, %terms"), code("mul i64 %terms, %width")
+    a_one, b_one = code.mul("%rows", "%terms"), code.mul("%terms", "%width")
     # How many of each there are, from where on the smaller parts lie.
     a_all, b_all = (
-        code(f"mul i64 {one}, {code(f'select i1 {own}, i64 %sets, i64 1')}")
+        code.mul(one, code(f"select i1 {own}, i64 %sets, i64 1"))
         for one, own in (
             (a_one, code("icmp ne i64 %a_own, 0")),
             (b_one, code("icmp ne i64 %b_own, 0")),
         )
     )
-    all_ = code(f"mul i64 {code('mul i64 %rows, %width')}, %sets")
-    groups = code(f"udiv i64 {code(f'add i64 %width, {LANES - 1}')}, {LANES}")
+    all_ = code.mul(code.mul("%rows", "%width"), "%sets")
+    groups = code(f"udiv i64 {code.add('%width', LANES - 1)}, {LANES}")
     with code.loop("%sets") as one, code.loop("%rows") as i, code.loop(groups) as group:
         column = _first(code, group, "%width")
         n.store(_zero(code), total, 0)
         with code.loop("%terms") as k:
-            row = code(f"mul i64 {code(f'mul i64 {one}, %a_own')}, {a_one}")
-            row = code(f"add i64 {row}, {code(f'mul i64 {i}, %terms')}")
-            row = code(f"add i64 {row}, {k}")
-            factor = tuple(
-                code.everywhere(code.load(code.at("%a", place, "double"), "double", 8))
-                for place in (row, code(f"add i64 {row}, {a_all}"))
-            )
-            place = code(f"mul i64 {code(f'mul i64 {one}, %b_own')}, {b_one}")
-            place = code(f"add i64 {place}, {code(f'mul i64 {k}, %width')}")
-            place = code(f"add i64 {place}, {column}")
+            row = code.mul(code.mul(one, "%a_own"), a_one)
+            row = code.add(code.add(row, code.mul(i, "%terms")), k)
+            places = row, code.add(row, a_all)
+            factor = tuple(code.everywhere(code.scalar("%a", place)) for place in places)
+            place = code.mul(code.mul(one, "%b_own"), b_one)
+            place = code.add(code.add(place, code.mul(k, "%width")), column)
             b = _loaded(code, "%b", place, b_all)
             n.store(n.with_product(n.load(total, 0), factor, b), total, 0)
-        place = code(f"add i64 {code(f'mul i64 {one}, %rows')}, {i}")
-        place = code(f"add i64 {code(f'mul i64 {place}, %width')}, {column}")
+        place = code.add(code.mul(one, "%rows"), i)
+        place = code.add(code.mul(place, "%width"), column)
         _keep(code, n.settled(n.load(total, 0)), "%out", place, all_)
     head = (
         "define i64 @products(ptr noalias %out, ptr %a, ptr %b, i64 %rows, i64 %terms, i64 %width,"
@@ -193,20 +188,20 @@ def convolution() -> Any:
     code = Writer(WIDE)
     n = Pairs(code)
     total = code.variable(n.rows(2))
-    all_ = code("mul i64 %rows, %width")
-    sums, left, right = (code.at("%work", code(f"mul i64 %rows, {2 * k}")) for k in range(3))
-    groups = code(f"udiv i64 {code(f'add i64 %width, {WIDE - 1}')}, {WIDE}")
+    all_ = code.mul("%rows", "%width")
+    sums, left, right = (code.at("%work", code.mul("%rows", 2 * k)) for k in range(3))
+    groups = code(f"udiv i64 {code.add('%width', WIDE - 1)}, {WIDE}")
 
     def row(base: str, place: str) -> Value:
-        return _loaded(code, base, code(f"mul i64 {place}, {2 * WIDE}"), str(WIDE))
+        return _loaded(code, base, code.mul(place, 2 * WIDE), str(WIDE))
 
     def keep(value: Value, base: str, place: str) -> None:
-        _keep(code, value, base, code(f"mul i64 {place}, {2 * WIDE}"), str(WIDE))
+        _keep(code, value, base, code.mul(place, 2 * WIDE), str(WIDE))
 
     def gather(base: str, rows: str, to: str, column: str) -> None:
-        apart = code(f"mul i64 {rows}, %width")
+        apart = code.mul(rows, "%width")
         with code.loop(rows) as k:
-            place = code(f"add i64 {code(f'mul i64 {k}, %width')}, {column}")
+            place = code.add(code.mul(k, "%width"), column)
             keep(_loaded(code, base, place, apart), to, k)
 
     with code.loop(groups) as group:
@@ -215,17 +210,17 @@ def convolution() -> Any:
             keep(_zero(code), sums, r)
         with code.loop("%count") as one:
             a, b, a_rows = (
-                code.load(code.at(base, one, kind), kind, 8)
+                code.scalar(base, one, kind)
                 for base, kind in (("%a", "ptr"), ("%b", "ptr"), ("%a_rows", "i64"))
             )
             b_last = code(f"sub i64 %rows, {a_rows}")
             gather(a, a_rows, left, column)
-            gather(b, code(f"add i64 {b_last}, 1"), right, column)
+            gather(b, code.add(b_last, 1), right, column)
             with code.loop("%rows") as r:
                 n.store(row(sums, r), total, 0)
                 least = code(f"sub i64 {r}, {b_last}")
                 least = code(f"select i1 {code(f'icmp sgt i64 {least}, 0')}, i64 {least}, i64 0")
-                end = code(f"add i64 {r}, 1")
+                end = code.add(r, 1)
                 fewer = code(f"icmp slt i64 {end}, {a_rows}")
                 end = code(f"select i1 {fewer}, i64 {end}, i64 {a_rows}")
                 with code.loop(end, least) as k:
@@ -233,7 +228,7 @@ def convolution() -> Any:
                     n.store(n.with_product(n.load(total, 0), x, y), total, 0)
                 keep(n.load(total, 0), sums, r)
         with code.loop("%rows") as r:
-            place = code(f"add i64 {code(f'mul i64 {r}, %width')}, {column}")
+            place = code.add(code.mul(r, "%width"), column)
             _keep(code, n.settled(row(sums, r)), "%out", place, all_)
     head = (
         "define i64 @convolution(ptr noalias %out, ptr %a, ptr %b, ptr %a_rows, ptr noalias %work,"
@@ -252,17 +247,17 @@ def held(loop: Callable[[], Any]) -> Any:
 
 def _first(code: Writer, group: str, count: str) -> str:
     """The first element of a group of lanes, of which the last one ends with the elements."""
-    first, last = code(f"mul i64 {group}, {code.lanes}"), code(f"sub i64 {count}, {code.lanes}")
+    first, last = code.mul(group, code.lanes), code(f"sub i64 {count}, {code.lanes}")
     return code(f"select i1 {code(f'icmp slt i64 {first}, {last}')}, i64 {first}, i64 {last}")
 
 
 def _loaded(code: Writer, base: str, place: str, apart: str) -> Value:
-    places = place, code(f"add i64 {place}, {apart}")
+    places = place, code.add(place, apart)
     return tuple(code.load(code.at(base, x, "double"), align=8) for x in places)
 
 
 def _keep(code: Writer, value: Value, base: str, place: str, apart: str) -> None:
-    for part, at in zip(value, (place, code(f"add i64 {place}, {apart}")), strict=True):
+    for part, at in zip(value, (place, code.add(place, apart)), strict=True):
         code.store(part, code.at(base, at, "double"), align=8)
 
 

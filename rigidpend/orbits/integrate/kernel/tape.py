@@ -19,8 +19,8 @@ from rigidpend.numbers.generic import Scalar
 
 FUNCTIONS = ("sin", "cos", "exp", "sqrt")
 """Elementary functions of symbols."""
-COMPONENTS = ("Qp", "Qm", "M3", "gamma1", "gamma2", "gamma3")
-"""Components of the aligned field."""
+PARTNERS = {"sin": "cos", "cos": "sin", "exp": "exp"}
+"""For each function the one whose series its rate has as a factor."""
 
 
 class Operation(NamedTuple):
@@ -50,6 +50,11 @@ class TracedField(NamedTuple):
         """Lines whose Taylor coefficients are sums: not those with a plain number as a factor."""
         return tuple(i for i, line in enumerate(self.lines) if self._is_sum(line))
 
+    def partner(self, i: int) -> int:
+        """The line whose series the rate of a function's series has as a factor."""
+        operation, operands = self.lines[i]
+        return self.lines.index(Operation(PARTNERS[operation], operands))
+
     def _is_sum(self, line: Operation) -> bool:
         operation, operands = line
         if operation not in ("times", "divided", *FUNCTIONS):
@@ -67,14 +72,6 @@ def trace(field: Callable[[Any, Any], Any], size: int) -> tuple[TracedField, tup
     tape = _Tape()
     found = tape.taken(field([tape.write("component", i) for i in range(size)], _Functions()))
     return found, tuple(tape.parameters)
-
-
-def _trace_aligned() -> TracedField:
-    tape = _Tape()
-    state = [tape.write("component", i) for i in range(len(COMPONENTS))]
-    numbers = range(len(AlignedCoefficients._fields))
-    c = AlignedCoefficients(*(tape.write("parameter", i) for i in numbers))
-    return tape.taken(aligned(state, c))
 
 
 class _Tape:
@@ -98,7 +95,8 @@ class _Tape:
             if i not in needed:
                 needed.add(i)
                 left += [] if lines[i].name == "parameter" else lines[i].operands
-                left += [lines.index(x) for x in _partners(lines[i])]
+                if lines[i].name in PARTNERS:
+                    left.append(self.lines[lines[i]._replace(name=PARTNERS[lines[i].name])])
         place = {i: k for k, i in enumerate(sorted(needed))}
         kept = [
             line
@@ -168,12 +166,6 @@ class Symbol:
         return half * half * (self if exponent % 2 else 1)
 
 
-def _partners(line: Operation) -> list[Operation]:
-    """The other one of sine and cosine, which the recurrence of each needs."""
-    other = {"sin": "cos", "cos": "sin"}.get(line.name)
-    return [Operation(other, line.operands)] if other else []
-
-
 def _is(x: Scalar, number: int) -> bool:
     return not isinstance(x, Symbol) and bool(x == number)
 
@@ -199,5 +191,10 @@ class _Functions:
         return applied
 
 
-ALIGNED = _trace_aligned()
+def _aligned(state: Sequence[Symbol], _: Any) -> Any:
+    numbers = (state[0].tape.symbol(0.0) for _ in AlignedCoefficients._fields)
+    return aligned(state, AlignedCoefficients(*numbers))
+
+
+ALIGNED, _ = trace(_aligned, 6)
 """The aligned field, of which `AlignedCoefficients` are the parameters."""

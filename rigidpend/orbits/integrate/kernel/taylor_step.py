@@ -30,7 +30,7 @@ from fractions import Fraction
 
 from rigidpend.orbits.integrate.kernel.lane_numbers import KINDS, Value
 from rigidpend.orbits.integrate.kernel.machine_code import LANES, Writer
-from rigidpend.orbits.integrate.kernel.tape import FUNCTIONS, Operation, TracedField
+from rigidpend.orbits.integrate.kernel.tape import FUNCTIONS, PARTNERS, TracedField
 
 LONGEST = 32.0
 """Longest step, t'; only an orbit that stands still comes to it."""
@@ -61,65 +61,48 @@ class Kernel:
         self.numbers = KINDS[bits](self.code)
         self.parts, rows = self.numbers.parts, (order + 1) * self.numbers.parts
         self.series = self.code.variable(self.numbers.rows(self.size * rows))
-        self.component: list[str] = []
+        self.component = [
+            self.code.at(self.series, i * (order + 1) * self.parts) for i in range(self.size)
+        ]
         """Places of the components' series."""
-
-    def begin(self) -> None:
-        """Set up the constants of all steps: places of the series, parameters, and 1/k."""
-        code = self.code
-        for i in range(self.size):
-            self.component.append(code.at(self.series, i * (self.order + 1) * self.parts))
-        self.one = code.number(1.0)
-        self.shares = code.variable(f"[{self.parts * (self.order + 1)} x double]")
-        for k in range(1, self.order + 1):
+        self.one = self.code.number(1.0)
+        self.shares = self.code.variable(f"[{self.parts * (order + 1)} x double]")
+        for k in range(1, order + 1):
             for i, part in enumerate(self.numbers.constant(Fraction(1, k))):
-                place = code.at(self.shares, i * (self.order + 1) + k, "double")
-                code.store(part, place, "double", 8)
-        self.expand = Recurrences(self.field, self).expand
+                self.code.keep(part, self.shares, i * (order + 1) + k)
+        self.expand = Recurrences(field, self).expand
         """Finds the series about the lanes' states."""
 
     def scalar(self, base: str, index: str | int, apart: int) -> Value:
         """A number in each lane, from its parts in an array."""
-        code, places = self.code, []
-        for i in range(self.parts):
-            at = code(f"add i64 {index}, {i * apart}")
-            places.append(code.load(code.at(base, at, "double"), "double", 8))
-        return tuple(code.everywhere(x) for x in places)
+        code = self.code
+        parts = [code.scalar(base, code.add(str(index), i * apart)) for i in range(self.parts)]
+        return tuple(code.everywhere(x) for x in parts)
 
-    def places(self, first: str) -> list[list[str]]:
-        """Places of a vector of lanes, from lane `first` on: the components', then the time's."""
-        state = [
+    @contextmanager
+    def lanes_from(self, first: str) -> Iterator[None]:
+        """Lines that carry on a vector of lanes, whose states and times are taken and put back."""
+        code = self.code
+        rows = [
             [self._place("%state", i + self.size * part, first) for part in range(self.parts)]
             for i in range(self.size)
         ]
-        return [*state, [self._place("%time", i, first) for i in range(2)]]
-
-    def load_lanes(self, places: list[list[str]]) -> None:
-        """Take the lanes' states and times into the kernel."""
-        code = self.code
-        *rows, times = places
+        times = [self._place("%time", i, first) for i in range(2)]
         self.time = [code.variable(code.vector) for _ in times]
         for series, row in zip(self.component, rows, strict=True):
-            value = tuple(code.load(x, align=8) for x in row)
-            self.numbers.store(value, series, 0)
+            self.numbers.store(tuple(code.load(x, align=8) for x in row), series, 0)
         for variable, place in zip(self.time, times, strict=True):
             code.store(code.load(place, align=8), variable)
-
-    def store_lanes(self, places: list[list[str]]) -> None:
-        """Put them back, carried on."""
-        code = self.code
-        *rows, times = places
+        yield
         for series, row in zip(self.component, rows, strict=True):
-            value = self.numbers.load(series, 0)
-            for part, place in zip(value, row, strict=True):
+            for part, place in zip(self.numbers.load(series, 0), row, strict=True):
                 code.store(part, place, align=8)
         for variable, place in zip(self.time, times, strict=True):
             code.store(code.load(variable), place, align=8)
 
     def _place(self, base: str, row: int, first: str) -> str:
         """The place of a group of lanes in a row of an array."""
-        begin = self.code(f"mul i64 %stride, {row}")
-        return self.code.at(base, self.code(f"add i64 {begin}, {first}"), "double")
+        return self.code.at(base, self.code.add(self.code.mul("%stride", row), first), "double")
 
     def go_on(self, h: str, ends: list[Value]) -> None:
         """Step to the ends of the series."""
@@ -168,9 +151,7 @@ class Kernel:
         if self.parts <= 2:
             return length
         # Two doubles then hold every sum of steps, which is the time, without rounding.
-        bits = code(f"bitcast {code.vector} {length} to {code.whole}")
-        bits = code(f"and {code.whole} {bits}, {code.everywhere(str(FEW_BITS), 'i64')}")
-        return code(f"bitcast {code.whole} {bits} to {code.vector}")
+        return code.of_bits(code.with_each("and", code.bits(length), FEW_BITS))
 
     def _norm(self, m: int) -> str:
         """Largest coefficient of an order."""
@@ -180,11 +161,10 @@ class Kernel:
     def _binary_logarithm(self, x: str) -> str:
         """log2 x from the exponent and a polynomial of the rest: good enough for a length."""
         code = self.code
-        bits = code(f"bitcast {code.vector} {x} to {code.whole}")
-        rest = code(f"and {code.whole} {bits}, {code.everywhere(str((1 << 52) - 1), 'i64')}")
-        rest = code(f"or {code.whole} {rest}, {code.everywhere(str(1023 << 52), 'i64')}")
-        rest = code(f"bitcast {code.whole} {rest} to {code.vector}")
-        exponent = code(f"lshr {code.whole} {bits}, {code.everywhere('52', 'i64')}")
+        bits = code.bits(x)
+        rest = code.with_each("or", code.with_each("and", bits, (1 << 52) - 1), 1023 << 52)
+        rest = code.of_bits(rest)
+        exponent = code.with_each("lshr", bits, 52)
         exponent = code(f"uitofp {code.whole} {exponent} to {code.vector}")
         return code.binary("fadd", exponent, self._polynomial(LOGARITHM, rest))
 
@@ -194,9 +174,8 @@ class Kernel:
         whole = code(f"call {code.vector} @llvm.floor.{code.suffix}({code.vector} {x})")
         rest = self._polynomial(POWER, self._minus(x, whole))
         bits = code(f"fptosi {code.vector} {whole} to {code.whole}")
-        bits = code(f"add {code.whole} {bits}, {code.everywhere('1023', 'i64')}")
-        bits = code(f"shl {code.whole} {bits}, {code.everywhere('52', 'i64')}")
-        return self._times(rest, code(f"bitcast {code.whole} {bits} to {code.vector}"))
+        bits = code.with_each("shl", code.with_each("add", bits, 1023), 52)
+        return self._times(rest, code.of_bits(bits))
 
     def _polynomial(self, coefficients: Sequence[float], x: str) -> str:
         total = self.code.number(coefficients[-1])
@@ -229,14 +208,10 @@ class Kernel:
 
     def _let_time_pass(self, h: str) -> None:
         """Add the step to the time, with what the sum's rounding leaves over."""
-        code = self.code
-        high, low = (code.load(x) for x in self.time)
-        total = code.binary("fadd", high, h)
-        part = self._minus(total, high)
-        first, second = self._minus(high, self._minus(total, part)), self._minus(h, part)
-        lost = code.binary("fadd", first, second)
-        code.store(total, self.time[0])
-        code.store(code.binary("fadd", low, lost), self.time[1])
+        high, low = (self.code.load(x) for x in self.time)
+        total, lost = self.numbers.sum_and_error(high, h)
+        self.code.store(total, self.time[0])
+        self.code.store(self.code.binary("fadd", low, lost), self.time[1])
 
 
 class Recurrences:
@@ -256,7 +231,7 @@ class Recurrences:
             operation, operands = field.lines[i]
             for operand in operands if operation == "times" else (i, *operands):
                 self._keep(operand, size)
-            if operation in ("sin", "cos", "exp"):
+            if operation in PARTNERS:
                 self.weighted.setdefault(operands[0], self.code.variable(size))
         count = 1 + max((x.operands[0] for x in field.lines if x.name == "parameter"), default=0)
         self.parameter = {
@@ -319,7 +294,7 @@ class Recurrences:
 
     def _integrate(self, found: dict[int, Value], k: str) -> None:
         """Coefficients of order k + 1 of the components, those of a fixed rate zero from k = 1."""
-        n, kernel, following = self.numbers, self.kernel, self.code(f"add i64 {k}, 1")
+        n, kernel, following = self.numbers, self.kernel, self.code.add(k, 1)
         share = kernel.scalar(kernel.shares, following, kernel.order + 1)
         whole = self.code.everywhere(self.code(f"sitofp i64 {following} to double"))
         for series, i in zip(kernel.component, self.field.rates, strict=True):
@@ -355,7 +330,7 @@ class Recurrences:
         places = {i: code.variable(own.rows(own.parts)) for i in self.sums}
         for place in places.values():
             own.store(own.of_double(ZERO), place, 0)
-        whole = (code(f"add i64 {k}, 1"), 0) if self.early else (k, 1)
+        whole = (code.add(k, 1), 0) if self.early else (k, 1)
         with code.loop(*whole) as j:
             other = code(f"sub i64 {k}, {j}")
             loaded: dict[tuple[str, str], Value] = {}
@@ -376,7 +351,7 @@ class Recurrences:
             return self.series[operands[1]], self.series[i]
         if operation == "sqrt":
             return self.series[i], self.series[i]
-        return self.weighted[operands[0]], self.series[self._partner(i)]
+        return self.weighted[operands[0]], self.series[self.field.partner(i)]
 
     def _finished(
         self,
@@ -403,15 +378,9 @@ class Recurrences:
             total = n.settled(n.with_product(total, found[b], values[i]))
             return n.quotient(n.minus(found.get(a, self.zero), total), values[b])
         rate = n.times(n.of_double(order), found[a])
-        total = n.settled(n.with_product(total, rate, values[self._partner(i)]))
+        total = n.settled(n.with_product(total, rate, values[self.field.partner(i)]))
         share = n.quotient(total, n.of_double(order))
         return n.minus(self.zero, share) if operation == "cos" else share
-
-    def _partner(self, i: int) -> int:
-        """The line whose series the rate of a function's series has as a factor."""
-        operation, operands = self.field.lines[i]
-        partner = {"sin": "cos", "cos": "sin", "exp": "exp"}[operation]
-        return self.field.lines.index(Operation(partner, operands))
 
     def _combined(self, operation: str, a: Value, b: Value) -> Value:
         n = self.numbers
