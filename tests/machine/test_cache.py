@@ -134,19 +134,19 @@ def test_a_folder_that_cannot_be_written_is_told_once(
 def test_every_subfolder_is_told_with_what_is_damaged(folder: Path) -> None:
     assert cache.subfolders() == []
     cache.save(folder / "maps", b"a", b"content", 999)
-    cache.save(folder / "integrators", b"b", b"content", 999)
+    cache.save(folder / "plans", b"b", b"content", 999)
     cache.save(folder / "kernels", b"a", b"content", 999)
-    (folder / "integrators" / cache.name_of(b"b")).write_bytes(b"something")
+    (folder / "plans" / cache.name_of(b"b")).write_bytes(b"something")
     shutil.copy(folder / "maps" / cache.name_of(b"a"), folder / "kernels" / cache.name_of(b"c"))
     (folder / "kernels" / "empty").write_bytes(b"")
     (folder / "kernels" / "of nothing").write_bytes(files.sealed(b"content"))
     (folder / "old").mkdir()
     (folder / "old" / "cache.db").write_bytes(b"12345")
     found = {one.path.name: one for one in cache.subfolders()}
-    assert list(found) == ["integrators", "kernels", "maps", "old"]
-    assert [len(one.files) for one in found.values()] == [1, 4, 1, 1]
+    assert list(found) == ["kernels", "maps", "old", "plans"]
+    assert [len(one.files) for one in found.values()] == [4, 1, 1, 1]
     # A copy under another name is as unfit as what was overwritten.
-    assert [len(one.damaged) for one in found.values()] == [1, 3, 0, 0]
+    assert [len(one.damaged) for one in found.values()] == [3, 0, 0, 1]
     assert found["old"].size == 5
     assert found["old"].meaning == "of another version"
 

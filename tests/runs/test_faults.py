@@ -11,7 +11,6 @@ import resource
 import signal
 import subprocess
 import sys
-import tempfile
 import time
 from pathlib import Path
 from typing import Any
@@ -221,7 +220,7 @@ def test_a_folder_that_became_read_only_is_named_before_anything_is_computed(
         raise PermissionError(errno.EACCES, "Permission denied")
 
     planned = small(tmp_path)
-    monkeypatch.setattr(tempfile, "mkstemp", refuse)
+    monkeypatch.setattr(files, "_temporary", refuse)
     monkeypatch.setattr(experiments, "computation", None)
     with pytest.raises(store.StoreError, match=r"not writable \(Permission denied\); choose anoth"):
         runner.follow(planned, jobs=1, say=lambda _: None)
