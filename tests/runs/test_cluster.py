@@ -217,7 +217,7 @@ def killed_worker() -> Exception:
     import distributed
 
     lost = SimpleNamespace(address="tcp://far:1")
-    return distributed.KilledWorker("part", lost, 3)  # type: ignore[no-any-return]
+    return distributed.KilledWorker("part", lost, 3)
 
 
 @pytest.mark.parametrize(
