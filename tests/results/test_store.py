@@ -290,43 +290,43 @@ def test_damage_to_what_another_program_changed_is_noticed_too(path: Path) -> No
         assert said.startswith(f"{path}: ") or (not said and place != start)
 
 
-ENDINGS: dict[str, Callable[[], Any]] = {
-    "crash": os.abort,
-    "kill": lambda: os.kill(os.getpid(), 9),
-    "hang": lambda: time.sleep(60),
-    "memory": lambda: [0] * 2**31,
-}
+def busy() -> None:
+    while True:
+        pass
 
 
-@pytest.mark.parametrize("how", ENDINGS)
-def test_a_file_that_crashes_or_hangs_its_reader_is_refused(
-    monkeypatch: pytest.MonkeyPatch, how: str
-) -> None:
-    parent = os.getpid()
-
-    def read() -> None:
-        assert os.getpid() != parent
-        ENDINGS[how]()
-
-    monkeypatch.setattr(damage, "PATIENCE", 1)
-    words = {"hang": damage.TOO_LONG, "memory": "more memory than its size allows"}
-    with pytest.raises(ValueError, match=words.get(how, damage.CANNOT)):
-        damage.tried(read, 0, 2**30)
+def granted() -> None:
+    damage.grant(1446)
+    raise RuntimeError(f"{resource.getrlimit(resource.RLIMIT_CPU)[0]} s")
 
 
 @pytest.mark.slow
-def test_what_takes_too_long_to_read_is_ended_by_the_processor_s_time(
-    monkeypatch: pytest.MonkeyPatch,
+@pytest.mark.parametrize(
+    ("act", "patience", "said"),
+    [
+        (os.abort, 30, damage.CANNOT),
+        (lambda: os.kill(os.getpid(), 9), 30, damage.CANNOT),
+        (lambda: time.sleep(60), 1, damage.TOO_LONG),
+        (busy, 30, damage.TOO_LONG),
+        (lambda: [0] * 2**31, 30, "more memory than its size allows"),
+        (granted, 30, "6 s"),
+    ],
+)
+def test_a_file_that_crashes_or_hangs_its_reader_is_refused(
+    monkeypatch: pytest.MonkeyPatch, act: Callable[[], Any], patience: int, said: str
 ) -> None:
-    def busy() -> None:
-        while True:
-            pass
+    """What is busy is ended by the processor's time, which is granted to a file by its objects."""
+    parent, begun = os.getpid(), time.monotonic()
 
+    def read() -> None:
+        assert os.getpid() != parent
+        act()
+
+    monkeypatch.setattr(damage, "PATIENCE", patience)
     monkeypatch.setattr(damage, "ALLOWANCE", 1)
-    begun = time.monotonic()
-    with pytest.raises(ValueError, match=damage.TOO_LONG):
-        damage.tried(busy, 0, 2**30)
-    assert time.monotonic() - begun < damage.PATIENCE
+    with pytest.raises(ValueError, match=said):
+        damage.tried(read, 0, 2**30)
+    assert time.monotonic() - begun < 30
 
 
 @pytest.mark.parametrize("name", ["measured/stress.h5", "reference/fig3.h5"])
@@ -339,17 +339,6 @@ def test_a_sound_file_has_time_enough_on_a_machine_that_is_slow_or_crowded(name:
     first = damage.seconds(stored.stat().st_size)
     assert first > 4 * 0.17e-3 * len(objects)
     assert first + int(damage.EACH * len(objects)) > 8 * 0.5e-3 * len(objects) > 0.1
-
-
-def test_a_child_is_granted_time_for_its_objects(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(damage, "ALLOWANCE", 1)
-
-    def read() -> None:
-        damage.grant(1446)
-        raise RuntimeError(f"{resource.getrlimit(resource.RLIMIT_CPU)[0]} s")
-
-    with pytest.raises(ValueError, match="6 s"):
-        damage.tried(read, 0, 2**31)
 
 
 def test_an_outline_names_every_object_with_its_attributes(path: Path) -> None:
