@@ -50,11 +50,28 @@ def test_threads_share_the_process_and_keep_the_order() -> None:
     assert threading.get_ident() not in threads
 
 
+class Noted(list[int]):
+    """Parts that note which were begun."""
+
+    def __init__(self, *parts: int) -> None:
+        super().__init__(parts)
+        self.begun: list[int] = []
+
+    def __getitem__(self, some: Any) -> Any:
+        for part in super().__getitem__(some):
+            self.begun.append(part)
+            yield part
+
+
 @pytest.mark.slow
 def test_work_goes_ahead_of_its_use_in_processes_but_for_the_first() -> None:
-    coming = ahead(place, [0, 1, 2, 3, -1, 60], 2)
+    given = Noted(0, 1, 2, 3, -1, 60)
+    coming = ahead(place, given, 2)
     assert next(coming)[:2] == (0, os.getpid())
-    parts, processes, _ = zip(*itertools.islice(coming, 3), strict=True)
+    first = next(coming)
+    # So many ahead, and no more: what is done waits in memory.
+    assert given.begun == [0, 1, 2, 3]
+    parts, processes, _ = zip(first, *itertools.islice(coming, 2), strict=True)
     assert parts == (1, 2, 3)
     assert os.getpid() not in processes
     with pytest.raises(ZeroDivisionError):
