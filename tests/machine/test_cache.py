@@ -119,9 +119,13 @@ def test_those_used_longest_ago_make_room(folder: Path) -> None:
         os.utime(maps / cache.name_of(of), (k, k))
     # To be used counts: so it is not the oldest any more.
     assert cache.load(maps, b"a") == bytes(1000)
-    cache.save(maps, b"d", bytes(1000), 4000)
+    # Another process is writing one.
+    (maps / ".part").touch()
+    os.utime(maps / ".part", (0, 0))
+    three = 3 * (maps / cache.name_of(b"a")).stat().st_size
+    cache.save(maps, b"d", bytes(1000), three)
     left = {path.name for path in maps.iterdir()}
-    assert left == {cache.name_of(of) for of in (b"a", b"c", b"d")}
+    assert left == {".part", *(cache.name_of(of) for of in (b"a", b"c", b"d"))}
 
 
 def test_a_folder_that_cannot_be_written_is_told_once(

@@ -186,16 +186,22 @@ def test_the_same_comes_of_it_with_workers_killed_and_late_and_without_the_sched
     assert plain(found["data"]) == plain(far["data"])
 
 
-def test_parts_of_an_earlier_run_are_counted_and_not_computed_again(tmp_path: Path) -> None:
-    """Where all are kept, no scheduler is asked."""
+def test_parts_of_an_earlier_run_are_counted_and_not_computed_again(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
     parts, crew = Parts(tmp_path / "x.h5", "a"), dict[str, int]()
     kept: Tree = {"x": Dataset(1.0, "1", "a number")}
-    pieces = [Piece(name, fail, (MemoryError(),)) for name in "ab"]
-    for piece in pieces:
+    pieces = [Piece(name, fail, (MemoryError(),)) for name in "abcd"]
+    for piece in pieces[:2]:
         parts.keep(piece.name, lambda: kept)
+
+    def gathered(*given: Any) -> Iterator[Any]:
+        return ((kept, piece.name, "far") for piece in given[3])
+
+    monkeypatch.setattr(cluster, "gathered", gathered)
     given = "tcp://nowhere:1", "route_map", "taylor", parts, pieces
-    assert len(list(cluster.computed(*given, report=tell_nobody, crew=crew))) == 2
-    assert crew == {"an earlier run, by the same code and engine": 2}
+    assert len(list(cluster.computed(*given, report=tell_nobody, crew=crew))) == 4
+    assert crew == {"an earlier run, by the same code and engine": 2, "far": 2}
 
 
 @pytest.mark.slow

@@ -71,11 +71,12 @@ def test_code_hash_notices_values_in_what_is_imported_but_no_comment_docstring_o
     assert len({found[0], *found[4:]}) == 6
 
 
-def test_code_hash_follows_a_new_import(edited: dict[str, bytes]) -> None:
+@pytest.mark.parametrize("place", ["extra.py", "extra/__init__.py"])
+def test_code_hash_follows_a_new_import(edited: dict[str, bytes], place: str) -> None:
     edited["routes/start.py"] += b"\nfrom rigidpend import extra\n"
     found = set()
     for value in (b"1", b"2"):
-        edited["extra.py"] = b"X = " + value
+        edited[place] = b"X = " + value
         found.add(provenance.code_hash("route_codes"))
     assert len(found) == 2
 
