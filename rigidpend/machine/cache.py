@@ -93,7 +93,6 @@ def reason(error: OSError | ValueError) -> str:
 
 
 MEANING = {
-    "integrators": "compiled integrators",
     "kernels": "compiled kernels",
     "maps": "return maps",
     "plans": "what plans found out",
@@ -133,7 +132,7 @@ def load(within: Path, of: bytes) -> bytes | None:
     content = load_file(path, of)
     if content is not None:
         with contextlib.suppress(OSError):
-            # The time of the last use, by which `_bound` chooses.
+            # The time of the last use, by which `save` chooses.
             os.utime(path)
     return content
 
@@ -143,12 +142,27 @@ def save(within: Path, of: bytes, content: bytes, most: int) -> None:
 
     At most so many bytes stay in the subfolder: the files used longest ago are removed.
     """
-    path = within / name_of(of)
     try:
-        save_file(path, of, content)
-        _bound(within, most)
+        save_file(within / name_of(of), of, content)
+        # Files that begin with a point are being written by others.
+        found = [_looked_up(path) for path in within.iterdir() if path.name[0] != "."]
+        total = sum(size for _, size, _ in found)
+        for _, size, path in sorted(found):
+            if total > most:
+                path.unlink(missing_ok=True)
+                total -= size
     except OSError as error:
         tell_once(f"{folder()}: nothing can be kept there ({reason(error)})")
+
+
+def _looked_up(path: Path) -> tuple[int, int, Path]:
+    """Time of a file's last use, and its size."""
+    try:
+        found = path.lstat()
+    except OSError:
+        # Another process has removed it.
+        return 0, 0, path
+    return found.st_mtime_ns, found.st_size, path
 
 
 def recall(of: str) -> Any:
@@ -169,48 +183,21 @@ def tell_once(said: str) -> None:
     warnings.warn(f"{said}: {end}", KeptFileWarning, stacklevel=3)
 
 
-def _bound(within: Path, most: int) -> None:
-    # Files that begin with a point are being written by others.
-    found = [(path, _looked_up(path)) for path in within.iterdir() if path.name[0] != "."]
-    total = sum(size for _, (_, size) in found)
-    for path, (_, size) in sorted(found, key=lambda one: one[1]):
-        if total <= most:
-            break
-        with contextlib.suppress(OSError):
-            path.unlink()
-        total -= size
-
-
-def _looked_up(path: Path) -> tuple[int, int]:
-    """Time of a file's last use, and its size."""
-    try:
-        found = path.lstat()
-    except OSError:
-        # Another process has removed it.
-        return 0, 0
-    return found.st_mtime_ns, found.st_size
-
-
 def subfolders() -> list[Subfolder]:
     """All subfolders of the cache, in the order of their names, every file compared."""
     try:
-        found = sorted(path for path in folder().iterdir() if _is_own_folder(path))
+        found = sorted(x for x in folder().iterdir() if x.is_dir() and not x.is_symlink())
     except OSError:
         return []
     return [_looked_at(path) for path in found]
 
 
-def _is_own_folder(path: Path) -> bool:
-    return path.is_dir() and not path.is_symlink()
-
-
 def _looked_at(path: Path) -> Subfolder:
     inside = sorted(one for one in path.rglob("*") if one.is_file() and not one.is_symlink())
-    meaning = MEANING.get(path.name, "of another version")
     size = sum(one.lstat().st_size for one in inside)
     # How another version seals its files is not known here.
     damaged = [one for one in inside if path.name in MEANING and not is_sound(one)]
-    return Subfolder(path, meaning, inside, size, damaged)
+    return Subfolder(path, MEANING.get(path.name, "of another version"), inside, size, damaged)
 
 
 def clear() -> None:

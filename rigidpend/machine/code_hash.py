@@ -45,13 +45,14 @@ def needed(first: Sequence[Path]) -> dict[str, str]:
     """Collect the code of the package's files that some of them import, by their places."""
     found: dict[str, str] = {}
     package = str(PACKAGE)
-    waiting = [each.relative_to(PACKAGE).as_posix() for each in first]
-    waiting += [init for place in waiting for init in _around(package, place.rpartition("/")[0])]
+    names = [".".join(each.relative_to(PACKAGE.parent).with_suffix("").parts) for each in first]
+    waiting = [place for name in names for place in _files(name)]
     while waiting:
         place = waiting.pop()
-        if place not in found:
+        # Mere names, and other packages, have no file here.
+        if place not in found and place in sources(package).files:
             found[place], imported = code_of(package, place)
-            waiting += imported
+            waiting += [place for name in imported for place in _files(name)]
     return found
 
 
@@ -78,10 +79,8 @@ def sources(package: str) -> Sources:
 
 
 def code_of(package: str, place: str) -> tuple[str, list[str]]:
-    """A file's code, and the places of the files that it imports."""
-    code, imported = _read(sources(package).files[place])
-    found = (each for module in imported for each in _files(package, module))
-    return code, list(dict.fromkeys(found))
+    """A file's code, and the names of modules, and of what is in them, that it imports."""
+    return _read(sources(package).files[place])
 
 
 @functools.cache
@@ -109,22 +108,13 @@ def _running(tree: ast.AST) -> Iterator[ast.AST]:
         waiting += ast.iter_child_nodes(node)
 
 
-def _files(package: str, module: str) -> list[str]:
-    """Places of what runs when a module is imported; mere names and other packages have none."""
-    first, _, inner = module.partition(".")
-    place = inner.replace(".", "/")
-    candidates = (f"{place}.py", f"{place}/__init__.py".lstrip("/"))
-    for each in candidates if first == "rigidpend" else ():
-        if each in sources(package).files:
-            return [each, *_around(package, each.rpartition("/")[0])]
-    return []
-
-
-def _around(package: str, folder: str) -> list[str]:
-    """Places of the modules of a folder itself, and of those around it, as far as they have one."""
-    init = f"{folder}/__init__.py".lstrip("/")
-    own = [init] if init in sources(package).files else []
-    return own + (_around(package, folder.rpartition("/")[0]) if folder else [])
+def _files(name: str) -> list[str]:
+    """Places at which the code may be that runs when a name is imported: folders run first."""
+    package, *inner = name.split(".")
+    if package != PACKAGE.name:
+        return []
+    around = ["/".join([*inner[:k], "__init__.py"]) for k in range(len(inner) + 1)]
+    return [f"{'/'.join(inner)}.py", *around]
 
 
 def as_text(node: Any) -> str:

@@ -12,8 +12,7 @@ import glob
 import hashlib
 import os
 import stat
-import tempfile
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
 from typing import Self
@@ -104,8 +103,9 @@ def prepare(path: Path) -> None:
     try:
         path.parent.mkdir(parents=True, exist_ok=True)
         handle, temporary = _temporary(path)
-        os.unlink(temporary)
         os.close(handle)
+        # Another run may have taken it for one left behind.
+        Path(temporary).unlink(missing_ok=True)
     except OSError as error:
         reason = f"{path.parent} is not writable ({error.strerror})"
         raise StoreError(f"{path}: {reason}; choose another folder with --out") from None
@@ -114,10 +114,8 @@ def prepare(path: Path) -> None:
 def make_way(path: Path) -> None:
     """Refuse a folder in the place of a file to come; what is in it is for its owner to judge."""
     if path.is_dir() and not path.is_symlink():
-        message = (
-            "a folder is in the place of a file: move it away, or remove it if it is not needed"
-        )
-        raise StoreError(f"{path}: {message}")
+        said = "a folder is in the place of a file: move it away, or remove it if it is not needed"
+        raise StoreError(f"{path}: {said}")
 
 
 def write(path: Path, content: bytes) -> None:
@@ -139,7 +137,8 @@ def replace(path: Path, content: bytes, *, lasting: bool = True) -> None:
     What is not `lasting` may be lost when the machine fails.
     """
     sweep(path)
-    handle, temporary = _temporary(path)
+    # Locked for as long as it is open; another run may take it for one left behind before that.
+    handle, temporary = held(lambda: _temporary(path))
     signals.unfinished.add(temporary)
     try:
         with os.fdopen(handle, "wb") as file:
@@ -147,8 +146,6 @@ def replace(path: Path, content: bytes, *, lasting: bool = True) -> None:
             file.flush()
             if lasting:
                 os.fsync(file.fileno())
-            # mkstemp keeps others out; a result is as readable as any file made here.
-            os.chmod(temporary, 0o666 & ~_umask())
             os.replace(temporary, path)
     except BaseException:
         with contextlib.suppress(OSError):
@@ -195,33 +192,24 @@ def _seal(content: bytes) -> bytes:
 
 
 def _temporary(path: Path) -> tuple[int, str]:
-    """A new file beside another, locked for as long as it is open."""
+    """A new file beside another, as readable as any that is made here."""
+    name = str(path.with_name(f".{path.name}.{os.urandom(4).hex()}.part"))
+    flags = os.O_WRONLY | os.O_CREAT | os.O_EXCL | getattr(os, "O_BINARY", 0)
+    return os.open(name, flags, 0o666), name
+
+
+def held(opening: Callable[[], tuple[int, str]], *, with_others: bool = False) -> tuple[int, str]:
+    """Open a file or folder, by its number and its name, and hold it alone or with others.
+
+    Who holds it otherwise is waited for; what was removed meanwhile is opened once more.
+    """
     while True:
-        handle, name = tempfile.mkstemp(prefix=f".{path.name}.", suffix=".part", dir=path.parent)
-        hold(handle)
-        if is_at(handle, name):
-            return handle, name
-        # Another run took it for one left behind, before it was locked.
+        handle, name = opening()
+        _locked(handle, "LOCK_SH" if with_others else "LOCK_EX")
+        with contextlib.suppress(FileNotFoundError):
+            if os.path.samestat(os.fstat(handle), os.stat(name)):
+                return handle, name
         os.close(handle)
-
-
-def _umask() -> int:
-    # It cannot be read without being set.
-    current = os.umask(0)
-    os.umask(current)
-    return current
-
-
-def share(handle: int) -> None:
-    """Wait for who holds the open file alone, then hold it together with others."""
-    if fcntl is not None:
-        _locked(handle, fcntl.LOCK_SH)
-
-
-def hold(handle: int) -> None:
-    """Wait for the others, then hold the open file alone."""
-    if fcntl is not None:
-        _locked(handle, fcntl.LOCK_EX)
 
 
 def release(handle: int) -> None:
@@ -230,17 +218,8 @@ def release(handle: int) -> None:
     To close alone would leave it to copies: a child has one from the fork until it runs another
     program or ends.
     """
-    if fcntl is not None:
-        _locked(handle, fcntl.LOCK_UN)
+    _locked(handle, "LOCK_UN")
     os.close(handle)
-
-
-def is_at(handle: int, path: str | Path) -> bool:
-    """True if an open file or folder is still the one of that name."""
-    try:
-        return os.path.samestat(os.fstat(handle), os.stat(path))
-    except FileNotFoundError:
-        return False
 
 
 @contextmanager
@@ -253,14 +232,16 @@ def deserted(path: Path) -> Iterator[bool]:
         yield False
         return
     try:
-        yield fcntl is not None and _locked(handle, fcntl.LOCK_EX | fcntl.LOCK_NB)
+        yield _locked(handle, "LOCK_EX", "LOCK_NB")
     finally:
         release(handle)
 
 
-def _locked(handle: int, operation: int) -> bool:
+def _locked(handle: int, *how: str) -> bool:
+    """True if the system locks an open file in that way."""
     try:
-        fcntl.flock(handle, operation)
-    except OSError:
+        fcntl.flock(handle, sum(getattr(fcntl, each) for each in how))
+    # The latter where there is no such module.
+    except (OSError, AttributeError):
         return False
     return True

@@ -11,7 +11,7 @@ import time
 from collections import deque
 from collections.abc import Callable, Generator, Iterator, Sequence
 from concurrent.futures import BrokenExecutor, Executor, Future, ThreadPoolExecutor, wait
-from contextlib import contextmanager
+from contextlib import AbstractContextManager, contextmanager
 from typing import Any, TypeVar
 
 from rigidpend.machine.signals import Stopped, came, kept_from_children
@@ -31,7 +31,7 @@ SILENCE = 5.0
 _of_thread = threading.local()
 """Wishes of a pool for its threads: `stops`, events that end work; `listener`, who hears it."""
 _to_parent: Any = None
-"""End of the pipe to who hears this process, and the lock of all that write to it."""
+"""Queue to who hears this process."""
 _hiding = threading.Lock()
 
 
@@ -46,27 +46,19 @@ def check_stop() -> None:
 
 
 class Listener:
-    """Receiver of what long work says of itself, at most a line in `SILENCE` seconds."""
+    """Receiver of what long work says of itself."""
 
     def __init__(self, say: Callable[[str], object]) -> None:
         self._say, self._lock, self._last = say, threading.Lock(), time.monotonic()
 
-    def hear(self, text: Callable[[], str]) -> None:
-        """Take a line, which is made only if it is due."""
-        now = time.monotonic()
-        if now - self._last < SILENCE or not self._lock.acquire(blocking=False):
-            return
-        try:
-            self._last = now
-            self._say(text())
-        finally:
-            self._lock.release()
-
-    def heard(self, text: str) -> None:
-        """Take a line that is said in any case."""
+    def hear(self, line: str | Callable[[], str]) -> None:
+        """Take a line; one that is still to be made only after `SILENCE` seconds without any."""
         with self._lock:
-            self._last = time.monotonic()
-        self._say(text)
+            now = time.monotonic()
+            if callable(line) and now - self._last < SILENCE:
+                return
+            self._last = now
+        self._say(line() if callable(line) else line)
 
 
 @contextmanager
@@ -78,7 +70,7 @@ def listening(say: Callable[[str], object]) -> Iterator[Callable[[str], None]]:
     before, listener = getattr(_of_thread, "listener", None), Listener(say)
     _of_thread.listener = listener
     try:
-        yield listener.heard
+        yield listener.hear
     finally:
         _of_thread.listener = before
 
@@ -123,29 +115,14 @@ def side_by_side(
     jobs: int,
     hear: Callable[[str], object] | None = None,
 ) -> list[Result]:
-    """Compute ``work(part, *arguments)`` for each part, results in the order of the parts.
+    """Compute ``work(part, *arguments)`` for each part, so many at a time, in their order.
 
-    Parameters
-    ----------
-    work : callable
-        A function of a module, for a process must find it by name; not of the user's program,
-        which processes do not read.
-    arguments : tuple
-        Its further arguments.
-    holds_interpreter : bool
-        Whether it is Python itself that works: then processes, else threads. In these the work
-        calls `check_stop` now and then, so that it can be ended.
-    parts : sequence
-    jobs : int
-        How many at a time; with 1, or one part, nothing is started.
-    hear : callable, optional
-        Takes here the lines that the work says, wherever it is done: then it is
-        ``work(part, *arguments, say)``.
+    Where it is Python itself that works, and holds the interpreter, processes do it: then `work` is
+    a function of a module, but not of the user's program, which processes do not read. Else threads
+    do, and the work calls `check_stop` now and then. With one job or part nothing is started.
 
-    Raises
-    ------
-    WorkerError
-        A process was killed, by hand or for want of memory.
+    Where something hears the lines that the work says, it is ``work(part, *arguments, say)``.
+    WorkerError where a process was killed, by hand or for want of memory.
     """
     workers = min(jobs, len(parts))
     if workers > 1 and holds_interpreter:
@@ -153,7 +130,10 @@ def side_by_side(
     given = arguments if hear is None else (*arguments, hear)
     if workers <= 1:
         return [_done(work, part, *given) for part in parts]
-    with _threads(workers) as pool:
+    stop = threading.Event()
+    heeded = (*getattr(_of_thread, "stops", ()), stop), getattr(_of_thread, "listener", None)
+    pool = ThreadPoolExecutor(workers, initializer=_heed, initargs=heeded)
+    with _ended(pool, stop.set):
         return [_result(x) for x in [pool.submit(work, part, *given) for part in parts]]
 
 
@@ -174,8 +154,7 @@ def ahead(
     yield from (_done(work, part) for part in parts[:1])
     with _processes(jobs, None) as pool:
         for part in parts[1:]:
-            with kept_from_children(), _program_hidden():
-                coming.append(pool.submit(work, part))
+            coming.append(_begun(pool, work, part))
             if len(coming) > jobs:
                 yield _result(coming.popleft())
         while coming:
@@ -206,35 +185,43 @@ def _in_processes(
     limit: float = math.inf,
 ) -> list[Result]:
     # Imported here: a run that needs no process does not pay for it.
-    import multiprocessing
+    from multiprocessing import get_context
 
-    spawn = multiprocessing.get_context("spawn")
-    here, there = spawn.Pipe(duplex=False)
-    given = (there, spawn.Lock()) if hear else None
+    lines = get_context("spawn").SimpleQueue() if hear else None
+    given = (*arguments, _say) if hear else arguments
     until = time.monotonic() + limit
 
     def meanwhile() -> None:
-        _pass_on(here, hear)
+        while hear and lines and not lines.empty():
+            hear(lines.get())
         if time.monotonic() > until:
             raise TimeoutError(f"ended at {limit:g} s")
 
-    with here, there, _processes(workers, given) as pool:
-        with kept_from_children(), _program_hidden():
-            futures = [pool.submit(_heard, work, hear is not None, x, *arguments) for x in parts]
-        return [_result(future, meanwhile) for future in futures]
+    with _processes(workers, lines) as pool:
+        return [_result(x, meanwhile) for x in [_begun(pool, work, y, *given) for y in parts]]
 
 
-@contextmanager
-def _processes(count: int, heard: Any) -> Iterator[Executor]:
-    """A pool of processes, with the pipe and the lock by which they are heard, or None."""
-    import multiprocessing
+def _processes(count: int, lines: Any) -> AbstractContextManager[Executor]:
+    """A pool of processes, with the queue by which they are heard, or None."""
     from concurrent.futures import ProcessPoolExecutor
+    from multiprocessing import get_context
 
     # A fork would copy the locks of threads that do not run in the child.
-    spawn = multiprocessing.get_context("spawn")
-    pool = ProcessPoolExecutor(count, spawn, initializer=_follow_parent, initargs=(heard,))
-    with _ended(pool, lambda: _end_processes(pool)):
-        yield pool
+    spawn = get_context("spawn")
+    pool = ProcessPoolExecutor(count, spawn, initializer=_follow_parent, initargs=(lines,))
+
+    def end() -> None:
+        # At once: what they compute is not wanted any more, and they are deaf to the others.
+        for process in list((getattr(pool, "_processes", None) or {}).values()):
+            process.kill()
+
+    return _ended(pool, end)
+
+
+def _begun(pool: Executor, work: Callable[..., Result], *given: Any) -> Future[Result]:
+    """Give work to a pool, whose processes may begin now."""
+    with kept_from_children(), _program_hidden():
+        return pool.submit(work, *given)
 
 
 @contextmanager
@@ -269,17 +256,11 @@ def _result(future: Future[Result], meanwhile: Callable[[], object] = lambda: No
     return future.result()
 
 
-def _pass_on(here: Any, hear: Callable[[Any], object] | None) -> None:
-    """Pass on what processes have said."""
-    while hear and here.poll():
-        hear(here.recv())
-
-
 @contextmanager
-def _ended(pool: Executor, end: Callable[[], object]) -> Iterator[None]:
+def _ended(pool: Executor, end: Callable[[], object]) -> Iterator[Executor]:
     """End a pool with what it is for, at once where that fails."""
     try:
-        yield
+        yield pool
     except BrokenExecutor:
         raise WorkerError(
             "a worker process was killed, perhaps for want of memory; what is finished is kept:"
@@ -290,16 +271,6 @@ def _ended(pool: Executor, end: Callable[[], object]) -> Iterator[None]:
         raise
     finally:
         pool.shutdown(cancel_futures=True)
-
-
-@contextmanager
-def _threads(count: int) -> Iterator[Executor]:
-    """A pool of threads, whose work ends with that of this thread, and is heard with it."""
-    stop = threading.Event()
-    heeded = (*getattr(_of_thread, "stops", ()), stop), getattr(_of_thread, "listener", None)
-    pool = ThreadPoolExecutor(count, initializer=_heed, initargs=heeded)
-    with _ended(pool, stop.set):
-        yield pool
 
 
 def _heed(stops: tuple[threading.Event, ...], listener: Listener | None) -> None:
@@ -315,15 +286,9 @@ def _follow_parent(to: Any) -> None:
     threading.Thread(target=_wait_for_end_of_parent, daemon=True).start()
 
 
-def _heard(work: Callable[..., Result], says: bool, *given: Any) -> Result:
-    """Do work in a process, with the way to say something where it says something."""
-    return work(*given, _say) if says else work(*given)
-
-
 def _say(line: Any) -> None:
-    pipe, alone = _to_parent
-    with alone:
-        pipe.send(line)
+    """Say something from a process."""
+    _to_parent.put(line)
 
 
 def _wait_for_end_of_parent() -> None:
@@ -334,10 +299,3 @@ def _wait_for_end_of_parent() -> None:
     # The sentinel is ready when the parent has ended, however it did.
     connection.wait([parent.sentinel])
     os._exit(1)
-
-
-def _end_processes(pool: Executor) -> None:
-    """End the processes of a pool at once: what they compute is not wanted any more."""
-    for process in list((getattr(pool, "_processes", None) or {}).values()):
-        # It is deaf to the others.
-        process.kill()

@@ -122,10 +122,9 @@ def _try(read: Callable[[], Any], into: int, seconds: int, memory: int) -> NoRet
     said = b""
     try:
         _bound(seconds, memory)
-        read()
-        said = b"read"
-    except StoreError:
-        # What the parent will find as well, and say in its own words.
+        # A StoreError the parent will find as well, and say in its own words.
+        with contextlib.suppress(StoreError):
+            read()
         said = b"read"
     except (OSError, KeyError, RuntimeError, TypeError, ValueError, MemoryError) as error:
         said = (short(error).strip("'\"") or "more memory than its size allows").encode()

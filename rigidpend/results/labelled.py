@@ -21,36 +21,26 @@ def tree(data: Mapping[str, Any], layout: Layout, attributes: Mapping[str, Any])
     """
     import xarray
 
-    datasets = {path: _dataset(*group) for path, *group in _groups("/", data, layout)}
-    made = xarray.DataTree.from_dict(datasets)
+    made = xarray.DataTree.from_dict(dict(_groups("", data, layout)))
     made.attrs.update(attributes)
     return made
 
 
 def _groups(
     path: str, data: Mapping[str, Any], layout: Layout
-) -> Iterator[tuple[str, Mapping[str, Any], Mapping[str, Field]]]:
-    """Groups by their paths, each with its arrays and what is declared of these."""
-    nodes = declared(layout, data)
-    fields = {key: node for key, node in nodes.items() if isinstance(node, Field)}
-    yield path, {key: data[key] for key in fields}, fields
-    for key, node in nodes.items():
-        if not isinstance(node, Field):
-            yield from _groups(f"{path.rstrip('/')}/{key}", data[key], node)
-
-
-def _dataset(data: Mapping[str, Any], fields: Mapping[str, Field]) -> xarray.Dataset:
+) -> Iterator[tuple[str, xarray.Dataset]]:
+    """A group and those inside it, with their paths."""
     import xarray
 
-    variables = {
-        key: xarray.Variable(
-            # A dimension that is a mere size is named after its array.
-            [str(size) if isinstance(size, str) else f"{key}_{k}" for k, size in dims],
-            np.asarray(data[key]),
-            {"units": field.units, "description": field.description},
-        )
-        for key, field in fields.items()
-        for dims in [list(enumerate(field.dimensions))]
-    }
-    coordinates = [key for key, field in fields.items() if field.coordinate]
-    return xarray.Dataset(variables).set_coords(coordinates)
+    variables, coordinates = {}, []
+    for key, node in declared(layout, data).items():
+        if not isinstance(node, Field):
+            yield from _groups(f"{path}/{key}", data[key], node)
+            continue
+        # A dimension that is a mere size is named after its array.
+        sizes = enumerate(node.dimensions)
+        dims = [size if isinstance(size, str) else f"{key}_{k}" for k, size in sizes]
+        meaning = {"units": node.units, "description": node.description}
+        variables[key] = xarray.Variable(dims, np.asarray(data[key]), meaning)
+        coordinates += [key] if node.coordinate else []
+    yield path or "/", xarray.Dataset(variables).set_coords(coordinates)

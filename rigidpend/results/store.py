@@ -99,8 +99,7 @@ def finish(
 ) -> None:
     """Put into a result file what is told of its data, and write it as :func:`write` does."""
     prepare(path)
-    file.attrs.update({"format": FORMAT, "format_version": FORMAT_VERSION})
-    file.attrs.update(attributes)
+    file.attrs.update({"format": FORMAT, "format_version": FORMAT_VERSION, **attributes})
     _put(file, "config", Dataset(json.dumps(config, indent=2), "", "resolved config, JSON"))
     file.create_group("provenance").attrs.update(provenance)
     file.flush()
@@ -161,23 +160,11 @@ class OtherVersion(StoreError):
 def opened(
     path: Path, *, whole: bool = False, layout: Layout | None = None, ratio: int = RATIO
 ) -> Iterator[h5py.File]:
-    """A result file, open for reading; its structure is checked.
+    """A result file, open for reading; its structure is checked, by default as its experiment's.
 
-    Parameters
-    ----------
-    path : Path
-    whole : bool, optional
-        Whether its values are to be read: then another process has read them before.
-    layout : Layout, optional
-        Layout of its data; by default the one that its experiment declares.
-    ratio : int, optional
-        Bytes that its arrays may have for each byte of the file.
-
-    Raises
-    ------
-    StoreError
-        There is none, it is no HDF5, it is damaged, of another format version, or not made as
-        the results of its experiment.
+    If it is to be read as a `whole`, another process has read all its values before. Its arrays may
+    have `ratio` bytes for each byte of the file. StoreError where there is none, it is no HDF5, it
+    is damaged, of another format version, or not made as the results of its experiment.
     """
     with readable(path):
         image = intact(files.content(path))

@@ -12,6 +12,7 @@ import math
 from collections.abc import Mapping
 from typing import Any
 
+import numpy as np
 from h5py import h5a, h5d, h5g, h5i, h5l, h5o, h5s, h5t, h5z
 
 from rigidpend.experiments.data import (
@@ -37,15 +38,17 @@ WHERE = (h5d.COMPACT, h5d.CONTIGUOUS, h5d.CHUNKED)
 """Ways of storage whose bytes lie in the file itself, unlike external and virtual ones."""
 FILTERS = (h5z.FILTER_DEFLATE, h5z.FILTER_SHUFFLE, h5z.FILTER_FLETCHER32)
 """Filters that `store` writes with; any other could load a plugin."""
-DOUBLES = (h5t.IEEE_F64LE, h5t.IEEE_F64BE)
-"""Types of doubles, of either order of bytes."""
-WHOLES = tuple(
-    getattr(h5t, f"STD_{sign}{bits}{order}")
-    for sign in "IU"
-    for bits in (8, 16, 32, 64)
-    for order in ("LE", "BE")
+TYPES = (
+    *((FLOAT, getattr(h5t, f"IEEE_F64{order}")) for order in ("LE", "BE")),
+    *(
+        (WHOLE, getattr(h5t, f"STD_{sign}{bits}{order}"))
+        for sign in "IU"
+        for bits in (8, 16, 32, 64)
+        for order in ("LE", "BE")
+    ),
+    (FLAG, h5t.py_create(np.dtype(bool))),
 )
-"""Types of whole numbers, of either order of bytes."""
+"""Types of elements by their kinds: numbers of either order of bytes."""
 HELD = {
     FLOAT: "doubles",
     WHOLE: "whole numbers",
@@ -172,7 +175,9 @@ def attributes(place: str, node: Any) -> None:
         shape = space.get_simple_extent_dims()
         if math.prod(shape) * datatype.get_size() > ATTRIBUTE:
             raise Unfit(f"{place} has an attribute that is too large")
-        if kind(datatype, ()) not in (FLOAT, WHOLE, TEXT) and not _refers(one):
+        # What ties an array to its scale is never read.
+        ties = one.get_name().decode("utf-8", "replace") in REFERRING
+        if kind(datatype, ()) not in (FLOAT, WHOLE, TEXT) and not ties:
             raise Unfit(f"{place} has an attribute that is neither a text nor a number")
 
 
@@ -181,28 +186,12 @@ def told(attrs: Mapping[str, Any]) -> dict[str, Any]:
     return {name: attrs[name] for name in attrs if name not in MARKS}
 
 
-def _refers(attribute: h5a.AttrID) -> bool:
-    """True if an attribute ties an array to its scale, by its name; it is never read."""
-    return attribute.get_name().decode("utf-8", "replace") in REFERRING
-
-
 def kind(datatype: h5t.TypeID, shape: tuple[int, ...]) -> str:
     """Kind of the elements of an array, as layouts name it; empty for any other."""
     if isinstance(datatype, h5t.TypeStringID):
         short = not datatype.is_variable_str() and datatype.get_size() <= WIDEST
         return TEXT if shape == () or short else ""
-    if isinstance(datatype, h5t.TypeEnumID):
-        return FLAG if _is_flag(datatype) else ""
-    if any(datatype.equal(known) for known in DOUBLES):
-        return FLOAT
-    return WHOLE if any(datatype.equal(known) for known in WHOLES) else ""
-
-
-def _is_flag(datatype: h5t.TypeEnumID) -> bool:
-    if datatype.get_size() != 1 or datatype.get_nmembers() != 2:
-        return False
-    pairs = {(datatype.get_member_name(k), datatype.get_member_value(k)) for k in (0, 1)}
-    return pairs == {(b"FALSE", 0), (b"TRUE", 1)}
+    return next((name for name, known in TYPES if datatype.equal(known)), "")
 
 
 def _same(place: str, dimension: int | str, sizes: dict[str, int], n: int) -> None:

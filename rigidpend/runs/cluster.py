@@ -8,6 +8,7 @@ run that was interrupted goes on, with the cluster or without.
 from __future__ import annotations
 
 import importlib.util
+import itertools
 import pickle
 import platform
 import socket
@@ -102,41 +103,29 @@ def gathered(
 ) -> Iterator[tuple[Any, str, str]]:
     """Outcomes of pieces on a cluster's workers, with the names of piece and worker, as they come.
 
-    Takes and raises what :func:`computed` does; nothing is kept.
+    Some pieces are sent ahead of those that are in hand. Takes and raises what :func:`computed`
+    does; nothing is kept.
     """
     given = experiment, engine, facts_of(experiment, engine)
+    waiting, names, done, idle = iter(pieces), dict[Any, str](), 0, False
     with _client(address) as client, named_errors(address):
-        yield from _done(client, address, given, pieces, report)
-
-
-def _done(
-    client: Any,
-    address: str,
-    given: tuple[Any, ...],
-    missing: Sequence[Piece],
-    report: Callable[[str], None],
-) -> Iterator[tuple[Any, str, str]]:
-    """Parts with their names and workers as they come, some ahead of what is in hand."""
-    waiting, names, done, idle = iter(missing), dict[Any, str](), 0, False
-    report(f"cluster {address}: {len(missing)} parts, {sum(client.nthreads().values())} threads")
-    while done < len(missing):
-        check_stop()
-        threads = sum(client.nthreads().values())
-        if not threads and not idle:
-            report(
-                f"cluster {address}: no workers; it waits until one comes: dask worker {address}"
-            )
-        idle = not threads
-        while len(names) < max(LEAST_AHEAD, AHEAD * threads):
-            if (piece := next(waiting, None)) is None:
-                break
-            call = pickle.dumps(_Call((*given, pickle.dumps((piece.work, piece.arguments)))))
-            names[client.submit(pickle.loads, call, pure=False)] = piece.name
-        for future in _ready(client, list(names)):
-            done += 1
-            tree, worker = _answer(client, future)
-            yield tree, names.pop(future), worker
-            report(PartDone(f"cluster: {done} of {len(missing)} parts", done, len(missing)))
+        report(f"cluster {address}: {len(pieces)} parts, {sum(client.nthreads().values())} threads")
+        while done < len(pieces):
+            check_stop()
+            threads = sum(client.nthreads().values())
+            if not threads and not idle:
+                wanted = f"no workers; it waits until one comes: dask worker {address}"
+                report(f"cluster {address}: {wanted}")
+            idle = not threads
+            ahead = max(LEAST_AHEAD, AHEAD * threads) - len(names)
+            for piece in itertools.islice(waiting, max(0, ahead)):
+                call = pickle.dumps(_Call((*given, pickle.dumps((piece.work, piece.arguments)))))
+                names[client.submit(pickle.loads, call, pure=False)] = piece.name
+            for future in _ready(client, list(names)):
+                done += 1
+                tree, worker = _answer(client, future)
+                yield tree, names.pop(future), worker
+                report(PartDone(f"cluster: {done} of {len(pieces)} parts", done, len(pieces)))
 
 
 class _Call(NamedTuple):

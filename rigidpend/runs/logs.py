@@ -19,22 +19,21 @@ class Logs:
     """
 
     def __init__(self, targets: Mapping[str, Path], opening: str) -> None:
-        self._targets, self._opening = targets, opening
-        self._begun: dict[str, bool] = {}
+        self._logs = {name: target.with_suffix(".log") for name, target in targets.items()}
+        self._opening, self._begun = opening, dict[str, bool]()
         self._lock = threading.Lock()
 
     def path(self, name: str) -> Path | None:
         """The log of a name, if something was written to it."""
-        return self._targets[name].with_suffix(".log") if self._begun.get(name) else None
+        return self._logs[name] if self._begun.get(name) else None
 
     def failure(self, name: str, error: BaseException) -> Path:
         """Write an error with its traceback; where, is returned."""
-        written = self.hear(name, _trace(error))
-        return self._targets[name].with_suffix(".log") if written else elsewhere(error)
+        return self._logs[name] if self.hear(name, _trace(error)) else elsewhere(error)
 
     def hear(self, name: str, text: str) -> bool:
         """Take a line into the log of a name; False where it cannot be written."""
-        path = self._targets[name].with_suffix(".log")
+        path = self._logs[name]
         with self._lock, contextlib.suppress(OSError):
             if name not in self._begun:
                 self._begun[name] = False

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import json
 import os
 import re
@@ -86,11 +87,9 @@ class Parts:
         made = ahead(_computed, missing, jobs) if apart else map(_computed, missing)
         names = {piece.name for piece in missing}
         for piece in pieces:
-            if piece.name in names:
-                # What another run has kept meanwhile is the same.
-                yield self.keep(piece.name, partial(_given, next(made)))
-            else:
-                yield self.keep(piece.name, partial(_computed, piece))
+            # What another run has kept meanwhile is the same.
+            again = [next(made)].pop if piece.name in names else partial(_computed, piece)
+            yield self.keep(piece.name, again)
 
     def drop(self) -> None:
         """Remove all parts, those of other fingerprints too, unless another run needs them."""
@@ -104,19 +103,19 @@ class Parts:
         """Hold the folder together with other runs, so that none removes it."""
         while self._handle is None:
             try:
-                for folder in (self._whole, self._folder):
-                    _make(folder)
-                handle = os.open(self._whole, os.O_RDONLY | files.NOT_WAITING)
-            except FileNotFoundError:
-                # Another run has just removed it.
-                continue
+                # Another run may just remove what is made here: then once more.
+                with contextlib.suppress(FileNotFoundError):
+                    self._handle, _ = files.held(self._opened, with_others=True)
             except OSError as error:
                 raise files.StoreError(f"{self._whole}: {error.strerror}") from None
-            files.share(handle)
-            if files.is_at(handle, self._whole):
-                self._handle = handle
-            else:
-                files.release(handle)
+
+    def _opened(self) -> tuple[int, str]:
+        for folder in (self._whole, self._folder):
+            # What is there instead, a link elsewhere too, makes room.
+            if folder.is_symlink() or (folder.exists() and not folder.is_dir()):
+                folder.unlink()
+            folder.mkdir(parents=True, exist_ok=True)
+        return os.open(self._whole, os.O_RDONLY | files.NOT_WAITING), str(self._whole)
 
     def _leave(self) -> None:
         if self._handle is not None:
@@ -190,21 +189,10 @@ def _computed(piece: Piece) -> Tree:
     return piece.work(*piece.arguments)
 
 
-def _given(tree: Tree) -> Tree:
-    return tree
-
-
 def sweep(target: Path) -> None:
     """Remove what killed runs left beside a finished result; not what a living one needs."""
     files.sweep(target)
     _remove(_folder(target))
-
-
-def _make(folder: Path) -> None:
-    """Make a folder; what is there instead, a link elsewhere too, makes room."""
-    if folder.is_symlink() or (folder.exists() and not folder.is_dir()):
-        folder.unlink()
-    folder.mkdir(parents=True, exist_ok=True)
 
 
 def _folder(target: Path) -> Path:

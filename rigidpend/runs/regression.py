@@ -36,38 +36,17 @@ def verify(
     certificate: Loaded | None = None,
     report: Report = tell_nobody,
 ) -> list[str]:
-    """Say where a stored result differs, by value, from a fresh one.
+    """Say where a stored result, the reference, differs by value from a fresh one.
 
-    Parameters
-    ----------
-    config : LoadedConfig
-    stored : Path
-        The reference.
-    jobs : int
-    fresh : Path, optional
-        A result to be read; by default it is computed.
-    certificate : Loaded, optional
-        Proven symbols, which those of the fresh result must not contradict.
-    report : callable, optional
-        Takes lines of progress.
-
-    Returns
-    -------
-    list of str
-        First in what the files consist of, attributes and config included; where that is the
-        same, in the values, each array with its worst element.
-
-    Raises
-    ------
-    StoreError
-        A file cannot be read, or its values cannot be compared.
+    The fresh one is read, or computed if there is none. First come differences in what the files
+    consist of, attributes and config included; where that is the same, those in the values, each
+    array with its worst element. Last the symbols in which the fresh one contradicts a certificate,
+    which proves them. StoreError where a file cannot be read, or its values cannot be compared.
     """
     old = store.load(stored)
     with tempfile.TemporaryDirectory() as folder:
         if fresh is None:
-            planned = plan(config, Path(folder))
-            run(planned, jobs=jobs, report=report)
-            fresh = planned.target
+            fresh = _computed(config, Path(folder), jobs, report)
         new = store.load(fresh)
         outlines = store.outline(stored), store.outline(fresh)
     configs = old["config"], new["config"]
@@ -86,6 +65,12 @@ def verify(
     if certificate:
         found += storage.contradictions(new, certificate)
     return found
+
+
+def _computed(config: LoadedConfig, folder: Path, jobs: int, report: Report) -> Path:
+    planned = plan(config, folder)
+    run(planned, jobs=jobs, report=report)
+    return planned.target
 
 
 def is_of(config: LoadedConfig, stored: Path) -> bool:
@@ -124,9 +109,8 @@ def verify_by_engines(config: LoadedConfig, *, jobs: int, report: Report = tell_
     with tempfile.TemporaryDirectory() as folder:
 
         def computed(name: str, config: LoadedConfig) -> Path:
-            planned = plan(config, Path(folder, name))
-            run(planned, jobs=jobs, report=lambda text: report(f"by {name}: {text}"))
-            return planned.target
+            by = Path(folder, name)
+            return _computed(config, by, jobs, lambda text: report(f"by {name}: {text}"))
 
         def differences(one: Path, other: Path) -> list[str]:
             return verify(config, one, jobs=jobs, fresh=other)
@@ -152,11 +136,9 @@ def _array(difference: str) -> str:
 
 def _size(difference: str) -> float:
     """Size of a difference; infinite of what is no number, or a gap."""
-    if not isinstance(difference, compare.Difference):
-        return math.inf
     try:
-        size = abs(float(difference.stored) - float(difference.computed))
-    except (TypeError, ValueError):
+        size = abs(float(difference.stored) - float(difference.computed))  # type: ignore[attr-defined]
+    except (AttributeError, TypeError, ValueError):
         return math.inf
     return size if math.isfinite(size) else math.inf
 

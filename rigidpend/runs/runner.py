@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import hashlib
 import json
 import time
@@ -28,8 +29,6 @@ if TYPE_CHECKING:
     from rigidpend.orbits.integrate.arithmetic import Arithmetic
     from rigidpend.runs.loading import LoadedConfig
 
-OTHER = "of another version"
-"""Mark of a result that cannot be read for its format version."""
 SECONDS = "seconds"
 """Root attribute of the time that a result took, unless it went on from parts."""
 DOUBT = "doubt"
@@ -84,31 +83,42 @@ def plan(config: LoadedConfig, folder: Path, *, force: bool = False) -> Plan:
         "code_hash": provenance.code_hash(config.experiment),
         "engine": provenance.engine_name(config.engine),
     }
-    known = {} if force else _attributes(target)
-    same = known.get("config_hash") == fingerprint["config_hash"]
-    reason = "--force" if force else _reason(known, fingerprint)
-    if "config_hash" in known and not same:
-        reason = reason.replace(REASONS["config_hash"], _changed(target, config))
+    known: Mapping[str, Any] = {}
+    if force:
+        reason = "--force"
+    elif not target.exists():
+        reason = "no result yet"
+    else:
+        known, reason = _compared(target, fingerprint, config)
     if not reason:
         sweep(target)
+    same = known.get("config_hash") == fingerprint["config_hash"]
     seconds = float(known.get(SECONDS, 0.0)) if same else 0.0
     found = config.name, config.experiment, target, fingerprint, reason, str(known.get(DOUBT, ""))
     return Plan(*found, config, seconds)
 
 
-def _attributes(target: Path) -> dict[str, Any]:
-    """Root attributes of the result in a place; empty where there is none."""
-    if not target.exists():
-        return {}
-    files.make_way(target)
+def _compared(
+    target: Path, fingerprint: dict[str, str], config: LoadedConfig
+) -> tuple[Mapping[str, Any], str]:
+    """Root attributes of the result in a place, and the reason to compute it again, if any."""
+    from rigidpend.config import writer
     from rigidpend.results import store
 
+    files.make_way(target)
     try:
-        return store.attributes(target)
+        known = store.attributes(target)
     except store.OtherVersion:
-        return {OTHER: True}
-    except store.StoreError as error:
-        raise store.StoreError(f"{error}; move it away, or overwrite it with --force") from None
+        return {}, "its result has another format version"
+    except StoreError as error:
+        raise StoreError(f"{error}; move it away, or overwrite it with --force") from None
+    reasons = {key: said for key, said in REASONS.items() if known.get(key) != fingerprint[key]}
+    if "config_hash" in reasons and "config_hash" in known:
+        # One that cannot be read changed in keys that cannot be named.
+        with contextlib.suppress(StoreError):
+            changed = writer.changes(store.config(target), config.resolved())
+            reasons["config_hash"] += f"{': ' if changed else ''}{writer.sentence(changed)}"
+    return known, "; ".join(reasons.values())
 
 
 def recalled(path: Path, folder: Path, settings: Sequence[str] = ()) -> State | None:
@@ -186,31 +196,13 @@ def run(
     further: Mapping[str, Any] | None = None,
     scheduler: str | None = None,
 ) -> str:
-    """Compute a planned experiment and write its result file.
+    """Compute a planned experiment and write its result file; how much is uncertain, in words.
 
-    What an earlier run of the same fingerprint finished is not computed again.
-
-    Parameters
-    ----------
-    planned : Plan
-    jobs : int
-        Threads or processes; no result depends on it.
-    report : callable
-        Takes lines of progress.
-    further : dict, optional
-        Root attributes besides.
-    scheduler : str, optional
-        Address of a Dask cluster that computes the experiment's pieces.
-
-    Returns
-    -------
-    str
-        How many symbols are uncertain; empty where none is.
-
-    Raises
-    ------
-    StoreError, WorkerError, ArithmeticError
-        It cannot be computed or written. Finished parts are kept.
+    No result depends on the number of jobs, which are threads or processes. `report` takes lines of
+    progress, `further` has root attributes besides, and the Dask cluster at the address `scheduler`
+    computes the experiment's pieces. What an earlier run of the same fingerprint finished is not
+    computed again. StoreError, WorkerError or ArithmeticError where it cannot be computed or
+    written: finished parts are kept.
     """
     from rigidpend.experiments.contract import Means, Piece
     from rigidpend.experiments.data import datasets
@@ -284,39 +276,15 @@ def doubt(data: Tree) -> str:
     """
     import numpy as np
 
-    arrays = (x for x in _named("certain", data) if isinstance(x, np.ndarray))
-    flags = [x for x in arrays if x.dtype == bool]
+    flags = [x for x in _certain(data) if isinstance(x, np.ndarray) and x.dtype == bool]
     uncertain = sum(int(np.count_nonzero(~x)) for x in flags)
     return f"{uncertain} of {sum(map(np.size, flags))} symbols uncertain" if uncertain else ""
 
 
-def _named(name: str, data: Tree) -> Iterator[Any]:
-    """Values of all arrays of a name, in all groups."""
-    for key, node in data.items():
+def _certain(data: Tree) -> Iterator[Any]:
+    """Values of all arrays of that name, in all groups."""
+    for name, node in data.items():
         if isinstance(node, Mapping):
-            yield from _named(name, node)
-        elif key == name:
+            yield from _certain(node)
+        elif name == "certain":
             yield node.values
-
-
-def _reason(stored: Mapping[str, Any], fingerprint: dict[str, str]) -> str:
-    """Reason to compute a result, by the attributes of the one there; empty if up to date."""
-    if not stored:
-        return "no result yet"
-    if OTHER in stored:
-        return "its result has another format version"
-    changed = [said for key, said in REASONS.items() if stored.get(key) != fingerprint[key]]
-    return "; ".join(changed)
-
-
-def _changed(target: Path, config: LoadedConfig) -> str:
-    """Reason that names the keys of the config that are others than in the result there."""
-    from rigidpend.config import writer
-    from rigidpend.results import store
-
-    try:
-        before = store.config(target)
-    except store.StoreError:
-        return REASONS["config_hash"]
-    found = writer.changes(before, config.resolved())
-    return f"{REASONS['config_hash']}{': ' if found else ''}{writer.sentence(found)}"

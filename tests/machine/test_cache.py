@@ -22,12 +22,27 @@ def one(tmp_path: Path) -> Path:
     return path
 
 
-@pytest.mark.parametrize("place", [0, 3, 10, 40, -70, -1])
-def test_what_is_damaged_is_told_and_removed(one: Path, place: int) -> None:
-    content = bytearray(one.read_bytes())
-    content[place] ^= 1
-    one.write_bytes(content)
-    with pytest.warns(cache.KeptFileWarning, match=f"^{one}: damaged; it is made again$"):
+def flipped(place: int) -> Callable[[bytes], bytes]:
+    def change(content: bytes) -> bytes:
+        changed = bytearray(content)
+        changed[place] ^= 1
+        return bytes(changed)
+
+    return change
+
+
+@pytest.mark.parametrize(
+    ("change", "said"),
+    [
+        *((flipped(place), "damaged") for place in (0, 10, -70, -1)),
+        (lambda _: files.sealed(b"content"), "of something else than its name says"),
+    ],
+)
+def test_what_is_damaged_or_of_nothing_is_told_and_removed(
+    one: Path, change: Callable[[bytes], bytes], said: str
+) -> None:
+    one.write_bytes(change(one.read_bytes()))
+    with pytest.warns(cache.KeptFileWarning, match=f"^{one}: {said}; it is made again$"):
         assert cache.load_file(one, b"one") is None
     assert not one.exists()
 
@@ -47,12 +62,6 @@ def test_no_content_passes_for_what_it_is_of(tmp_path: Path) -> None:
     cache.save_file(path, b"short", b"content" + cache.MARK + b"long, ")
     with pytest.warns(cache.KeptFileWarning):
         assert cache.load_file(path, b"long, " + cache.MARK + b"short") is None
-
-
-def test_a_sealed_file_that_does_not_say_what_it_is_of_is_told(one: Path) -> None:
-    one.write_bytes(files.sealed(b"content"))
-    with pytest.warns(cache.KeptFileWarning):
-        assert cache.load_file(one, b"one") is None
 
 
 @pytest.mark.parametrize(
@@ -91,10 +100,9 @@ def test_it_lies_where_the_user_s_programs_keep_theirs(
 ) -> None:
     monkeypatch.setattr(Path, "home", lambda: tmp_path)
     monkeypatch.delenv("XDG_CACHE_HOME", raising=False)
-    monkeypatch.setattr(sys, "platform", "linux")
-    assert cache.folder() == tmp_path / ".cache" / "rigidpend"
-    monkeypatch.setattr(sys, "platform", "darwin")
-    assert cache.folder() == tmp_path / "Library" / "Caches" / "rigidpend"
+    for platform, place in (("linux", ".cache"), ("darwin", "Library/Caches")):
+        monkeypatch.setattr(sys, "platform", platform)
+        assert cache.folder() == tmp_path / place / "rigidpend"
 
 
 def test_what_is_saved_is_loaded_by_what_it_is_of(folder: Path) -> None:
@@ -111,9 +119,13 @@ def test_those_used_longest_ago_make_room(folder: Path) -> None:
         os.utime(maps / cache.name_of(of), (k, k))
     # To be used counts: so it is not the oldest any more.
     assert cache.load(maps, b"a") == bytes(1000)
-    cache.save(maps, b"d", bytes(1000), 4000)
+    # Another process is writing one.
+    (maps / ".part").touch()
+    os.utime(maps / ".part", (0, 0))
+    three = 3 * (maps / cache.name_of(b"a")).stat().st_size
+    cache.save(maps, b"d", bytes(1000), three)
     left = {path.name for path in maps.iterdir()}
-    assert left == {cache.name_of(of) for of in (b"a", b"c", b"d")}
+    assert left == {".part", *(cache.name_of(of) for of in (b"a", b"c", b"d"))}
 
 
 def test_a_folder_that_cannot_be_written_is_told_once(
@@ -134,19 +146,19 @@ def test_a_folder_that_cannot_be_written_is_told_once(
 def test_every_subfolder_is_told_with_what_is_damaged(folder: Path) -> None:
     assert cache.subfolders() == []
     cache.save(folder / "maps", b"a", b"content", 999)
-    cache.save(folder / "integrators", b"b", b"content", 999)
+    cache.save(folder / "plans", b"b", b"content", 999)
     cache.save(folder / "kernels", b"a", b"content", 999)
-    (folder / "integrators" / cache.name_of(b"b")).write_bytes(b"something")
+    (folder / "plans" / cache.name_of(b"b")).write_bytes(b"something")
     shutil.copy(folder / "maps" / cache.name_of(b"a"), folder / "kernels" / cache.name_of(b"c"))
     (folder / "kernels" / "empty").write_bytes(b"")
     (folder / "kernels" / "of nothing").write_bytes(files.sealed(b"content"))
     (folder / "old").mkdir()
     (folder / "old" / "cache.db").write_bytes(b"12345")
     found = {one.path.name: one for one in cache.subfolders()}
-    assert list(found) == ["integrators", "kernels", "maps", "old"]
-    assert [len(one.files) for one in found.values()] == [1, 4, 1, 1]
+    assert list(found) == ["kernels", "maps", "old", "plans"]
+    assert [len(one.files) for one in found.values()] == [4, 1, 1, 1]
     # A copy under another name is as unfit as what was overwritten.
-    assert [len(one.damaged) for one in found.values()] == [1, 3, 0, 0]
+    assert [len(one.damaged) for one in found.values()] == [3, 0, 0, 1]
     assert found["old"].size == 5
     assert found["old"].meaning == "of another version"
 

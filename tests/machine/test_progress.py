@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import io
 import re
 from typing import Any
@@ -133,56 +134,47 @@ def test_a_terminal_keeps_the_last_line_of_each(terminal: Terminal) -> None:
     assert max(map(len, re.split("[\r\n]", terminal.getvalue()))) < 60
 
 
-def test_room_is_made_for_others_and_what_failed_leaves_no_line(terminal: Terminal) -> None:
+def test_room_is_made_for_others_and_what_failed_or_was_interrupted_leaves_no_line(
+    terminal: Terminal,
+) -> None:
     shown = Clocked(2, stream=terminal)
     shown.hear("a", "computing")
     shown.end("a", well=False)
     assert terminal.screen() == [""]
-    shown.hear("b", "computing")
-    shown.clear()
+    with contextlib.suppress(KeyboardInterrupt), shown:
+        shown.hear("b", "computing")
+        raise KeyboardInterrupt
     terminal.write("rigidpend: words\n")
     assert terminal.screen() == ["rigidpend: words", ""]
 
 
-def test_the_line_is_gone_in_the_end_whatever_happened(terminal: Terminal) -> None:
-    def interrupted() -> None:
-        with Progress(1, stream=terminal) as shown:
-            shown.hear("a", "computing")
-            raise KeyboardInterrupt
-
-    with pytest.raises(KeyboardInterrupt):
-        interrupted()
-    assert terminal.screen() == [""]
+LINES = "a: computing\na: at last\n"
 
 
 @pytest.mark.parametrize(
-    ("well", "left"), [(True, "1 of 2 done, 4 s, about 4 s left\n"), (False, "")]
+    ("options", "well", "said"),
+    [
+        ({}, True, f"{LINES}1 of 2 done, 4 s, about 4 s left\n"),
+        ({}, False, LINES),
+        ({"quiet": True}, True, ""),
+        (
+            {"verbose": True},
+            False,
+            "    2.50 s  planned\n    2.50 s  a: computing\n    2.50 s  a: at last\n",
+        ),
+    ],
 )
 def test_elsewhere_every_line_is_plain_and_a_failure_says_nothing_of_what_is_left(
-    well: bool, left: str
+    options: dict[str, bool], well: bool, said: str
 ) -> None:
+    """Verbose has details and times, and quiet nothing."""
     file = io.StringIO()
-    with Clocked(2, stream=file) as shown:
+    with Clocked(2, stream=file, **options).at(2.5) as shown:
+        shown.tell("planned", detail=True)
         shown.hear("a", "computing")
         shown.hear("a", "at last")
-        shown.at(4.0).end("a", well=well)
-    assert file.getvalue() == f"a: computing\na: at last\n{left}"
-
-
-def test_verbose_has_details_and_times_and_quiet_nothing() -> None:
-    said = {}
-    for kind in ("verbose", "quiet", ""):
-        file = io.StringIO()
-        options = {kind: True} if kind else {}
-        with Clocked(1, stream=file, **options).at(2.5) as shown:
-            shown.tell("planned", detail=True)
-            shown.hear("a", "written")
-        said[kind] = file.getvalue()
-    assert said == {
-        "verbose": "    2.50 s  planned\n    2.50 s  a: written\n",
-        "quiet": "",
-        "": "a: written\n",
-    }
+        shown.at(6.5).end("a", well=well)
+    assert file.getvalue() == said
 
 
 @pytest.mark.parametrize(

@@ -20,7 +20,8 @@ import pytest
 from rigidpend.machine import signals
 from tests.attacks.lot import drawn, trials
 from tests.cli.calls import UNTRACED, call
-from tests.config.samples import SMALL, written
+from tests.config.samples import SMALL, changed, written
+from tests.processes import python
 
 BOUND = 2.0
 """Seconds within which a command ends after a signal, when the processor is its own."""
@@ -31,12 +32,14 @@ SAID = {
 }
 LONG = ("run", "fig4", "--set", "problem.n_symbols=9999", "--set", "numerics.precisions=[53]")
 """A command that takes some seconds."""
+SOON = ("run", "small.yaml")
+PACKAGE = os.environ | {"PYTHONPATH": str(Path(__file__).resolve().parents[2])}
 
 PROGRAM = """
 import os, runpy, signal, sys, time, weakref
 from rigidpend.machine import files
 from rigidpend.runs import runner
-number, run = signal.Signals(int(sys.argv.pop(1))), runner.run
+number, run, called = signal.Signals(int(sys.argv.pop(1))), runner.run, None
 # Tests may be started in the background, where Ctrl-C is ignored; their programs are not.
 signal.signal(signal.SIGINT, signal.default_int_handler)
 class Dying:
@@ -48,7 +51,7 @@ def come(*_):
         pass
 def disturbed(*given, **named):
     dying = Dying()
-    kept = weakref.ref(dying, REFERENCE)
+    kept = weakref.ref(dying, called)
     del dying
     return run(*given, **named)
 replace = os.replace
@@ -64,14 +67,10 @@ def hanging(written, path):
 CHANGE
 runpy.run_module("rigidpend", run_name="__main__", alter_sys=True)
 """
-DISTURBED = "runner.run = disturbed"
+IGNORED = "signal.signal(signal.SIGINT, signal.SIG_IGN); "
+DESTRUCTOR = "Dying.__del__ = come; runner.run = disturbed"
+REFERENCE = "called = come; runner.run = disturbed"
 HANGING = "files.os.replace = hanging"
-SWALLOWS = {
-    "a destructor": PROGRAM.replace("REFERENCE", "None").replace(
-        "CHANGE", f"Dying.__del__ = come; {DISTURBED}"
-    ),
-    "a weak reference": PROGRAM.replace("REFERENCE", "come").replace("CHANGE", DISTURBED),
-}
 
 
 COMMANDS = {
@@ -99,51 +98,28 @@ class End(NamedTuple):
     said: str
 
 
-def ended(script: str, *given: str) -> End:
-    """A script that calls a command and sends itself a signal."""
-    begun = time.monotonic()
-    done = subprocess.run(
-        [sys.executable, "-c", script, *given],
-        env=UNTRACED,
-        capture_output=True,
-        text=True,
-        timeout=60,
-        check=False,
-    )
-    return End(done.returncode, time.monotonic() - begun, done.stderr)
-
-
 @pytest.mark.slow
-@pytest.mark.parametrize(("where", "number"), [*zip(SWALLOWS, BOTH, strict=True)])
-def test_a_signal_is_heeded_that_comes_where_python_swallows_exceptions(
-    tmp_path: Path, where: str, number: signal.Signals
+@pytest.mark.parametrize(
+    ("change", "number", "command", "left"),
+    [
+        (DESTRUCTOR, signal.SIGINT, LONG, {".log"}),
+        (REFERENCE, signal.SIGTERM, LONG, {".log"}),
+        (HANGING, signal.SIGTERM, SOON, {".log"}),
+        (IGNORED + DESTRUCTOR, signal.SIGINT, SOON, {".log", ".h5"}),
+    ],
+)
+def test_a_signal_is_heeded_also_where_python_swallows_exceptions(
+    tmp_path: Path, change: str, number: signal.Signals, command: tuple[str, ...], left: set[str]
 ) -> None:
-    end = ended(SWALLOWS[where], str(int(number)), *LONG, "--out", str(tmp_path))
-    assert (end.code, end.said.splitlines()[-1]) == (128 + number, SAID[number])
-    assert "Traceback" not in end.said
-    assert not list(tmp_path.rglob("*.part"))
-
-
-@pytest.mark.slow
-def test_a_command_that_does_not_end_by_itself_is_ended_and_leaves_no_half_file(
-    tmp_path: Path,
-) -> None:
+    """A command that does not end by itself is ended; what a shell lets be ignored is ignored."""
     written(tmp_path, SMALL, "small.yaml")
-    script = PROGRAM.replace("REFERENCE", "None").replace("CHANGE", HANGING)
-    given = ("run", str(tmp_path / "small.yaml"), "--out", str(tmp_path / "out"))
-    end = ended(script, str(int(signal.SIGTERM)), *given)
-    assert (end.code, end.said.splitlines()[-1]) == (143, SAID[signal.SIGTERM])
-    assert {path.suffix for path in tmp_path.rglob("*") if path.is_file()} == {".yaml", ".log"}
-
-
-@pytest.mark.slow
-def test_what_a_shell_lets_be_ignored_is_ignored(tmp_path: Path) -> None:
-    written(tmp_path, SMALL, "small.yaml")
-    change = f"signal.signal(signal.SIGINT, signal.SIG_IGN); Dying.__del__ = come; {DISTURBED}"
-    script = PROGRAM.replace("REFERENCE", "None").replace("CHANGE", change)
-    given = ("run", str(tmp_path / "small.yaml"), "--out", str(tmp_path / "out"))
-    assert ended(script, str(int(signal.SIGINT)), *given).code == 0
-    assert (tmp_path / "out" / "small.h5").is_file()
+    given = (PROGRAM.replace("CHANGE", change), str(int(number)), *command)
+    done = python(tmp_path, "-c", *given, env=UNTRACED)
+    ended = (128 + number, SAID[number]) if ".h5" not in left else (0, "")
+    assert (done.returncode, done.stderr.splitlines()[-1] if ended[0] else "") == ended
+    assert "Traceback" not in done.stderr
+    found = {path.suffix for path in tmp_path.rglob("*") if path.is_file()}
+    assert found == {".yaml", *left}
 
 
 @pytest.mark.parametrize("number", BOTH)
@@ -169,41 +145,32 @@ def test_a_program_that_calls_the_package_keeps_its_own_handlers(tmp_path: Path)
 @pytest.mark.slow
 def test_processes_are_begun_deaf_to_both_signals(tmp_path: Path) -> None:
     """Python's own tracker of resources lets signals in again when it starts: not then."""
-    script = tmp_path / "script.py"
-    script.write_text(
-        "import multiprocessing, os, signal\n"
-        "from rigidpend.machine.signals import kept_from_children\n"
-        "if __name__ == '__main__':\n"
-        "    with kept_from_children():\n"
-        "        child = multiprocessing.get_context('spawn').Process(target=os.getpid)\n"
-        "        child.start()\n"
-        "        blocked = signal.pthread_sigmask(signal.SIG_BLOCK, [])\n"
-        "        deaf = {signal.SIGINT, signal.SIGTERM} <= blocked\n"
-        "    assert deaf\n"
-        "    assert signal.SIGINT not in signal.pthread_sigmask(signal.SIG_BLOCK, [])\n"
-        "    child.join()\n"
-    )
-    root = str(Path(__file__).resolve().parents[2])
-    environment = {**os.environ, "PYTHONPATH": root}
-    subprocess.run([sys.executable, script], env=environment, check=True, timeout=60)
+    script = """
+import multiprocessing, os, signal
+from rigidpend.machine.signals import kept_from_children
+both = {signal.SIGINT, signal.SIGTERM}
+if __name__ == '__main__':
+    with kept_from_children():
+        child = multiprocessing.get_context('spawn').Process(target=os.getpid)
+        child.start()
+        assert both <= signal.pthread_sigmask(signal.SIG_BLOCK, [])
+    assert not both & signal.pthread_sigmask(signal.SIG_BLOCK, [])
+    child.join()
+"""
+    done = python(tmp_path, written(tmp_path, script, "script.py").name, env=PACKAGE)
+    assert (done.returncode, done.stderr) == (0, "")
 
 
 @pytest.fixture(scope="module")
 def desk(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """A folder for the commands, where each has ended well once."""
-    found = tmp_path_factory.mktemp("desk")
-    prepare(found)
-    return found
-
-
-def prepare(folder: Path) -> None:
-    """Put there what the commands need."""
-    longer = SMALL.replace("n_symbols: 3", "n_symbols: 200")
-    written(folder, longer.replace("count: 5", "count: 63"), "work.yaml")
-    whole = SMALL.replace("precisions: [53]", "engine: scipy\n  precisions: [53, 113]")
-    for name, text in (("small", SMALL), ("whole", whole)):
+    """A folder for the commands, with their configs and results."""
+    folder = tmp_path_factory.mktemp("desk")
+    longer = changed("n_symbols: 3", "n_symbols: 200", changed("count: 5", "count: 63", SMALL))
+    whole = changed("precisions: [53]", "engine: scipy\n  precisions: [53, 113]", SMALL)
+    for name, text in (("work", longer), ("small", SMALL), ("whole", whole)):
         written(folder, text, f"{name}.yaml")
     assert call(folder, "run", "work.yaml", "small.yaml").returncode == 0
+    return folder
 
 
 def disturbed(folder: Path, command: str, number: signal.Signals, moment: float) -> End:

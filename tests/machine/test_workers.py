@@ -2,10 +2,9 @@
 
 from __future__ import annotations
 
+import itertools
 import os
 import signal
-import subprocess
-import sys
 import threading
 import time
 from collections.abc import Callable
@@ -24,16 +23,13 @@ from rigidpend.machine.workers import (
     spread,
     worth_processes,
 )
+from tests.processes import python
 
 
 def place(part: float, delay: float = 0.0) -> tuple[float, int, int]:
     """The part with the process and the thread that had it; the first parts take longest."""
-    time.sleep(delay / (1 + part))
+    time.sleep(delay / (1 + part) if delay else 0 / (1 + part))
     return part, os.getpid(), threading.get_ident()
-
-
-def reciprocal(part: int) -> float:
-    return 1 / part
 
 
 @pytest.mark.parametrize(("parts", "jobs"), [([3, 1, 2], 1), ([5], 4), ([], 2), ([1, 2], 0)])
@@ -54,18 +50,38 @@ def test_threads_share_the_process_and_keep_the_order() -> None:
     assert threading.get_ident() not in threads
 
 
+class Noted(list[int]):
+    """Parts that note which were begun."""
+
+    def __init__(self, *parts: int) -> None:
+        super().__init__(parts)
+        self.begun: list[int] = []
+
+    def __getitem__(self, some: Any) -> Any:
+        for part in super().__getitem__(some):
+            self.begun.append(part)
+            yield part
+
+
 @pytest.mark.slow
 def test_work_goes_ahead_of_its_use_in_processes_but_for_the_first() -> None:
-    coming = ahead(place, range(6), 2)
+    given = Noted(0, 1, 2, 3, -1, 60)
+    coming = ahead(place, given, 2)
     assert next(coming)[:2] == (0, os.getpid())
-    parts, processes, _ = zip(*coming, strict=True)
-    assert parts == (1, 2, 3, 4, 5)
+    first = next(coming)
+    # So many ahead, and no more: what is done waits in memory.
+    assert given.begun == [0, 1, 2, 3]
+    parts, processes, _ = zip(first, *itertools.islice(coming, 2), strict=True)
+    assert parts == (1, 2, 3)
     assert os.getpid() not in processes
-    assert list(ahead(place, [], 2)) == []
     with pytest.raises(ZeroDivisionError):
-        list(ahead(reciprocal, [1, 2, 0, 3], 2))
-    ended = ahead(time.sleep, [0, 0, 60, 60], 2)
-    begun = time.monotonic()
+        next(coming)
+    assert list(ahead(place, [], 2)) == []
+
+
+@pytest.mark.slow
+def test_what_is_ahead_ends_with_its_use() -> None:
+    ended, begun = ahead(time.sleep, [0, 0, 60, 60], 2), time.monotonic()
     assert [next(ended), next(ended)] == [None, None]
     ended.close()
     assert time.monotonic() - begun < 30
@@ -76,20 +92,10 @@ def test_many_parts_are_worth_processes(parts: int, jobs: int, worth: bool) -> N
     assert worth_processes(parts, jobs) == worth
 
 
-@pytest.mark.slow
-def test_processes_serve_work_that_holds_the_interpreter() -> None:
-    found = side_by_side(place, (0.2,), True, [0, 1, 2, 3], 2)
-    parts, processes, _ = zip(*found, strict=True)
-    assert parts == (0, 1, 2, 3)
-    assert os.getpid() not in processes
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize("jobs", [1, 2])
-@pytest.mark.parametrize("holds_interpreter", [True, False])
+@pytest.mark.parametrize(("jobs", "holds_interpreter"), [(1, True), (1, False), (2, False)])
 def test_errors_of_the_work_come_through(jobs: int, holds_interpreter: bool) -> None:
     with pytest.raises(ZeroDivisionError):
-        side_by_side(reciprocal, (), holds_interpreter, [1, 0, 2], jobs)
+        side_by_side(place, (), holds_interpreter, [1, -1, 2], jobs)
 
 
 def spoken(parts: int, say: Callable[[str], object]) -> int:
@@ -104,17 +110,27 @@ def spoken(parts: int, say: Callable[[str], object]) -> int:
 
 
 @pytest.mark.slow
-def test_work_apart_is_heard_here_and_its_end_comes_through() -> None:
+def test_processes_serve_work_that_holds_the_interpreter_and_are_heard() -> None:
     heard: list[Any] = []
-    assert workers.apart(spoken, (3,), heard.append) != os.getpid()
-    assert heard == ["part 0", "part 1", "part 2"]
-    assert [line.share for line in heard] == [1 / 3, 2 / 3, 1.0]
-    with pytest.raises(ZeroDivisionError):
-        workers.apart(spoken, (0,), heard.append)
-    with pytest.raises(WorkerError, match="was killed"):
-        workers.apart(spoken, (2,), heard.append)
-    with pytest.raises(TimeoutError, match=r"ended at 0\.5 s"):
-        workers.apart(spoken, (4,), heard.append, 0.5)
+    assert os.getpid() not in side_by_side(spoken, (), True, [3, 1], 2, heard.append)
+    assert sorted(heard) == ["part 0", "part 0", "part 1", "part 2"]
+    assert sorted(line.share for line in heard) == [1 / 3, 2 / 3, 1.0, 1.0]
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(
+    ("parts", "limit", "error", "said"),
+    [
+        (0, 60.0, ZeroDivisionError, "division"),
+        (2, 60.0, WorkerError, "was killed"),
+        (4, 0.1, TimeoutError, r"ended at 0\.1 s"),
+    ],
+)
+def test_the_end_of_work_apart_comes_through(
+    parts: int, limit: float, error: type[Exception], said: str
+) -> None:
+    with pytest.raises(error, match=said):
+        workers.apart(spoken, (parts,), lambda _: None, limit)
 
 
 MODULE = """
@@ -133,28 +149,20 @@ before = __file__, __spec__
 def hear(text):
     print(text)
 assert os.getpid() not in workers.side_by_side(spoken, (), True, [1, 3], 2, hear)
-workers.apart(spoken, (1,), hear)
 assert (__file__, __spec__) == before
 """
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("called", [["program.py"], ["-m", "program"]])
-def test_a_program_is_not_run_by_the_processes_that_it_lets_begin(
-    tmp_path: Path, called: list[str]
-) -> None:
+def test_a_program_is_not_run_by_the_processes_that_it_lets_begin(tmp_path: Path) -> None:
     """It needs no ``if __name__ == "__main__"``, and hears by its own functions."""
     (tmp_path / "program.py").write_text(PROGRAM)
     (tmp_path / "module.py").write_text(MODULE)
-    root = Path(__file__).resolve().parents[2]
-    environment = {**os.environ, "PYTHONPATH": str(root)}
-    given = [sys.executable, *called]
-    done = subprocess.run(
-        given, cwd=tmp_path, env=environment, capture_output=True, text=True, check=False
-    )
+    environment = {**os.environ, "PYTHONPATH": str(Path(__file__).resolve().parents[2])}
+    # By its name: then it has both a file and a specification.
+    done = python(tmp_path, "-m", "program", env=environment)
     assert (done.returncode, done.stderr) == (0, "")
-    said = ["once", *["part 0"] * 3, "part 1", "part 2"]
-    assert sorted(done.stdout.splitlines()) == sorted(said)
+    assert sorted(done.stdout.splitlines()) == ["once", *["part 0"] * 2, "part 1", "part 2"]
 
 
 @pytest.mark.parametrize(("columns", "parts"), [(7, 3), (2, 5), (6, 6), (5, 1), (4, 0)])

@@ -11,6 +11,7 @@ from rigidpend import experiments
 from rigidpend.config import catalogue
 from rigidpend.config.complaints import ConfigError
 from rigidpend.experiments.contract import Means
+from rigidpend.experiments.route_codes import compute as route_codes
 from rigidpend.orbits.integrate.arithmetic import (
     CLOSED_FORM,
     DEFAULT_TOLERANCE,
@@ -22,7 +23,7 @@ from rigidpend.orbits.integrate.arithmetic import (
 )
 from rigidpend.results import store
 from rigidpend.runs import loading, runner
-from tests.config.samples import SMALL, changed, written
+from tests.config.samples import SMALL, written
 
 CONFIGS = sorted(catalogue.known().values())
 CHOICES: dict[str, tuple[str, Any]] = {
@@ -84,16 +85,15 @@ def test_the_tolerance_in_the_file_is_the_one_that_was_used(
     asked: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """A tolerance finer than the engine can keep is stored as the finest, not as written."""
-    path = written(tmp_path, changed("problem:", "problem:", SMALL), "small.yaml")
     used: list[Arithmetic] = []
-    module = experiments.computation("route_codes")
+    compute = route_codes.compute
 
-    def compute(config: Any, means: Means) -> Any:
+    def noted(config: Any, means: Means) -> Any:
         used.append(means.arithmetic)
-        return module.compute(config, means)
+        return compute(config, means)
 
-    spy = type("Spy", (), {"compute": staticmethod(compute)})()
-    monkeypatch.setattr(experiments, "computation", lambda _: spy)
+    monkeypatch.setattr(route_codes, "compute", noted)
+    path = written(tmp_path, SMALL, "small.yaml")
     planned = runner.plan(loading.load(path, [f"numerics.tolerance={asked}"]), tmp_path)
     runner.run(planned, jobs=1, report=print)
     stored, engine = store.attributes(planned.target), default_engine()

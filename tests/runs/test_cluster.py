@@ -22,11 +22,14 @@ import pytest
 from click.testing import CliRunner
 
 from rigidpend.cli import main
+from rigidpend.experiments.contract import Piece
+from rigidpend.experiments.data import Dataset, Tree
 from rigidpend.experiments.route_map import compute
 from rigidpend.machine.progress import tell_nobody
 from rigidpend.machine.workers import WorkerError
 from rigidpend.results import store
 from rigidpend.runs import certificate_files, cluster, loading, runner
+from rigidpend.runs.parts import Parts
 from tests.config.samples import HEAD, SMALL, written
 
 MAP = f"""\
@@ -46,21 +49,17 @@ class Dask:
     def __init__(self, folder: Path) -> None:
         self.file, self.log = folder / "scheduler.json", (folder / "dask.log").open("wb")
         self.processes: list[subprocess.Popen[bytes]] = []
-        local = ("--host", "127.0.0.1", "--port", "0", "--no-dashboard")
-        self._start("scheduler", *local)
-
-    @property
-    def address(self) -> str:
+        self._start("scheduler", "--host", "127.0.0.1", "--port", "0", "--no-dashboard")
         end = time.monotonic() + 60
-        while time.monotonic() < end:
+        self.address = ""
+        while not self.address and time.monotonic() < end:
             # The file is there before it is written.
             with contextlib.suppress(FileNotFoundError, json.JSONDecodeError):
-                return str(json.loads(self.file.read_text())["address"])
+                self.address = json.loads(self.file.read_text())["address"]
             time.sleep(0.05)
-        raise TimeoutError("the scheduler did not start")
 
     def worker(self, without: str = "") -> subprocess.Popen[bytes]:
-        """A worker, perhaps without a package: one that breaks is in front of it."""
+        """A new worker, perhaps without a package: one that breaks is in front of it."""
         broken, environment = self.file.parent / "broken", dict(os.environ)
         if without:
             broken.mkdir(exist_ok=True)
@@ -69,24 +68,12 @@ class Dask:
         one = ("--nthreads", "1", "--no-nanny", "--no-dashboard", "--local-directory")
         return self._start("worker", *one, str(self.file.parent), environment=environment)
 
-    def alive(self, number: int) -> bool:
-        """Whether a process runs: 0 is the scheduler."""
-        return len(self.processes) > number and self.processes[number].poll() is None
-
-    def one(self) -> subprocess.Popen[bytes]:
-        """A worker that is there, or else a new one."""
-        there = [x for k, x in enumerate(self.processes) if k and self.alive(k)]
-        return there[-1] if there else self.worker()
-
-    def dismiss(self, first: int = 1) -> None:
-        """End its workers; all of it from 0 on."""
+    def end(self, first: int = 0) -> None:
+        """End the workers, from 1 on, or all of it."""
         for process in reversed(self.processes[first:]):
             process.kill()
             process.wait()
-
-    def end(self) -> None:
-        self.dismiss(0)
-        self.log.close()
+        del self.processes[first:]
 
     def _start(
         self, what: str, *given: str, environment: dict[str, str] | None = None
@@ -101,24 +88,12 @@ class Dask:
 
 
 @pytest.fixture(scope="module")
-def start(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Callable[[], Dask]]:
-    """Find a scheduler that runs, perhaps with the worker of a test before, or start one."""
+def dask(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Dask]:
     pytest.importorskip("distributed", reason="the extra `cluster` is not installed")
-    found: list[Dask] = []
-
-    def running() -> Dask:
-        if not found or not found[-1].alive(0):
-            found.append(Dask(tmp_path_factory.mktemp("dask")))
-        return found[-1]
-
-    yield running
-    for each in found:
-        each.end()
-
-
-@pytest.fixture
-def dask(start: Callable[[], Dask]) -> Dask:
-    return start()
+    found = Dask(tmp_path_factory.mktemp("dask"))
+    yield found
+    found.end()
+    found.log.close()
 
 
 @pytest.fixture
@@ -140,7 +115,6 @@ def test_a_worker_that_comes_late_and_lacks_this_package_is_named(
     dask: Dask, run: Callable[..., Path]
 ) -> None:
     """What else it may lack is told by the worker itself, see below."""
-    dask.dismiss()
     lines: list[str] = []
 
     def hear(line: str) -> None:
@@ -151,68 +125,14 @@ def test_a_worker_that_comes_late_and_lacks_this_package_is_named(
     with pytest.raises(WorkerError, match="is not on tcp:"):
         run("lacking", hear, dask.address)
     assert sum("no workers" in line for line in lines) == 1
-    dask.dismiss()
+    dask.end(1)
 
 
 @pytest.mark.slow
-def test_a_run_without_its_scheduler_goes_on_with_another(
-    start: Callable[[], Dask], run: Callable[..., Path]
-) -> None:
-    dask = start()
-    dask.one()
-    lines: list[str] = []
-
-    def hear(line: str) -> None:
-        lines.append(line)
-        if "cluster: 3 of 12" in line:
-            # With its worker, which might have all the other parts ready.
-            dask.dismiss(0)
-
-    with pytest.raises(WorkerError, match=r"went away; what is finished is kept"):
-        run("lost", hear, dask.address)
-    again = start()
-    again.worker()
-    found = store.load(run("lost", lines.append, again.address))
-    assert any("goes on from" in line for line in lines)
-    assert found["data"]["codes"].shape == (16, 12, 12)
-    # Provenance tells of every part what computed it.
-    earlier, crew = "an earlier run, by the same code and engine", found["provenance"]["workers"]
-    assert sum(json.loads(crew).values()) == 12
-    assert 3 <= json.loads(crew)[earlier] < 12
-
-
-@pytest.mark.slow
-def test_the_same_file_with_a_worker_killed_and_one_that_comes_late(
-    dask: Dask, run: Callable[..., Path]
-) -> None:
-    first, lines = dask.one(), list[str]()
-
-    def hear(line: str) -> None:
-        lines.append(line)
-        if "cluster: 3 of 12" in line:
-            # The only worker dies with a part in its hands; another one comes.
-            first.kill()
-            dask.worker()
-
-    far = run("far", hear, dask.address)
-    assert any("12 of 12" in line for line in lines)
-    assert first.wait() != 0
-    crew = json.loads(store.load(far)["provenance"]["workers"])
-    assert sum(crew.values()) == 12
-    assert len(crew) == 2, "one worker after the other"
-    assert all(re.match(r"tcp://.*:\d+ on .+: taylor \(.*numpy", worker) for worker in crew)
-    near = run("near", tell_nobody, None)
-    one, other = (store.load(path)["data"] for path in (far, near))
-    assert set(one) == set(other)
-    for name, values in one.items():
-        assert np.array_equal(values, other[name]), name
-
-
-@pytest.mark.slow
-def test_experiments_sweeps_proofs_and_orbits_come_from_a_cluster_as_from_here(
+def test_sweeps_proofs_and_orbits_come_from_a_cluster_as_from_here(
     dask: Dask, tmp_path: Path
 ) -> None:
-    dask.one()
+    dask.worker()
     here, there = tmp_path / "here", tmp_path / "there"
     written(tmp_path, SMALL, "small.yaml")
     far = ("--scheduler", dask.address)
@@ -232,6 +152,59 @@ def test_experiments_sweeps_proofs_and_orbits_come_from_a_cluster_as_from_here(
 
 
 @pytest.mark.slow
+def test_the_same_comes_of_it_with_workers_killed_and_late_and_without_the_scheduler(
+    dask: Dask, run: Callable[..., Path]
+) -> None:
+    """Workers are those of the test before; at the end there is neither one nor a scheduler."""
+    lines: list[str] = []
+
+    def killed(line: str) -> None:
+        lines.append(line)
+        if "cluster: 3 of 12" in line:
+            # With a part in its hands; another one comes.
+            dask.end(1)
+            dask.worker()
+
+    def away(line: str) -> None:
+        lines.append(line)
+        if "cluster: 3 of 12" in line:
+            # With the worker, which might have all the other parts ready.
+            dask.end()
+
+    if len(dask.processes) < 2:
+        dask.worker()
+    far = store.load(run("far", killed, dask.address))
+    crew = json.loads(far["provenance"]["workers"])
+    assert sum(crew.values()) == 12
+    assert len(crew) == 2, "one worker after the other"
+    assert all(re.match(r"tcp://.*:\d+ on .+: taylor \(.*numpy", worker) for worker in crew)
+    with pytest.raises(WorkerError, match=r"went away; what is finished is kept"):
+        run("lost", away, dask.address)
+    found = store.load(run("lost", lines.append, None))
+    assert any(re.match(r"goes on from \d+ finished parts", line) for line in lines)
+    assert found["data"]["codes"].shape == (16, 12, 12)
+    assert plain(found["data"]) == plain(far["data"])
+
+
+def test_parts_of_an_earlier_run_are_counted_and_not_computed_again(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    parts, crew = Parts(tmp_path / "x.h5", "a"), dict[str, int]()
+    kept: Tree = {"x": Dataset(1.0, "1", "a number")}
+    pieces = [Piece(name, fail, (MemoryError(),)) for name in "abcd"]
+    for piece in pieces[:2]:
+        parts.keep(piece.name, lambda: kept)
+
+    def gathered(*given: Any) -> Iterator[Any]:
+        return ((kept, piece.name, "far") for piece in given[3])
+
+    monkeypatch.setattr(cluster, "gathered", gathered)
+    given = "tcp://nowhere:1", "route_map", "taylor", parts, pieces
+    assert len(list(cluster.computed(*given, report=tell_nobody, crew=crew))) == 4
+    assert crew == {"an earlier run, by the same code and engine": 2, "far": 2}
+
+
+@pytest.mark.slow
 def test_a_scheduler_that_does_not_answer_is_named(
     run: Callable[..., Path], monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -246,12 +219,25 @@ def test_a_scheduler_that_does_not_answer_is_named(
                 run("nobody", tell_nobody, f"tcp://127.0.0.1:{port}")
 
 
-@pytest.mark.parametrize("error", [OSError("Timed out"), ConnectionResetError()])
-def test_a_connection_that_is_not_made_again_is_the_scheduler_s_end(error: OSError) -> None:
+def killed_worker() -> Exception:
+    import distributed
+
+    lost = SimpleNamespace(address="tcp://far:1")
+    return distributed.KilledWorker("part", lost, 3)
+
+
+@pytest.mark.parametrize(
+    ("error", "said"),
+    [
+        (lambda: OSError("Timed out"), "went away; what is finished is kept"),
+        (ConnectionResetError, "went away; what is finished is kept"),
+        (killed_worker, r"the worker tcp://far:1 .* memory there: give it more"),
+    ],
+)
+def test_errors_of_the_cluster_are_sentences(error: Callable[[], Exception], said: str) -> None:
     pytest.importorskip("distributed", reason="the extra `cluster` is not installed")
-    said = pytest.raises(WorkerError, match="went away; what is finished is kept")
-    with said, cluster.named_errors("tcp://head:8786"):
-        raise error
+    with pytest.raises(WorkerError, match=said), cluster.named_errors("tcp://head:8786"):
+        raise error()
 
 
 def on_worker(work: Callable[..., Any], *given: Any, **other: str) -> Any:
@@ -292,14 +278,6 @@ def test_a_worker_with_other_code_or_libraries_is_refused(what: str) -> None:
 def test_what_a_worker_lacks_is_said_of_it(given: Any, said: str) -> None:
     with pytest.raises(WorkerError, match=rf"the worker on \S+{said}"):
         on_worker(fail, given)
-
-
-def test_workers_that_are_killed_are_named_with_the_cure() -> None:
-    distributed = pytest.importorskip("distributed", reason="the extra `cluster` is missing")
-    lost = SimpleNamespace(address="tcp://far:1")
-    said = pytest.raises(WorkerError, match=r"the worker tcp://far:1 .* memory there: give it more")
-    with said, cluster.named_errors("tcp://head:8786"):
-        raise distributed.KilledWorker("part", lost, 3)
 
 
 @pytest.mark.parametrize(

@@ -11,7 +11,6 @@ import resource
 import signal
 import subprocess
 import sys
-import tempfile
 import time
 from pathlib import Path
 from typing import Any
@@ -22,11 +21,11 @@ from rigidpend import experiments
 from rigidpend.experiments.contract import Means
 from rigidpend.experiments.route_zoom import compute as route_zoom
 from rigidpend.machine import cache, files, workers
-from rigidpend.results import store
+from rigidpend.machine.progress import tell_nobody
 from rigidpend.runs import loading, regression, runner
 from tests.attacks import lot
 from tests.cli.calls import LIMITED, UNTRACED
-from tests.config.samples import SMALL, written
+from tests.config.samples import written
 
 KILLS = lot.trials(1, 0.05)
 ZOOM = """\
@@ -160,29 +159,40 @@ def test_a_killed_run_uses_what_was_finished(
 def test_runs_at_once_do_each_other_no_harm_and_notice_nobody_s_end(
     tmp_path: Path, undisturbed: Path
 ) -> None:
+    """One is killed, or is over, while another computes the same here."""
     written(tmp_path, ZOOM, "zoom.yaml")
     out = tmp_path / "out"
-    first, *others = (started(out, "--force") for _ in range(3))
-    while not list(out.glob(".zoom.parts/*/level01.kept")):
+    other = started(out, "--force")
+    while not list(out.glob(".zoom.parts/*/level00.kept")):
         time.sleep(0.001)
-    first.kill()
-    first.communicate()
-    for process in others:
-        _, said = process.communicate(timeout=60)
-        assert process.returncode == 0, said
-    assert runner.plan(loading.load(tmp_path / "zoom.yaml"), out).reason == ""
+
+    def hear(line: str) -> None:
+        if line.startswith("4/5"):
+            other.kill()
+            other.communicate()
+
+    planned = runner.plan(loading.load(tmp_path / "zoom.yaml"), out, force=True)
+    runner.follow(planned, jobs=1, say=hear)
+    assert other.returncode in (-9, 0)
+    assert once_more(out) == []
     same(out, undisturbed)
 
 
-def test_what_a_run_left_that_was_killed_at_its_very_end_is_tidied_up(tmp_path: Path) -> None:
-    planned = small(tmp_path)
-    runner.follow(planned, jobs=1, say=lambda _: None)
-    out = planned.target.parent
+SMALL = Path("results/small.h5")
+
+
+def small(force: bool = False) -> runner.Plan:
+    """The plan of the small config, whose result is there."""
+    return runner.plan(loading.load(Path("configs/small.yaml")), SMALL.parent, force=force)
+
+
+def test_what_a_run_left_that_was_killed_at_its_very_end_is_tidied_up(desk: Path) -> None:
+    out = SMALL.parent
     (out / ".small.parts" / "old").mkdir(parents=True)
     (out / ".small.h5.abc.part").write_bytes(b"half")
     (out / ".other.h5.abc.part").write_bytes(b"half")
-    assert runner.plan(planned.config, out).reason == ""
-    assert content(out) == [".other.h5.abc.part", "small.h5"]
+    assert small().reason == ""
+    assert content(out) == [".other.h5.abc.part", "reference", "small.h5"]
 
 
 @pytest.mark.slow
@@ -209,40 +219,32 @@ def test_no_room_is_one_sentence_and_afterwards_the_run_goes_on(
     same(out, undisturbed)
 
 
-def small(tmp_path: Path) -> runner.Plan:
-    loaded = loading.load(written(tmp_path, SMALL, "small.yaml"))
-    return runner.plan(loaded, tmp_path / "out")
-
-
 def test_a_folder_that_became_read_only_is_named_before_anything_is_computed(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+    desk: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     def refuse(*_: Any, **__: Any) -> Any:
         raise PermissionError(errno.EACCES, "Permission denied")
 
-    planned = small(tmp_path)
-    monkeypatch.setattr(tempfile, "mkstemp", refuse)
+    planned = small(force=True)
+    monkeypatch.setattr(files, "_temporary", refuse)
     monkeypatch.setattr(experiments, "computation", None)
-    with pytest.raises(store.StoreError, match=r"not writable \(Permission denied\); choose anoth"):
-        runner.follow(planned, jobs=1, say=lambda _: None)
+    with pytest.raises(files.StoreError, match=r"not writable \(Permission denied\); choose anoth"):
+        runner.follow(planned, jobs=1, say=tell_nobody)
 
 
 def test_a_result_in_a_read_only_folder_stays_up_to_date(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+    desk: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    planned = small(tmp_path)
-    runner.follow(planned, jobs=1, say=lambda _: None)
-    config, out = planned.config, planned.target.parent
-
     def refuse(*_: Any, **__: Any) -> Any:
         raise OSError(errno.EROFS, "Read-only file system")
 
+    config = small().config
+    (SMALL.parent / ".small.h5.abc.part").write_bytes(b"half")
     for function in ("unlink", "mkdir", "replace", "rmdir"):
         monkeypatch.setattr(os, function, refuse)
-    (out / ".small.h5.abc.part").write_bytes(b"half")
     cache.tell_once.cache_clear()
     with pytest.warns(cache.KeptFileWarning, match="nothing can be kept"):
-        assert runner.plan_kept(config, tmp_path / "small.yaml", out).reason == ""
+        assert runner.plan_kept(config, Path("configs/small.yaml"), SMALL.parent).reason == ""
 
 
 @pytest.mark.slow
@@ -262,7 +264,7 @@ def test_a_killed_worker_leaves_the_finished_parts(
 
     monkeypatch.setattr(route_zoom, "compute", broken)
     with pytest.raises(workers.WorkerError, match="the same command again continues"):
-        runner.follow(planned, jobs=1, say=lambda _: None)
+        runner.follow(planned, jobs=1, say=tell_nobody)
     kept = {path.stem for path in (tmp_path / "out").rglob("*.kept")}
     assert kept == {"centres", "level00", "level01"}
 

@@ -21,33 +21,10 @@ from tests.config.samples import (
 )
 
 
-def test_fig4_holds_the_paper_s_values_exactly() -> None:
+def test_fig4_holds_the_paper_s_values_exactly_and_leaves_the_numerics_to_the_engine() -> None:
     loaded = loading.load(FIG4)
-    problem: Any = loaded.content.problem
-    assert (loaded.name, loaded.experiment) == ("fig4", "route_codes")
-    assert loaded.content.figure == "4"
-    assert [x.fraction for x in problem.A] == [2, 1, Fraction(3, 2)]
-    assert [x.fraction for x in problem.r] == [1, 1, 0]
-    assert problem.mu.fraction == Fraction(1, 1000)
-    assert problem.h0.fraction == Fraction(13342, 10000)
-    assert problem.J1_0.fraction == Fraction(1, 10**8)
-    assert problem.n_symbols == 15
-    left, right = problem.arrays["left"], problem.arrays["right"]
-    assert list(problem.arrays) == ["left", "right"]
-    assert (left.start.fraction, left.step.fraction, left.count) == (0, Fraction(1, 10), 63)
-    assert (right.step.fraction, right.count) == (Fraction(1, 100), 32)
-    assert (right.start.text, right.start.fraction) == ("3*pi/40", None)
-    assert float(right.start) == 0.23561944901923448
-
-
-def test_fig4_leaves_the_numerics_to_the_engine() -> None:
-    numerics = content(Config, FIG4).numerics
-    assert (numerics.engine, numerics.tolerance) == (None, None)
-    assert numerics.precisions == (53, 106, 160)
-
-
-def test_resolved_is_plain_data_with_exact_numbers() -> None:
-    resolved = loading.load(FIG4).resolved()
+    assert (loaded.name, loaded.experiment, loaded.content.figure) == ("fig4", "route_codes", "4")
+    resolved = loaded.resolved()
     assert json.loads(json.dumps(resolved)) == resolved
     assert resolved["problem"] == {
         "A": ["2", "1", "3/2"],
@@ -61,6 +38,14 @@ def test_resolved_is_plain_data_with_exact_numbers() -> None:
             "right": {"start": "3*pi/40", "step": "1/100", "count": 32},
         },
     }
+    problem: Any = loaded.content.problem
+    assert list(problem.arrays) == ["left", "right"]
+    right = problem.arrays["right"]
+    assert (problem.h0.fraction, right.start.fraction) == (Fraction(13342, 10000), None)
+    assert float(right.start) == 0.23561944901923448
+    numerics = content(Config, FIG4).numerics
+    assert (numerics.engine, numerics.tolerance) == (None, None)
+    assert numerics.precisions == (53, 106, 160)
 
 
 def test_what_is_left_out_has_the_default_that_may_be_written(tmp_path: Path) -> None:

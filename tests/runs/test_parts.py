@@ -7,6 +7,7 @@ import gc
 import os
 import shutil
 import tracemalloc
+from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
@@ -41,53 +42,67 @@ def leaves(tree: Tree, place: str = "") -> dict[str, Dataset]:
     return found
 
 
-def test_a_kept_part_is_used_again_with_values_types_and_units(tmp_path: Path) -> None:
-    Parts(tmp_path / "fig.h5", "a").keep("first", lambda: PART)
-    again = leaves(Parts(tmp_path / "fig.h5", "a").keep("first", not_again))
+@pytest.fixture
+def target(tmp_path: Path) -> Path:
+    """The place of a result, whose run has a part."""
+    with Parts(tmp_path / "fig.h5", "a") as parts:
+        parts.keep("first", lambda: PART)
+    return tmp_path / "fig.h5"
+
+
+def kept(target: Path) -> Path:
+    [path] = target.parent.rglob("first.kept")
+    return path
+
+
+def test_a_kept_part_is_used_again_with_values_types_and_units(target: Path) -> None:
+    again = leaves(Parts(target, "a").keep("first", not_again))
     given = leaves(PART)
     assert set(again) == set(given)
     for name, dataset in given.items():
         assert again[name][1:] == dataset[1:]
         assert np.asarray(again[name].values).dtype.kind == np.asarray(dataset.values).dtype.kind
         np.testing.assert_array_equal(again[name].values, dataset.values)
-
-
-def test_a_part_of_another_fingerprint_is_not_used(tmp_path: Path) -> None:
-    Parts(tmp_path / "fig.h5", "a").keep("first", lambda: PART)
     with pytest.raises(AssertionError, match="computed again"):
-        Parts(tmp_path / "fig.h5", "b").keep("first", not_again)
+        Parts(target, "b").keep("first", not_again)
 
 
-def test_a_damaged_part_is_computed_again(tmp_path: Path) -> None:
-    parts = Parts(tmp_path / "fig.h5", "a")
-    parts.keep("first", lambda: PART)
-    [path] = tmp_path.rglob("first.kept")
+def cut(path: Path) -> None:
     path.write_bytes(path.read_bytes()[:100])
-    with pytest.warns(KeptFileWarning, match=f"{path}: damaged; it is made again"):
+
+
+def no_tree(path: Path) -> None:
+    cache.save_file(path, b"a, part first", b"nothing")
+
+
+def another_part(path: Path) -> None:
+    Parts(path.parents[2] / "fig.h5", "a").keep("second", lambda: {"wrong": PART["one"]})
+    shutil.copy(path.with_name("second.kept"), path)
+
+
+def of_another_run(path: Path) -> None:
+    other = Parts(path.parents[2] / "fig.h5", "b")
+    other.keep("first", lambda: {"wrong": PART["one"]})
+    shutil.copy(other._path("first"), path)
+
+
+@pytest.mark.parametrize(
+    ("change", "said"),
+    [
+        (cut, "damaged; it is made again"),
+        (no_tree, "no part of a run"),
+        (another_part, "of something else than its name says"),
+        (of_another_run, "of something else than its name says"),
+    ],
+)
+def test_a_part_that_is_none_of_its_run_is_told_and_computed_again(
+    target: Path, change: Callable[[Path], None], said: str
+) -> None:
+    parts, path = Parts(target, "a"), kept(target)
+    change(path)
+    with pytest.warns(KeptFileWarning, match=f"{path}: {said}"):
         assert parts.keep("first", lambda: {"new": PART["one"]}).keys() == {"new"}
     assert parts.keep("first", not_again).keys() == {"new"}
-
-
-@pytest.mark.parametrize("other", ["second", "first"])
-def test_a_part_copied_over_another_is_computed_again(tmp_path: Path, other: str) -> None:
-    """Another part of the same run, or the same part of another run."""
-    own, copied = (Parts(tmp_path / f"{name}.h5", name) for name in ("fig", other))
-    copied.keep("second" if other == "second" else "first", lambda: {"wrong": PART["one"]})
-    own.keep("first", lambda: PART)
-    [source] = (tmp_path / f".{other}.parts").rglob("*.kept")
-    [path] = (tmp_path / ".fig.parts").rglob("*.kept")
-    shutil.copy(source, path)
-    with pytest.warns(KeptFileWarning, match=f"{path}: of something else than its name says"):
-        assert own.keep("first", lambda: PART).keys() == PART.keys()
-
-
-def test_a_part_that_is_no_tree_is_told_and_computed_again(tmp_path: Path) -> None:
-    parts = Parts(tmp_path / "fig.h5", "a")
-    parts.keep("first", lambda: PART)
-    [path] = tmp_path.rglob("first.kept")
-    cache.save_file(path, b"a, part first", b"nothing")
-    with pytest.warns(KeptFileWarning, match="no part of a run"):
-        assert parts.keep("first", lambda: PART) is PART
 
 
 def test_whatever_bytes_there_are_they_are_a_part_or_refused() -> None:
@@ -103,62 +118,51 @@ def test_whatever_bytes_there_are_they_are_a_part_or_refused() -> None:
                 unpacked(bytes(changed))
 
 
-def test_dropped_parts_leave_nothing(tmp_path: Path) -> None:
-    for fingerprint in ("a", "b"):
-        with Parts(tmp_path / "fig.h5", fingerprint) as parts:
-            parts.keep("first", lambda: PART)
-    Parts(tmp_path / "fig.h5", "a").drop()
-    assert list(tmp_path.iterdir()) == []
-
-
-def test_a_copy_of_the_open_folder_that_a_child_has_holds_nothing(tmp_path: Path) -> None:
-    """Between fork and exec a child has one: git is started for each result."""
-    with Parts(tmp_path / "fig.h5", "a") as parts:
+def test_dropped_parts_leave_nothing_of_any_fingerprint(target: Path) -> None:
+    with Parts(target, "b") as parts:
         parts.keep("first", lambda: PART)
+    Parts(target, "a").drop()
+    assert list(target.parent.iterdir()) == []
+
+
+def test_a_copy_of_the_open_folder_that_a_child_has_holds_nothing(target: Path) -> None:
+    """Between fork and exec a child has one: git is started for each result."""
+    with Parts(target, "a") as parts:
+        parts.keep("first", not_again)
         assert parts._handle is not None
         copy = os.dup(parts._handle)
         parts.drop()
         os.close(copy)
-    assert list(tmp_path.iterdir()) == []
+    assert list(target.parent.iterdir()) == []
 
 
-def test_parts_that_another_run_uses_stay_until_it_drops_them(tmp_path: Path) -> None:
-    one, two = (Parts(tmp_path / "fig.h5", "a") for _ in range(2))
-    one.keep("first", lambda: PART)
-    two.keep("first", not_again)
+def test_parts_that_another_run_uses_stay_until_it_drops_them(target: Path) -> None:
+    one, two = (Parts(target, "a") for _ in range(2))
+    for parts in (one, two):
+        parts.keep("first", not_again)
     one.drop()
+    sweep(target)
     assert two.keep("first", not_again).keys() == PART.keys()
     two.drop()
-    assert list(tmp_path.iterdir()) == []
+    assert list(target.parent.iterdir()) == []
+    # Whoever goes on though another removed the folder makes it again.
+    assert two.keep("first", lambda: {"new": PART["one"]}).keys() == {"new"}
+    assert len(two) == 1
+
+
+def test_sweep_removes_what_nobody_uses(target: Path) -> None:
+    sweep(target)
+    assert list(target.parent.iterdir()) == []
 
 
 def test_a_folder_in_the_place_of_a_part_is_refused_before_the_part_is_computed(
-    tmp_path: Path,
+    target: Path,
 ) -> None:
-    target = tmp_path / "fig.h5"
-    Parts(target, "a").keep("first", lambda: PART)
-    [place] = tmp_path.rglob("first.kept")
+    place = kept(target)
     place.unlink()
     place.mkdir()
     with pytest.raises(StoreError, match="kept: a folder is in the place of a file: move it"):
         Parts(target, "a").keep("first", not_again)
-
-
-def test_a_run_goes_on_though_another_removed_the_folder(tmp_path: Path) -> None:
-    one = Parts(tmp_path / "fig.h5", "a")
-    one.keep("first", lambda: PART)
-    one.drop()
-    assert one.keep("first", lambda: {"new": PART["one"]}).keys() == {"new"}
-    assert len(one) == 1
-
-
-def test_sweep_leaves_a_living_run_alone(tmp_path: Path) -> None:
-    with Parts(tmp_path / "fig.h5", "a") as parts:
-        parts.keep("first", lambda: PART)
-        sweep(tmp_path / "fig.h5")
-        assert parts.keep("first", not_again).keys() == PART.keys()
-    sweep(tmp_path / "fig.h5")
-    assert list(tmp_path.iterdir()) == []
 
 
 def test_a_part_leaves_memory_when_it_is_let_go(tmp_path: Path) -> None:

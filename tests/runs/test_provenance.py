@@ -15,6 +15,7 @@ import llvmlite
 import pytest
 import scipy
 
+import rigidpend
 from rigidpend import experiments
 from rigidpend.machine import cache, code_hash
 from rigidpend.runs import loading, provenance, runner
@@ -22,19 +23,15 @@ from tests.config.samples import FIG4, TEXT, changed, written
 
 
 @pytest.fixture
-def copy(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
-    """A copy of the package, the one whose code is hashed."""
-    target = tmp_path / "rigidpend"
-    ignored = shutil.ignore_patterns("__pycache__")
-    shutil.copytree(code_hash.PACKAGE, target, ignore=ignored)
-    monkeypatch.setattr(code_hash, "PACKAGE", target)
-    return target
+def edited(monkeypatch: pytest.MonkeyPatch) -> dict[str, bytes]:
+    """The package's source files by their places, to be changed; they are what is hashed."""
+    every = dict(code_hash.sources(str(code_hash.PACKAGE)).files)
 
+    def sources(_: str) -> code_hash.Sources:
+        return code_hash.Sources(every, repr(hash(frozenset(every.items()))))
 
-def hash_elsewhere(experiment: str = "route_codes") -> str:
-    """The hash as another process finds it."""
-    code_hash.sources.cache_clear()
-    return provenance.code_hash(experiment)
+    monkeypatch.setattr(code_hash, "sources", sources)
+    return every
 
 
 def hashed(experiment: str) -> list[str]:
@@ -47,16 +44,6 @@ def config_hash(path: Path, *settings: str) -> str:
     return provenance.config_hash(loading.load(path, settings).resolved())
 
 
-def test_code_hash_does_not_depend_on_where_the_package_is(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    here = hash_elsewhere()
-    target = tmp_path / "deep" / "rigidpend"
-    shutil.copytree(code_hash.PACKAGE, target)
-    monkeypatch.setattr(code_hash, "PACKAGE", target)
-    assert hash_elsewhere() == here
-
-
 @pytest.mark.parametrize(
     ("experiment", "place"),
     [
@@ -67,10 +54,9 @@ def test_code_hash_does_not_depend_on_where_the_package_is(
     ],
 )
 def test_code_hash_notices_values_in_what_is_imported_but_no_comment_docstring_or_layout(
-    copy: Path, experiment: str, place: str
+    edited: dict[str, bytes], experiment: str, place: str
 ) -> None:
-    file, found = copy / place, []
-    source = file.read_text(encoding="utf-8")
+    source, found = edited[place].decode(), []
     function = f"{source}\ndef f(x):\n    return x\n"
     documented = f'{source}\ndef f(x):\n    """The same."""\n    return x\n'
     laid_out = ast.unparse(ast.parse(source)).replace("\n", "\n\n")
@@ -78,11 +64,34 @@ def test_code_hash_notices_values_in_what_is_imported_but_no_comment_docstring_o
     texts += [function, documented]
     texts += [f"{source}\nX = {value}\n" for value in ("1", "2", "'one'", "'two'")]
     for text in texts:
-        file.write_text(text, encoding="utf-8")
-        found.append(hash_elsewhere(experiment))
+        edited[place] = text.encode()
+        found.append(provenance.code_hash(experiment))
     assert found[0] == found[1] == found[2]
     assert found[3] == found[4]
     assert len({found[0], *found[4:]}) == 6
+
+
+@pytest.mark.parametrize("place", ["extra.py", "extra/__init__.py"])
+def test_code_hash_follows_a_new_import(edited: dict[str, bytes], place: str) -> None:
+    edited["routes/start.py"] += b"\nfrom rigidpend import extra\n"
+    found = set()
+    for value in (b"1", b"2"):
+        edited[place] = b"X = " + value
+        found.add(provenance.code_hash("route_codes"))
+    assert len(found) == 2
+
+
+def test_sources_are_the_same_wherever_the_package_is(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    here = code_hash.sources(str(code_hash.PACKAGE)), provenance.code_hash("exponents")
+    monkeypatch.setattr(code_hash, "PACKAGE", tmp_path / "deep" / "rigidpend")
+    shutil.copytree(Path(rigidpend.__file__).parent, code_hash.PACKAGE)
+    assert (code_hash.sources(str(code_hash.PACKAGE)), provenance.code_hash("exponents")) == here
+    changed = code_hash.PACKAGE / "notebook.py"
+    changed.write_bytes(changed.read_bytes() + b"\n")
+    code_hash.sources.cache_clear()
+    assert code_hash.package_digest() != here[0].digest
 
 
 IMPORTED = """
@@ -131,33 +140,23 @@ def test_a_plan_changes_with_each_module_that_is_imported_and_with_no_other(
 ) -> None:
     config = loading.load(FIG4.with_name("fig2.yaml"))
     before, changed = runner.plan(config, tmp_path).fingerprint, set()
-    real, edited = code_hash.code_of, ""
+    real, place = code_hash.code_of, ""
 
-    def looked_up(package: str, place: str) -> tuple[str, list[str]]:
-        code, imported = real(package, place)
-        return f"{code} edited" if place == edited else code, imported
+    def looked_up(package: str, given: str) -> tuple[str, list[str]]:
+        code, imported = real(package, given)
+        return f"{code} edited" if given == place else code, imported
 
     monkeypatch.setattr(code_hash, "code_of", looked_up)
     monkeypatch.setattr(cache, "recall", lambda _: None)
     monkeypatch.setattr(cache, "remember", lambda *_: None)
-    for file in code_hash.PACKAGE.rglob("*.py"):
-        edited = file.relative_to(code_hash.PACKAGE).as_posix()
-        changed |= {edited} if runner.plan(config, tmp_path).fingerprint != before else set()
+    for place in code_hash.sources(str(code_hash.PACKAGE)).files:
+        changed |= {place} if runner.plan(config, tmp_path).fingerprint != before else set()
     assert changed == set(hashed("heteroclinic_cycle"))
     assert "routes/cells.py" in {*hashed("exponents")} - changed
 
 
 DRAWING = ("/draw.py", "bench/report.py")
 """Files of an experiment that compute nothing."""
-
-
-def test_code_hash_follows_a_new_import(copy: Path) -> None:
-    (copy / "extra.py").write_text("X = 1\n")
-    file = copy / "routes" / "start.py"
-    file.write_text(file.read_text(encoding="utf-8") + "\nfrom rigidpend import extra\n")
-    before = hash_elsewhere()
-    (copy / "extra.py").write_text("X = 2\n")
-    assert hash_elsewhere() != before
 
 
 def test_code_does_not_depend_on_fields_that_another_python_has(
@@ -188,41 +187,35 @@ def test_each_file_is_parsed_once_and_by_no_later_process(
         return parse(source)
 
     monkeypatch.setattr(ast, "parse", noting)
-    first = hash_elsewhere("route_codes")
-    hash_elsewhere("route_zoom")
+    first = provenance.code_hash("route_codes")
+    provenance.code_hash("route_zoom")
     assert len(parsed) == len(set(parsed)) > 10
     code_hash._read.cache_clear()
     parsed.clear()
-    assert hash_elsewhere("route_codes") == first
+    assert provenance.code_hash("route_codes") == first
     assert parsed == []
 
 
-def test_config_hash_ignores_comments_layout_and_order(tmp_path: Path) -> None:
-    bare = "\n".join(line.partition("#")[0].rstrip() for line in TEXT.splitlines())
-    lines = bare.replace("  mu: 0.001\n", "").replace("  h0:", "  mu: 0.001\n\n  h0:")
-    moved = lines.replace("[2, 1, 1.5]", "\n    - 2\n    - 1\n    - 1.5")
-    assert moved != TEXT
-    assert config_hash(written(tmp_path, moved)) == config_hash(FIG4)
+LAID_OUT = "\n".join(line.partition("#")[0].rstrip() for line in TEXT.splitlines())
+MOVED = LAID_OUT.replace("  mu: 0.001\n", "").replace("  h0:", "  mu: 0.001\n\n  h0:")
 
 
 @pytest.mark.parametrize(
-    ("old", "new"),
+    "text",
     [
-        ("mu: 0.001", "mu: 1e-3"),
-        ("mu: 0.001", "mu: 1/1000"),
-        ("mu: 0.001", "mu: '0.00100'"),
-        ("[2, 1, 1.5]", "[2.0, 1, 3/2]"),
-        ("n_symbols: 15", "n_symbols: 30/2"),
-        ("n_symbols: 15\n", "\n"),
-        ("engine: auto ", ""),
+        MOVED.replace("[2, 1, 1.5]", "\n    - 2\n    - 1\n    - 1.5"),
+        changed("mu: 0.001", "mu: 1e-3"),
+        changed("mu: 0.001", "mu: '0.00100'"),
+        changed("[2, 1, 1.5]", "[2.0, 1, 3/2]"),
+        changed("n_symbols: 15", "n_symbols: 30/2"),
+        changed("n_symbols: 15\n", "\n"),
+        changed("engine: auto ", ""),
     ],
 )
-def test_config_hash_is_the_same_for_the_same_values(tmp_path: Path, old: str, new: str) -> None:
-    assert config_hash(written(tmp_path, changed(old, new))) == config_hash(FIG4)
-
-
-def test_config_hash_does_not_depend_on_the_file_s_name(tmp_path: Path) -> None:
-    assert config_hash(written(tmp_path, TEXT, "other.yaml")) == config_hash(FIG4)
+def test_config_hash_is_the_same_for_the_same_values(tmp_path: Path, text: str) -> None:
+    """Comments, layout, order, and the file's name do not count."""
+    assert text != TEXT
+    assert config_hash(written(tmp_path, text, "other.yaml")) == config_hash(FIG4)
 
 
 @pytest.mark.parametrize(
@@ -240,16 +233,15 @@ def test_config_hash_notices_every_value(setting: str) -> None:
     assert config_hash(FIG4, setting) != config_hash(FIG4)
 
 
-def test_provenance_says_what_ran_where_and_when() -> None:
+def test_provenance_says_what_ran_where_and_when_as_far_as_it_is_known(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
     found = provenance.provenance()
     for library in ("rigidpend", "numpy", "scipy", "mpmath", "h5py", "python"):
         assert found[f"version_{library}"][0].isdigit()
     made = datetime.datetime.fromisoformat(found["created"])
     assert abs(datetime.datetime.now(datetime.UTC) - made) < datetime.timedelta(minutes=1)
     assert all(isinstance(value, str) and value for value in found.values())
-
-
-def test_without_git_the_commit_is_unknown(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setenv("PATH", "")
     assert provenance.provenance()["commit"] == "unknown"
 

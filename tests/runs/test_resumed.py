@@ -12,9 +12,8 @@ import pytest
 
 from rigidpend.runs import loading, runner
 from rigidpend.runs.parts import Parts
-from tests.config.samples import FIG4, SMALL
+from tests.config.samples import FIG4
 
-CONFIGS = FIG4.parent
 TIMES = ("seconds", "created")
 """Attributes that tell times: of the run, and of the day."""
 
@@ -65,16 +64,12 @@ def attributes(node: Any) -> dict[str, Any]:
             ],
         ),
         ("route_map", ["problem.theta2_0.count=6", "problem.rows.count=4", "problem.zooms={}"]),
-        ("small", []),
     ],
 )
 def test_a_resumed_file_is_the_fresh_one_but_for_its_times(
     tmp_path: Path, name: str, settings: list[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    config = CONFIGS / f"{name}.yaml"
-    if name == "small":
-        config = tmp_path / "small.yaml"
-        config.write_text(SMALL, encoding="utf-8")
+    config = FIG4.with_name(f"{name}.yaml")
     planned = runner.plan(loading.load(config, settings), tmp_path, force=True)
     monkeypatch.setattr(Parts, "drop", lambda _: None)
     runner.run(planned, jobs=1, report=lambda _: None)

@@ -5,7 +5,8 @@ from __future__ import annotations
 import importlib.metadata
 import json
 import shutil
-from dataclasses import replace
+from collections.abc import Callable
+from dataclasses import asdict, replace
 from pathlib import Path
 from typing import Any
 
@@ -14,92 +15,64 @@ import pytest
 
 from rigidpend import experiments
 from rigidpend.experiments.route_codes import compute as route_codes
+from rigidpend.machine import cache, files
 from rigidpend.machine.progress import tell_nobody
 from rigidpend.orbits.integrate import arithmetic
 from rigidpend.results import store
 from rigidpend.runs import loading, provenance, runner
-from tests.config.samples import SMALL, written
 
-
-def run(loaded: loading.LoadedConfig, folder: Path) -> Path:
-    planned = runner.plan(loaded, folder, force=True)
-    runner.run(planned, jobs=1, report=tell_nobody)
-    return planned.target
-
-
-@pytest.fixture
-def loaded(tmp_path: Path) -> loading.LoadedConfig:
-    return loading.load(written(tmp_path, SMALL, "small.yaml"))
-
-
-@pytest.fixture(scope="module")
-def made(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """The result of the small config, computed once; not to be changed."""
-    folder = tmp_path_factory.mktemp("made")
-    return run(loading.load(written(folder, SMALL, "small.yaml")), folder)
-
-
-@pytest.fixture
-def out(tmp_path: Path, made: Path) -> Path:
-    """A folder with a copy of the result."""
-    folder = tmp_path / "out"
-    folder.mkdir()
-    shutil.copyfile(made, folder / made.name)
-    return folder
-
-
-def test_the_first_run_has_no_result_yet(loaded: loading.LoadedConfig, tmp_path: Path) -> None:
-    planned = runner.plan(loaded, tmp_path / "none")
-    assert planned.reason == "no result yet"
-    assert planned.target == tmp_path / "none" / "small.h5"
-    assert not (tmp_path / "none").exists()
-
-
-CODE: list[str] = []
-FORMAT: list[str] = []
-"""No settings: the code, and the format of the result, are others."""
+CONFIG, RESULTS, RESULT = Path("configs/small.yaml"), Path("results"), Path("results/small.h5")
 MU = "its config changed: problem.mu from 0.001 to 0.002"
 
 
+def other_code(patch: pytest.MonkeyPatch) -> None:
+    patch.setattr(provenance, "code_hash", lambda _: "another")
+
+
+def other_engine(patch: pytest.MonkeyPatch) -> None:
+    patch.setattr(importlib.metadata, "version", lambda _: "0.0")
+
+
+def other_format(_: pytest.MonkeyPatch) -> None:
+    with h5py.File(RESULT, "a") as file:
+        file.attrs["format_version"] = store.FORMAT_VERSION + 1
+
+
+def no_result(_: pytest.MonkeyPatch) -> None:
+    RESULT.unlink()
+
+
 @pytest.mark.parametrize(
-    ("settings", "version", "force", "reason"),
+    ("settings", "change", "force", "reason"),
     [
-        ([], "", False, ""),
-        (["problem.mu=1e-3"], "", False, ""),
-        ([], "", True, "--force"),
-        (["problem.mu=0.002"], "", False, MU),
-        ([], "0.0", False, "the engine changed"),
-        (["problem.mu=0.002"], "0.0", False, f"{MU}; the engine changed"),
-        (CODE, "", False, "the code that computes it changed"),
-        (FORMAT, "", False, "its result has another format version"),
+        ([], None, False, ""),
+        (["problem.mu=1e-3"], None, False, ""),
+        ([], None, True, "--force"),
+        ([], no_result, False, "no result yet"),
+        (["problem.mu=0.002"], other_engine, False, f"{MU}; the engine changed"),
+        ([], other_code, False, "the code that computes it changed"),
+        ([], other_format, False, "its result has another format version"),
     ],
 )
 def test_what_changed_is_the_reason(
-    tmp_path: Path,
-    out: Path,
+    desk: Path,
     monkeypatch: pytest.MonkeyPatch,
     settings: list[str],
-    version: str,
+    change: Callable[[pytest.MonkeyPatch], None] | None,
     force: bool,
     reason: str,
 ) -> None:
-    if version:
-        monkeypatch.setattr(importlib.metadata, "version", lambda _: version)
-    if settings is CODE:
-        monkeypatch.setattr(provenance, "code_hash", lambda _: "another")
-    if settings is FORMAT:
-        with h5py.File(out / "small.h5", "a") as file:
-            file.attrs["format_version"] = store.FORMAT_VERSION + 1
-    text = f"{SMALL}# A comment.\n"
-    loaded = loading.load(written(tmp_path, text, "small.yaml"), [*settings])
-    before = (out / "small.h5").read_bytes()
-    assert runner.plan(loaded, out, force=force).reason == reason
-    assert (out / "small.h5").read_bytes() == before
+    CONFIG.write_text(f"{CONFIG.read_text()}# A comment.\n")
+    if change:
+        change(monkeypatch)
+    before = RESULT.read_bytes() if RESULT.exists() else b""
+    assert runner.plan(loading.load(CONFIG, settings), RESULTS, force=force).reason == reason
+    assert (RESULT.read_bytes() if RESULT.exists() else b"") == before
 
 
-def test_a_result_says_what_it_was_made_from(loaded: loading.LoadedConfig, made: Path) -> None:
-    planned = runner.plan(loaded, made.parent)
-    with store.opened(made) as file:
+def test_a_result_says_what_it_was_made_from(desk: Path) -> None:
+    planned = runner.plan(loading.load(CONFIG), RESULTS)
+    with store.opened(RESULT) as file:
         attributes = dict(file.attrs)
         assert attributes.pop("precisions").tolist() == [53]
         assert attributes.pop("seconds") > 0
@@ -108,52 +81,111 @@ def test_a_result_says_what_it_was_made_from(loaded: loading.LoadedConfig, made:
             "format": "rigidpend",
             "format_version": 1,
             "name": "small",
-            "figure": loaded.content.figure,
+            "figure": planned.config.content.figure,
             "experiment": "route_codes",
             **planned.fingerprint,
             "doubt": "",
         }
-        assert json.loads(file["config"].asstr()[()]) == loaded.resolved()
-        expected = set(provenance.provenance())
-        assert set(file["provenance"].attrs) == expected
+        assert json.loads(file["config"].asstr()[()]) == planned.config.resolved()
+        assert set(file["provenance"].attrs) == set(provenance.provenance())
 
 
 @pytest.mark.parametrize("error", [KeyboardInterrupt, RuntimeError])
 def test_a_run_that_ends_early_leaves_the_old_result(
-    loaded: loading.LoadedConfig,
-    out: Path,
-    monkeypatch: pytest.MonkeyPatch,
-    error: type[BaseException],
+    desk: Path, monkeypatch: pytest.MonkeyPatch, error: type[BaseException]
 ) -> None:
-    before = (out / "small.h5").read_bytes()
+    before = RESULT.read_bytes()
 
     def compute(*_: Any) -> Any:
         raise error
 
     monkeypatch.setattr(route_codes, "compute", compute)
+    planned = runner.plan(loading.load(CONFIG), RESULTS, force=True)
     with pytest.raises(error):
-        runner.run(runner.plan(loaded, out, force=True), jobs=1, report=tell_nobody)
-    assert [path.name for path in out.iterdir()] == ["small.h5"]
-    assert (out / "small.h5").read_bytes() == before
+        runner.run(planned, jobs=1, report=tell_nobody)
+    assert sorted(path.name for path in RESULTS.iterdir()) == ["reference", "small.h5"]
+    assert RESULT.read_bytes() == before
 
 
-def test_a_result_whose_name_differs_in_case_only_is_not_made(tmp_path: Path) -> None:
-    config = loading.load(written(tmp_path, SMALL, "small.yaml"))
-    (tmp_path / "Small.h5").write_bytes(b"another")
+def test_a_result_whose_name_differs_in_case_only_is_not_made(desk: Path) -> None:
+    config = loading.load(CONFIG)
+    (desk / "Small.h5").write_bytes(b"another")
     with pytest.raises(store.StoreError, match=r"Small\.h5 is there, and some systems take both"):
-        runner.plan(config, tmp_path)
+        runner.plan(config, desk)
     # Where both are there, the system tells them apart.
-    (tmp_path / "small.h5").write_bytes(b"this one")
-    assert runner.plan(config, tmp_path, force=True).reason
+    (desk / "small.h5").write_bytes(b"this one")
+    assert runner.plan(config, desk, force=True).reason
 
 
 def test_how_long_a_plan_takes_is_told_by_what_is_stored_or_else_by_its_experiment(
-    loaded: loading.LoadedConfig, tmp_path: Path
+    desk: Path,
 ) -> None:
-    plan = runner.plan(loaded, tmp_path)
-    told = experiments.cost(loaded.experiment, loaded.content)
+    plan = runner.plan(loading.load(CONFIG), desk)
+    told = experiments.cost("route_codes", plan.config.content)
     assert told
     for seconds, reason, expected in ((7.0, "", 7.0), (7.0, "x", 7.0), (0.0, "x", told)):
         found = replace(plan, reason=reason, seconds=seconds)
         assert runner.expected_seconds(found) == expected
     assert runner.expected_seconds(replace(plan, reason="")) is None
+
+
+def plan(*settings: str) -> runner.Plan:
+    return runner.plan_kept(loading.load(CONFIG, settings), CONFIG, RESULTS, settings)
+
+
+def recalled(*settings: str) -> runner.State | None:
+    return runner.recalled(CONFIG, RESULTS, settings)
+
+
+def test_a_state_is_recalled_as_it_was_found_for_the_same_bytes_alone(
+    desk: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(cache, "folder", lambda: desk / "cache")
+    assert recalled() is None
+    planned = plan()
+    left = RESULTS / ".small.h5.abc.part"
+    left.write_bytes(b"half")
+    found = recalled()
+    assert found is not None
+    assert not left.exists()
+    assert asdict(found) == {name: getattr(planned, name) for name in asdict(found)}
+    # Other engines, another package and other settings tell nothing.
+    for name, other in (("provenance.version", "0.0"), ("package_digest", "other")):
+        with pytest.MonkeyPatch.context() as patch:
+            patch.setattr(f"rigidpend.runs.runner.{name}", lambda *_, other=other: other)
+            assert recalled() is None
+    assert recalled("problem.mu=0.002") is None
+    assert plan("problem.mu=0.002").reason == MU
+    again = recalled("problem.mu=0.002")
+    assert again is not None
+    assert again.reason == MU
+    # Nor does another name.
+    shutil.copy(CONFIG, "configs/con.yaml")
+    shutil.copy(RESULT, "results/con.h5")
+    assert runner.recalled(Path("configs/con.yaml"), RESULTS) is None
+    # Nor do other bytes of the result, none, a twin of it, another text, and a damaged memory.
+    content = bytearray(RESULT.read_bytes())
+    content[len(content) // 2] ^= 1
+    RESULT.write_bytes(content)
+    assert recalled() is None
+    with pytest.raises(files.StoreError, match="damaged"):
+        plan()
+    RESULT.unlink()
+    # A member of a sweep of the same file has values of its own.
+    member = replace(loading.load(CONFIG, ["problem.mu=0.002"]), name="small_mu=0.002")
+    assert runner.plan_kept(member, CONFIG, RESULTS).reason == "no result yet"
+    assert recalled() is None
+    assert plan().reason == "no result yet"
+    assert recalled() is not None
+    twin = RESULTS / "Small.h5"
+    twin.write_bytes(b"")
+    assert recalled() is None
+    twin.unlink()
+    text = CONFIG.read_text()
+    CONFIG.write_text(f"{text}# A comment.\n")
+    assert recalled() is None
+    CONFIG.write_text(text)
+    for path in (desk / "cache" / "plans").iterdir():
+        path.write_bytes(files.sealed(b"[1]"))
+    with pytest.warns(cache.KeptFileWarning):
+        assert recalled() is None
