@@ -13,7 +13,7 @@ import numpy as np
 import pytest
 from click.testing import CliRunner
 
-from rigidpend.cli import verify
+from rigidpend.cli import main, verify
 from rigidpend.experiments.compare import Difference
 from rigidpend.experiments.shared import APART, crossing_tolerance
 from rigidpend.machine.progress import tell_nobody
@@ -45,7 +45,7 @@ def copy(desk: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
 
 
 def called(*arguments: str) -> Any:
-    return CliRunner().invoke(verify.verify_command, arguments)
+    return CliRunner().invoke(main, ["verify", *arguments])
 
 
 READ = ("configs/small.yaml", "--results", "results")
