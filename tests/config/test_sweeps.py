@@ -95,12 +95,9 @@ def test_changes_are_told_from_what_to_what() -> None:
     before = loading.load(FIG4).resolved()
     after = loading.load(FIG4, ["problem.mu=1e-2", "numerics.engine=scipy"]).resolved()
     found = changes(before, after)
-    assert [str(change) for change in found] == [
-        "problem.mu from 0.001 to 0.01",
-        "numerics.engine from auto to scipy",
-    ]
-    assert sentence(found * 3).endswith(", and 3 more")
-    assert changes(before, before) == []
+    assert sentence(found) == "problem.mu from 0.001 to 0.01, numerics.engine from auto to scipy"
+    assert sentence(dict.fromkeys("abcdef", "")).endswith(", and 3 more")
+    assert changes(before, before) == {}
 
 
 def test_the_word_for_null_is_that_of_the_config() -> None:
