@@ -113,7 +113,10 @@ def test_a_run_imports_one_engine_only(by_run: set[str]) -> None:
 
 
 @pytest.mark.slow
-def test_render_imports_nothing_that_computes(folder: Path, by_run: set[str]) -> None:
+def test_render_imports_nothing_that_computes_and_no_display(
+    folder: Path, by_run: set[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setenv("MPLBACKEND", "nonsense")
     found = modules(COMMAND, folder, "render", "small.yaml")
     assert (folder / "results" / "small.png").is_file()
     assert "matplotlib" in found

@@ -12,7 +12,7 @@ from PIL import Image
 from rigidpend.config import reader, writer
 from rigidpend.results import store
 from rigidpend.runs import loading, provenance
-from tests.cli.calls import REFERENCE, call, called
+from tests.cli.calls import REFERENCE, call
 from tests.config.samples import FIG4, SMALL, changed, written
 
 SHIPPED = sorted(FIG4.parent.glob("**/*.yaml"))
@@ -155,15 +155,6 @@ def test_a_resolved_config_has_its_numbers_as_they_were_written() -> None:
 )
 def test_any_text_is_read_back_as_it_was_written(text: str) -> None:
     assert reader.parse("\n".join(writer.dumped({"key": text})), "here").tree == {"key": text}
-
-
-@pytest.mark.slow
-def test_render_draws_without_a_display(desk: Path, result: Path) -> None:
-    done = called(desk, "render", "fig4", "--out", "deep/results", backend="TkAgg")
-    target = Path("deep", "results", "fig4.png")
-    assert (done.returncode, done.stdout) == (0, "")
-    assert done.stderr == f"fig4: {target} drawn\n"
-    assert (desk / target).read_bytes().startswith(b"\x89PNG")
 
 
 @pytest.mark.slow
