@@ -13,6 +13,7 @@ from typing import Any
 
 import pytest
 
+from rigidpend import render
 from rigidpend.cli import common
 from rigidpend.experiments.data import Dataset
 from rigidpend.machine import cache
@@ -46,7 +47,7 @@ def test_a_full_stdout_is_one_sentence_and_a_full_stderr_no_reason_not_to_comput
     small: Path,
 ) -> None:
     with FULL.open("w") as full:
-        done = streams(small, "describe", "fig4", stdout=full, stderr=subprocess.PIPE)
+        done = streams(small, "completion", "zsh", stdout=full, stderr=subprocess.PIPE)
         said = done.stderr.splitlines()[-1]
         assert (done.returncode, said) == (1, "rigidpend: No space left on device")
         assert "Exception" not in done.stderr
@@ -67,6 +68,7 @@ def test_a_disk_that_is_full_for_figures_is_one_sentence(
 ) -> None:
     (small / "results").mkdir()
     shutil.copy(REFERENCE / "fig2.h5", small / "results")
+    monkeypatch.setattr(render, "PIXELS", 300)
     # Of compiled code as much would be kept as finds room.
     monkeypatch.setattr(sys, "dont_write_bytecode", True)
     before = resource.getrlimit(resource.RLIMIT_FSIZE)
@@ -96,17 +98,17 @@ def test_an_error_of_ours_without_room_for_a_log_is_said(monkeypatch: pytest.Mon
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("place", ["fig.log", ".fig.parts", ".fig.h5.abc.part"])
 @pytest.mark.parametrize("make", [os.mkfifo, lambda path: path.symlink_to("elsewhere")])
 def test_what_is_no_regular_file_makes_room_or_is_left_alone(
-    tmp_path: Path, place: str, make: Callable[[Path], None]
+    tmp_path: Path, make: Callable[[Path], None]
 ) -> None:
     """Nothing is waited for, nothing written through a link."""
     out = tmp_path / "out"
     out.mkdir()
     written(tmp_path, SMALL, "fig.yaml")
     (out / "elsewhere").write_text("mine")
-    make(out / place)
+    for place in ("fig.log", ".fig.parts", ".fig.h5.abc.part"):
+        make(out / place)
     done = call(tmp_path, "run", "fig.yaml", "--out", "out", "-j", "1")
     assert done.returncode == 0, done.stderr
     assert (out / "elsewhere").read_text() == "mine"

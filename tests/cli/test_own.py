@@ -7,6 +7,7 @@ from pathlib import Path
 
 import pytest
 
+from rigidpend import render
 from rigidpend.results import store
 from tests.cli.calls import call
 from tests.config.samples import SMALL, changed, written
@@ -60,7 +61,10 @@ def test_the_first_failure_of_a_sweep_is_its_exit_code(swept: Path, tmp_path: Pa
 
 
 @pytest.mark.slow
-def test_a_sweep_is_drawn_one_by_one_and_together(swept: Path) -> None:
+def test_a_sweep_is_drawn_one_by_one_and_together(
+    swept: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(render, "PIXELS", 300)
     done = call(swept, "render", "mine", *SWEEP)
     assert done.returncode == 0, done.stderr
     drawn = {path.stem for path in (swept / "results").glob("*.png")}
