@@ -35,7 +35,7 @@ def lines(path: Path) -> list[str]:
 
 @pytest.mark.slow
 def test_a_run_says_why_and_what_it_does_on_stderr_and_in_its_log(
-    first: Done, result: Path
+    desk: Path, first: Done, result: Path
 ) -> None:
     assert first.stdout == ""
     begin, *reports, end = first.stderr.splitlines()
@@ -48,16 +48,12 @@ def test_a_run_says_why_and_what_it_does_on_stderr_and_in_its_log(
     opening, *said = lines(result.with_suffix(".log"))
     assert opening.endswith("run fig4 -j 1 --out deep/results")
     assert [f"fig4: {line}" for line in said] == first.stderr.splitlines()
-
-
-@pytest.mark.slow
-def test_what_is_up_to_date_is_left_alone(desk: Path, result: Path) -> None:
-    before, log = state(result), state(result.with_suffix(".log"))
+    # It is left alone, with its log.
+    before = [state(result.with_suffix(suffix)) for suffix in (".h5", ".log")]
     done = call(desk, "run", "fig4", "--out", "deep/results")
     assert (done.returncode, done.stdout) == (0, "")
     assert done.stderr == f"fig4: {Path('deep', 'results', 'fig4.h5')} is up to date\n"
-    assert state(result) == before
-    assert state(result.with_suffix(".log")) == log
+    assert before == [state(result.with_suffix(suffix)) for suffix in (".h5", ".log")]
 
 
 @pytest.mark.slow
@@ -87,18 +83,35 @@ def test_a_read_only_folder_of_configs_is_enough(tmp_path: Path) -> None:
 
 
 @pytest.mark.slow
-def test_a_dry_run_says_what_a_run_would_do_and_does_nothing(small: Path) -> None:
-    planned = call(small, "run", "small.yaml", "-n")
-    assert (planned.returncode, planned.stdout) == (0, "")
-    assert planned.stderr.startswith("small: would compute (no result yet), ")
+def test_a_config_is_planned_then_computed_then_left_alone_as_loud_as_is_asked(small: Path) -> None:
+    dry = call(small, "run", "small.yaml", "-n")
+    assert (dry.returncode, dry.stdout) == (0, "")
+    assert dry.stderr.startswith("small: would compute (no result yet), ")
+    [planned] = json.loads(call(small, "run", "small.yaml", "--json", "-n").stdout)
     assert not (small / "results").exists()
-    assert call(small, "run", "small.yaml").returncode == 0
+    loud = call(small, "run", "small.yaml", "--json", "-v")
+    [computed] = json.loads(loud.stdout)
+    assert all(line.split()[1] == "s" for line in loud.stderr.splitlines())
+    quiet = call(small, "run", "small.yaml", "--json", "-q", "--force")
+    assert quiet.stderr == ""
+    same = call(small, "run", "small.yaml", "--json", "-n")
+    assert same.stderr == f"small: {Path('results', 'small.h5')} is up to date\n"
+    told = planned, computed, *json.loads(quiet.stdout), *json.loads(same.stdout)
+    statuses = [x["status"] for x in told]
+    assert statuses == ["planned", "computed", "computed", "up to date"]
+    assert [x["reason"] for x in told] == ["no result yet", "no result yet", "--force", None]
+    assert {x["config_hash"] for x in told} == {planned["config_hash"]}
+    assert told[-1]["seconds"] is None
+    assert store.attributes(small / "results" / "small.h5")["code_hash"] in loud.stderr
+    usual = call(small, "run", "small.yaml", "--force")
+    assert len(loud.stderr.splitlines()) > len(usual.stderr.splitlines())
     again = call(small, "run", "small.yaml", "--dry-run", "--set", "problem.mu=2e-3")
     assert again.stderr.startswith(
         "small: would compute (its config changed: problem.mu from 0.001 to 0.002), "
     )
-    same = call(small, "run", "small.yaml", "--dry-run")
-    assert same.stderr == f"small: {Path('results', 'small.h5')} is up to date\n"
+    wrong = call(small, "run", "small.yaml", "--quiet", "--set", "problem.mu=x")
+    assert (wrong.returncode, wrong.stdout) == (2, "")
+    assert wrong.stderr.startswith("--set problem.mu=x: ")
 
 
 @pytest.fixture(scope="module")
@@ -199,19 +212,6 @@ def test_the_longest_come_first_and_a_killed_process_leaves_nothing_half_written
     assert sorted(x.name for x in (tmp_path / "out").iterdir()) == ["b.log", "c.log", "d.log"]
 
 
-@pytest.mark.slow
-def test_json_is_one_document_whatever_is_said(small: Path) -> None:
-    [planned] = json.loads(call(small, "run", "small.yaml", "--json", "-n").stdout)
-    done = call(small, "run", "small.yaml", "--json", "-v")
-    [computed] = json.loads(done.stdout)
-    [same] = json.loads(call(small, "run", "small.yaml", "--json", "-q").stdout)
-    statuses = [x["status"] for x in (planned, computed, same)]
-    assert statuses == ["planned", "computed", "up to date"]
-    assert planned["reason"] == computed["reason"] == "no result yet"
-    assert {x["config_hash"] for x in (planned, computed, same)} == {planned["config_hash"]}
-    assert same["seconds"] is None
-
-
 def test_an_interrupted_run_has_its_document_too(
     desk: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -222,21 +222,6 @@ def test_an_interrupted_run_has_its_document_too(
     done = call(desk, "run", "small.yaml", "fig2", "--json", "--out", "interrupted")
     assert done.returncode == 130
     assert [one["status"] for one in json.loads(done.stdout)] == ["interrupted", "not run"]
-
-
-@pytest.mark.slow
-def test_quiet_says_nothing_and_verbose_says_more(small: Path) -> None:
-    quiet = call(small, "run", "small.yaml", "-q")
-    assert (quiet.returncode, quiet.stdout, quiet.stderr) == (0, "", "")
-    assert (small / "results" / "small.h5").is_file()
-    usual = call(small, "run", "small.yaml", "--force")
-    verbose = call(small, "run", "small.yaml", "--force", "-v")
-    assert len(verbose.stderr.splitlines()) > len(usual.stderr.splitlines())
-    assert all(line.split()[1] == "s" for line in verbose.stderr.splitlines())
-    assert store.attributes(small / "results" / "small.h5")["code_hash"] in verbose.stderr
-    wrong = call(small, "run", "small.yaml", "--quiet", "--set", "problem.mu=x")
-    assert (wrong.returncode, wrong.stdout) == (2, "")
-    assert wrong.stderr.startswith("--set problem.mu=x: ")
 
 
 @pytest.mark.slow
