@@ -60,6 +60,8 @@ class Commands(click.Group):
             raise
         except (Exception, signals.Stopped, KeyboardInterrupt) as error:  # noqa: BLE001
             common.failed(ctx, error)
+        finally:
+            common.settle_stderr()
 
 
 # Their names alone, of which click suggests those that are close.

@@ -146,6 +146,14 @@ def say(text: str) -> None:
     except BrokenPipeError:
         raise
     except OSError:
+        pass
+
+
+def settle_stderr() -> None:
+    """Let go of what a full disk has left of messages: at the end it would fail once more."""
+    try:
+        sys.stderr.flush()
+    except OSError:
         drop(sys.stderr)
 
 
