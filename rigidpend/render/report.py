@@ -69,13 +69,6 @@ class ResultSection(NamedTuple):
         return not self.of_the_paper, f"{self.figure} {self.name}"
 
 
-class Page(NamedTuple):
-    """A page as HTML, and what is wrong with results that it cannot show."""
-
-    html: str
-    problems: list[str]
-
-
 def results(folder: Path) -> list[Path]:
     """Result files directly in a folder, by name, without certificates; Absent if there is none."""
     found = results_in(folder)
@@ -97,14 +90,14 @@ def write(sources: Sequence[Path], target: Path) -> list[str]:
     StoreError
         None of them can be shown, Absent where none is there; or the page cannot be written.
     """
-    page = build(sources)
+    page, problems = build(sources)
     files.prepare(target)
-    files.write(target, page.html.encode("utf-8"))
-    return page.problems
+    files.write(target, page.encode("utf-8"))
+    return problems
 
 
-def build(sources: Sequence[Path]) -> Page:
-    """Build the page for some results, as :func:`write` writes it."""
+def build(sources: Sequence[Path]) -> tuple[str, list[str]]:
+    """Build the page for some results, as :func:`write` writes it, and list what is wrong."""
     jobs = cores() if len(sources) > FEW else 1
     sections = side_by_side(_section, (), True, sources, jobs)
     problems = [said for found in sections if (said := found.problem or found.doubt)]
@@ -112,7 +105,7 @@ def build(sources: Sequence[Path]) -> Page:
     if all(found.problem for found in sections):
         there = any(source.exists() for source in sources)
         raise (store.StoreError if there else Absent)("\n".join(problems))
-    return Page(html(sorted(sections, key=lambda found: found.order)), problems)
+    return html(sorted(sections, key=lambda found: found.order)), problems
 
 
 def _section(source: Path) -> ResultSection:

@@ -105,9 +105,9 @@ def test_an_image_is_drawn_once_and_again_where_it_is_half_or_that_is_asked_for(
         done = call(source.parent, "render", "fig2.h5", *options)
         assert done.stderr == f"fig2: fig2.png {said}\n"
     # The report takes the image that is there.
-    shown = re.findall('data:image[^"]*', report.build([source]).html)
+    shown = re.findall('data:image[^"]*', report.build([source])[0])
     monkeypatch.setattr(render, "image", None)
-    assert re.findall('data:image[^"]*', report.build([source]).html) == shown
+    assert re.findall('data:image[^"]*', report.build([source])[0]) == shown
 
 
 def other_result(source: Path, patch: Any) -> None:

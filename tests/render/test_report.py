@@ -55,7 +55,8 @@ def test_the_page_has_every_result_is_well_formed_and_needs_nothing_else(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
     monkeypatch.setattr(render, "image", in_gallery)
-    text = report.build([REFERENCE / f"{name}.h5" for name in SMALL]).html
+    text, problems = report.build([REFERENCE / f"{name}.h5" for name in SMALL])
+    assert problems == []
     parsed = Parsed(text)
     ids = [attributes.get("id") for tag, attributes in parsed.tags if tag == "section"]
     assert ids == [*SMALL, "departures"]
@@ -178,12 +179,12 @@ def test_one_bad_file_is_a_section_and_a_bad_certificate_a_sentence(
     (tmp_path / "fig4.certificate.h5").write_bytes(b"none")
     (tmp_path / "bad.h5").write_bytes(b"no HDF5")
     (tmp_path / "folder.h5").mkdir()
-    made = report.build(report.results(tmp_path))
-    [said] = [said for said in made.problems if said.startswith("nothing is marked as proven: ")]
-    assert said in " ".join(Parsed(made.html).words)
-    assert len(made.problems) == 3
-    assert made.html.count('class="problem"') == 3
-    assert made.html.count("<img ") == 2
+    page, problems = report.build(report.results(tmp_path))
+    [said] = [said for said in problems if said.startswith("nothing is marked as proven: ")]
+    assert said in " ".join(Parsed(page).words)
+    assert len(problems) == 3
+    assert page.count('class="problem"') == 3
+    assert page.count("<img ") == 2
 
 
 PLANE = Path(__file__).parents[2] / "configs" / "route_map.yaml"
