@@ -90,6 +90,7 @@ def test_legends_stay_where_they_are_above_a_foot_of_any_height() -> None:
     assert legends[0].get_bbox_to_anchor() is not figure.bbox
 
 
+@pytest.mark.slow
 def test_an_image_is_drawn_once_and_again_where_it_is_half_or_that_is_asked_for(
     source: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

@@ -51,6 +51,7 @@ class Parsed(html.parser.HTMLParser):
         self.words.append(data)
 
 
+@pytest.mark.slow
 def test_the_page_has_every_result_is_well_formed_and_needs_nothing_else(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
