@@ -47,6 +47,7 @@ class Commands(click.Group):
 
     def invoke(self, ctx: click.Context) -> Any:
         """Run a command; whatever it raises becomes a sentence and an exit code."""
+        ctx.meta[common.OWED] = "--json" in ctx.args
         try:
             if signals.came():
                 raise signals.Stopped

@@ -70,12 +70,6 @@ def failed(ctx: click.Context, error: BaseException) -> NoReturn:
     sys.exit(code)
 
 
-def owe_document(ctx: click.Context, _: click.Parameter, asked: bool) -> bool:
-    """Note that a command was asked for a document, which its failure has to print as well."""
-    ctx.meta[OWED] = asked
-    return asked
-
-
 def print_failure(ctx: click.Context, said: str, code: int) -> None:
     """Print the document of a command that failed before it had another."""
     if ctx.meta.get(OWED):

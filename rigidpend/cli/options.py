@@ -8,7 +8,6 @@ from typing import Any
 import click
 from click.shell_completion import CompletionItem
 
-from rigidpend.cli.common import owe_document
 from rigidpend.config import catalogue
 
 NAMED = "NAME|FILE.yaml|RESULT.h5"
@@ -127,11 +126,4 @@ SCHEDULER = click.option(
     callback=_scheduler,
     help="Let the workers of this Dask scheduler compute, as tcp://host:8786 (extra `cluster`).",
 )
-JSON = click.option(
-    "--json",
-    "as_json",
-    is_flag=True,
-    is_eager=True,
-    callback=owe_document,
-    help="Print one JSON document.",
-)
+JSON = click.option("--json", "as_json", is_flag=True, help="Print one JSON document.")
