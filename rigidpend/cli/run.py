@@ -185,7 +185,7 @@ class Runs:
     keep_going: bool
     outcomes: list[RunOutcome] = field(default_factory=list)
     waiting: list[tuple[Plan, RunOutcome]] = field(default_factory=list)
-    """What is to be computed."""
+    """Those that are to be computed."""
     expected: dict[str, float] = field(default_factory=dict)
     """Seconds that it takes, by name, as far as they are known."""
     code: int = DONE

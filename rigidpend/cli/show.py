@@ -90,7 +90,7 @@ def _named(folder: Path) -> list[tuple[str, Path]]:
 def _entry(
     path: Path, name: str, experiment: str | None, found: State | Exception
 ) -> dict[str, Any]:
-    """What is told of a result; a bad config or a damaged result does not hide the others."""
+    """The entry of a result; a bad config or a damaged result does not hide the others."""
     told: dict[str, Any] = {"name": name, "experiment": experiment}
     if isinstance(found, Exception):
         if exit_code(found) == INTERNAL:
