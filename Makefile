@@ -11,6 +11,9 @@ RUN := $(BIN)/rigidpend
 PIP := $(BIN)/python -m pip install --quiet --disable-pip-version-check --no-compile -c constraints.txt
 PYTEST := $(BIN)/python -m pytest -n $(or $(JOBS),auto) --dist loadfile
 
+# Where Python is told to keep no compiled code each of some hundred processes compiles all anew.
+unexport PYTHONDONTWRITEBYTECODE
+
 .PHONY: help setup figures check test test-fast test-wheel test-lowest attacks coverage audit docs mutants verify reference bench stress tables gallery clean distclean
 
 help: ## list the targets

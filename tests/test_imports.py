@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 from pathlib import Path
 
 import pytest
@@ -9,18 +10,28 @@ import pytest
 from rigidpend.cli import COMMANDS
 from rigidpend.orbits.integrate.arithmetic import default_engine
 from tests.config.samples import SMALL, changed, written
-from tests.processes import modules
+from tests.processes import modules, python
 
 HEAVY = {"numpy", "scipy", "h5py", "mpmath", "pydantic", "yaml", "matplotlib", "heyoka", "flint"}
 
 COMMAND = """
 import json, sys
 from rigidpend.cli import main
-try:
-    main(json.loads(sys.argv[1]), prog_name="rigidpend")
-except SystemExit as end:
-    assert not end.code, end.code
+for line in json.loads(sys.argv[1]):
+    try:
+        main(line.split(), prog_name="rigidpend")
+    except SystemExit as end:
+        assert not end.code, (line, end.code)
+    print("modules", *sys.modules)
 """
+
+
+def after_each(folder: Path, *lines: str) -> list[set[str]]:
+    """The modules that a process has imported after each of the commands that it does in turn."""
+    done = python(folder, "-c", COMMAND, json.dumps(lines))
+    assert done.returncode == 0, done.stderr
+    told = (line.split() for line in done.stdout.splitlines())
+    return [set(words[1:]) for words in told if words[:1] == ["modules"]]
 
 
 @pytest.fixture(scope="module")
@@ -37,13 +48,8 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
 @pytest.fixture(scope="module")
 def by_run(folder: Path) -> set[str]:
     """The modules that a first run imports."""
-    return modules(COMMAND, folder, "run", "small.yaml", "-j", "1")
-
-
-@pytest.fixture(scope="module")
-def by_second_run(folder: Path, by_run: set[str]) -> set[str]:
-    """The modules that a run imports of which the result is up to date."""
-    return modules(COMMAND, folder, "run", "small.yaml")
+    [found] = after_each(folder, "run small.yaml -j 1")
+    return found
 
 
 def test_the_package_alone_imports_nothing_heavy(tmp_path: Path) -> None:
@@ -87,34 +93,35 @@ def test_completion_of_keys_imports_nothing_that_computes(tmp_path: Path) -> Non
 
 
 @pytest.mark.slow
-def test_a_run_never_imports_matplotlib(by_run: set[str], by_second_run: set[str]) -> None:
-    assert "rigidpend.runs.runner" in by_run & by_second_run
-    assert "matplotlib" not in by_run | by_second_run
+def test_a_run_imports_one_engine_and_never_matplotlib(by_run: set[str]) -> None:
+    assert "rigidpend.runs.runner" in by_run
+    assert "matplotlib" not in by_run
+    module, library = {
+        "taylor": ("rigidpend.orbits.integrate.batch", "llvmlite"),
+        "scipy": ("rigidpend.orbits.integrate.dop853", "scipy.integrate"),
+    }[default_engine()]
+    assert module in by_run
+    assert by_run & {"heyoka", "llvmlite", "scipy.integrate"} == {library}
 
 
 @pytest.mark.slow
-def test_an_engine_is_imported_when_it_computes_and_not_before(
-    by_run: set[str], by_second_run: set[str]
+def test_what_shows_and_a_run_of_what_is_up_to_date_import_no_engine_and_no_drawing(
+    folder: Path, by_run: set[str]
 ) -> None:
-    engine = {
-        "taylor": "rigidpend.orbits.integrate.batch",
-        "scipy": "rigidpend.orbits.integrate.dop853",
-    }
-    assert engine[default_engine()] in by_run
-    others = {"heyoka", "llvmlite", "scipy.integrate", "rigidpend.orbits.integrate.bigint"}
-    engines = {*others, *engine.values()}
-    assert by_second_run & engines == set()
+    described, *_, found = after_each(folder, "describe small.yaml", "list", "run small.yaml")
+    assert "h5py" not in described
+    assert "rigidpend.runs.runner" in found
+    engines = {"heyoka", "llvmlite", "scipy.integrate", "rigidpend.orbits.integrate.bigint"}
+    engines |= {f"rigidpend.orbits.integrate.{name}" for name in ("batch", "dop853")}
+    assert found & (engines | {"matplotlib"}) == set()
 
 
 @pytest.mark.slow
-def test_a_run_imports_one_engine_only(by_run: set[str]) -> None:
-    needed = {"taylor": "llvmlite", "scipy": "scipy.integrate"}[default_engine()]
-    assert by_run & {"heyoka", "llvmlite", "scipy.integrate"} == {needed}
-
-
-@pytest.mark.slow
-def test_render_imports_nothing_that_computes(folder: Path, by_run: set[str]) -> None:
-    found = modules(COMMAND, folder, "render", "small.yaml")
+def test_render_imports_nothing_that_computes_and_no_display(
+    folder: Path, by_run: set[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setenv("MPLBACKEND", "nonsense")
+    [found] = after_each(folder, "render small.yaml")
     assert (folder / "results" / "small.png").is_file()
     assert "matplotlib" in found
     assert "matplotlib.pyplot" not in found
@@ -127,16 +134,6 @@ def test_render_imports_nothing_that_computes(folder: Path, by_run: set[str]) ->
     computing |= {"rigidpend.experiments.route_codes.compute", "rigidpend.surfaces.melnikov"}
     assert found & computing == set()
     assert {name for name in found if name.startswith("rigidpend.orbits.integrate")} == set()
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize("command", [("list",), ("describe", "small.yaml")])
-def test_what_shows_imports_no_engine_and_no_drawing(
-    folder: Path, command: tuple[str, ...]
-) -> None:
-    found = modules(COMMAND, folder, *command)
-    assert found & {"heyoka", "scipy.integrate", "matplotlib"} == set()
-    assert "h5py" not in found or command == ("list",)
 
 
 def test_the_public_names_are_there_without_being_asked_for_first() -> None:

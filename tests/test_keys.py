@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import ctypes
-from collections.abc import Callable, Mapping
+from collections.abc import Callable
 from functools import partial
 from pathlib import Path
 from types import SimpleNamespace
@@ -24,14 +24,12 @@ from tests.bodies import FIG4
 H = exact("1.3342")
 
 
-def assert_complete(
-    key: Callable[..., Any], given: Mapping[str, Any], others: Mapping[str, Any]
-) -> None:
-    """Each input, changed singly, makes a key of its own, and the same inputs make the same."""
-    assert given.keys() == others.keys()
-    keys = [key(**given), *(key(**{**given, name: other}) for name, other in others.items())]
+def assert_complete(key: Callable[..., Any], **inputs: tuple[Any, Any]) -> None:
+    """Each of two values of an input makes a key of its own, and the same inputs make the same."""
+    given = {name: value for name, (value, _) in inputs.items()}
+    keys = [key(**given), *(key(**{**given, name: x}) for name, (_, x) in inputs.items())]
     for k, one in enumerate(keys):
-        alike = [name for name, other in zip(["", *others], keys, strict=True) if other == one]
+        alike = [name for name, other in zip(["", *inputs], keys, strict=True) if other == one]
         assert len(alike) == 1, f"the key does not hold {alike[-1] if k == 0 else alike}"
     assert key(**given) == keys[0]
 
@@ -62,30 +60,16 @@ def test_of_a_return_map(monkeypatch: pytest.MonkeyPatch) -> None:
 
     assert_complete(
         key,
-        {
-            "A": (2, 1, "1.5"),
-            "r": (1, 1, 0),
-            "mu": "0.001",
-            "version": "1",
-            "code": "a",
-            "low": H,
-            "high": H,
-            "bits": 53,
-            "design": FIRST,
-            "table": 64,
-        },
-        {
-            "A": (2, 1, "1.6"),
-            "r": (1, 2, 0),
-            "mu": "0.002",
-            "version": "2",
-            "code": "b",
-            "low": exact("1.3341"),
-            "high": exact("1.3343"),
-            "bits": 64,
-            "design": SECOND,
-            "table": 53,
-        },
+        A=((2, 1, "1.5"), (2, 1, "1.6")),
+        r=((1, 1, 0), (1, 2, 0)),
+        mu=("0.001", "0.002"),
+        version=("1", "2"),
+        code=("a", "b"),
+        low=(H, exact("1.3341")),
+        high=(H, exact("1.3343")),
+        bits=(53, 64),
+        design=(FIRST, SECOND),
+        table=(64, 53),
     )
 
 
@@ -94,15 +78,15 @@ def test_of_each_field_of_a_map_s_design() -> None:
         design = FIRST._replace(**fields)
         return storage.followed(FIG4, H, H, bits=53, design=design, table=64)
 
-    assert_complete(key, FIRST._asdict(), SECOND._asdict())
+    pairs = zip(FIRST, SECOND, strict=True)
+    assert_complete(key, **dict(zip(FIRST._fields, pairs, strict=True)))
 
 
 @pytest.mark.slow
 def test_of_a_map_s_program_for_orbits() -> None:
     made = return_map(FIG4, h="1.3342", bits=64)
-    given = {"bits": 53, "least_Qp": 1e-4, "most_Qp": 1e-3}
-    others = {"bits": 106, "least_Qp": 2e-4, "most_Qp": 2e-3}
-    assert_complete(lambda **x: id(made.program(**x)), given, others)
+    sizes = {"least_Qp": (1e-4, 2e-4), "most_Qp": (1e-3, 2e-3)}
+    assert_complete(lambda **x: id(made.program(**x)), bits=(53, 106), **sizes)
 
 
 def test_of_machine_code(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -114,9 +98,9 @@ def test_of_machine_code(monkeypatch: pytest.MonkeyPatch) -> None:
         monkeypatch.setattr(llvm, "llvm_version_info", version)
         return asked(lambda: machine_code.function(text, "f", ctypes.c_double))
 
-    given = {"text": "a", "triple": "b", "cpu": "c", "features": "d", "version": (1, 2)}
-    others = {"text": "A", "triple": "B", "cpu": "C", "features": "D", "version": (1, 3)}
-    assert_complete(key, given, others)
+    versions = (1, 2), (1, 3)
+    named = {name: (name, f"other {name}") for name in ("text", "triple", "cpu", "features")}
+    assert_complete(key, version=versions, **named)
 
 
 def test_of_the_parts_of_a_certificate(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
@@ -130,5 +114,4 @@ def test_of_the_parts_of_a_certificate(monkeypatch: pytest.MonkeyPatch, tmp_path
         monkeypatch.setattr(certificates, "code_hash_of", lambda _: code)
         return asked(lambda: certify(config, tmp_path))
 
-    given = {"mu": "1e-3", "phase": "1", "code": "a"}
-    assert_complete(key, given, {"mu": "2e-3", "phase": "2", "code": "b"})
+    assert_complete(key, mu=("1e-3", "2e-3"), phase=("1", "2"), code=("a", "b"))

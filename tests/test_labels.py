@@ -5,6 +5,7 @@ from __future__ import annotations
 import ast
 import functools
 import re
+from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
@@ -34,11 +35,19 @@ PROSE = {
 MARK = re.compile(r"\(eq\. ([^()]+)\)\.?$")
 
 
+def parsed(folder: str, pattern: str, text: str) -> Iterator[tuple[Path, ast.Module]]:
+    """Files of a folder in which a text stands, with their code."""
+    for path in sorted((ROOT / folder).rglob(pattern)):
+        if text in (code := path.read_text()):
+            yield path, ast.parse(code)
+
+
+@functools.cache
 def homes() -> list[tuple[str, str, str]]:
     """(label, file, name) of every function and class whose first line ends with a label."""
     found = []
-    for path in sorted((ROOT / "rigidpend").rglob("*.py")):
-        for node in ast.walk(ast.parse(path.read_text())):
+    for path, tree in parsed("rigidpend", "*.py", "(eq. "):
+        for node in ast.walk(tree):
             if isinstance(node, ast.FunctionDef | ast.ClassDef):
                 first = (ast.get_docstring(node) or "").partition("\n")[0]
                 marked = MARK.search(first)
@@ -51,8 +60,7 @@ def homes() -> list[tuple[str, str, str]]:
 def all_tests() -> list[tuple[ast.Module, ast.FunctionDef]]:
     """Every function in a file of tests, each with its module; read once for all labels."""
     found = []
-    for path in sorted((ROOT / "tests").rglob("test_*.py")):
-        tree = ast.parse(path.read_text())
+    for _, tree in parsed("tests", "test_*.py", "def test_eq_"):
         found += [(tree, node) for node in ast.walk(tree) if isinstance(node, ast.FunctionDef)]
     return found
 
@@ -76,25 +84,22 @@ def names(tree: ast.AST) -> set[str]:
     return found
 
 
-HOMES = homes()
-
-
 def test_no_label_is_claimed_that_the_paper_does_not_have() -> None:
-    assert {label for label, *_ in HOMES} <= set(EQUATIONS)
+    assert {label for label, *_ in homes()} <= set(EQUATIONS)
     assert set(EQUATIONS).isdisjoint(PROSE)
     assert all(PROSE.values())
 
 
 @pytest.mark.parametrize("label", EQUATIONS)
 def test_each_equation_has_exactly_one_home(label: str) -> None:
-    found = [f"{file}:{name}" for known, file, name in HOMES if known == label]
+    found = [f"{file}:{name}" for known, file, name in homes() if known == label]
     assert len(found) == 1, found
 
 
 @pytest.mark.slow
 @pytest.mark.parametrize("label", EQUATIONS)
 def test_each_equation_has_tests_that_import_it_and_can_fail(label: str) -> None:
-    [name] = {name for known, _, name in HOMES if known == label}
+    [name] = {name for known, _, name in homes() if known == label}
     found = named_after(label)
     assert any(name in names(module) for module, _ in found), f"no test_eq_... uses {name}"
     for _, test in found:

@@ -9,6 +9,7 @@ import click
 
 import rigidpend
 from rigidpend.cli import common
+from rigidpend.machine import signals
 
 COMMANDS = {
     "run": "run",
@@ -30,7 +31,7 @@ def command(name: str) -> click.Command:
 
 
 class Commands(click.Group):
-    """The commands, each imported when it is asked for; no long argument is repeated."""
+    """The commands, each imported when it is asked for; no complaint repeats a long argument."""
 
     def list_commands(self, ctx: click.Context) -> list[str]:
         return list(COMMANDS)
@@ -45,13 +46,23 @@ class Commands(click.Group):
             formatter.write_dl([(name, " ".join(said.split())) for name, said in told])
 
     def invoke(self, ctx: click.Context) -> Any:
+        """Run a command; whatever it raises becomes a sentence and an exit code."""
+        ctx.meta[common.OWED] = "--json" in ctx.args
         try:
+            if signals.came():
+                raise signals.Stopped
             return super().invoke(ctx)
         except click.UsageError as error:
-            said = error.format_message()
-            if common.brief(said) == said:
-                raise
-            raise click.UsageError(common.brief(said), error.ctx) from None
+            said = common.brief(error.format_message())
+            common.print_failure(ctx, said, common.MISUSED)
+            raise click.UsageError(said, error.ctx) from None
+        # click ends these itself, with words and exit codes of its own.
+        except (click.ClickException, click.exceptions.Exit, click.Abort, BrokenPipeError):
+            raise
+        except (Exception, signals.Stopped, KeyboardInterrupt) as error:  # noqa: BLE001
+            common.failed(ctx, error)
+        finally:
+            common.settle_stderr()
 
 
 # Their names alone, of which click suggests those that are close.

@@ -9,9 +9,9 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from rigidpend.cli.common import check_name, check_scheduler, guarded, print_json, say
+from rigidpend.cli.common import configs_of, print_json, say
 from rigidpend.cli.options import JOBS, JSON, OUT, SCHEDULER, SETTINGS, complete_names
-from rigidpend.config.catalogue import resolve
+from rigidpend.config.catalogue import RESULTS
 
 if TYPE_CHECKING:
     from rigidpend.runs.certificates import Summary, Theorem
@@ -33,7 +33,6 @@ if TYPE_CHECKING:
 )
 @click.option("--force", is_flag=True, help="Prove even what is up to date.")
 @JSON
-@guarded
 def certify_command(
     names: tuple[str, ...],
     settings: tuple[str, ...],
@@ -59,15 +58,13 @@ def certify_command(
     """
     if bool(names) == bool(file):
         raise click.UsageError("give names of configs, or a certificate with --check")
-    check_scheduler(scheduler)
     from rigidpend.runs import certificates, loading
 
     # Told at the end, so that --json prints one document.
     told: dict[str, Sequence[Summary | Theorem]] = {}
     if file:
         told[str(file)] = certificates.check(file, jobs=jobs, report=say)
-    paths = resolve(names)
-    check_name(name, names, paths)
+    paths = configs_of(names, RESULTS, name)
     groups = loading.load_groups(paths, settings, (), name)
     how: Any = {"jobs": jobs, "force": force, "scheduler": scheduler}
     for loaded in (each for group in groups for each in group.members):

@@ -11,9 +11,8 @@ import signal
 import sys
 import warnings
 from collections.abc import Callable, Sequence
-from functools import wraps
 from pathlib import Path
-from typing import Any, TypeVar
+from typing import Any, NoReturn
 
 import click
 
@@ -27,8 +26,8 @@ In this order: done or up to date; failed or different; wrong usage or config; s
 absent; an internal error."""
 MOST = 200
 """Largest number of characters of a path that a message shows."""
-PRINTED = "rigidpend.printed"
-"""Note in a command's context that its document is printed."""
+OWED = "rigidpend.owed"
+"""Note in a command's context that it has a document of ``--json`` still to print."""
 
 KINDS = {
     "Absent": ABSENT,
@@ -54,49 +53,26 @@ KINDS = {
 
 Classes are given by name, for to import them all would take longer than many a command."""
 
-Command = TypeVar("Command", bound=Callable[..., Any])
+
+def failed(ctx: click.Context, error: BaseException) -> NoReturn:
+    """End a command by what it raised: a sentence, an exit code, and the document it still owes."""
+    if isinstance(error, signals.Stopped | KeyboardInterrupt):
+        code, said = signals.conclude(signals.came() or signal.SIGINT, say)
+    else:
+        code = exit_code(error)
+        # stdout may be what failed, as on a full disk: flushed at the end it would fail again.
+        if isinstance(error, OSError):
+            drop(sys.stdout)
+        said = sentence(error)
+        # A complaint about a config begins with its file and line: no name before those.
+        say(said if code == MISUSED else f"rigidpend: {said}")
+    print_failure(ctx, said, code)
+    sys.exit(code)
 
 
-def guarded(command: Command) -> Command:
-    """Turn an exception of a command into a sentence and an exit code.
-
-    A command with ``--json`` that has printed no document then prints one with both.
-    """
-
-    @wraps(command)
-    def run(*args: Any, **kwargs: Any) -> Any:
-        try:
-            if signals.came():
-                raise signals.Stopped
-            return command(*args, **kwargs)
-        except click.UsageError as error:
-            _document_failure(kwargs, error.format_message(), MISUSED)
-            raise
-        # click ends these itself, with words and exit codes of its own.
-        except (click.ClickException, click.exceptions.Exit, click.Abort, BrokenPipeError):
-            raise
-        except (signals.Stopped, KeyboardInterrupt):
-            code, said = signals.conclude(signals.came() or signal.SIGINT, say)
-            _document_failure(kwargs, said, code)
-            sys.exit(code)
-        except Exception as error:  # noqa: BLE001
-            code = exit_code(error)
-            # stdout may be what failed, as on a full disk: flushed at the end it would fail again.
-            if isinstance(error, OSError):
-                drop(sys.stdout)
-            said = sentence(error)
-            # A complaint about a config begins with its file and line: no name before those.
-            say(said if code == MISUSED else f"rigidpend: {said}")
-            _document_failure(kwargs, said, code)
-            sys.exit(code)
-
-    return run  # type: ignore[return-value]
-
-
-def _document_failure(given: dict[str, Any], said: str, code: int) -> None:
+def print_failure(ctx: click.Context, said: str, code: int) -> None:
     """Print the document of a command that failed before it had another."""
-    context = click.get_current_context(silent=True)
-    if given.get("as_json") and not (context and context.meta.get(PRINTED)):
+    if ctx.meta.get(OWED):
         print_json({"error": said, "exit_code": code})
 
 
@@ -144,30 +120,12 @@ def brief(said: str) -> str:
     return re.sub(rf"\S{{{MOST + 1},}}", lambda word: f"{word[0][:60]}...{word[0][-60:]}", said)
 
 
-def check_scheduler(address: str | None) -> None:
-    """Refuse an address that no scheduler has; say where its client is absent."""
-    if address is None:
-        return
-    from rigidpend.runs import cluster
-
-    if said := cluster.complaint(address):
-        raise click.UsageError(f"--scheduler: {said}")
-    cluster.check_extra()
-
-
-def check_name(name: str | None, names: Sequence[str], paths: Sequence[Path]) -> None:
-    """Refuse a name of one's own for the results of several configs, or of one given twice."""
+def configs_of(names: Sequence[str], folder: Path, name: str | None) -> list[Path]:
+    """Files of named configs; a name of one's own for the results is for a single config."""
+    paths = resolve(tuple(names), folder)
     if name is not None and max(len(names), len(paths)) > 1:
         raise click.UsageError("--name is for one config; several keep their names")
-
-
-def the_one(name: str, command: str) -> Path:
-    """File of the one config that a command is about, which `all` is not."""
-
-    [path, *others] = resolve((name,))
-    if others:
-        raise click.UsageError(f"{command} is about one config, not all")
-    return path
+    return paths
 
 
 def folder_of(path: Path, folder: Path) -> Path:
@@ -181,6 +139,14 @@ def say(text: str) -> None:
         click.echo(text, err=True)
     except BrokenPipeError:
         raise
+    except OSError:
+        pass
+
+
+def settle_stderr() -> None:
+    """Let go of what a full disk has left of messages: at the end it would fail once more."""
+    try:
+        sys.stderr.flush()
     except OSError:
         drop(sys.stderr)
 
@@ -204,9 +170,7 @@ def settle_warnings() -> None:
 
 def print_json(document: Any) -> None:
     """Write the one document of ``--json`` on stdout."""
-    context = click.get_current_context(silent=True)
-    if context:
-        context.meta[PRINTED] = True
+    click.get_current_context().meta[OWED] = False
     click.echo(json.dumps(document, indent=2))
 
 

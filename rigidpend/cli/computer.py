@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 import click
 
-from rigidpend.cli.common import ABSENT, DONE, guarded, print_json, print_table, say
+from rigidpend.cli.common import ABSENT, DONE, print_json, print_table, say
 from rigidpend.cli.options import JSON, OUT
 
 if TYPE_CHECKING:
@@ -21,7 +21,6 @@ if TYPE_CHECKING:
 @click.option("--clear", is_flag=True, help="Remove the whole cache.")
 @click.option("--files", "each", is_flag=True, help="Print every file, not the subfolders alone.")
 @JSON
-@guarded
 def cache_command(clear: bool, each: bool, as_json: bool) -> None:
     """Print the folder of the cache, with its subfolders and their sizes.
 
@@ -95,7 +94,6 @@ class Finding(NamedTuple):
 @click.command("doctor")
 @OUT
 @JSON
-@guarded
 def doctor_command(folder: Path, as_json: bool) -> None:
     """Print what is installed here, what is missing, and what that costs.
 
@@ -161,7 +159,6 @@ def _writable(folder: Path) -> bool:
 @click.command("completion")
 @click.argument("shell", type=click.Choice(["bash", "zsh", "fish"]))
 @click.pass_context
-@guarded
 def completion_command(context: click.Context, shell: str) -> None:
     """Print the script by which a shell completes commands, names and keys.
 

@@ -3,23 +3,14 @@
 from __future__ import annotations
 
 import sys
-from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import click
 
-from rigidpend.cli.common import (
-    DONE,
-    FAILED,
-    check_scheduler,
-    guarded,
-    print_json,
-    print_table,
-    say,
-    the_one,
-)
+from rigidpend.cli.common import DONE, FAILED, print_json, print_table, say
 from rigidpend.cli.options import JOBS, JSON, SCHEDULER, SETTINGS, complete_names
+from rigidpend.config.catalogue import resolve
 
 if TYPE_CHECKING:
     from rigidpend.routes.symbolic import FoundOrbit
@@ -67,7 +58,6 @@ SHOWN = 400
 @JSON
 @JOBS
 @SCHEDULER
-@guarded
 def find_command(
     name: str,
     codes: tuple[str, ...],
@@ -96,31 +86,37 @@ def find_command(
       rigidpend find fig4 --code 0001 --code 0010 --code 0011
       rigidpend find fig4 --code "0^11 1^10 1^11" --digits 45 --json
     """
-    check_scheduler(scheduler)
+    from rigidpend.routes import symbolic
     from rigidpend.runs import loading
 
-    path = the_one(name, "find")
+    [path, *others] = resolve((name,))
+    if others:
+        raise click.UsageError("find is about one config, not all")
     loaded = loading.load(path, settings)
     problem: Any = loaded.content.problem
     if not all(hasattr(problem, each) for each in ("body", "h0", "J1_0")):
         raise click.UsageError(f"{path} has not one body, h0 and J1_0, as fig4 and fig5 have")
     given = {name: getattr(problem, name) for name in ("body", "h0", "J1_0")}
-    if proof and (decimals is not None or len(codes) > 1 or scheduler):
+    many = len(codes) > 1 or scheduler is not None
+    if proof and (decimals is not None or many):
         raise click.UsageError("--proof is of one orbit, on this machine")
     if decimals is not None:
         if near is not None:
             raise click.UsageError("--decimals lists orbits, and --near chooses one: give one")
-        if len(codes) > 1 or scheduler:
+        if many:
             raise click.UsageError("--decimals lists orbits of one code, on this machine")
         _list(codes[0], decimals, given, as_json, jobs)
         return
     given |= {"near": near, "digits": digits}
-    if len(codes) > 1 or scheduler:
-        _many(list(dict.fromkeys(codes)), given, as_json, jobs, loaded.experiment, scheduler)
-        return
-    from rigidpend.routes.symbolic import find_orbit
-
-    found = find_orbit(code=codes[0], jobs=jobs, **given)
+    if many:
+        pieces = list(dict.fromkeys(codes))
+        documents = _computed(pieces, given, jobs, loaded.experiment, scheduler)
+        if as_json:
+            print_json(documents)
+        else:
+            print_table([_row(document) for document in documents])
+        sys.exit(FAILED if any("error" in document for document in documents) else DONE)
+    found = symbolic.find_orbit(code=codes[0], jobs=jobs, **given)
     if as_json:
         print_json(_document(found))
     else:
@@ -131,32 +127,21 @@ def find_command(
         orbit_proofs.prove(loaded, found, proof, jobs=jobs, report=say)
 
 
-def _many(
-    codes: Sequence[str],
-    given: dict[str, Any],
-    as_json: bool,
-    jobs: int,
-    experiment: str,
-    scheduler: str | None,
-) -> None:
-    """Print the orbits of many codes, a row for each; exit code 1 where one has none."""
-    from rigidpend.machine.workers import side_by_side
-
+def _computed(
+    codes: list[str], given: dict[str, Any], jobs: int, experiment: str, scheduler: str | None
+) -> list[dict[str, Any]]:
+    """The orbits of many codes as plain data, by processes here or by a cluster."""
     if scheduler is None:
-        documents = side_by_side(_found, (given,), True, codes, jobs)
-    else:
-        from rigidpend.experiments.contract import Piece
-        from rigidpend.runs import cluster
+        from rigidpend.machine.workers import side_by_side
 
-        pieces = [Piece(str(k), _found, (code, given)) for k, code in enumerate(codes)]
-        come = cluster.gathered(scheduler, experiment, "taylor", pieces, say)
-        by_name = {name: found for found, name, _ in come}
-        documents = [by_name[piece.name] for piece in pieces]
-    if as_json:
-        print_json(documents)
-    else:
-        print_table([_row(document) for document in documents])
-    sys.exit(FAILED if any("error" in document for document in documents) else DONE)
+        return side_by_side(_found, (given,), True, codes, jobs)
+    from rigidpend.experiments.contract import Piece
+    from rigidpend.runs import cluster
+
+    pieces = [Piece(str(k), _found, (code, given)) for k, code in enumerate(codes)]
+    come = cluster.gathered(scheduler, experiment, "taylor", pieces, say)
+    by_name = {name: found for found, name, _ in come}
+    return [by_name[piece.name] for piece in pieces]
 
 
 def _found(code: str, given: dict[str, Any]) -> dict[str, Any]:

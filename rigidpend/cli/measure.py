@@ -8,7 +8,7 @@ from pathlib import Path
 
 import click
 
-from rigidpend.cli.common import DONE, FAILED, guarded, print_json, say
+from rigidpend.cli.common import DONE, FAILED, print_json, say
 from rigidpend.cli.options import JOBS, JSON, OUT, SETTINGS
 from rigidpend.config.catalogue import resolve
 
@@ -21,7 +21,6 @@ from rigidpend.config.catalogue import resolve
 @JSON
 @SETTINGS
 @click.option("--force", is_flag=True, help="Measure even what is up to date.")
-@guarded
 def bench_command(
     quick: bool, folder: Path, as_json: bool, settings: tuple[str, ...], force: bool
 ) -> None:
@@ -58,7 +57,6 @@ def bench_command(
 @SETTINGS
 @JOBS
 @click.option("--force", is_flag=True, help="Run even what is up to date.")
-@guarded
 def stress_command(
     quick: bool,
     folder: Path,

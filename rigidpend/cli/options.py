@@ -107,9 +107,23 @@ JOBS = click.option(
     default=_cores,
     help="Threads; all processors if not given.",
 )
+
+
+def _scheduler(ctx: click.Context, _: click.Parameter, address: str | None) -> str | None:
+    """Refuse an address that no scheduler has; say where its client is absent."""
+    if address is not None and not ctx.resilient_parsing:
+        from rigidpend.runs import cluster
+
+        if said := cluster.complaint(address):
+            raise click.UsageError(f"--scheduler: {said}")
+        cluster.check_extra()
+    return address
+
+
 SCHEDULER = click.option(
     "--scheduler",
     metavar="ADDRESS",
+    callback=_scheduler,
     help="Let the workers of this Dask scheduler compute, as tcp://host:8786 (extra `cluster`).",
 )
 JSON = click.option("--json", "as_json", is_flag=True, help="Print one JSON document.")

@@ -13,7 +13,6 @@ from rigidpend.cli.common import (
     DONE,
     FAILED,
     folder_of,
-    guarded,
     say,
     sentence,
     settle_warnings,
@@ -38,7 +37,6 @@ FEW = 3
     help="Format of the figure.",
 )
 @click.option("--force", is_flag=True, help="Draw figures that are up to date as well.")
-@guarded
 def render_command(
     names: tuple[str, ...], sweeps: tuple[str, ...], folder: Path, suffix: str, force: bool
 ) -> None:
@@ -140,7 +138,6 @@ def _members(path: Path, sweeps: tuple[str, ...]) -> tuple[str, list[str]]:
     type=FILE,
     help="File of the page; report.html in the folder of the results if not given.",
 )
-@guarded
 def report_command(names: tuple[str, ...], folder: Path, target: Path | None) -> None:
     """Write one page with every result: figures, numbers beside the paper's, provenance.
 

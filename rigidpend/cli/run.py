@@ -6,7 +6,7 @@ import shlex
 import sys
 import time
 from collections.abc import Callable, Sequence
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -14,18 +14,15 @@ import click
 
 from rigidpend.cli.common import (
     DONE,
-    check_name,
-    check_scheduler,
+    configs_of,
     exit_code,
     folder_of,
-    guarded,
     print_json,
     say,
     sentence,
     settle_warnings,
 )
 from rigidpend.cli.options import JOBS, JSON, NAMES, OUT, SCHEDULER, SETTINGS, SWEEPS
-from rigidpend.config.catalogue import resolve
 
 if TYPE_CHECKING:
     from rigidpend.machine.progress import Progress
@@ -74,7 +71,6 @@ class RunOutcome:
 @click.option("-q", "--quiet", is_flag=True, help="Print errors only.")
 @click.option("-v", "--verbose", is_flag=True, help="Print more: times, hashes, files.")
 @JSON
-@guarded
 def run_command(
     names: tuple[str, ...],
     settings: tuple[str, ...],
@@ -119,54 +115,38 @@ def run_command(
     from rigidpend.runs import runner
     from rigidpend.runs.logs import Logs
 
-    paths = resolve(names, folder)
-    check_name(name, names, paths)
-    known: dict[Path, State] = {}
-    if not (force or sweeps or name):
-        found = {x: runner.recalled(x, folder_of(x, folder), settings) for x in paths}
-        known = {x: state for x, state in found.items() if state and not state.reason}
-    members = _loaded([x for x in paths if x not in known], settings, sweeps, name)
-    check_scheduler(scheduler)
-    named: list[tuple[Path, LoadedConfig | State]] = []
-    for x in paths:
-        named += [(x, known[x])] if x in known else [(x, each) for each in members[x]]
-    _check_twins([(folder_of(x, folder) / each.name, x) for x, each in named])
-    planned = [_plan(each, x, folder, settings, force, keep_going) for x, each in named]
-    outcomes = [outcome for _, outcome, _ in planned]
-    code = max((code for *_, code in planned), default=DONE)
-    waiting = [(plan, outcome) for plan, outcome, _ in planned if plan and plan.reason]
-    expected = {x.name: cost for plan, x in waiting if (cost := runner.expected_seconds(plan))}
-    # A cluster takes configs as they come.
-    at_once = CLUSTERED if scheduler else jobs
-    if len(paths) > 1 and not scheduler:
-        at_once = _at_once([expected.get(x.name, 0.0) for _, x in waiting], jobs)
-    at_once = min(len(waiting), at_once)
+    paths = configs_of(names, folder, name)
+    known: dict[Path, Sequence[LoadedConfig | State]] = {}
+    for x in paths if not (force or sweeps or name) else ():
+        if (state := runner.recalled(x, folder_of(x, folder), settings)) and not state.reason:
+            known[x] = [state]
+    if changed := [x for x in paths if x not in known]:
+        from rigidpend.runs import loading
+
+        groups = loading.load_groups(changed, settings, sweeps, name)
+        known |= {group.path: group.members for group in groups}
+    named = [(x, folder_of(x, folder), each) for x in paths for each in known[x]]
+    _check_twins([(place / each.name, x) for x, place, each in named])
+    runs = Runs(jobs, scheduler, keep_going)
+    for x, place, each in named:
+        runs.plan(each, x, place, settings, force=force)
+    at_once, expected = runs.at_once(len(paths)), runs.expected
     shown = progress.Progress(
-        len(waiting), expected, at_once, start=begun, quiet=quiet, verbose=verbose
+        len(runs.waiting), expected, at_once, start=begun, quiet=quiet, verbose=verbose
     )
     try:
         with shown:
             shown.tell(f"planned in {time.perf_counter() - begun:.2f} s", detail=True)
-            for outcome in outcomes:
+            for outcome in runs.outcomes:
                 _tell_plan(outcome, shown, dry_run, expected.get(outcome.name))
             if not dry_run:
-                targets = {planned.config.name: planned.target for planned, _ in waiting}
+                targets = {plan.name: plan.target for plan, _ in runs.waiting}
                 logs = Logs(targets, shlex.join(["rigidpend", *sys.argv[1:]]))
-                runs = Runs(shown, logs, expected, jobs, at_once, scheduler, keep_going)
-                code = max(code, runs.compute(waiting))
+                runs.compute(at_once, shown, logs)
     finally:
         if as_json:
-            print_json([asdict(outcome) for outcome in outcomes])
-    sys.exit(code)
-
-
-def _at_once(expected: Sequence[float], jobs: int) -> int:
-    """Number of configs side by side, by their seconds: so that none outlasts all the others.
-
-    Short ones go one after the other, each with all threads.
-    """
-    longest = max(expected, default=0.0)
-    return max(1, min(jobs, int(sum(expected) / longest))) if longest > LONG else 1
+            print_json([asdict(outcome) for outcome in runs.outcomes])
+    sys.exit(runs.code)
 
 
 def _check_twins(named: Sequence[tuple[Path, Path]]) -> None:
@@ -180,133 +160,133 @@ def _check_twins(named: Sequence[tuple[Path, Path]]) -> None:
             raise click.UsageError(f"{twin} and {path} {where}")
 
 
-def _loaded(
-    paths: Sequence[Path], settings: Sequence[str], sweeps: Sequence[str], name: str | None
-) -> dict[Path, Sequence[LoadedConfig]]:
-    """Configs of some files, by the file."""
-    if not paths:
-        return {}
-    from rigidpend.runs import loading
-
-    return {x.path: x.members for x in loading.load_groups(paths, settings, sweeps, name)}
-
-
-def _plan(
-    config: LoadedConfig | State,
-    path: Path,
-    folder: Path,
-    settings: Sequence[str],
-    force: bool,
-    keep_going: bool,
-) -> tuple[Plan | None, RunOutcome, int]:
-    """Decide whether a config is to be run; failing that, return the failure and its exit code.
-
-    A state that was recalled says that there is nothing to do.
-    """
-    from rigidpend.runs import runner
-
-    outcome, plan = RunOutcome(config.name, "up to date", config.experiment), None
-    place = folder_of(path, folder)
-    try:
-        if isinstance(config, runner.State):
-            state = config
-        elif force:
-            state = plan = runner.plan(config, place, force=True)
-        else:
-            state = plan = runner.plan_kept(config, path, place, settings)
-    except Exception as error:
-        if not keep_going:
-            raise
-        outcome.status, outcome.error = "failed", sentence(error)
-        say(f"rigidpend: {outcome.error}")
-        return None, outcome, exit_code(error)
-    outcome.file = str(state.target)
-    outcome.engine = state.fingerprint["engine"]
-    outcome.config_hash = state.fingerprint["config_hash"]
-    outcome.code_hash = state.fingerprint["code_hash"]
-    if state.reason:
-        outcome.status, outcome.reason = "planned", state.reason
-    return plan, outcome, DONE
-
-
 def _tell_plan(outcome: RunOutcome, shown: Progress, dry_run: bool, seconds: float | None) -> None:
     from rigidpend.machine.progress import duration
 
+    if outcome.status == "failed":
+        return
     if outcome.status == "up to date":
         shown.tell(f"{outcome.name}: {outcome.file} is up to date")
     elif dry_run:
         cost = f", about {duration(max(1.0, seconds))}" if seconds else ""
         shown.tell(f"{outcome.name}: would compute ({outcome.reason}), {outcome.engine}{cost}")
-    if outcome.status == "failed":
-        return
     hashes = f"config {outcome.config_hash}, code {outcome.code_hash}"
     shown.tell(f"{outcome.name}: {outcome.experiment}, {hashes}", detail=True)
 
 
 @dataclass
 class Runs:
-    """Runs of planned configs, by threads of this machine or by a cluster."""
+    """Configs that are planned one by one, then computed side by side: here or by a cluster."""
 
-    shown: Progress
-    logs: Logs
-    expected: dict[str, float]
-    """Seconds that configs take, by name, as far as they are known."""
     jobs: int
     """Threads in all."""
-    at_once: int
-    """Configs at a time."""
     scheduler: str | None
     """Address of a cluster; None for this machine."""
     keep_going: bool
+    outcomes: list[RunOutcome] = field(default_factory=list)
+    waiting: list[tuple[Plan, RunOutcome]] = field(default_factory=list)
+    """Those that are to be computed."""
+    expected: dict[str, float] = field(default_factory=dict)
+    """Seconds that it takes, by name, as far as they are known."""
     code: int = DONE
     """Worst exit code so far."""
 
-    def compute(self, waiting: Sequence[tuple[Plan, RunOutcome]]) -> int:
-        """Compute the planned configs, so many at a time; return the worst exit code."""
+    def plan(
+        self,
+        config: LoadedConfig | State,
+        path: Path,
+        place: Path,
+        settings: Sequence[str],
+        *,
+        force: bool,
+    ) -> None:
+        """Decide whether a config is to be run; of one that was recalled nothing is to be done."""
+        from rigidpend.runs import runner
+
+        outcome = RunOutcome(config.name, "up to date", config.experiment)
+        self.outcomes.append(outcome)
+        try:
+            if isinstance(config, runner.State):
+                state = config
+            elif force:
+                state = runner.plan(config, place, force=True)
+            else:
+                state = runner.plan_kept(config, path, place, settings)
+        except Exception as error:
+            if not self.keep_going:
+                raise
+            say(f"rigidpend: {self._failed(outcome, error, None)}")
+            return
+        outcome.file = str(state.target)
+        outcome.engine = state.fingerprint["engine"]
+        outcome.config_hash = state.fingerprint["config_hash"]
+        outcome.code_hash = state.fingerprint["code_hash"]
+        if isinstance(state, runner.Plan) and state.reason:
+            outcome.status, outcome.reason = "planned", state.reason
+            self.waiting.append((state, outcome))
+            if cost := runner.expected_seconds(state):
+                self.expected[state.name] = cost
+
+    def at_once(self, files: int) -> int:
+        """Number of configs side by side: of several files so many that none outlasts all others.
+
+        Short ones go one after the other, each with all threads. A cluster takes them as they come.
+        """
+        most = CLUSTERED if self.scheduler else self.jobs
+        if files > 1 and not self.scheduler:
+            longest = max(self.expected.values(), default=0.0)
+            side_by_side = int(sum(self.expected.values()) / longest) if longest > LONG else 1
+            most = max(1, min(most, side_by_side))
+        return min(len(self.waiting), most)
+
+    def compute(self, at_once: int, shown: Progress, logs: Logs) -> None:
+        """Compute what is planned, so many configs at a time."""
         from rigidpend.machine import workers
 
-        for _, outcome in waiting:
+        for _, outcome in self.waiting:
             outcome.status = "not run"
-        if self.at_once > 1:
+        if at_once > 1:
             # What is long and begins last would end alone.
-            waiting = sorted(waiting, key=lambda pair: -self.expected.get(pair[1].name, 0.0))
-        workers.side_by_side(self._follow, (), False, waiting, self.at_once)
-        return self.code
+            self.waiting.sort(key=lambda pair: -self.expected.get(pair[1].name, 0.0))
+        given = at_once, shown, logs
+        workers.side_by_side(self._follow, given, False, self.waiting, at_once)
 
-    def _follow(self, pair: tuple[Plan, RunOutcome]) -> None:
+    def _follow(
+        self, pair: tuple[Plan, RunOutcome], at_once: int, shown: Progress, logs: Logs
+    ) -> None:
         """Compute one config, unless one has failed before."""
         planned, outcome = pair
         if self.code != DONE and not self.keep_going:
             return
         name, begun = outcome.name, time.perf_counter()
+
+        def hear(text: str) -> None:
+            logs.hear(name, text)
+            shown.hear(name, text)
+
         outcome.status = "interrupted"
         try:
-            self._by_its_means(planned, name)
+            self._by_its_means(planned, at_once, hear)
             outcome.status = "computed"
         except Exception as error:  # noqa: BLE001
-            self.code, outcome.status = max(self.code, exit_code(error)), "failed"
-            outcome.error = sentence(error, lambda it: self.logs.failure(name, it))
-            self.logs.hear(name, f"failed: {outcome.error}")
-            self.shown.clear()
-            say(f"rigidpend: {name}: {outcome.error}")
+            said = self._failed(outcome, error, lambda it: logs.failure(name, it))
+            logs.hear(name, f"failed: {said}")
+            shown.clear()
+            say(f"rigidpend: {name}: {said}")
         finally:
             outcome.seconds = round(time.perf_counter() - begun, 3)
-            log = self.logs.path(name)
+            log = logs.path(name)
             outcome.log = str(log) if log else None
-        self.shown.end(name, well=outcome.status == "computed")
+        shown.end(name, well=outcome.status == "computed")
 
-    def _by_its_means(self, planned: Plan, name: str) -> None:
+    def _by_its_means(self, planned: Plan, at_once: int, hear: Callable[[str], None]) -> None:
         """Compute one config here, on a cluster, or in a process of its own if it is long."""
         from rigidpend.machine import files, workers
         from rigidpend.runs import runner
 
-        def hear(text: str) -> None:
-            self.logs.hear(name, text)
-            self.shown.hear(name, text)
-
-        jobs = max(1, self.jobs // self.at_once)
+        jobs = max(1, self.jobs // at_once)
         # Most of a long run is Python's own work, which holds the interpreter.
-        apart = self.at_once > 1 and self.expected.get(name, 0.0) > LONG
+        apart = at_once > 1 and self.expected.get(planned.name, 0.0) > LONG
         if self.scheduler or not apart:
             runner.follow(planned, jobs=jobs, say=hear, scheduler=self.scheduler)
             return
@@ -316,6 +296,17 @@ class Runs:
             # A process that is ended may be writing.
             files.sweep(planned.target)
             raise
+
+    def _failed(
+        self,
+        outcome: RunOutcome,
+        error: Exception,
+        log: Callable[[BaseException], Path] | None,
+    ) -> str:
+        """Note that a config failed, and of what."""
+        self.code = max(self.code, exit_code(error))
+        outcome.status, outcome.error = "failed", sentence(error, log)
+        return outcome.error
 
 
 def _followed(planned: Plan, jobs: int, say: Callable[[str], None]) -> None:

@@ -10,26 +10,17 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from rigidpend.cli.common import (
-    INTERNAL,
-    exit_code,
-    folder_of,
-    guarded,
-    print_json,
-    print_table,
-)
+from rigidpend.cli.common import INTERNAL, exit_code, folder_of, print_json, print_table
 from rigidpend.cli.options import JSON, NAMED, OUT, SETTINGS, complete_names
 from rigidpend.config import catalogue
 
 if TYPE_CHECKING:
-    from rigidpend.runs.loading import LoadedConfig
     from rigidpend.runs.runner import State
 
 
 @click.command("list")
 @OUT
 @JSON
-@guarded
 def list_command(folder: Path, as_json: bool) -> None:
     """List the configs that can be named, with the state of their results.
 
@@ -59,67 +50,57 @@ def _entries(folder: Path) -> Iterator[dict[str, Any]]:
     from rigidpend.runs import runner
 
     swept: set[str] = set()
-    for name, path in _named(folder).items():
+    for name, path in _named(folder):
         # Members of a sweep are listed by its config, not as strays once more.
         if path.suffix == ".h5" and name in swept:
             continue
-        if known := runner.recalled(path, folder_of(path, folder)):
-            yield _entry(known, path)
+        place = folder_of(path, folder)
+        if known := runner.recalled(path, place):
+            yield _entry(path, known.name, known.experiment, known)
             continue
         from rigidpend.runs import loading
 
         try:
             [group] = loading.load_groups([path])
         except Exception as error:  # noqa: BLE001
-            yield _unusable(name, path, None, error)
+            yield _entry(path, name, None, error)
             continue
-        swept |= {member.name for member in group.members}
-        yield from (_planned(member, path, folder) for member in group.members)
+        for member in group.members:
+            swept.add(member.name)
+            found: State | Exception
+            try:
+                found = runner.plan_kept(member, path, place)
+            except Exception as error:  # noqa: BLE001
+                found = error
+            yield _entry(path, member.name, member.experiment, found)
 
 
-def _named(folder: Path) -> dict[str, Path]:
-    """Files of all names: configs that are known, those in this folder, then results."""
+def _named(folder: Path) -> list[tuple[str, Path]]:
+    """Names with their files: configs that are known, those in this folder, then results."""
     from rigidpend.runs.certificate_files import results_in
 
     by_name = {**catalogue.known(), **catalogue.own()}
-    stray = {path.stem: path for path in results_in(folder) if path.stem not in by_name}
     # Folders of what `all` includes first, then those of what is run by its name.
     files = sorted(by_name.values(), key=lambda path: not catalogue.in_all(path))
-    places = dict.fromkeys(path.parent for path in files)
-    known = [(name, x) for place in places for name, x in by_name.items() if x.parent == place]
-    return dict(known) | stray
+    places = list(dict.fromkeys(path.parent for path in files))
+    stray = ((path.stem, path) for path in results_in(folder) if path.stem not in by_name)
+    return [*sorted(by_name.items(), key=lambda each: places.index(each[1].parent)), *stray]
 
 
-def _planned(config: LoadedConfig, path: Path, folder: Path) -> dict[str, Any]:
-    from rigidpend.runs import runner
-
-    try:
-        return _entry(runner.plan_kept(config, path, folder_of(path, folder)), path)
-    except Exception as error:  # noqa: BLE001
-        return _unusable(config.name, path, config.experiment, error)
-
-
-def _entry(found: State, path: Path) -> dict[str, Any]:
-    return {
-        **_blank(found.name, path, found.experiment),
-        "status": "to run" if found.reason else "up to date",
-        "reason": found.reason or None,
-        "doubt": found.doubt or None,
-        "file": str(found.target),
-    }
-
-
-def _unusable(name: str, path: Path, experiment: str | None, error: Exception) -> dict[str, Any]:
-    """The entry of a bad config or a damaged result, which does not hide the others."""
-    if exit_code(error) == INTERNAL:
-        raise error
-    return _blank(name, path, experiment) | {"reason": str(error)}
-
-
-def _blank(name: str, path: Path, experiment: str | None) -> dict[str, Any]:
-    told = {"name": name, "experiment": experiment, "status": "cannot be used", "reason": None}
-    config = {"in_all": catalogue.in_all(path), "config": str(path), "file": None}
-    return {**told, "doubt": None, **config}
+def _entry(
+    path: Path, name: str, experiment: str | None, found: State | Exception
+) -> dict[str, Any]:
+    """The entry of a result; a bad config or a damaged result does not hide the others."""
+    told: dict[str, Any] = {"name": name, "experiment": experiment}
+    if isinstance(found, Exception):
+        if exit_code(found) == INTERNAL:
+            raise found
+        told |= {"status": "cannot be used", "reason": str(found), "doubt": None}
+    else:
+        told |= {"status": "to run" if found.reason else "up to date"}
+        told |= {"reason": found.reason or None, "doubt": found.doubt or None}
+    file = None if isinstance(found, Exception) else str(found.target)
+    return told | {"in_all": catalogue.in_all(path), "config": str(path), "file": file}
 
 
 def _row(entry: dict[str, Any]) -> list[str]:
@@ -136,7 +117,6 @@ def _row(entry: dict[str, Any]) -> list[str]:
 @SETTINGS
 @click.option("--resolved", is_flag=True, help="Print the whole config as YAML, defaults included.")
 @JSON
-@guarded
 def describe_command(name: str, settings: tuple[str, ...], resolved: bool, as_json: bool) -> None:
     """Print the parameters of a config, and what follows from them by the paper's theory.
 

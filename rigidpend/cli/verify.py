@@ -10,7 +10,7 @@ from typing import Any
 
 import click
 
-from rigidpend.cli.common import ABSENT, DONE, FAILED, guarded, print_json, say
+from rigidpend.cli.common import ABSENT, DONE, FAILED, print_json, say
 from rigidpend.cli.options import FOLDER, JOBS, JSON, NAMED, SETTINGS, complete_names
 from rigidpend.config.catalogue import PACKAGE, REFERENCES, resolve
 
@@ -33,7 +33,6 @@ ENGINES = "Taylor series and DOP853"
 @SETTINGS
 @JSON
 @JOBS
-@guarded
 def verify_command(
     names: tuple[str, ...],
     reference: Path | None,
@@ -192,7 +191,6 @@ def _tell(outcome: dict[str, Any]) -> None:
     help="Folder of the references.",
 )
 @JOBS
-@guarded
 def reference_command(names: tuple[str, ...], reason: str, folder: Path, jobs: int) -> None:
     """Compute references again, all if none is named, and keep the reason in each file.
 

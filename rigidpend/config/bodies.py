@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Annotated, Any, Self, TypeAlias
 
 from pydantic import AfterValidator, Field, model_validator
 
-from rigidpend.config.schema import Direction, Moments, Number, Part, Weight, Whole, Word, physics
+from rigidpend.config.schema import Direction, Moments, Number, Part, Weight, Whole, Word
 from rigidpend.mechanics.body import Body
 from rigidpend.numbers.checked import ParameterError
 from rigidpend.numbers.exact import Exact
@@ -41,8 +41,7 @@ class UnweightedBody(Part):
     @model_validator(mode="after")
     def _conditions(self) -> Self:
         # Body has the conditions that join fields; they are tried, not written once more.
-        with physics():
-            _ = self.body
+        _ = self.body
         return self
 
 
@@ -81,24 +80,17 @@ class RouteStart(HeavyBody):
 
         return RouteProblem(self.body, self.h0, self.J1_0, self.n_symbols)
 
-    def afford(self, columns: int, field: str) -> None:
-        """Refuse more columns, each of so many symbols, than a result can hold."""
-        with physics():
-            self.routes.afford(columns, field)
-
     @model_validator(mode="after")
     def _start(self) -> Self:
-        with physics():
-            _ = self.routes
+        _ = self.routes
         return self
 
 
 def one_of(field: str, what: str, value: Any, known: Collection[Any]) -> None:
     """Refuse a value of a field that is none of those that the config gives."""
-    with physics():
-        if value not in known:
-            said = ", ".join(map(str, known))
-            raise ParameterError(field, f"no such {what}: {value} (known: {said})")
+    if value not in known:
+        said = ", ".join(map(str, known))
+        raise ParameterError(field, f"no such {what}: {value} (known: {said})")
 
 
 def _ascending(values: tuple[Exact, ...]) -> tuple[Exact, ...]:
@@ -128,13 +120,12 @@ class WeightedBodies(Part):
     def _energy(self) -> Self:
         from rigidpend.routes.problem import LEAST, ProblemError
 
-        with physics():
-            if not float(self.h0) > float(self.mu[-1]):
-                message = f"h0 > mu is broken: h0 = {self.h0}, mu = {self.mu[-1]}"
-                raise ProblemError("h0", message)
-            if not (self.mu[0] / self.h0).at(53) > LEAST:
-                message = f"mu = {self.mu[0]} is below {LEAST} h0, where doubles lose it"
-                raise ProblemError("mu", message)
+        if not float(self.h0) > float(self.mu[-1]):
+            message = f"h0 > mu is broken: h0 = {self.h0}, mu = {self.mu[-1]}"
+            raise ProblemError("h0", message)
+        if not (self.mu[0] / self.h0).at(53) > LEAST:
+            message = f"mu = {self.mu[0]} is below {LEAST} h0, where doubles lose it"
+            raise ProblemError("mu", message)
         return self
 
 
@@ -174,9 +165,8 @@ def distinct(axis: Axis, field: str) -> None:
     """Refuse an axis whose cells doubles do not tell apart."""
     low, high = map(float, axis.ends)
     finest = 16 * math.ulp(max(abs(low), abs(high)))
-    with physics():
-        if not low < high:
-            raise ParameterError(field, f"the ends must ascend, got {low} and {high}")
-        if high - low < finest * axis.count:
-            message = f"{axis.count} cells between {low!r} and {high!r} are too fine for doubles"
-            raise ParameterError(field, message)
+    if not low < high:
+        raise ParameterError(field, f"the ends must ascend, got {low} and {high}")
+    if high - low < finest * axis.count:
+        message = f"{axis.count} cells between {low!r} and {high!r} are too fine for doubles"
+        raise ParameterError(field, message)

@@ -3,13 +3,9 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Sequence
 from pathlib import Path
-from typing import Generic, NamedTuple, TypeVar
 
 from rigidpend.config.complaints import Complaint, ConfigError, Origin, meant
-
-C = TypeVar("C", covariant=True)
 
 MEASURE = "measure"
 """Folder of configs that measure this machine for minutes; `all` leaves them out."""
@@ -27,15 +23,6 @@ REFERENCES = RESULTS / "reference"
 
 SUFFIXES = (".yaml", ".yml", ".h5")
 """Endings of files that hold a config: as text, or in a result."""
-
-
-class Group(NamedTuple, Generic[C]):
-    """The configs that one file stands for: one, or each combination of a sweep."""
-
-    path: Path
-    title: str
-    """Name of all of them together."""
-    members: Sequence[C]
 
 
 def folders() -> list[Path]:

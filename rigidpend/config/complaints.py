@@ -30,6 +30,9 @@ class Origin:
     text: str = ""
     """The source line, for the caret."""
 
+    def __deepcopy__(self, _: object) -> Origin:
+        return self
+
     def __str__(self) -> str:
         return self.source if self.line is None else f"{self.source}:{self.line}:{self.column}"
 

@@ -91,7 +91,7 @@ def override(document: Document, setting: str, origin: Origin | None = None) -> 
     for origins in (document.keys, document.values):
         for old in [old for old in origins if old[: len(place)] == place]:
             del origins[old]
-    document.keys[place] = document.values[place] = document.settings[place] = origin
+    document.keys[place] = document.values[place] = origin
 
 
 def _key(holder: Any, text: str, place: Place, origin: Origin) -> str | int:

@@ -8,10 +8,9 @@ that everything wrong is said at once.
 
 from __future__ import annotations
 
-import copy
 import re
 from collections.abc import Iterator
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any, NoReturn
 
@@ -39,24 +38,10 @@ class Document:
     tree: Any = None
     keys: dict[Place, Origin] = field(default_factory=dict)
     values: dict[Place, Origin] = field(default_factory=dict)
-    settings: dict[Place, Origin] = field(default_factory=dict)
-    """Places that options of the command line changed."""
     complaints: list[Complaint] = field(default_factory=list)
     """Complaints about what was refused and passed over."""
     unread: set[Place] = field(default_factory=set)
     """Places of what was passed over, about which nothing else is said."""
-
-    def copy(self) -> Document:
-        """A document that settings may change while this one stays."""
-        return replace(
-            self,
-            tree=copy.deepcopy(self.tree),
-            keys=dict(self.keys),
-            values=dict(self.values),
-            settings=dict(self.settings),
-            complaints=list(self.complaints),
-            unread=set(self.unread),
-        )
 
     def refuse(self, origin: Origin, place: Place, message: str) -> None:
         """Note a complaint, and go on."""
@@ -65,8 +50,8 @@ class Document:
     def origin(self, place: Place, *, of_key: bool = False) -> Origin:
         """Origin of a value, or of the nearest thing around it that was written."""
         # A section of which an option changed a part is complained about at that option.
-        for changed, origin in self.settings.items():
-            if changed[: len(place)] == place:
+        for changed, origin in self.values.items():
+            if origin.line is None and changed[: len(place)] == place:
                 return origin
         if of_key and place in self.keys:
             return self.keys[place]

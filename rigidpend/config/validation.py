@@ -49,10 +49,10 @@ def among(words: Iterable[str]) -> str:
 
 def _problem(document: Document, model: Any, error: Any) -> Complaint:
     place = _written(document, error["loc"])
-    # Conditions of ours name their field, where pydantic knows only the part that it is in.
-    if error["type"] == "physics":
-        place = (*place, *error["ctx"]["field"].split("."))
-        return Complaint(document.origin(place), place, error["ctx"]["message"])
+    field = getattr(error.get("ctx", {}).get("error"), "field", "")
+    # A condition that joins fields names one, where pydantic knows only the part that they are in.
+    if field and isinstance(error["input"], dict):
+        place = (*place, *field.split("."))
     if error["type"] == "extra_forbidden":
         siblings = _fields(model, place[:-1])
         hint = NEVER.get(str(place[-1])) or meant(str(place[-1]), siblings)

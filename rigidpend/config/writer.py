@@ -5,7 +5,7 @@ from __future__ import annotations
 import re
 import textwrap
 from collections.abc import Iterator, Mapping, Sequence
-from typing import Any, NamedTuple
+from typing import Any
 
 import yaml
 from pydantic import BaseModel
@@ -107,38 +107,29 @@ def _as_text(node: Any) -> Any:
     return node if node is None or isinstance(node, bool | str) else repr(node)
 
 
-class Change(NamedTuple):
-    """A key whose value is another."""
-
-    key: str
-    before: str
-    after: str
-
-    def __str__(self) -> str:
-        return f"{self.key} from {self.before} to {self.after}"
-
-
-def changes(before: Mapping[str, Any], after: Mapping[str, Any], prefix: str = "") -> list[Change]:
-    """Find the keys of two resolved configs whose values differ, in the order of the second.
+def changes(
+    before: Mapping[str, Any], after: Mapping[str, Any], prefix: str = ""
+) -> dict[str, str]:
+    """Say how each key of two resolved configs differs, as ``from 1 to 2``, as the second has them.
 
     The name of the figure, on which no result depends, is passed over.
     """
-    found = []
+    found: dict[str, str] = {}
     for key in dict.fromkeys([*after, *before]):
         place = f"{prefix}{key}"
         old, new = before.get(key, ABSENT), after.get(key, ABSENT)
         if place == "figure" or old == new:
             continue
         if isinstance(old, Mapping) and isinstance(new, Mapping):
-            found += changes(old, new, f"{place}.")
+            found |= changes(old, new, f"{place}.")
         else:
-            found.append(Change(place, written(old, key), written(new, key)))
+            found[place] = f"from {written(old, key)} to {written(new, key)}"
     return found
 
 
-def sentence(found: list[Change]) -> str:
+def sentence(found: Mapping[str, str]) -> str:
     """Say what changed, the first few in full."""
-    shown = ", ".join(map(str, found[:SHOWN]))
+    shown = ", ".join(f"{key} {said}" for key, said in [*found.items()][:SHOWN])
     more = len(found) - SHOWN
     return f"{shown}, and {more} more" if more > 0 else shown
 
@@ -156,7 +147,7 @@ def written(value: Any, key: str = "") -> str:
 
 def label(config: Mapping[str, Any], others: Sequence[Mapping[str, Any]]) -> str:
     """Say in short by what a config differs from others: ``mu = 1e-3, J1_0 = 1e-8``."""
-    keys = {change.key for other in others for change in changes(other, config)}
+    keys = {key for other in others for key in changes(other, config)}
     values = [(key, value) for key, value in _leaves(config) if key in keys]
     named = ((key.rpartition(".")[2], value) for key, value in values)
     return ", ".join(f"{key} = {written(value, key)}" for key, value in named)

@@ -69,13 +69,6 @@ class ResultSection(NamedTuple):
         return not self.of_the_paper, f"{self.figure} {self.name}"
 
 
-class Page(NamedTuple):
-    """A page as HTML, and what is wrong with results that it cannot show."""
-
-    html: str
-    problems: list[str]
-
-
 def results(folder: Path) -> list[Path]:
     """Result files directly in a folder, by name, without certificates; Absent if there is none."""
     found = results_in(folder)
@@ -97,14 +90,14 @@ def write(sources: Sequence[Path], target: Path) -> list[str]:
     StoreError
         None of them can be shown, Absent where none is there; or the page cannot be written.
     """
-    page = build(sources)
+    page, problems = build(sources)
     files.prepare(target)
-    files.write(target, page.html.encode("utf-8"))
-    return page.problems
+    files.write(target, page.encode("utf-8"))
+    return problems
 
 
-def build(sources: Sequence[Path]) -> Page:
-    """Build the page for some results, as :func:`write` writes it."""
+def build(sources: Sequence[Path]) -> tuple[str, list[str]]:
+    """Build the page for some results, as :func:`write` writes it, and list what is wrong."""
     jobs = cores() if len(sources) > FEW else 1
     sections = side_by_side(_section, (), True, sources, jobs)
     problems = [said for found in sections if (said := found.problem or found.doubt)]
@@ -112,7 +105,7 @@ def build(sources: Sequence[Path]) -> Page:
     if all(found.problem for found in sections):
         there = any(source.exists() for source in sources)
         raise (store.StoreError if there else Absent)("\n".join(problems))
-    return Page(html(sorted(sections, key=lambda found: found.order)), problems)
+    return html(sorted(sections, key=lambda found: found.order)), problems
 
 
 def _section(source: Path) -> ResultSection:
@@ -199,63 +192,32 @@ def html(sections: Sequence[ResultSection]) -> str:
 DEPARTURES = Table(
     "Where the paper slips, or leaves a value open, and what is computed here",
     ("place", "as printed", "here"),
-    (
-        ("section 1, (cond_P)", "A2 + A3 > A1", "equality admitted: body a of Table 1 has it"),
-        ("(gamma_dep)", "arcsin and arctan, which lose the quadrant", "atan2 forms"),
-        (
-            "section 3",
-            "h0 is the energy, and also kappa J2_0^2/2",
-            "they differ by mu sin(theta2_0); which is meant is said at each place",
-        ),
-        (
-            "section 3",
-            "kappa J2_0^2/2 > mu is enough for rotation",
-            "only where sin(theta2_0) >= 0; at every phase 2 mu is",
-        ),
-        (
-            "sections 1 and 5",
-            "pendulum motions unstable at any h0 > mu",
-            "elliptic for some bodies, such as that of Fig. 5 for mu/h0 from 0.589 to 0.868",
-        ),
-        (
-            "(eq_Ric1) at J1 = J2",
-            '"the similar Riccati equation", coefficients not printed',
-            "its own coefficients: -a0, -a1, -a2 at pi - tau",
-        ),
-        (
-            "(tt), theta2 of T2",
-            "ends with cos(theta2*)",
-            "ends with cos(beta0 + epsilon alpha0 + theta2*)",
-        ),
-        ("(Im)", "the closed form's sign", "opposite, as its bracket says; its zeros stand"),
-        ("(Im)", "a divergent improper integral", "converges absolutely, like sech^2"),
-        (
-            "(Im)",
-            "the phase is added to theta2*, which holds theta2_0 already",
-            "the phase is theta2_0 itself",
-        ),
-        (
-            "section 5, Hess case",
-            "a countable set of orbits in which S2- and S1+ meet",
-            "the two are one surface there",
-        ),
-        (
-            "section 6, Hess case",
-            "alpha gains along each separatrix",
-            "nothing along 1 and 3, as (trieq) has it",
-        ),
-        (
-            "(tri1), items 1 and 3",
-            "theta1_0 = alpha0 - beta0 (+ 2 pi)",
-            "beta0 - alpha0 (+ 2 pi), as in (sol_1), (sol_12)",
-        ),
-        ("Fig. 4", 'J1_0 "approximately 0"', "1e-8"),
-        (
-            "Fig. 5",
-            "h0 = 1.1111, no J1_0",
-            "10/9 and 2.39205e-9, at which both published routes come out",
-        ),
-    ),
+    [
+        line.split(" | ")
+        for line in """\
+section 1, (cond_P) | A2 + A3 > A1 | equality admitted: body a of Table 1 has it
+(gamma_dep) | arcsin and arctan, which lose the quadrant | atan2 forms
+section 3 | h0 is the energy, and also kappa J2_0^2/2 | they differ by mu sin(theta2_0); which is \
+meant is said at each place
+section 3 | kappa J2_0^2/2 > mu is enough for rotation | only where sin(theta2_0) >= 0; at every \
+phase 2 mu is
+sections 1 and 5 | pendulum motions unstable at any h0 > mu | elliptic for some bodies, such as \
+that of Fig. 5 for mu/h0 from 0.589 to 0.868
+(eq_Ric1) at J1 = J2 | "the similar Riccati equation", coefficients not printed | its own \
+coefficients: -a0, -a1, -a2 at pi - tau
+(tt), theta2 of T2 | ends with cos(theta2*) | ends with cos(beta0 + epsilon alpha0 + theta2*)
+(Im) | the closed form's sign | opposite, as its bracket says; its zeros stand
+(Im) | a divergent improper integral | converges absolutely, like sech^2
+(Im) | the phase is added to theta2*, which holds theta2_0 already | the phase is theta2_0 itself
+section 5, Hess case | a countable set of orbits in which S2- and S1+ meet | the two are one \
+surface there
+section 6, Hess case | alpha gains along each separatrix | nothing along 1 and 3, as (trieq) has it
+(tri1), items 1 and 3 | theta1_0 = alpha0 - beta0 (+ 2 pi) | beta0 - alpha0 (+ 2 pi), as in \
+(sol_1), (sol_12)
+Fig. 4 | J1_0 "approximately 0" | 1e-8
+Fig. 5 | h0 = 1.1111, no J1_0 | 10/9 and 2.39205e-9, at which both published routes come out
+""".splitlines()
+    ],
 )
 """All departures, by label in the paper's TeX source or figure, in its order.
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import copy
 import functools
 import json
 import re
@@ -9,13 +10,12 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
 from pathlib import Path
-from typing import Any, TypeVar
+from typing import Any, NamedTuple, TypeVar
 
 from pydantic import ValidationError
 
 from rigidpend import experiments
 from rigidpend.config import catalogue, overrides, reader, validation
-from rigidpend.config.catalogue import Group
 from rigidpend.config.complaints import Complaint, ConfigError, Origin, meant
 from rigidpend.config.overrides import Sweep
 from rigidpend.config.reader import Document
@@ -61,6 +61,15 @@ class LoadedConfig:
         asked = {"engine": engine} | ({"tolerance": tolerance} if tolerance else {})
         numerics = content.numerics.model_copy(update=asked)
         return replace(self, content=content.model_copy(update={"numerics": numerics}))
+
+
+class Group(NamedTuple):
+    """The configs that one file stands for: one, or each combination of a sweep."""
+
+    path: Path
+    title: str
+    """Name of all of them together."""
+    members: Sequence[LoadedConfig]
 
 
 def resolved_yaml(config: LoadedConfig) -> str:
@@ -125,7 +134,7 @@ def load_groups(
     settings: Sequence[str] = (),
     sweeps: Sequence[str] = (),
     name: str | None = None,
-) -> list[Group[LoadedConfig]]:
+) -> list[Group]:
     """Load several configs, with their sweeps; the complaints about all are raised together.
 
     Options are ``KEY=VALUE`` and ``KEY=VALUE,VALUE``, the latter in place of the file's own sweeps
@@ -141,9 +150,9 @@ def load_groups(
 
 def _group(
     path: Path, settings: Sequence[str], options: Sequence[Sweep], name: str | None
-) -> Group[LoadedConfig]:
+) -> Group:
     document = _read(path)
-    base = _loaded(path, document.copy(), settings)
+    base = _loaded(path, copy.deepcopy(document), settings)
     given = {sweep.key: sweep for sweep in (*base.sweeps, *options)}
     if not given:
         [base] = _titled(path, [base], settings)
@@ -151,7 +160,7 @@ def _group(
     every = overrides.variants(list(given.values()))
     # Read once: of a thousand members the file is the same.
     members = _together(
-        [partial(_loaded, path, document.copy(), settings, one.settings) for one in every],
+        [partial(_loaded, path, copy.deepcopy(document), settings, x.settings) for x in every],
         [path.stem] * len(every),
     )
     names = [f"{name or base.name}{variant.ending}" for variant in every]

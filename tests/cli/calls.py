@@ -14,7 +14,9 @@ from rigidpend import cli
 from tests.processes import python
 
 REFERENCE = Path(__file__).resolve().parents[2] / "results" / "reference"
-ENVIRONMENT = {name: x for name, x in os.environ.items() if name != "DISPLAY"}
+STRANGE = ("DISPLAY", "PYTHONUNBUFFERED")
+ENVIRONMENT = {name: x for name, x in os.environ.items() if name not in STRANGE}
+"""Without a display; and with buffers, whose rest is what fails at the end on a full disk."""
 UNTRACED = {name: x for name, x in ENVIRONMENT.items() if not name.startswith("COVERAGE_")}
 """The same, where coverage is not measured: it writes files, and waits for ever for a lock of
 its own where a signal interrupts it while it holds that."""

@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pytest
 
-from tests.cli.calls import Done, called
+from tests.cli.calls import Done, call
 from tests.config.samples import SMALL, written
 
 
@@ -28,7 +28,7 @@ def small(tmp_path: Path) -> Path:
 @pytest.fixture(scope="package")
 def first(desk: Path) -> Done:
     """The first run of fig4, on one processor."""
-    return called(desk, "run", "fig4", "-j", "1", "--out", "deep/results")
+    return call(desk, "run", "fig4", "-j", "1", "--out", "deep/results")
 
 
 @pytest.fixture(scope="package")

@@ -31,28 +31,9 @@ def test_a_code_gives_a_phase(monkeypatch: pytest.MonkeyPatch) -> None:
     assert len(found["crossing_time"]) == 3
 
 
-def test_no_orbit_says_why() -> None:
-    done = call(ROOT, "find", "fig4", "--code", "0^5 1^10")
-    assert done.returncode == 1
-    assert "none exists: passage 1" in done.stderr
-    assert not done.stdout
-
-
-def test_wrong_usage_is_told() -> None:
-    assert "0 and 1" in call(ROOT, "find", "--code", "0a").stderr
-    for arguments in (("all", "--code", "0"), ("fig1", "--code", "0"), ("fig4",)):
-        assert call(ROOT, "find", *arguments).returncode == 2
-    assert call(ROOT, "find", "--code", "01", "--near", "x").returncode == 2
-
-
 def test_round_phases_are_listed() -> None:
     done = call(ROOT, "find", "fig4", "--code", "011", "--decimals", "1")
     rows = dict(line.split(maxsplit=1) for line in done.stdout.splitlines())
     found = json.loads(call(ROOT, "find", "--code", "011", "--decimals", "1", "--json").stdout)
     assert rows == {each["theta2_0"]: each["address"] for each in found["phases"]}
     assert f"{len(rows)} of 63 phases" in done.stderr
-    none = call(ROOT, "find", "--code", "0^90 1^3", "--decimals", "0")
-    assert none.returncode == 1
-    assert "none of the 7 phases" in none.stderr
-    both = call(ROOT, "find", "--code", "011", "--decimals", "1", "--near", "1")
-    assert both.returncode == 2

@@ -13,7 +13,11 @@ from typing import Any
 
 import pytest
 
+from rigidpend import render
 from rigidpend.cli import common
+from rigidpend.experiments.data import Dataset
+from rigidpend.machine import cache
+from rigidpend.runs.parts import Parts
 from tests.cli.calls import LIMITED, REFERENCE, call
 from tests.config.samples import SMALL, written
 
@@ -39,22 +43,15 @@ def streams(folder: Path, *arguments: str, **how: Any) -> subprocess.CompletedPr
 
 @pytest.mark.slow
 @needs_full
-@pytest.mark.parametrize("command", [("describe", "fig4"), ("run", "small.yaml", "--json")])
-def test_a_full_stdout_is_one_sentence(small: Path, command: tuple[str, ...]) -> None:
+def test_a_full_stdout_is_one_sentence_and_a_full_stderr_no_reason_not_to_compute(
+    small: Path,
+) -> None:
     with FULL.open("w") as full:
-        done = streams(small, *command, stdout=full, stderr=subprocess.PIPE)
-    assert done.returncode == 1
-    assert done.stderr.splitlines()[-1] == "rigidpend: No space left on device"
-    assert "Exception" not in done.stderr
-    assert "internal" not in done.stderr
-
-
-@pytest.mark.slow
-@needs_full
-def test_a_full_stderr_is_no_reason_not_to_compute(small: Path) -> None:
-    with FULL.open("w") as full:
-        done = streams(small, "run", "small.yaml", stderr=full)
-    assert done.returncode == 0
+        done = streams(small, "completion", "zsh", stdout=full, stderr=subprocess.PIPE)
+        said = done.stderr.splitlines()[-1]
+        assert (done.returncode, said) == (1, "rigidpend: No space left on device")
+        assert "Exception" not in done.stderr
+        assert streams(small, "run", "small.yaml", stderr=full).returncode == 0
     assert (small / "results" / "small.h5").is_file()
 
 
@@ -66,41 +63,23 @@ def test_closed_streams_are_no_reason_not_to_compute(small: Path) -> None:
 
 
 @pytest.mark.slow
-def test_a_disk_that_is_full_for_figures_is_one_sentence(small: Path) -> None:
+def test_a_disk_that_is_full_for_figures_is_one_sentence(
+    small: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
     (small / "results").mkdir()
     shutil.copy(REFERENCE / "fig2.h5", small / "results")
-
-    def limit() -> None:
-        resource.setrlimit(resource.RLIMIT_FSIZE, (1000, 1000))
-
-    done = streams(small, "render", "fig2", stderr=subprocess.PIPE, preexec_fn=limit)
+    monkeypatch.setattr(render, "PIXELS", 300)
+    # Of compiled code as much would be kept as finds room.
+    monkeypatch.setattr(sys, "dont_write_bytecode", True)
+    before = resource.getrlimit(resource.RLIMIT_FSIZE)
+    resource.setrlimit(resource.RLIMIT_FSIZE, (1000, before[1]))
+    try:
+        done = call(small, "render", "fig2")
+    finally:
+        resource.setrlimit(resource.RLIMIT_FSIZE, before)
     assert done.returncode == 1
-    assert done.stderr.splitlines()[-1].endswith(": cannot be written: File too large")
-    assert "internal" not in done.stderr
+    assert done.stderr.endswith("fig2.png: cannot be written: File too large\n")
     assert [x.name for x in (small / "results").iterdir()] == ["fig2.h5"]
-
-
-LONG = "n" * 300
-
-
-@pytest.mark.parametrize(
-    "command",
-    [
-        ("run", f"{LONG}.yaml"),
-        ("run", "small.yaml", "--out", LONG),
-        ("list", "--out", LONG),
-        ("render", "fig4", "--out", LONG),
-        ("report", "--out", LONG),
-        ("report", "--to", LONG),
-    ],
-    ids=lambda command: " ".join(command).replace(LONG, "LONG"),
-)
-def test_a_name_that_is_too_long_is_one_sentence(small: Path, command: tuple[str, ...]) -> None:
-    done = call(small, *command)
-    assert done.returncode in ((0, 1) if command[0] == "list" else (1, 2, 3))
-    assert "internal error" not in done.stderr + done.stdout
-    if done.returncode:
-        assert done.stderr.count("rigidpend: ") <= 1
 
 
 def test_a_config_whose_result_would_have_too_long_a_name_is_one_sentence(tmp_path: Path) -> None:
@@ -108,7 +87,6 @@ def test_a_config_whose_result_would_have_too_long_a_name_is_one_sentence(tmp_pa
     done = call(tmp_path, "run", f"{'n' * 245}.yaml")
     assert done.returncode == 1
     assert "File name too long" in done.stderr
-    assert "internal error" not in done.stderr
 
 
 def test_an_error_of_ours_without_room_for_a_log_is_said(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -120,17 +98,17 @@ def test_an_error_of_ours_without_room_for_a_log_is_said(monkeypatch: pytest.Mon
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("place", ["fig.log", ".fig.parts", ".fig.h5.abc.part"])
 @pytest.mark.parametrize("make", [os.mkfifo, lambda path: path.symlink_to("elsewhere")])
 def test_what_is_no_regular_file_makes_room_or_is_left_alone(
-    tmp_path: Path, place: str, make: Callable[[Path], None]
+    tmp_path: Path, make: Callable[[Path], None]
 ) -> None:
     """Nothing is waited for, nothing written through a link."""
     out = tmp_path / "out"
     out.mkdir()
     written(tmp_path, SMALL, "fig.yaml")
     (out / "elsewhere").write_text("mine")
-    make(out / place)
+    for place in ("fig.log", ".fig.parts", ".fig.h5.abc.part"):
+        make(out / place)
     done = call(tmp_path, "run", "fig.yaml", "--out", "out", "-j", "1")
     assert done.returncode == 0, done.stderr
     assert (out / "elsewhere").read_text() == "mine"
@@ -141,10 +119,6 @@ def test_what_is_no_regular_file_makes_room_or_is_left_alone(
 
 
 def test_a_folder_elsewhere_gets_no_parts(tmp_path: Path) -> None:
-    from rigidpend.experiments.data import Dataset
-    from rigidpend.machine import cache
-    from rigidpend.runs.parts import Parts
-
     other = tmp_path / "other"
     other.mkdir()
     inner = tmp_path / ".fig.parts" / cache.name_of(b"a")

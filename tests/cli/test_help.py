@@ -2,9 +2,7 @@
 
 from __future__ import annotations
 
-import contextlib
 import itertools
-import os
 import shlex
 import shutil
 import subprocess
@@ -16,32 +14,26 @@ from typing import Any
 import click
 import pytest
 from click.shell_completion import ShellComplete
-from click.testing import CliRunner
 
 from rigidpend import cli, render
 from rigidpend.config import catalogue
-from rigidpend.machine import cache as machine_cache
-from rigidpend.runs import runner
 from tests.cli.calls import ENVIRONMENT, call, called
-from tests.config.samples import FIG4, SMALL, written
+from tests.config.samples import FIG4, SMALL, changed, written
 
 COMMANDS = {name: cli.command(name) for name in cli.COMMANDS}
 
-SMALLER = {
-    # What is added to an example with that word, so that it takes little.
-    "numerics.engine=scipy": ["--set", "numerics.precisions=[53]"],
-    "--near": ["--digits", "12"],
-    # In this process, which has the maps of the examples before.
-    "0010": ["-j", "1", "--digits", "12"],
-    "certify": ["-j", "1"],
-    "verify": ["-j", "1"],
+BEGUN = {
+    **dict.fromkeys(("stress", "bench", "--scheduler"), "runs.runner.follow"),
+    "numerics.engine=scipy": "runs.runner.follow",
+    "find": "routes.symbolic.find_orbit",
+    "certify": "runs.certificates.certify",
+    "--check": "runs.certificates.check",
+    "verify": "runs.regression.verify",
+    "problem.mu=0.01": "runs.regression.verify_by_engines",
 }
-SHORTER = {"0110100110010110": "01", "0^11 1^10 1^11": "0^11", "45": "12"}
-"""Codes, and a number of digits, with what takes less in their place."""
-MINUTES = ("stress", "bench")
-"""Commands that take long at their smallest: their examples are run up to the computation.
-
-What follows is run by the tests of their experiments."""
+"""Words of examples that take long: run up to that function, they have tests of their own."""
+WHOLE = ("--near", "--decimals", "--reference", "run fig4 --set problem.mu", "describe")
+"""Parts of examples with such words that are run to their end."""
 
 
 def examples() -> Iterator[tuple[str, str]]:
@@ -77,6 +69,8 @@ def template(tmp_path_factory: pytest.TempPathFactory) -> Path:
     for measuring in (configs / "measure").glob("measure/*.yaml"):
         shutil.move(measuring, configs / "measure")
     written(configs, SMALL, "fig4.yaml")
+    coarse = changed("points: 60 ", "points: 8 ", (configs / "fig5.yaml").read_text())
+    written(configs, coarse, "fig5.yaml")
     done = call(folder, "run", "fig1", "fig2", "fig4", "fig5")
     assert done.returncode == 0, done.stderr
     swept = call(folder, "run", "fig4", "--sweep", "problem.mu=1e-4,1e-3", "--out", "swept")
@@ -114,14 +108,6 @@ def place(template: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Pa
     # To begin processes takes longer than these few figures.
     for module in ("rigidpend.render.report", "rigidpend.cli.render"):
         monkeypatch.setattr(f"{module}.FEW", 99)
-    # An example empties the cache: not the user's own, but one that all examples share.
-    cache = tmp_path.parent / "cache of examples"
-    known = machine_cache.folder()
-    # Kernels and maps that other tests made need not be made again; no kept file is changed.
-    with contextlib.suppress(OSError):
-        shutil.copytree(known, cache / "rigidpend", copy_function=os.link)
-    (cache / "rigidpend" / "maps").mkdir(parents=True, exist_ok=True)
-    monkeypatch.setenv("XDG_CACHE_HOME", str(cache))
     return folder
 
 
@@ -140,21 +126,20 @@ def test_every_example_works(
         before = "rigidpend completion bash"
     program, *words = shlex.split(before)
     assert program == "rigidpend"
-    words = [SHORTER.get(word, word.replace("/tmp", str(place))) for word in words]
-    if words[:2] == ["certify", "--check"]:
-        made = ["certify", "fig4", *SMALLER.get("certify", ())]
-        assert CliRunner().invoke(cli.main, made).exit_code == 0
-    if words[0] in MINUTES or "--scheduler" in words:
-        # What takes minutes, or a cluster: that the command gets so far is enough.
-        monkeypatch.setattr(runner, "follow", interrupt)
-    words += [more for word, added in SMALLER.items() if word in words for more in added]
-    done = CliRunner().invoke(cli.main, words)
-    stopped = words[0] in MINUTES or "--scheduler" in words
-    assert done.exit_code == (130 if stopped else 0), done.output
+    words = [word.replace("/tmp", str(place)) for word in words]
+    if words[0] in ("cache", "doctor"):
+        # Not the user's own: an example empties it.
+        monkeypatch.setenv("XDG_CACHE_HOME", str(place / "cache"))
+    stops = [] if any(x in line for x in WHOLE) else [BEGUN[x] for x in words if x in BEGUN]
+    for stop in stops:
+        monkeypatch.setattr(f"rigidpend.{stop}", interrupt)
+    # Processes would not be interrupted.
+    words += ["-j", "1"] * (words[0] in ("find", "verify"))
+    done = call(place, *words)
+    assert done.returncode == (130 if stops else 0), done
     if target:
         written(place, done.stdout, target)
-        again = CliRunner().invoke(cli.main, ["describe", target])
-        assert again.exit_code == 0, again.output
+        assert call(place, "describe", target).returncode == 0
 
 
 def offered(*words: str) -> list[str]:

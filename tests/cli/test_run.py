@@ -2,22 +2,22 @@
 
 from __future__ import annotations
 
+import contextlib
 import json
 import os
+import pickle
 import pty
 import shutil
 import subprocess
 import sys
 from pathlib import Path
+from types import SimpleNamespace
 from typing import Any
 
-import h5py
 import pytest
-from click.testing import CliRunner
 
-from rigidpend import cli
 from rigidpend.cli import run
-from rigidpend.machine import workers
+from rigidpend.machine import progress, workers
 from rigidpend.results import store
 from rigidpend.runs import runner
 from tests.cli.calls import ENVIRONMENT, Done, call
@@ -34,7 +34,9 @@ def lines(path: Path) -> list[str]:
 
 
 @pytest.mark.slow
-def test_a_run_says_why_and_what_it_does_on_stderr(first: Done, result: Path) -> None:
+def test_a_run_says_why_and_what_it_does_on_stderr_and_in_its_log(
+    desk: Path, first: Done, result: Path
+) -> None:
     assert first.stdout == ""
     begin, *reports, end = first.stderr.splitlines()
     assert begin.startswith("fig4: computing (no result yet), ")
@@ -43,23 +45,15 @@ def test_a_run_says_why_and_what_it_does_on_stderr(first: Done, result: Path) ->
         ["fig4:", "right:", "32", "orbits,"],
     ]
     assert end.startswith(f"fig4: {Path('deep', 'results', 'fig4.h5')} written, ")
-
-
-@pytest.mark.slow
-def test_the_log_beside_the_result_holds_what_was_said(first: Done, result: Path) -> None:
     opening, *said = lines(result.with_suffix(".log"))
     assert opening.endswith("run fig4 -j 1 --out deep/results")
     assert [f"fig4: {line}" for line in said] == first.stderr.splitlines()
-
-
-@pytest.mark.slow
-def test_what_is_up_to_date_is_left_alone(desk: Path, result: Path) -> None:
-    before, log = state(result), state(result.with_suffix(".log"))
+    # It is left alone, with its log.
+    before = [state(result.with_suffix(suffix)) for suffix in (".h5", ".log")]
     done = call(desk, "run", "fig4", "--out", "deep/results")
     assert (done.returncode, done.stdout) == (0, "")
     assert done.stderr == f"fig4: {Path('deep', 'results', 'fig4.h5')} is up to date\n"
-    assert state(result) == before
-    assert state(result.with_suffix(".log")) == log
+    assert before == [state(result.with_suffix(suffix)) for suffix in (".h5", ".log")]
 
 
 @pytest.mark.slow
@@ -70,10 +64,10 @@ def test_no_result_depends_on_the_jobs(desk: Path, result: Path) -> None:
     done = call(desk, "run", "fig4", "--force", "-j", "2", "--out", "forced")
     assert done.returncode == 0, done.stderr
     assert done.stderr.startswith("fig4: computing (--force), ")
-    with h5py.File(result, "r") as a, h5py.File(desk / "forced" / "fig4.h5", "r") as b:
-        names = [f"data/{array}/{field}" for array in a["data"] for field in a["data"][array]]
-        assert len(names) == 14
-        assert [name for name in names if a[name][:].tobytes() != b[name][:].tobytes()] == []
+    one, two = (store.load(x)["data"] for x in (result, desk / "forced" / "fig4.h5"))
+    fields = [(array, name) for array in one for name in one[array]]
+    assert len(fields) == 14
+    assert all(one[a][name].tobytes() == two[a][name].tobytes() for a, name in fields)
 
 
 @pytest.mark.slow
@@ -89,18 +83,35 @@ def test_a_read_only_folder_of_configs_is_enough(tmp_path: Path) -> None:
 
 
 @pytest.mark.slow
-def test_a_dry_run_says_what_a_run_would_do_and_does_nothing(small: Path) -> None:
-    planned = call(small, "run", "small.yaml", "-n")
-    assert (planned.returncode, planned.stdout) == (0, "")
-    assert planned.stderr.startswith("small: would compute (no result yet), ")
+def test_a_config_is_planned_then_computed_then_left_alone_as_loud_as_is_asked(small: Path) -> None:
+    dry = call(small, "run", "small.yaml", "-n")
+    assert (dry.returncode, dry.stdout) == (0, "")
+    assert dry.stderr.startswith("small: would compute (no result yet), ")
+    [planned] = json.loads(call(small, "run", "small.yaml", "--json", "-n").stdout)
     assert not (small / "results").exists()
-    assert call(small, "run", "small.yaml").returncode == 0
+    loud = call(small, "run", "small.yaml", "--json", "-v")
+    [computed] = json.loads(loud.stdout)
+    assert all(line.split()[1] == "s" for line in loud.stderr.splitlines())
+    quiet = call(small, "run", "small.yaml", "--json", "-q", "--force")
+    assert quiet.stderr == ""
+    same = call(small, "run", "small.yaml", "--json", "-n")
+    assert same.stderr == f"small: {Path('results', 'small.h5')} is up to date\n"
+    told = planned, computed, *json.loads(quiet.stdout), *json.loads(same.stdout)
+    statuses = [x["status"] for x in told]
+    assert statuses == ["planned", "computed", "computed", "up to date"]
+    assert [x["reason"] for x in told] == ["no result yet", "no result yet", "--force", None]
+    assert {x["config_hash"] for x in told} == {planned["config_hash"]}
+    assert told[-1]["seconds"] is None
+    assert store.attributes(small / "results" / "small.h5")["code_hash"] in loud.stderr
+    usual = call(small, "run", "small.yaml", "--force")
+    assert len(loud.stderr.splitlines()) > len(usual.stderr.splitlines())
     again = call(small, "run", "small.yaml", "--dry-run", "--set", "problem.mu=2e-3")
     assert again.stderr.startswith(
         "small: would compute (its config changed: problem.mu from 0.001 to 0.002), "
     )
-    same = call(small, "run", "small.yaml", "--dry-run")
-    assert same.stderr == f"small: {Path('results', 'small.h5')} is up to date\n"
+    wrong = call(small, "run", "small.yaml", "--quiet", "--set", "problem.mu=x")
+    assert (wrong.returncode, wrong.stdout) == (2, "")
+    assert wrong.stderr.startswith("--set problem.mu=x: ")
 
 
 @pytest.fixture(scope="module")
@@ -152,23 +163,32 @@ def test_a_run_that_keeps_going_computes_the_rest(failing: Path) -> None:
 def test_long_configs_have_processes_of_their_own_side_by_side(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    paths = [str(written(tmp_path, SMALL, f"{name}.yaml")) for name in ("b", "c")]
-    # Here nothing is followed: that would fail.
-    monkeypatch.setattr(runner, "follow", None)
+    for name in ("b", "c"):
+        written(tmp_path, SMALL, f"{name}.yaml")
+    begun = []
+
+    def apart(work: Any, given: Any, hear: Any) -> None:
+        """A process is sent its work, and says in strings what is done."""
+        begun.append(given[1])
+        work, given = pickle.loads(pickle.dumps((work, given)))
+        work(*given, hear)
+
+    monkeypatch.setattr(workers, "apart", apart)
     monkeypatch.setattr(run, "LONG", 0.0)
-    given = ["run", *paths, "-j", "2", "--json", "--out", str(tmp_path)]
-    done = CliRunner().invoke(cli.main, given)
-    assert done.exit_code == 0, done.output
+    given = ("run", "b.yaml", "c.yaml", "-j", "2", "--json", "--out", ".")
+    done = call(tmp_path, *given)
+    assert done.returncode == 0, done.stderr
     assert [x["status"] for x in json.loads(done.stdout)] == ["computed", "computed"]
+    assert begun == [1, 1]
     for name in ("b", "c"):
         _, begin, *_, end = lines(tmp_path / f"{name}.log")
         assert begin.startswith("computing (no result yet), ")
-        assert end.startswith(f"{tmp_path / name}.h5 written, ")
+        assert end.startswith(f"{name}.h5 written, ")
     # One that outlasts all the others has all threads, in this process.
     seconds = {"b": 12.0, "c": 3.0}
     monkeypatch.setattr(runner, "expected_seconds", lambda plan: seconds[plan.config.name])
-    done = CliRunner().invoke(cli.main, [*given, "--force"])
-    assert [x["status"] for x in json.loads(done.stdout)] == ["failed", "not run"]
+    monkeypatch.setattr(workers, "apart", None)
+    assert call(tmp_path, *given, "--force").returncode == 0
 
 
 def test_the_longest_come_first_and_a_killed_process_leaves_nothing_half_written(
@@ -184,103 +204,62 @@ def test_the_longest_come_first_and_a_killed_process_leaves_nothing_half_written
 
     monkeypatch.setattr(workers, "apart", killed)
     monkeypatch.setattr(runner, "expected_seconds", lambda plan: seconds[plan.config.name])
-    paths = [str(written(tmp_path, SMALL, f"{name}.yaml")) for name in seconds]
-    given = ["run", *paths, "-j", "2", "-k", "--out", str(tmp_path / "out")]
-    assert CliRunner().invoke(cli.main, given).exit_code == 1
+    for name in seconds:
+        written(tmp_path, SMALL, f"{name}.yaml")
+    done = call(tmp_path, "run", "b.yaml", "c.yaml", "d.yaml", "-j", "2", "-k", "--out", "out")
+    assert done.returncode == 1
     assert (set(begun[:2]), begun[2:]) == ({"c", "d"}, ["b"])
     assert sorted(x.name for x in (tmp_path / "out").iterdir()) == ["b.log", "c.log", "d.log"]
 
 
-@pytest.mark.slow
-def test_json_is_one_document_whatever_is_said(small: Path) -> None:
-    [planned] = json.loads(call(small, "run", "small.yaml", "--json", "-n").stdout)
-    done = call(small, "run", "small.yaml", "--json", "-v")
-    [computed] = json.loads(done.stdout)
-    [same] = json.loads(call(small, "run", "small.yaml", "--json", "-q").stdout)
-    statuses = [x["status"] for x in (planned, computed, same)]
-    assert statuses == ["planned", "computed", "up to date"]
-    assert planned["reason"] == computed["reason"] == "no result yet"
-    assert {x["config_hash"] for x in (planned, computed, same)} == {planned["config_hash"]}
-    assert same["seconds"] is None
-
-
 def test_an_interrupted_run_has_its_document_too(
-    desk: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+    desk: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     def interrupt(*_: Any, **__: Any) -> None:
         raise KeyboardInterrupt
 
     monkeypatch.setattr(runner, "run", interrupt)
-    paths = [str(written(tmp_path, SMALL, f"{name}.yaml")) for name in "ab"]
-    done = CliRunner().invoke(cli.main, ["run", *paths, "--json", "--out", str(tmp_path)])
-    assert done.exit_code == 130
+    done = call(desk, "run", "small.yaml", "fig2", "--json", "--out", "interrupted")
+    assert done.returncode == 130
     assert [one["status"] for one in json.loads(done.stdout)] == ["interrupted", "not run"]
 
 
 @pytest.mark.slow
-def test_quiet_says_nothing_and_verbose_says_more(small: Path) -> None:
-    quiet = call(small, "run", "small.yaml", "-q")
-    assert (quiet.returncode, quiet.stdout, quiet.stderr) == (0, "", "")
-    assert (small / "results" / "small.h5").is_file()
-    usual = call(small, "run", "small.yaml", "--force")
-    verbose = call(small, "run", "small.yaml", "--force", "-v")
-    assert len(verbose.stderr.splitlines()) > len(usual.stderr.splitlines())
-    assert all(line.split()[1] == "s" for line in verbose.stderr.splitlines())
-    assert store.attributes(small / "results" / "small.h5")["code_hash"] in verbose.stderr
-    wrong = call(small, "run", "small.yaml", "--quiet", "--set", "problem.mu=x")
-    assert (wrong.returncode, wrong.stdout) == (2, "")
-    assert wrong.stderr.startswith("--set problem.mu=x: ")
-
-
-def on_a_terminal(folder: Path, *arguments: str, **environment: str) -> str:
-    """What a command writes to a terminal of 80 columns."""
+def test_a_terminal_has_one_line_that_changes_and_no_colours(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    for name in ("a", "b"):
+        written(tmp_path, SMALL, f"{name}.yaml")
     ours, theirs = pty.openpty()
-    size = {"COLUMNS": "80", "LINES": "24", "TERM": "xterm"}
     with subprocess.Popen(
-        [sys.executable, "-m", "rigidpend", *arguments],
-        cwd=folder,
-        env=ENVIRONMENT | size | environment,
+        [sys.executable, "-m", "rigidpend", "run", "a.yaml", "b.yaml"],
+        cwd=tmp_path,
+        env=ENVIRONMENT | {"COLUMNS": "80", "LINES": "24", "TERM": "xterm"},
         stdin=subprocess.DEVNULL,
         stdout=theirs,
         stderr=theirs,
     ) as process:
         os.close(theirs)
-        written = b""
-        while True:
-            try:
-                block = os.read(ours, 10_000)
-            except OSError:
-                # What Linux says when the other side is closed.
-                break
-            if not block:
-                break
-            written += block
+        shown = ""
+        # Linux says so when the other side is closed.
+        with contextlib.suppress(OSError):
+            while block := os.read(ours, 10_000):
+                shown += block.decode()
         os.close(ours)
-    assert process.returncode == 0, written
-    return written.decode().replace("\r\n", "\n")
-
-
-@pytest.mark.slow
-def test_a_terminal_has_one_line_that_changes_and_no_colours(tmp_path: Path) -> None:
-    for name in ("a", "b"):
-        written(tmp_path, SMALL, f"{name}.yaml")
-    shown = on_a_terminal(tmp_path, "run", "a.yaml", "b.yaml")
+    assert process.returncode == 0, shown
     assert "\x1b" not in shown
     assert "\r[1 of 2 done, " in shown
+    shown = shown.replace("\r\n", "\n")
     assert all(len(text) < 80 for line in shown.split("\n") for text in line.split("\r"))
     stay = [line.split("\r")[-1].strip() for line in shown.split("\n") if line]
     assert [line.split()[:3] for line in stay if line] == [
         ["a:", "results/a.h5", "written,"],
         ["b:", "results/b.h5", "written,"],
     ]
-
-
-@pytest.mark.slow
-def test_a_dumb_terminal_has_plain_lines(tmp_path: Path) -> None:
-    written(tmp_path, SMALL, "a.yaml")
-    shown = on_a_terminal(tmp_path, "run", "a.yaml", TERM="dumb")
-    assert "\r" not in shown
-    assert shown.startswith("a: computing (no result yet), ")
+    # One that cannot go back to the beginning of a line has plain lines.
+    for name in ("xterm", "dumb"):
+        monkeypatch.setenv("TERM", name)
+        assert progress.changes(SimpleNamespace(isatty=lambda: True)) == (name == "xterm")
 
 
 @pytest.mark.slow

@@ -9,13 +9,10 @@ from pathlib import Path
 import pytest
 from PIL import Image
 
-from rigidpend.config import reader, writer
 from rigidpend.results import store
-from rigidpend.runs import loading, provenance
-from tests.cli.calls import REFERENCE, call, called
+from rigidpend.runs import provenance
+from tests.cli.calls import REFERENCE, call
 from tests.config.samples import FIG4, SMALL, changed, written
-
-SHIPPED = sorted(FIG4.parent.glob("**/*.yaml"))
 
 
 @pytest.fixture(scope="module")
@@ -122,48 +119,6 @@ def test_describe_as_json_has_the_config_its_hash_and_the_rows(tmp_path: Path) -
     assert {"fig1", "fig4", "fig5"} <= set(rows)
     # Of a body without weight there is no theory.
     assert [name for name in ("fig1", "fig4") if "Melnikov zeros" in rows[name]] == ["fig4"]
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize("path", SHIPPED, ids=lambda path: path.stem)
-def test_a_resolved_config_is_read_back_as_the_same(path: Path, tmp_path: Path) -> None:
-    loaded = loading.load(path)
-    text = loading.resolved_yaml(loaded)
-    assert all(len(line) <= 80 for line in text.splitlines())
-    again = loading.load(written(tmp_path, text))
-    assert again.resolved() == loaded.resolved() | {"figure": ""}
-    assert provenance.config_hash(again.resolved()) == provenance.config_hash(loaded.resolved())
-    # Nothing is left to a default, and every key has its meaning.
-    assert loading.resolved_yaml(again) == text
-    assert text.count("# ") >= len(loaded.resolved()["problem"]) // 2
-
-
-@pytest.mark.slow
-def test_a_resolved_config_has_its_numbers_as_they_were_written() -> None:
-    text = loading.resolved_yaml(loading.load(FIG4, ["problem.mu=2e-3"]))
-    for line in ("A: [2, 1, 1.5] ", "h0: 1.3342 ", "J1_0: 1e-8 ", "mu: 2e-3 ", "engine: auto "):
-        assert f"\n  {line}" in text
-    assert "A3 >= A1; physical units" in " ".join(text.replace("#", "").split())
-    assert not {"null", "figure:"} & set(text.split())
-    fig3 = loading.resolved_yaml(loading.load(FIG4.with_name("fig3.yaml")))
-    assert "\n  beta0: gamma0 " in fig3
-
-
-@pytest.mark.parametrize(
-    "text",
-    ["null", "true", "~", "''", "'4: a # b'", "' 4 '", "4\\n5", "öäü", "'- a'", "[x", "*a"],
-)
-def test_any_text_is_read_back_as_it_was_written(text: str) -> None:
-    assert reader.parse("\n".join(writer.dumped({"key": text})), "here").tree == {"key": text}
-
-
-@pytest.mark.slow
-def test_render_draws_without_a_display(desk: Path, result: Path) -> None:
-    done = called(desk, "render", "fig4", "--out", "deep/results", backend="TkAgg")
-    target = Path("deep", "results", "fig4.png")
-    assert (done.returncode, done.stdout) == (0, "")
-    assert done.stderr == f"fig4: {target} drawn\n"
-    assert (desk / target).read_bytes().startswith(b"\x89PNG")
 
 
 @pytest.mark.slow

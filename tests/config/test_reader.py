@@ -21,17 +21,13 @@ def test_a_key_given_twice_is_refused_with_both_places(tmp_path: Path) -> None:
 
 @pytest.mark.parametrize("opening", ["[", "{a: ", "- "])
 def test_nesting_is_bounded(tmp_path: Path, opening: str) -> None:
-    closing = {"[": "]", "{a: ": "}", "- ": "x"}[opening]
-    for depth in (reader.MAX_DEPTH + 2, 200):
+    closing, most = {"[": "]", "{a: ": "}", "- ": "x"}[opening], reader.MAX_DEPTH
+    for depth in (most + 2, 200):
         [problem] = refused(written(tmp_path, opening * depth + closing * depth))
         assert "deeper" in problem.message or "not YAML" in problem.message
         assert problem.origin.line == 1
-
-
-def test_nesting_that_is_deep_but_allowed_is_read() -> None:
-    depth = reader.MAX_DEPTH
-    tree = reader.parse("[" * depth + "x" + "]" * depth, "given").tree
-    for _ in range(depth):
+    tree = reader.parse("[" * most + "x" + "]" * most, "given").tree
+    for _ in range(most):
         [tree] = tree
     assert tree == "x"
 
@@ -61,23 +57,13 @@ def test_what_is_not_utf8_is_refused_with_its_line(
     assert str(problem) == f"{path}:{line}:1: not text in UTF-8"
 
 
-@pytest.mark.parametrize("content", ["", "\n\n", "# a comment\n", "---\n"])
-def test_an_empty_file_says_what_is_expected(tmp_path: Path, content: str) -> None:
-    [problem] = refused(written(tmp_path, content))
-    assert problem.message == "expected keys: experiment, problem"
-
-
-@pytest.mark.parametrize("content", ["words\n", "- a\n- b\n", "[a]\n", '"quoted"\n', "true\n"])
-def test_what_is_no_mapping_is_shown(tmp_path: Path, content: str) -> None:
+@pytest.mark.parametrize("content", ["words\n", "- a\n- b\n", '"quoted"\n', "true\n", "# a\n", ""])
+def test_what_is_no_mapping_says_what_is_expected(tmp_path: Path, content: str) -> None:
     path = written(tmp_path, content)
     [problem] = refused(path)
-    expected = "expected keys: experiment, problem"
-    assert str(problem) == complaint(path, content, 0, "", expected)
-
-
-def test_a_control_character_is_refused(tmp_path: Path) -> None:
-    [problem] = refused(written(tmp_path, changed("mu: 0.001", "mu: 0.0\x0001")))
-    assert "#x0000" in problem.message
+    expected = complaint(path, content, 0, "", "expected keys: experiment, problem")
+    assert str(problem) == expected or content in ("# a\n", "")
+    assert problem.message == "expected keys: experiment, problem"
 
 
 def test_what_cannot_be_opened_says_why(tmp_path: Path) -> None:
@@ -88,16 +74,15 @@ def test_what_cannot_be_opened_says_why(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize("end", ["\r\n", "\r"])
-def test_line_ends_of_other_systems_keep_the_places(tmp_path: Path, end: str) -> None:
+def test_line_ends_of_other_systems_keep_the_places_and_a_mark_of_order_does_no_harm(
+    tmp_path: Path, end: str
+) -> None:
     text = changed("mu: 0.001", "mu: x")
     path = written(tmp_path, text.replace("\n", end))
     [problem] = refused(path)
     assert str(problem) == complaint(path, text, "x ", "problem.mu", problem.message)
-
-
-def test_a_byte_order_mark_does_no_harm(tmp_path: Path) -> None:
-    path = written(tmp_path, b"\xef\xbb\xbf" + TEXT.encode())
-    assert loading.load(path).content == loading.load(FIG4).content
+    marked = b"\xef\xbb\xbf" + TEXT.replace("\n", end).encode()
+    assert loading.load(written(tmp_path, marked)).content == loading.load(FIG4).content
 
 
 def test_scalars_stay_text_but_for_true_false_and_null() -> None:

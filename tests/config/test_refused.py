@@ -6,7 +6,9 @@ from pathlib import Path
 
 import pytest
 
-from tests.config.samples import changed, refused_there
+from rigidpend.experiments.route_codes.schema import Config
+from rigidpend.runs import loading
+from tests.config.samples import SMALL, changed, content, refused, refused_there, written
 
 SLIPS = r"""
 # Written -> instead, ^ before what the caret stands under | place | the message, or a part
@@ -44,6 +46,15 @@ tolerance: auto -> tolerance: ^1e400 | numerics.tolerance | got 1e400
 {start: 0, step: 1/10, count: 63} -> ^[0, 63] | problem.arrays.left | expected keys with values
 start: 0 -> start: ^1e400 | problem.arrays.left.start | phases beyond 1e+15 have no meaning left
 h0: 1.3342 -> h0: ^tan(pi/2) | problem.h0 | tan(pi/2)
+1.5] -> ^nan] | problem.A.2 | 'nan' is not
+1.5] -> ^.nan] | problem.A.2 | '.nan' is not
+1.5] -> ^-.inf] | problem.A.2 | '-.inf' is not
+1.5] -> ^1e9999] | problem.A.2 | 1e9999
+1.5] -> ^1/0] | problem.A.2 | 1/0
+1.5] -> ^no] | problem.A.2 | 'no' is not
+mu: 0.001 -> mu: ^0.001#c | problem.mu | '0.001#c' is not a number: a comment begins with a blank
+step: 1/10, -> step: ^0, | problem.arrays.left.step | the step 0 leaves 63 columns equal in doubles
+step: 1/10, -> step: ^1e-400, | problem.arrays.left.step | step 1e-400 leaves 63 columns equal in do
 n_symbols: 15 -> n_symbols: ^1e5000 | problem.n_symbols | is too large
 A: [2, 1, 1.5] -> A: ^[1, 2, 1.5] | problem.A | A1 > A3 > A2 is broken
 A: [2, 1, 1.5] -> A: ^[4, 1, 1.5] | problem.A | the triangle inequality
@@ -69,3 +80,26 @@ def test_a_slip_is_said_where_it_stands(tmp_path: Path, case: str) -> None:
     at = text.index(new) + new.index("^")
     text = text[:at] + text[at + 1 :]
     assert message in refused_there(tmp_path, text, at, place.strip("-"))
+
+
+@pytest.mark.parametrize("name", ["'a b'", "1", "''", "../x", "x" * 41])
+def test_an_array_s_name_must_be_a_short_word(tmp_path: Path, name: str) -> None:
+    [problem] = refused(written(tmp_path, changed("only:", f"{name}:", SMALL)))
+    assert problem.origin.line == 12
+    assert problem.place[:2] == ("problem", "arrays")
+
+
+def test_a_step_counts_in_the_finest_precision_and_among_several_columns(tmp_path: Path) -> None:
+    fine = SMALL.replace("step: 1/10", "step: -1e-17")
+    [problem] = refused(written(tmp_path, fine))
+    said = "the step -1e-17 leaves 5 columns equal in 53 bits: take a larger one"
+    assert (problem.message, problem.place[-1]) == (said, "step")
+    assert loading.load(written(tmp_path, fine.replace("[53]", "[53, 106]")))
+    alone = SMALL.replace("step: 1/10, count: 5", "step: 0, count: 1")
+    assert loading.load(written(tmp_path, alone))
+
+
+def test_limits_that_the_paper_admits_and_comments_are_admitted(tmp_path: Path) -> None:
+    flat = changed("A: [2, 1, 1.5]", "A: [2, 0.2, 1.8] #c")
+    still = changed("mu: 0.001", "mu: 0 #c", changed("r: [1, 1, 0]", "r: [0, 1, 0]", flat))
+    assert content(Config, written(tmp_path, still)).problem.body.special_cases == ("flat",)

@@ -197,7 +197,11 @@ def disturbed(folder: Path, command: str, number: signal.Signals, moment: float)
 def wrong(folder: Path, end: End, number: signal.Signals) -> str:
     """What is wrong with an end, in words; empty if it is as it should be."""
     # While Python itself begins, Ctrl-C is its own exception: nothing of ours has run.
-    if end.code in (1, -number) and "KeyboardInterrupt" in end.said and "cli" not in end.said:
+    if (
+        end.code in (1, -number)
+        and "KeyboardInterrupt" in end.said
+        and "rigidpend/cli" not in end.said
+    ):
         return ""
     if end.code not in (0, 128 + number, -number):
         return f"exit code {end.code}"

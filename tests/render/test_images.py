@@ -1,44 +1,74 @@
-"""Images in files: equal for equal results, whatever the reader's settings and the time of day."""
+"""Images in files: equal for equal results, kept while up to date, refused in a sentence."""
 
 from __future__ import annotations
 
+import re
+import shutil
+import struct
+from collections.abc import Callable
+from importlib import metadata
 from pathlib import Path
+from typing import Any
 
 import matplotlib
+import numpy as np
 import pytest
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
-from rigidpend import render
+from rigidpend import experiments, render
+from rigidpend.experiments.heteroclinic_cycle import draw
+from rigidpend.machine.files import StoreError
+from rigidpend.render import report
 from rigidpend.results import store
-from tests.cli.calls import REFERENCE
+from rigidpend.runs import certificate_files
+from tests.cli.calls import REFERENCE, call
+from tests.experiments.figures import styled
+from tests.experiments.trees import reference
 
-FIG2 = REFERENCE / "fig2.h5"
 STARTS = {"png": b"\x89PNG", "svg": b"<?xml", "pdf": b"%PDF"}
+FAULTS = (NameError, TypeError, AttributeError, ImportError, AssertionError)
+OF_VALUES = (ValueError, ZeroDivisionError, IndexError)
+
+
+def small(_: Any) -> Figure:
+    """A figure that is soon drawn, with markers and areas, which have names of their own in SVG."""
+    figure = Figure(figsize=(3, 2))
+    axes = figure.subplots()
+    axes.plot([0, 1], "o-", label="a")
+    axes.fill_between([0, 1], [1, 2], hatch="/")
+    return figure
+
+
+@pytest.fixture
+def source(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    """A result whose image is small."""
+    monkeypatch.setattr(draw, "draw", small)
+    return Path(shutil.copy(REFERENCE / "fig2.h5", tmp_path / "fig2.h5"))
 
 
 @pytest.mark.slow
 @pytest.mark.parametrize("suffix", STARTS)
 def test_equal_results_give_equal_images_whenever_and_wherever_drawn(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, suffix: str
+    source: Path, monkeypatch: pytest.MonkeyPatch, suffix: str
 ) -> None:
+    one, other = (source.with_name(f"{name}.{suffix}") for name in "ab")
     # What matplotlib takes for the time of day, and what a reader may have set.
     monkeypatch.setenv("SOURCE_DATE_EPOCH", "0")
-    render.render([FIG2], tmp_path / f"a.{suffix}")
+    render.render([source], one)
     monkeypatch.setenv("SOURCE_DATE_EPOCH", "1000000000")
     with matplotlib.rc_context({"font.size": 17, "savefig.dpi": 51, "savefig.bbox": "tight"}):
         before = dict(matplotlib.rcParams)
-        render.render([FIG2], tmp_path / f"b.{suffix}")
+        render.render([source], other)
         assert dict(matplotlib.rcParams) == before
-    first, second = ((tmp_path / f"{name}.{suffix}").read_bytes() for name in "ab")
-    assert first == second
-    assert first.startswith(STARTS[suffix])
-    assert first.endswith(render.ENDS[suffix])
+    assert one.read_bytes() == other.read_bytes()
+    assert one.read_bytes().startswith(STARTS[suffix])
+    assert one.read_bytes().endswith(render.ENDS[suffix])
 
 
-def test_a_figure_that_cannot_be_written_is_named(tmp_path: Path) -> None:
+def test_a_figure_that_cannot_be_written_is_named(source: Path) -> None:
     with pytest.raises(store.StoreError, match="cannot be written: No such file or directory"):
-        render.render([FIG2], tmp_path / "none" / "a.png")
+        render.render([source], source.parent / "none" / "a.png")
 
 
 def test_legends_stay_where_they_are_above_a_foot_of_any_height() -> None:
@@ -58,3 +88,175 @@ def test_legends_stay_where_they_are_above_a_foot_of_any_height() -> None:
     assert whole == pytest.approx((0, 0, wide, high))
     assert part == pytest.approx((wide / 4, high / 2, 0, 0))
     assert legends[0].get_bbox_to_anchor() is not figure.bbox
+
+
+@pytest.mark.slow
+def test_an_image_is_drawn_once_and_again_where_it_is_half_or_that_is_asked_for(
+    source: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    target = source.with_suffix(".png")
+    assert render.render([source], target)
+    first = target.read_bytes()
+    target.write_bytes(first + first[-12:])
+    assert not render.render([source], target)
+    assert render.render([source], target, force=True)
+    assert target.read_bytes() == first
+    target.write_bytes(first[:-7])
+    for options, said in (((), "drawn"), ((), "up to date"), (("--force",), "drawn")):
+        done = call(source.parent, "render", "fig2.h5", *options)
+        assert done.stderr == f"fig2: fig2.png {said}\n"
+    # The report takes the image that is there.
+    shown = re.findall('data:image[^"]*', report.build([source])[0])
+    monkeypatch.setattr(render, "image", None)
+    assert re.findall('data:image[^"]*', report.build([source])[0]) == shown
+
+
+def other_result(source: Path, patch: Any) -> None:
+    """Other bytes that the same code draws."""
+    known = store.attributes(source)
+    patch.setattr(store, "attributes", lambda path: known)
+    shutil.copy(REFERENCE / "fig1.h5", source)
+
+
+def a_certificate(source: Path, patch: Any) -> None:
+    certificate_files.certificate_of(source).write_bytes(b"any")
+
+
+def other_code(source: Path, patch: Any) -> None:
+    patch.setattr(render, "code_hash_of", lambda *files: "0")
+
+
+def other_style(source: Path, patch: Any) -> None:
+    style = source.with_name("other.mplstyle")
+    style.write_text(render.STYLE.read_text() + "font.size: 11\n")
+    patch.setattr(render, "STYLE", style)
+
+
+def other_library(source: Path, patch: Any) -> None:
+    known = metadata.version
+    patch.setattr(metadata, "version", lambda name: {"matplotlib": "0"}.get(name) or known(name))
+
+
+@pytest.mark.parametrize(
+    "change", [other_result, a_certificate, other_code, other_style, other_library]
+)
+def test_the_fingerprint_has_all_that_an_image_depends_on(
+    source: Path, monkeypatch: pytest.MonkeyPatch, change: Any
+) -> None:
+    before = render.drawn_from([source])
+    assert render.drawn_from([source]) == before
+    change(source, monkeypatch)
+    assert render.drawn_from([source]) != before
+
+
+def test_the_code_of_a_drawing_and_the_order_of_several_results_are_in_it(
+    source: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    other = Path(shutil.copy(REFERENCE / "fig1.h5", source.with_name("fig1.h5")))
+    assert len({render.drawn_from(x) for x in ([source], [source, other], [other, source])}) == 3
+    hashed: set[str] = set()
+
+    def noted(*files: Path) -> str:
+        hashed.update(each.name for each in files)
+        return ""
+
+    monkeypatch.setattr(render, "code_hash_of", noted)
+    render.drawn_from([source])
+    assert hashed == {"draw.py", "__init__.py", "captions.py"}
+
+
+@pytest.mark.parametrize(
+    ("error", "kind", "drawn", "shown"),
+    [
+        (TypeError("x"), TypeError, "x", "x"),
+        (
+            IndexError("x"),
+            StoreError,
+            "cannot be drawn: ",
+            "cannot be shown: .*; call: rigidpend r",
+        ),
+    ],
+)
+def test_a_fault_of_the_program_is_none_of_the_file_and_values_are_a_sentence(
+    source: Path,
+    monkeypatch: pytest.MonkeyPatch,
+    error: Exception,
+    kind: type[Exception],
+    drawn: str,
+    shown: str,
+) -> None:
+    assert not any(issubclass(fault, render.OF_VALUES) for fault in FAULTS)
+    assert all(issubclass(fault, render.OF_VALUES) for fault in OF_VALUES)
+
+    def fail(_: Any) -> Any:
+        raise error
+
+    render.render([source], source.with_suffix(".png"))
+    with monkeypatch.context() as patch:
+        patch.setattr(draw, "draw", fail)
+        with pytest.raises(kind, match=drawn):
+            render.render([source], source.with_suffix(".png"), force=True)
+        # A fault is told as one.
+        code = call(source.parent, "render", "fig2.h5", "--force").returncode
+        assert code == (4 if kind is TypeError else 1)
+    # With the picture that is there, but without numbers.
+    monkeypatch.setattr(draw, "tables", fail)
+    with pytest.raises(kind, match=shown):
+        report.build([source])
+
+
+def arrays(count: int) -> Any:
+    result = reference("fig4")
+    result["data"] = {f"a{k}": result["data"]["right"] for k in range(count)}
+    return result
+
+
+def bodies(count: int) -> Any:
+    """Bodies whose names have underscores, which would lower what is behind them."""
+    result = reference("fig3")
+    one = result["data"]["bodies"]["a"]
+    result["data"]["bodies"] = {f"b__{k}_": one for k in range(count)}
+    table = result["data"]["table"]
+    result["data"]["table"] = {name: np.resize(x, count) for name, x in table.items()}
+    return result
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(
+    ("several", "count", "panels"),
+    [*((arrays, n, n) for n in (6, 7, 20)), *((bodies, n, 2 * n) for n in (1, 7, 8))],
+)
+def test_any_number_of_parts_has_its_panels_on_the_page_and_none_upon_another(
+    several: Callable[[int], Any], count: int, panels: int
+) -> None:
+    result = several(count)
+    figure = styled(experiments.drawing(result["attributes"]["experiment"]).draw, result)
+    boxes = [axes.get_position() for axes in figure.axes]
+    assert len(boxes) == panels
+    for k, box in enumerate(boxes):
+        assert 0 <= box.x0 < box.x1 <= 1 + 1e-9
+        assert 0 <= box.y0 < box.y1 <= 1
+        assert not any(box.overlaps(other) for other in boxes[:k])
+    assert figure.get_figwidth() <= 7.2 + 1e-9
+
+
+def test_every_body_has_its_curve() -> None:
+    result = reference("precession")
+    group = result["data"]["bodies"]
+    result["data"]["bodies"] = {name: np.concatenate([x] * 3) for name, x in group.items()}
+    figure = styled(experiments.drawing("precession").draw, result)
+    # Beside a guide.
+    assert [len(panel.lines) for panel in figure.axes[1:]] == [16] * 3
+
+
+def test_an_image_of_many_parts_has_no_more_pixels_than_can_be_made(
+    source: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """As with 400 parts and the bound of the library, in a fiftieth of the time."""
+    assert render.PIXELS < 2**16, "the library refuses 2^16 in a direction"
+    monkeypatch.setattr(render, "PIXELS", 300)
+    result = reference("fig2")
+    for size in ((7, 3), (3, 7)):
+        monkeypatch.setattr(draw, "draw", lambda _, size=size: Figure(figsize=size))
+        width, height = struct.unpack(">II", render.image([result], "png")[16:24])
+        assert 250 < max(width, height) <= 300

@@ -12,7 +12,7 @@ import pytest
 from click.testing import CliRunner
 
 from rigidpend import experiments
-from rigidpend.cli.verify import reference_command
+from rigidpend.cli import main
 from rigidpend.experiments import compare
 from rigidpend.experiments.contract import Means
 from rigidpend.experiments.data import Field, Layout, fields, members, named
@@ -221,7 +221,7 @@ def moved(value: Any, by: float) -> Any:
 def called(folder: Path, *arguments: str) -> Any:
     config_file = written(folder, SMALL, "small.yaml")
     given = (str(config_file), "--reference", str(folder / "reference"), "-j", "1", *arguments)
-    return CliRunner().invoke(reference_command, given)
+    return CliRunner().invoke(main, ["reference", *given])
 
 
 @pytest.mark.slow

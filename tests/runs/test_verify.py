@@ -13,7 +13,7 @@ import numpy as np
 import pytest
 from click.testing import CliRunner
 
-from rigidpend.cli import verify
+from rigidpend.cli import main, verify
 from rigidpend.experiments.compare import Difference
 from rigidpend.experiments.shared import APART, crossing_tolerance
 from rigidpend.mechanics.body import Body
@@ -25,7 +25,7 @@ from tests.config.samples import changed
 
 
 def called(*arguments: str) -> Any:
-    return CliRunner().invoke(verify.verify_command, arguments)
+    return CliRunner().invoke(main, ["verify", *arguments])
 
 
 READ = ("configs/small.yaml", "--results", "results")

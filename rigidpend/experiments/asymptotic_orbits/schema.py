@@ -7,7 +7,7 @@ from typing import Annotated, Self
 from pydantic import Field, model_validator
 
 from rigidpend.config.bodies import HeavyBody
-from rigidpend.config.schema import DoubleNumerics, ExperimentConfig, Number, Whole, physics
+from rigidpend.config.schema import DoubleNumerics, ExperimentConfig, Number, Whole
 from rigidpend.routes.problem import RouteProblem
 
 
@@ -34,8 +34,7 @@ class Problem(HeavyBody):
 
     @model_validator(mode="after")
     def _allowed(self) -> Self:
-        with physics():
-            _ = self.routes
+        _ = self.routes
         return self
 
 

@@ -16,7 +16,6 @@ from rigidpend.config.schema import (
     Weight,
     Word,
     WordForNone,
-    physics,
 )
 from rigidpend.numbers.exact import Exact
 
@@ -61,8 +60,7 @@ class Problem(Part):
         from rigidpend.surfaces.curves import surface_problem
 
         for A in self.bodies.values():
-            with physics():
-                surface_problem(A, self.beta0, self.mu, self.M_0, self.J1_0)
+            surface_problem(A, self.beta0, self.mu, self.M_0, self.J1_0)
         return self
 
 

@@ -7,7 +7,7 @@ from typing import Annotated, Self
 from pydantic import Field, model_validator
 
 from rigidpend.config.bodies import Axis, RouteStart
-from rigidpend.config.schema import ExperimentConfig, Numerics, Whole, physics
+from rigidpend.config.schema import ExperimentConfig, Numerics, Whole
 from rigidpend.machine import files
 
 MOST_SYMBOLS = 10
@@ -30,12 +30,11 @@ class Problem(RouteStart):
             raise ValueError(f"n_symbols must be at most {MOST_SYMBOLS}, got {self.n_symbols}")
         from rigidpend.routes.cells import cell_problem
 
-        with physics():
-            for value in self.log10_J1_0.ends:
-                cell_problem(self.routes, {"log10_J1_0": value})
-            cells = self.theta2_0.count * self.log10_J1_0.count
-            what = f"{cells} cells of {self.n_symbols} symbols"
-            files.afford("theta2_0", cells, self.n_symbols + 9, what)
+        for value in self.log10_J1_0.ends:
+            cell_problem(self.routes, {"log10_J1_0": value})
+        cells = self.theta2_0.count * self.log10_J1_0.count
+        what = f"{cells} cells of {self.n_symbols} symbols"
+        files.afford("theta2_0", cells, self.n_symbols + 9, what)
         return self
 
 

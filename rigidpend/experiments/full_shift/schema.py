@@ -7,7 +7,7 @@ from typing import Annotated, Self
 from pydantic import Field, model_validator
 
 from rigidpend.config.bodies import HeavyBody
-from rigidpend.config.schema import AUTO, ExperimentConfig, Number, Whole, physics
+from rigidpend.config.schema import AUTO, ExperimentConfig, Number, Whole
 from rigidpend.numbers.checked import ParameterError
 from rigidpend.numbers.exact import exact
 
@@ -32,31 +32,30 @@ class Problem(HeavyBody):
 
     @model_validator(mode="after")
     def _rotates(self) -> Self:
-        with physics():
-            if not float(self.mu) > 0:
-                raise ParameterError("mu", "without a weight no orbit leaves a surface: mu > 0")
-            name, level = ("h", self.h) if self.h is not None else ("h0", self.h0)
-            if level is None or (self.h is not None and self.h0 is not None):
-                raise ParameterError("h", "either h or h0 is wanted")
-            if not float(level) > float(self.mu):
-                raise ParameterError(name, f"{name} > mu is broken: {level}, mu = {self.mu}")
-            if self.h0 is not None and float(self.around):
-                raise ParameterError("around", "with h0 the energies are those of the line")
-            if self.approach is not None:
-                if self.h0 is None:
-                    raise ParameterError("approach", "an approach is of starts of one h0")
-                from rigidpend.routes.symbolic.address import AddressError, parsed
+        if not float(self.mu) > 0:
+            raise ParameterError("mu", "without a weight no orbit leaves a surface: mu > 0")
+        name, level = ("h", self.h) if self.h is not None else ("h0", self.h0)
+        if level is None or (self.h is not None and self.h0 is not None):
+            raise ParameterError("h", "either h or h0 is wanted")
+        if not float(level) > float(self.mu):
+            raise ParameterError(name, f"{name} > mu is broken: {level}, mu = {self.mu}")
+        if self.h0 is not None and float(self.around):
+            raise ParameterError("around", "with h0 the energies are those of the line")
+        if self.approach is not None:
+            if self.h0 is None:
+                raise ParameterError("approach", "an approach is of starts of one h0")
+            from rigidpend.routes.symbolic.address import AddressError, parsed
 
-                try:
-                    parsed(self.approach)
-                except AddressError as error:
-                    raise ParameterError("approach", str(error)) from None
-            if not 0 <= float(self.around) < 0.1:
-                said = f"a number from 0 to less than 0.1 is wanted, got {self.around}"
-                raise ParameterError("around", said)
-            if self.J1_0.fraction is None or not 0 < float(self.J1_0) < 1e-3:
-                said = f"a decimal or fraction between 0 and 0.001 is wanted, got {self.J1_0}"
-                raise ParameterError("J1_0", said)
+            try:
+                parsed(self.approach)
+            except AddressError as error:
+                raise ParameterError("approach", str(error)) from None
+        if not 0 <= float(self.around) < 0.1:
+            said = f"a number from 0 to less than 0.1 is wanted, got {self.around}"
+            raise ParameterError("around", said)
+        if self.J1_0.fraction is None or not 0 < float(self.J1_0) < 1e-3:
+            said = f"a decimal or fraction between 0 and 0.001 is wanted, got {self.J1_0}"
+            raise ParameterError("J1_0", said)
         return self
 
 

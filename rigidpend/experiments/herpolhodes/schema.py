@@ -7,7 +7,7 @@ from typing import Annotated
 from pydantic import Field, model_validator
 
 from rigidpend.config.bodies import RouteStart
-from rigidpend.config.schema import ExperimentConfig, Number, Numerics, Part, Whole, Word, physics
+from rigidpend.config.schema import ExperimentConfig, Number, Numerics, Part, Whole, Word
 
 
 class HerpolhodeCase(Part):
@@ -31,10 +31,9 @@ class Problem(RouteStart):
     def _physics(self) -> Problem:
         from rigidpend.routes.problem import ProblemError
 
-        with physics():
-            if self.n_wound > self.n_symbols:
-                message = f"n_wound = {self.n_wound} is more than n_symbols = {self.n_symbols}"
-                raise ProblemError("n_wound", message)
+        if self.n_wound > self.n_symbols:
+            message = f"n_wound = {self.n_wound} is more than n_symbols = {self.n_symbols}"
+            raise ProblemError("n_wound", message)
         return self
 
 

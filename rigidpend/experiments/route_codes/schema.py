@@ -7,7 +7,7 @@ from typing import Annotated, Self
 from pydantic import Field, model_validator
 
 from rigidpend.config.bodies import RouteStart
-from rigidpend.config.schema import ExperimentConfig, Numerics, PhaseGrid, Word, physics
+from rigidpend.config.schema import ExperimentConfig, Numerics, PhaseGrid, Word
 from rigidpend.numbers.checked import ParameterError
 
 
@@ -19,7 +19,7 @@ class Problem(RouteStart):
 
     @model_validator(mode="after")
     def _size(self) -> Self:
-        self.afford(sum(grid.count for grid in self.arrays.values()), "arrays")
+        self.routes.afford(sum(grid.count for grid in self.arrays.values()), "arrays")
         return self
 
 
@@ -35,6 +35,5 @@ class Config(ExperimentConfig):
             try:
                 grid.apart(self.numerics.precisions[-1])
             except ParameterError as error:
-                with physics():
-                    raise ParameterError(f"problem.arrays.{name}.step", str(error)) from None
+                raise ParameterError(f"problem.arrays.{name}.step", str(error)) from None
         return self

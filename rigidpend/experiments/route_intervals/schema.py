@@ -7,7 +7,7 @@ from typing import Annotated, Self
 from pydantic import Field, model_validator
 
 from rigidpend.config.bodies import RouteStart
-from rigidpend.config.schema import ExperimentConfig, PhaseGrid, Whole, physics
+from rigidpend.config.schema import ExperimentConfig, PhaseGrid, Whole
 from rigidpend.numbers.checked import ParameterError
 
 FIG4 = {"start": "0", "step": "1/10", "count": "63"}
@@ -26,12 +26,11 @@ class Problem(RouteStart):
 
     @model_validator(mode="after")
     def _rational(self) -> Self:
-        with physics():
-            if self.J1_0.fraction is None:
-                raise ParameterError("J1_0", f"a decimal or fraction is wanted, got {self.J1_0}")
-            if not float(self.mu) > 0:
-                raise ParameterError("mu", "without a weight no orbit leaves a surface: mu > 0")
-        self.afford(self.columns.count, "columns")
+        if self.J1_0.fraction is None:
+            raise ParameterError("J1_0", f"a decimal or fraction is wanted, got {self.J1_0}")
+        if not float(self.mu) > 0:
+            raise ParameterError("mu", "without a weight no orbit leaves a surface: mu > 0")
+        self.routes.afford(self.columns.count, "columns")
         return self
 
 

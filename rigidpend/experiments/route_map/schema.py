@@ -16,7 +16,6 @@ from rigidpend.config.schema import (
     Numerics,
     Part,
     Word,
-    physics,
 )
 from rigidpend.machine import files
 from rigidpend.numbers.checked import ParameterError
@@ -86,19 +85,16 @@ class Problem(RouteStart):
     def _plane(self) -> Self:
         if self.n_symbols > 250:
             raise ValueError(f"n_symbols of a plane must be at most 250, got {self.n_symbols}")
-        with physics():
-            for field, message in self._contradictions():
-                raise ParameterError(field, message)
+        for field, message in self._contradictions():
+            raise ParameterError(field, message)
         cells = 0
         for name, axes in self.planes.items():
             for axis, field in zip(axes, (self._across, "rows"), strict=True):
                 distinct(axis, f"zooms.{name}.{field}" if name else field)
             cells += axes[0].count * axes[1].count
-            with physics():
-                self._check_corners(axes, f"zooms.{name}." if name else "")
+            self._check_corners(axes, f"zooms.{name}." if name else "")
         what = f"{cells} cells of {self.n_symbols} symbols"
-        with physics():
-            files.afford(self._across, cells, self.n_symbols + 2, what)
+        files.afford(self._across, cells, self.n_symbols + 2, what)
         return self
 
     def _check_corners(self, axes: tuple[Axis, Axis], place: str) -> None:

@@ -48,7 +48,7 @@ class Problem(RouteStart):
         finest = math.log10(float(self.step)) - (self.levels - 1) * math.log10(float(self.factor))
         if finest < FINEST:
             raise ValueError(f"the last level's step would be 1e{finest:.0f}, below 1e{FINEST}")
-        self.afford(self.levels * self.count, "levels")
+        self.routes.afford(self.levels * self.count, "levels")
         return self
 
 

@@ -7,7 +7,7 @@ from typing import Annotated, Literal
 from pydantic import AfterValidator, Field, model_validator
 
 from rigidpend.config.bodies import HeavyBody
-from rigidpend.config.schema import ExperimentConfig, Number, Part, Whole, physics
+from rigidpend.config.schema import ExperimentConfig, Number, Part, Whole
 from rigidpend.numbers.exact import Exact
 
 
@@ -101,8 +101,7 @@ class Problem(HeavyBody):
     def _physics(self) -> Problem:
         from rigidpend.routes.problem import RouteProblem
 
-        with physics():
-            RouteProblem(self.body, self.h0, self.J1_0, 1)
+        RouteProblem(self.body, self.h0, self.J1_0, 1)
         return self
 
 
