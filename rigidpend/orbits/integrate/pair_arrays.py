@@ -234,30 +234,34 @@ def matmul(a: Any, b: Any) -> PairArray:
     return PairArray(out[..., :width])
 
 
-def convolved(a: Sequence[PairArray], b: Sequence[PairArray]) -> PairArray:
+def convolved(a: Sequence[Any], b: Sequence[Any]) -> Any:
     """The sum of the products a[0] b[0] + a[1] b[1] + ... of polynomials, all of one degree.
 
-    Polynomials are (p, ...) and (q, ...) coefficients of one shape, the sum is (p + q - 1, ...).
+    Polynomials are (p, ...) and (q, ...) coefficients of one shape, the sum is (p + q - 1, ...):
+    all pairs, or all doubles.
     """
+    parts = 2 if isinstance(a[0], PairArray) else 1
     shape, rows = a[0].shape[1:], len(a[0]) + len(b[0]) - 1
     width = math.prod(shape)
-    factors = [[_rows(x, width) for x in each] for each in (a, b)]
+    factors = [[_rows(x, parts, width) for x in each] for each in (a, b)]
     wide = max(width, WIDE)
-    out = np.empty((2, rows, wide))
+    out = np.empty((parts, rows, wide))
     tables = [
         *(np.array([x.ctypes.data for x in each]) for each in factors),
         np.array([len(x) for x in a]),
-        np.empty((3, rows, 2, WIDE)),
+        np.empty((3, rows, parts, WIDE)),
     ]
     many = sum(len(x) * len(y) for x, y in zip(a, b, strict=True)) * wide
-    loop = convolution() if many > SHORT else held(convolution)
+    loop = convolution(53 * parts) if many > SHORT else held(convolution, 53 * parts)
     loop(out, *tables, len(a), rows, wide)
-    return PairArray(out[..., :width].reshape(2, rows, *shape))
+    found = out[..., :width].reshape(parts, rows, *shape)
+    return PairArray(found) if parts > 1 else found[0]
 
 
-def _rows(x: PairArray, width: int) -> Any:
-    """The parts of a polynomial as the kernel reads them, (2, p, width or more)."""
-    rows = np.ascontiguousarray(x.parts).reshape(2, len(x), width)
+def _rows(x: Any, parts: int, width: int) -> Any:
+    """The parts of a polynomial as the kernel reads them, (parts, p, width or more)."""
+    given = x.parts if parts > 1 else x
+    rows = np.ascontiguousarray(given).reshape(parts, len(x), width)
     return rows if width >= WIDE else _widened(rows, WIDE)
 
 

@@ -13,13 +13,11 @@ import numpy as np
 
 from rigidpend.numbers.generic import Numbers, Scalar
 from rigidpend.orbits.return_map.expansions import fourier_basis, grouped, in_blocks
-from rigidpend.orbits.return_map.normal_form import MapError, NormalForm, powers
+from rigidpend.orbits.return_map.normal_form import GUARD, MapError, NormalForm, powers
 from rigidpend.orbits.return_map.precision import Precision, correction, precision, product
 
 MOST_ITERATIONS = 12
 """Most corrections with all terms; each doubles the digits, where the series converges at all."""
-GUARD = 2.0**-8
-"""Share of a rounding that terms in doubles leave of one in more bits."""
 SETTLED = 1e-8
 """Relative correction in doubles after which the next one, its square, would be rounding."""
 SLOPES = 2.0**-44
