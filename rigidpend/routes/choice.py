@@ -96,7 +96,7 @@ def decided(run: Run, method: str = "auto", *, kept: bool = False) -> Mapped:
     likely, sampled = not few, True
     if kept and method == "auto" and ladder[0] == 53:
         likely, sampled = _counted(run, few)
-    if method == "map" or (method == "auto" and likely):
+    if run.orbits and (method == "map" or (method == "auto" and likely)):
         from rigidpend.orbits.return_map import MapError
         from rigidpend.routes.mapped import Maps
 

@@ -15,6 +15,7 @@ from rigidpend.numbers.expressions import NO_SYMBOL
 from rigidpend.orbits import integrate
 from rigidpend.orbits.integrate import EngineError
 from rigidpend.orbits.integrate.arithmetic import NumericsError, resolve
+from rigidpend.routes import choice
 from rigidpend.routes.cycle import symbols
 from rigidpend.routes.problem import ProblemError
 from tests.orbits.integrate.problems import (
@@ -168,10 +169,14 @@ def test_arithmetic_that_cannot_be_used_is_refused(given: Any, told: str) -> Non
     assert told in str(refused.value)
 
 
-def test_no_phases_give_an_empty_record() -> None:
-    nothing: tuple[Any, ...] = ([], np.array([]))
-    for none in nothing:
-        found = codes(none)
+@pytest.mark.parametrize("method", choice.METHODS)
+@pytest.mark.parametrize("none", [[], np.array([])])
+def test_no_phases_give_an_empty_record(
+    method: str, none: Any, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    codes("1", method="map")  # whose maps are kept, and serve where a problem is asked for often
+    monkeypatch.setattr(choice, "OFTEN", 0.0)
+    for found in (codes(none, method=method), codes(none, method=method)):
         assert found.codes.shape == (15, 0)
         assert found.crossing_time.shape == (16, 0)
 
