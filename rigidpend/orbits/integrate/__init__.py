@@ -35,7 +35,6 @@ from rigidpend.orbits.integrate.arithmetic import (
     check_engine,
     default_engine,
     in_kernel,
-    kernel_bits,
 )
 
 __all__ = [
@@ -157,7 +156,7 @@ def crossings(orbits: Orbits, *, engine: str, bits: int, tolerance: float, jobs:
     if compiled:
         from rigidpend.orbits.integrate import batch
 
-        work, count = batch.crossings, min(jobs, -(-n // batch.WORTH[kernel_bits(bits)]))
+        work, count = batch.crossings, min(jobs, -(-n // batch.WORTH[batch.bits_of_numbers(bits)]))
     elif bits == 53:
         from rigidpend.orbits.integrate import dop853
 
@@ -177,4 +176,4 @@ def on_one_thread(engine: str, bits: int, n: int) -> bool:
         return False
     from rigidpend.orbits.integrate import batch
 
-    return n <= batch.WORTH[kernel_bits(bits)]
+    return n <= batch.WORTH[batch.bits_of_numbers(bits)]

@@ -230,31 +230,35 @@ def matmul(a: Any, b: Any) -> PairArray:
     return PairArray(out[..., :width])
 
 
-def convolved(a: Sequence[PairArray], b: Sequence[PairArray]) -> PairArray:
+def convolved(a: Sequence[Any], b: Sequence[Any]) -> Any:
     """The sum of the products a[0] b[0] + a[1] b[1] + ... of polynomials, all of one degree.
 
-    Polynomials are (p, ...) and (q, ...) coefficients of one shape, the sum is (p + q - 1, ...).
+    Polynomials are (p, ...) and (q, ...) coefficients of one shape, the sum is (p + q - 1, ...):
+    all pairs, or all doubles.
     """
+    parts = 2 if isinstance(a[0], PairArray) else 1
     shape, rows = a[0].shape[1:], len(a[0]) + len(b[0]) - 1
     width = math.prod(shape)
     wide = max(width, WIDE)
 
-    def matrices(factors: Sequence[PairArray]) -> list[Any]:
-        """The parts of polynomials as the kernel reads them, (2, p, `wide`) each."""
-        flat = [np.ascontiguousarray(x.parts).reshape(2, len(x), width) for x in factors]
+    def matrices(factors: Sequence[Any]) -> list[Any]:
+        """The parts of polynomials as the kernel reads them, (parts, p, `wide`) each."""
+        given = [x.parts if parts > 1 else x for x in factors]
+        flat = [np.ascontiguousarray(x).reshape(parts, -1, width) for x in given]
         return flat if width == wide else [_widened(x, wide) for x in flat]
 
     factors = matrices(a), matrices(b)
-    out = np.empty((2, rows, wide))
+    out = np.empty((parts, rows, wide))
     tables = [
         *(np.array([x.ctypes.data for x in each]) for each in factors),
         np.array([len(x) for x in a]),
-        np.empty((3, rows, 2, WIDE)),
+        np.empty((3, rows, parts, WIDE)),
     ]
     many = sum(len(x) * len(y) for x, y in zip(a, b, strict=True)) * wide
-    loop = convolution() if many > SHORT else held(convolution)
+    loop = convolution(53 * parts) if many > SHORT else held(convolution, 53 * parts)
     loop(out, *tables, len(a), rows, wide)
-    return PairArray(out[..., :width].reshape(2, rows, *shape))
+    found = out[..., :width].reshape(parts, rows, *shape)
+    return PairArray(found) if parts > 1 else found[0]
 
 
 def in_doubles(values: Any, parts: int) -> Any:

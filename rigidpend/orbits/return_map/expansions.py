@@ -18,7 +18,7 @@ import numpy as np
 from rigidpend.numbers.generic import Scalar
 from rigidpend.orbits.return_map.precision import Precision, product
 
-AT_ONCE = 256
+AT_ONCE = 512
 """Number of points that are worked on together: they stay in a core's own memory."""
 KEPT = 256
 """Number of sets of nodes, and of matrices for them, that the tables of all maps share."""

@@ -14,6 +14,7 @@ import numpy as np
 
 from rigidpend.orbits.integrate import pair_arrays
 from rigidpend.orbits.integrate.pair_arrays import PairArray
+from rigidpend.orbits.return_map.precision import Precision
 
 
 class Jet:
@@ -34,6 +35,10 @@ class Jet:
 
     def find(self, degree: int) -> Any:
         raise LookupError(f"the part of degree {degree} is not told yet")
+
+    def go_on_in_doubles(self, a: Precision) -> None:
+        """Round what is known, numbers of a precision: further parts are found in doubles."""
+        self.parts = {degree: a.floats(part) for degree, part in self.parts.items()}
 
     def __add__(self, other: Jet) -> Jet:
         return _JetSum(self, other, 1)
@@ -72,6 +77,10 @@ class _JetScaled(Jet):
     def find(self, degree: int) -> Any:
         return self.factor * self.a.part(degree)
 
+    def go_on_in_doubles(self, a: Precision) -> None:
+        super().go_on_in_doubles(a)
+        self.factor = a.floats(self.factor)
+
 
 class _JetProduct(Jet):
     def __init__(self, a: Jet, b: Jet) -> None:
@@ -107,7 +116,7 @@ class Deferred(Jet):
 def convolved(a: Jet, b: Jet, degree: int, split: range) -> Any:
     """The sum of products of parts of two series, of those of the first series that are named."""
     left, right = [a.part(i) for i in split], [b.part(degree - i) for i in split]
-    if isinstance(left[0], PairArray):
+    if isinstance(left[0], PairArray) or left[0].dtype == float:
         return pair_arrays.convolved(left, right)
     found = np.zeros_like(left[0], shape=(degree + 1, *left[0].shape[1:]))
     for x, y in zip(left, right, strict=True):

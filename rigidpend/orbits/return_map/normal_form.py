@@ -47,6 +47,8 @@ MOST_CORRECTIONS = 40
 
 DIVERGED = 1e3
 """Residual of a frame, per radian, from which no correction leads back."""
+GUARD = 2.0**-8
+"""Share of a rounding that terms in doubles leave of one in more bits."""
 SETTLED = 1e-4
 """Residual at which a frame counts as found.
 
@@ -111,12 +113,13 @@ def normal_form(
         The periodic orbit is not hyperbolic with a positive multiplier.
     """
     finder = _Finder(c, energies.nodes(a), n, a)
-    for D in range(3, degree + 1, 2):
-        finder.extend(D)
     for D in range(1, degree + 1, 2):
+        if D > 1:
+            finder.extend(D)
         finder.extend_mean(D, 2, finder.sigma)
-    for D in range(0, degree, 2):
-        finder.rotation.append(finder.extend_mean(D, 3, finder.tau))
+        finder.rotation.append(finder.extend_mean(D - 1, 3, finder.tau))
+        if not finder.sharp and finder.share(D, radius) < GUARD * 2.0 ** (53 - a.bits):
+            finder.go_on_in_doubles()
     return finder.record(energies, degree, radius)
 
 
@@ -139,6 +142,10 @@ class _Momentum(Jet):
             left = left - self.kappa / 2 * square
         return left / (self.kappa * self.parts[0])
 
+    def go_on_in_doubles(self, a: Precision) -> None:
+        super().go_on_in_doubles(a)
+        self.kappa = float(self.kappa)
+
 
 class _Finder:
     """The normal form in the making: the reduced equations as series, and what is known."""
@@ -154,6 +161,8 @@ class _Finder:
         self.tau: dict[int, Any] = {}
         self.sigma: dict[int, Any] = {}
         self.rotation: list[Any] = []
+        self.sharp: list[list[Any]] = []
+        """What was found before it went on in doubles: as `_series_found`."""
         self._begin()
 
     def _series(self, c: Coefficients, h: Scalar) -> tuple[list[Jet], list[Jet]]:
@@ -226,7 +235,8 @@ class _Finder:
 
     def extend(self, D: int) -> None:
         """Find Qp and Qm in degree D, and the next coefficient of Lambda."""
-        self._tell(D, [self.a.zeros((D + 1, *self.P[0][0].shape))] * 2)
+        like = self.P[0][0]
+        self._tell(D, [np.zeros_like(like, shape=(D + 1, *like.shape))] * 2)
         known = [self._beside(flow, D, Q.parts) for flow, Q in zip(self.flow, self.Q, strict=False)]
         (a, b), (c, d) = self.inverse
         rest = [a * known[0] + b * known[1], c * known[0] + d * known[1]]
@@ -247,6 +257,29 @@ class _Finder:
         lean = 2 * np.arange(D + 1)[:, None, None] - D
         found[D] = self._divided(rest, lean * self.exponent[0])
         return None if D % 2 else self._mean(rest[D // 2])
+
+    def share(self, D: int, radius: float) -> float:
+        """The terms of degree D beside those of degree 1 where |u|, |v| <= radius."""
+        first, last = (max(self.a.largest(Q.parts[k]) for Q in self.Q) for k in (1, D))
+        return last / first * radius ** (D - 1)
+
+    def go_on_in_doubles(self) -> None:
+        """Round what is known: further terms are so small that doubles have digits enough."""
+        self.sharp, floats = self._found(), self.a.floats
+        for jet in self.tape:
+            jet.go_on_in_doubles(self.a)
+        for found in (self.sigma, self.tau):
+            found.update({D: floats(part) for D, part in found.items()})
+        self.exponent = [floats(x) for x in self.exponent]
+        self.P, self.inverse = (
+            [[floats(x) for x in row] for row in y] for y in (self.P, self.inverse)
+        )
+        self.analysis, self.synthesis = floats(self.analysis), floats(self.synthesis)
+
+    def _found(self) -> list[list[Any]]:
+        """Qp, Qm, theta3 and time by degree, and the coefficients of the rates."""
+        parts = self.Q[0].parts, self.Q[1].parts, self.sigma, self.tau
+        return [*([x[D] for D in sorted(x)] for x in parts), [*self.exponent], [*self.rotation]]
 
     def _tell(self, D: int, parts: list[Any]) -> None:
         for jet in self.tape:
@@ -287,28 +320,20 @@ class _Finder:
     def record(self, energies: Interval, degree: int, radius: float) -> NormalForm:
         """The normal form as expansions in energy and phase."""
         a, to_energy = self.a, energies.analysis(self.a).T
-        odd = [
-            self._expanded(parts, to_energy)
-            for parts in (self.Q[0].parts, self.Q[1].parts, self.sigma)
-        ]
-        scale = [
-            radius ** (2 * k) / float(abs(self.exponent[0]).max())
-            for k in range(len(self.difference))
-        ]
-        return NormalForm(
-            energies,
-            degree,
-            self.n,
-            np.stack(odd, axis=-1),
-            self._expanded(self.tau, to_energy),
-            (np.stack(self.exponent) @ to_energy).T,
-            (np.stack(self.rotation) @ to_energy).T,
-            radius,
-            max(a.largest(x) * s for x, s in zip(self.difference, scale, strict=True)),
-        )
+        found = self._found()
+        for sharp, all_ in zip(self.sharp, found, strict=False):
+            all_[:] = [*sharp, *map(a.array, all_[len(sharp) :])]
+        analysis = fourier_analysis(self.n, a)
+        odd_p, odd_m, sigma, tau = (_expanded(x, analysis, to_energy) for x in found[:4])
+        exponent, rotation = ((np.stack(x) @ to_energy).T for x in found[4:])
+        least = float(abs(self.exponent[0]).max())
+        off = [a.largest(x) * radius ** (2 * k) / least for k, x in enumerate(self.difference)]
+        odd = np.stack((odd_p, odd_m, sigma), axis=-1)
+        return NormalForm(energies, degree, self.n, odd, tau, exponent, rotation, radius, max(off))
 
-    def _expanded(self, parts: dict[int, Any], to_energy: Any) -> Any:
-        """(H n, terms)."""
-        values = np.concatenate([parts[D] for D in sorted(parts)])
-        coefficients = np.matmul(self.analysis, values) @ to_energy
-        return coefficients.transpose(2, 1, 0).reshape(-1, len(values))
+
+def _expanded(parts: list[Any], analysis: Any, to_energy: Any) -> Any:
+    """(H n, terms)."""
+    values = np.concatenate(parts)
+    coefficients = np.matmul(analysis, values) @ to_energy
+    return coefficients.transpose(2, 1, 0).reshape(-1, len(values))

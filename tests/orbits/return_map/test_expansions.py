@@ -69,13 +69,13 @@ def test_gauss_s_rule_of_many_points_is_as_sharp_as_pairs() -> None:
 
 
 @pytest.mark.parametrize("bits", [53, 64])
-@pytest.mark.parametrize("counts", [[3, 254, 2, 600, 1], [5, 5], [256]], ids=str)
+@pytest.mark.parametrize("counts", [[3, 510, 2, 1200, 1], [5, 5], [512]], ids=str)
 def test_points_of_many_groups_are_taken_in_blocks(bits: int, counts: list[int]) -> None:
     """A group that ends with a block, goes over three of them, or shares one."""
     a, random = precision(bits), np.random.default_rng(1)
     rows, matrices = random.normal(size=(sum(counts), 3)), random.normal(size=(len(counts), 3, 2))
     blocks = list(in_blocks(counts))
-    assert all(len(rows[at]) == sum(here) <= 256 for _, at, here in blocks)
+    assert all(len(rows[at]) == sum(here) <= 512 for _, at, here in blocks)
     found = [grouped(a.array(rows[at]), a.array(matrices[of]), here) for of, at, here in blocks]
     each = np.repeat(matrices, counts, axis=0)
     assert np.abs(a.floats(np.concatenate(found)) - (rows[:, :, None] * each).sum(1)).max() < 1e-14

@@ -18,7 +18,7 @@ import numpy as np
 
 from rigidpend.orbits.integrate.kernel import machine_code
 from rigidpend.orbits.integrate.kernel.functions import Functions
-from rigidpend.orbits.integrate.kernel.lane_numbers import Pairs, Value
+from rigidpend.orbits.integrate.kernel.lane_numbers import KINDS, Pairs, Value
 from rigidpend.orbits.integrate.kernel.machine_code import LANES, Writer
 
 WIDE = 2 * LANES
@@ -177,37 +177,39 @@ def products() -> Any:
 
 
 @functools.cache
-def convolution() -> Any:
+def convolution(bits: int) -> Any:
     """The function ``f(out, a, b, a_rows, work, count, rows, width)``, products of polynomials.
 
-    `a` and `b` hold the addresses of `count` arrays each, `a_rows` how many rows each of a has;
-    each of b has `rows` + 1 less that. out[r, c] is the sum of a[k, c] b[r - k, c] over all arrays
-    and over k; `width` is at least `WIDE`. `work` has room for 3 `rows` pairs of vectors: what
-    belongs to some columns lies far apart, and is brought together there.
+    Of doubles (53 bits) or pairs (106). `a` and `b` hold the addresses of `count` arrays each,
+    `a_rows` how many rows each of a has; each of b has `rows` + 1 less that. out[r, c] is the sum
+    of a[k, c] b[r - k, c] over all arrays and over k; `width` is at least `WIDE`. `work` has room
+    for 3 `rows` numbers in vectors: what belongs to some columns lies far apart, and is brought
+    together there.
     """
     code = Writer(WIDE)
-    n = Pairs(code)
-    total = code.variable(n.rows(2))
-    all_ = code.mul("%rows", "%width")
-    sums, left, right = (code.at("%work", code.mul("%rows", 2 * k)) for k in range(3))
+    n = KINDS[bits](code)
+    parts = n.parts
+    total = code.variable(n.rows(parts))
+    all_, zero = code.mul("%rows", "%width"), n.of_double(code.number(0.0))
+    sums, left, right = (code.at("%work", code.mul("%rows", parts * k)) for k in range(3))
     groups = code(f"udiv i64 {code.add('%width', WIDE - 1)}, {WIDE}")
 
     def row(base: str, place: str) -> Value:
-        return _loaded(code, base, code.mul(place, 2 * WIDE), str(WIDE))
+        return _loaded(code, base, code.mul(place, parts * WIDE), str(WIDE), parts)
 
     def keep(value: Value, base: str, place: str) -> None:
-        _keep(code, value, base, code.mul(place, 2 * WIDE), str(WIDE))
+        _keep(code, value, base, code.mul(place, parts * WIDE), str(WIDE))
 
     def gather(base: str, rows: str, to: str, column: str) -> None:
         apart = code.mul(rows, "%width")
         with code.loop(rows) as k:
             place = code.add(code.mul(k, "%width"), column)
-            keep(_loaded(code, base, place, apart), to, k)
+            keep(_loaded(code, base, place, apart, parts), to, k)
 
     with code.loop(groups) as group:
         column = _first(code, group, "%width")
         with code.loop("%rows") as r:
-            keep(_zero(code), sums, r)
+            keep(zero, sums, r)
         with code.loop("%count") as one:
             a, b, a_rows = (
                 code.scalar(base, one, kind)
@@ -239,9 +241,9 @@ def convolution() -> Any:
 
 
 @functools.cache
-def held(loop: Callable[[], Any]) -> Any:
+def held(loop: Callable[..., Any], *of: int) -> Any:
     """A loop that keeps the interpreter, for short arrays: to get it back would take longer."""
-    free = loop()
+    free = loop(*of)
     return ctypes.cast(free, ctypes.PYFUNCTYPE(ctypes.c_int64, *free.argtypes))
 
 
@@ -251,13 +253,13 @@ def _first(code: Writer, group: str, count: str) -> str:
     return code(f"select i1 {code(f'icmp slt i64 {first}, {last}')}, i64 {first}, i64 {last}")
 
 
-def _loaded(code: Writer, base: str, place: str, apart: str) -> Value:
-    places = place, code.add(place, apart)
+def _loaded(code: Writer, base: str, place: str, apart: str, parts: int = 2) -> Value:
+    places = (place, code.add(place, apart))[:parts]
     return tuple(code.load(code.at(base, x, "double"), align=8) for x in places)
 
 
 def _keep(code: Writer, value: Value, base: str, place: str, apart: str) -> None:
-    for part, at in zip(value, (place, code.add(place, apart)), strict=True):
+    for part, at in zip(value, (place, code.add(place, apart)), strict=False):
         code.store(part, code.at(base, at, "double"), align=8)
 
 
