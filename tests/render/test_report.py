@@ -234,9 +234,6 @@ def test_losses_come_first_and_every_problem_has_its_tables() -> None:
         "Cross-check against cross-check, codes of Fig. 4, one thread",
         "Random phases",
         "Time against the number of orbits, one thread",
-        "free body: time to reach an error, each method alone",
-        "route codes: time to reach an error, each method alone",
-        "integrals over long times: time to reach an error, each method alone",
     ]
 
 

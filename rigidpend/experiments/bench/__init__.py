@@ -13,14 +13,13 @@ compute, layout, report, draw
 
 Peers
 -----
-heyoka in batches of 8 lanes, on Euler-Poisson and (eq1); CyRK (DOP853, Verner 8, LSODA) with
-rates compiled by numba; diffrax (Dopri8, Tsit5), jitted and vmapped; SciPy's DOP853, all orbits
-as one system.
+heyoka in batches of 4, 8 and 16 lanes, on Euler-Poisson and (eq1); CyRK (DOP853, Verner 8, LSODA)
+with rates compiled by numba; diffrax (Dopri8, Tsit5), jitted and vmapped; SciPy's DOP853, all
+orbits as one system.
 
 Measured before, and left out since: SciPy's LSODA and Radau, SUNDIALS' CVODE through scikit-sundae
 and REBOUND's Bulirsch-Stoer took 190 to 17,000 times our time at every problem; heyoka's ensemble,
-its compact mode and its integrator of one orbit more than its batches; 16 of its lanes more than
-8, and 4 more too but for the two orbits of Fig. 5, which have 4; diffrax and SciPy run at two
+its compact mode and its integrator of one orbit more than its batches; diffrax and SciPy run at two
 tolerances and compared, a hundred times our cross-check; our own 64 and 113 bits 145 and 3,600
 times our doubles.
 

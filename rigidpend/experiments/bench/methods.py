@@ -92,6 +92,7 @@ def _certain(label: str, way: str, *answers: str) -> Method:
     )  # fmt: skip
 
 
+LANES = _variants("lanes", 8, 4, 16)
 MOTIONS = ("free_body", "pendulum", LONG)
 FINEST_SCIPY = 2.3e-14
 
@@ -112,11 +113,11 @@ METHODS = {
         variants=_variants("order", 2, 4, 6, 8), threads=False,
     ),
     "heyoka_principal": Method(
-        "heyoka, Euler-Poisson, batches", "heyoka", libraries=("heyoka",)
+        "heyoka, Euler-Poisson, batches", "heyoka", libraries=("heyoka",), variants=LANES
     ),
     "heyoka_eq1": Method(
         "heyoka, (eq1), batches", "heyoka", (*MOTIONS, "codes"), libraries=("heyoka",),
-        variants=_variants("eq1", True),
+        variants=tuple({"eq1": True, **lanes} for lanes in LANES),
     ),
     "cyrk": Method(
         "CyRK, compiled by numba", "cyrk", finest=FINEST_SCIPY, libraries=("CyRK", "numba"),

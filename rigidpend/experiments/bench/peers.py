@@ -46,8 +46,6 @@ from rigidpend.numbers.expressions import NO_SYMBOL
 from rigidpend.numbers.generic import Array, Numbers
 from rigidpend.routes.phases import Phases
 
-LANES = {"motion": 8, "routes": 8, "angle": 4}
-"""Lanes of heyoka by the kind of a task: 8 were the fastest but for the two orbits of Fig. 5."""
 FALSE_POSITIONS = 12
 """Steps of SciPy's from the ends of a step to the crossings in it."""
 AT_ONCE = 1e-3
@@ -90,8 +88,9 @@ def compared(task: Task, first: Make, second: Make, third: Make) -> Solver:
 
 
 def in_lanes(
-    task: Task, tolerance: float, threads: int, eq1: bool = False, parameters: bool = False
-) -> Solver:
+    task: Task, tolerance: float, threads: int, lanes: int = 8, eq1: bool = False,
+    parameters: bool = False,
+) -> Solver:  # fmt: skip
     """heyoka; by (eq1) in the paper's variables theta1, J1, theta2, J2.
 
     With `parameters` the numbers of the body are parameters of what is compiled.
@@ -100,10 +99,7 @@ def in_lanes(
     names, rates, numbers = write(body, len(task.states), parameters)
 
     def compiled(**events: Any) -> Any:
-        begin, system = (
-            np.zeros((len(names), LANES[task.kind])),
-            list(zip(names, rates, strict=True)),
-        )
+        begin, system = np.zeros((len(names), lanes)), list(zip(names, rates, strict=True))
         made = heyoka().taylor_adaptive_batch(system, begin, tol=tolerance, **events)
         if parameters:
             made.pars[:] = np.array(numbers)[:, None]

@@ -40,7 +40,7 @@ def test_the_fastest_good_one_is_chosen_even_where_a_finer_is_faster(
 
 def test_guests_bring_their_knob_and_variant(content: Any) -> None:
     group = {
-        "heyoka_eq1": record([1e-10], [1e-3]),
+        "heyoka_eq1": record([1e-10], [1e-3], setting=[2.0]),
         "cyrk": record([1e-12], [1e-3], setting=[1.0]),
         "closed_form": record([1e-15], [1e-3], knob=[np.nan]),
         "scipy_dop853": record([1e-10], [9.0]),
@@ -48,7 +48,7 @@ def test_guests_bring_their_knob_and_variant(content: Any) -> None:
     }
     found = choice.guests("free_body", group, content)
     assert set(found) == {"heyoka_eq1", "cyrk", "closed_form"}, "too slow, or absent"
-    settings = {"heyoka_eq1": {"eq1": True}, "cyrk": {"method": "Vern8"}}
+    settings = {"heyoka_eq1": {"eq1": True, "lanes": 16}, "cyrk": {"method": "Vern8"}}
     assert {name: found[name].setting for name in settings} == settings
     assert found["closed_form"].knob is None
     # Half a second may be the tenth of a way that takes five.
