@@ -64,6 +64,8 @@ def test_list_shows_own_configs_and_own_results(tmp_path: Path) -> None:
     assert entries["other"]["experiment"] == "phase_portraits"
     assert entries["other"]["file"] == str(Path("results", "other.h5"))
     assert "compose" not in entries
+    # Folders of configs are headings; this one has no name.
+    assert "here" in call(tmp_path, "list").stdout.splitlines()
 
 
 @pytest.mark.slow

@@ -141,6 +141,7 @@ def test_a_difference_inside_a_group_keeps_its_parts() -> None:
     found = Difference("a", 1.5, 2.5, 0.25).inside("g")
     assert found == "g/a: stored 1.5, computed 2.5"
     assert (found.place, found.stored, found.computed, found.allowed) == ("g/a", 1.5, 2.5, 0.25)
+    assert Difference("a", 1, 2).allowed == 0
 
 
 def test_attributes_that_changed_came_or_went_are_told() -> None:

@@ -41,6 +41,7 @@ def test_every_experiment_offers_what_the_contract_says(name: str) -> None:
     assert told.CAPTION.endswith(".")
     schema = experiments.schema(name)
     assert schema.__module__ == f"rigidpend.experiments.{name}.schema"
+    assert experiments.in_pieces(name) is (name == "route_map")
     declared = dict(fields(experiments.layout(name)))
     assert declared
     for field, node in declared.items():

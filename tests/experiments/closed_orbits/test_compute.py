@@ -7,6 +7,7 @@ from typing import Any
 import numpy as np
 import pytest
 
+from rigidpend.experiments.closed_orbits.draw import tables
 from tests.experiments.trees import asked, computed
 
 SMALL = ["problem.longest=5", "problem.verified=2", "problem.symbols=1000"]
@@ -33,6 +34,14 @@ def test_orbits_close(data: Any) -> None:
     assert verified.sum() == 4
     assert (orbits["closing"][verified] < orbits["closing_expected"][verified]).all()
     assert orbits["alone"].max() < 1e-11
+
+
+def test_words_of_up_to_four_symbols_have_a_row_each(data: Any) -> None:
+    """Of eight words up to rotation, four are of even length and two orbits each."""
+    rows = tables({"attributes": {}, "config": {}, "provenance": {}, "data": data})[0].rows
+    words = [row[0] for row in rows]
+    assert len(set(words)) == len(words) == 12
+    assert {"0", "01", "001", "0001"} <= set(words)
 
 
 def test_averages_agree_with_the_long_orbit(data: Any) -> None:

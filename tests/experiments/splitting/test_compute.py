@@ -8,6 +8,8 @@ from typing import Any
 import numpy as np
 import pytest
 
+from rigidpend.experiments.shared import SMALL as SMALL_RATIO
+from rigidpend.experiments.shared import slope
 from tests.experiments.trees import asked, computed, differences
 
 BODIES = "{a: {A: [2, 0.2, 1.8], r: [1, 2, 0]}, fig4: {A: [2, 1, 1.5], r: [1, 1, 0]}}"
@@ -34,6 +36,11 @@ def test_all_are_resolved_and_the_errors_are_small_beside_what_is_measured(data:
 def test_order_the_slopes_are_one_for_the_curve_and_two_for_its_cosine(data: Any) -> None:
     np.testing.assert_allclose(data["bodies"]["slope_amplitude"], 2, atol=2e-3)
     np.testing.assert_allclose(data["bodies"]["slope_curve"], 1, atol=0.05)
+
+
+def test_a_slope_is_of_what_is_small_enough_and_above_rounding() -> None:
+    ratio = SMALL_RATIO * np.array([0.01, 0.75, 1.0, 1.25])
+    assert slope(ratio, ratio**2 * [9, 1, 1, 9], 1e-7) == pytest.approx(2, rel=1e-9)
 
 
 def test_the_largest_distance_is_near_melnikov_s_amplitude(data: Any) -> None:

@@ -79,6 +79,7 @@ def test_too_few_bits_are_undecided_and_no_code_is_wrong() -> None:
 def test_bits_that_do_not_suffice_are_followed_by_more(monkeypatch: pytest.MonkeyPatch) -> None:
     few = certify_codes(BODY, "3/10", h0="1.3342", J1_0="1e-8", n_symbols=2, bits=20)
     assert few.status == ["undecided"]
+    assert few.bits[0] == 20 + codes.MARGIN
     monkeypatch.setattr(codes, "asked_for", lambda *_: (10, 20))
     found = certify_codes(BODY, "3/10", h0="1.3342", J1_0="1e-8", n_symbols=2)
     assert found.proven.all()

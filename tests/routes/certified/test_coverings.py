@@ -23,11 +23,12 @@ from rigidpend.orbits.return_map.precision import precision
 from rigidpend.results import store
 from rigidpend.routes.certified import connections, coverings, passages, sections
 from rigidpend.routes.certified.balls import LogarithmicNorm
-from rigidpend.routes.certified.family_orbits import LineStarts
+from rigidpend.routes.certified.family_orbits import LineStarts, line_pieces
 from rigidpend.routes.certified.horseshoe import ShiftProblem
 from rigidpend.routes.certified.models import Family
 from rigidpend.routes.certified.pieces import (
     CLOCK,
+    MOST_DEGREE,
     FamilyStep,
     Quad,
     StartLine,
@@ -137,6 +138,17 @@ def test_C1_bounds_are_the_same_for_both(stored: Stored, k: int) -> None:
         assert [float(x.upper()) for x in mine()] == pytest.approx(
             list(map(float, theirs())), rel=1e-3
         )
+
+
+def test_C1_bounds_of_a_line_with_a_large_J1_are_the_same_for_both(stored: Stored) -> None:
+    """Some derivatives are of the size of Qp: on the stored line, 2e-4, they hardly count."""
+    setting, ends = ShiftProblem(BODY, exact(GIVEN["h"]), 14), (1.5, 1.502)
+    line, _ = LineStarts(setting, Fraction("0.01")).between(np.array(ends))
+    first, *_ = line_pieces(setting, line, ends)
+    for component in (0, 4):
+        mine, theirs = stored.beginning(line, moved(first, component, (0, 1, 0), 1e-9))
+        found, wanted = [float(x.upper()) for x in mine()], list(map(float, theirs()))
+        assert found[:2] == pytest.approx(wanted[:2], rel=1e-6, abs=0)
 
 
 def test_the_line_of_starts_is_where_theorem_2_says(stored: Stored) -> None:
@@ -794,6 +806,18 @@ def test_what_is_no_set_or_no_step_is_refused(stored: Stored) -> None:
             unpacked_quads({**data["sets"], "a": np.array([1, 1, 1, wrong])})
         with pytest.raises(ValueError, match=r"not finite|no interval"):
             unpacked_energies({"shift": 0.0, "spread": wrong})
+    assert unpacked_energies(None) == (Fraction(0), Fraction(0))
+
+
+@pytest.mark.parametrize("more", [0, 1])
+def test_terms_have_a_largest_degree(more: int) -> None:
+    wide = FamilyStep(BITS, {(0, 0, 0): 1}, [{(0, 0, MOST_DEGREE + more): 1}] * 6)
+    if more:
+        with pytest.raises(ValueError, match=f"or more than {MOST_DEGREE}"):
+            unpacked(packed([[wide]]), 1)
+    else:
+        [[found]] = unpacked(packed([[wide]]), 1)
+        assert found.terms[5] == wide.terms[5]
 
 
 def spoil(file: Any, how: str) -> None:

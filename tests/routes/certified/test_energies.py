@@ -268,6 +268,12 @@ def test_what_is_tried_is_said(wider: float, said: str) -> None:
     assert setting.described == f"14 half rotations{said}"
 
 
+def test_a_shift_is_from_the_energy_of_starts_of_one_J2() -> None:
+    setting = horseshoe.ShiftProblem(BODY, H0, 14)
+    assert setting.shift == 0
+    assert setting._replace(h0=exact("1.3")).shift == Fraction("0.0342")
+
+
 @pytest.mark.parametrize(("by", "inside"), [("99/100", True), ("101/100", False)])
 @pytest.mark.parametrize("sign", [1, -1])
 def test_energies_are_those_within_their_spread(by: str, inside: bool, sign: int) -> None:
