@@ -6,11 +6,18 @@ from collections.abc import Sequence
 from types import SimpleNamespace
 from typing import Any
 
+import numpy as np
 import pytest
 from flint import arb
 
 from rigidpend import route_codes
 from rigidpend.numbers.exact import exact
+from rigidpend.routes.certified.approximation import (
+    Approximation,
+    _fundamental,
+    _Linear,
+    jacobian,
+)
 from rigidpend.routes.certified.balls import enclosed
 from rigidpend.routes.certified.checker import OrbitChecker, ProvenCrossing, Undecided
 from rigidpend.routes.certified.codes import MARGIN, check, prove
@@ -35,6 +42,21 @@ def steps() -> list[Step]:
     found = prove(problem(), PHASE, BITS, 3, LIMIT)
     assert found.reason == ""
     return found.steps
+
+
+def test_one_iteration_squares_the_error_of_runge_and_kutta() -> None:
+    """That of Y = 1 + integral J Y, which the fundamental matrix of an orbit solves."""
+    start = enclosed(problem(), PHASE, BITS)
+    of = Approximation(start.coefficients, start.state)
+    half, states = of._in_doubles([x / 2**bits for x, bits in of.state])
+    linear = _Linear(states, of.doubles, half)
+    middle = jacobian(states @ linear.rule.middles.T, of.doubles)
+    first = _fundamental(linear.J, middle, half * np.diff(linear.rule.nodes))
+    before, after = (
+        np.abs(np.tensordot(linear.rule.integral, half * (linear.J @ Y), 1) + np.eye(6) - Y).max()
+        for Y in (first, linear.Y)
+    )
+    assert after < before**2 < 1e-4
 
 
 def test_the_checker_finds_again_what_was_proven(steps: list[Step]) -> None:
