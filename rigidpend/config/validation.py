@@ -48,11 +48,7 @@ def among(words: Iterable[str]) -> str:
 
 
 def _problem(document: Document, model: Any, error: Any) -> Complaint:
-    place = _written(document, error["loc"])
-    field = getattr(error.get("ctx", {}).get("error"), "field", "")
-    # A condition that joins fields names one, where pydantic knows only the part that they are in.
-    if field and isinstance(error["input"], dict):
-        place = (*place, *field.split("."))
+    place = (*_written(document, error["loc"]), *_named(error))
     if error["type"] == "extra_forbidden":
         siblings = _fields(model, place[:-1])
         hint = NEVER.get(str(place[-1])) or meant(str(place[-1]), siblings)
@@ -63,6 +59,18 @@ def _problem(document: Document, model: Any, error: Any) -> Complaint:
         place = (*place, error["loc"][-1])
         return Complaint(document.origin(place), place, "required")
     return Complaint(document.origin(place), place, _plain(error))
+
+
+def told(errors: Sequence[Any]) -> str:
+    """The first of a schema's complaints about what no user has written, with its key."""
+    first = errors[0]
+    return f"{'.'.join(map(str, (*first['loc'], *_named(first))))}: {_plain(first)}"
+
+
+def _named(error: Any) -> Place:
+    """The field that a condition names which joins some: pydantic knows the part they are in."""
+    field = getattr(error.get("ctx", {}).get("error"), "field", "")
+    return tuple(field.split(".")) if field and isinstance(error["input"], dict) else ()
 
 
 def _written(document: Document, location: Sequence[Any]) -> Place:

@@ -212,22 +212,22 @@ ROUNDING = 1e-14
 
 
 def where(compared: Callable[[Data, Data], Any]) -> Allowed:
-    """Of what must be the same where it is compared: from the groups, stored and fresh."""
+    """A mask of what must be the same where it is compared: from the groups, stored and fresh."""
     return lambda name, stored, fresh: np.where(compared(stored, fresh), 0.0, np.inf)
 
 
 def relative(share: float) -> Allowed:
-    """Of each element, relative to it."""
+    """A bound of each element, relative to it."""
     return lambda name, stored, fresh: share * np.abs(stored[name])
 
 
 def of_largest(share: float, least: float = 0.0) -> Allowed:
-    """Of all elements, relative to the largest, or to `least` if that is more."""
+    """A bound of all elements, relative to the largest, or to `least` if that is more."""
     return lambda name, stored, fresh: share * max(least, np.abs(stored[name]).max())
 
 
 def of_field(other: str, share: float) -> Allowed:
-    """Of all elements, relative to another field."""
+    """A bound of all elements, relative to another field."""
     return lambda name, stored, fresh: share * np.abs(stored[other])
 
 

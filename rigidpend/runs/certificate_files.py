@@ -233,7 +233,7 @@ BOUNDS = {
     "terms": ("number of terms of a step", 1, ORBIT_TERMS),
     "widths": ("width of a coefficient", 1, ORBIT_BITS // 4),
 }
-"""What the numbers of a proof are, at least and at most."""
+"""The least and the most that the numbers of a proof may be."""
 
 
 def unpacked(group: Data) -> list[list[Step]]:

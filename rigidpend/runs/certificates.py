@@ -12,6 +12,7 @@ import numpy as np
 from pydantic import ValidationError
 
 from rigidpend import experiments
+from rigidpend.config import validation
 from rigidpend.config.complaints import Complaint, ConfigError, Origin
 from rigidpend.experiments.contract import Piece
 from rigidpend.experiments.data import TEXT, Data, Field, Loaded, Tree, datasets
@@ -219,9 +220,8 @@ def _routes(file: Path, stored: Loaded) -> Routes:
         computation: Any = experiments.computation(content.experiment)
         found = dict(computation.orbits(content, partial(_centres, stored["data"])))
     except ValidationError as error:
-        first = error.errors()[0]
-        place = ".".join(map(str, first["loc"]))
-        raise store.StoreError(f"{file}: its config: {place}: {short(first['msg'])}") from None
+        said = short(validation.told(error.errors()))
+        raise store.StoreError(f"{file}: its config: {said}") from None
     # Of anybody: whatever a config is that is none, it cannot be used.
     except (ArithmeticError, AttributeError, LookupError, RecursionError, TypeError) as error:
         raise store.StoreError(f"{file}: its config cannot be used: {short(error)}") from None

@@ -15,6 +15,7 @@ from typing import TYPE_CHECKING, Any, TypeVar
 from pydantic import ValidationError
 
 from rigidpend import experiments
+from rigidpend.config import validation
 from rigidpend.experiments.data import WHOLE, Field, datasets
 from rigidpend.experiments.full_shift import ENERGIES, LINE, PROOF, QUADS
 from rigidpend.machine.wording import short
@@ -178,11 +179,6 @@ def _problem(file: Path, stated: Any) -> tuple[Any, Fraction]:
         )
         return content.problem, content.problem.J1_0.fraction
     except ValidationError as error:
-        first = error.errors()[0]
-        # A condition of ours names its field.
-        where = ".".join(
-            map(str, (*first["loc"], *filter(None, [first.get("ctx", {}).get("field")])))
-        )
-        raise store.StoreError(f"{file}: {where}: {short(first['msg'])}") from None
+        raise store.StoreError(f"{file}: {short(validation.told(error.errors()))}") from None
     except (KeyError, TypeError) as error:
         raise store.StoreError(f"{file}: its config lacks {short(error)}") from None

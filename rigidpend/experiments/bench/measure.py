@@ -90,7 +90,7 @@ class Timed(NamedTuple):
 
     @property
     def prepare(self) -> float:
-        """What goes beyond a warm solve at first."""
+        """The time of the first solve beyond a warm one."""
         return self.made + max(0.0, self.first - self.seconds)
 
 

@@ -59,7 +59,7 @@ PLANE = {
 
 
 COLUMNS = PLANE["x"]._replace(units="see x_axis", description="values of the columns")
-"""What x is where the config gives columns."""
+"""The field of x where the config gives columns."""
 LAYOUT: Layout = {
     **PLANE,
     "y_axis": Field(TEXT, (), "", f"what y is: {KINDS}"),

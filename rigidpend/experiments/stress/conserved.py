@@ -84,7 +84,7 @@ BIASED = (
 BIAS = 4e-16
 """A rotation, relative: four times what was measured, and the most that `BIASED` explains."""
 SPLITTINGS = {2: (1 / 50, 1.6e-3), 4: (1 / 25, 5e-6), 6: (1 / 15, 9e-7), 8: (1 / 10, 4e-8)}
-"""By the order of a splitting the length of its step, in rotations, and its energy's bound.
+"""The length of a step, in rotations, by the order of a splitting, and its energy's bound.
 
 Errors of the energy, relative to h0, are from 1e-4 to 1e-10. The bound is two and a half times what
 two other sets of 16 orbits showed (6.6e-4, 2.0e-6, 3.7e-7, 1.7e-8)."""
@@ -261,7 +261,7 @@ def _walk_claims(
 
 
 def _curve(name: str, rotations: Array, drift: Array, walk: Array) -> dict[str, Any]:
-    """What is drawn of a drift (3, k), with the predicted walk at its times."""
+    """The curves that are drawn of a drift (3, k), with the predicted walk at its times."""
     powers = np.array([slope(rotations, row) for row in drift])
     return {"name": name, "rotations": rotations, "drift": drift, "walk": walk, "power": powers}
 

@@ -43,7 +43,7 @@ STEPS = {53: 128, 106: 32, 159: 16, 212: 8, 424: 2}
 EXPECTED = 50
 """Steps that a passage takes."""
 LANE = np.dtype([("orbit", int), ("count", int), ("silence", int), ("last", float)])
-"""Of a column: the number of its orbit, its crossings, steps since the last, and t' of that."""
+"""A column: the number of its orbit, its crossings, steps since the last, and t' of that."""
 TRIPLES = 160
 """Bits up to which crossings are found in sums of three doubles: those keep 161 with their signs.
 

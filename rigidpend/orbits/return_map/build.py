@@ -228,14 +228,14 @@ def build(
         Building it is expected to take more than the budget, seconds of a core.
     """
     a = precision(table_bits(bits))
-    p = body.angles(max(a.bits, bits) + GUARD_BITS)
+    p = body.angles(max(MOST_IN_PAIRS, a.bits) + GUARD_BITS)
     c, rough = coefficients(p, design.unit, a), coefficients(p, design.unit, precision(53))
     scale = exact(design.unit) ** 2
     exponent = _floquet_exponent(body, float(low), float(high))
     allowed = _allowed(bits)
     layer, planned = _plan(body, low, high, bits, design)
     middle, half = (low + high) / 2 * scale, (high - low) / 2 * scale
-    spent = 0.0
+    spent, before = 0.0, math.inf
     for _ in range(ATTEMPTS):
         spent += cost(planned, rough, float(middle), a.bits)
         if spent > budget:
@@ -244,7 +244,12 @@ def build(
         nf, charts, errors = _attempt(c, rough, energies, layer, planned, exponent, a)
         if errors.largest < allowed:
             break
-        small = allowed / 8
+        if a.in_pairs and errors.largest > before / 2:
+            # More terms gave nothing: where the surfaces split by little a chart's fourth part is
+            # so much smaller than the others that it loses to their roundings.
+            a = precision(MOST_IN_PAIRS)
+            c = coefficients(p, design.unit, a)
+        before, small = errors.largest, allowed / 8
         x, phase, energy = (tail > small for tail in errors[-3:])
         # What the tails don't tell of is the normal form's own.
         inner = max(errors.charts, errors.inverse) > TOLD * max(errors[-3:])

@@ -20,8 +20,6 @@ MOST_ITERATIONS = 12
 """Most corrections with all terms; each doubles the digits, where the series converges at all."""
 SETTLED = 1e-8
 """Relative correction in doubles after which the next one, its square, would be rounding."""
-KNOWN = 7
-"""Degree of terms that tell the size of u and v."""
 SLOPES = 2.0**-44
 """Share of a correction that slopes in doubles leave."""
 BEYOND = (
@@ -133,49 +131,44 @@ def _inverted(
     a: Precision,
     counts: Any,
 ) -> tuple[Any, Any, Any, Any]:
-    doubles, rest = precision(53), GUARD * 2.0 ** (53 - a.bits)
+    doubles = precision(53)
     given = [a.floats(x) for x in Q]
     series = TorusSeries(rough, a.floats(weights), a.floats(psi), doubles, counts)
-    u, v, low = _newton(series, given, rest if a.bits > 53 else 0.0)
+    u, v = _newton(series, given[0], given[1])
     if a.bits == 53:
         return (u, v, *series.values(u, v)[:1:-1])
-    _, by_u, by_v = series.part(0, low).slopes(u, v, every=True)
-
-    def corrected(values: Any) -> tuple[Any, Any]:
-        return correction(by_u, by_v, (values[0] - Q[0], values[1] - Q[1]))
-
-    du, dv = corrected(series.values(u, v))
-    u, v = a.array(a.floats(u - du)), a.array(a.floats(v - dv))
+    _, by_u, by_v = series.slopes(u, v, every=True)
+    size = max(doubles.largest(u), doubles.largest(v))
+    low = series.least_degree(size, GUARD * 2.0 ** (53 - a.bits))
     head = TorusSeries(nf, weights, psi, a, counts, most=low)
     tail = series.part(low + 1)
+    u, v = a.array(u), a.array(v)
     for _ in range(MOST_ITERATIONS):
         values = head.values(u, v) + tail.values(a.floats(u), a.floats(v))
-        du, dv = corrected(values)
+        du, dv = correction(by_u, by_v, (values[0] - Q[0], values[1] - Q[1]))
         u, v = u - du, v - dv
-        if _relative(du, dv, u, v, a) * max(rest, SLOPES) < 4 * a.epsilon:
+        if _relative(du, dv, u, v, a) * SLOPES < 4 * a.epsilon:
             sigma, tau = (values[k] - by_u[k] * du - by_v[k] * dv for k in (2, 3))
             return u, v, tau, sigma
     raise MapError(BEYOND)
 
 
-def _newton(series: TorusSeries, Q: Any, rest: float) -> tuple[Any, Any, int]:
-    """u and v in doubles by the terms up to a degree, and this: a share `rest` is left beyond."""
-    u, v = 0 * Q[0], 0 * Q[0]
-    degree, late, low = 1, 0, series.degree
+def _newton(series: TorusSeries, Qp: Any, Qm: Any) -> tuple[Any, Any]:
+    """u and v in doubles."""
+    u, v = 0 * Qp, 0 * Qp
+    degree, late = 1, 0
     with np.errstate(over="ignore", invalid="ignore", divide="ignore"):
         while late < MOST_ITERATIONS:
-            value, by_u, by_v = series.part(0, degree).slopes(u, v)
-            du, dv = correction(by_u, by_v, value - Q)
+            (p, m), by_u, by_v = series.part(0, degree).slopes(u, v)
+            du, dv = correction(by_u, by_v, (p - Qp, m - Qm))
             u, v = u - du, v - dv
             off = _relative(du, dv, u, v, precision(53))
-            if degree >= low and off < SETTLED:
-                return u, v, low
+            if degree >= series.degree and off < SETTLED:
+                return u, v
             if not off < np.inf:
                 break
-            if rest and degree == KNOWN:
-                low = series.least_degree(max(np.abs(u).max(), np.abs(v).max()), rest)
             # A correction doubles the digits, and as many more terms count then.
-            degree, late = min(2 * degree + 1, low), late + (degree >= low)
+            degree, late = 2 * degree + 1, late + (degree >= series.degree)
     raise MapError(BEYOND)
 
 

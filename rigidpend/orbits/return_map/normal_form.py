@@ -162,7 +162,7 @@ class _Finder:
         self.sigma: dict[int, Any] = {}
         self.rotation: list[Any] = []
         self.sharp: list[list[Any]] = []
-        """What was found before it went on in doubles: as `_series_found`."""
+        """Parts that were found before it went on in doubles: as `_found` gives them."""
         self._begin()
 
     def _series(self, c: Coefficients, h: Scalar) -> tuple[list[Jet], list[Jet]]:

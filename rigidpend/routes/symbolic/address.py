@@ -30,7 +30,7 @@ _TERM = re.compile(r"([01])(?:\^([0-9]{1,6}))?|\(([01])\^([0-9]{1,6})\)\*([0-9]{
 
 
 Code: TypeAlias = "str | Sequence[int] | NDArray[np.integer[Any]] | Address"
-"""What names an orbit by its symbols: a text, numbers or an address."""
+"""The name of an orbit by its symbols: a text, numbers or an address."""
 
 
 class AddressError(ParameterError):

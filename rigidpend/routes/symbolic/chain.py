@@ -90,7 +90,7 @@ class Chain(NamedTuple):
 
     @property
     def unknowns(self) -> Array:
-        """What :class:`System` solves for: a guess for another system."""
+        """The unknowns of a :class:`System`: a guess for another system."""
         x = np.empty((1 + len(self.a) + len(self.b), *self.a.shape[1:]))
         x[0], x[1::2], x[2::2] = self.unknown, self.a, self.b
         return x

@@ -232,7 +232,7 @@ def closing(orbit: ClosedOrbit, bits: int = 113) -> Closing:
     rounded, exactly = (np.frompyfunc(lambda x, n=n: fraction(x, n), 1, 1) for n in (bits, a.bits))
 
     def gaps(places: Any, ends: Any, times: Any) -> tuple[Any, Any]:
-        """What (d, chi) behind passages lack of their ends (n, 2), and how late these cross."""
+        """The lack of (d, chi) behind passages of their ends (n, 2), and how late these cross."""
         d, chi = a.array(places.T)
         states = rounded(section_states(d, chi, h, c, a))
         reached = states_at(fractions, states, times[None], bits)[:, 0]

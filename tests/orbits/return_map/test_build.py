@@ -210,6 +210,13 @@ def test_a_body_of_long_passages_has_maps(design: Design) -> None:
     assert max(errors.charts, errors.inverse, errors.exponents) < 2.0**-64
 
 
+@pytest.mark.slow
+def test_tables_have_more_bits_where_one_of_the_surfaces_does_not_split() -> None:
+    """Hess' case: the fourth part of a chart is 1e-9 of the others."""
+    errors = return_map(Body((2, 1, "1.5"), (1, "sqrt(2)", 0), "0.001"), h=H, bits=64).errors
+    assert errors.largest < 2.0**-64
+
+
 def test_a_damaged_file_is_built_again(cache: Path) -> None:
     made = return_map(FIG4, h=H)
     (path,) = cache.iterdir()

@@ -34,7 +34,7 @@ MOMENTA = 3
 
 
 def note(order: int, bits: int) -> Any:
-    """What a note holds, all doubles: the `FIELDS`, and the `MOMENTA` in powers of t'."""
+    """Layout of a note, all doubles: the `FIELDS`, and the `MOMENTA` in powers of t'."""
     series = ("series", float, (MOMENTA, order + 1, KINDS[bits].parts))
     return np.dtype([*((name, float) for name in FIELDS), series])
 
