@@ -98,6 +98,7 @@ def test_all_eight_relations_are_proven_of_starts_of_one_J2_0(
     assert 1.559 < data["line"]["theta2"].min() < data["line"]["theta2"].max() < 1.565
     times = data["sets"]["shortest"].min(), data["sets"]["longest"].max()
     assert 23.94 < times[0] < times[1] < 23.99
+    assert (data["sets"]["shortest"] < data["sets"]["longest"]).all()
     squeeze = data["relations"]["squeeze"]
     assert squeeze[:2].max() * squeeze[2:].max() < 1 / 3
     assert data["relations"]["stretch"][:2].min() * data["relations"]["stretch"][2:].min() > 1e5
