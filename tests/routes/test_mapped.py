@@ -183,6 +183,21 @@ def test_a_third_map_is_made_for_orbits_that_two_leave_doubtful(
     compute, _ = choice.with_maps(maps, integrate_, 20, (53,))
     compute(53, certainty.THIRD, columns)
     assert integrated == [53], "nothing finer is to come"
+    asked: list[Any] = []
+
+    def leaves(bits: int, scales: Scales, here: Any) -> Crossings:
+        found = whole(bits, scales, here)
+        found.time[:, 3], found.outcome[3] = np.nan, Outcome.FAILED
+        return found
+
+    def put_back(bits: int, scales: Scales, here: Any) -> Crossings:
+        asked.extend(here)
+        return whole(bits, scales, here)
+
+    monkeypatch.setattr(maps, "crossings", leaves, raising=False)
+    compute, left = choice.with_maps(maps, put_back, int(20 / share), (53,))
+    assert (compute(53, Scales(), columns).time == 1).all(), "what was integrated is put back"
+    assert asked == [columns[3]] == np.flatnonzero(left).tolist(), "and nothing else"
 
 
 @pytest.mark.parametrize(
