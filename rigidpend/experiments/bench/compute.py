@@ -112,7 +112,7 @@ def _search(config: Config, key: str, truth: dict[str, Data]) -> Tree:
     if missing := _missing(key):
         said = f"absent: {missing} is not installed"
         return {name: _told(bench.SEARCHED, {"ended": said}) for name in problems}
-    budgets = len(problems) * float(config.search.seconds)
+    budgets = len(problems) * len(METHODS[key].variants) * float(config.search.seconds)
     lines, ended = by_worker(measure.search, (config, key, truth), budgets)
     found: dict[str, Tree] = {}
     for name in problems:

@@ -126,11 +126,10 @@ def search(config: schema.Config, name: str, truth: dict[str, Data]) -> Iterator
 def settings(given: Stage, name: str, asked: schema.Search) -> Iterator[Line]:
     """Try every setting of a method: each variant at each knob.
 
-    A variant ends where its share of the budget is spent, or would be by the next knob.
+    A variant ends where its budget is spent, or would be by the next knob.
     """
-    variants = METHODS[name].variants
-    share = float(asked.seconds) / len(variants)
-    for number, setting in enumerate(variants):
+    share = float(asked.seconds)
+    for number, setting in enumerate(METHODS[name].variants):
         spent = 0.0
         for knob in knobs(name, asked, given.long):
             line, took = measured(given, name, Entrant(knob, setting), asked.repeats, share)
