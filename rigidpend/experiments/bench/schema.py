@@ -77,7 +77,7 @@ class Search(Part):
     repeats: Few = 3
     """Measurements of each setting; their median counts."""
     seconds: Seconds
-    """Seconds of solving for each variant at a problem: after them no further knob is tried."""
+    """Budget of a variant at a problem, seconds of solving: after it no further knob is tried."""
     tolerances: Tolerances
     """Local tolerances of methods that choose their steps, dimensionless; descending."""
     steps: Counts
