@@ -80,7 +80,7 @@ def test_every_variant_is_tried_at_every_knob_until_its_budget_cuts_what_is_left
 
     every = [(0, 0.001, 0.003), (0, 0.002, 0.004), (1, 0.001, 0.011), (1, 0.002, 0.012)]
     assert lines(9.0) == every
-    assert lines(0.05) == every[:3]
+    assert lines(0.03) == every[:3]
 
 
 def test_the_median_of_several_solves_counts_and_not_the_fastest(napping: Any) -> None:

@@ -69,6 +69,14 @@ def test_steps_are_noted_to_twice_the_depth_of_a_touch_of_the_largest_orbit(bits
     assert depths == [pytest.approx(2 * touch(bits) * largest, rel=1e-12)]
 
 
+def test_numbers_of_the_kernel_have_the_bits_that_are_asked_for() -> None:
+    """Three doubles have 159 bits, and their signs two more; the next ones have no fewer."""
+    found = {bits: batch.bits_of_numbers(bits) for bits in (53, 54, 106, 107, 160, 161, 212, 213)}
+    assert list(found.values()) == [53, 106, 106, 159, 159, 212, 212, 424]
+    for table in (batch.TOGETHER, batch.WORTH, batch.STEPS):
+        assert set(table) == set(found.values())
+
+
 @pytest.mark.parametrize(("bits", "expected"), [(53, 2.0**-40), (106, 2.0**-93), (160, 2.0**-147)])
 def test_every_bit_halves_the_tolerance(
     bits: int, expected: float, monkeypatch: pytest.MonkeyPatch

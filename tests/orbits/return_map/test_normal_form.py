@@ -12,9 +12,10 @@ from hypothesis import assume, given
 from rigidpend import Body
 from rigidpend.mechanics import floquet
 from rigidpend.mechanics.equations import aligned
+from rigidpend.orbits.return_map import normal_form as module
 from rigidpend.orbits.return_map.conjugacy import inverted, torus_rates
 from rigidpend.orbits.return_map.expansions import Interval
-from rigidpend.orbits.return_map.normal_form import MapError, normal_form
+from rigidpend.orbits.return_map.normal_form import MapError, normal_form, powers
 from rigidpend.orbits.return_map.poincare import rotation_phase
 from rigidpend.orbits.return_map.precision import precision
 from rigidpend.orbits.return_map.reduced import coefficients, reduced, theta3_rate
@@ -145,6 +146,24 @@ def test_agrees_the_inverse_of_the_series_in_64_and_113_bits() -> None:
         found.append(np.array([float(x[0]) for x in beside]))
         assert float(nf.disagreement) < 2.0 ** (10 - bits)
     np.testing.assert_allclose(found[0], found[1], rtol=1e-12)
+
+
+@pytest.mark.parametrize(("bits", "degree"), [(70, 21), (96, 29)])
+def test_terms_in_doubles_leave_less_than_an_eighth_of_a_rounding(
+    bits: int, degree: int, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Each leaves a 256th part, `GUARD`; a rounding is of the largest at |u|, |v| = radius."""
+    a, radius = precision(bits), 1 / 16
+    h = a.number(1.3342)
+    given: Any = (coefficients_of(FIG4, bits), Interval(h, 0 * h, 1), degree, degree, radius, a)
+    found = normal_form(*given)
+    monkeypatch.setattr(module, "GUARD", 0.0)
+    whole = normal_form(*given)
+    for x, true, parity in ((found.odd, whole.odd, 1), (found.even, whole.even, 0)):
+        of = radius ** powers(degree - 1 + parity, parity).sum(axis=1, dtype=float)
+        off, all_ = (np.abs(a.floats(y)).reshape(*y.shape[:2], -1) for y in (x - true, true))
+        share = (off * of[:, None]).max() / (all_ * of[:, None]).max(axis=(0, 1)).min()
+        assert 0 < share < 2.0**-bits / 8
 
 
 def test_an_elliptic_orbit_has_no_normal_form() -> None:
