@@ -62,10 +62,11 @@ def test_arrays_have_their_dimensions_units_and_coordinates(result: Any) -> None
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("path", sorted(REFERENCE.glob("*.h5")), ids=lambda path: path.stem)
-def test_every_stored_array_is_in_the_tree(path: Path) -> None:
+@pytest.mark.parametrize("name", ["fig2", "fig3", "fig4_zoom", "asymptotic_orbits"])
+def test_every_stored_array_is_in_the_tree(name: str) -> None:
+    """Of groups of one kind, of several and inside each other."""
     pytest.importorskip("xarray")
-    loaded = rigidpend.load(path)
+    loaded = rigidpend.load(REFERENCE / f"{name}.h5")
 
     def compare(node: Any, values: Any) -> int:
         count = 0

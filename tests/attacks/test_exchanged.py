@@ -112,16 +112,22 @@ from rigidpend.runs.parts import Parts
 Parts.drop = lambda parts: None
 runpy.run_module("rigidpend", run_name="__main__", alter_sys=True)
 """
-    # Of the kernels that were ever compiled those that the runs use: what is loaded is touched.
-    kernels = found / "cache" / "rigidpend" / "kernels"
-    if (cache.folder() / "kernels").is_dir():
-        shutil.copytree(cache.folder() / "kernels", kernels)
+    # They are made for the user's cache, and those that the runs use copied from there.
+    kept, users = found / "cache" / "rigidpend", cache.folder()
+    kept.mkdir(parents=True)
+    for name in ("kernels", "maps"):
+        (users / name).mkdir(parents=True, exist_ok=True)
+        (kept / name).symlink_to(users / name)
     begun = time.time()
     done = python(found, "-c", program, "run", "map.yaml", "zoom.yaml", env=with_cache(found))
     assert done.returncode == 0, done.stderr
-    for path in kernels.iterdir():
-        if path.stat().st_mtime < begun:
-            path.unlink()
+    for name in ("kernels", "maps"):
+        (kept / name).unlink()
+        (kept / name).mkdir()
+        for path in (users / name).glob("[!.]*"):
+            # What is loaded is touched.
+            if path.stat().st_mtime >= begun:
+                shutil.copy(path, kept / name)
     (found / "undisturbed").mkdir()
     for path in (found / "results").glob("*.h5"):
         path.rename(found / "undisturbed" / path.name)
