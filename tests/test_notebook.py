@@ -89,7 +89,7 @@ def test_the_file_itself_has_named_dimensions_with_scales(result: Any) -> None:
         assert [list(dimension) for dimension in codes.dims] == [[], ["theta2_0"]]
         assert codes.dims[1]["theta2_0"] == file["data/only/theta2_0"]
     # They are no part of what is compared, and a result with them is read like any other.
-    assert "DIMENSION_LIST" not in store.outline(result.path)["/data/only/codes"]
+    assert "DIMENSION_LIST" not in store.load_outlined(result.path)[1]["/data/only/codes"]
     assert set(store.load(result.path)["data"]) == {"only"}
 
 

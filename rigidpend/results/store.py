@@ -45,6 +45,7 @@ from rigidpend.results.structure import Checker, Unfit, told
 __all__ = ["OtherVersion", "Result", "StoreError", "load", "opened", "prepare", "write"]
 
 Attributes: TypeAlias = Mapping[str, Any]
+Outline: TypeAlias = dict[str, dict[str, Any]]
 Found = TypeVar("Found")
 
 FORMAT, FORMAT_VERSION = "rigidpend", 1
@@ -245,10 +246,21 @@ def load(path: Path, layout: Layout | None = None, *, ratio: int = RATIO) -> Loa
     Layout, ratio and errors are those of :func:`opened`; StoreError also where a checksum says that
     the data changed on disk, or where values are not finite that must be.
     """
-    return read(path, lambda file: loaded(file, layout), whole=True, layout=layout, ratio=ratio)
+    return read(path, lambda file: _loaded(file, layout), whole=True, layout=layout, ratio=ratio)
 
 
-def loaded(file: h5py.File, layout: Layout | None = None) -> Loaded:
+def load_outlined(
+    path: Path, layout: Layout | None = None, *, ratio: int = RATIO
+) -> tuple[Loaded, Outline]:
+    """A file as :func:`load` gives it, and its :func:`outline`."""
+
+    def both(file: h5py.File) -> tuple[Loaded, Outline]:
+        return _loaded(file, layout), outline(file)
+
+    return read(path, both, whole=True, layout=layout, ratio=ratio)
+
+
+def _loaded(file: h5py.File, layout: Layout | None) -> Loaded:
     """The whole of an open file as plain data (see :func:`load`)."""
     found: Loaded = {
         "attributes": dict(file.attrs),
@@ -278,16 +290,11 @@ def attributes(path: Path) -> dict[str, Any]:
     return read(path, lambda file: dict(file.attrs))
 
 
-def outline(path: Path) -> dict[str, dict[str, Any]]:
-    """Every object of a result file by its place, ``/`` first, with its attributes.
+def outline(file: h5py.File) -> Outline:
+    """Every object of an open file by its place, ``/`` first, with its attributes.
 
     Datasets have two more, ``(kind)`` of their numbers and ``(dimensions)``.
     """
-    return read(path, outlined)
-
-
-def outlined(file: h5py.File) -> dict[str, dict[str, Any]]:
-    """Every object of an open file (see :func:`outline`)."""
     found = {"/": dict(file.attrs)}
     file.visititems(lambda name, node: found.update({f"/{name}": _features(node)}))
     return found

@@ -342,7 +342,7 @@ def test_a_sound_file_has_time_enough_on_a_machine_that_is_slow_or_crowded(name:
 
 
 def test_an_outline_names_every_object_with_its_attributes(path: Path) -> None:
-    found = store.outline(path)
+    _, found = store.load_outlined(path)
     assert found["/"] == store.attributes(path)
     assert found["/provenance"] == {"created": "now"}
     assert found["/data/zebra/codes"] == {
