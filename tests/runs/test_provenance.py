@@ -46,7 +46,10 @@ def config_hash(path: Path, *settings: str) -> str:
 
 @pytest.mark.parametrize(
     ("experiment", "place"),
-    [("exponents", "config/bodies.py"), ("route_codes", "routes/__init__.py")],
+    [
+        ("bench", "experiments/bench/schema.py"),
+        ("route_codes", "routes/__init__.py"),
+    ],
 )
 def test_code_hash_notices_values_in_what_is_imported_but_no_comment_docstring_or_layout(
     edited: dict[str, bytes], experiment: str, place: str

@@ -85,6 +85,19 @@ def less(file: Any) -> None:
     del file["data/only/bits"]
 
 
+def named_otherwise(file: Any) -> None:
+    """What has no counterpart is a difference, and its values are not compared."""
+    file.move("data/only", "data/other")
+
+
+ARRAYS = ("bits", "certain", "codes", "crossing_time", "melnikov_zeros", "separatrix", "theta2_0")
+OTHER = tuple(
+    f"/data/{name}{end} is only {where}"
+    for name, where in (("only", "computed"), ("other", "stored"))
+    for end in ("", *(f"/{array}" for array in ARRAYS))
+)
+
+
 UNFIT = "rigidpend: results/reference/small.h5: not a result that can be used: "
 
 
@@ -93,6 +106,7 @@ UNFIT = "rigidpend: results/reference/small.h5: not a result that can be used: "
     [
         (edit, 1, EDITED, ""),
         (provenance, 0, (), ""),
+        (named_otherwise, 1, OTHER, ""),
         (more, 1, None, f"{UNFIT}data/only/inner is not a part of such results"),
         (less, 1, None, f"{UNFIT}data/only/bits is absent"),
     ],
