@@ -17,7 +17,7 @@ import json
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
 from pathlib import Path
-from typing import Any, NamedTuple, TypeAlias, TypeVar
+from typing import Any, TypeAlias, TypeVar
 
 import h5py
 import numpy as np
@@ -42,7 +42,7 @@ from rigidpend.results import structure
 from rigidpend.results.damage import grant, intact, tried
 from rigidpend.results.structure import Checker, Unfit, told
 
-__all__ = ["OtherVersion", "Result", "StoreError", "load", "opened", "prepare", "write"]
+__all__ = ["OtherVersion", "StoreError", "load", "opened", "prepare", "write"]
 
 Attributes: TypeAlias = Mapping[str, Any]
 Outline: TypeAlias = dict[str, dict[str, Any]]
@@ -62,24 +62,16 @@ CONFIG, DEEPEST = 2**22, 32
 """Characters of a config, and its brackets inside each other, at most."""
 
 
-class Result(NamedTuple):
-    """A result file's content."""
-
-    attributes: Attributes
-    """Attributes of the root; format and version are added."""
-    config: Mapping[str, Any]
-    """The resolved config, as plain data."""
-    provenance: Attributes
-    data: Tree
-
-
-def write(path: Path, result: Result) -> None:
+def write(
+    path: Path, data: Tree, attributes: Attributes, config: Any, provenance: Attributes
+) -> None:
     """Write a result file: in memory first, then under its name in one step.
 
-    StoreError where it cannot be written: what was there before is untouched.
+    Format and version are added to the attributes of its root; the config is plain data. StoreError
+    where it cannot be written: what was there before is untouched.
     """
-    with image(result.data) as file:
-        finish(file, path, *result[:3])
+    with image(data) as file:
+        finish(file, path, attributes, config, provenance)
 
 
 @contextmanager
