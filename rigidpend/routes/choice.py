@@ -165,7 +165,7 @@ def decided_by(maps: Maps, *, sampled: bool = True) -> Mapped:
             costs.warned(run.problem, open_.size, n, costs.beyond_maps(run.problem), reason)
         # Where they are a part other threads are at work on the rest.
         further = abreast(run) if n == run.orbits else run.crossings
-        certainty.climb(further, known, open_, rate, beyond)
+        certainty.climb(further, known, rate, beyond)
     if sampled:
         # Doubles decide at least the first symbols of each; what is beyond them takes long.
         size = -(-SAMPLE * n // run.orbits)
