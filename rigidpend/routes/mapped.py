@@ -55,13 +55,18 @@ def designs_of(orbits: int) -> list[Design]:
     return [FIRST, SECOND, THIRD][: 3 if orbits >= THIRDS else 2]
 
 
-def expected_tables(problem: RouteProblem, orbits: int) -> float:
-    """Seconds of a core for the tables of so many orbits; infinity where they have no map."""
-    which, pair = (problem.body, *problem.energies), wanted(problem)[0]
-    try:
-        return sum(expected_cost(*which, _bits_of(x, pair), x) for x in designs_of(orbits))
-    except MapError:
-        return math.inf
+def expected_tables(problem: RouteProblem, orbits: int, most: float) -> float:
+    """Seconds of a core for the tables of so many orbits, of the sharpest maps that may be made.
+
+    They take no more than `most`; infinity where none do, or the orbits have no map.
+    """
+    which = problem.body, *problem.energies
+    with contextlib.suppress(MapError):
+        for pair in wanted(problem):
+            each = (expected_cost(*which, _bits_of(x, pair), x) for x in designs_of(orbits))
+            if (tables := sum(each)) <= most:
+                return tables
+    return math.inf
 
 
 def _bits_of(design: Design, pair: tuple[int, int]) -> int:
