@@ -54,6 +54,11 @@ def test_a_sweep_is_drawn_one_by_one_and_together(
     assert done.returncode == 0, done.stderr
     drawn = {path.stem for path in (swept / "results").glob("*.png")}
     assert drawn == {"mine_mu=1e-3", "mine_mu=1e-2", "mine_mu"}
+    # Together they are drawn anew where any of them is another.
+    again = ("--set", "problem.mu=1e-2", "--name", "mine_mu=1e-2", "--force")
+    assert call(swept, "run", "mine", *again).returncode == 0
+    said = call(swept, "render", "mine", *SWEEP).stderr.splitlines()
+    assert [line.partition(".png ")[2] for line in said] == ["up to date", "drawn", "drawn"]
 
 
 @pytest.mark.slow
@@ -86,7 +91,8 @@ def test_a_result_is_a_config_for_every_command(
 
 @pytest.mark.slow
 def test_verify_of_other_settings_computes_its_reference(small: Path) -> None:
-    done = call(small, "verify", "small", "--set", "problem.arrays.only.count=1", "-j1")
+    given = ("--set", "problem.arrays.only.count=1", "--set", "problem.n_symbols=1", "-j1")
+    done = call(small, "verify", "small", *given)
     assert done.stdout == "small: the same by Taylor series and DOP853\n"
     other = call(small, "verify", "fig1", "--set", "problem.A=[3, 2, 2.5]")
     assert (other.returncode, other.stdout) == (3, "")

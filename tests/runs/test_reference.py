@@ -36,8 +36,8 @@ SCIPY = {
     "fig3": ("problem.bodies={a: [2, 0.2, 1.8]}",),
     "fig4": (
         "problem.n_symbols=3",
-        "problem.arrays.left.count=2",
-        "problem.arrays.right.count=2",
+        "problem.arrays.left.count=1",
+        "problem.arrays.right.count=1",
     ),
 }
 NOT_COMPARED = (
