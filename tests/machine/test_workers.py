@@ -7,6 +7,7 @@ import os
 import signal
 import threading
 import time
+import warnings
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
@@ -102,6 +103,8 @@ def spoken(parts: int, say: Callable[[str], object]) -> int:
     """Say a line for each part, with the share that is done; return the process."""
     for part in range(parts):
         say(PartDone(f"part {part}", part + 1, parts))
+    if parts == 3:
+        warnings.warn("three parts are many", stacklevel=1)
     if parts == 2:
         os.kill(os.getpid(), signal.SIGKILL)
     if parts == 4:
@@ -110,11 +113,15 @@ def spoken(parts: int, say: Callable[[str], object]) -> int:
 
 
 @pytest.mark.slow
-def test_processes_serve_work_that_holds_the_interpreter_and_are_heard() -> None:
+def test_processes_serve_work_that_holds_the_interpreter_and_are_heard(
+    capfd: pytest.CaptureFixture[str],
+) -> None:
+    """What they warn of is a sentence: where in the code it arises is no news for a user."""
     heard: list[Any] = []
     assert os.getpid() not in side_by_side(spoken, (), True, [3, 1], 2, heard.append)
     assert sorted(heard) == ["part 0", "part 0", "part 1", "part 2"]
     assert sorted(line.share for line in heard) == [1 / 3, 2 / 3, 1.0, 1.0]
+    assert capfd.readouterr().err == "rigidpend: warning: three parts are many\n"
 
 
 @pytest.mark.slow
