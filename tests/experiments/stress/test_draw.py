@@ -28,7 +28,8 @@ DECIDED = {"bits": 64, "measured": np.array([30, 20]), "predicted": np.array([25
 
 
 def claims(curves: Any = None, **ratios: tuple[float, str]) -> dict[str, Any]:
-    made = {name: {"ratio": ratio, "verdict": verdict} for name, (ratio, verdict) in ratios.items()}
+    ratio, verdict = np.transpose([*ratios.values()])
+    made = {"name": [*ratios], "ratio": ratio.astype(float), "verdict": verdict}
     return {"claims": made, "curves": curves or {}}
 
 
