@@ -21,9 +21,8 @@ def styled(draw: Callable[[Loaded], Figure], result: Loaded, *, laid_out: bool =
 
 
 def check_on_page(figure: Figure) -> None:
-    """Hold that the figure is no wider than a page, and nothing of a panel sticks out of it."""
+    """Hold that a figure, laid out, is no wider than a page, and no panel sticks out of it."""
     assert figure.get_size_inches()[0] <= 7.2 + 1e-9
-    figure.draw_without_rendering()
     width, height = figure.bbox.size
     for axes in figure.axes:
         box = axes.get_tightbbox()

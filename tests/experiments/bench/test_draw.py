@@ -86,7 +86,7 @@ def test_families_look_different_and_the_legend_holds_those_that_are_shown(
 
 
 def test_the_stored_measurement_is_one_page_and_does_not_leave_it() -> None:
-    made = styled(draw, load(Path("results/measured/bench.h5")))
+    made = styled(draw, load(Path("results/measured/bench.h5")), laid_out=True)
     check_on_page(made)
     assert made.get_figwidth() == 7.2
     assert made.get_figheight() < 9
