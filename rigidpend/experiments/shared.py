@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from functools import partial
 from typing import TYPE_CHECKING, Any
 
@@ -143,6 +143,11 @@ MU_OVER_H0 = Field(
 )
 SMALL = 1e-2
 """Largest mu/h0 at which slopes are fitted: above it the next order in mu shows."""
+
+
+def columns(names: Iterable[str], rows: Sequence[Any]) -> dict[str, Array]:
+    """Attributes of records as arrays, by name."""
+    return {name: np.array([getattr(row, name) for row in rows]) for name in names}
 
 
 def joined(found: Mapping[str, Any]) -> dict[str, Any]:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import itertools
 import math
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Sequence
 from fractions import Fraction
 from typing import TYPE_CHECKING, Any, NamedTuple
 
@@ -14,6 +14,7 @@ from rigidpend.experiments.contract import Means
 from rigidpend.experiments.data import Data, Tree
 from rigidpend.experiments.full_shift import RELATIONS
 from rigidpend.experiments.full_shift.schema import Config
+from rigidpend.experiments.shared import columns
 from rigidpend.numbers.exact import exact
 from rigidpend.numbers.generic import Array
 from rigidpend.routes.certified import connections, coverings, pieces, sections
@@ -123,21 +124,17 @@ def _stored(
     found = proven.arrivals
     data["sets"] |= {
         "symbol": np.array([int(each.right) for each in found]),
-        **_columns(("bound", "late"), found),
-        "shortest": np.array([each.duration[0] for each in found]),
-        "longest": np.array([each.duration[1] for each in found]),
+        **columns(("bound", "late"), found),
+        **dict(
+            zip(("shortest", "longest"), np.transpose([x.duration for x in found]), strict=True)
+        ),
     }
     of_line = [name for name in RELATIONS if name != "orientation"]
     line |= {"theta2": np.array(links[0].theta2), "bound": proven.start.bound}
-    line |= _columns(of_line, proven.crossed)
-    rows = [_columns(RELATIONS, pair) for pair in proven.relations]
+    line |= columns(of_line, proven.crossed)
+    rows = [columns(RELATIONS, pair) for pair in proven.relations]
     relations = {name: np.array([row[name] for row in rows]) for name in RELATIONS}
     return {**data, "relations": relations, "drawn": _drawn(sets, proven)}
-
-
-def _columns(names: Iterable[str], rows: Sequence[Any]) -> dict[str, Array]:
-    """Fields of records as arrays."""
-    return {name: np.array([getattr(row, name) for row in rows]) for name in names}
 
 
 class Proven(NamedTuple):
