@@ -14,7 +14,10 @@ from rigidpend.experiments.data import ANY, FLAG, FLOAT, TEXT, WHOLE, Allowed, D
 from rigidpend.numbers.generic import Array
 
 if TYPE_CHECKING:
+    from fractions import Fraction
+
     from rigidpend.config.bodies import WeightedBodies
+    from rigidpend.numbers.exact import Exact
 
 
 SYMBOLS, CROSSINGS = ("symbols", "columns"), ("symbols+1", "columns")
@@ -143,6 +146,12 @@ MU_OVER_H0 = Field(
 )
 SMALL = 1e-2
 """Largest mu/h0 at which slopes are fitted: above it the next order in mu shows."""
+
+
+def rational(number: Exact) -> Fraction:
+    """A number that a schema holds to be rational."""
+    assert number.fraction is not None
+    return number.fraction
 
 
 def columns(names: Iterable[str], rows: Sequence[Any]) -> dict[str, Array]:

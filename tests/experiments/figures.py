@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from typing import Any
 
 import matplotlib
 from matplotlib.figure import Figure
@@ -18,6 +19,12 @@ def styled(draw: Callable[[Loaded], Figure], result: Loaded, *, laid_out: bool =
         if laid_out:
             made.draw_without_rendering()
     return made
+
+
+def panel(figure: Figure, letter: str) -> Any:
+    """The panel whose title begins with a letter."""
+    [found] = [x for x in figure.axes if x.get_title(loc="left").startswith(f"{letter})")]
+    return found
 
 
 def check_on_page(figure: Figure) -> None:

@@ -7,25 +7,19 @@ from typing import Any
 
 import numpy as np
 import pytest
-from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from rigidpend.experiments.bench.draw import APPEARANCES, draw, style
 from rigidpend.experiments.bench.methods import METHODS
 from rigidpend.results.store import load
 from tests.experiments.bench.data import data
-from tests.experiments.figures import check_on_page, styled
+from tests.experiments.figures import check_on_page, panel, styled
 from tests.results.loaded import loaded
 
 
 @pytest.fixture(scope="module")
 def figure() -> Figure:
     return styled(draw, loaded(data()))
-
-
-def panel(figure: Figure, letter: str) -> Axes:
-    [found] = [axes for axes in figure.axes if axes.get_title(loc="left").startswith(letter)]
-    return found
 
 
 POINTS: Any = [
