@@ -211,18 +211,15 @@ def _draw_symbols(axes: Axes, curves: Any) -> None:
 
 def tables(result: Loaded) -> list[Table]:
     """The trials by kind, then those beyond their bounds, from a loaded result."""
-    data, rows = result["data"], []
-    every = lines(data)
-    for group, content in data.items():
-        verdict, ratio = content["claims"]["verdict"], content["claims"]["ratio"]
-        numbers = (str((verdict == x).sum()) for x in LOOKS)
-        largest = ratio[verdict == PASSED].max(initial=0)
-        rows.append((group.replace("_", " "), *numbers, f"{largest:.2g}"))
-    beyond = [
-        (x["verdict"], f"{x['group'].replace('_', ' ')}, {x['name']}", x["limit"])
-        for x in every
-        if x["verdict"] != PASSED
-    ]
+    rows, beyond = [], list[tuple[str, ...]]()
+    for group, content in result["data"].items():
+        kind, claims = group.replace("_", " "), content["claims"]
+        verdicts, passed = claims["verdict"], claims["verdict"] == PASSED
+        numbers = (str((verdicts == x).sum()) for x in LOOKS)
+        rows.append((kind, *numbers, f"{claims['ratio'][passed].max(initial=0):.2g}"))
+        names, limits = (claims[key][~passed] for key in ("name", "limit"))
+        told = (f"{kind}, {name}" for name in names)
+        beyond += zip(verdicts[~passed], told, limits, strict=True)
     caption = "Trials, and the largest part of its bound that one which passed reached"
     found = [Table(caption, ("kind", *LOOKS, "largest part"), rows)]
     if beyond:
