@@ -9,7 +9,7 @@ import click
 
 import rigidpend
 from rigidpend.cli import common
-from rigidpend.machine import signals
+from rigidpend.machine import signals, wording
 
 COMMANDS = {
     "run": "run",
@@ -87,4 +87,4 @@ def main() -> None:
       rigidpend run fig4 --set problem.J1_0=1e-10 --out /tmp/mine
       eval "$(rigidpend completion bash)"
     """
-    common.settle_warnings()
+    wording.say_warnings(common.say)

@@ -9,7 +9,6 @@ import re
 import shutil
 import signal
 import sys
-import warnings
 from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import Any, NoReturn
@@ -157,15 +156,6 @@ def drop(stream: Any) -> None:
         nowhere = os.open(os.devnull, os.O_WRONLY)
         os.dup2(nowhere, stream.fileno())
         os.close(nowhere)
-
-
-def settle_warnings() -> None:
-    """Let warnings be sentences: where in the code they arise is no news for a user."""
-
-    def show(message: Warning | str, *_: Any, **__: Any) -> None:
-        say(f"rigidpend: warning: {message}")
-
-    warnings.showwarning = show
 
 
 def print_json(document: Any) -> None:

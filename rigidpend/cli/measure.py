@@ -78,8 +78,8 @@ def stress_command(
     from rigidpend.experiments.stress import draw
     from rigidpend.results import store
 
-    target = measured("stress", quick, settings, folder, force=force, jobs=jobs)
-    machine, data = store.load(target)["provenance"], store.read_tree(target)
+    result = store.load(measured("stress", quick, settings, folder, force=force, jobs=jobs))
+    machine, data = result["provenance"], result["data"]
     if as_json:
         print_json({"machine": machine, **draw.summary(data)})
     else:

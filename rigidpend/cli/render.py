@@ -15,7 +15,6 @@ from rigidpend.cli.common import (
     folder_of,
     say,
     sentence,
-    settle_warnings,
 )
 from rigidpend.cli.options import FILE, NAMES, OUT, SWEEPS, complete_names
 from rigidpend.config import catalogue
@@ -91,7 +90,6 @@ def _drawn(task: tuple[list[Path], str], suffix: str, force: bool) -> bool:
     from rigidpend.machine.files import StoreError
     from rigidpend.machine.workers import check_stop
 
-    settle_warnings()
     sources, name = task
     check_stop()
     target = sources[0].parent / f"{name}.{suffix}"

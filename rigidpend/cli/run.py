@@ -20,7 +20,6 @@ from rigidpend.cli.common import (
     print_json,
     say,
     sentence,
-    settle_warnings,
 )
 from rigidpend.cli.options import JOBS, JSON, NAMES, OUT, SCHEDULER, SETTINGS, SWEEPS
 
@@ -312,5 +311,4 @@ def _followed(planned: Plan, jobs: int, say: Callable[[str], None]) -> None:
     """Compute one config in this process, which is its own."""
     from rigidpend.runs import runner
 
-    settle_warnings()
     runner.follow(planned, jobs=jobs, say=say)

@@ -98,10 +98,15 @@ def _canonical(x: Exact, info: SerializationInfo) -> str:
     return str(x.fraction)
 
 
-def _tolerance(x: Exact) -> Exact:
-    if not 0 < float(x) <= 1e-2:
-        raise ValueError(f"tolerance must be more than 0 and at most 0.01, got {x}")
-    return x
+def holding(allowed: Callable[[float], bool], said: str) -> AfterValidator:
+    """Validator of a number, which is allowed as a double; what is said of any other."""
+
+    def held(x: Exact) -> Exact:
+        if not allowed(float(x)):
+            raise ValueError(f"{said}, got {x}")
+        return x
+
+    return AfterValidator(held)
 
 
 # Of any body: one field is judged at a time.
@@ -134,6 +139,7 @@ Number = Annotated[Exact, BeforeValidator(_number), PlainSerializer(_canonical)]
 Whole = Annotated[int, BeforeValidator(_whole)]
 Triple = tuple[Number, Number, Number]
 # Conditions on one field alone are checked there, so that all that are broken are said at once.
+TOLERANCE = holding(lambda x: 0 < x <= 1e-2, "tolerance must be more than 0 and at most 0.01")
 Moments = Annotated[Triple, AfterValidator(_moments)]
 Direction = Annotated[Triple, AfterValidator(_direction)]
 Weight = Annotated[Number, AfterValidator(_weight)]
@@ -256,7 +262,7 @@ class DoubleNumerics(Part):
     engine: Annotated[Literal["taylor", "scipy"] | None, BeforeValidator(_engine), AUTO] = None
     """taylor, by a kernel compiled here, or scipy (DOP853); auto is taylor where LLVM is."""
 
-    tolerance: Annotated[Annotated[Number, AfterValidator(_tolerance)] | None, AUTO] = None
+    tolerance: Annotated[Annotated[Number, TOLERANCE] | None, AUTO] = None
     """Local tolerance in double precision, dimensionless; auto is the engine's own."""
 
 

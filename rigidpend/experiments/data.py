@@ -141,14 +141,12 @@ def datasets(layout: Layout, values: Mapping[str, Any]) -> dict[str, Any]:
 
     What it does not declare is left out; blocks that are still to come stay with their group.
     """
-    further, known = members(layout), named(layout)
-    nodes = dict.fromkeys(values, further[1]) if further else {}
-    nodes |= {name: node for name, (node, must) in known.items() if must or name in values}
+    needed = (name for name, (_, must) in named(layout).items() if must)
     made = {
         name: node.dataset(values[name])
         if isinstance(node, Field)
         else datasets(node, values[name])
-        for name, node in nodes.items()
+        for name, node in declared(layout, dict.fromkeys((*values, *needed))).items()
     }
     return Streamed(made, values.blocks) if isinstance(values, Streamed) else made
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from functools import partial
 from typing import TYPE_CHECKING, Any
 
@@ -14,7 +14,10 @@ from rigidpend.experiments.data import ANY, FLAG, FLOAT, TEXT, WHOLE, Allowed, D
 from rigidpend.numbers.generic import Array
 
 if TYPE_CHECKING:
+    from fractions import Fraction
+
     from rigidpend.config.bodies import WeightedBodies
+    from rigidpend.numbers.exact import Exact
 
 
 SYMBOLS, CROSSINGS = ("symbols", "columns"), ("symbols+1", "columns")
@@ -143,6 +146,17 @@ MU_OVER_H0 = Field(
 )
 SMALL = 1e-2
 """Largest mu/h0 at which slopes are fitted: above it the next order in mu shows."""
+
+
+def rational(number: Exact) -> Fraction:
+    """A number that a schema holds to be rational."""
+    assert number.fraction is not None
+    return number.fraction
+
+
+def columns(names: Iterable[str], rows: Sequence[Any]) -> dict[str, Array]:
+    """Attributes of records as arrays, by name."""
+    return {name: np.array([getattr(row, name) for row in rows]) for name in names}
 
 
 def joined(found: Mapping[str, Any]) -> dict[str, Any]:

@@ -5,7 +5,8 @@ from __future__ import annotations
 import itertools
 import math
 import textwrap
-from collections.abc import Iterable, Iterator, Sequence
+import warnings
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from typing import Any, NamedTuple, Self
 
 MOST = 200
@@ -43,6 +44,15 @@ def library(failed: ImportError) -> str:
             frame = frame.tb_next
     top = found.partition(".")[0]
     return "" if top == "rigidpend" else top
+
+
+def say_warnings(say: Callable[[str], object]) -> None:
+    """Let warnings be sentences: where in the code they arise is no news for a user."""
+
+    def show(message: Warning | str, *_: Any, **__: Any) -> None:
+        say(f"rigidpend: warning: {message}")
+
+    warnings.showwarning = show
 
 
 UNITS = ((1.0, "s"), (1e-3, "ms"), (1e-6, "us"))

@@ -11,10 +11,11 @@ import time
 from collections import deque
 from collections.abc import Callable, Generator, Iterator, Sequence
 from concurrent.futures import BrokenExecutor, Executor, Future, ThreadPoolExecutor, wait
-from contextlib import AbstractContextManager, contextmanager
+from contextlib import AbstractContextManager, contextmanager, suppress
 from typing import Any, TypeVar
 
 from rigidpend.machine.signals import Stopped, came, kept_from_children
+from rigidpend.machine.wording import say_warnings
 
 Result = TypeVar("Result")
 
@@ -279,9 +280,13 @@ def _heed(stops: tuple[threading.Event, ...], listener: Listener | None) -> None
 
 
 def _follow_parent(to: Any) -> None:
-    """Leave Ctrl-C to the parent, and end with it: else its workers would wait for ever."""
+    """Leave Ctrl-C to the parent, and end with it: else its workers would wait for ever.
+
+    What they warn of are sentences on stderr.
+    """
     global _to_parent
     _to_parent = to
+    say_warnings(_warn)
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     threading.Thread(target=_wait_for_end_of_parent, daemon=True).start()
 
@@ -289,6 +294,12 @@ def _follow_parent(to: Any) -> None:
 def _say(line: Any) -> None:
     """Say something from a process."""
     _to_parent.put(line)
+
+
+def _warn(line: str) -> None:
+    """Say a warning from a process; a full disk loses it."""
+    with suppress(OSError):
+        print(line, file=sys.stderr, flush=True)
 
 
 def _wait_for_end_of_parent() -> None:

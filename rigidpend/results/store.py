@@ -267,11 +267,6 @@ def _loaded(file: h5py.File, layout: Layout | None) -> Loaded:
     return found
 
 
-def read_tree(path: Path) -> Tree:
-    """The data of a result file as they were given to :func:`write`, units and meaning."""
-    return read(path, lambda file: _tree(file["data"]), whole=True)
-
-
 def config(path: Path) -> dict[str, Any]:
     """The config that a result file was made from, as plain data."""
     return read(path, lambda file: read_config(_plain(file["config"])), whole=True)
@@ -321,20 +316,6 @@ def _plain(node: Any) -> Any:
     if isinstance(node, h5py.Dataset):
         return node.asstr()[()] if h5py.check_string_dtype(node.dtype) else node[()]
     return {name: _plain(inner) for name, inner in node.items()}
-
-
-def _tree(group: h5py.Group) -> Tree:
-    return {
-        name: _tree(node)
-        if isinstance(node, h5py.Group)
-        else Dataset(
-            # A text as one, but texts in an array as they were given.
-            node[()] if node.shape else _plain(node),
-            node.attrs["units"],
-            node.attrs["description"],
-        )
-        for name, node in group.items()
-    }
 
 
 def _features(node: Any) -> dict[str, Any]:

@@ -15,7 +15,7 @@ from rigidpend import experiments
 from rigidpend.config import validation
 from rigidpend.config.complaints import Complaint, ConfigError, Origin
 from rigidpend.experiments.contract import Piece
-from rigidpend.experiments.data import TEXT, Data, Field, Loaded, Tree, datasets
+from rigidpend.experiments.data import Data, Loaded, Tree, datasets
 from rigidpend.machine.code_hash import code_hash_of
 from rigidpend.machine.progress import PartDone, tell_nobody
 from rigidpend.machine.wording import short
@@ -39,9 +39,8 @@ MOST_ORBITS = 2000
 """Orbits of a certificate at most: each takes about half a megabyte."""
 PHASE = 24
 """Characters of a phase that are printed."""
-REASON = Field(TEXT, ("columns",), "", "reason for which an orbit is undecided")
-OF_PART = {**storage.FIELDS, **storage.PROOF, "reason": REASON}
-"""Fields of the parts of a certificate, which itself has no reasons."""
+OF_PART = (*storage.FIELDS, *storage.PROOF, "reason")
+"""Fields of the parts of a certificate, which itself has no reasons for what is undecided."""
 
 Routes: TypeAlias = Mapping[str, tuple[RouteProblem, Sequence[Exact]]]
 """Arrays of orbits by name: their problem and their exact phases."""
@@ -111,11 +110,10 @@ def certify(
             if scheduler:
                 given = config.experiment, "taylor", parts, pieces, report, crew
                 proofs = cluster.computed(scheduler, *given)
-            tree = _joined(proofs, name, len(phases), report)
-            reasons[name] = [x.decode() for x in tree.pop("reason").values]
-            data[name] = tree
+            data[name] = _joined(proofs, name, len(phases), report)
+            reasons[name] = [x.decode() for x in data[name]["reason"]]
         made = provenance.provenance() | {"code_hash": code} | provenance.of_workers(crew)
-        store.write(file, data, {}, stated, made)
+        store.write(file, datasets(storage.LAYOUT, data), {}, stated, made)
         # Not before the whole file stands.
         parts.drop()
     report(f"{file} written")
@@ -283,11 +281,10 @@ def _joined(proofs: Iterable[Tree], name: str, count: int, report: Report) -> di
     found, done = list[Any](), 0
     for part in proofs:
         found.append(part)
-        done += len(found[-1]["theta2_0"].values)
+        done += len(found[-1]["theta2_0"])
         report(PartDone(f"{name}: {done} of {count} orbits", done, count))
     # Columns come last in every field, and so do steps and bytes: parts join at their ends.
-    joined = {k: np.concatenate([part[k].values for part in found], axis=-1) for k in OF_PART}
-    return datasets(OF_PART, joined)
+    return {k: np.concatenate([part[k] for part in found], axis=-1) for k in OF_PART}
 
 
 def _part(problem: RouteProblem, phases: Sequence[Exact], jobs: int, report: Report) -> Tree:
@@ -300,11 +297,15 @@ def _part(problem: RouteProblem, phases: Sequence[Exact], jobs: int, report: Rep
         jobs=jobs,
         report=report,
     )
-    told = found._asdict() | {
-        "theta2_0": np.array([_text(phase).encode() for phase in phases], dtype=bytes),
-        "reason": np.array([reason.encode() for reason in found.reason], dtype=bytes),
-    }
-    return datasets(OF_PART, told | storage.packed(found.steps))
+    told = (
+        found._asdict()
+        | storage.packed(found.steps)
+        | {
+            "theta2_0": np.array([_text(phase).encode() for phase in phases], dtype=bytes),
+            "reason": np.array([reason.encode() for reason in found.reason], dtype=bytes),
+        }
+    )
+    return {name: told[name] for name in OF_PART}
 
 
 def _text(phase: Exact) -> str:

@@ -135,20 +135,19 @@ def _outlined(node: Any, arrays: list[bytes]) -> Any:
     """The outline of a group or of an array, whose bytes are added to those of all."""
     import numpy as np
 
-    from rigidpend.experiments.data import Dataset, as_bytes
+    from rigidpend.experiments.data import as_bytes
 
     if isinstance(node, Mapping):
         return {name: _outlined(inner, arrays) for name, inner in node.items()}
-    values, *meaning = node if isinstance(node, Dataset) else (node,)
-    if isinstance(values, str):
-        return [values, "", [], *meaning]
-    array = np.asarray(values)
+    if isinstance(node, str):
+        return [node, "", []]
+    array = np.asarray(node)
     if array.dtype.kind == "U":
         array = as_bytes(array)
     if not KINDS.fullmatch(array.dtype.str):
         raise TypeError(f"arrays of {array.dtype} are not kept")
     arrays.append(array.tobytes())
-    return [None, array.dtype.str, array.shape, *meaning]
+    return [None, array.dtype.str, array.shape]
 
 
 def unpacked(content: bytes) -> Tree:
@@ -168,21 +167,16 @@ def _unpacked(node: Any, content: bytes, ends: list[int]) -> Any:
     """A group or an array by its outline; `ends` takes where its bytes end."""
     import numpy as np
 
-    from rigidpend.experiments.data import Dataset
-
     if isinstance(node, dict):
         return {name: _unpacked(inner, content, ends) for name, inner in node.items()}
-    values, kind, shape, *meaning = node
-    if values is None:
-        if not KINDS.fullmatch(kind):
-            raise TypeError(f"arrays of {kind} are not kept")
-        array: Any = np.ndarray(tuple(shape), kind, content, ends[-1]).copy()
-        ends.append(ends[-1] + array.nbytes)
-        values = array if shape else array[()]
-    if not meaning:
-        return values
-    units, description, dimensions, coordinate = meaning
-    return Dataset(values, units, description, tuple(dimensions), coordinate)
+    text, kind, shape = node
+    if text is not None:
+        return text
+    if not KINDS.fullmatch(kind):
+        raise TypeError(f"arrays of {kind} are not kept")
+    array: Any = np.ndarray(tuple(shape), kind, content, ends[-1]).copy()
+    ends.append(ends[-1] + array.nbytes)
+    return array if shape else array[()]
 
 
 def _computed(piece: Piece) -> Tree:

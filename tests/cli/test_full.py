@@ -15,7 +15,6 @@ import pytest
 
 from rigidpend import render
 from rigidpend.cli import common
-from rigidpend.experiments.data import Dataset
 from rigidpend.machine import cache
 from rigidpend.runs.parts import Parts
 from tests.cli.calls import LIMITED, REFERENCE, call
@@ -126,7 +125,7 @@ def test_a_folder_elsewhere_gets_no_parts(tmp_path: Path) -> None:
         place.parent.mkdir(exist_ok=True)
         place.symlink_to(other)
         with Parts(tmp_path / "fig.h5", "a") as parts:
-            parts.keep("first", lambda: {"one": Dataset(1, "1", "one")})
+            parts.keep("first", lambda: {"one": 1})
         assert list(other.iterdir()) == []
         assert (inner / "first.kept").is_file()
         (inner / "first.kept").unlink()

@@ -2,9 +2,8 @@
 
 from __future__ import annotations
 
-import copy
 import marshal
-from collections.abc import Container, Iterator
+from collections.abc import Iterator, Mapping, Sequence
 from typing import Any, NamedTuple, Self
 
 import numpy as np
@@ -196,25 +195,33 @@ def _of_axes(panel: str, axes: Axes, put: Any) -> None:
             put(panel, f"{kind} window", ends)
 
 
-def where(drawing: Any, layout: Layout, result: Loaded, told: Container[str]) -> Any:
+def where(drawing: Any, layout: Layout, result: Loaded, told: Mapping[str, str]) -> Any:
     """The names of all axes, and where each of the told datasets is seen: ``a.x= b.colour``.
 
     What is drawn as it is stored is marked ``=`` where all its values are drawn and ``<`` where
-    some are; what only follows from it has no mark. All others are changed together: where they
-    are seen stands under `OTHERS`.
+    some are; what only follows from it has no mark. Those that are told to be drawn as they are
+    stored, in places of their own, are changed at once and known by their values; and so are all
+    that are not told: where they are seen stands under `OTHERS`.
     """
     data = result["data"]
 
-    def drawn(data: Any) -> Seen:
+    def drawn(data: Any) -> dict[str, Any]:
         return seen(styled(drawing.draw, {**result, "data": data}))
 
-    def moved(data: Any, new: Any) -> str:
+    def moved(some: Sequence[Place]) -> Iterator[tuple[str, str]]:
+        """Where each of some that are changed is seen: what is not told of another one of them."""
+        other = _groups(data)
+        new = {str(place): changed(other, place) for place in some}
         try:
-            after = drawn(data)
+            after = drawn(other)
         except (ValueError, LookupError):
-            return "refused"
-        changes = [x for x in sorted({*before, *after}) if before.get(x) != written(after.get(x))]
-        return ", ".join(key + _mark(new, after.get(key, [])) for key in changes)
+            yield from dict.fromkeys(new, "refused").items()
+            return
+        changes = {x for x in {*before, *after} if before.get(x) != written(after.get(x))}
+        for name, values in new.items():
+            others = set().union(*(_keys(told.get(x, "")) for x in new if x != name))
+            keys = sorted(changes - others)
+            yield name, ", ".join(key + _mark(values, after.get(key, [])) for key in keys)
 
     def written(values: Any) -> bytes:
         """Values as bytes, in which NaN is NaN."""
@@ -222,14 +229,34 @@ def where(drawing: Any, layout: Layout, result: Loaded, told: Container[str]) ->
 
     figure = styled(drawing.draw, result)
     before = {x: written(values) for x, values in seen(figure).items()}
-    rest, found = copy.deepcopy(data), {}
+    rest, groups = list[Place](), list[list[Place]]()
     for place in places(layout, data):
-        if str(place) in told:
-            other = copy.deepcopy(data)
-            found[str(place)] = moved(other, changed(other, place))
+        said = told.get(str(place))
+        fits = (x for x in groups if said and all(_apart(said, told[str(y)]) for y in x))
+        if said is None:
+            rest.append(place)
+        elif (group := next(fits, None)) is not None:
+            group.append(place)
         else:
-            changed(rest, place)
-    return names_of_axes(figure), {**found, OTHERS: moved(rest, np.array([]))}
+            groups.append([place])
+    found = dict(each for group in groups for each in moved(group))
+    return names_of_axes(figure), {**found, OTHERS: "".join(set(dict(moved(rest)).values()))}
+
+
+def _groups(tree: Any) -> Any:
+    """A copy whose arrays can be exchanged; they themselves are the same."""
+    return {x: _groups(y) for x, y in tree.items()} if isinstance(tree, dict) else tree
+
+
+def _keys(said: str) -> set[str]:
+    """The places that are told of a dataset."""
+    return {place.rstrip("=<") for place in said.split(", ")}
+
+
+def _apart(one: str, other: str) -> bool:
+    """True if two datasets are told to be drawn as they are stored, and in different places."""
+    stored = all(place.endswith("=") for place in f"{one}, {other}".split(", "))
+    return stored and _keys(one).isdisjoint(_keys(other))
 
 
 def _mark(new: Any, drawn: list[Any]) -> str:

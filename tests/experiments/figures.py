@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from typing import Any
 
 import matplotlib
 from matplotlib.figure import Figure
@@ -20,10 +21,15 @@ def styled(draw: Callable[[Loaded], Figure], result: Loaded, *, laid_out: bool =
     return made
 
 
+def panel(figure: Figure, letter: str) -> Any:
+    """The panel whose title begins with a letter."""
+    [found] = [x for x in figure.axes if x.get_title(loc="left").startswith(f"{letter})")]
+    return found
+
+
 def check_on_page(figure: Figure) -> None:
-    """Hold that the figure is no wider than a page, and nothing of a panel sticks out of it."""
+    """Hold that a figure, laid out, is no wider than a page, and no panel sticks out of it."""
     assert figure.get_size_inches()[0] <= 7.2 + 1e-9
-    figure.draw_without_rendering()
     width, height = figure.bbox.size
     for axes in figure.axes:
         box = axes.get_tightbbox()

@@ -21,8 +21,8 @@ from rigidpend.experiments.data import (
 )
 
 NAMES = experiments.names()
-OWN = {"stress": ("value", "bound", "up_to"), "bench": ("A1", "A2", "A3", "mu", "h0")}
-"""Fields whose unit, or meaning, each claim has for itself, or each body."""
+OWN = {"bench": ("A1", "A2", "A3", "mu", "h0")}
+"""Fields whose unit each body has for itself."""
 
 
 def signature(function: Any) -> str:

@@ -21,7 +21,7 @@ from rigidpend import experiments
 from rigidpend.experiments.data import Loaded
 from rigidpend.experiments.plots import SEPARATRIX
 from rigidpend.experiments.splitting.draw import NONE
-from tests.experiments.figures import styled
+from tests.experiments.figures import check_on_page, styled
 from tests.experiments.trees import reference
 
 
@@ -198,6 +198,33 @@ def test_splitting_is_drawn_where_it_is_resolved_and_crossed_out_where_not() -> 
     upper, lower = (x.get_position() for x in error.texts if "slope" in x.get_text())
     assert upper[1] > lower[1] + 0.2
     assert upper[0] < lower[0]
+
+
+@pytest.mark.slow
+def test_a_full_shift_has_its_sets_and_images_and_magnified_both_sides_of_each() -> None:
+    result = reference("full_shift")
+    outlined, sets = result["data"]["drawn"], result["data"]["sets"]
+    figure = drawn(result, laid_out=True)
+    check_on_page(figure)
+    for k, axes in enumerate(figure.axes):
+        rising = k % 2 == 0
+        outlines = [
+            patch.get_path().vertices for patch in axes.patches if len(patch.get_path()) > 9
+        ]
+        expected = [
+            np.column_stack((outlined[f"{prefix}chi"][i], outlined[f"{prefix}d"][i]))
+            for i, of in enumerate(sets["rising"])
+            for prefix in ["" if of == rising else "image_"]
+        ]
+        assert len(outlines) == 4
+        for found, outline in zip(outlines, expected, strict=True):
+            np.testing.assert_array_equal(np.asarray(found)[: len(outline)], outline)
+        if k >= 2:
+            target = int(np.flatnonzero(sets["rising"] == rising)[-1])
+            low, high = axes.get_ylim()
+            here = np.abs(outlined["chi"][target]).argmin()
+            assert low < outlined["d"][target][here] < high
+            assert 1 < (high - low) / np.ptp(outlined["d"][target]) < 5
 
 
 def first_of(name: str, *path: str, members: int = 1) -> Loaded:

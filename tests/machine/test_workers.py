@@ -84,11 +84,15 @@ def test_errors_of_the_work_come_through(jobs: int, holds_interpreter: bool) -> 
 
 
 @pytest.mark.slow
-def test_processes_serve_work_that_holds_the_interpreter_and_are_heard() -> None:
+def test_processes_serve_work_that_holds_the_interpreter_and_are_heard(
+    capfd: pytest.CaptureFixture[str],
+) -> None:
+    """What they warn of is a sentence: where in the code it arises is no news for a user."""
     heard: list[Any] = []
     assert os.getpid() not in side_by_side(spoken, (), True, [3, 1], 2, heard.append)
     assert sorted(heard) == ["part 0", "part 0", "part 1", "part 2"]
     assert sorted(line.share for line in heard) == [1 / 3, 2 / 3, 1.0, 1.0]
+    assert capfd.readouterr().err == "rigidpend: warning: three parts are many\n"
 
 
 @pytest.mark.slow

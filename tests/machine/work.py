@@ -6,6 +6,7 @@ import os
 import signal
 import threading
 import time
+import warnings
 from collections.abc import Callable
 
 from rigidpend.machine.progress import PartDone
@@ -21,6 +22,8 @@ def spoken(parts: int, say: Callable[[str], object]) -> int:
     """Say a line for each part, with the share that is done; return the process."""
     for part in range(parts):
         say(PartDone(f"part {part}", part + 1, parts))
+    if parts == 3:
+        warnings.warn("three parts are many", stacklevel=1)
     if parts == 2:
         os.kill(os.getpid(), signal.SIGKILL)
     if parts == 4:

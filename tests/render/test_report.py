@@ -237,14 +237,16 @@ def test_losses_come_first_and_every_problem_has_its_tables() -> None:
     ]
 
 
-def case(verdict: str, ratio: float, limit: str = "") -> dict[str, object]:
-    return {"verdict": verdict, "ratio": np.float64(ratio), "limit": limit}
+def claims(*cases: tuple[str, str, float, str]) -> dict[str, Any]:
+    """The claims of a kind: name, verdict, part of the bound, and why it is beyond."""
+    columns = (np.array(column) for column in zip(*cases, strict=True))
+    return {"claims": dict(zip(("name", "verdict", "ratio", "limit"), columns, strict=True))}
 
 
 def test_trials_are_counted_by_kind_and_those_beyond_are_named() -> None:
     content = {
-        "long_time": {"claims": {"a": case("passed", 0.25), "b": case("limit", 3.0, "known why")}},
-        "honesty": {"claims": {"c": case("FAILED", 7.0)}},
+        "long_time": claims(("a", "passed", 0.25, ""), ("b", "limit", 3.0, "known why")),
+        "honesty": claims(("c", "FAILED", 7.0, "")),
     }
     counted, beyond = stress.tables(loaded(content))
     assert counted.rows == [("long time", "1", "1", "0", "0.25"), ("honesty", "0", "0", "1", "0")]
@@ -252,5 +254,5 @@ def test_trials_are_counted_by_kind_and_those_beyond_are_named() -> None:
 
 
 def test_without_any_beyond_there_is_one_table() -> None:
-    content = {"honesty": {"claims": {"c": case("passed", 0.5)}}}
+    content = {"honesty": claims(("c", "passed", 0.5, ""))}
     assert len(stress.tables(loaded(content))) == 1

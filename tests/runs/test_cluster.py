@@ -21,7 +21,7 @@ import numpy as np
 import pytest
 
 from rigidpend.experiments.contract import Piece
-from rigidpend.experiments.data import Dataset, Tree
+from rigidpend.experiments.data import Tree
 from rigidpend.experiments.route_map import compute
 from rigidpend.machine.progress import tell_nobody
 from rigidpend.machine.workers import WorkerError
@@ -189,7 +189,7 @@ def test_parts_of_an_earlier_run_are_counted_and_not_computed_again(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     parts, crew = Parts(tmp_path / "x.h5", "a"), dict[str, int]()
-    kept: Tree = {"x": Dataset(1.0, "1", "a number")}
+    kept: Tree = {"x": 1.0}
     pieces = [Piece(name, fail, (MemoryError(),)) for name in "abcd"]
     for piece in pieces[:2]:
         parts.keep(piece.name, lambda: kept)

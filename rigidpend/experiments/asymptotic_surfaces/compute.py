@@ -13,6 +13,7 @@ from rigidpend.experiments.asymptotic_surfaces import ANGLES, WINDOW
 from rigidpend.experiments.asymptotic_surfaces.schema import Config, Problem
 from rigidpend.experiments.contract import Means
 from rigidpend.experiments.data import Tree
+from rigidpend.experiments.shared import columns
 from rigidpend.mechanics.pendulum import Delta_1
 from rigidpend.routes.phases import Phases
 from rigidpend.routes.problem import RouteProblem
@@ -28,8 +29,7 @@ def compute(config: Config, means: Means) -> Tree:
         curves = groups[name]["S1_minus"]
         sizes = f"{curves['theta2_0'].size} orbits, {curves['theta1'].size} points"
         means.report(f"{name}: {sizes}")
-    bodies = [checked.body for checked in problems.values()]
-    table = {field: np.array([getattr(body, field) for body in bodies]) for field in ANGLES}
+    table = columns(ANGLES, [checked.body for checked in problems.values()])
     return {"table": table, "bodies": groups}
 
 

@@ -16,17 +16,14 @@ from rigidpend.config.schema import (
     Weight,
     Word,
     WordForNone,
+    holding,
 )
-from rigidpend.numbers.exact import Exact
 
 MAX_ORBITS = 10_000
 """Orbits on a surface at most; all their samples are held in memory."""
 
 
-def _wide(x: Exact) -> Exact:
-    if not 1 < float(x) <= 100:
-        raise ValueError(f"half_width must be more than 1 and at most 100, got {x}")
-    return x
+WIDE = holding(lambda x: 1 < x <= 100, "half_width must be more than 1 and at most 100")
 
 
 def _few(grid: PhaseGrid) -> PhaseGrid:
@@ -52,7 +49,7 @@ class Problem(Part):
     """Initial action, dimensionless, 0 < J1_0 < J2_0/2."""
     theta2_0: Annotated[PhaseGrid, AfterValidator(_few)]
     """Initial phases theta2_0, radians."""
-    half_width: Annotated[Number, AfterValidator(_wide)]
+    half_width: Annotated[Number, WIDE]
     """Half width of the window around alpha0 + beta0, in Delta_1, dimensionless."""
 
     @model_validator(mode="after")

@@ -15,15 +15,16 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from rigidpend.experiments import bench, principal_axes
-from rigidpend.experiments.bench import ENDED, measure, methods
+from rigidpend.experiments import principal_axes
+from rigidpend.experiments.bench import BODY, measure, methods
 from rigidpend.experiments.bench.measure import Line
 from rigidpend.experiments.bench.methods import LONG, METHODS, PROBLEMS, Entrant
 from rigidpend.experiments.bench.problems import stage
 from rigidpend.experiments.contract import Means
-from rigidpend.experiments.data import Data, Dataset, Layout, Tree, datasets, named
+from rigidpend.experiments.data import Data, Tree
 from rigidpend.machine import wording
 from rigidpend.machine.workers import WorkerError, apart
+from rigidpend.numbers.generic import Array
 from rigidpend.orbits.integrate.arithmetic import EngineError
 
 if TYPE_CHECKING:
@@ -76,7 +77,7 @@ def compute(config: Config, means: Means) -> Tree:
 
     problems = {name: PROBLEMS[name] for name in config.problem.problems}
     truth = {
-        name: _arrays(part(f"reference.{name}", f"reference, {x.title}", _reference, name))
+        name: part(f"reference.{name}", f"reference, {x.title}", _reference, name)
         for name, x in problems.items()
     }
     searched = {
@@ -84,8 +85,7 @@ def compute(config: Config, means: Means) -> Tree:
         for key in config.problem.methods
         if set(METHODS[key].answers) & set(truth)
     }
-    found = {name: _turned(searched).get(name, {}) for name in problems}
-    records, met = _arrays(found), {}
+    records, met = {name: _turned(searched).get(name, {}) for name in problems}, {}
     for name, x in problems.items():
         guests = methods.guests(name, records[name], config)
         if len(guests) > 1:
@@ -94,16 +94,15 @@ def compute(config: Config, means: Means) -> Tree:
     phases = parts("phases", "random phases", _phases, config.phases.methods, {})
     many = parts("many", "many orbits", _many, config.many.methods, codes)
     bodies = part("bodies", "bodies drawn by lot", _bodies, codes)
-    told = {k: {"title": x.title, "default": x.default, **found[k]} for k, x in problems.items()}
+    told = {k: {"title": x.title, "default": x.default, **records[k]} for k, x in problems.items()}
     meetings = {**{f"threads_{n}": {} for n in config.meeting.threads}, **_turned(met)}
     rest = {"meetings": meetings, "random_phases": _turned(phases), "many_orbits": many}
-    return datasets(bench.LAYOUT, {**told, **rest, **({"bodies": bodies} if bodies else {})})
+    return {**told, **rest, **({"bodies": bodies} if bodies else {})}
 
 
 def _reference(config: Config, name: str) -> Tree:
     """The truth of a problem."""
-    found = stage(name, config.problem).truth
-    return {key: Dataset(values, "", "the truth") for key, values in found.items()}
+    return stage(name, config.problem).truth
 
 
 def _search(config: Config, key: str, truth: dict[str, Data]) -> Tree:
@@ -111,7 +110,7 @@ def _search(config: Config, key: str, truth: dict[str, Data]) -> Tree:
     problems = [name for name in truth if name in METHODS[key].answers]
     if missing := _missing(key):
         said = f"absent: {missing} is not installed"
-        return {name: _told(bench.SEARCHED, {"ended": said}) for name in problems}
+        return {name: {"ended": said} for name in problems}
     budgets = len(problems) * len(METHODS[key].variants) * float(config.search.seconds)
     lines, ended = by_worker(measure.search, (config, key, truth), budgets)
     found: dict[str, Tree] = {}
@@ -121,7 +120,7 @@ def _search(config: Config, key: str, truth: dict[str, Data]) -> Tree:
         wrong = next((line["failed"] for line in own if "failed" in line), ended)
         variants, knobs = METHODS[key].variants, methods.knobs(key, config.search, name == LONG)
         said = _cut(wrong, len(rows), len(knobs) * len(variants))
-        found[name] = _told(bench.SEARCHED, {**_columns(rows), "ended": said})
+        found[name] = {**_columns(rows), "ended": said}
     return found
 
 
@@ -131,13 +130,11 @@ def _meeting(config: Config, name: str, guests: dict[str, Entrant], truth: dict[
     budgets = len(guests) * len(asked.threads) * float(asked.seconds)
     lines, ended = by_worker(measure.meeting, (config, name, guests, truth), budgets)
     # Where a second thread serves nobody there is no meeting.
-    missed = {"ended": ENDED.dataset(ended)}
-    found: dict[str, Any] = {f"threads_{n}": missed for n in asked.threads if ended}
+    found: dict[str, Any] = {f"threads_{n}": {"ended": ended} for n in asked.threads if ended}
     for line in lines:
-        record = _told(bench.MET, {**line, "chosen": str(guests[line["method"]])})
-        most = f"threads_{line['most']}"
-        rest = {"ended": ENDED.dataset(COMPLETE), line["method"]: record}
-        found[most] = {**found.get(most, {}), **rest}
+        record = {**_numbers(line), "chosen": str(guests[line["method"]])}
+        group = found.setdefault(f"threads_{line['most']}", {})
+        group |= {"ended": COMPLETE, line["method"]: record}
     return found
 
 
@@ -147,7 +144,7 @@ def _phases(config: Config, key: str, entry: Entrant) -> Tree:
     lines, ended = by_worker(measure.random_phases, (config, key, entry), budgets)
     if ended:
         raise RuntimeError(f"random phases, {METHODS[key].label}: {ended}")
-    return {f"J1_0_{line['J1_0']}": _told(bench.COUNTED, line) for line in lines}
+    return {f"J1_0_{line['J1_0']}": _numbers(line) for line in lines}
 
 
 def _many(config: Config, key: str, entry: Entrant) -> Tree:
@@ -156,7 +153,7 @@ def _many(config: Config, key: str, entry: Entrant) -> Tree:
     lines, ended = by_worker(measure.many_orbits, (config, key, entry), budgets)
     if not lines:
         raise RuntimeError(f"many orbits, {METHODS[key].label}: {ended}")
-    return _told(bench.MANY, {**_columns(lines), "ended": ended or COMPLETE})
+    return {**_columns(lines), "ended": ended or COMPLETE}
 
 
 def _bodies(config: Config, codes: Data) -> Tree:
@@ -172,10 +169,9 @@ def _bodies(config: Config, codes: Data) -> Tree:
     lines, ended = by_worker(measure.bodies, (config, entries), budgets) if n else ([], "")
     if not lines:
         return {}
-    each = {key: _told(bench.OF_BODIES, _columns([line[key] for line in lines])) for key in entries}
-    bodies = _columns([dict(zip(bench.BODY, line["body"], strict=True)) for line in lines])
-    said = ENDED.dataset(_cut(ended, len(lines), n))
-    return {**_told(bench.BODY, bodies), "ended": said, **each}
+    bodies = _columns([dict(zip(BODY, line["body"], strict=True)) for line in lines])
+    each = {key: _columns([line[key] for line in lines]) for key in entries}
+    return {**bodies, "ended": _cut(ended, len(lines), n), **each}
 
 
 def _entries(config: Config, keys: Sequence[str], codes: Data) -> dict[str, Entrant]:
@@ -202,22 +198,15 @@ def _turned(groups: Mapping[str, Mapping[str, Any]]) -> dict[str, dict[str, Any]
     return found
 
 
-def _told(layout: Layout, row: Mapping[str, Any]) -> Tree:
-    """A record: numbers, texts and lists of those fields of a layout that a row has."""
-    own = {name: row[name] for name in named(layout) if name in row}
-    return datasets(
-        layout, {k: x if isinstance(x, str) else np.array(x, float) for k, x in own.items()}
-    )
-
-
-def _columns(rows: Sequence[Line]) -> Line:
+def _columns(rows: Sequence[Line]) -> dict[str, Array]:
     """The numbers of rows by their names."""
-    return {name: [row[name] for row in rows] for name in (rows[0] if rows else ())}
+    every = [_numbers(row) for row in rows]
+    return {name: np.array([row[name] for row in every]) for name in (every[0] if every else ())}
 
 
-def _arrays(tree: Any) -> Any:
-    """The arrays of a tree, without their meanings."""
-    return {k: _arrays(x) if isinstance(x, dict) else x[0] for k, x in tree.items()}
+def _numbers(row: Line) -> dict[str, Array]:
+    """The numbers of a row, and its lists of them."""
+    return {name: np.array(x, float) for name, x in row.items() if not isinstance(x, str)}
 
 
 def _cut(wrong: str, done: int, planned: int) -> str:
@@ -232,7 +221,7 @@ def _ends(found: Tree) -> Iterator[str]:
         if isinstance(node, Mapping):
             yield from _ends(node)
         elif name == "ended":
-            yield str(node.values)
+            yield node
 
 
 def by_worker(

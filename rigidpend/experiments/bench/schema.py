@@ -6,9 +6,8 @@ from typing import Annotated, Any
 
 from pydantic import AfterValidator, Field
 
-from rigidpend.config.schema import ExperimentConfig, Number, Part, Whole
+from rigidpend.config.schema import ExperimentConfig, Number, Part, Whole, holding
 from rigidpend.experiments.bench.methods import METHODS, PROBLEMS
-from rigidpend.numbers.generic import Scalar
 
 
 def _of(kind: str, names: tuple[str, ...]) -> AfterValidator:
@@ -36,14 +35,10 @@ def _ascending(values: tuple[int, ...]) -> tuple[int, ...]:
     return values
 
 
-def _positive(x: Scalar) -> Any:
-    if not 0 < float(x) <= 1e6:
-        raise ValueError(f"expected seconds, more than 0 and at most 1e6, got {x}")
-    return x
-
-
 Methods = Annotated[tuple[str, ...], _of("method", tuple(METHODS))]
-Seconds = Annotated[Number, AfterValidator(_positive)]
+Seconds = Annotated[
+    Number, holding(lambda x: 0 < x <= 1e6, "expected seconds, more than 0 and at most 1e6")
+]
 Count = Annotated[Whole, Field(ge=1, le=10**7)]
 Few = Annotated[Whole, Field(ge=1, le=100)]
 Counts = Annotated[tuple[Count, ...], Field(min_length=1)]

@@ -11,6 +11,7 @@ from rigidpend.config.description import Row
 from rigidpend.experiments.closed_orbits.schema import Config, Problem
 from rigidpend.experiments.contract import Means
 from rigidpend.experiments.data import Tree
+from rigidpend.experiments.shared import columns
 from rigidpend.numbers.expressions import NO_SYMBOL
 from rigidpend.routes.symbolic.chain import System, on_surface, passages, signs_of
 from rigidpend.routes.symbolic.closed import (
@@ -63,10 +64,7 @@ def _orbits(problem: Problem, found: list[ClosedOrbit]) -> Tree:
             raise ArithmeticError(f"integration leaves the orbit of {orbit.word}")
     return {
         "word": _words(found),
-        **{
-            name: np.array([getattr(orbit, name) for orbit in found])
-            for name in ("period", "mirrored", "exponent", "stable")
-        },
+        **columns(("period", "mirrored", "exponent", "stable"), found),
         "action": actions([orbit.chain for orbit in found]),
         "positive": np.array([orbit.trace > 0 for orbit in found]),
         "residual": np.array([orbit.chain.residual for orbit in found]),

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import itertools
 import math
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Sequence
 from fractions import Fraction
 from typing import TYPE_CHECKING, Any, NamedTuple
 
@@ -14,6 +14,7 @@ from rigidpend.experiments.contract import Means
 from rigidpend.experiments.data import Data, Tree
 from rigidpend.experiments.full_shift import RELATIONS
 from rigidpend.experiments.full_shift.schema import Config
+from rigidpend.experiments.shared import columns, rational
 from rigidpend.numbers.exact import exact
 from rigidpend.numbers.generic import Array
 from rigidpend.routes.certified import connections, coverings, pieces, sections
@@ -74,7 +75,7 @@ def _proven(
 ) -> Tree:
     from rigidpend.routes.certified import chains, family_orbits, horseshoe
 
-    J1 = _fraction(config)
+    J1 = rational(config.problem.J1_0)
     if approach is not None:
         links = chains.links(setting, J1, approach, horseshoe.quads(setting))
         setting = setting._replace(spread=links[0].setting.spread)
@@ -123,21 +124,17 @@ def _stored(
     found = proven.arrivals
     data["sets"] |= {
         "symbol": np.array([int(each.right) for each in found]),
-        **_columns(("bound", "late"), found),
-        "shortest": np.array([each.duration[0] for each in found]),
-        "longest": np.array([each.duration[1] for each in found]),
+        **columns(("bound", "late"), found),
+        **dict(
+            zip(("shortest", "longest"), np.transpose([x.duration for x in found]), strict=True)
+        ),
     }
     of_line = [name for name in RELATIONS if name != "orientation"]
     line |= {"theta2": np.array(links[0].theta2), "bound": proven.start.bound}
-    line |= _columns(of_line, proven.crossed)
-    rows = [_columns(RELATIONS, pair) for pair in proven.relations]
+    line |= columns(of_line, proven.crossed)
+    rows = [columns(RELATIONS, pair) for pair in proven.relations]
     relations = {name: np.array([row[name] for row in rows]) for name in RELATIONS}
     return {**data, "relations": relations, "drawn": _drawn(sets, proven)}
-
-
-def _columns(names: Iterable[str], rows: Sequence[Any]) -> dict[str, Array]:
-    """Fields of records as arrays."""
-    return {name: np.array([getattr(row, name) for row in rows]) for name in names}
 
 
 class Proven(NamedTuple):
@@ -167,7 +164,7 @@ def checked(config: Config, data: Data) -> Proven:
     before = pieces.unpacked_quads(approach) if approach else []
     numbers = _numbers(config, *pieces.unpacked_energies(energies))
     orbits = pieces.unpacked(data["proof"], len(sets) + 1 + len(before))
-    starts = pieces.unpacked_line(_fraction(config), data["line"], energies)
+    starts = pieces.unpacked_line(rational(config.problem.J1_0), data["line"], energies)
     arrivals, relations = coverings.prove(numbers, sets, orbits[: len(sets)])
     links: list[tuple[Quad | StartLine, list[FamilyStep]]]
     links = list(zip([starts, *before], orbits[len(sets) :], strict=True))
@@ -255,11 +252,11 @@ def _found(config: Config, approach: OrbitCrossings | None) -> ShiftProblem:
     if problem.h is not None:
         found = horseshoe.ShiftProblem(problem.body, problem.h, 1, spread=_spread(config))
     elif problem.h0 is not None and approach is not None:
-        of = problem.body, problem.h0, _fraction(config)
+        of = problem.body, problem.h0, rational(config.problem.J1_0)
         found = family_orbits.of_start(*of, approach.theta2)
     else:
         assert problem.h0 is not None
-        found = family_orbits.of_one_J2(problem.body, problem.h0, _fraction(config))
+        found = family_orbits.of_one_J2(problem.body, problem.h0, rational(config.problem.J1_0))
     return found._replace(lengths=problem.lengths)
 
 
@@ -280,13 +277,6 @@ def _numbers(config: Config, shift: Fraction, spread: Fraction) -> sections.Numb
     if not spread:
         raise Undecided("starts of one J2_0 have more energies than one")
     return sections.Numbers.of(problem.body, problem.h0 + exact(shift), spread, problem.h0)
-
-
-def _fraction(config: Config) -> Fraction:
-    """J1_0, which the schema holds to be rational."""
-    found = config.problem.J1_0.fraction
-    assert found is not None
-    return found
 
 
 def _drawn(sets: Sequence[Quad], proven: Proven) -> dict[str, Array]:

@@ -15,6 +15,7 @@ from rigidpend.experiments.contract import Means
 from rigidpend.experiments.data import Data, Tree
 from rigidpend.experiments.route_intervals import COLUMNS, INTERVALS
 from rigidpend.experiments.route_intervals.schema import Config, Problem
+from rigidpend.experiments.shared import rational
 from rigidpend.machine import progress
 from rigidpend.machine.workers import cores, side_by_side
 from rigidpend.numbers.expressions import NO_SYMBOL
@@ -108,7 +109,7 @@ def _part(every: Sequence[PhaseInterval], config: Config, jobs: int) -> Tree:
 
     problem = config.problem
     setting = ShiftProblem(problem.body, problem.h0, 1, h0=problem.h0)
-    of = setting, _fraction(problem), problem.n_symbols, problem.halvings
+    of = setting, rational(problem.J1_0), problem.n_symbols, problem.halvings
     parts = side_by_side(interval_search.within, of, True, every, jobs)
     found = [x for some in parts for x in some]
     codes = np.full((problem.n_symbols, len(found)), NO_SYMBOL, dtype=np.uint8)
@@ -192,19 +193,12 @@ def _again(
     name = f"the interval {of.place}/2^{of.depth}"
     try:
         found = lines.symbols(
-            EnclosedStarts.of(problem.body, problem.h0, _fraction(problem)), of, steps
+            EnclosedStarts.of(problem.body, problem.h0, rational(problem.J1_0)), of, steps
         )
     except Undecided as doubt:
         raise Undecided(f"{name}: {doubt}") from None
     if list(map(int, found[: len(proven)])) != stored[: len(proven)]:
         raise Undecided(f"{name}: its symbols are others, or fewer")
-
-
-def _fraction(problem: Problem) -> Fraction:
-    """J1_0, which the schema holds to be rational."""
-    found = problem.J1_0.fraction
-    assert found is not None
-    return found
 
 
 def cost(config: Config) -> float:

@@ -10,7 +10,7 @@ import numpy as np
 from rigidpend.config.description import Row
 from rigidpend.experiments.contract import Means
 from rigidpend.experiments.data import Tree
-from rigidpend.experiments.shared import joined, mu_over_h0, slope
+from rigidpend.experiments.shared import columns, joined, mu_over_h0, slope
 from rigidpend.experiments.splitting import admitted
 from rigidpend.experiments.splitting.schema import Config, Problem
 from rigidpend.numbers.generic import Array
@@ -65,20 +65,15 @@ def _body(config: Config, name: str, means: Means) -> Tree:
         for body, most in zip(bodies, admitted(ratio), strict=True)
     ]
     body = bodies[0]
-    excess, amplitudes = (
-        np.array([getattr(x, key) for x in found]) for key in ("excess", "amplitude")
-    )
+    told = columns(("error", "resolved", "bits", "amplitude", "excess"), found)
+    excess, amplitudes = told["excess"], told["amplitude"]
     whole = excess + np.eye(1, excess.shape[1])
     curve_excess = _largest(excess)
     means.report(f"{name}: nu = {body.nu:.2f}, {_summary(found)}")
     return {
         **{key: getattr(body, key) for key in ("alpha0", "beta0", "nu")},
-        **{
-            key: np.array([getattr(x, key) for x in found]) for key in ("error", "resolved", "bits")
-        },
+        **told,
         "orbits": np.array([x.n for x in found]),
-        "amplitude": amplitudes,
-        "excess": excess,
         "reduced": whole[:, 0] * _decay(body.nu),
         "largest": amplitudes * _largest(whole),
         "curve_excess": curve_excess,

@@ -15,6 +15,8 @@ compute, draw
 
 from __future__ import annotations
 
+from functools import partial
+
 from rigidpend.experiments.data import ANY, NUMBER, TEXT, Field, Layout
 
 PASSED, LIMIT, FAILED = "passed", "limit", "FAILED"
@@ -26,20 +28,25 @@ def _number(units: str, description: str, *dimensions: int | str) -> Field:
     return Field(NUMBER, dimensions, units, description, gaps=True, within=ANY)
 
 
-def _text(description: str) -> Field:
-    return Field(TEXT, (), "", description, within=ANY)
+def _claims(*of: str) -> dict[str, Field]:
+    """Fields of the claims of a kind of trial, one after the other."""
+    each = " of ".join(("claims", *of))
+    told = partial(Field, TEXT, (each,), "text")
+    return {
+        "name": told("what is claimed"),
+        "measured": told("what the value is", within=ANY),
+        "value": _number("see unit", "what was found", each),
+        "bound": _number("see unit", "the largest value that passes", each),
+        "unit": told("unit of the value and of its bounds", within=ANY),
+        "reason": told("why the bound is what it is", within=ANY),
+        "ratio": _number("1", "value over bound", each),
+        "verdict": told("passed, limit (declared before), FAILED"),
+        "limit": told("why it is known to exceed the bound, if it is", within=ANY),
+        "up_to": _number("see unit", "the largest value that the limit explains", each),
+        "note": told("what else is to be said of this run", within=ANY),
+    }
 
 
-OF_CLAIM = {
-    "value": _number("", ""),
-    "bound": _number("", ""),
-    "ratio": _number("1", "value over bound"),
-    "verdict": Field(TEXT, (), "", "passed, limit (declared before), FAILED"),
-    "limit": _text("why it is known to exceed the bound, if it is"),
-    "up_to": _number("", "the largest value that the limit explains"),
-    "note": _text("what else is to be said of this run"),
-}
-"""Fields of a claim; units, and the meaning of value and bound, are those of the claim itself."""
 GROWTH = {
     "crossing": _number("1", "passages behind", "crossings"),
     "measured": _number("rad", "phase error, geometric mean", "crossings"),
@@ -70,10 +77,8 @@ CURVES: dict[str, Layout] = {
 }
 """Curves behind the claims, by kind of trial and by its label; what refuses to compute has none."""
 
+OF_CLAIM = _claims()
 LAYOUT: Layout = {
-    **{
-        f"{kind}?": {"claims": {f"<claims of {kind}>": OF_CLAIM}, "curves": curves}
-        for kind, curves in CURVES.items()
-    },
-    "<kinds>": {"claims": {"<claims>": OF_CLAIM}, "curves": {}},
+    **{f"{kind}?": {"claims": _claims(kind), "curves": x} for kind, x in CURVES.items()},
+    "<kinds>": {"claims": OF_CLAIM, "curves": {}},
 }

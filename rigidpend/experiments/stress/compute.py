@@ -3,12 +3,21 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from typing import TYPE_CHECKING, Any
+
+import numpy as np
 
 from rigidpend.experiments.contract import Means
 from rigidpend.experiments.data import Tree
-from rigidpend.experiments.stress import conserved, extremes, honesty, passages, scenes
+from rigidpend.experiments.stress import (
+    OF_CLAIM,
+    conserved,
+    extremes,
+    honesty,
+    passages,
+    scenes,
+)
 from rigidpend.experiments.stress.scenes import Trial
 from rigidpend.machine.progress import PartDone
 
@@ -33,11 +42,16 @@ def compute(config: Config, means: Means) -> Tree:
         group = found.setdefault(trial.kind, {"claims": {}, "curves": {}})
         for part, members in group.items():
             members |= made[part]
-        verdicts = ", ".join(str(claim["verdict"].values) for claim in made["claims"].values())
+        verdicts = ", ".join(claim["verdict"] for claim in made["claims"].values())
         taken = f"{time.perf_counter() - begun:.1f} s"
         text = f"{number}/{len(every)}: {trial.kind}, {trial.name}: {verdicts}, {taken}"
         means.report(PartDone(text, number, len(every)))
-    return found
+    return {kind: {**group, "claims": table(group["claims"])} for kind, group in found.items()}
+
+
+def table(claims: Mapping[str, Any]) -> Tree:
+    """The fields of claims, one after the other."""
+    return {key: np.array([claim[key] for claim in claims.values()]) for key in OF_CLAIM}
 
 
 def trials(problem: Problem, jobs: int) -> Iterator[Trial]:

@@ -42,6 +42,12 @@ SPLITTINGS = ((BLUE, "-"), (RED, "--"), (GREEN, "-."), (PINK, ":"))
 """Colours and styles of splittings, by their order."""
 PRECISIONS = {53: (BLUE, "-"), 64: (GREEN, "--"), 106: (ORANGE, ":"), 113: (RED, "-.")}
 """Colour and style of each precision, bits."""
+TOLD = {
+    **dict.fromkeys(("name", "measured", "unit", "reason"), str),
+    **dict.fromkeys(("value", "bound", "ratio"), float),
+    **dict.fromkeys(("verdict", "limit", "note"), str),
+}
+"""What is told of a claim, as text and as JSON."""
 BESIDE, LINES = 46, 6.3
 """Characters in a line beside the claims, and its size in points."""
 
@@ -118,10 +124,12 @@ def _draw_claims(axes: Axes, data: Data) -> None:
     for row, content in enumerate(data.values()):
         claims, beyond = content["claims"], []
         # Below each other, or claims of equal ratio would look like one.
-        lift = np.linspace(-0.32, 0.32, len(claims)) if len(claims) > 1 else [0.0]
-        for (name, claim), up in zip(claims.items(), lift, strict=True):
-            verdict, x = str(claim["verdict"]), min(max(float(claim["ratio"]), FLOOR), CEILING)
+        n = len(claims["name"])
+        lift = np.linspace(-0.32, 0.32, n) if n > 1 else [0.0]
+        each = zip(claims["name"], claims["verdict"], claims["ratio"], lift, strict=True)
+        for name, verdict, ratio, up in each:
             colour, marker, _ = LOOKS[verdict]
+            x = min(max(ratio, FLOOR), CEILING)
             axes.plot(x, row + up, marker, color=colour, ms=3.2, mew=0, clip_on=False)
             counts[verdict] += 1
             if verdict != PASSED:
@@ -203,16 +211,15 @@ def _draw_symbols(axes: Axes, curves: Any) -> None:
 
 def tables(result: Loaded) -> list[Table]:
     """The trials by kind, then those beyond their bounds, from a loaded result."""
-    rows, beyond = [], []
+    rows, beyond = [], list[tuple[str, ...]]()
     for group, content in result["data"].items():
         kind, claims = group.replace("_", " "), content["claims"]
-        verdicts = Counter(str(claim["verdict"]) for claim in claims.values())
-        passed = [float(x["ratio"]) for x in claims.values() if x["verdict"] == PASSED]
-        numbers = (str(verdicts[verdict]) for verdict in LOOKS)
-        rows.append((kind, *numbers, f"{max(passed, default=0):.2g}"))
-        for name, claim in claims.items():
-            if claim["verdict"] != PASSED:
-                beyond.append((str(claim["verdict"]), f"{kind}, {name}", str(claim["limit"])))
+        verdicts, passed = claims["verdict"], claims["verdict"] == PASSED
+        numbers = (str((verdicts == x).sum()) for x in LOOKS)
+        rows.append((kind, *numbers, f"{claims['ratio'][passed].max(initial=0):.2g}"))
+        names, limits = (claims[key][~passed] for key in ("name", "limit"))
+        told = (f"{kind}, {name}" for name in names)
+        beyond += zip(verdicts[~passed], told, limits, strict=True)
     caption = "Trials, and the largest part of its bound that one which passed reached"
     found = [Table(caption, ("kind", *LOOKS, "largest part"), rows)]
     if beyond:
@@ -221,15 +228,12 @@ def tables(result: Loaded) -> list[Table]:
 
 
 def lines(data: Data) -> list[dict[str, Any]]:
-    """All claims of a result's data, a tree with its meanings (see `store.read_tree`)."""
+    """All claims of a result's data."""
     found = []
     for group, content in data.items():
-        for name, claim in content["claims"].items():
-            numbers = {key: float(claim[key].values) for key in ("value", "bound", "ratio")}
-            texts = {key: str(claim[key].values) for key in ("verdict", "limit", "note")}
-            value, reason = claim["value"], claim["bound"].description
-            meant = {"measured": value.description, "unit": value.units, "reason": reason}
-            found.append({"group": group, "name": name, **meant, **numbers, **texts})
+        columns = (map(of, content["claims"][key]) for key, of in TOLD.items())
+        rows = zip(*columns, strict=True)
+        found += [{"group": group, **dict(zip(TOLD, row, strict=True))} for row in rows]
     return found
 
 

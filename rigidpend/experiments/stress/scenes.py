@@ -14,8 +14,8 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from rigidpend.experiments.data import Tree, datasets
-from rigidpend.experiments.stress import CURVES, FAILED, LIMIT, OF_CLAIM, PASSED
+from rigidpend.experiments.data import Tree
+from rigidpend.experiments.stress import FAILED, LIMIT, PASSED
 from rigidpend.mechanics.body import Body
 from rigidpend.mechanics.coordinates import Canonical, aligned_from_canonical
 from rigidpend.mechanics.equations import AlignedCoefficients, aligned_coefficients
@@ -58,19 +58,15 @@ class Claim(NamedTuple):
     def told(self, value: float, note: str) -> Tree:
         """The claim with what was found, as it is stored; NaN, which is no measurement, fails."""
         ratio = value / self.bound if self.bound else math.inf if value else 0.0
-        values = {
-            "verdict": PASSED if value <= self.bound else LIMIT if value <= self.up_to else FAILED,
-            "limit": self.limit,
-            "note": note,
-            "value": value,
+        return {
+            **self._asdict(),
             "bound": float(self.bound),
             "up_to": float(max(self.bound, self.up_to)),
+            "verdict": PASSED if value <= self.bound else LIMIT if value <= self.up_to else FAILED,
+            "note": note,
+            "value": value,
             "ratio": float(ratio),
         }
-        found = datasets(OF_CLAIM, values)
-        said = {"value": self.measured, "bound": self.reason, "up_to": found["up_to"].description}
-        meant = {k: found[k]._replace(units=self.unit, description=x) for k, x in said.items()}
-        return {**found, **meant}
 
 
 class Findings(NamedTuple):
@@ -108,8 +104,7 @@ class Trial(NamedTuple):
         missing = [math.nan] * (len(self.claims) - len(values))
         rows = zip(self.claims, [*values, *missing], strict=True)
         claims = {claim.name: claim.told(float(value), note) for claim, value in rows}
-        curves = {self.label: curve} if curve else {}
-        return {"claims": claims, "curves": datasets(CURVES.get(self.kind, {}), curves)}
+        return {"claims": claims, "curves": {self.label: curve} if curve else {}}
 
 
 class Place(NamedTuple):

@@ -4,21 +4,15 @@ from __future__ import annotations
 
 from typing import Annotated, Literal
 
-from pydantic import AfterValidator, Field, model_validator
+from pydantic import Field, model_validator
 
 from rigidpend.config.bodies import HeavyBody
-from rigidpend.config.schema import ExperimentConfig, Number, Part, Whole
-from rigidpend.numbers.exact import Exact
-
-
-def _spoilt(x: Exact) -> Exact:
-    if not 1e-13 <= float(x) <= 1e-2:
-        raise ValueError(f"a spoilt tolerance is from 1e-13 to 0.01, got {x}")
-    return x
-
+from rigidpend.config.schema import ExperimentConfig, Number, Part, Whole, holding
 
 Count = Annotated[Whole, Field(ge=1, le=10**7)]
-Spoilt = Annotated[Number, AfterValidator(_spoilt)]
+Spoilt = Annotated[
+    Number, holding(lambda x: 1e-13 <= x <= 1e-2, "a spoilt tolerance is from 1e-13 to 0.01")
+]
 
 
 class LongTime(Part):

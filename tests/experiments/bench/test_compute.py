@@ -49,7 +49,8 @@ SMALL = [
     "bodies.methods=[route_codes_auto, heyoka_principal, diffrax]",
     "bodies.kept=1",
     "bodies.drawn=1",
-    "bodies.orbits=20",
+    "bodies.orbits=6",
+    "bodies.repeats=1",
     "bodies.threads=1",
     "bodies.seconds=1",
     "bodies.longest=60",
@@ -140,7 +141,7 @@ def test_symbols_are_counted_on_random_phases_and_with_bodies_that_are_told(data
     group = data["bodies"]
     assert group["ended"] == "complete"
     assert "diffrax" not in group
-    assert group["route_codes_auto"]["orbits"].tolist() == [20] * 2
+    assert group["route_codes_auto"]["orbits"].tolist() == [6] * 2
     assert (group["heyoka_principal"]["symbols"] == group["route_codes_auto"]["symbols"]).all()
     assert group["route_codes_auto"]["wrong_trusted"].tolist() == [0] * 2
     for k, problem in enumerate((*drawn(SEED, 1), *drawn(1, 1))):

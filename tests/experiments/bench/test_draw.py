@@ -7,25 +7,19 @@ from typing import Any
 
 import numpy as np
 import pytest
-from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from rigidpend.experiments.bench.draw import APPEARANCES, draw, style
 from rigidpend.experiments.bench.methods import METHODS
 from rigidpend.results.store import load
 from tests.experiments.bench.data import data
-from tests.experiments.figures import check_on_page, styled
+from tests.experiments.figures import check_on_page, panel, styled
 from tests.results.loaded import loaded
 
 
 @pytest.fixture(scope="module")
 def figure() -> Figure:
     return styled(draw, loaded(data()))
-
-
-def panel(figure: Figure, letter: str) -> Axes:
-    [found] = [axes for axes in figure.axes if axes.get_title(loc="left").startswith(letter)]
-    return found
 
 
 POINTS: Any = [
@@ -86,7 +80,7 @@ def test_families_look_different_and_the_legend_holds_those_that_are_shown(
 
 
 def test_the_stored_measurement_is_one_page_and_does_not_leave_it() -> None:
-    made = styled(draw, load(Path("results/measured/bench.h5")))
+    made = styled(draw, load(Path("results/measured/bench.h5")), laid_out=True)
     check_on_page(made)
     assert made.get_figwidth() == 7.2
     assert made.get_figheight() < 9

@@ -88,7 +88,10 @@ def test_what_is_not_resolved_is_marked_and_not_drawn() -> None:
 
 
 @pytest.mark.slow
-def test_agrees_a_computation_in_more_bits(data: Any) -> None:
-    finer = computed(asked("splitting", *SMALL, "numerics.precisions=[106]"), jobs=2)
+def test_agrees_a_computation_in_more_bits() -> None:
+    few = "problem.bodies={fig4: {A: [2, 1, 1.5], r: [1, 1, 0]}}", "problem.mu=[1e-3, 1e-2]"
+    data, finer = (
+        computed(asked("splitting", *few, f"numerics.precisions=[{bits}]")) for bits in (53, 106)
+    )
     assert (finer["bodies"]["bits"] != data["bodies"]["bits"]).all()
     assert differences("splitting", data, finer) == []

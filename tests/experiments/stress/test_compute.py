@@ -7,6 +7,7 @@ import json
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import pytest
 from click.testing import CliRunner
 
@@ -59,21 +60,21 @@ def test_claims_of_one_group_come_together(monkeypatch: pytest.MonkeyPatch) -> N
     config: Any = type("Config", (), {"problem": None})
     made: Any = stress.compute(config, Means(report=said.append, part=part))
     assert kept == ["a.first_1", "a.second", "b.third"]
-    assert list(made["a"]["claims"]) == ["x", "y"]
+    assert made["a"]["claims"]["name"].tolist() == ["x", "y"]
     assert list(made["a"]["curves"]) == ["second"]
     told = ["2/3: a, second: FAILED", "3/3: b, third: limit"]
     assert [x.rpartition(", ")[0] for x in said[1:]] == told
 
 
 def test_results_differ_by_a_verdict_and_by_no_value() -> None:
-    claims: Any = {"x": {"verdict": "passed", "value": 1}, "y": {"verdict": "limit"}}
-    stored: Any = {"a": {"claims": claims}}
+    verdicts = np.array(["passed", "limit"], dtype=object)
+    stored: Any = {"a": {"claims": {"verdict": verdicts, "value": np.array([1, 3])}}}
     fresh = copy.deepcopy(stored)
-    fresh["a"]["claims"]["x"]["value"] = 2
+    fresh["a"]["claims"]["value"][0] = 2
     assert differences("stress", stored, fresh) == []
-    fresh["a"]["claims"]["x"]["verdict"] = "FAILED"
+    fresh["a"]["claims"]["verdict"][0] = "FAILED"
     found = differences("stress", stored, fresh)
-    assert found == ["a/claims/x/verdict: stored passed, computed FAILED"]
+    assert found == ["a/claims/verdict[0]: stored passed, computed FAILED"]
 
 
 @pytest.mark.slow

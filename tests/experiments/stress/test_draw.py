@@ -11,7 +11,7 @@ from matplotlib.figure import Figure
 
 from rigidpend.experiments.stress.draw import CEILING, FLOOR, LOOKS, draw
 from rigidpend.results.store import load
-from tests.experiments.figures import check_on_page, styled
+from tests.experiments.figures import check_on_page, panel, styled
 from tests.results.loaded import loaded
 
 TIMES = np.array([0.5, 10.0, 100.0])
@@ -28,13 +28,9 @@ DECIDED = {"bits": 64, "measured": np.array([30, 20]), "predicted": np.array([25
 
 
 def claims(curves: Any = None, **ratios: tuple[float, str]) -> dict[str, Any]:
-    made = {name: {"ratio": ratio, "verdict": verdict} for name, (ratio, verdict) in ratios.items()}
+    ratio, verdict = np.transpose([*ratios.values()])
+    made = {"name": [*ratios], "ratio": ratio.astype(float), "verdict": verdict}
     return {"claims": made, "curves": curves or {}}
-
-
-def panel(figure: Figure, letter: str) -> Any:
-    [found] = [x for x in figure.axes if x.get_title(loc="left").startswith(f"{letter})")]
-    return found
 
 
 def lines(figure: Figure, letter: str) -> list[Any]:

@@ -73,7 +73,7 @@ def test_lies_errors_doubt_and_trials_that_show_nothing_are_found(
         made = run()
         assert failures(made) == fails
         names = "lies at 0.01", "right at the coarsest"
-        values.append([made["claims"][f"{x}, J1_0 = 1e-8"]["value"].values for x in names])
+        values.append([made["claims"][f"{x}, J1_0 = 1e-8"]["value"] for x in names])
     # Where all is called certain whatever is wrong is a lie, of 40 orbits with 15 symbols each.
     (none, right), *_, (lies, _) = values
     assert none == 0 < lies == pytest.approx(600 * (1 - right))

@@ -81,7 +81,7 @@ def test_errors_are_as_predicted_and_others_are_noticed(monkeypatch: pytest.Monk
     trial = passages.growth_trial(SCENE, 1e-6, 4, 8)
     made: Any = trial.tried()
     assert failed(made) == set()
-    assert 1.5 < made["curves"]["growth"]["growth_predicted"].values < 5
+    assert 1.5 < made["curves"]["growth"]["growth_predicted"] < 5
     monkeypatch.setattr(scenes, "DEFAULT_TOLERANCE", {"taylor": 1e-9})
     assert "size of errors" in failed(trial)
 
@@ -100,14 +100,14 @@ def test_decided_symbols_are_as_predicted_and_right_and_a_wrong_one_is_found(
     monkeypatch.setattr(scenes, "routes", kept)
     made: Any = trial.tried()
     assert failed(made) == set()
-    assert 10 < np.median(made["curves"]["53_bits"]["measured"].values) < 50
+    assert 10 < np.median(made["curves"]["53_bits"]["measured"]) < 50
     _, finer = computed
     assert finer.bits[0] > 53
     finer.codes[3, 0] ^= 1
     finer.certain[:] = False
     again = iter(computed)
     monkeypatch.setattr(scenes, "routes", lambda *_, **__: next(again))
-    beyond = made["curves"]["53_bits"]["predicted"].values + 2 * trial.claims[0].bound
+    beyond = made["curves"]["53_bits"]["predicted"] + 2 * trial.claims[0].bound
     monkeypatch.setattr(passages, "predicted_symbols", lambda *_: beyond)
     assert failed(trial) == {"decided by 53 bits", "decided by 53 bits, wrong"}
 

@@ -21,7 +21,7 @@ def asked(*settings: str, config: str = "stress_quick") -> Any:
 def verdicts(trial: Trial | Any) -> dict[str, str]:
     """The verdict on each claim of a trial, or of one that was tried."""
     made: Any = trial.tried() if isinstance(trial, Trial) else trial
-    return {name: str(claim["verdict"].values) for name, claim in made["claims"].items()}
+    return {name: claim["verdict"] for name, claim in made["claims"].items()}
 
 
 def failed(trial: Trial | Any) -> set[str]:
