@@ -41,7 +41,7 @@ def test_agrees_with_table_1_to_its_five_digits(alpha0: str, gamma0: str, A: Any
     assert f"{body.gamma0:.5f}" == gamma0
 
 
-@repeatable(15)
+@repeatable(8)
 @given(bodies())
 def test_eq_phi_gives_the_moments_by_the_relations_after_it(body: Body) -> None:
     A, r = ([x.in_context(FINE) for x in triple] for triple in (body.A, body.r))
@@ -55,7 +55,7 @@ def test_eq_phi_gives_the_moments_by_the_relations_after_it(body: Body) -> None:
     assert largest_difference(found, (A[0], A[1], r[0] / length, r[1] / length)) < 1e-50
 
 
-@repeatable(15)
+@repeatable(8)
 @given(bodies())
 def test_eq_phi_keeps_the_paper_s_inequalities_and_kappa(body: Body) -> None:
     p = fine_angles(body)
@@ -75,7 +75,7 @@ def test_eq_phi_of_moments_in_doubles_is_that_of_the_body() -> None:
 
 
 @pytest.mark.slow
-@repeatable(15)
+@repeatable(8)
 @given(bodies())
 def test_agrees_every_precision_with_the_finest(body: Body) -> None:
     finest = body.angles(400)
@@ -92,7 +92,7 @@ def test_agrees_every_precision_with_the_finest(body: Body) -> None:
     ]
 
 
-@repeatable(15)
+@repeatable(8)
 @given(numbers(0.1, 3), numbers(0.02, 0.98), numbers(0, math.pi), st.fractions("1/9", 9))
 def test_agrees_from_angles_with_the_angles_given(
     gamma0: float, place: float, beta0: float, A1: Fraction

@@ -105,8 +105,8 @@ def monodromy(p: Angles, h0: float, family: int) -> Any:
 @pytest.mark.parametrize(
     ("p", "share", "family"),
     [
-        *((p.values[0], 0.3, 1 + k % 2) for k, p in enumerate(SPECIAL)),
-        *((FIG4, share, 1 + k) for k, share in enumerate((0.9, 0.999))),
+        *((p.values[0], 0.3, 1 + k % 2) for k, p in enumerate(SPECIAL[1::2])),
+        (FIG4, 0.999, 2),
     ],
 )
 def test_agrees_with_the_linearised_field(p: Angles, share: float, family: int) -> None:
@@ -142,7 +142,7 @@ def test_an_elliptic_motion_is_told_from_a_hyperbolic_one(share: float, family: 
 
 
 @pytest.mark.slow
-@repeatable(15)
+@repeatable(8)
 @given(bodies(), numbers(0, 0.999))
 def test_invariant_the_exponents_of_a_pair_are_opposite(body: Body, share: float) -> None:
     p = loaded(body.angles(), share)

@@ -179,7 +179,7 @@ def test_eq_sol_22_rises_where_Qp_is_negative() -> None:
     assert_solves(4)
 
 
-@repeatable(10)
+@repeatable(6)
 @given(bodies(), canonicals())
 def test_eq_eq1_0_is_euler_s_equation_of_the_free_body(body: Body, c: Any) -> None:
     p, A = fine_angles(body), [x.in_context(FINE) for x in body.A]
@@ -218,7 +218,7 @@ def test_both_actions_keep_their_relative_precision(
         assert relative(found.J2, 1.0 + J1_0) < ROUNDING
 
 
-@repeatable(10)
+@repeatable(6)
 @given(bodies(), numbers(1e-3, 0.999))
 def test_v_is_how_far_the_middle_is_in_time(body: Body, share: float) -> None:
     p = fine_angles(body)

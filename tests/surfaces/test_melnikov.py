@@ -86,7 +86,7 @@ def bracket_of_slopes(x: Any, p: Any) -> Any:
     return (free[0] * heavy[1] - free[1] * heavy[0]) / (p.kappa * x[3])
 
 
-@repeatable(10)
+@repeatable(6)
 @given(bodies(), canonicals())
 def test_the_bracket_is_that_of_the_hamiltonian_s_slopes(body: Body, c: Any) -> None:
     p, x = fine_angles(body), [FINE.mpf(float(y)) for y in (c.theta1, c.J1, c.theta2, c.J2)]
@@ -127,9 +127,9 @@ def test_eq_Im_is_adaptive_quadrature_of_the_bracket(number: int, phase: float) 
     assert melnikov.integral(motion, p) == pytest.approx(found, abs=1e-12)
 
 
-@pytest.mark.parametrize("nu", [8])
-def test_eq_Im_is_its_middle_form_with_legendre_s_integral(nu: float) -> None:
+def test_eq_Im_is_its_middle_form_with_legendre_s_integral() -> None:
     """The printed factor of sigma_0/u cos(delta + phase), the paper's minus sign apart."""
+    nu = 6
     m, p = FINE, fine_angles(nearly_round(nu))
 
     def legendre(x: Any) -> Any:
@@ -153,8 +153,9 @@ def test_the_amplitude_neither_overflows_nor_loses_digits(nu: float) -> None:
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("number", SEPARATRICES)
-def test_zeros_are_where_the_sum_vanishes_on_each_separatrix(number: int) -> None:
+@pytest.mark.parametrize("number", [1, 4])
+def test_zeros_are_where_the_sum_vanishes(number: int) -> None:
+    """Where the flow falls and where it rises, before a turn of theta1 and behind it."""
     p, q = problem(GENERIC), fine_angles(GENERIC)
     J1, J2 = FINE.mpf("1e-8"), p.J2_0(200)
     found = melnikov.zeros(p, number)

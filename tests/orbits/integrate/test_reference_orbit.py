@@ -71,7 +71,7 @@ def test_the_length_of_a_step_is_a_double(engine: str, bits: int) -> None:
 
 @pytest.mark.slow
 def test_a_falling_precision_costs_no_neighbour_a_bit(monkeypatch: pytest.MonkeyPatch) -> None:
-    """The error stays below a rounding of a neighbour at the least distance, 1e-20."""
+    """The error stays below a rounding of a neighbour at the least distance, 1e-12."""
     used: list[int] = []
     falling, high = orbit(PHASE, BITS), exactly(monkeypatch)
     advanced = falling.advanced
@@ -81,16 +81,16 @@ def test_a_falling_precision_costs_no_neighbour_a_bit(monkeypatch: pytest.Monkey
         return advanced(state, bits)
 
     monkeypatch.setattr(falling, "advanced", noted)
-    k = next(k for k in range(1000) if falling.reaches(k) and falling.growth[k] > 1e15)
+    k = next(k for k in range(1000) if falling.reaches(k) and falling.growth[k] > 1e8)
     assert (used[0], used[-1]) == (212, 106)
     time, state = falling.points[k][:2]
     near = next(j for j in range(1000) if high.reaches(j) and high.points[j].time > float(time))
     true = _at(high, near - 1, time)
     off = max(abs(float(x - y)) for x, y in zip(state, true, strict=True))
-    assert 0 < off < 2.0**-53 * falling.growth[k] * 1e-20
+    assert 0 < off < 2.0**-53 * falling.growth[k] * 1e-12
 
 
-PHASE, BITS = "4.705696853133541796856", reference_bits(1e-20, 53)
+PHASE, BITS = "4.705696853133541796856", reference_bits(1e-12, 53)
 
 
 def exactly(monkeypatch: pytest.MonkeyPatch) -> ReferenceOrbit:
@@ -142,7 +142,7 @@ def test_each_halving_of_the_least_distance_costs_a_bit_and_one_beyond_1_none() 
 
 def test_differences_that_are_multiples_of_the_tangent_are_not_integrated() -> None:
     """Those of the farther neighbour stay below what its square would add."""
-    reference, shifts = orbit("4.7", 192), np.array([1e-30, -2e-30])
+    reference, shifts = orbit("4.7", 160), np.array([1e-24, -2e-24])
     tangent = reference.tangents[0]
     walk = neighbours.Walk(
         reference,
@@ -154,7 +154,7 @@ def test_differences_that_are_multiples_of_the_tangent_are_not_integrated() -> N
     )
     k, small = walk.skip(), 2.0 ** -(53 + neighbours.MARGIN)
     assert k > 4
-    assert reference.growth[k] * 2e-30 < small <= reference.growth[k + 1] * 2e-30
+    assert reference.growth[k] * 2e-24 < small <= reference.growth[k + 1] * 2e-24
     np.testing.assert_array_equal(walk.differences, np.outer(reference.tangents[k], shifts))
 
 

@@ -28,7 +28,7 @@ from rigidpend.orbits.return_map.build import (
 )
 from rigidpend.orbits.return_map.precision import precision
 from scripts import stated_maps
-from tests.orbits.integrate.problems import FIG4, GENERIC
+from tests.bodies import FIG4
 
 H = "1.3342"
 
@@ -69,18 +69,12 @@ def test_order_a_map_of_64_bits_errs_by_less_than_their_rounding(design: Design)
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("case", [GENERIC, 17], ids=["generic", "by lot"])
-def test_order_tables_err_by_less_than_is_stated(case: Body | int) -> None:
+def test_order_tables_err_by_less_than_is_stated() -> None:
     """At 400 points, beside a normal form of more terms; the largest errors are not far below.
 
-    The body that was drawn by lot errs most between energies, in an inverse chart.
+    The body was drawn by lot, and errs most between energies, in an inverse chart.
     """
-    if isinstance(case, int):
-        problem = drawn()[case]
-        made = return_map(problem.body, h=problem.energies, bits=64)
-    else:
-        made = return_map(case, h=("1.3332", "1.3352"), bits=64)
-    for ratios in stated_maps.ratios(made):
+    for ratios in stated_maps.of(drawn()[17]):
         assert 0.1 < ratios.max() < 1
 
 
@@ -202,11 +196,10 @@ def test_a_refusal_is_kept(cache: Path, monkeypatch: pytest.MonkeyPatch) -> None
     assert str(again.value) == str(first.value)
 
 
-@pytest.mark.parametrize("design", [FIRST, SECOND, THIRD])
-def test_a_body_of_long_passages_has_maps(design: Design) -> None:
+def test_a_body_of_long_passages_has_maps() -> None:
     """The weight turns 75 times on the arcs: theta3's quadrature must follow that."""
     slow = Body(("2.953", "2.566", "2.915"), ("0.212", "0.977", 0), "0.00265")
-    errors = return_map(slow, h="0.8617", bits=64, design=design).errors
+    errors = return_map(slow, h="0.8617", bits=64, design=SECOND).errors
     assert max(errors.charts, errors.inverse, errors.exponents) < 2.0**-64
 
 

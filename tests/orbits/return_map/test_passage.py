@@ -166,16 +166,9 @@ def test_order_the_splitting_is_melnikovs_amplitude_to_first_order(
     assert gap == pytest.approx(expected, rel=within)
 
 
-@pytest.mark.parametrize(
-    "bits",
-    [
-        64,
-        pytest.param(80, marks=pytest.mark.slow),
-    ],
-)
-def test_agrees_a_passage_with_integration_in_any_precision(bits: int) -> None:
+def test_agrees_a_passage_with_integration_in_pairs() -> None:
     """The error of a map falls with its precision: where it puts M3 = 0, integration does."""
-    a = precision(bits)
+    bits, a = 64, precision(64)
     made = return_map(Body((2, 1, "1.5"), (1, 1, 0), "1e-5"), h="1.3342", bits=bits)
     assert max(made.errors.charts, made.errors.inverse) < 2.0 ** (13 - bits)
     h, c = made.normal_form.energies.centre, made.coefficients
@@ -189,8 +182,8 @@ def test_agrees_a_passage_with_integration_in_any_precision(bits: int) -> None:
 
 def test_energies_of_their_own_are_those_of_maps_for_each() -> None:
     wide = return_map(FIG4, h=("1.3332", "1.3352"))
-    h = np.array([1.3333, 1.3342, 1.33515])
-    here = SectionPoint(True, np.array([1e-3, -5e-4, 2e-4]), np.array([0.3, 2.0, 5.0]))
+    h = np.array([1.3333, 1.33515])
+    here = SectionPoint(True, np.array([1e-3, -5e-4]), np.array([0.3, 2.0]))
     found = wide.at(h).passage(here)
     for k, one in enumerate(h):
         alone = return_map(FIG4, h=float(one)).at(float(one))
