@@ -25,7 +25,6 @@ from tests.strategies import (
     FINE,
     ROUNDING,
     along,
-    apart,
     bodies,
     canonicals,
     fine_angles,
@@ -96,16 +95,6 @@ def test_agrees_with_the_integrated_separatrix(number: int) -> None:
     phi = np.arcsin(found[2] * (1 if number in (2, 4) else -1))
     assert (np.diff(phi) > 0).all()
     np.testing.assert_allclose(found, free_body.half_circle(FREE.alpha0, number, phi), atol=1e-10)
-
-
-@given(body=bodies())
-@repeatable(8)
-def test_the_separatrices_in_the_plane_are_where_the_paper_has_them(body: Body) -> None:
-    alpha0, beta0, turn = body.alpha0, body.beta0, 2 * np.pi
-    expected = [beta0 - alpha0, beta0 + alpha0, beta0 - alpha0 + turn, beta0 + alpha0 + turn]
-    np.testing.assert_allclose(
-        free_body.separatrix_theta1(alpha0, beta0), expected, atol=4 * np.pi * 1e-15
-    )
 
 
 @pytest.mark.parametrize("number", free_body.SEPARATRICES)
@@ -232,17 +221,6 @@ def test_v_is_how_far_the_middle_is_in_time(body: Body, share: float) -> None:
         # u is the rate at which J1 falls or rises where it is small.
         before = separatrix(middle - free_body.direction(number) * 100 / rate, motion, p, FINE)
         assert abs(before.J1 / motion.J2_0 * FINE.exp(100) - 1) < 1e-40
-
-
-def test_theta1_is_that_of_the_free_body_in_any_precision() -> None:
-    p, fine = GENERIC.angles(), fine_angles(GENERIC)
-    plain = [free_body.theta1(number, p) for number in SEPARATRICES]
-    np.testing.assert_allclose(plain, free_body.separatrix_theta1(p.alpha0, p.beta0), rtol=ROUNDING)
-    for number, x in zip(SEPARATRICES, plain, strict=True):
-        assert apart(x, float(free_body.theta1(number, fine, FINE)), 100) < ROUNDING
-        # The turn of 3 and 4 is one in all digits.
-        again = free_body.theta1((number + 1) % 4 + 1, fine, FINE)
-        assert abs(FINE.sin((again - free_body.theta1(number, fine, FINE)) / 2)) < 1e-58
 
 
 @pytest.mark.parametrize("number", [0, 5, -1])

@@ -13,7 +13,6 @@ from rigidpend.mechanics.coordinates import Aligned, body_from_aligned, scale
 from rigidpend.mechanics.equations import aligned_coefficients, eq1
 from rigidpend.mechanics.pendulum import Delta_1
 from rigidpend.numbers.exact import exact, exacts
-from rigidpend.orbits.integrate.arithmetic import default_engine
 from rigidpend.orbits.integrate.states import states_at
 from rigidpend.routes.problem import ProblemError, RouteProblem
 from rigidpend.routes.start import Scales, start, states_double
@@ -47,7 +46,7 @@ def delta(problem: RouteProblem) -> float:
 def lower(
     problem: RouteProblem, theta2_0: Any = THETA2_0, half_width: float = 2.5
 ) -> SurfaceCurves:
-    return S1_minus(problem, theta2_0, half_width * delta(problem), default_engine())
+    return S1_minus(problem, theta2_0, half_width * delta(problem), "taylor")
 
 
 def curve(curves: SurfaceCurves, k: int) -> tuple[Any, Any, Any]:

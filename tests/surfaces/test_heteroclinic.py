@@ -15,7 +15,7 @@ from rigidpend.mechanics.equations import aligned_coefficients, hamiltonian_J3_0
 from rigidpend.mechanics.in_space import field
 from rigidpend.mechanics.in_space import increments as first_order
 from rigidpend.numbers.exact import exact
-from rigidpend.orbits.integrate.arithmetic import default_engine, resolve
+from rigidpend.orbits.integrate.arithmetic import resolve
 from rigidpend.orbits.integrate.states import states_at
 from rigidpend.surfaces import heteroclinic
 from rigidpend.surfaces.heteroclinic import increments
@@ -24,7 +24,7 @@ from tests.orbits.integrate.problems import find, theta1_on
 
 GENERIC = Body(A=(2, "1.2", "1.7"), r=(1, 3, 0), mu="0.05")
 HESS = Body(A=(2, 1, "1.5"), r=(1, "sqrt(2)", 0), mu="0.05")
-ARITHMETIC = resolve(default_engine(), 3e-14)
+ARITHMETIC = resolve(None, 3e-14)
 H0 = exact(1)
 LOW = math.exp(-44)
 

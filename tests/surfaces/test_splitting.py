@@ -13,7 +13,7 @@ from scipy.integrate import quad
 from rigidpend import Body
 from rigidpend.mechanics.equations import AlignedCoefficients, eq1
 from rigidpend.numbers.exact import exact
-from rigidpend.orbits.integrate.arithmetic import default_engine, resolve
+from rigidpend.orbits.integrate.arithmetic import resolve
 from rigidpend.orbits.integrate.states import states_at
 from rigidpend.orbits.return_map.precision import precision
 from rigidpend.surfaces import splitting
@@ -42,7 +42,7 @@ GENERIC = Body(A=(2, "1.2", "1.7"), r=(1, 3, 0), mu="0.02")
 LARGE_NU = Body(A=(2, "1.7", "1.85"), r=(2, 1, 0), mu="0.3")
 TABLE_1A = Body(A=(2, "0.2", "1.8"), r=("sqrt(0.2)", "sqrt(1.6)", 0), mu="1e-6")
 TABLE_1G = Body(A=(2, 1, "1.04"), r=("sqrt(0.96)", "0.2", 0), mu="1e-6")
-ARITHMETIC = resolve(default_engine(), 3e-14)
+ARITHMETIC = resolve(None, 3e-14)
 H0 = exact(1)
 ALLOWED, LIGHT = 1e-9, 4e-15
 """Errors up to which a splitting counts as resolved: at any weight, and where mu is 1e-6 h0."""

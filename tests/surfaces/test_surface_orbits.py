@@ -20,7 +20,7 @@ from rigidpend.mechanics.coordinates import (
 from rigidpend.mechanics.equations import AlignedCoefficients, energy
 from rigidpend.mechanics.pendulum import Delta_1
 from rigidpend.numbers.exact import exact
-from rigidpend.orbits.integrate.arithmetic import default_engine, resolve
+from rigidpend.orbits.integrate.arithmetic import resolve
 from rigidpend.orbits.integrate.states import states_at
 from rigidpend.surfaces.surface_orbits import (
     coefficients,
@@ -33,7 +33,7 @@ from rigidpend.surfaces.surface_orbits import (
 )
 
 GENERIC = Body(A=(2, "1.2", "1.7"), r=(1, 3, 0), mu="0.02")
-ARITHMETIC = resolve(default_engine(), 3e-14)
+ARITHMETIC = resolve(None, 3e-14)
 M = numbers(53)
 
 

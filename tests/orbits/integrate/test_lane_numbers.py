@@ -15,10 +15,10 @@ import pytest
 
 from rigidpend.numbers.exact import context
 from rigidpend.orbits.integrate.kernel import machine_code
-from rigidpend.orbits.integrate.kernel.functions import Functions
 from rigidpend.orbits.integrate.kernel.lane_numbers import (
     KINDS,
     Doubles,
+    Functions,
     Value,
     as_doubles,
 )

@@ -222,7 +222,7 @@ def test_a_damaged_file_is_built_again(cache: Path) -> None:
 
 
 @pytest.mark.parametrize(
-    "module", ["return_map/charts.py", "integrate/states.py", "integrate/kernel/functions.py"]
+    "module", ["return_map/charts.py", "integrate/states.py", "integrate/kernel/tape.py"]
 )
 def test_a_map_of_other_code_is_another(module: str, monkeypatch: pytest.MonkeyPatch) -> None:
     """What integrates for the tables counts as well as what fits them."""
