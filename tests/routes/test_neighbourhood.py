@@ -44,7 +44,7 @@ def test_agrees_with_integration_at_every_distance() -> None:
     asked, centre = problem(3), exact(FIRST)
     phases = [centre + exact(f"{side}1.234567e-{k}") for k in (2, 24) for side in ("", "-")]
     found = Neighbourhood(asked, centre, FINEST, resolve()).routes(phases)
-    true = truth(asked, phases, 160)
+    true = truth(asked, phases, 130)
     assert found.certain.all()
     assert np.array_equal(found.codes, true.codes)
     apart = np.abs(found.crossing_time - true.crossing_time)

@@ -27,7 +27,7 @@ def computed(J1_0: str, every: int = 1, **numerics: Any) -> tuple[RouteCodes, An
 @pytest.mark.parametrize(("method", "share"), [("integration", 0.9), ("map", 0.85)])
 @pytest.mark.parametrize("J1_0", ["1e-6", "1e-10"])
 def test_certain_is_every_symbol_and_right(J1_0: str, method: str, share: float) -> None:
-    found, wrong, _ = computed(J1_0, 2 if method == "integration" else 1, method=method)
+    found, wrong, _ = computed(J1_0, 4 if method == "integration" else 1, method=method)
     assert found.certain.all()
     assert not wrong.any()
     assert (found.bits == 53).mean() > share, "doubles are enough for most"

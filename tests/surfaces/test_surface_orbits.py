@@ -11,9 +11,7 @@ import pytest
 from rigidpend import Body
 from rigidpend.mechanics.coordinates import (
     Aligned,
-    aligned_from_canonical,
     body_from_aligned,
-    canonical,
     canonical_from_aligned,
     scale,
 )
@@ -54,24 +52,6 @@ def test_invariant_orbits_start_with_the_energy_asked_for_and_J3_zero(
     assert found == pytest.approx(0.8, rel=1e-15)
     assert abs(moments @ gamma) < 1e-15
     assert gamma @ gamma == pytest.approx(1, rel=1e-15)
-
-
-def test_section_angles_are_those_of_the_canonical_variables() -> None:
-    rng = np.random.default_rng(3)
-    p = GENERIC.angles()
-    offset, g = rng.uniform(-1, 1, 50), rng.uniform(-3, 3, 50)
-    theta1 = p.alpha0 + p.beta0 + offset
-    half, one = np.full(50, 0.5), np.ones(50)
-    c = canonical(half, one, 0 * one, theta1, g - theta1 / 2)
-    states = aligned_from_canonical(c, p.alpha0, p.beta0)
-    found = canonical_from_aligned(states, p.alpha0, p.beta0)
-    for k in range(50):
-        state = [x[k] for x in states]
-        phase, beside = section_angles(state, p.alpha0, M)
-        assert float(beside) == pytest.approx(offset[k], abs=1e-14)
-        assert math.cos(float(phase) - g[k]) == pytest.approx(1, abs=1e-14)
-        at = found.theta1[k] / 2 + found.theta2[k]
-        assert abs(math.sin(float(phase) - at)) < 1e-13
 
 
 def test_a_small_offset_keeps_its_relative_precision() -> None:

@@ -57,9 +57,9 @@ def test_agrees_every_engine_with_integers_of_113_bits(engine: str, bits: int) -
 
 @pytest.mark.slow
 def test_agrees_integers_with_sums_of_doubles_from_a_small_J1() -> None:
-    """From J1 = 1e-30: the small component has its own leading zeros."""
-    expected = find(fan(1, J1=1e-30), "scipy", 60, n_crossings=1).time
-    found = find(fan(1, J1=1e-30), "taylor", 106, n_crossings=1)
+    """From J1 = 1e-60: the small component has its own leading zeros."""
+    expected = find(fan(1, J1=1e-60), "scipy", 60, n_crossings=1).time
+    found = find(fan(1, J1=1e-60), "taylor", 106, n_crossings=1)
     # The time on a step is found in doubles, and the sum rounded.
     np.testing.assert_allclose(found.time, expected, rtol=3e-16)
 
@@ -131,12 +131,13 @@ def test_outcome_a_limit_ends_an_orbit_before_a_crossing_that_comes_later(
 @pytest.mark.parametrize(("engine", "bits"), EACH)
 def test_outcome_orbits_that_end_differently_share_a_call(engine: str, bits: int) -> None:
     """gamma = 0 takes the weight away: such an orbit is asymptotic beside others that go on."""
-    states = fan(3, J1=1e-2)
-    states[3:, 1] = 0
+    states = fan(3, J1=1e-2)[:, 1:]
+    states[3:, 0] = 0
     found = find(states, engine, bits, n_crossings=2, passage_limit=30)
-    assert found.outcome.tolist() == [Outcome.COMPLETE, Outcome.ASYMPTOTIC, Outcome.COMPLETE]
-    np.testing.assert_allclose(found.time[:, [2]], whole(engine, bits)[1].time, rtol=1e-12)
-    assert found.separatrix[:, 1].tolist() == [2, 0]
+    assert found.outcome.tolist() == [Outcome.ASYMPTOTIC, Outcome.COMPLETE]
+    alone = whole("taylor", 106) if bits > 53 else whole(engine, bits)
+    np.testing.assert_allclose(found.time[:, [1]], alone[1].time, rtol=1e-12)
+    assert found.separatrix[:, 0].tolist() == [2, 0]
 
 
 @pytest.mark.parametrize(("engine", "bits"), WAYS)

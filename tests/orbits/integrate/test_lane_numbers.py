@@ -75,7 +75,7 @@ def numbers(source: random.Random, parts: int, size: float = 1.0) -> list[Fracti
 
 
 def easy(source: random.Random, parts: int) -> list[tuple[Fraction, Fraction]]:
-    rows = [(numbers(source, parts), numbers(source, parts)) for _ in range(12)]
+    rows = [(numbers(source, parts), numbers(source, parts)) for _ in range(6)]
     return [pair for row in rows for pair in zip(*row, strict=True)]
 
 

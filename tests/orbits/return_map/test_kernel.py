@@ -15,7 +15,7 @@ from rigidpend.orbits.integrate.pair_arrays import PairArray
 from rigidpend.orbits.return_map import ReturnMap, kernel, program, return_map
 from rigidpend.orbits.return_map.expansions import chebyshev_basis, fourier_basis
 from rigidpend.orbits.return_map.kernel import Followed
-from rigidpend.orbits.return_map.precision import in_pairs, precision
+from rigidpend.orbits.return_map.precision import precision
 from rigidpend.orbits.return_map.program import (
     radians,
     reciprocal_of,
@@ -23,7 +23,7 @@ from rigidpend.orbits.return_map.program import (
     significant,
 )
 from rigidpend.orbits.return_map.starts import Entry
-from tests.orbits.integrate.problems import FIG4, GENERIC
+from tests.bodies import GENERIC
 
 ENERGIES = ("1.3332", "1.3352")
 N = 203
@@ -34,9 +34,9 @@ BITS = [53, 64]
 INTERVAL, POINT = (1e-5, 3e-4), (QP, QP)
 
 
-@pytest.fixture(scope="module", params=[FIG4, GENERIC], ids=["Fig. 4", "generic"])
-def made(request: pytest.FixtureRequest) -> ReturnMap:
-    return return_map(request.param, h=ENERGIES, bits=64 if in_pairs(64) else 53)
+@pytest.fixture(scope="module")
+def made() -> ReturnMap:
+    return return_map(GENERIC, h=ENERGIES, bits=64)
 
 
 def drawn() -> tuple[Any, Any]:

@@ -22,12 +22,11 @@ from tests.strategies import apart
 H = 1.3342
 DOUBLES = precision(53)
 N = 40
-BODIES = [pytest.param(FIG4, id="Fig. 4"), pytest.param(GENERIC, id="generic")]
 
 
-@pytest.fixture(scope="module", params=BODIES)
-def body(request: pytest.FixtureRequest) -> Body:
-    return request.param
+@pytest.fixture(scope="module")
+def made() -> ReturnMap:
+    return return_map(GENERIC, h=H)
 
 
 def points(made: ReturnMap, rising: bool, share: float = 0.5) -> SectionPoint:
@@ -38,9 +37,8 @@ def points(made: ReturnMap, rising: bool, share: float = 0.5) -> SectionPoint:
 
 
 @pytest.mark.parametrize("rising", [True, False])
-def test_agrees_a_passage_with_integration(body: Body, rising: bool) -> None:
+def test_agrees_a_passage_with_integration(made: ReturnMap, rising: bool) -> None:
     """Time, symbol, point and theta3 of one passage, by an orbit carried to its end."""
-    made = return_map(body, h=H)
     here, level = points(made, rising), made.at(H)
     passed = level.passage(here, slopes=True)
     c = made.coefficients
@@ -70,8 +68,7 @@ def test_agrees_a_passage_with_integration(body: Body, rising: bool) -> None:
 
 
 @pytest.mark.parametrize("rising", [True, False])
-def test_invariant_forward_then_backward_is_the_identity(body: Body, rising: bool) -> None:
-    made = return_map(body, h=H)
+def test_invariant_forward_then_backward_is_the_identity(made: ReturnMap, rising: bool) -> None:
     here, level = points(made, rising), made.at(H)
     there = level.passage(here, slopes=True)
     back = level.passage(there.point, backward=True)
@@ -92,8 +89,7 @@ def test_invariant_forward_then_backward_is_the_identity(body: Body, rising: boo
 
 
 @pytest.mark.parametrize("rising", [True, False])
-def test_invariant_a_passage_preserves_the_area_dJ2_dchi(body: Body, rising: bool) -> None:
-    made = return_map(body, h=H)
+def test_invariant_a_passage_preserves_the_area_dJ2_dchi(made: ReturnMap, rising: bool) -> None:
     here, c = points(made, rising), made.coefficients
     passed = made.at(H).passage(here, slopes=True)
 
@@ -115,8 +111,9 @@ def test_invariant_a_passage_preserves_the_area_dJ2_dchi(body: Body, rising: boo
 
 @pytest.mark.parametrize("backward", [False, True])
 @pytest.mark.parametrize("rising", [True, False])
-def test_agrees_the_derivatives_with_differences(rising: bool, backward: bool) -> None:
-    made = return_map(GENERIC, h=H)
+def test_agrees_the_derivatives_with_differences(
+    made: ReturnMap, rising: bool, backward: bool
+) -> None:
     here, level = points(made, rising, 0.3), made.at(H)
     passed = level.passage(here, slopes=True, backward=backward)
     for which, step in (("d", 1e-7), ("chi", 1e-6)):
@@ -194,8 +191,7 @@ def test_energies_of_their_own_are_those_of_maps_for_each() -> None:
         assert found.symbol[k] == expected.symbol[0]
 
 
-def test_points_beyond_the_tables_are_marked() -> None:
-    made = return_map(FIG4, h=H)
+def test_points_beyond_the_tables_are_marked(made: ReturnMap) -> None:
     width = float(made.charts[True].forward.width)
     d, chi = np.array([2 * width, 0.0, np.nan]), np.full(3, 1.0)
     assert made.at(H).passage(SectionPoint(True, d, chi)).inside.tolist() == [False, True, False]
@@ -203,10 +199,10 @@ def test_points_beyond_the_tables_are_marked() -> None:
 
 @pytest.mark.parametrize("rising", [True, False])
 @pytest.mark.parametrize("unit", ["1024", "1/1024"])
-def test_points_of_the_section_are_those_of_any_unit(body: Body, rising: bool, unit: str) -> None:
+def test_points_of_the_section_are_those_of_any_unit(rising: bool, unit: str) -> None:
     """M in other units, and so mu and h: Newton's steps end where they end in the first."""
     d, chi, of = np.array([1e-3, -2e-4]), np.array([0.3, 2.0]), float(Fraction(unit))
-    c, scaled = (coefficients(body.angles(), x, DOUBLES) for x in ("1", unit))
+    c, scaled = (coefficients(GENERIC.angles(), x, DOUBLES) for x in ("1", unit))
     told = section_state(rising, d * of, chi, H * of**2, scaled, DOUBLES)
     expected = section_state(rising, d, chi, H, c, DOUBLES)
     np.testing.assert_allclose(told[:2] / of, expected[:2], rtol=4e-16)
