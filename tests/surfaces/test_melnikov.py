@@ -127,21 +127,6 @@ def test_eq_Im_is_adaptive_quadrature_of_the_bracket(number: int, phase: float) 
     assert melnikov.integral(motion, p) == pytest.approx(found, abs=1e-12)
 
 
-def test_eq_Im_is_its_middle_form_with_legendre_s_integral() -> None:
-    """The printed factor of sigma_0/u cos(delta + phase), the paper's minus sign apart."""
-    nu = 6
-    m, p = FINE, fine_angles(nearly_round(nu))
-
-    def legendre(x: Any) -> Any:
-        return m.sin(2 * p.nu * x) / (m.exp(2 * m.pi * x) + 1)
-
-    ends = [k * m.pi / p.nu for k in range(math.ceil(11 * nu / math.pi))]
-    middle = 1 - 4 * p.nu * m.quad(legendre, ends, method="gauss-legendre")
-    J2 = m.mpf("0.7")
-    unit = melnikov.sigma(2, p, m) / (J2 * m.sin(p.alpha0))
-    assert abs(-melnikov.amplitude(2, J2, p, m) / unit - middle) < 1e-26
-
-
 @pytest.mark.parametrize("nu", [1e-3, 4.0, 300.0, 745.0, 2000.0])
 def test_the_amplitude_neither_overflows_nor_loses_digits(nu: float) -> None:
     p = GENERIC.angles()._replace(nu=nu)

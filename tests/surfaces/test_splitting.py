@@ -29,7 +29,6 @@ from rigidpend.surfaces.surface_orbits import (
     J2_0,
     Points,
     coefficients,
-    kind,
     launch,
     meet,
     numbers,
@@ -138,21 +137,6 @@ def test_order_the_curve_errs_in_the_second_order_and_its_cosine_in_the_third(bo
     assert two.excess[1] / one.excess[1] == pytest.approx(2, rel=1e-3)
     assert two.excess[2] / one.excess[2] == pytest.approx(4, rel=1e-2)
     assert 1e-7 < abs(one.excess[0]) < 1e-4
-
-
-def test_invariant_odd_harmonics_are_odd_in_mu_and_even_ones_even() -> None:
-    found = []
-    for sign in (1, -1):
-        s = surface(GENERIC, H0, 53)
-        s = s._replace(p=s.p._replace(mu=sign * s.p.mu))
-        met = meet(s, [2 * M.pi * k / 32 for k in range(32)], M.mpf(50), ARITHMETIC)
-        assert met is not None
-        told = harmonics(met, kind(s, ARITHMETIC))
-        assert told is not None
-        found.append(np.array(told[0], dtype=float))
-    parity = (-1.0) ** np.arange(1, 16)
-    np.testing.assert_allclose(found[1], parity * found[0], rtol=0, atol=1e-15)
-    assert abs(found[0][1]) > 1e-5
 
 
 WAYS = [

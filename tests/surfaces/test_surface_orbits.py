@@ -12,16 +12,12 @@ from rigidpend import Body
 from rigidpend.mechanics.coordinates import (
     Aligned,
     body_from_aligned,
-    canonical_from_aligned,
     scale,
 )
-from rigidpend.mechanics.equations import AlignedCoefficients, energy
-from rigidpend.mechanics.pendulum import Delta_1
+from rigidpend.mechanics.equations import energy
 from rigidpend.numbers.exact import exact
 from rigidpend.orbits.integrate.arithmetic import resolve
-from rigidpend.orbits.integrate.states import states_at
 from rigidpend.surfaces.surface_orbits import (
-    coefficients,
     kind,
     launch,
     meet,
@@ -59,28 +55,6 @@ def test_a_small_offset_keeps_its_relative_precision() -> None:
     state = (M.sin(tiny / 2 + 2), M.sin(tiny / 2), 0, 1, 0, 0)
     _, offset = section_angles(state, M.mpf(2), M)
     assert abs(offset / tiny - 1) < 1e-20
-
-
-@pytest.mark.parametrize("separatrix", [1, 2])
-def test_orbits_come_from_the_lower_periodic_solution(separatrix: int) -> None:
-    """Backward from the section J1 falls and theta1 stays as near as (dt) says."""
-    s = surface(GENERIC, exact(1), 53, separatrix)
-    phases = [2 * M.pi * k / 7 for k in range(7)]
-    points = meet(s, phases, M.mpf(30), ARITHMETIC)
-    assert points is not None
-    floats_of = AlignedCoefficients(*map(float, coefficients(s)))
-    p = s.p._replace(alpha0=float(s.p.alpha0), beta0=float(s.p.beta0), gamma0=float(s.p.gamma0))
-    swing = float(Delta_1(p._replace(mu=float(p.mu)), 1.0, 1, math))
-    for start, time in zip(phases, points.time, strict=True):
-        state = floats(launch(s, start, M.mpf(30)))
-        times = np.array([0, 0.4, 0.5, 0.6, 1.0]) * float(time)
-        orbit = states_at(floats_of, state[:, None], times)[..., 0]
-        c = canonical_from_aligned(Aligned(*orbit), p.alpha0, p.beta0)
-        ratio = c.J1 / c.J2
-        assert (np.diff(ratio) > 0).all()
-        assert ratio[-1] == pytest.approx(0.5, abs=1e-12)
-        off = c.theta1[1:4] - p.alpha0 - p.beta0
-        assert np.abs(np.mod(off + math.pi, 2 * math.pi) - math.pi).max() < 1.3 * swing
 
 
 def test_the_section_is_met_at_the_same_point_from_any_depth() -> None:

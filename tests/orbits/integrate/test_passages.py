@@ -7,7 +7,6 @@ For a touch an orbit is placed beside one, M3 = depth and M3' = 0, and carried b
 from __future__ import annotations
 
 import functools
-import math
 from fractions import Fraction
 from typing import Any
 
@@ -16,7 +15,6 @@ import pytest
 
 from rigidpend import Body
 from rigidpend.mechanics.equations import AlignedCoefficients, aligned, aligned_coefficients
-from rigidpend.mechanics.free_body import separatrix_beside
 from rigidpend.numbers.exact import context, fraction
 from rigidpend.orbits.integrate import (
     Crossings,
@@ -30,7 +28,6 @@ from rigidpend.orbits.integrate import (
 from rigidpend.orbits.integrate.batch import written
 from rigidpend.orbits.integrate.passages import UNDECIDED, zeros
 from rigidpend.orbits.integrate.states import first_crossings, states_at
-from tests.orbits.integrate.problems import FREE, on_separatrix
 
 LIMIT = 10.0
 
@@ -126,18 +123,6 @@ def test_the_depth_of_a_touch_is_relative_to_the_momentum_alone(
     series[0, 2:, 0] = 0.25 + gap, 1e4, 1e4, 1e4
     found = [separatrix for _, _, separatrix in neighbours.crossed(series)]
     assert found == expected
-
-
-@pytest.mark.parametrize("separatrix", [1, 2, 3, 4])
-@pytest.mark.parametrize("nudge", [0.0, 1e-3, -1e-3, 1e-200, -1e-200])
-def test_separatrix_beside_knows_the_unperturbed_ones_and_their_neighbours(
-    separatrix: int, nudge: float
-) -> None:
-    state = on_separatrix(separatrix, FREE, 0.5, 0.3)
-    assert state[2] == pytest.approx(0, abs=1e-15), "halfway up M3 = 0"
-    rising = aligned(state, aligned_coefficients(FREE.angles(), math))[2] > 0
-    Qp, Qm = np.where(state[:2] == 0, nudge, state[:2])
-    assert separatrix_beside(rising, Qp, Qm) == separatrix
 
 
 HEAVY = Body(A=(2, 1, "1.5"), r=(1, 3, 0), mu="0.4")
