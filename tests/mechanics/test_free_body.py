@@ -19,7 +19,7 @@ from rigidpend.mechanics.coordinates import (
 from rigidpend.mechanics.equations import energy, euler_poisson, hamiltonian_J3_0
 from rigidpend.mechanics.free_body import SEPARATRICES, SeparatrixMotion, separatrix, unperturbed
 from rigidpend.orbits.integrate.states import states_at
-from tests.bodies import FREE, GENERIC
+from tests.orbits.integrate.problems import FREE, GENERIC, theta1_on
 from tests.strategies import (
     DERIVATIVE,
     FINE,
@@ -91,8 +91,9 @@ def test_a_separatrix_on_the_sphere_is_the_one_of_that_number_in_the_plane(numbe
     M = free_body.half_circle(FREE.alpha0, number, HALF)
     start = FREE.beta0 - FREE.alpha0 - 0.1
     theta1, _ = free_body.in_plane(M, FREE.beta0, start)
-    expected = free_body.separatrix_theta1(FREE.alpha0, FREE.beta0)[number - 1]
-    np.testing.assert_allclose(theta1, expected, atol=1e-14)
+    np.testing.assert_allclose(theta1, theta1_on(number, FREE), atol=1e-14)
+    told = free_body.separatrix_theta1(FREE.alpha0, FREE.beta0)[number - 1]
+    assert told == pytest.approx(theta1_on(number, FREE), rel=1e-15)
 
 
 @pytest.mark.parametrize("family", FAMILIES)

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from itertools import pairwise
 from typing import Any
 
 import numpy as np
@@ -21,7 +20,6 @@ from rigidpend.surfaces.curves import (
     S1_minus,
     S2_plus,
     SurfaceCurves,
-    exponent,
     points,
     projected,
     surface_problem,
@@ -120,23 +118,6 @@ def test_curves_end_with_their_first_point_outside_the_window() -> None:
         assert (np.diff(at) > 0).all()
 
 
-def test_polygons_stay_near_all_points_they_leave_out() -> None:
-    """Against every point of the orbit, in half widths and heights."""
-    problem, half = made("d"), 2.5
-    p, begin = problem.body.angles(), start(problem, 53, Scales())
-    states = states_double(begin, THETA2_0, 0.0)
-    theta1, ratio = projected(
-        states_at(begin.coefficients, states, times(problem)), p.alpha0, p.beta0
-    )
-    x = (theta1 - p.alpha0 - p.beta0) / (half * delta(problem))
-    curves = lower(problem, half_width=half)
-    for k in range(THETA2_0.size):
-        z = x[:, k] + 1j * ratio[:, k]
-        for i, j in pairwise(curve(curves, k)[2]):
-            ahead = (z[i : j + 1] - z[i]) / (z[j] - z[i])
-            assert (np.abs(ahead.imag) * abs(z[j] - z[i])).max() < 4 * CHORD
-
-
 def test_few_points_where_straight_and_more_where_bent() -> None:
     line = np.linspace(0, 0.9, 500)
     assert points(line, 2 * line).tolist() == [0, 499]
@@ -145,16 +126,6 @@ def test_few_points_where_straight_and_more_where_bent() -> None:
     # sqrt(c/(8 CHORD)) per length, curvature c = 2, length pi/2.
     assert kept.size == pytest.approx(math.sqrt(2 / (8 * CHORD)) * math.pi / 2, abs=3)
     assert points(2 * arc, arc)[-1] == np.argmax(2 * arc > 1)
-
-
-def test_times_bring_J1_from_its_start_to_as_near_the_other_end() -> None:
-    """(sol_2), by its differential equation: J1' = sin(alpha0) J1 (J2 - J1)."""
-    problem = made("d")
-    t, J2, J1_0 = times(problem), float(problem.J2_0(53)), float(problem.J1_0)
-    rate = math.sin(problem.body.alpha0)
-    ends = states_at(lambda x, m: (rate * x[0] * x[1], -rate * x[0] * x[1]), [J1_0, J2 - J1_0], t)
-    assert ends[1, -1] == pytest.approx(J1_0, rel=1e-6)
-    assert exponent(problem) == pytest.approx(rate * J2)
 
 
 def test_the_start_has_the_given_momentum_and_the_body_is_grioli_s() -> None:

@@ -10,12 +10,8 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from rigidpend.mechanics.coordinates import Aligned, canonical_from_aligned
-from rigidpend.mechanics.equations import aligned_coefficients
 from rigidpend.orbits.integrate import Crossings, Outcome
-from rigidpend.orbits.integrate.states import states_at
 from tests.orbits.integrate.problems import (
-    ENGINES,
     FIG4,
     FREE,
     GENERIC,
@@ -24,9 +20,7 @@ from tests.orbits.integrate.problems import (
     find,
     on_separatrix,
     same,
-    theta1_on,
 )
-from tests.strategies import apart
 
 BOUND = {("taylor", 53): 1e-11, ("taylor", 64): 2e-14, ("scipy", 53): 1e-9}
 """How far crossing times may err after a passage, which multiplies an error by about 3.
@@ -69,23 +63,6 @@ def separatrix_J1(separatrix: int, times: NDArray[np.float64]) -> NDArray[np.flo
     falling = 1 if separatrix in (1, 3) else -1
     exponent = falling * (J2 * math.sin(FREE.alpha0) * times - V)
     return J2 / (np.exp(exponent) + 1)
-
-
-@pytest.mark.parametrize("engine", ENGINES)
-@pytest.mark.parametrize("separatrix", [1, 2, 3, 4])
-def test_agrees_the_aligned_field_with_the_unperturbed_separatrices(
-    separatrix: int, engine: str
-) -> None:
-    expected = separatrix_J1(separatrix, TIMES)
-    begin = on_separatrix(separatrix, FREE, expected[0], THETA2, J2)
-    numbers = aligned_coefficients(FREE.angles(), math)
-    found = canonical_from_aligned(
-        Aligned(*states_at(numbers, begin, TIMES, engine=engine)), FREE.alpha0, FREE.beta0
-    )
-    np.testing.assert_allclose(found.J1, expected, rtol=2e-10)
-    np.testing.assert_allclose(found.J2mJ1, J2 - expected, rtol=2e-10)
-    assert apart(found.theta1, theta1_on(separatrix, FREE), 4 * math.pi) < 1e-10
-    assert apart(found.theta2, FREE.kappa * J2 * TIMES + THETA2, 2 * math.pi) < 1e-10
 
 
 @pytest.mark.parametrize(

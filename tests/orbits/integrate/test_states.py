@@ -12,13 +12,10 @@ import numpy as np
 import pytest
 from scipy.special import ellipj, ellipk
 
-from rigidpend.mechanics.coordinates import Aligned, body_from_aligned, scale
 from rigidpend.mechanics.equations import (
     AlignedCoefficients,
     aligned,
     aligned_coefficients,
-    energy,
-    euler_poisson,
 )
 from rigidpend.numbers.exact import context, fraction
 from rigidpend.orbits.integrate import states
@@ -33,10 +30,8 @@ from tests.orbits.integrate.problems import (
     WAYS,
     fan,
     find,
-    on_separatrix,
     task,
 )
-from tests.strategies import floats_of
 
 K2 = 0.9
 TOLERANCES = (1e-4, 1e-6, 1e-8, 1e-10, 1e-12)
@@ -237,38 +232,6 @@ def test_each_orbit_of_fractions_is_carried_on_for_its_own_time(engine: str) -> 
     for k, time in enumerate(DURATIONS[0]):
         expected = states_at(TASK.coefficients, begin[:, [k]], [time], 120, engine="scipy")
         assert np.abs(found[..., [k]] - expected).max() < 200 * Fraction(2) ** -bits
-
-
-TIMES = np.linspace(0, 260, 500)
-
-
-def aligned_orbit(body: Any) -> tuple[Any, Any]:
-    numbers = aligned_coefficients(body.angles(), math)
-    begin = on_separatrix(2, body, 1e-8, 1.1, math.sqrt(2))
-    orbit = states_at(numbers, begin, TIMES)
-    assert np.ptp(np.sign(orbit[2])) == 2, "the orbit must have gone up and down"
-    return body_from_aligned(Aligned(*orbit), body.alpha0, scale(floats_of(body)[0]))
-
-
-def orbit_off_the_level_zero(body: Any) -> tuple[Any, Any]:
-    A, r, mu = floats_of(body)
-    begin = [0.5, 0.4, 1.2, 0.48, 0.6, 0.64]
-    field: Any = lambda x, m: euler_poisson(x[:3], x[3:], A.tolist(), r.tolist(), mu)  # noqa: E731
-    orbit = states_at(field, begin, TIMES)
-    # The integrals are of size one and the orbit moves, so conserving them says something.
-    assert np.ptp(orbit, axis=1).min() > 0.2
-    return orbit[:3], orbit[3:]
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize(
-    ("orbit", "body"), [(aligned_orbit, FIG4), (orbit_off_the_level_zero, GENERIC)]
-)
-def test_invariant_energy_and_the_lengths_of_gamma_and_M_gamma(orbit: Any, body: Any) -> None:
-    """Of size about one, over 260 units of time."""
-    (M, gamma), (A, r, mu) = orbit(body), floats_of(body)
-    for integral in (energy(M, gamma, A, r, mu), (gamma**2).sum(axis=0), (M * gamma).sum(axis=0)):
-        assert np.abs(integral - integral[0]).max() < 5e-14
 
 
 @pytest.mark.slow
