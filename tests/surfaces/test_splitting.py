@@ -26,7 +26,6 @@ from rigidpend.surfaces.splitting import (
     measure,
 )
 from rigidpend.surfaces.surface_orbits import (
-    J2_0,
     Points,
     coefficients,
     launch,
@@ -54,9 +53,9 @@ def test_first_order_distance_is_the_quadrature_of_the_linear_equation(
     body: Body, separatrix: int
 ) -> None:
     """theta1' = -(J2 - 2 J1) sin(alpha0) x + mu f: x decays and grows as J1 (J2 - J1) does."""
-    s = surface(body, H0, 53, separatrix)
+    s = surface(body, exact("0.9"), 53, separatrix)
     p = s.p._replace(**{key: float(x) for key, x in s.p._asdict().items()})
-    J2 = float(J2_0(s))
+    J2 = math.sqrt(2 * 0.9 / p.kappa)
     u, theta1 = J2 * math.sin(p.alpha0), p.alpha0 + p.beta0
 
     def rate(t: float, g: float) -> float:
