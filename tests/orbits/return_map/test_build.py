@@ -8,7 +8,6 @@ import numpy as np
 import pytest
 
 from rigidpend import Body
-from rigidpend.experiments.bench.problems import drawn
 from rigidpend.machine import cache as caches
 from rigidpend.machine import code_hash
 from rigidpend.machine.cache import KeptFileWarning
@@ -28,7 +27,7 @@ from rigidpend.orbits.return_map.build import (
 )
 from rigidpend.orbits.return_map.precision import precision
 from scripts import stated_maps
-from tests.bodies import FIG4
+from tests.bodies import FIG4, GENERIC
 
 H = "1.3342"
 
@@ -67,12 +66,9 @@ def test_order_a_map_of_64_bits_errs_by_less_than_their_rounding(design: Design)
 
 @pytest.mark.slow
 def test_order_tables_err_by_less_than_is_stated(monkeypatch: pytest.MonkeyPatch) -> None:
-    """At 200 points, beside a normal form of more terms; the largest errors are not far below.
-
-    The body was drawn by lot, and errs most between energies, in an inverse chart.
-    """
+    """At 200 points, beside a normal form of more terms; the largest errors are not far below."""
     monkeypatch.setattr(stated_maps, "POINTS", 100)
-    for ratios in stated_maps.of(drawn()[17]):
+    for ratios in stated_maps.ratios(return_map(GENERIC, h=("1.3332", "1.3352"), bits=64)):
         assert 0.1 < ratios.max() < 1
 
 
