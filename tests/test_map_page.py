@@ -9,7 +9,6 @@ import numpy as np
 import pytest
 
 from rigidpend.mechanics.body import Body
-from rigidpend.orbits.integrate import default_engine
 from rigidpend.orbits.return_map import MapError, return_map
 from rigidpend.render import STYLE
 from scripts import map_page
@@ -47,7 +46,6 @@ def test_the_table_names_reach_and_reason() -> None:
     } - {"body", "---"}
 
 
-@pytest.mark.skipif(default_engine() != "taylor", reason="the limits are those of 64-bit tables")
 def test_a_start_within_the_normal_form_is_found_and_one_without_weight_has_none() -> None:
     start = map_page.largest_start(Body(map_page.A, map_page.R, "0.001"), map_page.H0)
     assert 1e-5 < start < 1e-1

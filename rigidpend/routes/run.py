@@ -14,7 +14,7 @@ from rigidpend.machine.workers import side_by_side
 from rigidpend.numbers.exact import exact
 from rigidpend.orbits import integrate
 from rigidpend.orbits.integrate import Crossings, Orbits
-from rigidpend.orbits.integrate.arithmetic import Arithmetic
+from rigidpend.orbits.integrate.arithmetic import FINEST_TOLERANCE, Arithmetic, in_kernel
 from rigidpend.orbits.integrate.kernel.machine_code import LANES
 from rigidpend.routes import certainty
 from rigidpend.routes.certainty import Columns, Compute, Decided, Work
@@ -124,7 +124,7 @@ class Run:
         alone, precisions = replace(self, jobs=1), self.arithmetic.precisions
 
         def in_own(bits: int) -> bool:
-            return integrate.in_kernel(self.arithmetic.engine, bits)
+            return in_kernel(self.arithmetic.engine, bits)
 
         def compute(bits: int, scales: Scales, columns: Any) -> Crossings:
             return (alone if in_own(bits) else self).crossings(bits, scales, columns)
@@ -194,7 +194,7 @@ def tolerance_of(arithmetic: Arithmetic, bits: int, scales: Scales) -> float:
     The first one has a tolerance of its own: what a series leaves out is alike.
     """
     engine, tolerance, _ = arithmetic
-    first, finest = scales == certainty.FIRST, integrate.FINEST_TOLERANCE[engine]
+    first, finest = scales == certainty.FIRST, FINEST_TOLERANCE[engine]
     if bits > 53:
         return finest if first else finest / SHARPENING
     return tolerance if first else max(tolerance / SHARPENING, finest)

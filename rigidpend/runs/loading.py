@@ -53,7 +53,7 @@ class LoadedConfig:
     def engine(self) -> str:
         """Engine that computes it; empty where nothing is integrated."""
         asked = self.content.numerics_asked
-        return (asked["engine"] or arithmetic.default_engine()) if asked else ""
+        return (asked["engine"] or arithmetic.DEFAULT_ENGINE) if asked else ""
 
     def with_engine(self, engine: str, tolerance: Exact | None = None) -> LoadedConfig:
         """The same config, computed by that engine, at its own tolerance or that one."""

@@ -41,7 +41,7 @@ def test_agrees_with_table_1_to_its_five_digits(alpha0: str, gamma0: str, A: Any
     assert f"{body.gamma0:.5f}" == gamma0
 
 
-@repeatable(15)
+@repeatable(8)
 @given(bodies())
 def test_eq_phi_gives_the_moments_by_the_relations_after_it(body: Body) -> None:
     A, r = ([x.in_context(FINE) for x in triple] for triple in (body.A, body.r))
@@ -55,7 +55,7 @@ def test_eq_phi_gives_the_moments_by_the_relations_after_it(body: Body) -> None:
     assert largest_difference(found, (A[0], A[1], r[0] / length, r[1] / length)) < 1e-50
 
 
-@repeatable(15)
+@repeatable(8)
 @given(bodies())
 def test_eq_phi_keeps_the_paper_s_inequalities_and_kappa(body: Body) -> None:
     p = fine_angles(body)
@@ -75,7 +75,7 @@ def test_eq_phi_of_moments_in_doubles_is_that_of_the_body() -> None:
 
 
 @pytest.mark.slow
-@repeatable(15)
+@repeatable(8)
 @given(bodies())
 def test_agrees_every_precision_with_the_finest(body: Body) -> None:
     finest = body.angles(400)
@@ -92,7 +92,7 @@ def test_agrees_every_precision_with_the_finest(body: Body) -> None:
     ]
 
 
-@repeatable(15)
+@repeatable(8)
 @given(numbers(0.1, 3), numbers(0.02, 0.98), numbers(0, math.pi), st.fractions("1/9", 9))
 def test_agrees_from_angles_with_the_angles_given(
     gamma0: float, place: float, beta0: float, A1: Fraction
@@ -127,7 +127,6 @@ def test_agrees_special_cases_with_their_definitions(A: Any, r: Any, cases: Any)
     ("change", "message"),
     [
         ({"A": (2, 0, 1.5)}, r"A2 > 0 is broken: A = \(2, 0, 1.5\)"),
-        ({"A": (2, -1, 1.5)}, r"A2 > 0 is broken: A = \(2, -1, 1.5\)"),
         ({"A": (1, 2, 1.5)}, r"A1 > A3 > A2 is broken: A = \(1, 2, 1.5\)"),
         ({"A": (2, 1, 2)}, r"A1 > A3 > A2 is broken: A = \(2, 1, 2\)"),
         ({"A": (2, 1, 1)}, r"A1 > A3 > A2 is broken: A = \(2, 1, 1\)"),
@@ -142,17 +141,13 @@ def test_agrees_special_cases_with_their_definitions(A: Any, r: Any, cases: Any)
         ({"r": (0, 0, 0)}, r"r must have a direction: r = \(0, 0, 0\)"),
         ({"mu": "-1e-9"}, r"mu >= 0 is broken: mu = -1e-9"),
         ({"A": (2, 1)}, r"A needs three numbers"),
-        ({"A": (2, 1, 1.5, 3)}, r"A needs three numbers"),
         ({"A": (2, 1, math.nan)}, r"A needs three numbers: nan is not finite"),
         ({"r": (1, True, 0)}, r"r needs three numbers: True is not a real number"),
         ({"r": (1, "1/0", 0)}, r"r needs three numbers: '1/0': 1 / 0: division by zero"),
-        ({"r": 1}, r"r needs three numbers, got 1"),
         ({"A": None}, r"A needs three numbers, got None"),
         ({"A": "423"}, r"A needs three numbers, got '423'$"),
-        ({"r": "100"}, r"r needs three numbers, got '100'$"),
         ({"mu": math.inf}, "mu: inf is not finite"),
         ({"mu": "nan"}, "mu: 'nan' is not understood"),
-        ({"mu": None}, "mu: None is not a real number"),
         (
             {"A": (0.1, 0.2, 0.3)},
             r"A1 > A3 > A2 is broken: A = \(0.10000000000000001, 0.20000000000000001, 0.2999",
@@ -172,12 +167,10 @@ def test_eq_cond_P_is_refused_where_broken_with_condition_and_values(
     ("angles", "message"),
     [
         ((1.5, 1, 1.5), "pi > alpha0 > gamma0 > 0 is broken: alpha0 = 1.5, gamma0 = 1.5"),
-        ((1.5, 1, 2), "pi > alpha0 > gamma0 > 0 is broken: alpha0 = 1.5, gamma0 = 2"),
         (("pi", 1, 2), "pi > alpha0 > gamma0 > 0 is broken: alpha0 = pi, gamma0 = 2"),
         ((1.5, 1, 0), "pi > alpha0 > gamma0 > 0 is broken: alpha0 = 1.5, gamma0 = 0"),
         ((1.5, "3.2", 1.4), "0 <= beta0 <= pi is broken: beta0 = 3.2"),
         ((1.5, "-0.1", 1.4), "0 <= beta0 <= pi is broken: beta0 = -0.1"),
-        ((1.5, "2*pi", 1.4), "0 <= beta0 <= pi is broken"),
         ((2.5, 1, 1), "A2 [+] A3 >= A1"),
         ((1.5, math.nan, 1.4), "^beta0: "),
     ],
@@ -193,7 +186,6 @@ def test_agrees_the_limits_that_are_admitted() -> None:
     assert Body((2, "0.5", "1.5"), (1, 0, 0), 0).special_cases == ("flat",)
     assert Body((2, 1, "1.5"), (1, 0, 0), 0).beta0 == 0
     assert Body((2, 1, "1.5"), (0, 1, 0), 0).beta0 == math.pi
-    assert Body.from_angles(1.5, "pi", 1.4, 0).beta0 == math.pi
 
 
 def test_invariant_a_body_is_a_value() -> None:

@@ -57,7 +57,7 @@ def brackets(c: Canonical) -> tuple[list[Any], Any]:
     return fine_state(x), np.outer(g, G) - np.outer(G, g) + np.outer(l, L) - np.outer(L, l)
 
 
-@repeatable(10)
+@repeatable(6)
 @given(canonicals())
 def test_eq_depri_G_turns_the_momentum_by_its_own_brackets(c: Canonical) -> None:
     state, found = brackets(c)
@@ -66,7 +66,7 @@ def test_eq_depri_G_turns_the_momentum_by_its_own_brackets(c: Canonical) -> None
         assert largest_difference(found[:3, j], cross(state[:3], axis)) < DERIVATIVE
 
 
-@repeatable(10)
+@repeatable(6)
 @given(canonicals())
 def test_eq_depri_g_leans_by_q_and_turns_by_g_from_the_momentum(c: Canonical) -> None:
     a = co.andoyer_from_canonical(c, 0.7)
@@ -87,7 +87,7 @@ def test_eq_depri_g_leans_by_q_and_turns_by_g_from_the_momentum(c: Canonical) ->
     assert largest_difference(fine_state([G, L, H, g, l])[3:], expected) < DERIVATIVE
 
 
-@repeatable(15)
+@repeatable(8)
 @given(momenta(), verticals())
 def test_agrees_body_to_andoyer_and_back(M: Any, gamma: Any) -> None:
     assert_same_state(co.body_from_andoyer(co.andoyer_from_body(M, gamma)), M, gamma)
@@ -111,7 +111,7 @@ def test_eq_gamma_dep_holds_in_every_quadrant_where_the_printed_form_does_not(
     assert error <= ROUNDING if right else error > 0.5
 
 
-@repeatable(15)
+@repeatable(8)
 @given(slight(), numbers(0, math.pi))
 def test_agrees_canonical_to_andoyer_and_back(c: Canonical, beta0: float) -> None:
     found = co.canonical_from_andoyer(co.andoyer_from_canonical(c, beta0), beta0)
@@ -122,7 +122,7 @@ def test_agrees_canonical_to_andoyer_and_back(c: Canonical, beta0: float) -> Non
 
 
 @pytest.mark.slow
-@repeatable(15)
+@repeatable(8)
 @given(slight(), bodies())
 def test_agrees_canonical_to_aligned_and_back(c: Canonical, body: Body) -> None:
     aligned = co.aligned_from_canonical(c, body.alpha0, body.beta0)
@@ -132,7 +132,7 @@ def test_agrees_canonical_to_aligned_and_back(c: Canonical, body: Body) -> None:
     assert_same_canonical(found, c, 1 / slimness)
 
 
-@repeatable(15)
+@repeatable(8)
 @given(numbers(0.1, 1), numbers(0.1, 1), numbers(3, 6), numbers(3, 6), numbers(0, math.pi))
 def test_eq_canon_keeps_the_form_L_dl_G_dg_H_dh(
     l: float, l_end: float, g: float, g_end: float, beta0: float

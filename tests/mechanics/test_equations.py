@@ -42,7 +42,7 @@ def on_both_sides(f: Any, x: Any, v: Any) -> Any:
 
 
 @pytest.mark.slow
-@repeatable(15)
+@repeatable(8)
 @given(rational_vectors(), rational_vectors(), MOMENTS, rational_vectors(), WEIGHTS)
 def test_eq_eq_is_the_bracket_with_the_energy(
     M: Any, gamma: Any, A: Any, r: Any, mu: Fraction
@@ -72,7 +72,7 @@ def symplectic(hamiltonian: Any, x: Any) -> list[Any]:
     return [by_J1, -by_theta1, by_J2, -by_theta2]
 
 
-@repeatable(10)
+@repeatable(6)
 @given(bodies(), canonicals())
 def test_eq_eq1_is_the_gradient_of_the_hamiltonian_at_J3_0(body: Body, c: Canonical) -> None:
     p = fine_angles(body)
@@ -80,7 +80,7 @@ def test_eq_eq1_is_the_gradient_of_the_hamiltonian_at_J3_0(body: Body, c: Canoni
     assert largest_difference(eq.eq1(flat(c), p, FINE), expected) < DERIVATIVE
 
 
-@repeatable(10)
+@repeatable(6)
 @given(bodies(), canonicals())
 def test_eq_h0_new_is_h_new_at_J3_0(body: Body, c: Canonical) -> None:
     p, (theta1, J1, theta2, J2) = fine_angles(body), flat(c)
@@ -96,7 +96,7 @@ def andoyer_and_energy(body: Body, c: Canonical) -> tuple[co.Andoyer, Any]:
 
 
 @pytest.mark.slow
-@repeatable(15)
+@repeatable(8)
 @given(bodies(), canonicals())
 def test_eq_h_d_is_the_energy_of_the_body(body: Body, c: Canonical) -> None:
     a, energy = andoyer_and_energy(body, c)
@@ -105,7 +105,7 @@ def test_eq_h_d_is_the_energy_of_the_body(body: Body, c: Canonical) -> None:
 
 
 @pytest.mark.slow
-@repeatable(15)
+@repeatable(8)
 @given(bodies(), canonicals())
 def test_eq_h_new_is_the_energy_of_the_body(body: Body, c: Canonical) -> None:
     _, energy = andoyer_and_energy(body, c)
@@ -113,7 +113,7 @@ def test_eq_h_new_is_the_energy_of_the_body(body: Body, c: Canonical) -> None:
     assert found == pytest.approx(energy, rel=1e-13, abs=1e-13)
 
 
-@repeatable(10)
+@repeatable(6)
 @given(bodies(), canonicals())
 def test_eq_th3_is_the_derivative_of_h_new_by_J3(body: Body, c: Canonical) -> None:
     p, (theta1, J1, theta2, J2) = fine_angles(body), flat(c)
@@ -124,7 +124,7 @@ def test_eq_th3_is_the_derivative_of_h_new_by_J3(body: Body, c: Canonical) -> No
 
 
 @pytest.mark.slow
-@repeatable(15)
+@repeatable(8)
 @given(bodies(), momenta(), verticals())
 def test_agrees_aligned_with_euler_poisson(body: Body, M: Any, gamma: Any) -> None:
     A, r, mu = floats_of(body)

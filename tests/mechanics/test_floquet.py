@@ -105,8 +105,8 @@ def monodromy(p: Angles, h0: float, family: int) -> Any:
 @pytest.mark.parametrize(
     ("p", "share", "family"),
     [
-        *((p.values[0], 0.3, 1 + k % 2) for k, p in enumerate(SPECIAL)),
-        *((FIG4, share, 1 + k) for k, share in enumerate((0.9, 0.999))),
+        *((p.values[0], 0.3, 1 + k % 2) for k, p in enumerate(SPECIAL[1::2])),
+        (FIG4, 0.999, 2),
     ],
 )
 def test_agrees_with_the_linearised_field(p: Angles, share: float, family: int) -> None:
@@ -142,7 +142,7 @@ def test_an_elliptic_motion_is_told_from_a_hyperbolic_one(share: float, family: 
 
 
 @pytest.mark.slow
-@repeatable(15)
+@repeatable(8)
 @given(bodies(), numbers(0, 0.999))
 def test_invariant_the_exponents_of_a_pair_are_opposite(body: Body, share: float) -> None:
     p = loaded(body.angles(), share)
@@ -162,7 +162,7 @@ def test_invariant_the_exponents_of_a_pair_are_opposite(body: Body, share: float
 @pytest.mark.parametrize("p", SPECIAL)
 @pytest.mark.parametrize(("family", "epsilon"), PAIRS)
 def test_order_T1_and_T2_are_right_to_first_order(p: Angles, family: int, epsilon: int) -> None:
-    shares, gaps = np.array([1e-3, 3e-4, 1e-4]) * min(1, math.sin(p.alpha0)), []
+    shares, gaps = np.array([1e-3, 1e-4]) * min(1, math.sin(p.alpha0)), []
     for share in shares:
         q = loaded(p, share)
         orbit = periodic_orbit(q, 1.0, family, epsilon)

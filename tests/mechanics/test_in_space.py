@@ -101,7 +101,7 @@ def assert_ordered(body: Body) -> None:
 
 
 @pytest.mark.slow
-@repeatable(25)
+@repeatable(12)
 @given(bodies(), st.one_of(numbers(0, 3.2), st.sampled_from([0.0, math.pi, -1.0])))
 def test_eq_trieq_orders_the_increments_of_any_body(body: Body, turn: float) -> None:
     """r drawn anew: anywhere, at both ends, and, for -1, at Hess's condition."""

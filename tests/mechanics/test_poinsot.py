@@ -112,11 +112,18 @@ def angle_in_space(M: Any, times: Any) -> Any:
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("body", [FREE, OTHER])
-@pytest.mark.parametrize("small", [0.9, 1e-2, 1e-16])
-@pytest.mark.parametrize("which", ["coheight", "height"])
+@pytest.mark.parametrize(
+    ("which", "small", "body"),
+    [
+        ("coheight", 0.9, FREE),
+        ("coheight", 1e-2, OTHER),
+        ("coheight", 1e-16, FREE),
+        ("height", 1e-2, FREE),
+        ("height", 1e-16, OTHER),
+    ],
+)
 def test_agrees_with_60_digits_relative_to_each_component(
-    body: Body, small: float, which: str
+    which: str, small: float, body: Body
 ) -> None:
     """Beside the separatrix, and beside a permanent rotation."""
     for axis, side in ((1, -1), (2, 1)):
@@ -129,7 +136,7 @@ def test_agrees_with_60_digits_relative_to_each_component(
 
 
 @given(pair=bodies_and_orbits())
-@repeatable(15)
+@repeatable(8)
 def test_a_period_and_no_half_of_it_brings_the_orbit_back(pair: tuple[Body, Orbit]) -> None:
     _, orbit = pair
     t = np.linspace(0, 1, 17) * orbit.period
@@ -143,7 +150,7 @@ def test_a_period_and_no_half_of_it_brings_the_orbit_back(pair: tuple[Body, Orbi
 
 
 @given(pair=bodies_and_orbits())
-@repeatable(15)
+@repeatable(8)
 def test_through_a_state_goes_its_orbit_at_its_time(pair: tuple[Body, Orbit]) -> None:
     body, orbit = pair
     product = shape(body)[0] * (orbit.G * orbit.p * orbit.coheight) ** 2
@@ -193,14 +200,10 @@ def test_rounding_takes_no_orbit_beside_the_separatrix_beyond_its_height(
 
 
 @given(M=momenta())
-@repeatable(15)
+@repeatable(8)
 def test_eq_el_of_omega_is_twice_the_energy(M: Any) -> None:
     twice = 2 * energy(M, NOWHERE, A, NOWHERE, 0)
     assert ellipsoid(M / np.array(A), A) == pytest.approx(twice, rel=ROUNDING)
-
-
-def test_eq_el_is_1_at_the_ends_of_its_axes() -> None:
-    np.testing.assert_allclose(ellipsoid(np.diag(1 / np.sqrt(A)), A), 1, rtol=ROUNDING)
 
 
 @pytest.mark.parametrize(("axis", "side"), FAMILIES)
@@ -215,9 +218,9 @@ def test_the_angle_is_that_of_omega_integrated_in_space(
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize(("axis", "coheight"), [(1, 0.5), (2, 1e-2)])
-def test_the_angle_is_the_quadrature_of_eqPV_in_60_digits(axis: int, coheight: float) -> None:
-    orbit = encircling(FREE, axis, coheight=coheight)
+def test_the_angle_is_the_quadrature_of_eqPV_in_60_digits() -> None:
+    """Over more than half a period, which is added as a whole; both axes are in the test above."""
+    orbit = encircling(FREE, 2, coheight=0.1)
     exact = [x.in_context(FINE) for x in FREE.A]
     t = 0.6 * orbit.period
 

@@ -194,14 +194,14 @@ def test_where_passages_are_long_what_maps_leave_open_goes_to_sharper_ones(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
     slow = Body(("2.908", "1.682", "1.764"), ("0.6", "0.8", 0), "0.0002")
-    phases = np.random.default_rng(2).uniform(0, 6.28, 60)
+    phases = np.random.default_rng(2).uniform(0, 6.28, 40)
     many: dict[str, Any] = {"body": slow, "method": "map", "n_symbols": 18}
     at_once = found(phases, **many)
     assert set(at_once.bits) == {53, costs.SHARPEST, costs.SHARPEST + costs.FINER}
     monkeypatch.setattr(costs, "DEEP", math.inf)
     monkeypatch.setattr(costs, "SLOW", 0.0)
     monkeypatch.setattr(costs, "LONG", 0.0)
-    said = r"of 60 orbits are integrated, .* more than the 72 bits of the maps"
+    said = r"of 40 orbits are integrated, .* more than the 72 bits of the maps"
     with pytest.warns(costs.SlowRoutesWarning, match=said):
         by_maps = found(phases, **many)
     assert (at_once.codes == by_maps.codes)[at_once.certain & by_maps.certain].all()

@@ -13,9 +13,13 @@ from rigidpend import Body, RouteCodes, route_codes
 from rigidpend.machine.workers import side_by_side
 from rigidpend.numbers.exact import ExactError
 from rigidpend.numbers.expressions import NO_SYMBOL
-from rigidpend.orbits import integrate
-from rigidpend.orbits.integrate import EngineError
-from rigidpend.orbits.integrate.arithmetic import NumericsError, resolve
+from rigidpend.orbits.integrate.arithmetic import (
+    DEFAULT_TOLERANCE,
+    FINEST_TOLERANCE,
+    EngineError,
+    NumericsError,
+    resolve,
+)
 from rigidpend.routes import choice
 from rigidpend.routes.certainty import FIRST, SECOND, THIRD
 from rigidpend.routes.cycle import symbols
@@ -106,12 +110,6 @@ def test_agrees_hard_orbits_with_113_bits() -> None:
 @pytest.mark.parametrize(
     ("given", "error", "told"),
     [
-        ({"h0": "0.0005"}, ProblemError, "h0 > mu is broken"),
-        (
-            {"n_symbols": 0},
-            ProblemError,
-            "n_symbols must be a whole number from 1 to 100000, got 0",
-        ),
         ({"tolerance": 0.1}, NumericsError, "at most 0.01, got 0.1"),
         ({"precisions": (53, 63)}, NumericsError, "precisions 53 and 63 are too close"),
         ({"engine": "euler"}, EngineError, "'euler' is not known; choose one of taylor, scipy"),
@@ -119,7 +117,6 @@ def test_agrees_hard_orbits_with_113_bits() -> None:
         ({"h0": np.ma.masked}, ProblemError, "h0: masked is not a real number"),
         ({"h0": "one"}, ProblemError, "h0: 'one'"),
         ({"J1_0": float("inf")}, ProblemError, "J1_0: inf is not finite"),
-        ({"h0": "2/3", "J1_0": "1/2"}, ProblemError, "the start lies on the section"),
         ({"h0": "1e400"}, ProblemError, "h0 = 1e400 is outside of"),
         (
             {"body": Body((2, 1, "1.5"), (1, 1, 0), "1e-330")},
@@ -139,7 +136,7 @@ def test_refuses_and_says_why(given: dict[str, Any], error: type[Exception], tol
 @pytest.mark.parametrize("engine", ENGINES)
 def test_second_computation_is_sharper_while_numbers_allow_it(engine: str) -> None:
     """Series cut at one place leave out the same: the second is cut a hundred times finer."""
-    finest, usual = integrate.FINEST_TOLERANCE[engine], integrate.DEFAULT_TOLERANCE[engine]
+    finest, usual = FINEST_TOLERANCE[engine], DEFAULT_TOLERANCE[engine]
     sharper = {1e-6: 1e-8, 1e-30: finest, None: max(finest, usual / 100)}
     for tolerance, further in sharper.items():
         arithmetic = resolve(engine, tolerance, (53, 113))
@@ -196,7 +193,7 @@ def test_the_record_keeps_its_phases_when_the_caller_changes_his() -> None:
 def test_each_computation_has_its_tolerance(bits: int, integrations: list[Any]) -> None:
     codes("1", precisions=(bits,), n_symbols=1)
     first, *others = (x["tolerance"] for x in integrations)
-    usual = integrate.DEFAULT_TOLERANCE["taylor"] if bits == 53 else 2.0**-52
+    usual = DEFAULT_TOLERANCE["taylor"] if bits == 53 else 2.0**-52
     assert first == usual
     assert set(others) == {tolerance_of(resolve(), bits, SECOND)} != {first}
 

@@ -10,7 +10,7 @@ import pytest
 from hypothesis import given
 from scipy.integrate import quad
 
-from rigidpend import Body, route_codes
+from rigidpend import Body
 from rigidpend.mechanics import free_body
 from rigidpend.mechanics.equations import eq1, hamiltonian_J3_0
 from rigidpend.mechanics.free_body import (
@@ -86,7 +86,7 @@ def bracket_of_slopes(x: Any, p: Any) -> Any:
     return (free[0] * heavy[1] - free[1] * heavy[0]) / (p.kappa * x[3])
 
 
-@repeatable(10)
+@repeatable(6)
 @given(bodies(), canonicals())
 def test_the_bracket_is_that_of_the_hamiltonian_s_slopes(body: Body, c: Any) -> None:
     p, x = fine_angles(body), [FINE.mpf(float(y)) for y in (c.theta1, c.J1, c.theta2, c.J2)]
@@ -127,21 +127,6 @@ def test_eq_Im_is_adaptive_quadrature_of_the_bracket(number: int, phase: float) 
     assert melnikov.integral(motion, p) == pytest.approx(found, abs=1e-12)
 
 
-@pytest.mark.parametrize("nu", [8])
-def test_eq_Im_is_its_middle_form_with_legendre_s_integral(nu: float) -> None:
-    """The printed factor of sigma_0/u cos(delta + phase), the paper's minus sign apart."""
-    m, p = FINE, fine_angles(nearly_round(nu))
-
-    def legendre(x: Any) -> Any:
-        return m.sin(2 * p.nu * x) / (m.exp(2 * m.pi * x) + 1)
-
-    ends = [k * m.pi / p.nu for k in range(math.ceil(11 * nu / math.pi))]
-    middle = 1 - 4 * p.nu * m.quad(legendre, ends, method="gauss-legendre")
-    J2 = m.mpf("0.7")
-    unit = melnikov.sigma(2, p, m) / (J2 * m.sin(p.alpha0))
-    assert abs(-melnikov.amplitude(2, J2, p, m) / unit - middle) < 1e-26
-
-
 @pytest.mark.parametrize("nu", [1e-3, 4.0, 300.0, 745.0, 2000.0])
 def test_the_amplitude_neither_overflows_nor_loses_digits(nu: float) -> None:
     p = GENERIC.angles()._replace(nu=nu)
@@ -153,8 +138,9 @@ def test_the_amplitude_neither_overflows_nor_loses_digits(nu: float) -> None:
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("number", SEPARATRICES)
-def test_zeros_are_where_the_sum_vanishes_on_each_separatrix(number: int) -> None:
+@pytest.mark.parametrize("number", [1, 4])
+def test_zeros_are_where_the_sum_vanishes(number: int) -> None:
+    """Where the flow falls and where it rises, before a turn of theta1 and behind it."""
     p, q = problem(GENERIC), fine_angles(GENERIC)
     J1, J2 = FINE.mpf("1e-8"), p.J2_0(200)
     found = melnikov.zeros(p, number)
@@ -174,12 +160,6 @@ def test_zeros_are_none_where_nothing_splits() -> None:
     assert_same_angles(found[1], found[3], 1e-14)
 
 
-def integral(p: RouteProblem, phase: float) -> float:
-    """I_M along separatrix 2 from J1_0 on."""
-    J1, J2 = float(p.J1_0), float(p.J2_0(53))
-    return float(melnikov.integral(SeparatrixMotion(2, J1, J2 - J1, phase), p.body.angles()))
-
-
 def assert_same_angles(found: Any, expected: Any, allowed: float) -> None:
     """Two pairs of angles, in any order, around the circle."""
     first, second = expected
@@ -192,17 +172,6 @@ def test_the_zeros_move_with_J1_0_by_kappa_over_sin_alpha0() -> None:
     before, after = (melnikov.zeros(problem(J1_0=x)) for x in ("1e-50", "2e-50"))
     shift = FIG4.kappa / math.sin(FIG4.alpha0) * math.log(2)
     assert_same_angles(after, [x + shift for x in before], 1e-14)
-
-
-def test_between_the_zeros_the_first_symbol_follows_the_cosine_s_sign() -> None:
-    zeros = melnikov.zeros(problem())
-    near = 1.1 * float(FIG4.mu)
-    phases = np.array([x + side * near for x in zeros for side in (-1, 1)])
-    routes = route_codes(FIG4, phases, h0="1.3342", J1_0="1e-8", n_symbols=1)
-    assert routes.certain.all()
-    # cos(delta + theta2_0) is sin(theta2_0 - z) for the zero z where it starts to be positive.
-    rising = next(z for z in zeros if integral(problem(), z + 0.1) < 0)
-    assert routes.codes[0].tolist() == [int(math.sin(x - rising) > 0) for x in phases]
 
 
 DELTA = (0.7, -0.4, 1.1, 0.3)

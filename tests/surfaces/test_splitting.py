@@ -13,7 +13,7 @@ from scipy.integrate import quad
 from rigidpend import Body
 from rigidpend.mechanics.equations import AlignedCoefficients, eq1
 from rigidpend.numbers.exact import exact
-from rigidpend.orbits.integrate.arithmetic import default_engine, resolve
+from rigidpend.orbits.integrate.arithmetic import resolve
 from rigidpend.orbits.integrate.states import states_at
 from rigidpend.orbits.return_map.precision import precision
 from rigidpend.surfaces import splitting
@@ -26,10 +26,8 @@ from rigidpend.surfaces.splitting import (
     measure,
 )
 from rigidpend.surfaces.surface_orbits import (
-    J2_0,
     Points,
     coefficients,
-    kind,
     launch,
     meet,
     numbers,
@@ -42,7 +40,7 @@ GENERIC = Body(A=(2, "1.2", "1.7"), r=(1, 3, 0), mu="0.02")
 LARGE_NU = Body(A=(2, "1.7", "1.85"), r=(2, 1, 0), mu="0.3")
 TABLE_1A = Body(A=(2, "0.2", "1.8"), r=("sqrt(0.2)", "sqrt(1.6)", 0), mu="1e-6")
 TABLE_1G = Body(A=(2, 1, "1.04"), r=("sqrt(0.96)", "0.2", 0), mu="1e-6")
-ARITHMETIC = resolve(default_engine(), 3e-14)
+ARITHMETIC = resolve(None, 3e-14)
 H0 = exact(1)
 ALLOWED, LIGHT = 1e-9, 4e-15
 """Errors up to which a splitting counts as resolved: at any weight, and where mu is 1e-6 h0."""
@@ -55,9 +53,9 @@ def test_first_order_distance_is_the_quadrature_of_the_linear_equation(
     body: Body, separatrix: int
 ) -> None:
     """theta1' = -(J2 - 2 J1) sin(alpha0) x + mu f: x decays and grows as J1 (J2 - J1) does."""
-    s = surface(body, H0, 53, separatrix)
+    s = surface(body, exact("0.9"), 53, separatrix)
     p = s.p._replace(**{key: float(x) for key, x in s.p._asdict().items()})
-    J2 = float(J2_0(s))
+    J2 = math.sqrt(2 * 0.9 / p.kappa)
     u, theta1 = J2 * math.sin(p.alpha0), p.alpha0 + p.beta0
 
     def rate(t: float, g: float) -> float:
@@ -140,21 +138,6 @@ def test_order_the_curve_errs_in_the_second_order_and_its_cosine_in_the_third(bo
     assert 1e-7 < abs(one.excess[0]) < 1e-4
 
 
-def test_invariant_odd_harmonics_are_odd_in_mu_and_even_ones_even() -> None:
-    found = []
-    for sign in (1, -1):
-        s = surface(GENERIC, H0, 53)
-        s = s._replace(p=s.p._replace(mu=sign * s.p.mu))
-        met = meet(s, [2 * M.pi * k / 32 for k in range(32)], M.mpf(50), ARITHMETIC)
-        assert met is not None
-        told = harmonics(met, kind(s, ARITHMETIC))
-        assert told is not None
-        found.append(np.array(told[0], dtype=float))
-    parity = (-1.0) ** np.arange(1, 16)
-    np.testing.assert_allclose(found[1], parity * found[0], rtol=0, atol=1e-15)
-    assert abs(found[0][1]) > 1e-5
-
-
 WAYS = [
     *(("taylor", bits) for bits in (53, 64, 113)),
     ("scipy", 53),
@@ -177,9 +160,9 @@ def test_agrees_precisions_with_113_bits_within_the_errors_they_tell() -> None:
 
 @pytest.mark.slow
 @pytest.mark.parametrize(("engine", "bits"), WAYS)
-def test_agrees_points_of_the_section_with_160_bit_integers(engine: str, bits: int) -> None:
+def test_agrees_points_of_the_section_with_130_bit_integers(engine: str, bits: int) -> None:
     """At nu = 11.3, where the distance is 1e-3 of what each surface swings."""
-    found, exactly = (_met(*way) for way in ((engine, bits), ("scipy", 160)))
+    found, exactly = (_met(*way) for way in ((engine, bits), ("scipy", 130)))
     swing = float(TABLE_1G.mu)
     assert abs(found[1] - exactly[1]) < 1000 * swing * 2.0**-bits
     assert abs(found[0] - exactly[0]) < 5000 * 2.0**-bits

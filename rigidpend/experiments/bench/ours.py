@@ -19,8 +19,7 @@ from rigidpend.mechanics.pendulum import body_motion
 from rigidpend.mechanics.poinsot import Orbit, angle, momentum, through
 from rigidpend.numbers.exact import GUARD_BITS, context
 from rigidpend.numbers.generic import Array
-from rigidpend.orbits.integrate import DEFAULT_TOLERANCE
-from rigidpend.orbits.integrate.arithmetic import Arithmetic, resolve
+from rigidpend.orbits.integrate.arithmetic import DEFAULT_TOLERANCE, Arithmetic, resolve
 from rigidpend.orbits.integrate.states import states_at
 from rigidpend.routes import codes
 from rigidpend.routes.certainty import FIRST

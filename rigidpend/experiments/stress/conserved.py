@@ -23,7 +23,8 @@ from rigidpend.mechanics.coordinates import Aligned, body_from_aligned, scale
 from rigidpend.mechanics.equations import AlignedCoefficients, energy
 from rigidpend.numbers.exact import PI, exact
 from rigidpend.numbers.generic import Array, Scalar
-from rigidpend.orbits.integrate import DEFAULT_TOLERANCE, FINEST_TOLERANCE, Crossings, Orbits
+from rigidpend.orbits.integrate import Crossings, Orbits
+from rigidpend.orbits.integrate.arithmetic import DEFAULT_TOLERANCE, FINEST_TOLERANCE
 from rigidpend.orbits.integrate.states import states_at
 from rigidpend.routes.cycle import MIRRORED
 from rigidpend.routes.problem import RouteProblem, rotation_period

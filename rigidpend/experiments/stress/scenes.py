@@ -23,8 +23,8 @@ from rigidpend.mechanics.free_body import exponent, fastest_rate, theta1
 from rigidpend.numbers.exact import PRECISIONS
 from rigidpend.numbers.generic import Array
 from rigidpend.orbits import integrate
-from rigidpend.orbits.integrate import DEFAULT_TOLERANCE, Crossings, Orbits
-from rigidpend.orbits.integrate.arithmetic import resolve
+from rigidpend.orbits.integrate import Crossings, Orbits
+from rigidpend.orbits.integrate.arithmetic import DEFAULT_TOLERANCE, resolve
 from rigidpend.routes.certainty import FIRST
 from rigidpend.routes.codes import RouteCodes, codes_of
 from rigidpend.routes.phases import Phases

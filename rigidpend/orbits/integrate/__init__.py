@@ -27,32 +27,7 @@ from numpy.typing import NDArray
 from rigidpend.machine.workers import side_by_side, spread
 from rigidpend.mechanics.equations import AlignedCoefficients
 from rigidpend.numbers.generic import Scalar
-from rigidpend.orbits.integrate.arithmetic import (
-    DEFAULT_TOLERANCE,
-    ENGINES,
-    FINEST_TOLERANCE,
-    EngineError,
-    check_engine,
-    default_engine,
-    in_kernel,
-)
-
-__all__ = [
-    "DEFAULT_TOLERANCE",
-    "ENGINES",
-    "FINEST_TOLERANCE",
-    "Crossings",
-    "EngineError",
-    "Orbits",
-    "Outcome",
-    "check_engine",
-    "crossings",
-    "default_engine",
-    "in_kernel",
-    "in_turn",
-    "no_crossings",
-    "silent_outcome",
-]
+from rigidpend.orbits.integrate.arithmetic import in_kernel
 
 
 class Outcome(IntEnum):
@@ -128,25 +103,10 @@ def in_turn(found: Crossings) -> Crossings:
 
 
 def crossings(orbits: Orbits, *, engine: str, bits: int, tolerance: float, jobs: int) -> Crossings:
-    """Integrate orbits and find their crossings of M3 = 0.
+    """Integrate orbits, in numbers of so many bits, and find their crossings of M3 = 0.
 
-    Parameters
-    ----------
-    orbits : Orbits
-        In numbers of `bits` bits: see the record.
-    engine : str
-        One of `ENGINES`.
-    bits : int
-        Working precision, 53 or more.
-    tolerance : float
-        Local tolerance at 53 bits; every bit more halves it. Integers err by rounding alone.
-    jobs : int
-        How many orbits, or batches, are integrated at a time.
-
-    Returns
-    -------
-    Crossings
-        In the time unit of the orbits. It does not depend on `jobs`.
+    The local tolerance is that at 53 bits; every bit more halves it, and integers err by rounding
+    alone. `jobs` is how many orbits, or batches, are integrated at a time: no result depends on it.
     """
     n, compiled = orbits.states.shape[1], in_kernel(engine, bits)
     if not n:

@@ -11,6 +11,7 @@ from rigidpend.numbers.exact import PRECISIONS, Exact
 from rigidpend.numbers.expressions import named
 
 ENGINES = ("taylor", "scipy")
+DEFAULT_ENGINE = ENGINES[0]
 DEFAULT_TOLERANCE = {"taylor": 3e-14, "scipy": 1e-13}
 """Local tolerance of each engine in double precision.
 
@@ -60,25 +61,14 @@ def resolve(
 ) -> Arithmetic:
     """The arithmetic that a choice stands for, whatever was left open decided.
 
-    Resolving what was resolved changes nothing.
+    Resolving what was resolved changes nothing. The tolerance is by default the engine's own; one
+    finer than the engine can keep becomes its finest. Precisions are those that
+    `numbers.checked.precisions` takes; 64 is left out where integers would serve.
 
-    Parameters
-    ----------
-    engine : {"taylor", "scipy"}, optional
-        `taylor` by default.
-    tolerance : number, optional
-        By default the engine's own; one finer than the engine can keep becomes its finest.
-    precisions : sequence of int, optional
-        As `numbers.checked.precisions` takes them; 64 is left out where integers would serve.
-
-    Raises
-    ------
-    EngineError
-        An engine that is not known.
-    NumericsError
-        A tolerance that is not in (0, 0.01], or precisions that cannot be used together.
+    EngineError is raised for an engine that is not known, NumericsError for a tolerance that is not
+    in (0, 0.01], or precisions that cannot be used together.
     """
-    own = check_engine(default_engine() if engine is None else engine)
+    own = check_engine(DEFAULT_ENGINE if engine is None else engine)
     ladder = checked.precisions(precisions, NumericsError)
     # Integers of 64 bits take as long as those of more.
     kept = tuple(bits for bits in ladder if bits != 64 or in_kernel(own, bits))
@@ -93,11 +83,6 @@ def _tolerance(engine: str, tolerance: Exact | float | str | None) -> float:
         message = f"tolerance must be more than 0 and at most {COARSEST_TOLERANCE}, got {value}"
         raise NumericsError("tolerance", message)
     return max(value, FINEST_TOLERANCE[engine])
-
-
-def default_engine() -> str:
-    """The engine where none is asked for."""
-    return ENGINES[0]
 
 
 def check_engine(engine: str) -> str:

@@ -40,15 +40,11 @@ def _compared(relation: Callable[[Any, Any], Any]) -> Callable[[Any, Any], Any]:
 
 
 class PairArray:
-    """An array of numbers, each a sum of two doubles of which the second is below an ulp's half.
-
-    Parameters
-    ----------
-    parts : (2, ...) array of doubles
-    """
+    """An array of numbers, each a sum of two doubles of which the second is below an ulp's half."""
 
     __slots__ = ("parts",)
     parts: Any
+    """All of the larger doubles, and then all of the smaller ones, (2, ...)."""
 
     def __init__(self, parts: Any) -> None:
         self.parts = parts

@@ -56,39 +56,21 @@ def states_at(
     engine: str = "taylor",
     tolerance: float | None = None,
 ) -> Any:
-    """Orbits at times of either sign.
+    """Orbits, (d, k, n) or (d, k), at times of either sign.
 
-    Parameters
-    ----------
-    field : callable or AlignedCoefficients
-        ``field(state, m)`` gives the derivatives, from the functions of the namespace `m`: in
-        doubles. The coefficients stand for the aligned field, in time t'.
-    states : (d, n) or (d,) array
-        Of all orbits or of one, at time 0, in numbers of the precision, as all others: doubles,
-        pairs of them, Fractions or mpmath's.
-    times : (k,) or (k, n) array
-        For all orbits or for each its own: ascending from 0, or descending from 0.
-    bits : int, optional
-        Working precision.
-    jobs : int, optional
-        Threads that share orbits of Fractions, or processes where integers serve.
-    engine : {"taylor", "scipy"}, optional
-        In doubles; of Fractions `scipy` means integers.
-    tolerance : float, optional
-        Local tolerance; by default the finest that the numbers keep. A coarser one lets integrals
-        drift in proportion to the time, where roundings alone drift as its root.
+    ``field(state, m)`` gives the derivatives, from the functions of the namespace `m`: in doubles.
+    `AlignedCoefficients` stand for the aligned field, in time t'. The states of all orbits, (d, n),
+    or of one, (d,), are those at time 0, in numbers of the precision `bits`, as all others:
+    doubles, pairs of them, Fractions or mpmath's. The times, (k,) for all or (k, n) for each its
+    own, ascend or descend from 0. `jobs` threads share orbits of Fractions, or processes where
+    integers serve: of Fractions that is what engine `scipy` means.
 
-    Returns
-    -------
-    (d, k, n) or (d, k) array of such numbers
+    The local tolerance is by default the finest that the numbers keep. A coarser one lets integrals
+    drift in proportion to the time, where roundings alone drift as its root.
 
-    Raises
-    ------
-    ArithmeticError
-        An orbit did not reach the last of its times.
-    ValueError
-        The times neither ascend nor descend from 0, a tolerance that is not above 0, or another
-        field than the aligned one in more than 53 bits.
+    ArithmeticError is raised where an orbit does not reach the last of its times, ValueError for
+    other times, a tolerance that is not above 0, or another field than the aligned one in more than
+    53 bits.
     """
     if tolerance is not None and not 0 < tolerance < float("inf"):
         raise ValueError(f"tolerance must be a number above 0, got {tolerance}")
@@ -252,11 +234,8 @@ def first_crossings(
     else Fractions of the working precision; `limit` is how long, in t', to wait for the crossing,
     and `tolerance` that of a compiled Taylor series at 53 bits: every bit more halves it.
 
-    Returns
-    -------
-    times, states : (n,) and (6, n) arrays
-        t' since the start, and where they cross; None if an orbit does not cross within the limit,
-        or that is not decided.
+    These are t' since the start, (n,), and where they cross, (6, n); None if an orbit does not
+    cross within the limit, or that is not decided.
     """
     exact = states.dtype == object
     # The whole of the kernel's numbers, if it computes.

@@ -21,6 +21,7 @@ from scipy.linalg import solve_banded
 from rigidpend.numbers.generic import Array, Numbers, Scalar
 from rigidpend.orbits import integrate
 from rigidpend.orbits.integrate import Orbits
+from rigidpend.orbits.integrate.arithmetic import DEFAULT_ENGINE, FINEST_TOLERANCE
 from rigidpend.orbits.return_map import SectionPoint
 from rigidpend.orbits.return_map.poincare import section_state
 from rigidpend.orbits.return_map.precision import Precision, precision
@@ -289,13 +290,13 @@ def passages(chain: Chain) -> tuple[Mask, Array]:
     True where it has the chain's symbol, and the error of the chain's time, t': their difference,
     and what both may round alike.
     """
-    rising, engine = alternating(len(chain.b), chain.b), integrate.default_engine()
+    rising = alternating(len(chain.b), chain.b)
     states, limit = crossing_states(chain)[:, :-1], float(chain.time.max()) * PATIENCE
     found = integrate.crossings(
         Orbits(chain.level.c.aligned, states, 2, limit),
-        engine=engine,
+        engine=DEFAULT_ENGINE,
         bits=53,
-        tolerance=integrate.FINEST_TOLERANCE[engine],
+        tolerance=FINEST_TOLERANCE[DEFAULT_ENGINE],
         jobs=1,
     )
     behind = np.where(found.time[0] > EARLY, 0, 1), np.arange(len(rising))

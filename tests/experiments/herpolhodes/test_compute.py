@@ -10,7 +10,7 @@ import pytest
 
 from rigidpend.experiments.herpolhodes import compute as herpolhodes
 from rigidpend.mechanics.in_space import plateaus
-from rigidpend.orbits.integrate.arithmetic import default_engine, resolve
+from rigidpend.orbits.integrate.arithmetic import DEFAULT_ENGINE, resolve
 from rigidpend.routes.codes import codes_of
 from tests.experiments.trees import asked, computed, differences
 
@@ -71,7 +71,7 @@ def test_a_result_does_not_differ_from_itself_or_from_the_other_engine(data: Dat
     # In 64 bits errors of doubles are seen; integers of more would take seven times as long.
     both = (
         computed(given, arithmetic=resolve(engine, None, (53, 64)))
-        for engine in (default_engine(), "scipy")
+        for engine in (DEFAULT_ENGINE, "scipy")
     )
     assert differences("herpolhodes", *both) == []
 

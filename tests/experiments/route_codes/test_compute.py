@@ -12,7 +12,7 @@ import pytest
 from rigidpend.experiments.route_codes import compute as route_codes
 from rigidpend.experiments.shared import crossing_tolerance
 from rigidpend.numbers.expressions import NO_SYMBOL
-from rigidpend.orbits.integrate.arithmetic import default_engine, resolve
+from rigidpend.orbits.integrate.arithmetic import DEFAULT_ENGINE, resolve
 from rigidpend.routes.codes import route_codes as compute_codes
 from rigidpend.routes.problem import RouteProblem
 from rigidpend.runs import loading
@@ -39,7 +39,7 @@ def reported() -> list[str]:
 
 def result(content: Any, **means: Any) -> Data:
     """What is computed, whatever numerics the config asks for."""
-    return computed(content, **{"arithmetic": resolve(default_engine()), **means})
+    return computed(content, **{"arithmetic": resolve(DEFAULT_ENGINE), **means})
 
 
 @pytest.fixture(scope="module")
@@ -175,7 +175,7 @@ def test_what_maps_decided_is_told_where_there_was_a_choice(
 ) -> None:
     monkeypatch.setattr("rigidpend.routes.costs.LEAST", 0.0)
     monkeypatch.setattr("rigidpend.routes.costs.budget", lambda *_: float("inf"))
-    mapped = result(content, arithmetic=resolve(default_engine(), None, (53,)))
+    mapped = result(content, arithmetic=resolve(DEFAULT_ENGINE, None, (53,)))
     assert mapped["only"]["by_map"].all()
     assert differences("route_codes", data, mapped) == []
 

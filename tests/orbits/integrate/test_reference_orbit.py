@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from fractions import Fraction
 from itertools import islice, pairwise
 from types import SimpleNamespace
@@ -12,17 +11,14 @@ import numpy as np
 import pytest
 
 from rigidpend import Body
-from rigidpend.mechanics.equations import AlignedCoefficients, aligned, aligned_coefficients
+from rigidpend.mechanics.equations import aligned
 from rigidpend.numbers.exact import exact
 from rigidpend.orbits.integrate import Outcome, bigint, neighbours
 from rigidpend.orbits.integrate.reference_orbit import (
     BLOCK,
     ReferenceOrbit,
-    bilinear,
-    difference_series,
     reference_bits,
     rung,
-    summed,
 )
 from rigidpend.routes.problem import RouteProblem
 from rigidpend.routes.start import Scales, start, states_exact
@@ -71,7 +67,7 @@ def test_the_length_of_a_step_is_a_double(engine: str, bits: int) -> None:
 
 @pytest.mark.slow
 def test_a_falling_precision_costs_no_neighbour_a_bit(monkeypatch: pytest.MonkeyPatch) -> None:
-    """The error stays below a rounding of a neighbour at the least distance, 1e-20."""
+    """The error stays below a rounding of a neighbour at the least distance, 1e-12."""
     used: list[int] = []
     falling, high = orbit(PHASE, BITS), exactly(monkeypatch)
     advanced = falling.advanced
@@ -81,16 +77,16 @@ def test_a_falling_precision_costs_no_neighbour_a_bit(monkeypatch: pytest.Monkey
         return advanced(state, bits)
 
     monkeypatch.setattr(falling, "advanced", noted)
-    k = next(k for k in range(1000) if falling.reaches(k) and falling.growth[k] > 1e15)
+    k = next(k for k in range(1000) if falling.reaches(k) and falling.growth[k] > 1e8)
     assert (used[0], used[-1]) == (212, 106)
     time, state = falling.points[k][:2]
     near = next(j for j in range(1000) if high.reaches(j) and high.points[j].time > float(time))
     true = _at(high, near - 1, time)
     off = max(abs(float(x - y)) for x, y in zip(state, true, strict=True))
-    assert 0 < off < 2.0**-53 * falling.growth[k] * 1e-20
+    assert 0 < off < 2.0**-53 * falling.growth[k] * 1e-12
 
 
-PHASE, BITS = "4.705696853133541796856", reference_bits(1e-20, 53)
+PHASE, BITS = "4.705696853133541796856", reference_bits(1e-12, 53)
 
 
 def exactly(monkeypatch: pytest.MonkeyPatch) -> ReferenceOrbit:
@@ -142,7 +138,7 @@ def test_each_halving_of_the_least_distance_costs_a_bit_and_one_beyond_1_none() 
 
 def test_differences_that_are_multiples_of_the_tangent_are_not_integrated() -> None:
     """Those of the farther neighbour stay below what its square would add."""
-    reference, shifts = orbit("4.7", 192), np.array([1e-30, -2e-30])
+    reference, shifts = orbit("4.7", 160), np.array([1e-24, -2e-24])
     tangent = reference.tangents[0]
     walk = neighbours.Walk(
         reference,
@@ -154,7 +150,7 @@ def test_differences_that_are_multiples_of_the_tangent_are_not_integrated() -> N
     )
     k, small = walk.skip(), 2.0 ** -(53 + neighbours.MARGIN)
     assert k > 4
-    assert reference.growth[k] * 2e-30 < small <= reference.growth[k + 1] * 2e-30
+    assert reference.growth[k] * 2e-24 < small <= reference.growth[k + 1] * 2e-24
     np.testing.assert_array_equal(walk.differences, np.outer(reference.tangents[k], shifts))
 
 
@@ -167,33 +163,3 @@ def test_the_least_precision_that_suffices_serves() -> None:
 def test_the_tangent_is_below_a_size_up_to_a_point(size: float, last: int) -> None:
     orbit: Any = SimpleNamespace(growth=[1, 2, 3, 2.5, 9], reaches=lambda k: k < 5)
     assert ReferenceOrbit.last_below(orbit, size) == last
-
-
-HEAVY = Body(A=(2, 1, 1.5), r=(1, 1, 0), mu="0.3")
-FLOATS = aligned_coefficients(HEAVY.angles(), math)
-EXACT = AlignedCoefficients(*map(Fraction, FLOATS))
-STATE = (0.31, -0.72, 0.44, 0.2, -0.5, 0.9)
-
-
-@pytest.mark.parametrize("size", [Fraction(1, 10**3), Fraction(1, 10**40)])
-def test_agrees_with_integers_whatever_the_size(size: Fraction) -> None:
-    """The difference keeps its relative precision at 1e-40, where doubles know no difference."""
-    state = [Fraction(x) for x in STATE]
-    other = [x + size * (k + 1) for k, x in enumerate(state)]
-    step = next(bigint.steps(EXACT, state, 250))
-    # A third of a step in integers, as reference orbits take it.
-    time = Fraction(float(step.time(step.length // 3)))
-    end = step.at(step.since_begin(time))
-    there = _carried(other, time)
-    apart = np.array([[float(size * (k + 1))] for k in range(6)])
-    field = bilinear(EXACT)
-    found = summed(difference_series(field, np.array(STATE), apart, 30, float(time)))
-    true = np.array([float(x - y) for x, y in zip(there, end, strict=True)])
-    assert float(np.abs(found[:, 1] - true).max() / np.abs(true).max()) < 1e-14
-
-
-def _carried(state: list[Fraction], time: Fraction) -> list[Fraction]:
-    """Carry an orbit to a time by the series of integers."""
-    step = next(bigint.steps(EXACT, state, 360))
-    assert step.since_begin(time) < 3 * step.length
-    return list(step.at(step.since_begin(time)))

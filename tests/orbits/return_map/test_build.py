@@ -8,7 +8,6 @@ import numpy as np
 import pytest
 
 from rigidpend import Body
-from rigidpend.experiments.bench.problems import drawn
 from rigidpend.machine import cache as caches
 from rigidpend.machine import code_hash
 from rigidpend.machine.cache import KeptFileWarning
@@ -28,7 +27,7 @@ from rigidpend.orbits.return_map.build import (
 )
 from rigidpend.orbits.return_map.precision import precision
 from scripts import stated_maps
-from tests.orbits.integrate.problems import FIG4, GENERIC
+from tests.bodies import FIG4, GENERIC
 
 H = "1.3342"
 
@@ -51,14 +50,11 @@ def same(a: ReturnMap, b: ReturnMap) -> bool:
     return all(np.array_equal(x, y) for x, y in pairs)
 
 
-@pytest.mark.parametrize("mu", ["1e-6", "1e-3", "0.01"])
+@pytest.mark.parametrize("mu", ["1e-6", "0.01"])
 @pytest.mark.parametrize("design", [FIRST, SECOND])
 def test_order_errors_are_at_rounding_whatever_the_weight(mu: str, design: Design) -> None:
-    made = return_map(Body((2, 1, "1.5"), (1, 1, 0), mu), h=H, design=design)
-    assert made.errors.charts < 1e-12
-    assert made.errors.inverse < 1e-12
-    assert made.errors.exponents < 1e-12
-    assert made.errors.floquet < 1e-12
+    errors = return_map(Body((2, 1, "1.5"), (1, 1, 0), mu), h=H, design=design).errors
+    assert max(errors.charts, errors.inverse, errors.exponents, errors.floquet) < 1e-12
 
 
 @pytest.mark.parametrize("design", [FIRST, SECOND, THIRD])
@@ -69,18 +65,10 @@ def test_order_a_map_of_64_bits_errs_by_less_than_their_rounding(design: Design)
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("case", [GENERIC, 17], ids=["generic", "by lot"])
-def test_order_tables_err_by_less_than_is_stated(case: Body | int) -> None:
-    """At 400 points, beside a normal form of more terms; the largest errors are not far below.
-
-    The body that was drawn by lot errs most between energies, in an inverse chart.
-    """
-    if isinstance(case, int):
-        problem = drawn()[case]
-        made = return_map(problem.body, h=problem.energies, bits=64)
-    else:
-        made = return_map(case, h=("1.3332", "1.3352"), bits=64)
-    for ratios in stated_maps.ratios(made):
+def test_order_tables_err_by_less_than_is_stated(monkeypatch: pytest.MonkeyPatch) -> None:
+    """At 200 points, beside a normal form of more terms; the largest errors are not far below."""
+    monkeypatch.setattr(stated_maps, "POINTS", 100)
+    for ratios in stated_maps.ratios(return_map(GENERIC, h=("1.3332", "1.3352"), bits=64)):
         assert 0.1 < ratios.max() < 1
 
 
@@ -202,11 +190,10 @@ def test_a_refusal_is_kept(cache: Path, monkeypatch: pytest.MonkeyPatch) -> None
     assert str(again.value) == str(first.value)
 
 
-@pytest.mark.parametrize("design", [FIRST, SECOND, THIRD])
-def test_a_body_of_long_passages_has_maps(design: Design) -> None:
+def test_a_body_of_long_passages_has_maps() -> None:
     """The weight turns 75 times on the arcs: theta3's quadrature must follow that."""
     slow = Body(("2.953", "2.566", "2.915"), ("0.212", "0.977", 0), "0.00265")
-    errors = return_map(slow, h="0.8617", bits=64, design=design).errors
+    errors = return_map(slow, h="0.8617", bits=64, design=SECOND).errors
     assert max(errors.charts, errors.inverse, errors.exponents) < 2.0**-64
 
 
@@ -229,7 +216,7 @@ def test_a_damaged_file_is_built_again(cache: Path) -> None:
 
 
 @pytest.mark.parametrize(
-    "module", ["return_map/charts.py", "integrate/states.py", "integrate/kernel/functions.py"]
+    "module", ["return_map/charts.py", "integrate/states.py", "integrate/kernel/tape.py"]
 )
 def test_a_map_of_other_code_is_another(module: str, monkeypatch: pytest.MonkeyPatch) -> None:
     """What integrates for the tables counts as well as what fits them."""

@@ -15,7 +15,7 @@ from rigidpend.orbits.integrate.pair_arrays import PairArray
 from rigidpend.orbits.return_map import ReturnMap, kernel, program, return_map
 from rigidpend.orbits.return_map.expansions import chebyshev_basis, fourier_basis
 from rigidpend.orbits.return_map.kernel import Followed
-from rigidpend.orbits.return_map.precision import in_pairs, precision
+from rigidpend.orbits.return_map.precision import precision
 from rigidpend.orbits.return_map.program import (
     radians,
     reciprocal_of,
@@ -23,7 +23,7 @@ from rigidpend.orbits.return_map.program import (
     significant,
 )
 from rigidpend.orbits.return_map.starts import Entry
-from tests.orbits.integrate.problems import FIG4, GENERIC
+from tests.bodies import GENERIC
 
 ENERGIES = ("1.3332", "1.3352")
 N = 203
@@ -34,9 +34,9 @@ BITS = [53, 64]
 INTERVAL, POINT = (1e-5, 3e-4), (QP, QP)
 
 
-@pytest.fixture(scope="module", params=[FIG4, GENERIC], ids=["Fig. 4", "generic"])
-def made(request: pytest.FixtureRequest) -> ReturnMap:
-    return return_map(request.param, h=ENERGIES, bits=64 if in_pairs(64) else 53)
+@pytest.fixture(scope="module")
+def made() -> ReturnMap:
+    return return_map(GENERIC, h=ENERGIES, bits=64)
 
 
 def drawn() -> tuple[Any, Any]:
@@ -87,13 +87,17 @@ def in_full(made: ReturnMap, phase: Any, e: Any, crossings: int = CROSSINGS) -> 
     return Full(*(np.stack(x) for x in zip(*found, strict=True)))
 
 
+@pytest.fixture(scope="module")
+def full(made: ReturnMap) -> Full:
+    return in_full(made, *drawn())
+
+
 @pytest.mark.parametrize("bits", BITS)
 @pytest.mark.parametrize("ends", [INTERVAL, POINT], ids=["interval", "point"])
 def test_agrees_the_kernel_with_the_map_in_full(
-    made: ReturnMap, bits: int, ends: tuple[float, float]
+    made: ReturnMap, full: Full, bits: int, ends: tuple[float, float]
 ) -> None:
-    phase, e = drawn()
-    found, full = followed(made, bits, phase, e, ends), in_full(made, phase, e)
+    found = followed(made, bits, *drawn(), ends)
     assert full.inside.all()
     assert (found.separatrix == full.separatrix).all()
     late = np.abs(found.time - full.time).astype(float)
@@ -202,23 +206,20 @@ def test_starts_have_places_from_end_to_end(kind: Any) -> None:
     assert not np.asarray(at_once.astype(float)).any()
 
 
-@pytest.mark.parametrize(("headroom", "enough"), [(program.HEADROOM, True), (2.0**-4, False)])
 def test_what_is_summed_in_doubles_loses_less_than_what_is_left_out(
-    made: ReturnMap, headroom: float, enough: bool, monkeypatch: pytest.MonkeyPatch
+    made: ReturnMap, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """Late crossings tell: each passage makes errors grow by a factor of some ten."""
     phase, e = drawn()
-    found = {}
-    for room in (headroom, math.inf):
-        monkeypatch.setattr(program, "HEADROOM", room)
-        found[room] = followed(replace(made), 64, phase, e, crossings=LATE).time[-1]
-    full = in_full(made, phase, e, LATE).time[-1]
-    mixed, left_out = (
-        np.nanmedian(np.abs(found[math.inf] - other).astype(float))
-        for other in (found[headroom], full)
-    )
-    assert mixed > 0
-    assert (mixed < left_out) == enough
+
+    def late(headroom: float) -> Any:
+        monkeypatch.setattr(program, "HEADROOM", headroom)
+        return followed(replace(made), 64, phase, e, crossings=LATE).time[-1]
+
+    given, pairs = program.HEADROOM, late(math.inf)
+    others = late(given), late(2.0**-4), in_full(made, phase, e, LATE).time[-1]
+    mixed, too_few, left_out = (np.nanmedian(np.abs(pairs - x).astype(float)) for x in others)
+    assert 0 < mixed < left_out < too_few
 
 
 def test_few_terms_are_summed_in_pairs_and_in_doubles_all_are_the_same(made: ReturnMap) -> None:

@@ -16,18 +16,17 @@ from rigidpend.orbits.return_map.poincare import section_state
 from rigidpend.orbits.return_map.precision import precision
 from rigidpend.orbits.return_map.reduced import coefficients, theta3_rate
 from rigidpend.surfaces import melnikov
-from tests.orbits.integrate.problems import FIG4, GENERIC
+from tests.orbits.integrate.problems import GENERIC
 from tests.strategies import apart
 
 H = 1.3342
 DOUBLES = precision(53)
 N = 40
-BODIES = [pytest.param(FIG4, id="Fig. 4"), pytest.param(GENERIC, id="generic")]
 
 
-@pytest.fixture(scope="module", params=BODIES)
-def body(request: pytest.FixtureRequest) -> Body:
-    return request.param
+@pytest.fixture(scope="module")
+def made() -> ReturnMap:
+    return return_map(GENERIC, h=H)
 
 
 def points(made: ReturnMap, rising: bool, share: float = 0.5) -> SectionPoint:
@@ -38,9 +37,8 @@ def points(made: ReturnMap, rising: bool, share: float = 0.5) -> SectionPoint:
 
 
 @pytest.mark.parametrize("rising", [True, False])
-def test_agrees_a_passage_with_integration(body: Body, rising: bool) -> None:
+def test_agrees_a_passage_with_integration(made: ReturnMap, rising: bool) -> None:
     """Time, symbol, point and theta3 of one passage, by an orbit carried to its end."""
-    made = return_map(body, h=H)
     here, level = points(made, rising), made.at(H)
     passed = level.passage(here, slopes=True)
     c = made.coefficients
@@ -70,8 +68,7 @@ def test_agrees_a_passage_with_integration(body: Body, rising: bool) -> None:
 
 
 @pytest.mark.parametrize("rising", [True, False])
-def test_invariant_forward_then_backward_is_the_identity(body: Body, rising: bool) -> None:
-    made = return_map(body, h=H)
+def test_invariant_forward_then_backward_is_the_identity(made: ReturnMap, rising: bool) -> None:
     here, level = points(made, rising), made.at(H)
     there = level.passage(here, slopes=True)
     back = level.passage(there.point, backward=True)
@@ -91,32 +88,11 @@ def test_invariant_forward_then_backward_is_the_identity(body: Body, rising: boo
     np.testing.assert_allclose((there.theta3 + sign * back.theta3)[ok], 0, atol=1e-12)
 
 
-@pytest.mark.parametrize("rising", [True, False])
-def test_invariant_a_passage_preserves_the_area_dJ2_dchi(body: Body, rising: bool) -> None:
-    made = return_map(body, h=H)
-    here, c = points(made, rising), made.coefficients
-    passed = made.at(H).passage(here, slopes=True)
-
-    def J2(point: SectionPoint, d: Any) -> Any:
-        Qp, Qm, *_ = section_state(point.rising, d, point.chi, H, c, DOUBLES)
-        return np.hypot((Qp + Qm) * c.to_M1, (Qp - Qm) * c.to_M2)
-
-    def momentum_slope(point: SectionPoint) -> Any:
-        step = 1e-5
-        return (J2(point, point.d + step) - J2(point, point.d - step)) / (2 * step)
-
-    (dd, dchi), (cd, cchi) = passed.slopes[0], passed.slopes[1]
-    area = (dd * cchi - dchi * cd) * momentum_slope(passed.point) / momentum_slope(here)
-    ok = passed.inside
-    cancelled = np.abs(dd * cchi) + np.abs(dchi * cd)
-    np.testing.assert_allclose(np.abs(area[ok]), 1, rtol=1e-8, atol=0)
-    assert (np.abs(area[ok] - area[ok][0]) < 1e-8 + 1e-13 * cancelled[ok]).all()
-
-
 @pytest.mark.parametrize("backward", [False, True])
 @pytest.mark.parametrize("rising", [True, False])
-def test_agrees_the_derivatives_with_differences(rising: bool, backward: bool) -> None:
-    made = return_map(GENERIC, h=H)
+def test_agrees_the_derivatives_with_differences(
+    made: ReturnMap, rising: bool, backward: bool
+) -> None:
     here, level = points(made, rising, 0.3), made.at(H)
     passed = level.passage(here, slopes=True, backward=backward)
     for which, step in (("d", 1e-7), ("chi", 1e-6)):
@@ -166,16 +142,9 @@ def test_order_the_splitting_is_melnikovs_amplitude_to_first_order(
     assert gap == pytest.approx(expected, rel=within)
 
 
-@pytest.mark.parametrize(
-    "bits",
-    [
-        64,
-        pytest.param(80, marks=pytest.mark.slow),
-    ],
-)
-def test_agrees_a_passage_with_integration_in_any_precision(bits: int) -> None:
+def test_agrees_a_passage_with_integration_in_pairs() -> None:
     """The error of a map falls with its precision: where it puts M3 = 0, integration does."""
-    a = precision(bits)
+    bits, a = 64, precision(64)
     made = return_map(Body((2, 1, "1.5"), (1, 1, 0), "1e-5"), h="1.3342", bits=bits)
     assert max(made.errors.charts, made.errors.inverse) < 2.0 ** (13 - bits)
     h, c = made.normal_form.energies.centre, made.coefficients
@@ -187,22 +156,7 @@ def test_agrees_a_passage_with_integration_in_any_precision(bits: int) -> None:
     assert abs(float(end[2])) < 1e6 * a.epsilon
 
 
-def test_energies_of_their_own_are_those_of_maps_for_each() -> None:
-    wide = return_map(FIG4, h=("1.3332", "1.3352"))
-    h = np.array([1.3333, 1.3342, 1.33515])
-    here = SectionPoint(True, np.array([1e-3, -5e-4, 2e-4]), np.array([0.3, 2.0, 5.0]))
-    found = wide.at(h).passage(here)
-    for k, one in enumerate(h):
-        alone = return_map(FIG4, h=float(one)).at(float(one))
-        point = SectionPoint(True, here.d[[k]], here.chi[[k]])
-        expected = alone.passage(point)
-        assert found.point.d[k] == pytest.approx(expected.point.d[0], abs=1e-15)
-        assert found.time[k] == pytest.approx(expected.time[0], abs=1e-11)
-        assert found.symbol[k] == expected.symbol[0]
-
-
-def test_points_beyond_the_tables_are_marked() -> None:
-    made = return_map(FIG4, h=H)
+def test_points_beyond_the_tables_are_marked(made: ReturnMap) -> None:
     width = float(made.charts[True].forward.width)
     d, chi = np.array([2 * width, 0.0, np.nan]), np.full(3, 1.0)
     assert made.at(H).passage(SectionPoint(True, d, chi)).inside.tolist() == [False, True, False]
@@ -210,10 +164,10 @@ def test_points_beyond_the_tables_are_marked() -> None:
 
 @pytest.mark.parametrize("rising", [True, False])
 @pytest.mark.parametrize("unit", ["1024", "1/1024"])
-def test_points_of_the_section_are_those_of_any_unit(body: Body, rising: bool, unit: str) -> None:
+def test_points_of_the_section_are_those_of_any_unit(rising: bool, unit: str) -> None:
     """M in other units, and so mu and h: Newton's steps end where they end in the first."""
     d, chi, of = np.array([1e-3, -2e-4]), np.array([0.3, 2.0]), float(Fraction(unit))
-    c, scaled = (coefficients(body.angles(), x, DOUBLES) for x in ("1", unit))
+    c, scaled = (coefficients(GENERIC.angles(), x, DOUBLES) for x in ("1", unit))
     told = section_state(rising, d * of, chi, H * of**2, scaled, DOUBLES)
     expected = section_state(rising, d, chi, H, c, DOUBLES)
     np.testing.assert_allclose(told[:2] / of, expected[:2], rtol=4e-16)

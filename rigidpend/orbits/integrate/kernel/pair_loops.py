@@ -17,8 +17,7 @@ from typing import Any
 import numpy as np
 
 from rigidpend.orbits.integrate.kernel import machine_code
-from rigidpend.orbits.integrate.kernel.functions import Functions
-from rigidpend.orbits.integrate.kernel.lane_numbers import KINDS, Pairs, Value
+from rigidpend.orbits.integrate.kernel.lane_numbers import KINDS, Functions, Pairs, Value
 from rigidpend.orbits.integrate.kernel.machine_code import LANES, Writer
 
 WIDE = 2 * LANES
