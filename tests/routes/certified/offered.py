@@ -162,43 +162,48 @@ def places(quad: Quad, d: Any, g: Any) -> tuple[Any, Any]:
     return off / a, (off - l0 - l1 * g) / b
 
 
-class Crossings(NamedTuple):
-    """Next crossings of orbits from points of a set, in 113 bits."""
-
-    states: Any
-    late: Any
-    """When, after the end of the polynomials."""
+WIDE = precision(113)
+"""In which the orbits are followed that proofs are held against."""
 
 
-def crossings(
-    quad: Quad,
-    pieces: Sequence[FamilyStep],
-    u: Any,
-    v: Any,
-    h: Any = Fraction(GIVEN["h"]),
-    w: float = 0,
-) -> Crossings:
-    a = precision(113)
-    c = coefficients(BODY.angles(160), "1", a)
+def flow(body: Body = BODY) -> Any:
+    """The coefficients of a body's field."""
+    return coefficients(body.angles(160), "1", WIDE)
+
+
+def points(quad: Quad, u: Any, v: Any, h: Any = Fraction(GIVEN["h"]), body: Body = BODY) -> Any:
+    """States (6, n) of points of a set, at one energy."""
+    a, c = WIDE, flow(body)
     by_u, by_v, l0, l1 = (a.number(x) for x in (quad.a, quad.b, quad.l0, quad.l1))
     u, v = a.array(list(map(a.number, u))), a.array(list(map(a.number, v)))
     g = (by_u * u - by_v * v - l0) / l1
     d = 0 * g
     for x in quad.p[::-1]:
         d = d * g + a.number(x)
-    d = d + by_u * u
-    begin = state_of(quad.rising, d, a.sqrt(1 - g * g), -g, a.number(h), c, a)
-    lengths = (Family.of(piece.half, CLOCK) for piece in pieces)
-    time = a.number(sum(2 * value(half, float(u[0]), float(v[0]), w) for half in lengths))
-    end = states_at(c.aligned, begin, a.array([time]), 113)[:, -1]
-    late = 0 * g
-    for _ in range(3):
-        # A short arc by its tangent and its bend, of which M3 is the time.
-        rates = np.array(aligned(end, c.aligned))
-        passed = -end[2] / rates[2]
-        middle = end + rates * passed / 2
-        end, late = end + np.array(aligned(middle, c.aligned)) * passed, late + passed
+    return state_of(quad.rising, d + by_u * u, a.sqrt(1 - g * g), -g, a.number(h), c, a)
+
+
+class Crossings(NamedTuple):
+    """Crossings of M3 = 0 of orbits: states, and when, after a time beside them."""
+
+    states: Any
+    late: Any
+
+
+def crossings(begin: Any, time: float) -> Crossings:
+    """Those of orbits from states, by arcs that get short."""
+    field = flow().aligned
+    end = states_at(field, begin, WIDE.array([time]), 113)[:, -1]
+    late = 0 * end[0]
+    for _ in range(4):
+        passed = -end[2] / np.array(aligned(end, field))[2]
+        end, late = states_at(field, end, passed[None], 113)[:, -1], late + passed
     return Crossings(end, late)
+
+
+def duration(pieces: Sequence[FamilyStep], *place: float) -> float:
+    """Time of the polynomials at a place of a set."""
+    return sum(2 * value(Family.of(piece.half, CLOCK), *place) for piece in pieces)
 
 
 DEPTH = 60

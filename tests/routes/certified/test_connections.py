@@ -16,7 +16,6 @@ import pytest
 from flint import arb
 
 from rigidpend.mechanics.body import Body
-from rigidpend.mechanics.equations import aligned
 from rigidpend.numbers.exact import exact
 from rigidpend.orbits.integrate.states import states_at
 from rigidpend.orbits.return_map.poincare import state_of
@@ -30,9 +29,13 @@ from tests.attacks import lot
 from tests.routes.certified.offered import (
     BODY,
     GIVEN,
+    WIDE,
     Stored,
     arrived,
     begun,
+    crossings,
+    duration,
+    flow,
     problem,
     quad_of,
     said,
@@ -529,8 +532,8 @@ def test_C9_without_its_reach_half_a_strip_is_believed(stored: Stored) -> None:
     """In 113 bits its image ends at |gamma3| = 0.0029, and images of sets at 0.0055."""
     guard = "not any(low < -reach and high > reach for low, high in (ends, ends[::-1]))"
     line, pieces = smaller(stored.line, stored.orbits[4], along=0.5)
-    begin, images = begun(pieces[0]), stored.arrivals[2:4]
-    ends = [crossed(strip_states(begin, u, np.array([0.0])))[1] for u in (-1.0, 1.0)]
+    images = stored.arrivals[2:4]
+    ends = [crossed(pieces, u, 0.0)[1] for u in (-1.0, 1.0)]
     assert max(map(abs, ends)) < 0.55 * min(float(abs(x.g.at("u", 1).range)) for x in images)
     strip = line, pieces, passages.arrival(stored.numbers, line, pieces)
     of = stored.numbers, strip, stored.quads, stored.arrivals[:4]
@@ -651,8 +654,8 @@ def test_the_unstable_surface_is_where_C9_says_in_113_bits(stored: Stored) -> No
     the proof encloses.
     """
 
-    slope, begin = connections.slope_of(stored.arrivals[4]), begun(stored.orbits[4][0])
-    found = []
+    pieces, found = stored.orbits[4], []
+    slope, begin = connections.slope_of(stored.arrivals[4]), begun(pieces[0])
     for u in (-0.9, 0.1, 0.8):
         low, high = -1.0, 1.0
         for _ in range(4):
@@ -663,7 +666,7 @@ def test_the_unstable_surface_is_where_C9_says_in_113_bits(stored: Stored) -> No
             low, high = v[change], v[change + 1]
         v0 = (low + high) / 2
         assert high - low < 1e-3
-        found.append((u, v0, *crossed(strip_states(begin, u, np.array([v0])))))
+        found.append((u, v0, *crossed(pieces, u, v0)))
     points = np.array(found)
     assert np.abs(points[:, 1]).max() < 0.5
     for k, j in ((0, 1), (0, 2), (1, 2)):
@@ -681,22 +684,14 @@ def strip_states(begin: Any, u: float, v: Any) -> Any:
 
 def leaves(begin: Any, u: float, v: Any) -> Any:
     """On which side orbits backward from a strip leave, in 113 bits."""
-    a = precision(113)
-    c = coefficients(BODY.angles(160), "1", a)
     # Backward in time is forward beside the mirror image.
     mirrored = strip_states(begin, u, v) * np.array([1, 1, -1, 1, 1, -1])[:, None]
-    past = np.asarray(states_at(c.aligned, a.array(mirrored), a.array([26.0]), 113))
-    return np.sign(past[1, 0].astype(float))
+    past = states_at(flow().aligned, WIDE.array(mirrored), WIDE.array([26.0]), 113)
+    return np.sign(np.asarray(past)[1, 0].astype(float))
 
 
-def crossed(begin: Any) -> tuple[float, float]:
-    """d and gamma3 of the first crossing of M3 = 0, in 113 bits."""
-    a = precision(113)
-    c = coefficients(BODY.angles(160), "1", a)
-    times = np.linspace(0.01, 16, 400)
-    states = np.asarray(states_at(c.aligned, a.array(begin), a.array(list(times)), 113))
-    time = float(times[int(np.flatnonzero(states[2, :, 0].astype(float) > 0)[0])])
-    for _ in range(4):
-        end = np.asarray(states_at(c.aligned, a.array(begin), a.array([time]), 113))[:, 0, 0]
-        time -= float(end[2] / aligned(list(end), c.aligned)[2])
+def crossed(pieces: Sequence[FamilyStep], u: float, v: float) -> tuple[float, float]:
+    """d and gamma3 of the crossing of an orbit of a strip, in 113 bits."""
+    begin = WIDE.array(strip_states(begun(pieces[0]), u, np.array([v])))
+    end = crossings(begin, duration(pieces, u, v)).states[:, 0]
     return float(end[1]), float(end[5])

@@ -61,9 +61,11 @@ from tests.routes.certified.offered import (
     begun,
     constant,
     crossings,
+    duration,
     interval,
     moved,
     places,
+    points,
     problem,
     quad_of,
     said,
@@ -929,7 +931,8 @@ def test_orbits_in_113_bits_do_what_the_relations_say(stored: Stored) -> None:
             u, v = chance.uniform(-1, 1), chance.uniform(-1, 1)
         # The point, and two beside it in each direction: it is cubic terms that differences lack.
         beside, step_by = np.array([0.0, 1.0, -1.0, 0.0, 0.0]), 2.0**-20
-        crossed = crossings(quad, pieces, u + step_by * beside, v + step_by * np.roll(beside, 2))
+        begin = points(quad, u + step_by * beside, v + step_by * np.roll(beside, 2))
+        crossed = crossings(begin, duration(pieces, u, v))
         end = crossed.states[:, 0].astype(float)
         large, small = (1, 0) if quad.rising else (0, 1)
         sign = 1 if end[large] > 0 else -1
