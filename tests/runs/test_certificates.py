@@ -184,4 +184,3 @@ def test_a_figure_marks_what_is_proven(folder: Path) -> None:
     config["problem"]["mu"] = "1/999"
     other: Any = {**result, "config": config}
     assert "proven" not in storage.marked(other, storage.beside(folder / "tiny.h5"))["data"]["only"]
-    assert call(folder, "render", "tiny.yaml", "--out", ".").returncode == 0

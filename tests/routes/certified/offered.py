@@ -206,6 +206,33 @@ def duration(pieces: Sequence[FamilyStep], *place: float) -> float:
     return sum(2 * value(Family.of(piece.half, CLOCK), *place) for piece in pieces)
 
 
+def smaller(
+    line: Any, pieces: Sequence[FamilyStep], along: float = 1.0, across: float = 1.0
+) -> tuple[Any, list[FamilyStep]]:
+    """A strip within another one: its points (u, v) are (along u, across v) of that."""
+
+    def cut(terms: Mapping[Any, int]) -> dict[Any, int]:
+        return {at: round(w * along ** at[1] * across ** at[2]) for at, w in terms.items()}
+
+    sizes = {"half": line.half * Fraction(along), "wide": line.wide * Fraction(across)}
+    steps = [x._replace(half=cut(x.half), terms=list(map(cut, x.terms))) for x in pieces]
+    return line._replace(**sizes), steps
+
+
+def strip_states(begin: Any, u: float, v: Any) -> Any:
+    """States (6, n) of the strip's first polynomials, in doubles."""
+    return np.array([
+        [value(each, u, float(x)) for x in v] for each in begin
+    ])  # fmt: skip
+
+
+def crossed(pieces: Sequence[FamilyStep], u: float, v: float) -> tuple[float, float]:
+    """d and gamma3 of the crossing of an orbit of a strip, in 113 bits."""
+    begin = WIDE.array(strip_states(begun(pieces[0]), u, np.array([v])))
+    end = crossings(begin, duration(pieces, u, v)).states[:, 0]
+    return float(end[1]), float(end[5])
+
+
 DEPTH = 60
 """Halvings of an interval that is hardly more than a point."""
 
@@ -256,7 +283,7 @@ class Start(NamedTuple):
 
 def by_package(start: Start, steps: Sequence[Step]) -> str:
     """The reason for which the package proves no more."""
-    return codes.check(start.problem, exact(start.phase), steps, 2).reason
+    return codes.check(start.problem, exact(start.phase), steps).reason
 
 
 def by_script(start: Start, steps: Sequence[Step]) -> str:
@@ -294,11 +321,15 @@ class Stored:
         return self.numbers.growth
 
     @cached_property
+    def image(self) -> passages.Reached:
+        """The arrival of the line."""
+        return passages.arrival(self.numbers, self.line, self.orbits[4])
+
+    @cached_property
     def arrivals(self) -> list[passages.Reached]:
         """Those of the four sets and of the line."""
-        starts: list[Quad | StartLine] = [*self.quads, self.line]
-        of = zip(starts, self.orbits, strict=True)
-        return [passages.arrival(self.numbers, *each) for each in of]
+        of = zip(self.quads, self.orbits, strict=False)
+        return [*(passages.arrival(self.numbers, *each) for each in of), self.image]
 
     @cached_property
     def theirs(self) -> list[script.Arrival]:
@@ -331,6 +362,9 @@ class Stored:
         ]
 
     def followed(self, found: Sequence[Any]) -> Callable[..., Any]:
-        """What follows the orbits of a set or of the line: they have been followed already."""
-        known = dict(zip([x[:5] for x in (*self.quads, self.line)], found, strict=True))
-        return lambda _, start, __: known[tuple(start[:5])]
+        """What follows the orbits of a set or of the line: they have been followed already.
+
+        A set may have another width or place than its own, but not another length.
+        """
+        known = dict(zip([x[1] for x in (*self.quads, self.line)], found, strict=True))
+        return lambda _, start, __: known[start[1]]

@@ -40,7 +40,6 @@ from tests.routes.certified.offered import (
     CONFIG,
     GIVEN,
     J1,
-    Stored,
     agree,
     begun,
     crossings,
@@ -256,16 +255,6 @@ def test_the_line_of_starts_is_that_of_fig_4(found: Found) -> None:
 def test_what_is_tried_is_said(wider: float, said: str) -> None:
     setting = horseshoe.ShiftProblem(BODY, H0, 14, width=wider * horseshoe.WIDTH)
     assert setting.described == f"14 half rotations{said}"
-
-
-@pytest.mark.slow
-def test_images_of_sets_of_more_half_rotations_have_more_bits(stored: Stored) -> None:
-    """They are nearer to a surface by exp(2 pi Lambda) for two more, here of Lambda = 1/sqrt(8)."""
-    of = horseshoe.ShiftProblem(BODY, H0, 14)
-    found = [horseshoe._with_bits(of._replace(lengths=n), stored.quads).bits for n in (1, 2, 3)]
-    own = horseshoe.SPARE - 2 * math.log2(min(float(quad.b) for quad in stored.quads) / of.width)
-    nearer = 2 * math.pi / math.sqrt(8) / math.log(2)
-    assert found == [math.ceil(own + 2 * nearer * k) for k in range(3)]
 
 
 def test_a_shift_is_from_the_energy_of_starts_of_one_J2() -> None:
