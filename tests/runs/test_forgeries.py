@@ -239,8 +239,8 @@ def some(every: list[tuple[str, Change]]) -> Iterator[tuple[str, Change]]:
 
 
 def place_of(what: str) -> str:
-    """The entry of a config, or the object that has an attribute."""
-    return what.rpartition(" ")[0] if what.startswith("config [") else what.split()[0]
+    """The entry of a config, all numbers of a list together, or the object of an attribute."""
+    return what.rpartition(" ")[0].rstrip(" 012") if "[" in what else what.split()[0]
 
 
 @pytest.fixture(scope="module", autouse=True)
