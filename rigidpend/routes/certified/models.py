@@ -96,11 +96,10 @@ class Model:
         # Nothing says how steep an error is.
         if self.error:
             raise ValueError("a model with an error has no derivative")
-        # By the recurrence w'_{j-1} = w'_{j+1} + 2 j w_j, which stays among whole numbers.
-        w, slopes = self.series, [0] * (self.degree + 2)
-        for j in range(self.degree, 0, -1):
-            slopes[j - 1] = slopes[j + 1] + 2 * j * w[j]
-        return Model.of_series(slopes[: max(self.degree, 1)], self.bits)
+        # Of 2P(x) by x = (z + 1/z)/2: z d/dz of it over (z - 1/z)/2, which divides it.
+        n = self.degree
+        turned = self.doubled.derivative().left_shift(1) - n * self.doubled
+        return Model(2 * turned // fmpz_poly([-1, 0, 1]), max(n - 1, 0), 0, self.bits)
 
 
 def _units(ball: arb, bits: int) -> tuple[int, int]:
@@ -274,7 +273,7 @@ class Family:
         """Derivative in x, of a family without error."""
         if self.error:
             raise ValueError("a family with an error has no derivative")
-        # Of 2P(x) by x = (z + 1/z)/2: z d/dz of it over (z - 1/z)/2, which divides it.
+        # As that of a model.
         n, z = self.degree, _Z
         turned = z * self.doubled.derivative("z") - n * self.doubled
         return Family(2 * turned // (z**2 - 1), max(n - 1, 0), self.bits, 0, self.orders)
