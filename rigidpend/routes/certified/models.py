@@ -20,9 +20,8 @@ from functools import cached_property
 from operator import add, mul
 from typing import TypeAlias
 
-from flint import arb, fmpz, fmpz_mpoly, fmpz_mpoly_ctx, fmpz_poly
+from flint import arb, ctx, fmpz, fmpz_mpoly, fmpz_mpoly_ctx, fmpz_poly
 
-from rigidpend.routes.certified.balls import precision
 from rigidpend.routes.certified.pieces import Powers
 
 
@@ -85,7 +84,7 @@ class Model:
     def at(self, x: arb) -> arb:
         """Value of P at a point of [-1, 1], as a ball in units of 2^-bits."""
         # A ball grows by less than 1 + sqrt(2) with each term of Clenshaw's recurrence.
-        with precision(self.bits + 2 * self.degree + 64):
+        with ctx.workprec(self.bits + 2 * self.degree + 64):
             ahead, here, series = arb(0), arb(0), self.series
             for w in series[:0:-1]:
                 ahead, here = here, w + 2 * x * here - ahead
@@ -104,7 +103,7 @@ class Model:
 
 def _units(ball: arb, bits: int) -> tuple[int, int]:
     """The whole number of units of 2^-bits next below a ball's middle, and how far it goes."""
-    with precision(bits + 64):
+    with ctx.workprec(bits + 64):
         units = ball * arb(2) ** bits
         middle = above(units.mid().floor())
         return middle, above(abs(units - middle))

@@ -11,13 +11,12 @@ from typing import Any
 import h5py
 import numpy as np
 import pytest
-from flint import arb
+from flint import arb, ctx
 
 from rigidpend import Body, route_codes
 from rigidpend.experiments.route_intervals import compute
 from rigidpend.numbers.exact import exact
 from rigidpend.routes.certified import interval_search, intervals, pieces
-from rigidpend.routes.certified.balls import precision
 from rigidpend.routes.certified.checker import Undecided
 from rigidpend.routes.certified.horseshoe import ShiftProblem
 from rigidpend.routes.certified.interval_search import ProvenInterval, within
@@ -158,7 +157,7 @@ def test_an_interval_on_which_the_symbol_changes_is_halved_and_never_proven(
 
 def test_cosine_and_sine_hold_those_of_the_ends() -> None:
     for depth in (0, 1, 4, 20):
-        with precision(160):
+        with ctx.workprec(160):
             angle = arb.pi() / 2**depth
             for found, expected in zip(
                 intervals._turned(angle), (angle.cos(), angle.sin()), strict=True
@@ -171,7 +170,7 @@ def test_cosine_and_sine_hold_those_of_the_ends() -> None:
 def test_what_is_left_of_cosine_and_sine_is_counted(monkeypatch: pytest.MonkeyPatch) -> None:
     """The series ends at a 256th, where a term in 160 bits shows what is left."""
     monkeypatch.setattr(intervals, "BITS", 8)
-    with precision(160):
+    with ctx.workprec(160):
         angle = arb(1) / 2
         whole = zip(intervals._turned(angle), (angle.cos(), angle.sin()), strict=True)
         assert all(found.at("u", 1).range.contains(exactly) for found, exactly in whole)

@@ -15,7 +15,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from flint import arb
+from flint import arb, ctx
 
 from rigidpend import Body
 from rigidpend.numbers.exact import exact
@@ -27,7 +27,6 @@ from rigidpend.routes.certified import (
     pieces,
     sections,
 )
-from rigidpend.routes.certified.balls import precision as ball_precision
 from rigidpend.routes.certified.checker import Undecided
 from rigidpend.routes.certified.models import Family
 from rigidpend.routes.certified.pieces import (
@@ -211,7 +210,7 @@ def orbit(d: float, g: float, until: float, longest: float) -> tuple[Quad, Piece
     """The orbit of a point of the section as a certificate of a tiny set."""
     quad = made(True, (SMALL, SMALL, g / 2, -0.5), (d,))
     begin = points(quad, [0], [0], 2, HEAVY)
-    with ball_precision(160):
+    with ctx.workprec(160):
         state = [arb(x.context.nstr(x, 40)) for x in begin[:, 0]]
         flow = approximation.Approximation(sections.Numbers.of(HEAVY, exact(2)).field, state)
     time, taken = 0.0, []
