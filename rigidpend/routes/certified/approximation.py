@@ -129,7 +129,6 @@ class Approximation:
         # The pendulum rotates at kappa |M|, the saddle has the exponent sin(alpha0) |M|.
         self.longest = LONGEST / (size * max(c.kappa, 2 * c.half_sigma))
         self.size = size
-        self._numbers: dict[int, AlignedCoefficients] = {}
 
     def step(self, bits: int) -> Step:
         """The next step, its coefficients in units of 2^-bits."""
@@ -196,7 +195,8 @@ class Approximation:
         shift, n = bits - work, min(len(P[0]), len(P[0]) * work // bits + GRAIN)
         rows = [[w >> shift for w in row[:n]] for row in P]
         models = [_Truncated.of(Model.of_series(row, work), n) for row in rows]
-        numbers = AlignedCoefficients(*(_Truncated.of(c, n) for c in self._in_bits(work)))
+        balls = (Model.of_ball(arb(c), work) for c in self.coefficients)
+        numbers = AlignedCoefficients(*(_Truncated.of(c, n) for c in balls))
         rates = aligned(models, numbers)
         found, rest = [], [0] * (len(P[0]) - n)
         for w, rate, x in zip(rows, rates, begin, strict=True):
@@ -208,12 +208,6 @@ class Approximation:
             R = [(a - b) << shift for a, b in zip([first, *integral], w, strict=True)]
             found.append(R + rest)
         return found
-
-    def _in_bits(self, bits: int) -> AlignedCoefficients:
-        if bits not in self._numbers:
-            made = (Model.of_ball(arb(c), bits) for c in self.coefficients)
-            self._numbers[bits] = AlignedCoefficients(*made)
-        return self._numbers[bits]
 
 
 class _Linear:

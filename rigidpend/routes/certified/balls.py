@@ -16,8 +16,7 @@ periodic orbits: what remains is sin(alpha0)/2 |M3|, the true exponent beside th
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from collections.abc import Callable
 from typing import Any, NamedTuple
 
 from flint import arb, ctx
@@ -27,18 +26,6 @@ from rigidpend.mechanics.coordinates import Canonical, aligned_from_canonical
 from rigidpend.mechanics.equations import AlignedCoefficients, aligned_coefficients
 from rigidpend.numbers.exact import Exact
 from rigidpend.routes.problem import RouteProblem
-
-
-@contextmanager
-def precision(bits: int) -> Iterator[None]:
-    """Work in so many bits, and leave the precision as it was."""
-    before = ctx.prec
-    ctx.prec = bits
-    try:
-        yield
-    finally:
-        ctx.prec = before
-
 
 SCALARS = 64
 """Precision in which bounds are computed, bits; each is rounded outward."""
@@ -91,7 +78,7 @@ def enclosed(problem: RouteProblem, theta2_0: Exact, bits: int) -> Enclosed:
 
     What is lost in a working precision of so many bits widens the balls.
     """
-    with precision(bits):
+    with ctx.workprec(bits):
         given = problem.body, _ball(problem.J1_0), problem.h0, _ball(theta2_0)
         _, J2, p = start_of(*given)
         # Divided by it |M| is about one, as fixed-point coefficients want it; a power of two

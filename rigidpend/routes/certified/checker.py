@@ -9,7 +9,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import NamedTuple
 
-from flint import arb
+from flint import arb, ctx
 
 from rigidpend.machine.workers import check_stop
 from rigidpend.mechanics.equations import AlignedCoefficients, aligned
@@ -19,7 +19,6 @@ from rigidpend.routes.certified.balls import (
     Enclosed,
     LogarithmicNorm,
     double_above,
-    precision,
     upper,
 )
 from rigidpend.routes.certified.models import PARTS, VALUE_BITS, Model, Values, above
@@ -56,7 +55,7 @@ class OrbitChecker:
     """Proof in progress: the exact orbit is within `bound` of the last polynomial's end."""
 
     def __init__(self, problem: Enclosed) -> None:
-        with precision(SCALARS):
+        with ctx.workprec(SCALARS):
             self.growth = LogarithmicNorm.of(problem.coefficients)
         self.coefficients, self.start, self.unit = problem
         self.time, self.bound = arb(0), arb(0)
@@ -68,7 +67,7 @@ class OrbitChecker:
         check_stop()
         models = [Model.of_series(w, step.bits) for w in step.series]
         duration = arb(step.half_length) / 2**ORBIT_CLOCK
-        with precision(SCALARS):
+        with ctx.workprec(SCALARS):
             begin = self._joined(models)
             _check_below("H1: the distance where two steps join", begin)
             leap = defect(models, duration, self.coefficients, self.growth)
@@ -89,7 +88,7 @@ class OrbitChecker:
         """H1: bound on the distance at the beginning, from the end of the step before."""
         here = [_end(model, -1) for model in models]
         # In the polynomials' own bits, for the jump is a difference of nearly equal numbers.
-        with precision(models[0].bits + SCALARS):
+        with ctx.workprec(models[0].bits + SCALARS):
             before = self.start if self._end is None else self._end
             gap = tuple(abs(a - b).upper() for a, b in zip(here, before, strict=True))
         self._end = [_end(model, 1) for model in models]
@@ -228,7 +227,7 @@ def _end(model: Model, x: int) -> arb:
     w = model.series
     signs = w[1::2], w[2::2]
     twice = w[0] + 2 * (x * sum(signs[0]) + sum(signs[1]))
-    with precision(model.bits + SCALARS):
+    with ctx.workprec(model.bits + SCALARS):
         return arb(twice) / arb(2) ** (model.bits + 1)
 
 

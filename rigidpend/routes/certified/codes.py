@@ -185,8 +185,7 @@ def _orbit(
         # What bits are given for is not refused, only bounded.
         if bits is None and (reason := progress.refusal()):
             return found if found.reason else Proof([], [], reason)
-        n, limit = problem.n_symbols + 1, passage_limit(problem, 53)
-        found = prove(problem, theta2_0, asked, n, limit, progress)
+        found = prove(problem, theta2_0, asked, progress)
         spent += progress.work
         if not found.outgrown or asked == ORBIT_BITS:
             break
@@ -195,7 +194,7 @@ def _orbit(
 
 
 def _again(orbit: tuple[Exact, Sequence[Step]], problem: RouteProblem) -> Proof:
-    return check(problem, *orbit, problem.n_symbols + 1)
+    return check(problem, *orbit)
 
 
 def _expected(problem: RouteProblem, theta2_0: Any) -> tuple[list[float], list[int]]:
@@ -294,22 +293,17 @@ class Proof(NamedTuple):
 
 
 def prove(
-    problem: RouteProblem,
-    theta2_0: Exact,
-    bits: int,
-    n_crossings: int,
-    limit: float,
-    progress: ProofProgress | None = None,
+    problem: RouteProblem, theta2_0: Exact, bits: int, progress: ProofProgress | None = None
 ) -> Proof:
-    """Find steps that prove so many crossings, from a bound of 2^-bits at the start.
+    """Find steps that prove all crossings, from a bound of 2^-bits at the start.
 
-    Bits are lowered as the bound grows. `limit` is the longest wait for the next crossing, t'.
+    Bits are lowered as the bound grows.
     """
     start = enclosed(problem, theta2_0, bits + MARGIN + AT_START)
     orbit, checker = Approximation(start.coefficients, start.state), OrbitChecker(start)
     unit, steps, reason, outgrown = float(start.unit), [], "", False
-    work, last = bits + MARGIN, 0.0
-    while len(checker.crossings) < n_crossings:
+    work, last, limit = bits + MARGIN, 0.0, passage_limit(problem, 53)
+    while len(checker.crossings) <= problem.n_symbols:
         check_stop()
         step = orbit.step(work)
         try:
@@ -329,10 +323,10 @@ def prove(
             break
         # The bound only grows, and coefficients much finer than it say nothing.
         work = min(work, MARGIN + _digits(checker.bound))
-    return Proof(checker.crossings[:n_crossings], steps, reason, outgrown)
+    return Proof(checker.crossings[: problem.n_symbols + 1], steps, reason, outgrown)
 
 
-def check(problem: RouteProblem, theta2_0: Exact, steps: Sequence[Step], n_crossings: int) -> Proof:
+def check(problem: RouteProblem, theta2_0: Exact, steps: Sequence[Step]) -> Proof:
     """Check given steps again: what they prove, without integration."""
     if not steps:
         return Proof([], [], "there are no steps")
@@ -344,9 +338,10 @@ def check(problem: RouteProblem, theta2_0: Exact, steps: Sequence[Step], n_cross
             checker.take(step)
     except Undecided as doubt:
         reason = str(doubt)
-    if not reason and len(checker.crossings) < n_crossings:
+    crossings = checker.crossings[: problem.n_symbols + 1]
+    if not reason and len(crossings) <= problem.n_symbols:
         reason = "the steps end before the last crossing"
-    return Proof(checker.crossings[:n_crossings], list(steps), reason)
+    return Proof(crossings, list(steps), reason)
 
 
 LEFT = 14

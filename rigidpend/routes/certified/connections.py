@@ -8,9 +8,9 @@ from __future__ import annotations
 from collections.abc import Iterable, Sequence
 from typing import NamedTuple
 
-from flint import arb
+from flint import arb, ctx
 
-from rigidpend.routes.certified.balls import SCALARS, LogarithmicNorm, precision
+from rigidpend.routes.certified.balls import SCALARS, LogarithmicNorm
 from rigidpend.routes.certified.checker import Undecided
 from rigidpend.routes.certified.models import PARAMETERS, Family
 from rigidpend.routes.certified.passages import Reached
@@ -99,7 +99,7 @@ def prove_connections(
 ) -> Middle:
     """C8: orbits beside the sets cross M3 = 0 again on one of two sides, or tend to T1 or T2."""
     small = [place(quad)[0].bound for quad in quads] + [found.d.bound for found in arrivals]
-    with precision(SCALARS):
+    with ctx.workprec(SCALARS):
         return check_middle(numbers, largest(small))
 
 
@@ -147,7 +147,7 @@ def prove_transversal(
     if numbers.h0 is not None:
         raise Undecided("C9: the starts are of several energies")
     middle = prove_connections(numbers, quads, [*arrivals, start])
-    with precision(SCALARS):
+    with ctx.workprec(SCALARS):
         check_strip(numbers, middle, strip, pieces[0])
         middle.check_graph()
         upward = [k for k, quad in enumerate(quads) if quad.rising]

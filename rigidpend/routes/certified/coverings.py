@@ -12,9 +12,9 @@ from contextlib import contextmanager
 from itertools import combinations, pairwise
 from typing import NamedTuple
 
-from flint import arb
+from flint import arb, ctx
 
-from rigidpend.routes.certified.balls import SCALARS, double_above, precision
+from rigidpend.routes.certified.balls import SCALARS, double_above
 from rigidpend.routes.certified.checker import Undecided
 from rigidpend.routes.certified.passages import Reached, arrival
 from rigidpend.routes.certified.pieces import FamilyStep, Quad, StartLine
@@ -53,7 +53,7 @@ def relation(source: Reached, target: Quad, begin: Sequence[arb], place: int) ->
 
     `begin` has Q, gamma1 and gamma2 of the target's points; `place` is that of it in the list.
     """
-    with precision(SCALARS):
+    with ctx.workprec(SCALARS):
         if not all(abs(a - b) <= ALONE for a, b in zip(source.box, begin, strict=True)):
             raise Undecided("C6: the crossings are on another sheet of the section")
         U, V = coordinates(target, source.d, source.g, source.w)
@@ -125,7 +125,7 @@ def prove(
 
 def _check_apart(one: Quad, other: Quad, names: str) -> None:
     """Refuse sets that may have a point in common: |U| of one is more than 1 in the other."""
-    with precision(SCALARS):
+    with ctx.workprec(SCALARS):
         if not abs(coordinates(other, *place(one))[0].range) > 1:
             raise Undecided(f"{names} have the same symbol, and are not shown to be apart")
 

@@ -11,12 +11,12 @@ from fractions import Fraction
 from itertools import pairwise
 from typing import NamedTuple
 
-from flint import arb
+from flint import arb, ctx
 
 from rigidpend.mechanics.body import Body
 from rigidpend.mechanics.free_body import separatrix_beside
 from rigidpend.numbers.exact import Exact
-from rigidpend.routes.certified.balls import SCALARS, precision, start_of
+from rigidpend.routes.certified.balls import SCALARS, start_of
 from rigidpend.routes.certified.checker import Undecided
 from rigidpend.routes.certified.models import Family
 from rigidpend.routes.certified.passages import followed, told
@@ -69,7 +69,7 @@ class EnclosedStarts(NamedTuple):
 
     def states(self, of: PhaseInterval) -> list[Family]:
         """The starts of an interval, as functions of u."""
-        with precision(BITS):
+        with ctx.workprec(BITS):
             turn, J1 = (arb(x.numerator) / x.denominator for x in (2 * of.middle, self.J1))
             here, ahead = (
                 start_of(self.body, J1, self.h0, (turn + quarter) * arb.pi())[0]
@@ -130,7 +130,7 @@ def _signs(
     """H1 to H5; on each part the sign of M3, or whether it rises with the sign of the large Q."""
     numbers = starts.numbers
     for states, _, [bound] in followed(numbers, pieces, [arb(0)], "H", before):
-        with precision(SCALARS):
+        with ctx.workprec(SCALARS):
             yield from _on_step(numbers, states, bound)
 
 

@@ -20,9 +20,8 @@ from functools import cached_property
 from operator import add, mul
 from typing import TypeAlias
 
-from flint import arb, fmpz, fmpz_mpoly, fmpz_mpoly_ctx, fmpz_poly
+from flint import arb, ctx, fmpz, fmpz_mpoly, fmpz_mpoly_ctx, fmpz_poly
 
-from rigidpend.routes.certified.balls import precision
 from rigidpend.routes.certified.pieces import Powers
 
 
@@ -85,7 +84,7 @@ class Model:
     def at(self, x: arb) -> arb:
         """Value of P at a point of [-1, 1], as a ball in units of 2^-bits."""
         # A ball grows by less than 1 + sqrt(2) with each term of Clenshaw's recurrence.
-        with precision(self.bits + 2 * self.degree + 64):
+        with ctx.workprec(self.bits + 2 * self.degree + 64):
             ahead, here, series = arb(0), arb(0), self.series
             for w in series[:0:-1]:
                 ahead, here = here, w + 2 * x * here - ahead
@@ -96,16 +95,15 @@ class Model:
         # Nothing says how steep an error is.
         if self.error:
             raise ValueError("a model with an error has no derivative")
-        # By the recurrence w'_{j-1} = w'_{j+1} + 2 j w_j, which stays among whole numbers.
-        w, slopes = self.series, [0] * (self.degree + 2)
-        for j in range(self.degree, 0, -1):
-            slopes[j - 1] = slopes[j + 1] + 2 * j * w[j]
-        return Model.of_series(slopes[: max(self.degree, 1)], self.bits)
+        # Of 2P(x) by x = (z + 1/z)/2: z d/dz of it over (z - 1/z)/2, which divides it.
+        n = self.degree
+        turned = self.doubled.derivative().left_shift(1) - n * self.doubled
+        return Model(2 * turned // fmpz_poly([-1, 0, 1]), max(n - 1, 0), 0, self.bits)
 
 
 def _units(ball: arb, bits: int) -> tuple[int, int]:
     """The whole number of units of 2^-bits next below a ball's middle, and how far it goes."""
-    with precision(bits + 64):
+    with ctx.workprec(bits + 64):
         units = ball * arb(2) ** bits
         middle = above(units.mid().floor())
         return middle, above(abs(units - middle))
@@ -274,7 +272,7 @@ class Family:
         """Derivative in x, of a family without error."""
         if self.error:
             raise ValueError("a family with an error has no derivative")
-        # Of 2P(x) by x = (z + 1/z)/2: z d/dz of it over (z - 1/z)/2, which divides it.
+        # As that of a model.
         n, z = self.degree, _Z
         turned = z * self.doubled.derivative("z") - n * self.doubled
         return Family(2 * turned // (z**2 - 1), max(n - 1, 0), self.bits, 0, self.orders)

@@ -11,7 +11,7 @@ from collections.abc import Iterator, Sequence
 from itertools import pairwise
 from typing import NamedTuple
 
-from flint import arb
+from flint import arb, ctx
 
 from rigidpend.machine.workers import check_stop
 from rigidpend.mechanics.equations import AlignedCoefficients, aligned
@@ -20,7 +20,6 @@ from rigidpend.routes.certified.balls import (
     SCALARS,
     LogarithmicNorm,
     double_above,
-    precision,
     upper,
 )
 from rigidpend.routes.certified.checker import LARGEST, Undecided
@@ -93,14 +92,14 @@ def arrival(numbers: Numbers, start: Quad | StartLine, pieces: Sequence[FamilySt
     signs: list[int] = []
     time, starts = arb(0), bounds
     for states, half, apart in followed(numbers, pieces, bounds):
-        with precision(SCALARS):
+        with ctx.workprec(SCALARS):
             time += 2 * half.range
             parts = told(numbers, states, apart[0], "C4", [side])
             # 0 where M3 has the sign of the passage, else that of M3' by then.
             signs += [side * rate if box else 0 for rate, box in parts]
     _check_signs(signs, order)
     end = [state.at("z", 1) for state in states]
-    with precision(SCALARS):
+    with ctx.workprec(SCALARS):
         found = _crossing(numbers, end, apart, side, begin, time)
         if not isinstance(start, StartLine) or numbers.h0 is None:
             return found
@@ -114,7 +113,7 @@ def _energies_along(
     """w along a line of starts of one J2_0, and its derivatives; kappa J2_0^2/2 is h0."""
     gamma1, gamma2 = (Family.of(terms, piece.bits).at("z", -1) for terms in piece.terms[3:5])
     c = numbers.field
-    with precision(BITS):
+    with ctx.workprec(BITS):
         r1, r2, off = (Family.of_ball(x, BITS) for x in (c.mu_r1, c.mu_r2, h0 - numbers.h))
         per = Family.of_fraction(1 / numbers.spread, BITS)
         found = (r1 * gamma1 + r2 * gamma2 + off) * per
@@ -144,7 +143,7 @@ def followed(
         check_stop()
         states = [Family.of(terms, piece.bits) for terms in piece.terms]
         half = Family.of(piece.half, CLOCK)
-        with precision(SCALARS):
+        with ctx.workprec(SCALARS):
             if not half.range > 0:
                 raise Undecided(f"{letter}2: the length of a step is not shown to be positive")
             if end is not None:

@@ -10,7 +10,7 @@ from collections.abc import Iterable, Mapping, Sequence
 from fractions import Fraction
 from typing import NamedTuple
 
-from flint import arb, arb_mat
+from flint import arb, arb_mat, ctx
 
 from rigidpend.mechanics.body import Body
 from rigidpend.mechanics.equations import AlignedCoefficients, aligned_coefficients
@@ -21,7 +21,6 @@ from rigidpend.routes.certified.balls import (
     LogarithmicNorm,
     angles,
     double_above,
-    precision,
     upper,
 )
 from rigidpend.routes.certified.checker import Undecided
@@ -112,13 +111,13 @@ class Numbers(NamedTuple):
         h0: Exact | None = None,
     ) -> Numbers:
         """Enclose those of a body."""
-        with precision(BITS):
+        with ctx.workprec(BITS):
             p = angles(body)
             half, field = p.alpha0 / 2, aligned_coefficients(p, BALLS)
             to_M = 1 / (2 * half.cos()), 1 / (2 * half.sin())
             held = None if h0 is None else arb(h0.over(BALLS))
             middle = arb(h.over(BALLS))
-        with precision(SCALARS):
+        with ctx.workprec(SCALARS):
             return cls(field, LogarithmicNorm.of(field), *to_M, middle, spread, held)
 
     @property
@@ -167,7 +166,7 @@ def beginning(numbers: Numbers, quad: Quad, piece: FamilyStep) -> tuple[list[arb
     c, large, small = numbers.field, 0 if quad.rising else 1, 1 if quad.rising else 0
     d, g = place(quad)
     Q, gamma1, gamma2 = states[large], states[3], states[4]
-    with precision(BITS):
+    with ctx.workprec(BITS):
         # Arb rounds even where a sign is changed.
         by = numbers.to_M1, numbers.to_M2 if quad.rising else -numbers.to_M2
 
@@ -184,7 +183,7 @@ def beginning(numbers: Numbers, quad: Quad, piece: FamilyStep) -> tuple[list[arb
             ]
         )
 
-    with precision(BITS):
+    with ctx.workprec(BITS):
         constants = (*by, c.kappa / 2, c.mu_r1, c.mu_r2)
         m1, m2, spin, r1, r2 = (Family.of_ball(x, BITS) for x in constants)
         M1, M2 = (Q + d) * m1, (Q - d) * m2
@@ -208,7 +207,7 @@ def beginning(numbers: Numbers, quad: Quad, piece: FamilyStep) -> tuple[list[arb
             raise Undecided("C1: the large Q is not shown to be positive at the points of a set")
         off = {small: states[small] - d, 2: states[2], 5: states[5] - g}
         apart = [orders(off[j], numbers.along) if j in off else near for j in range(6)]
-    with precision(SCALARS):
+    with ctx.workprec(SCALARS):
         return [each.range for each in (Q, gamma1, gamma2)], normed(apart, numbers.growth)
 
 
@@ -222,7 +221,7 @@ def line_beginning(
     states = [Family.of(terms, piece.bits).at("z", -1) for terms in piece.terms]
     Qp, Qm, M3, *gamma = states
     c = numbers.field
-    with precision(BITS):
+    with ctx.workprec(BITS):
         across = numbers.to_M1**2 + numbers.to_M2**2
         weight = (c.mu_r1, c.mu_r2) if numbers.h0 is None else (arb(0), arb(0))
         level = numbers.energies if numbers.h0 is None else Family.of_ball(numbers.h0, BITS)
@@ -272,7 +271,7 @@ def line_beginning(
         near = _nearest(residual, slopes(1, *box, aside.range), turned, THIN)
         if not (box[0] > 0 and box[1] < 0):
             raise Undecided("C1: Qp > 0 > M3 is not shown at the starts")
-    with precision(SCALARS):
+    with ctx.workprec(SCALARS):
         apart = [near, orders(Qm - aside, numbers.along), near, near, near, near]
         return [], normed(apart, numbers.growth)
 
@@ -311,7 +310,7 @@ def _nearest(
 def phases(numbers: Numbers, line: StartLine, pieces: Sequence[FamilyStep]) -> tuple[float, float]:
     """Bounds on theta2 of all starts of a line, radians, but for whole turns."""
     c = numbers.field
-    with precision(SCALARS):
+    with ctx.workprec(SCALARS):
         _, (bound, *_) = line_beginning(numbers, line, pieces[0])
         begin = [Family.of(terms, pieces[0].bits).at("z", -1).range for terms in pieces[0].terms]
         near = zip(begin, distances(bound, numbers.growth), strict=True)

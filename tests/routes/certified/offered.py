@@ -162,43 +162,75 @@ def places(quad: Quad, d: Any, g: Any) -> tuple[Any, Any]:
     return off / a, (off - l0 - l1 * g) / b
 
 
-class Crossings(NamedTuple):
-    """Next crossings of orbits from points of a set, in 113 bits."""
-
-    states: Any
-    late: Any
-    """When, after the end of the polynomials."""
+WIDE = precision(113)
+"""In which the orbits are followed that proofs are held against."""
 
 
-def crossings(
-    quad: Quad,
-    pieces: Sequence[FamilyStep],
-    u: Any,
-    v: Any,
-    h: Any = Fraction(GIVEN["h"]),
-    w: float = 0,
-) -> Crossings:
-    a = precision(113)
-    c = coefficients(BODY.angles(160), "1", a)
+def flow(body: Body = BODY) -> Any:
+    """The coefficients of a body's field."""
+    return coefficients(body.angles(160), "1", WIDE)
+
+
+def points(quad: Quad, u: Any, v: Any, h: Any = Fraction(GIVEN["h"]), body: Body = BODY) -> Any:
+    """States (6, n) of points of a set, at one energy."""
+    a, c = WIDE, flow(body)
     by_u, by_v, l0, l1 = (a.number(x) for x in (quad.a, quad.b, quad.l0, quad.l1))
     u, v = a.array(list(map(a.number, u))), a.array(list(map(a.number, v)))
     g = (by_u * u - by_v * v - l0) / l1
     d = 0 * g
     for x in quad.p[::-1]:
         d = d * g + a.number(x)
-    d = d + by_u * u
-    begin = state_of(quad.rising, d, a.sqrt(1 - g * g), -g, a.number(h), c, a)
-    lengths = (Family.of(piece.half, CLOCK) for piece in pieces)
-    time = a.number(sum(2 * value(half, float(u[0]), float(v[0]), w) for half in lengths))
-    end = states_at(c.aligned, begin, a.array([time]), 113)[:, -1]
-    late = 0 * g
-    for _ in range(3):
-        # A short arc by its tangent and its bend, of which M3 is the time.
-        rates = np.array(aligned(end, c.aligned))
-        passed = -end[2] / rates[2]
-        middle = end + rates * passed / 2
-        end, late = end + np.array(aligned(middle, c.aligned)) * passed, late + passed
+    return state_of(quad.rising, d + by_u * u, a.sqrt(1 - g * g), -g, a.number(h), c, a)
+
+
+class Crossings(NamedTuple):
+    """Crossings of M3 = 0 of orbits: states, and when, after a time beside them."""
+
+    states: Any
+    late: Any
+
+
+def crossings(begin: Any, time: float) -> Crossings:
+    """Those of orbits from states, by arcs that get short."""
+    field = flow().aligned
+    end = states_at(field, begin, WIDE.array([time]), 113)[:, -1]
+    late = 0 * end[0]
+    for _ in range(4):
+        passed = -end[2] / np.array(aligned(end, field))[2]
+        end, late = states_at(field, end, passed[None], 113)[:, -1], late + passed
     return Crossings(end, late)
+
+
+def duration(pieces: Sequence[FamilyStep], *place: float) -> float:
+    """Time of the polynomials at a place of a set."""
+    return sum(2 * value(Family.of(piece.half, CLOCK), *place) for piece in pieces)
+
+
+def smaller(
+    line: Any, pieces: Sequence[FamilyStep], along: float = 1.0, across: float = 1.0
+) -> tuple[Any, list[FamilyStep]]:
+    """A strip within another one: its points (u, v) are (along u, across v) of that."""
+
+    def cut(terms: Mapping[Any, int]) -> dict[Any, int]:
+        return {at: round(w * along ** at[1] * across ** at[2]) for at, w in terms.items()}
+
+    sizes = {"half": line.half * Fraction(along), "wide": line.wide * Fraction(across)}
+    steps = [x._replace(half=cut(x.half), terms=list(map(cut, x.terms))) for x in pieces]
+    return line._replace(**sizes), steps
+
+
+def strip_states(begin: Any, u: float, v: Any) -> Any:
+    """States (6, n) of the strip's first polynomials, in doubles."""
+    return np.array([
+        [value(each, u, float(x)) for x in v] for each in begin
+    ])  # fmt: skip
+
+
+def crossed(pieces: Sequence[FamilyStep], u: float, v: float) -> tuple[float, float]:
+    """d and gamma3 of the crossing of an orbit of a strip, in 113 bits."""
+    begin = WIDE.array(strip_states(begun(pieces[0]), u, np.array([v])))
+    end = crossings(begin, duration(pieces, u, v)).states[:, 0]
+    return float(end[1]), float(end[5])
 
 
 DEPTH = 60
@@ -251,7 +283,7 @@ class Start(NamedTuple):
 
 def by_package(start: Start, steps: Sequence[Step]) -> str:
     """The reason for which the package proves no more."""
-    return codes.check(start.problem, exact(start.phase), steps, 2).reason
+    return codes.check(start.problem, exact(start.phase), steps).reason
 
 
 def by_script(start: Start, steps: Sequence[Step]) -> str:
@@ -289,11 +321,15 @@ class Stored:
         return self.numbers.growth
 
     @cached_property
+    def image(self) -> passages.Reached:
+        """The arrival of the line."""
+        return passages.arrival(self.numbers, self.line, self.orbits[4])
+
+    @cached_property
     def arrivals(self) -> list[passages.Reached]:
         """Those of the four sets and of the line."""
-        starts: list[Quad | StartLine] = [*self.quads, self.line]
-        of = zip(starts, self.orbits, strict=True)
-        return [passages.arrival(self.numbers, *each) for each in of]
+        of = zip(self.quads, self.orbits, strict=False)
+        return [*(passages.arrival(self.numbers, *each) for each in of), self.image]
 
     @cached_property
     def theirs(self) -> list[script.Arrival]:
@@ -326,6 +362,9 @@ class Stored:
         ]
 
     def followed(self, found: Sequence[Any]) -> Callable[..., Any]:
-        """What follows the orbits of a set or of the line: they have been followed already."""
-        known = dict(zip([x[:5] for x in (*self.quads, self.line)], found, strict=True))
-        return lambda _, start, __: known[tuple(start[:5])]
+        """What follows the orbits of a set or of the line: they have been followed already.
+
+        A set may have another width or place than its own, but not another length.
+        """
+        known = dict(zip([x[1] for x in (*self.quads, self.line)], found, strict=True))
+        return lambda _, start, __: known[start[1]]

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from types import SimpleNamespace
 from typing import Any
 
@@ -12,6 +12,7 @@ from flint import arb
 
 from rigidpend import route_codes
 from rigidpend.numbers.exact import exact
+from rigidpend.routes.certified import codes
 from rigidpend.routes.certified.approximation import (
     Approximation,
     _fundamental,
@@ -29,7 +30,6 @@ from tests.bodies import FIG4
 PHASE = exact("3/10")
 BITS = 70
 """At the start: enough for three crossings of this orbit."""
-LIMIT = 100.0
 
 
 def problem(n_symbols: int = 2) -> RouteProblem:
@@ -39,7 +39,7 @@ def problem(n_symbols: int = 2) -> RouteProblem:
 @pytest.fixture(scope="module")
 def steps() -> list[Step]:
     """A proof of two symbols."""
-    found = prove(problem(), PHASE, BITS, 3, LIMIT)
+    found = prove(problem(), PHASE, BITS)
     assert found.reason == ""
     return found.steps
 
@@ -60,7 +60,7 @@ def test_one_iteration_squares_the_error_of_runge_and_kutta() -> None:
 
 
 def test_the_checker_finds_again_what_was_proven(steps: list[Step]) -> None:
-    again = check(problem(), PHASE, steps, 3)
+    again = check(problem(), PHASE, steps)
     assert again.reason == ""
     assert [c.separatrix for c in again.crossings] == [2, 1, 2]
     assert all(c.radius < 1e-3 and c.bound < 2**-6 for c in again.crossings)
@@ -89,43 +89,49 @@ def test_a_changed_coefficient_raises_the_bound(steps: list[Step], component: in
     assert bound(changed(steps, 3, component, j, 1 << away)) > 100 * bound(steps)
 
 
-@pytest.mark.parametrize("component", range(6))
-def test_a_spoilt_coefficient_ends_the_proof(steps: list[Step], component: int) -> None:
-    given = changed(steps, 3, component, 2, 1 << (steps[3].bits - 4))
-    assert "bits" in check(problem(), PHASE, given, 3).reason
+def mixed(steps: list[Step]) -> list[Step]:
+    """The steps, with one of another orbit among them."""
+    return [*steps[:4], prove(problem(1), exact("4/10"), BITS).steps[4], *steps[5:]]
 
 
-@pytest.mark.parametrize("k", [0, 4])
-def test_steps_that_do_not_belong_together_prove_nothing(steps: list[Step], k: int) -> None:
-    assert check(problem(), PHASE, [*steps[:k], *steps[k + 1 :]], 3).reason
-    other = prove(problem(), exact("4/10"), BITS, 1, LIMIT).steps
-    assert check(problem(), PHASE, [*steps[:k], other[k], *steps[k + 1 :]], 3).reason
+def longer(steps: list[Step]) -> list[Step]:
+    """The steps, of which one takes more time."""
+    more = steps[2]._replace(half_length=steps[2].half_length * 101 // 100)
+    return [*steps[:2], more, *steps[3:]]
 
 
-def test_another_duration_ends_the_proof(steps: list[Step]) -> None:
-    longer = steps[2]._replace(half_length=steps[2].half_length * 101 // 100)
-    assert check(problem(), PHASE, [*steps[:2], longer, *steps[3:]], 3).reason
+def shorter(steps: list[Step]) -> list[Step]:
+    """The steps with fewer terms."""
+    return [step._replace(series=[row[:12] for row in step.series]) for step in steps]
+
+
+@pytest.mark.parametrize(
+    ("spoil", "reason"),
+    [
+        (lambda steps: steps[1:], "bits"),
+        (lambda steps: [*steps[:4], *steps[5:]], "bits"),
+        (mixed, "bits"),
+        (longer, "bits"),
+        (shorter, "bits"),
+        (lambda steps: steps[:-1], "the steps end before the last crossing"),
+    ],
+)
+def test_steps_that_are_spoilt_prove_nothing(
+    steps: list[Step], spoil: Callable[[list[Step]], list[Step]], reason: str
+) -> None:
+    assert reason in check(problem(), PHASE, spoil(steps)).reason
 
 
 def test_too_few_bits_are_undecided_and_what_was_proven_before_stays() -> None:
-    found = prove(problem(), PHASE, 22, 3, LIMIT)
+    found = prove(problem(), PHASE, 22)
     assert "bits" in found.reason
     assert [c.separatrix for c in found.crossings] == [2, 1, 2][: len(found.crossings)]
     assert len(found.crossings) < 3
 
 
-def test_too_few_terms_are_undecided(steps: list[Step]) -> None:
-    short = [step._replace(series=[row[:12] for row in step.series]) for step in steps]
-    assert "bits" in check(problem(), PHASE, short, 3).reason
-
-
-def test_too_few_steps_are_undecided(steps: list[Step]) -> None:
-    found = check(problem(), PHASE, steps[:-1], 3)
-    assert found.reason == "the steps end before the last crossing"
-
-
-def test_a_wait_beyond_its_limit_ends_the_proof() -> None:
-    assert prove(problem(), PHASE, BITS, 3, 5.0).reason == "no crossing within t' = 5"
+def test_a_wait_beyond_its_limit_ends_the_proof(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(codes, "passage_limit", lambda *_: 5.0)
+    assert prove(problem(), PHASE, BITS).reason == "no crossing within t' = 5"
 
 
 def test_a_step_that_ends_on_the_section_is_undecided() -> None:

@@ -6,7 +6,7 @@ Where a limit lies is computed here, in doubles, from docs/full-shift.md.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from fractions import Fraction
 from types import SimpleNamespace
 from typing import Any, NamedTuple, TypeAlias
@@ -16,13 +16,12 @@ import pytest
 from flint import arb
 
 from rigidpend.mechanics.body import Body
-from rigidpend.mechanics.equations import aligned
 from rigidpend.numbers.exact import exact
 from rigidpend.orbits.integrate.states import states_at
 from rigidpend.orbits.return_map.poincare import state_of
 from rigidpend.orbits.return_map.precision import precision
 from rigidpend.orbits.return_map.reduced import coefficients
-from rigidpend.routes.certified import connections, passages, sections
+from rigidpend.routes.certified import connections, sections
 from rigidpend.routes.certified.pieces import FamilyStep
 from scripts import check_full_shift as script
 from scripts.check_certificate import Interval
@@ -30,13 +29,18 @@ from tests.attacks import lot
 from tests.routes.certified.offered import (
     BODY,
     GIVEN,
+    WIDE,
     Stored,
     arrived,
     begun,
+    crossed,
+    flow,
     problem,
     quad_of,
     said,
+    smaller,
     step,
+    strip_states,
     value,
     whole,
 )
@@ -84,15 +88,6 @@ BODIES = [(("2", "1", "3/2"), ("1", "1", "0")), (("57/50", "1", "128/125"), ("1"
 WORDS = {"rise": "rise", "follow": "follow", "saddle": "saddle", "fall": "fall to zero"}
 
 
-@pytest.mark.parametrize(("A", "r"), BODIES)
-def test_C8_the_heaviest_body(A: Any, r: Any) -> None:
-    """Up to a weight all of it holds, and beyond it not, for both."""
-    limit = limit_of(lambda mu: min(middle(A, r, mu, 1e-3).values()) > 0)
-    assert 5e-4 < limit < 0.1
-    assert [reason[:2] for reason in by_both(A, r, 0.99 * limit)] == ["", ""]
-    assert [reason[:2] for reason in by_both(A, r, 1.01 * limit)] == ["C8", "C8"]
-
-
 @pytest.mark.parametrize(("name", "body"), [("rise", 0), ("follow", 1), ("saddle", 0), ("fall", 0)])
 def test_C8_each_inequality_fails_beyond_its_own_weight(name: str, body: int) -> None:
     A, r = BODIES[body]
@@ -101,12 +96,17 @@ def test_C8_each_inequality_fails_beyond_its_own_weight(name: str, body: int) ->
     assert all(WORDS[name] in reason for reason in by_both(A, r, 1.01 * limit))
 
 
-def by_both(A: Any, r: Any, weight: float) -> list[str]:
-    """C8 of a body, for sets within 1/1000, by both checkers."""
+def of_body(A: Any, r: Any, weight: float) -> tuple[sections.Numbers, script.Problem]:
+    """The numbers of a body for both."""
     mu = Fraction(weight).limit_denominator(10**9)
     given = {"A": A, "r": r, "mu": f"{mu.numerator}/{mu.denominator}", "h": GIVEN["h"]}
-    numbers = sections.Numbers.of(Body(A=A, r=r, mu=given["mu"]), exact(GIVEN["h"]))
-    p = script.problem_of(given)
+    body = Body(A=A, r=r, mu=given["mu"])
+    return sections.Numbers.of(body, exact(GIVEN["h"])), script.problem_of(given)
+
+
+def by_both(A: Any, r: Any, weight: float) -> list[str]:
+    """C8 of a body, for sets within 1/1000, by both checkers."""
+    numbers, p = of_body(A, r, weight)
     return [
         said(connections.check_middle, numbers, arb(1e-3)),
         said(script.check_middle, p, Fraction(1, 1000)),
@@ -168,12 +168,16 @@ def middles(numbers: sections.Numbers, **changed: float) -> tuple[Any, Any, dict
     return mine._replace(**balls), theirs._replace(**exactly), other
 
 
-def test_both_have_the_same_numbers_of_C8(stored: Stored) -> None:
-    mine, theirs, other = middles(stored.numbers)
+@pytest.mark.parametrize(("A", "r"), BODIES)
+def test_both_have_the_same_numbers_of_C8(A: Any, r: Any) -> None:
+    """Of Fig. 4's body k and K are the same, of the other one they are not."""
+    numbers, p = of_body(A, r, 5e-4)
+    mine = connections.check_middle(numbers, arb(1e-3))
+    theirs = script.check_middle(p, Fraction(1, 1000))
     for name, x in zip(FIELDS, theirs, strict=True):
-        bounds = Interval.of(x)
-        assert float(bounds.above) == pytest.approx(other[name], rel=1e-12)
-    assert float(mine.share) == pytest.approx(float(theirs.ratio(problem()).above), rel=1e-12)
+        found = float(Interval.of(x).above)
+        assert found == pytest.approx(float(getattr(mine, name)), rel=1e-12), name
+    assert float(mine.share) == pytest.approx(float(theirs.ratio(p).above), rel=1e-12)
 
 
 class Norm(NamedTuple):
@@ -499,19 +503,6 @@ def test_C9_without_a_condition_curves_that_do_not_cross_once_are_believed(guard
     assert all(reason.startswith("C9: ") for reason in across.told())
 
 
-def smaller(
-    line: Any, pieces: Sequence[FamilyStep], along: float = 1.0, across: float = 1.0
-) -> tuple[Any, list[FamilyStep]]:
-    """A strip within another one: its points (u, v) are (along u, across v) of that."""
-
-    def cut(terms: Mapping[Any, int]) -> dict[Any, int]:
-        return {at: round(w * along ** at[1] * across ** at[2]) for at, w in terms.items()}
-
-    sizes = {"half": line.half * Fraction(along), "wide": line.wide * Fraction(across)}
-    steps = [x._replace(half=cut(x.half), terms=list(map(cut, x.terms))) for x in pieces]
-    return line._replace(**sizes), steps
-
-
 @pytest.mark.slow
 def test_C9_without_its_sides_a_strip_beside_the_surface_is_believed(stored: Stored) -> None:
     """So short that the surface is flat: backward the orbits of both sides leave on one side."""
@@ -522,20 +513,6 @@ def test_C9_without_its_sides_a_strip_beside_the_surface_is_believed(stored: Sto
     of = stored.numbers, both[0], line, piece
     assert said(weakened(connections, (guard, "False")).check_strip, *of) == ""
     assert all("between the strip's sides" in x for x in of_strip(stored, both, line, piece))
-
-
-@pytest.mark.slow
-def test_C9_without_its_reach_half_a_strip_is_believed(stored: Stored) -> None:
-    """In 113 bits its image ends at |gamma3| = 0.0029, and images of sets at 0.0055."""
-    guard = "not any(low < -reach and high > reach for low, high in (ends, ends[::-1]))"
-    line, pieces = smaller(stored.line, stored.orbits[4], along=0.5)
-    begin, images = begun(pieces[0]), stored.arrivals[2:4]
-    ends = [crossed(strip_states(begin, u, np.array([0.0])))[1] for u in (-1.0, 1.0)]
-    assert max(map(abs, ends)) < 0.55 * min(float(abs(x.g.at("u", 1).range)) for x in images)
-    strip = line, pieces, passages.arrival(stored.numbers, line, pieces)
-    of = stored.numbers, strip, stored.quads, stored.arrivals[:4]
-    assert said(weakened(connections, (guard, "False")).prove_transversal, *of) == ""
-    assert "to reach as far" in said(connections.prove_transversal, *of)
 
 
 def test_C9_without_its_last_condition_of_a_strip_the_surface_may_go_across(
@@ -587,43 +564,6 @@ def test_C9_without_its_graph_two_points_of_one_gamma3_are_believed(
     assert said(weakened(connections, (guard, "False")).Middle.check_graph, mine) == ""
 
 
-@pytest.mark.slow
-def test_C9_is_asked_of_all_of_a_proof(stored: Stored, monkeypatch: pytest.MonkeyPatch) -> None:
-    """Starts of one J2_0 have none; else sets, images, the strip and its own image, by both."""
-    numbers, quads = stored.numbers, stored.quads
-    *arrivals, start = stored.arrivals
-    of_line = stored.line, stored.orbits[4], start
-    asked: list[Any] = []
-    kept = connections.check_crossings
-
-    def crossings(*of: Any) -> None:
-        asked.append(of)
-        kept(*of)
-
-    monkeypatch.setattr(connections, "check_crossings", crossings)
-    connections.prove_transversal(numbers, of_line, quads, arrivals)
-    [(strip, reach, sheets, images)] = asked
-    assert strip is start
-    assert [x is y for x, y in zip(images, arrivals[2:], strict=True)] == [True, True]
-    assert [float(x) for x in sheets] == pytest.approx([0.816] * 5, abs=1e-3)
-    # Points of a set are told to 2^-5, what is beside them too; the numbers of n = 0 on the page.
-    assert [float(x.rad()) >= 2.0**-5 for x in sheets] == [False] * 3 + [True] * 2
-    middle = connections.prove_connections(numbers, quads, [*arrivals, start])
-    assert 0.000632 <= float(middle.small) < 0.000633
-    extents = [float(sections.place(quad)[1].bound) for quad in quads[:2]]
-    extents += [float(x.g.bound) for x in images]
-    assert float(reach) == max(extents) > 0.0055
-    held = numbers._replace(h0=numbers.h)
-    assert "several energies" in said(connections.prove_transversal, held, of_line, quads, arrivals)
-    p = problem()
-    several = said(script.check_transversal, p._replace(h0=p.h), (None, None, None), [], [])
-    assert "several energies" in several
-    # C8 of the strip's image too.
-    far = start._replace(d=start.d.widened(arb(0.2)))
-    beyond = *of_line[:2], far
-    assert said(connections.prove_transversal, numbers, beyond, quads, arrivals).startswith("C8")
-
-
 def test_the_second_checker_takes_points_of_sets_as_wide_as_they_are_told(
     stored: Stored, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -651,8 +591,8 @@ def test_the_unstable_surface_is_where_C9_says_in_113_bits(stored: Stored) -> No
     the proof encloses.
     """
 
-    slope, begin = connections.slope_of(stored.arrivals[4]), begun(stored.orbits[4][0])
-    found = []
+    pieces, found = stored.orbits[4], []
+    slope, begin = connections.slope_of(stored.image), begun(pieces[0])
     for u in (-0.9, 0.1, 0.8):
         low, high = -1.0, 1.0
         for _ in range(4):
@@ -663,7 +603,7 @@ def test_the_unstable_surface_is_where_C9_says_in_113_bits(stored: Stored) -> No
             low, high = v[change], v[change + 1]
         v0 = (low + high) / 2
         assert high - low < 1e-3
-        found.append((u, v0, *crossed(strip_states(begin, u, np.array([v0])))))
+        found.append((u, v0, *crossed(pieces, u, v0)))
     points = np.array(found)
     assert np.abs(points[:, 1]).max() < 0.5
     for k, j in ((0, 1), (0, 2), (1, 2)):
@@ -672,31 +612,9 @@ def test_the_unstable_surface_is_where_C9_says_in_113_bits(stored: Stored) -> No
         assert slope.contains(arb(float(dd / dg)))
 
 
-def strip_states(begin: Any, u: float, v: Any) -> Any:
-    """States (6, n) of the strip's first polynomials, in doubles."""
-    return np.array([
-        [value(each, u, float(x)) for x in v] for each in begin
-    ])  # fmt: skip
-
-
 def leaves(begin: Any, u: float, v: Any) -> Any:
     """On which side orbits backward from a strip leave, in 113 bits."""
-    a = precision(113)
-    c = coefficients(BODY.angles(160), "1", a)
     # Backward in time is forward beside the mirror image.
     mirrored = strip_states(begin, u, v) * np.array([1, 1, -1, 1, 1, -1])[:, None]
-    past = np.asarray(states_at(c.aligned, a.array(mirrored), a.array([26.0]), 113))
-    return np.sign(past[1, 0].astype(float))
-
-
-def crossed(begin: Any) -> tuple[float, float]:
-    """d and gamma3 of the first crossing of M3 = 0, in 113 bits."""
-    a = precision(113)
-    c = coefficients(BODY.angles(160), "1", a)
-    times = np.linspace(0.01, 16, 400)
-    states = np.asarray(states_at(c.aligned, a.array(begin), a.array(list(times)), 113))
-    time = float(times[int(np.flatnonzero(states[2, :, 0].astype(float) > 0)[0])])
-    for _ in range(4):
-        end = np.asarray(states_at(c.aligned, a.array(begin), a.array([time]), 113))[:, 0, 0]
-        time -= float(end[2] / aligned(list(end), c.aligned)[2])
-    return float(end[1]), float(end[5])
+    past = states_at(flow().aligned, WIDE.array(mirrored), WIDE.array([26.0]), 113)
+    return np.sign(np.asarray(past)[1, 0].astype(float))

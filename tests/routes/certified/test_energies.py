@@ -40,12 +40,13 @@ from tests.routes.certified.offered import (
     CONFIG,
     GIVEN,
     J1,
-    Stored,
     agree,
     begun,
     crossings,
+    duration,
     interval,
     moved,
+    points,
     quad_of,
     said,
     series,
@@ -61,11 +62,11 @@ OWN = ["problem.h=null", "problem.h0=1.3342"]
 
 
 class Found(NamedTuple):
-    """Sets on Fig. 4's own line, of which one upward and one downward are followed."""
+    """Sets on Fig. 4's own line, of which a downward one is followed."""
 
     setting: horseshoe.ShiftProblem
     quads: list[Quad]
-    pieces: dict[int, list[FamilyStep]]
+    pieces: list[FamilyStep]
     line: StartLine
     starts: list[FamilyStep]
 
@@ -87,30 +88,20 @@ def found() -> Found:
     setting = family_orbits.widened(setting, J1)
     quads = horseshoe.quads(setting)
     line, theta2 = family_orbits.line(setting, J1, quads)
-    pieces = {k: family_orbits.pieces(setting, quads[k]) for k in (0, 2)}
+    pieces = family_orbits.pieces(setting, quads[2])
     return Found(setting, quads, pieces, line, family_orbits.line_pieces(setting, line, theta2))
 
 
 def covered(
-    numbers: sections.Numbers,
-    problem: script.Problem,
+    setting: horseshoe.ShiftProblem,
     source: tuple[Quad, list[FamilyStep]],
     targets: Sequence[tuple[Quad, FamilyStep]],
-) -> list[list[str]]:
-    """What both say of the relations of a set to others, of which the first steps are given."""
-    told = []
-    mine = passages.arrival(numbers, *source)
-    theirs = script.arrival(problem, quad_of(source[0]), [step(x) for x in source[1]])
-    for quad, first in targets:
-        begin, _ = sections.beginning(numbers, quad, first)
-        balls = [interval(x) for x in begin]
-        told.append(
-            [
-                said(coverings.relation, mine, quad, begin, 0)[:2],
-                said(script.check_relation, theirs, quad_of(quad), balls)[:2],
-            ]
-        )
-    return told
+) -> list[str]:
+    """What is said of the relations of a set to others, of which the first steps are given."""
+    numbers = sections.Numbers.of(BODY, setting.h)._replace(along="")
+    found = passages.arrival(numbers, *source)
+    begun = [(quad, sections.beginning(numbers, quad, first)[0]) for quad, first in targets]
+    return [said(coverings.relation, found, quad, begin, 0)[:2] for quad, begin in begun]
 
 
 @pytest.mark.slow
@@ -125,13 +116,10 @@ def test_an_approach_ends_across_both_sets_of_its_section() -> None:
     *_, link = chains.links(setting, J1, orbit, quads)
     link = link._replace(setting=link.setting._replace(spread=Fraction(0)))
     each = [(quad, family_orbits.pieces(setting, quad)[0]) for quad in quads if not quad.rising]
-    numbers = sections.Numbers.of(BODY, setting.h)._replace(along="")
-    few = numbers, script.problem_of(GIVEN | {"h": str(setting.h.fraction)})._replace(along=())
     assert isinstance(link.of, Quad)
     # Of sets so high that the image does not reach from end to end.
     each += [(quad._replace(a=1000 * quad.a), first) for quad, first in each]
-    told = covered(*few, (link.of, link.pieces()), each)
-    assert told == [["", ""]] * 2 + [["C6", "C6"]] * 2
+    assert covered(setting, (link.of, link.pieces()), each) == ["", "", "C6", "C6"]
 
 
 @pytest.mark.slow
@@ -143,12 +131,9 @@ def test_sets_of_more_half_rotations_cover_all_of_the_other_section() -> None:
     for k in (0, 2, 4, 6):
         one, other = quads[k : k + 2]
         assert said(coverings._check_apart, one, other, "they") == ""
-        assert said(script.check_apart, quad_of(one), quad_of(other)) == ""
     targets = [(quad, family_orbits.pieces(setting, quad)[0]) for quad in quads[4:]]
     source = quads[1], family_orbits.pieces(setting, quads[1])
-    numbers = sections.Numbers.of(BODY, setting.h)._replace(along="")
-    few = script.problem_of(GIVEN)._replace(along=())
-    assert covered(numbers, few, source, targets) == [["", ""]] * 4
+    assert covered(setting, source, targets) == [""] * 4
 
 
 class Arrived(NamedTuple):
@@ -174,8 +159,9 @@ class Arrived(NamedTuple):
 @pytest.fixture(scope="module")
 def arrived(found: Found) -> Arrived:
     Interval.digits = script.DIGITS
-    numbers, steps = found.numbers(), found.pieces[2]
-    begin, _ = sections.beginning(numbers, found.quads[0], found.pieces[0][0])
+    numbers, steps = found.numbers(), found.pieces
+    first = family_orbits.pieces(found.setting, found.quads[0])[0]
+    begin, _ = sections.beginning(numbers, found.quads[0], first)
     again = [step(x) for x in steps]
     theirs = script.arrival(found.problem(), quad_of(found.quads[2]), again)
     return Arrived(passages.arrival(numbers, found.quads[2], steps), theirs, begin)
@@ -194,7 +180,7 @@ def test_a_set_covers_another_one_at_every_energy(found: Found, arrived: Arrived
 @pytest.mark.slow
 @pytest.mark.parametrize(("component", "at"), [(3, (0, 0, 0, 1)), (2, (2, 0, 1, 1))])
 def test_a_changed_term_of_the_energy_proves_nothing(found: Found, component: int, at: Any) -> None:
-    steps = [moved(found.pieces[2][0], component, at, 1e-5), *found.pieces[2][1:]]
+    steps = [moved(found.pieces[0], component, at, 1e-3)]
     quad, again = quad_of(found.quads[2]), [step(x) for x in steps]
     agree(
         "C3",
@@ -218,9 +204,8 @@ def test_orbits_of_all_energies_do_what_the_polynomials_say(found: Found, arrive
                 sum((x * exactly**m for m, x in enumerate(each)), Fraction(0)) for each in curves
             )
             energy = h + found.setting.spread * exactly
-            end = crossings(quad._replace(p=there), found.pieces[2], [u], [v], energy, w).states[
-                :, 0
-            ]
+            begin = points(quad._replace(p=there), [u], [v], energy)
+            end = crossings(begin, duration(found.pieces, u, v, w)).states[:, 0]
             sign = -1 if end[0] < 0 else 1
             for family, x in ((arrival.d, end[1]), (arrival.g, end[5])):
                 assert abs(float(sign * x) - value(family, u, v, w)) < family.error / 2**family.bits
@@ -270,16 +255,6 @@ def test_the_line_of_starts_is_that_of_fig_4(found: Found) -> None:
 def test_what_is_tried_is_said(wider: float, said: str) -> None:
     setting = horseshoe.ShiftProblem(BODY, H0, 14, width=wider * horseshoe.WIDTH)
     assert setting.described == f"14 half rotations{said}"
-
-
-@pytest.mark.slow
-def test_images_of_sets_of_more_half_rotations_have_more_bits(stored: Stored) -> None:
-    """They are nearer to a surface by exp(2 pi Lambda) for two more, here of Lambda = 1/sqrt(8)."""
-    of = horseshoe.ShiftProblem(BODY, H0, 14)
-    found = [horseshoe._with_bits(of._replace(lengths=n), stored.quads).bits for n in (1, 2, 3)]
-    own = horseshoe.SPARE - 2 * math.log2(min(float(quad.b) for quad in stored.quads) / of.width)
-    nearer = 2 * math.pi / math.sqrt(8) / math.log(2)
-    assert found == [math.ceil(own + 2 * nearer * k) for k in range(3)]
 
 
 def test_a_shift_is_from_the_energy_of_starts_of_one_J2() -> None:

@@ -24,7 +24,7 @@ PAGE = Path(__file__).parents[3] / "docs" / "full-shift.md"
 SHORT = (
     *("--set", "problem.n_symbols=1", "--set", "problem.halvings=3"),
     # So long a way before the first crossing takes time alone.
-    *("--set", "problem.J1_0=1/5", "--name", "short"),
+    *("--set", "problem.J1_0=1/2", "--name", "short"),
 )
 
 

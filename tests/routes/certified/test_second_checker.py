@@ -85,7 +85,7 @@ def test_both_find_the_same_bounds_and_the_same_crossings() -> None:
     problem = RouteProblem(
         Body(A=(2, 1, "3/2"), r=(1, 1, 0), mu="0.001"), exact("1.3342"), exact("1e-8"), 2
     )
-    steps = prove(problem, exact("3/10"), 70, 3, 100.0).steps
+    steps = prove(problem, exact("3/10"), 70).steps
     Interval.digits = 2 * steps[0].bits + 256
     given = {**FIG4, "J1_0": "1e-8"}
     walk = check_certificate.Walk(check_certificate.problem_of(given, Fraction(3, 10)))
