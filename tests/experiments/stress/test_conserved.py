@@ -111,11 +111,11 @@ def test_roundings_on_the_way_back_add_up_as_the_root_of_their_number(
     there = conserved.passing(SCENE, 1)[:, 0]
     once = conserved._carried(SCENE, there)
     monkeypatch.setattr(conserved, "step", lambda u: step(u) / 4)
-    assert conserved._carried(SCENE, there) == pytest.approx(2 * once)
+    assert conserved._carried(SCENE, there) / once == pytest.approx(2)
 
 
 def test_a_splitting_drifts_from_the_start_and_not_from_its_first_look() -> None:
-    assert (conserved.splitting_drift(SCENE, 2, [3], 2)[0] > 1e-9).all()
+    assert (conserved.splitting_drift(SCENE, 2, [1], 2)[0] > 1e-9).all()
 
 
 @pytest.mark.slow

@@ -134,6 +134,20 @@ def test_an_approach_ends_across_both_sets_of_its_section() -> None:
     assert told == [["", ""]] * 2 + [["C6", "C6"]] * 2
 
 
+def test_a_line_is_about_its_orbit_and_a_set_keeps_away_from_the_stable_surface() -> None:
+    """Beside that chi of the next crossing grows as -ln of the distance over Lambda."""
+    theta2 = 4.704
+    setting = family_orbits.of_start(BODY, H0, J1, theta2)._replace(half_turns=14)
+    begun = family_orbits.LineStarts(setting, J1).entered(np.array([theta2])).point
+    passed = setting.level.passage(begun, slopes=True)
+    d, chi = (np.concatenate(x) for x in zip(begun[1:], passed.point[1:], strict=True))
+    line, first = chains.links(setting, J1, chains.OrbitCrossings(theta2, d, chi))
+    assert sum(line.theta2) / 2 == pytest.approx(theta2, rel=1e-15)
+    assert isinstance(first.of, Quad)
+    away = 1 / abs(float(setting.level.exponent[0, 0]) * passed.slopes[1, 0, 0])
+    assert float(first.of.a) / away == pytest.approx(1 / 2000)
+
+
 @pytest.mark.slow
 def test_sets_of_more_half_rotations_cover_all_of_the_other_section() -> None:
     """Of each symbol two, of 14 and 16 half rotations, as far apart as the map tells."""
