@@ -64,6 +64,7 @@ def test_order_errors_are_at_rounding_whatever_the_weight(mu: str, design: Desig
     assert made.errors.inverse < 1e-12
     assert made.errors.exponents < 1e-12
     assert made.errors.floquet < 1e-12
+    assert made.errors.tail_energy == 0, "of one energy"
 
 
 @pytest.mark.parametrize("design", [FIRST, SECOND, THIRD])

@@ -29,6 +29,7 @@ from rigidpend.routes.certified.models import Family
 from rigidpend.routes.certified.pieces import FamilyStep, Quad, StartLine, made
 from rigidpend.routes.problem import RouteProblem
 from rigidpend.routes.symbolic import find_orbit
+from rigidpend.routes.symbolic.levels import onward
 from scripts import check_full_shift as script
 from scripts.check_certificate import Interval, Refused
 from tests.attacks import lot
@@ -134,18 +135,41 @@ def test_an_approach_ends_across_both_sets_of_its_section() -> None:
     assert told == [["", ""]] * 2 + [["C6", "C6"]] * 2
 
 
+def test_energies_grow_evenly_with_w() -> None:
+    spread = Fraction(1, 1000)
+    energies = sections.Numbers.of(BODY, H0, spread).energies
+    for side, end in (("lower", 1.3332), ("upper", 1.3352)):
+        assert float(getattr(energies.range, side)()) == pytest.approx(end, abs=1e-9)
+        assert float(getattr(energies.partial("w").range, side)()) == pytest.approx(1e-3, abs=1e-9)
+
+
 def test_a_line_is_about_its_orbit_and_a_set_keeps_away_from_the_stable_surface() -> None:
     """Beside that chi of the next crossing grows as -ln of the distance over Lambda."""
     theta2 = 4.704
     setting = family_orbits.of_start(BODY, H0, J1, theta2)._replace(half_turns=14)
     begun = family_orbits.LineStarts(setting, J1).entered(np.array([theta2])).point
-    passed = setting.level.passage(begun, slopes=True)
-    d, chi = (np.concatenate(x) for x in zip(begun[1:], passed.point[1:], strict=True))
-    line, first = chains.links(setting, J1, chains.OrbitCrossings(theta2, d, chi))
+    passed = list(onward(setting.level, begun, 2, slopes=True))
+    points = [begun, *(each.point for each in passed)]
+    orbit = chains.OrbitCrossings(
+        theta2, *(np.concatenate([getattr(x, name) for x in points]) for name in ("d", "chi"))
+    )
+    line, first, second = chains.links(setting, J1, orbit)
     assert sum(line.theta2) / 2 == pytest.approx(theta2, rel=1e-15)
-    assert isinstance(first.of, Quad)
-    away = 1 / abs(float(setting.level.exponent[0, 0]) * passed.slopes[1, 0, 0])
-    assert float(first.of.a) / away == pytest.approx(1 / 2000)
+    away = 1 / abs(float(setting.level.exponent[0, 0]) * passed[0].slopes[1, 0, 0])
+    sets = [link.of for link in (first, second) if isinstance(link.of, Quad)]
+    assert float(sets[0].a) / away == pytest.approx(1 / 2000)
+    # Each is as wide as it is long, at least, and holds the image of the one before.
+    assert sets[1].b >= sets[1].a
+
+
+def test_sets_of_a_rotation_more_are_told_in_twice_the_bits_by_which_they_are_nearer() -> None:
+    """Which is the Floquet multiplier, 9.22."""
+    setting, sets = horseshoe.ShiftProblem(BODY, exact(GIVEN["h"]), 14), [SimpleNamespace(b=1e-6)]
+    few, more = (
+        horseshoe._with_bits(setting._replace(lengths=n), sets).bits  # type: ignore[arg-type]
+        for n in (1, 2)
+    )
+    assert abs(more - few - 2 * math.log2(9.22)) < 1
 
 
 @pytest.mark.slow
