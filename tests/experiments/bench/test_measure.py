@@ -199,7 +199,7 @@ def test_a_worker_s_end_is_told_and_what_it_had_is_kept(
     assert dict(os.environ) == before
 
 
-def test_a_worker_has_a_budget_for_each_variant_at_each_problem_that_is_answered(
+def test_a_worker_has_a_budget_for_each_variant_at_each_problem_and_for_each_guest(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
     method = Method("x", "others", answers=("codes", "pendulum"), variants=({}, {}, {}))
@@ -212,7 +212,10 @@ def test_a_worker_has_a_budget_for_each_variant_at_each_problem_that_is_answered
     monkeypatch.setattr(compute, "by_worker", late)
     config = asking(search={"seconds": 0.5, "tolerances": [1e-3], "long_tolerances": [1e-3]})
     found = compute._search(config, "x", {"codes": {}, "free_body": {}, "pendulum": {}})
-    assert list(found) == ["codes", "pendulum"]
+    assert list(found) == ["codes", "pendulum"], "those that it answers"
+    config = asking(meeting={"threads": (1, 2), "seconds": 0.5})
+    met = compute._meeting(config, "codes", dict.fromkeys("abc", Entrant()), {})
+    assert list(met) == ["threads_1", "threads_2"]
 
 
 def test_methods_are_given_the_values_of_a_truth_alone() -> None:
