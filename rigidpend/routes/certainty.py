@@ -142,14 +142,26 @@ def decide(
         np.concatenate([piece.certain for _, piece in pieces], axis=1),
         np.concatenate([piece.bits for _, piece in pieces]),
     )
-    for bits in precisions[1:]:
+    climb(compute, found, rate, precisions[1:], single, share)
+    return found
+
+
+def climb(
+    compute: Compute,
+    found: Decided,
+    rate: float,
+    precisions: tuple[int, ...],
+    single: Collection[int] = (),
+    share: Share | None = None,
+) -> None:
+    """Decide what is open further in higher precisions, from what is found on: in its place."""
+    for bits in precisions:
         left = np.flatnonzero(~found.certain.all(axis=0))
         if not left.size:
             break
         further = functools.partial(_further, compute, found, rate, bits, bits in single)
-        for columns, piece in share(further, left, bits):
+        for columns, piece in (share or undivided)(further, left, bits):
             replace(found, columns, piece)
-    return found
 
 
 def _further(
@@ -174,24 +186,6 @@ def _further(
         decided = np.full(open_.size, bits, dtype=np.uint16)
         replace(known, open_, Decided(sharper, certain, decided))
     return known
-
-
-def climb(
-    compute: Compute,
-    found: Decided,
-    columns: Columns,
-    rate: float,
-    precisions: tuple[int, ...],
-    single: Collection[int] = (),
-) -> None:
-    """Decide some columns further, from what is found of them on, in higher precisions.
-
-    `found` is of all columns; what is decided replaces what is there. In the precisions that are
-    `single` one computation is all.
-    """
-    for bits in precisions:
-        sharper = _further(compute, found, rate, bits, bits in single, columns)
-        replace(found, columns, sharper)
 
 
 def undivided(work: Work, columns: Columns, _: int) -> list[tuple[Columns, Decided]]:

@@ -148,19 +148,15 @@ def decided_by(maps: Maps, *, sampled: bool = True) -> Mapped:
     run = maps.run
     n, rate, precisions = len(run.phases), run.rate, run.arithmetic.precisions
     within = tuple(p for p in maps.ladder if p <= maps.most_bits)
-    compute, left = with_maps(maps, run.crossings, n, precisions)
+    compute, left = with_maps(maps, run.crossings, precisions)
 
-    def share(work: certainty.Work, columns: Columns, bits: int) -> list[tuple[Columns, Decided]]:
-        # What is left is decided at once, for how much it is tells whether further maps pay.
-        if bits > 53:
-            return certainty.undivided(work, columns, bits)
+    def share(work: certainty.Work, columns: Columns, _: int) -> list[tuple[Columns, Decided]]:
         return in_pieces(work, columns, PIECE, run.jobs)
 
-    known = certainty.decide(compute, n, rate, within, share, single=maps.single)
+    # A sharper map or integration is to come, unless these bits are asked for as they are.
+    single = maps.levels.keys() - set(precisions)
+    known = certainty.decide(compute, n, rate, within, share, single=single)
     open_ = np.flatnonzero(~known.certain.all(axis=0))
-    if open_.size and maps.sharpen(open_.size / n):
-        certainty.climb(compute, known, open_, rate, (maps.most_bits,), maps.single)
-        open_ = np.flatnonzero(~known.certain.all(axis=0))
     beyond = tuple(p for p in precisions if p > maps.most_bits)
     if open_.size and beyond:
         # Parts of a plane would say so again and again.
@@ -169,7 +165,7 @@ def decided_by(maps: Maps, *, sampled: bool = True) -> Mapped:
             costs.warned(run.problem, open_.size, n, costs.beyond_maps(run.problem), reason)
         # Where they are a part other threads are at work on the rest.
         further = abreast(run) if n == run.orbits else run.crossings
-        certainty.climb(further, known, open_, rate, beyond)
+        certainty.climb(further, known, rate, beyond)
     if sampled:
         # Doubles decide at least the first symbols of each; what is beyond them takes long.
         size = -(-SAMPLE * n // run.orbits)
@@ -184,27 +180,29 @@ def decided_by(maps: Maps, *, sampled: bool = True) -> Mapped:
 
 
 def with_maps(
-    maps: Maps, integrated: Compute, n: int, precisions: tuple[int, ...]
+    maps: Maps, integrated: Compute, precisions: tuple[int, ...]
 ) -> tuple[Compute, NDArray[np.bool_]]:
-    """Computations of n columns by maps, and by integration where these do not serve.
+    """Computations by maps, and by integration where these do not serve.
 
     Nothing is integrated but in the precisions that are given. The second result tells, when all
-    is done, which columns were integrated for leaving tables.
+    is done, of which columns something was integrated.
     """
-    left = np.zeros(n, dtype=bool)
+    left = np.zeros(len(maps.run.phases), dtype=bool)
+
+    def by_integration(bits: int, scales: Scales, columns: Columns) -> Crossings:
+        left[columns] = True
+        return integrated(bits, scales, columns)
 
     def compute(bits: int, scales: Scales, columns: Columns) -> Crossings:
         if not maps.serve(bits, scales):
             if scales != certainty.THIRD or bits >= max(precisions):
-                return integrated(bits, scales, columns)
-            if bits < maps.table_bits or not maps.add_third(len(columns) / n):
-                # The next precision settles them, by one computation.
-                return no_crossings(maps.problem.n_symbols + 1, len(columns))
+                return by_integration(bits, scales, columns)
+            # The next precision settles them, by one computation.
+            return no_crossings(maps.problem.n_symbols + 1, len(columns))
         found = maps.crossings(bits, scales, columns)
         outside = np.flatnonzero(found.outcome != Outcome.COMPLETE)
         if outside.size and bits in precisions:
-            left[columns[outside]] = True
-            certainty.put(found, outside, integrated(bits, scales, columns[outside]))
+            certainty.put(found, outside, by_integration(bits, scales, columns[outside]))
         return found
 
     return compute, left

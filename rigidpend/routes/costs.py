@@ -27,19 +27,18 @@ In pairs of doubles it was 8.5 to 12.6 with 6 bodies, and in quadruples ten time
 BEYOND = 4_000.0
 """The same in more bits: integers of 160 bits were measured."""
 SHARPER, SHARPEST = 64, 80
-"""Bits of the maps that decide what those in doubles leave open, in pairs of doubles.
+"""Bits of the first map that decides what those in doubles leave open, in pairs of doubles.
 
-Those of most bits are made where the others leave so many orbits open that this pays, and at once
-where this is expected."""
+It has the larger number where passages are deep."""
 FINER = 8
-"""Bits by which the second map is sharper than the first, where these are of fewer.
+"""Bits by which the second map is sharper than the first, if it pays.
 
 So they differ by what the first errs by, and one computation by each settles as much as do those of
 two precisions: of four bodies drawn by lot they left 2 to 6 of 20,000 orbits open, where three maps
 of 64 bits left 2 to 21 and two of them 21 to 340. Of 80 and 88 bits they left 0 and 2 open of two
-bodies, and 52, 108, 127 and 148 of four whose passages take 20 to 28 rotations, where two of 80,
-and a third of three of these bodies, left 6, 271, 12 and 18. The third takes a second and more of a
-core, as long as what it would save in some ten further calls."""
+bodies, and 52, 108, 127 and 148 of four whose passages take 20 to 28 rotations. Of 64 bits and of
+doubles they left 1, 12 and 140 open of three bodies whose tables converge slowly, where those of
+72 bits would take longer than they may."""
 DEEP = 9.5
 """Rotations in a passage from which on it is.
 
@@ -136,18 +135,13 @@ def at_stake(problem: RouteProblem, orbits: int, precisions: Sequence[int] = PRE
 def wanted(problem: RouteProblem) -> tuple[tuple[int, int], ...]:
     """Bits of the first map and of the second; fewer where these do not settle or pay."""
     least = (SHARPEST, SHARPER) if passage_rotations(problem) >= DEEP else (SHARPER,)
-    pairs = ((bits, second) for bits in least for second in (bits + FINER, bits))
+    pairs = ((bits, second) for bits in least for second in (bits + FINER, 53))
     return *pairs, (53, 53)
 
 
 def budget(problem: RouteProblem, orbits: int, precisions: Sequence[int] = PRECISIONS) -> float:
     """Seconds of a core that the tables of all designs may take, if they are to pay."""
     return STAKE * orbits * (integration(problem, precisions) - by_maps(problem, precisions))
-
-
-def budget_in_pairs(problem: RouteProblem, orbits: float) -> float:
-    """The same for orbits that would be integrated in pairs of doubles."""
-    return STAKE * orbits * in_pairs(problem)
 
 
 def told(problem: RouteProblem, orbits: int, reason: str) -> None:

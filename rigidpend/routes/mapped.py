@@ -2,8 +2,9 @@
 
 Maps of different design take the places of integrations in other units: their tables differ in
 orders, nodes, arcs and units, so they share neither truncation nor rounding. In doubles two are
-compared, or three; in pairs of doubles the second has some bits more than the first. Their energies
-are those of all phases, h0 + mu sin(theta2_0) and the like.
+compared, or three; in pairs of doubles one computation is made by each, and the second has some
+bits more than the first. Their energies are those of all phases, h0 + mu sin(theta2_0) and the
+like.
 """
 
 from __future__ import annotations
@@ -12,7 +13,6 @@ import contextlib
 import functools
 import math
 import threading
-from collections.abc import Collection
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -36,13 +36,11 @@ from rigidpend.orbits.return_map.precision import precision
 from rigidpend.orbits.return_map.program import Program
 from rigidpend.orbits.return_map.storage import is_kept
 from rigidpend.routes import certainty, costs
-from rigidpend.routes.costs import FINER, SHARPER, SHARPEST, wanted
+from rigidpend.routes.costs import FINER, wanted
 from rigidpend.routes.problem import RouteProblem
 from rigidpend.routes.run import Run
 from rigidpend.routes.start import Scales
 
-BLOCK = 2048
-"""Orbits at a time: their rows then stay in a core's own memory."""
 THIRDS = 100_000
 """Orbits from which on a third map is cheaper than one of more bits for one orbit in seven.
 
@@ -122,9 +120,9 @@ class Maps:
 
     def _use(self, pair: tuple[int, int]) -> None:
         """Take maps that are made, the first and the second of which have so many bits."""
-        self.pair, self.table_bits = pair, pair[0]
-        made = {_bits_of(x, pair): x for x in (SECOND, FIRST) if self.table_bits > 53}
-        self.levels = {bits: x for bits, x in made.items() if self._fits(bits)}
+        self.pair = pair
+        made = zip(pair, (FIRST, SECOND), strict=True)
+        self.levels = {bits: x for bits, x in made if bits > 53 and self._fits(bits)}
 
     def _fits(self, bits: int) -> bool:
         """True if a map is asked for, or stands before the last precision and far from all.
@@ -135,9 +133,9 @@ class Maps:
         far = all(abs(p - bits) >= FINER for p in precisions)
         return bits in precisions or (bits < max(precisions) and far)
 
-    def _make(self, pair: tuple[int, int], most: float, used: list[Design] | None = None) -> None:
-        """Make maps side by side, of all designs in use, if they are expected to take no more."""
-        tasks = [(design, _bits_of(design, pair)) for design in used or self.designs]
+    def _make(self, pair: tuple[int, int], most: float) -> None:
+        """Make maps of all designs side by side, if they are expected to take no more."""
+        tasks = [(design, _bits_of(design, pair)) for design in self.designs]
         which = self.problem.body, *self.problem.energies
         if self.kept and not all(is_kept(*which, own, design) for design, own in tasks):
             raise MapError("none is kept")
@@ -149,30 +147,6 @@ class Maps:
                 self._budgets[own, design] = most * each / sum(expected)
         side_by_side(lambda task: self.made(*task), (), False, tasks, self.run.jobs)
 
-    def sharpen(self, share: float) -> bool:
-        """Make a map of more bits, if it pays where a share of the orbits is left open.
-
-        It pays in the place of the precisions beyond its own alone.
-        """
-        bits = SHARPEST + FINER
-        if self.table_bits == SHARPER and bits not in self.levels and self._fits(bits):
-            with contextlib.suppress(MapError):
-                most = costs.budget_in_pairs(self.problem, share * self.run.orbits)
-                self._make((bits, bits), most, [FIRST])
-                self.levels[bits] = FIRST
-                return True
-        return False
-
-    def add_third(self, share: float) -> bool:
-        """Make a third map, if it pays for a share of the orbits that would be integrated."""
-        with self._lock:
-            if THIRD not in self.designs:
-                with contextlib.suppress(MapError):
-                    most = costs.budget_in_pairs(self.problem, share * self.run.orbits)
-                    self._make(self.pair, most, [THIRD])
-                    self.designs.append(THIRD)
-            return THIRD in self.designs
-
     @property
     def most_bits(self) -> int:
         """The bits of the sharpest map that decides."""
@@ -183,27 +157,16 @@ class Maps:
         """The precisions of the run with those of the maps among them."""
         return tuple(sorted({*self.run.arithmetic.precisions, *self.levels}))
 
-    @property
-    def single(self) -> Collection[int]:
-        """Bits of which one computation is made, for there is a sharper map to compare it with."""
-        first, second = self.pair
-        return self.levels if first < second and {first, second} <= set(self.levels) else ()
-
     def serve(self, bits: int, scales: Scales) -> bool:
-        """True if there is such a map."""
-        if bits > 53 and scales == certainty.FIRST:
-            return bits in self.levels
-        return bits in (53, self.table_bits) and DESIGNS.get(scales) in self.designs
+        """True if there is such a map: in pairs of doubles one of each number of bits."""
+        if bits > 53:
+            return scales == certainty.FIRST and bits in self.levels
+        return bits == 53 and DESIGNS.get(scales) in self.designs
 
     def crossings(self, bits: int, scales: Scales, columns: Any) -> Crossings:
         """The crossings of some columns in t'; FAILED where an orbit leaves the tables."""
-        one = bits > 53 and scales == certainty.FIRST
-        design = self.levels[bits] if one else DESIGNS[scales]
-        program = self._program(bits, design)
-        blocks = [columns[k : k + BLOCK] for k in range(0, len(columns), BLOCK)] or [columns]
-        work = functools.partial(self._follow, program, bits, design)
-        parts = side_by_side(work, (), False, blocks, self.run.jobs)
-        time, separatrix = (np.concatenate(x, axis=1) for x in zip(*parts, strict=True))
+        design = self.levels[bits] if bits > 53 else DESIGNS[scales]
+        time, separatrix = self._follow(self._program(bits, design), bits, design, columns)
         outcome = np.where(separatrix[-1] != 0, Outcome.COMPLETE, Outcome.FAILED)
         return Crossings(time, separatrix, outcome.astype(np.uint8))
 
@@ -222,13 +185,13 @@ class Maps:
         # Threads ask for the same map: one makes it, and the others wait.
         with self._lock:
             if (bits, design) not in self._ready:
-                own = bits if self.levels.get(bits) == design else _bits_of(design, self.pair)
-                made, starts, coarse = self.made(design, own), self.run.starts, 0.0
+                made = self.made(design, _bits_of(design, self.pair))
+                starts, coarse = self.run.starts, 0.0
                 if bits == self.pair[0] < self.pair[1] and design == FIRST:
                     # By so much the second is sharper in any case, whatever its tables came to.
                     coarse = 2.0**FINER * self.made(SECOND, self.pair[1]).errors.largest
                 ends = starts.least if starts else self.problem, self.problem
-                least, most = (start_Qp(end, design.unit, made.bits) for end in ends)
+                least, most = (beginning(end, design, made.bits).Qp for end in ends)
                 self._ready[bits, design] = made.program(bits, least, most, coarse)
             return self._ready[bits, design]
 

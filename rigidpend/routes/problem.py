@@ -111,6 +111,7 @@ def rotation_period(problem: RouteProblem) -> float:
     return float(pendulum.period(problem.body.angles(113), problem.h0.in_context(m), m))
 
 
+@functools.lru_cache(maxsize=256)
 def passage_rotations(problem: RouteProblem) -> float:
     """Rotations of the pendulum that a passage of a periodic orbit usually takes.
 

@@ -205,35 +205,12 @@ def test_where_passages_are_long_what_maps_leave_open_goes_to_sharper_ones(
     with pytest.warns(costs.SlowRoutesWarning, match=said):
         by_maps = found(phases, **many)
     assert (at_once.codes == by_maps.codes)[at_once.certain & by_maps.certain].all()
-    sharpest = costs.SHARPEST + costs.FINER
-    open_ = by_maps.bits > costs.SHARPER + costs.FINER
-    assert open_.any()
-    assert (by_maps.bits[open_] > sharpest).all(), "for so few they do not pay"
-    monkeypatch.setattr(costs, "budget_in_pairs", lambda *_: math.inf)
-    sharper = found(phases, **many)
-    assert sharper.by_map[sharper.bits == sharpest].all()
-    assert (sharper.bits[open_] == sharpest).any()
-    assert (sharper.codes == by_maps.codes)[sharper.certain & by_maps.certain].all()
-    assert sharper.certain.all()
+    assert (by_maps.bits > costs.SHARPER + costs.FINER).any()
     no_sharper = found(phases, **many, precisions=(53, costs.SHARPER))
     assert no_sharper.bits.max() <= costs.SHARPER, "more bits are not asked for"
-
-
-def test_what_doubles_leave_open_is_decided_at_once(monkeypatch: pytest.MonkeyPatch) -> None:
-    """How much it is tells whether a third map pays; pieces would each see a share of it."""
-    deep, asked = Body(("2.629", "1.488", "1.731"), (1, 1, 0), "0.00016"), []
-    real = mapped.Maps.crossings
-
-    def noted(self: mapped.Maps, bits: int, scales: Scales, columns: Any) -> Any:
-        asked.append((bits, scales, len(columns)))
-        return real(self, bits, scales, columns)
-
-    monkeypatch.setattr(mapped.Maps, "crossings", noted)
-    monkeypatch.setattr(choice, "PIECE", 16)
-    found(PHASES[:64], deep, h0=1, method="map", precisions=(53, costs.SHARPER))
-    [left] = [n for bits, scales, n in asked if (bits, scales) == (64, certainty.FIRST)]
-    assert left > 16
-    assert sum(n == 16 for bits, *_, n in asked if bits == 53) >= 8
+    left = by_maps.bits > costs.SHARPER
+    assert not no_sharper.by_map[left].any(), "a second computation in bits that are asked for"
+    assert no_sharper.by_map[~left].all()
 
 
 def test_orbits_without_a_map_are_integrated_or_refused(monkeypatch: pytest.MonkeyPatch) -> None:

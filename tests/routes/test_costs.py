@@ -28,8 +28,8 @@ SLOW = problem(Body((2, "1.9", "1.95"), FIG4.r, "0.001"))
 def test_tables_pay_for_more_orbits_of_longer_passages() -> None:
     assert costs.budget(problem(), 20_000) == pytest.approx(20 * costs.budget(problem(), 1000))
     assert costs.budget(SLOW, 1000) > 3 * costs.budget(problem(), 1000)
-    longer = costs.budget_in_pairs(problem(n_symbols=45), 1000)
-    assert longer == pytest.approx(3 * costs.budget_in_pairs(problem(), 1000)), "symbols are alike"
+    longer = costs.in_pairs(problem(n_symbols=45))
+    assert longer == pytest.approx(3 * costs.in_pairs(problem())), "symbols are alike"
 
 
 def test_what_is_at_stake_is_seconds_and_no_number_of_orbits(

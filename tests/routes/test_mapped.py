@@ -35,12 +35,12 @@ def run(
     return Run(problem, Phases(phases), resolve(None, None, precisions), **more)
 
 
-def unmade(bits: int = costs.SHARPER, second: int = 0, **more: Any) -> Any:
+def unmade(bits: int = costs.SHARPER, second: int = 53, **more: Any) -> Any:
     """Maps of which none is made."""
     maps: Any = object.__new__(mapped.Maps)
     maps.run, maps._lock = run(**more), threading.Lock()
     maps.problem, maps.designs = maps.run.problem, [FIRST, SECOND]
-    maps._use((bits, second or bits))
+    maps._use((bits, second))
     return maps
 
 
@@ -60,54 +60,26 @@ def test_orbits_that_leave_the_tables_on_the_way_have_failed(
     np.testing.assert_array_equal(record.time, time)
 
 
-def test_orbits_in_blocks_cross_as_each_does_alone(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_orbits_cross_together_as_each_does_alone() -> None:
     maps = mapped.Maps(run(PHASES[:17]))
     alone = [maps.crossings(53, certainty.FIRST, np.array([k])) for k in range(17)]
-    monkeypatch.setattr(mapped, "BLOCK", 8)
     for n in (1, 7, 8, 9, 16, 17):
         crossed = maps.crossings(53, certainty.FIRST, np.arange(n))
         for together, parts in zip(crossed, zip(*alone[:n], strict=True), strict=True):
             np.testing.assert_array_equal(together, np.concatenate(parts, axis=-1))
 
 
-@pytest.mark.parametrize("bits", [53, costs.SHARPER, costs.SHARPEST])
-def test_a_sharper_map_is_made_once_for_the_orbits_that_are_left_open(
-    bits: int, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    """Only where the tables are in pairs of doubles, and if they pay for those orbits alone."""
-    maps, asked, sharpest = unmade(bits, of=1000), [], costs.SHARPEST + costs.FINER
-
-    def make(pair: tuple[int, int], most: float, used: Any) -> None:
-        assert used == [FIRST]
-        asked.append((pair[0], most))
-        if most < costs.budget_in_pairs(maps.problem, 100):
-            raise MapError("they do not pay")
-
-    monkeypatch.setattr(maps, "_make", make, raising=False)
-    last = unmade(bits, of=1000, precisions=(53, sharpest + costs.FINER - 1))
-    assert not last.sharpen(1.0), "what comes in its place is hardly sharper"
-    made = [maps.sharpen(share) for share in (0.05, 0.25, 0.25)]
-    assert made == [False, bits == costs.SHARPER, False]
-    budgets = [costs.budget_in_pairs(maps.problem, n) for n in (50, 250)]
-    assert asked == [(sharpest, x) for x in budgets if bits == costs.SHARPER]
-    assert (maps.most_bits == sharpest) == (bits == costs.SHARPER)
-
-
-def test_the_second_map_is_sharper_so_that_one_computation_by_each_settles() -> None:
-    """Where what is asked for goes beyond its bits; else both have the bits of the first."""
+def test_one_map_of_each_number_of_bits_serves_beyond_doubles() -> None:
     first, second = costs.SHARPER, costs.SHARPER + costs.FINER
-
-    def of(*precisions: int) -> Any:
-        return unmade(second=second, precisions=precisions)
-
-    maps = of(53, 106)
+    maps = unmade(second=second, precisions=(53, 106))
     assert maps.levels == {first: FIRST, second: SECOND}
     assert (maps.ladder, maps.most_bits) == ((53, first, second, 106), second)
-    assert set(maps.single) == {first, second}
-    served = [maps.serve(x, certainty.SECOND) for x in (53, first, second)]
-    assert served == [True, True, False]
-    served = [maps.serve(x, certainty.FIRST) for x in (53, first, second, 106)]
-    assert served == [True, True, True, False]
+    for scales, served in (
+        (certainty.FIRST, [True, True, True, False]),
+        (certainty.SECOND, [True, False, False, False]),
+        (certainty.THIRD, [False] * 4),
+    ):
+        assert [maps.serve(x, scales) for x in (53, first, second, 106)] == served
     # No nearer to what is asked for, and not beyond it.
     for precisions, levels in (
         ((53, second), [first, second]),
@@ -117,12 +89,10 @@ def test_the_second_map_is_sharper_so_that_one_computation_by_each_settles() -> 
         ((53, first + 6, 106), []),
         ((53,), []),
     ):
-        maps = of(*precisions)
+        maps = unmade(second=second, precisions=precisions)
         assert sorted(maps.levels) == levels
-        assert bool(maps.single) == (len(levels) == 2)
         assert maps.most_bits == max(levels, default=53)
-    deep = unmade(costs.SHARPEST)
-    assert (deep.levels, deep.single) == ({costs.SHARPEST: FIRST}, ())
+    assert unmade(costs.SHARPEST).levels == {costs.SHARPEST: FIRST}
     assert unmade(53).ladder == PRECISIONS
 
 
@@ -130,15 +100,16 @@ def test_the_second_map_is_sharper_so_that_one_computation_by_each_settles() -> 
 def test_what_two_maps_of_different_bits_differ_by_is_what_the_first_errs_by(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
-    """The second errs by 2^-8 of that as a rule, and never by half; a third is the truth."""
-    monkeypatch.setattr(costs, "DEEP", math.inf)
+    """The second errs by 2^-8 of that as a rule, and never by half; a sharper one is the truth."""
     phases = Phases(np.random.default_rng(2).uniform(0, 6.28, 256))
     problem = RouteProblem(GENTLE, exact("1.3342"), exact("1e-8"), 15)
+    sharp = mapped.Maps(Run(problem, phases, resolve()))
+    monkeypatch.setattr(costs, "DEEP", math.inf)
     maps = mapped.Maps(Run(problem, phases, resolve()))
-    maps.levels[costs.SHARPEST + costs.FINER] = FIRST
+    assert (maps.pair, sharp.pair) == ((64, 72), (80, 88))
     first, second, true = (
-        maps.crossings(bits, certainty.FIRST, np.arange(256)).time[-1]
-        for bits in sorted(maps.levels)
+        made.crossings(bits, certainty.FIRST, np.arange(256)).time[-1]
+        for made, bits in ((maps, 64), (maps, 72), (sharp, 88))
     )
     error, left = np.abs(first - true), np.abs(second - true)
     large = (error > 1e-9) & (error < 0.1)
@@ -147,68 +118,45 @@ def test_what_two_maps_of_different_bits_differ_by_is_what_the_first_errs_by(
     assert (left[large] / error[large]).max() < 0.5
 
 
-@pytest.mark.parametrize(("share", "pays"), [(0.05, False), (0.25, True)])
-def test_a_third_map_is_made_for_orbits_that_two_leave_doubtful(
-    share: float, pays: bool, monkeypatch: pytest.MonkeyPatch
+def test_what_maps_do_not_serve_is_left_to_more_bits_or_integrated(
+    monkeypatch: pytest.MonkeyPatch,
 ) -> None:
-    """If it pays for these; else the next precision settles them, or integration in the last."""
-    maps, columns = unmade(of=1000), np.arange(20)
+    maps, columns, integrated = unmade(of=1000), np.arange(20), list[Any]()
 
-    def make(pair: tuple[int, int], most: float, used: Any) -> None:
-        assert (pair[0], used) == (costs.SHARPER, [THIRD])
-        if most < costs.budget_in_pairs(maps.problem, 100):
-            raise MapError("it does not pay")
-
-    def whole(_: int, __: Scales, columns: Any) -> Crossings:
-        one = np.ones((4, len(columns)))
-        return Crossings(one, one.astype(np.uint8), np.full(len(columns), Outcome.COMPLETE))
-
-    monkeypatch.setattr(maps, "_make", make, raising=False)
-    monkeypatch.setattr(maps, "crossings", whole, raising=False)
-    integrated: list[int] = []
-
-    def integrate_(bits: int, scales: Scales, columns: Any) -> Crossings:
-        integrated.append(bits)
-        return whole(bits, scales, columns)
-
-    compute, _ = choice.with_maps(maps, integrate_, int(20 / share), (53, 106))
-    assert np.isnan(compute(53, certainty.THIRD, columns).time).all(), "their own bits settle it"
-    assert maps.designs == [FIRST, SECOND]
-    third = compute(costs.SHARPER, certainty.THIRD, columns)
-    assert third.outcome.tolist() == [Outcome.COMPLETE if pays else Outcome.FAILED] * 20
-    assert np.isnan(third.time).all() != pays
-    assert maps.designs == [FIRST, SECOND, THIRD][: 2 + pays]
-    assert not integrated
-    maps.designs = [FIRST, SECOND]
-    compute, _ = choice.with_maps(maps, integrate_, 20, (53,))
-    compute(53, certainty.THIRD, columns)
-    assert integrated == [53], "nothing finer is to come"
-    asked: list[Any] = []
-
-    def leaves(bits: int, scales: Scales, here: Any) -> Crossings:
-        found = whole(bits, scales, here)
+    def leaves(_: int, __: Scales, here: Any) -> Crossings:
+        one = np.ones((4, len(here)))
+        found = Crossings(one, one.astype(np.uint8), np.full(len(here), Outcome.COMPLETE))
         found.time[:, 3], found.outcome[3] = np.nan, Outcome.FAILED
         return found
 
-    def put_back(bits: int, scales: Scales, here: Any) -> Crossings:
-        asked.extend(here)
-        return whole(bits, scales, here)
+    def integrate_(bits: int, _: Scales, here: Any) -> Crossings:
+        integrated.append((bits, list(here)))
+        one = np.ones((4, len(here)))
+        return Crossings(one, one.astype(np.uint8), np.full(len(here), Outcome.COMPLETE))
 
     monkeypatch.setattr(maps, "crossings", leaves, raising=False)
-    compute, left = choice.with_maps(maps, put_back, int(20 / share), (53,))
-    assert (compute(53, Scales(), columns).time == 1).all(), "what was integrated is put back"
-    assert asked == [columns[3]] == np.flatnonzero(left).tolist(), "and nothing else"
+    compute, left = choice.with_maps(maps, integrate_, (53, 106))
+    assert np.isnan(compute(53, certainty.THIRD, columns).time).all(), "more bits settle it"
+    assert not integrated
+    assert not left.any()
+    compute, left = choice.with_maps(maps, integrate_, (53,))
+    assert (compute(53, certainty.FIRST, columns).time == 1).all(), "what left tables is put back"
+    assert integrated == [(53, [3])]
+    assert np.flatnonzero(left).tolist() == [3], "and nothing else"
+    compute(53, certainty.THIRD, columns[:2])
+    assert integrated[1:] == [(53, [0, 1])], "nothing finer is to come"
+    assert np.flatnonzero(left).tolist() == [0, 1, 3]
 
 
 @pytest.mark.parametrize(
     ("rotations", "least", "expected"),
     [
         (9.4, (64, 72), [(64, 72)]),
-        (9.4, (64, 64), [(64, 72), (64, 64)]),
-        (9.4, (53, 53), [(64, 72), (64, 64), (53, 53)]),
+        (9.4, (64, 53), [(64, 72), (64, 53)]),
+        (9.4, (53, 53), [(64, 72), (64, 53), (53, 53)]),
         (9.6, (80, 88), [(80, 88)]),
-        (9.6, (64, 72), [(80, 88), (80, 80), (64, 72)]),
-        (9.6, (53, 53), [(80, 88), (80, 80), (64, 72), (64, 64), (53, 53)]),
+        (9.6, (64, 72), [(80, 88), (80, 53), (64, 72)]),
+        (9.6, (53, 53), [(80, 88), (80, 53), (64, 72), (64, 53), (53, 53)]),
     ],
 )
 def test_passages_that_take_long_ask_for_sharper_tables_at_once(
@@ -242,7 +190,7 @@ def test_two_maps_err_independently_though_they_share_inputs() -> None:
     one, other = (
         maps.crossings(53, scales, columns).time for scales in (certainty.FIRST, certainty.SECOND)
     )
-    true = maps.crossings(maps.table_bits, certainty.SECOND, columns).time
+    true = maps.crossings(maps.most_bits, certainty.FIRST, columns).time
     error, apart = np.abs(one - true)[2:], np.abs(one - other)[2:]
     large = (error > 1e-10) & (error < 0.1)
     shares = [float((error > R * apart)[large].mean()) * R for R in (3, 10, 30)]
