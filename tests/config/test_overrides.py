@@ -99,6 +99,7 @@ problem.mu=*a | anchors and aliases are not read
 problem.mu= | problem.mu: expected a number, such as 0.1, 1e-6, 1/10 or 3*pi/40
 problem.h0=-1 | problem.h0: h0 > mu is broken: h0 = -1, mu = 0.001
 problem.A=[2, 1] | problem.A.2: required
+numerics.engine=taylr | numerics.engine: expected auto, taylor or scipy, got 'taylr'; did you mean
 experiment=route_code | experiment: no such experiment: 'route_code'; did you mean route_codes?
 """
 """A setting, and what is said behind it."""
