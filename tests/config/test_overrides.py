@@ -99,7 +99,6 @@ problem.mu=*a | anchors and aliases are not read
 problem.mu= | problem.mu: expected a number, such as 0.1, 1e-6, 1/10 or 3*pi/40
 problem.h0=-1 | problem.h0: h0 > mu is broken: h0 = -1, mu = 0.001
 problem.A=[2, 1] | problem.A.2: required
-numerics.engine=taylr | numerics.engine: expected auto, taylor or scipy, got 'taylr'; did you mean
 experiment=route_code | experiment: no such experiment: 'route_code'; did you mean route_codes?
 """
 """A setting, and what is said behind it."""
@@ -110,6 +109,11 @@ def test_a_wrong_setting_is_named_with_what_is_wrong(case: str) -> None:
     setting, said = case.split(" | ")
     [problem] = refused(FIG4, [setting])
     assert str(problem).startswith(f"--set {setting}: {said}")
+
+
+def test_a_word_that_is_none_of_some_is_told_with_the_one_that_was_meant() -> None:
+    [problem] = refused(FIG4.parent / "route_map.yaml", ["problem.rows.axis=log10_J1"])
+    assert str(problem).endswith("got 'log10_J1'; did you mean log10_J1_0?")
 
 
 def test_the_file_s_own_errors_keep_their_places(tmp_path: Path) -> None:
