@@ -90,8 +90,7 @@ def _plain(error: Any) -> str:
     got = f", got {given!r}" if isinstance(given, str | int) else ""
     if error["type"] == "literal_error" and isinstance(given, str):
         # Pydantic gives the words in one text, each in quotes.
-        words = [part for part in str(known["expected"]).split("'") if part.isalnum()]
-        got += meant(given, words)
+        got += meant(given, str(known["expected"]).split("'")[1::2])
     if error["type"] == "tuple_type" and isinstance(given, str) and "," in given:
         got += f"; write [{given.strip('()[]{} ')}]"
     if error["type"] in PLAIN:

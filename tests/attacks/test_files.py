@@ -126,6 +126,13 @@ def refused_bombs(folder: Path, count: int) -> tuple[int, float]:
     return refused, max(fuzz.peaks())
 
 
+def test_pieces_larger_than_what_may_be_read_are_refused(tmp_path: Path) -> None:
+    """The reader would make room for one of them whatever the array itself takes."""
+    path = craft.written(tmp_path, "huge virtual chunks", seal=True)
+    with pytest.raises(store.StoreError, match="is stored in pieces that are too large"):
+        store.load(path)
+
+
 @pytest.mark.slow
 def test_the_memory_that_a_bomb_takes_is_bounded(tmp_path: Path) -> None:
     # In a fresh process, which has started nothing else.

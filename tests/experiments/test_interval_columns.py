@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from fractions import Fraction
 from types import SimpleNamespace
 from typing import Any
 
@@ -11,6 +12,7 @@ import pytest
 from rigidpend.experiments.route_intervals import compute
 from rigidpend.experiments.route_intervals.compute import contradictions
 from rigidpend.numbers.expressions import NO_SYMBOL
+from rigidpend.routes.certified.checker import Undecided
 from tests.experiments.trees import reference
 
 # The quarters of the line: two symbols are proven on the first, one on the third.
@@ -48,6 +50,21 @@ def test_a_column_has_the_symbols_of_its_interval(
     # What is uncertain contradicts nothing.
     columns["certain"][:] = False
     assert contradictions(INTERVALS, columns) == []
+
+
+def test_an_interval_that_is_not_proven_again_is_in_no_theorem(monkeypatch: Any) -> None:
+    def doubted(part: Any, _: Any) -> None:
+        raise Undecided(f"the interval {part}")
+
+    monkeypatch.setattr(compute, "arranged", lambda *_: (["0/2^1"], [Fraction(1, 2)]))
+    config: Any = SimpleNamespace(problem=None)
+    monkeypatch.setattr(compute, "_again", lambda *_: None)
+    assert compute.theorems(config, {}) == [
+        "1 symbol, the same on each interval, of all starts on 1/2 of the line, 0.5"
+    ]
+    monkeypatch.setattr(compute, "_again", doubted)
+    with pytest.raises(ArithmeticError, match=r"the interval 0/2\^1"):
+        compute.theorems(config, {})
 
 
 def test_a_run_ends_with_an_error_where_a_column_is_another(monkeypatch: Any) -> None:

@@ -177,6 +177,14 @@ def test_elsewhere_every_line_is_plain_and_a_failure_says_nothing_of_what_is_lef
     assert file.getvalue() == said
 
 
+def test_a_log_has_no_word_on_what_is_left_where_nothing_tells() -> None:
+    file = io.StringIO()
+    with Clocked(2, stream=file) as shown:
+        shown.hear("b", "computing")
+        shown.at(4.0).end("a", well=True)
+    assert file.getvalue() == "b: computing\n"
+
+
 @pytest.mark.parametrize(
     ("time", "said"),
     [(0.4, "0 s"), (99.4, "99 s"), (100, "2 min"), (5400, "90 min"), (9000, "2.5 h")],

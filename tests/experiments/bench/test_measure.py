@@ -198,6 +198,25 @@ def test_a_worker_s_end_is_told_and_what_it_had_is_kept(
     assert dict(os.environ) == before
 
 
+def test_a_worker_has_a_budget_for_each_variant_at_each_problem_and_for_each_guest(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    method = Method("x", "others", answers=("codes", "pendulum"), variants=({}, {}, {}))
+    monkeypatch.setitem(METHODS, "x", method)
+
+    def late(_: Any, __: Any, budgets: float) -> Any:
+        assert budgets == 3.0
+        return [], "late"
+
+    monkeypatch.setattr(compute, "by_worker", late)
+    config = asking(search={"seconds": 0.5, "tolerances": [1e-3], "long_tolerances": [1e-3]})
+    found = compute._search(config, "x", {"codes": {}, "free_body": {}, "pendulum": {}})
+    assert list(found) == ["codes", "pendulum"], "those that it answers"
+    config = asking(meeting={"threads": (1, 2), "seconds": 0.5})
+    met = compute._meeting(config, "codes", dict.fromkeys("abc", Entrant()), {})
+    assert list(met) == ["threads_1", "threads_2"]
+
+
 def sleeping(clock: list[float], each: float, n_symbols: int, first: float = 0.0) -> Any:
     """A method that takes so many seconds for an orbit, more at first, and doubts the first one."""
     left = [first]
@@ -386,6 +405,11 @@ def test_orbits_of_fig5_end_half_a_passage_behind_their_last_crossing() -> None:
     times = route(task).time
     behind = task.times[0] * problems.time_unit(task.body) - times[-1]
     np.testing.assert_allclose(behind, (times[-1] - times[-2]) / 2, rtol=0, atol=0.501)
+
+
+def test_free_bodies_turn_both_ways_about_both_axes() -> None:
+    M = problems.free_body(SimpleNamespace(orbits=4, turns=1)).states[:3]
+    assert [np.sign(M[k % 2, k]) for k in range(4)] == [1, 1, -1, -1]
 
 
 def test_random_orbits_are_the_same_in_every_run() -> None:

@@ -10,7 +10,7 @@ import pytest
 
 from rigidpend.experiments.bench import methods as choice
 from rigidpend.experiments.bench.methods import METHODS, PROBLEMS, Entrant
-from rigidpend.experiments.bench.schema import Config
+from rigidpend.experiments.bench.schema import Config, Workload
 from tests.config.samples import content as typed
 from tests.experiments.bench.data import record
 
@@ -64,6 +64,21 @@ def test_knobs_stop_where_a_method_takes_no_finer(content: Any) -> None:
     usual = choice.best("codes", "cyrk", {}, content.search)
     assert usual == Entrant(1e-13, {"method": "DOP853"})
     assert choice.knobs("lie_poisson", content.search, True) == [8, 16, 32]
+
+
+def test_what_a_config_leaves_out_of_the_problems_is_what_the_full_one_says(content: Any) -> None:
+    assert content.problem == Workload()
+
+
+def test_scipy_takes_the_finest_tolerance_that_it_is_asked_for_and_none_finer() -> None:
+    from scipy.integrate import DOP853
+
+    def ask(tolerance: float) -> None:
+        DOP853(lambda _, y: y, 0.0, np.ones(1), 1.0, rtol=tolerance, atol=1e-9)
+
+    ask(choice.FINEST_SCIPY)
+    with pytest.warns(UserWarning, match="rtol"):
+        ask(0.95 * choice.FINEST_SCIPY)
 
 
 def test_every_default_is_a_method_that_answers() -> None:

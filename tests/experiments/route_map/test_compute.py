@@ -10,6 +10,7 @@ import pytest
 
 from rigidpend import Body, route_codes
 from rigidpend.experiments.route_map import compute as route_map
+from rigidpend.machine import files
 from rigidpend.routes import choice
 from rigidpend.routes.cells import Cells, cells_of_starts
 from tests.experiments.trees import asked, computed, differences
@@ -31,6 +32,13 @@ def content(*settings: str) -> Any:
 @pytest.fixture(scope="module")
 def data() -> Any:
     return computed(content(ONE_ZOOM))
+
+
+def test_a_plane_has_room_for_the_cells_of_all_its_parts(monkeypatch: pytest.MonkeyPatch) -> None:
+    asked_for: list[Any] = []
+    monkeypatch.setattr(files, "afford", lambda *given: asked_for.append(given))
+    content(ONE_ZOOM)
+    assert asked_for == [("theta2_0", 2 * 5 * 4, 3 + 2, "40 cells of 3 symbols")]
 
 
 def test_every_cell_is_the_orbit_of_its_middle(data: Any) -> None:

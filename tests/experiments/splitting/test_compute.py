@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 import pytest
 
+from rigidpend.experiments import splitting
 from rigidpend.experiments.shared import SMALL as SMALL_RATIO
 from rigidpend.experiments.shared import slope
 from tests.experiments.trees import asked, computed, differences
@@ -31,6 +32,23 @@ def test_all_are_resolved_and_the_errors_are_small_beside_what_is_measured(data:
     assert bodies["resolved"].all()
     assert (bodies["error"] < 0.01 * np.abs(bodies["excess"][..., 0])).all()
     assert bodies["excess"].shape[:2] == (2, 4)
+
+
+def test_a_slope_is_as_sure_as_its_logarithms_are() -> None:
+    """Of two weights by the worse one; what is not resolved has no share in it."""
+
+    def allowed(*excess: float) -> float:
+        stored = {
+            "resolved": np.array([[True, True, False]]),
+            "mu_over_h0": np.full((1, 3), 1e-3),
+            "excess": np.array([[[x, 9.0] for x in (*excess, 1e-12)]]),
+        }
+        [found] = splitting._slope("", stored, stored)
+        return float(found) - splitting.RELATIVE
+
+    one = allowed(1e-3, 2e-3)
+    assert one == pytest.approx(splitting.MARGIN * splitting.admitted(1e-3) / 1e-3)
+    assert allowed(-4e-3, 2e-3) == pytest.approx(one / 2)
 
 
 def test_order_the_slopes_are_one_for_the_curve_and_two_for_its_cosine(data: Any) -> None:

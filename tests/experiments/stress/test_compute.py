@@ -18,6 +18,7 @@ from rigidpend.experiments.contract import Means
 from rigidpend.experiments.stress import compute as stress
 from rigidpend.experiments.stress import extremes, scenes
 from rigidpend.experiments.stress.scenes import Claim, Findings, Trial
+from rigidpend.experiments.stress.schema import Addresses, Extremes, LongTime
 from rigidpend.results import store
 from rigidpend.routes.problem import ProblemError
 from tests.config.samples import refused
@@ -44,6 +45,12 @@ def trial(kind: str, name: str, claim: str, value: float, up_to: float = 0.0) ->
     declared = Claim(claim, 1.0, "what is measured", "why", "rad", "known", up_to)
     found = Findings([value])
     return Trial(kind, name, (declared,), lambda: found)
+
+
+def test_what_a_config_leaves_out_is_what_the_full_one_says() -> None:
+    full = asked(config="stress")
+    assert (full.long_time, full.extremes) == (LongTime(), Extremes())
+    assert full.addresses == Addresses()
 
 
 def test_claims_of_one_group_come_together(monkeypatch: pytest.MonkeyPatch) -> None:

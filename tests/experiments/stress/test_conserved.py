@@ -9,6 +9,7 @@ import pytest
 
 from rigidpend.experiments.lie_poisson import splitting
 from rigidpend.experiments.stress import conserved
+from rigidpend.experiments.stress.passages import step
 from rigidpend.experiments.stress.scenes import Scene
 from rigidpend.mechanics.coordinates import Aligned, body_from_aligned, scale
 from rigidpend.mechanics.equations import aligned
@@ -90,6 +91,31 @@ def test_scipy_keeps_its_tolerance() -> None:
     made = drift("scipy", 1e-9, 10, 2)
     assert (len(verdicts(made)), failed(made)) == (3, set())
     assert made["curves"]["scipy_1.0e-09"]["drift"].max() > 1e-13
+
+
+def test_a_drift_is_held_against_the_tolerances_of_all_steps(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    shares = np.array([[0.9], [1.1], [0.5]])
+    monkeypatch.setattr(
+        conserved,
+        "_engine_drift",
+        lambda scene, _, tolerance, marks, __: shares * tolerance * marks[1:] / step(scene.u),
+    )
+    assert failed(drift("scipy", 1e-9)) == {"scipy at 1.0e-09, gamma"}
+
+
+def test_roundings_on_the_way_back_add_up_as_the_root_of_their_number(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    there = conserved.passing(SCENE, 1)[:, 0]
+    once = conserved._carried(SCENE, there)
+    monkeypatch.setattr(conserved, "step", lambda u: step(u) / 4)
+    assert conserved._carried(SCENE, there) / once == pytest.approx(2)
+
+
+def test_a_splitting_drifts_from_the_start_and_not_from_its_first_look() -> None:
+    assert (conserved.splitting_drift(SCENE, 2, [1], 2)[0] > 1e-9).all()
 
 
 @pytest.mark.slow

@@ -135,9 +135,12 @@ def test_no_flag_lies_where_maps_are_spoilt_but_one_that_asks_for_no_agreement(
 def test_no_orbit_is_lost_where_the_starts_share_them(monkeypatch: pytest.MonkeyPatch) -> None:
     shares: list[Any] = []
     monkeypatch.setattr(honesty, "trial", lambda *given: shares.append(given[2:4]))
-    trials = list(honesty.trials(asked("honesty.orbits=8", "honesty.checked=4"), 1))
+    monkeypatch.setattr(honesty, "maps_trial", lambda *given: given)
+    trials: Any = list(honesty.trials(asked("honesty.orbits=8", "honesty.checked=4"), 1))
     assert shares == [(3, 2), (3, 1), (2, 1)]
-    assert [x.name for x in trials[4:]] == ["spoilt maps", "addresses own body", "addresses body 1"]
+    _, _, _, _, of_maps, *rest = trials
+    assert of_maps == (RouteProblem(FIG4, exact("1.3342"), exact("1e-8"), 15), 1, 2, 1)
+    assert [x.name for x in rest] == ["addresses own body", "addresses body 1"]
 
 
 @pytest.mark.slow
@@ -188,3 +191,6 @@ def test_random_bodies_are_bodies_and_differ() -> None:
         assert A1 - A3 > 0.14
         assert A3 - A2 > 0.2
         assert 0 < mu < float(problem.h0) / 100
+    energies = [float(problem.h0) for problem in drawn]
+    assert 0.8 <= min(energies) < 0.9
+    assert 1.5 < max(energies) <= 1.6

@@ -24,6 +24,7 @@ from rigidpend.orbits.integrate import (
     in_turn,
     neighbours,
     no_crossings,
+    silent_outcome,
 )
 from rigidpend.orbits.integrate.batch import written
 from rigidpend.orbits.integrate.passages import UNDECIDED, zeros
@@ -116,13 +117,28 @@ def test_an_orbit_is_complete_with_its_last_crossing_and_not_with_a_touch() -> N
 def test_the_depth_of_a_touch_is_relative_to_the_momentum_alone(
     gap: float, expected: list[int]
 ) -> None:
-    """M3 of the reference turns at a gap from zero, and its neighbour's with it."""
-    series = np.zeros((3, 6, 2))
+    """M3 of the second neighbour turns at a gap from zero, where the others are far from it."""
+    series = np.zeros((3, 6, 3))
     series[:, 2, 0] = 0.25 + gap, -1.0, 1.0
     series[0, :2, 0] = 0.6, 0.8
-    series[0, 2:, 0] = 0.25 + gap, 1e4, 1e4, 1e4
-    found = [separatrix for _, _, separatrix in neighbours.crossed(series)]
-    assert found == expected
+    series[0, 2:, 0] = 1.25 + gap, 1e4, 1e4, 1e4
+    series[0, 2, 1:] = 9.0, -1.0
+    found = [(orbit, separatrix) for orbit, _, separatrix in neighbours.crossed(series)]
+    assert found == [(1, x) for x in expected]
+
+
+@pytest.mark.parametrize(
+    ("components", "outcome"),
+    [
+        ((0, 1), Outcome.ASYMPTOTIC),
+        ((1, 0), Outcome.ASYMPTOTIC),
+        ((1, 1e-300), Outcome.NO_CROSSING),
+    ],
+)
+def test_an_orbit_that_crosses_no_more_is_asymptotic_on_an_invariant_plane(
+    components: tuple[float, float], outcome: Outcome
+) -> None:
+    assert silent_outcome(*components) == outcome
 
 
 HEAVY = Body(A=(2, 1, "1.5"), r=(1, 3, 0), mu="0.4")

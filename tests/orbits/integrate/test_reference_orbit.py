@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from fractions import Fraction
 from itertools import islice, pairwise
 from types import SimpleNamespace
@@ -16,6 +17,7 @@ from rigidpend.numbers.exact import exact
 from rigidpend.orbits.integrate import Outcome, bigint, neighbours
 from rigidpend.orbits.integrate.reference_orbit import (
     BLOCK,
+    PRECISIONS,
     ReferenceOrbit,
     reference_bits,
     rung,
@@ -63,6 +65,24 @@ def test_the_length_of_a_step_is_a_double(engine: str, bits: int) -> None:
     assert found.reaches(7)
     for before, after in pairwise(found.points[:8]):
         assert after.exact_time - before.exact_time == Fraction(after.step) > 0
+
+
+def test_a_precision_falls_where_growth_has_taken_its_bits_and_no_sooner(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    falling, used = orbit(PHASE, BITS), {}
+    advanced = falling.advanced
+
+    def noted(state: Any, bits: int) -> Any:
+        used[len(falling.points) - 1] = bits
+        return advanced(state, bits)
+
+    monkeypatch.setattr(falling, "advanced", noted)
+    assert falling.reaches(150)
+    growth = np.maximum.accumulate(falling.growth) / falling.growth[0]
+    left = {k: BITS - math.log2(growth[k]) for k in used}
+    assert min(left.values()) < 106 < max(left.values())
+    assert used == {k: min(x for x in PRECISIONS if x >= bits) for k, bits in left.items()}
 
 
 @pytest.mark.slow

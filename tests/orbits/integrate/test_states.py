@@ -47,10 +47,10 @@ def rotor(state: Any, m: Any) -> tuple[Any, Any]:
 
 
 def error(engine: str, tolerance: float | None) -> float:
-    """Of several rotors alike, each at times of its own, forwards and backwards."""
-    times = np.linspace(0, 4 * ellipk(K2), 30)[:, None] * [1, -1, 0.5]
+    """Of two rotors alike, each at times of its own, forwards and backwards."""
+    times = np.linspace(0, 4 * ellipk(K2), 30)[:, None] * [1, -0.5]
     _, _, dn, amplitude = ellipj(times, K2)
-    begin = np.repeat([[0.0], [2.0]], 3, axis=1)
+    begin = np.repeat([[0.0], [2.0]], 2, axis=1)
     found = states_at(rotor, begin, times, engine=engine, tolerance=tolerance)
     return float(np.abs(found - [2 * amplitude, 2 * dn]).max())
 

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from rigidpend.orbits.integrate import Outcome, batch
-from rigidpend.orbits.integrate.kernel import taylor_step
+from rigidpend.orbits.integrate.kernel import following, taylor_step
 from rigidpend.orbits.integrate.kernel.machine_code import LANES
 from rigidpend.orbits.integrate.passages import touch
 from tests.orbits.integrate.problems import GENERIC, fan, find, same, task
@@ -67,6 +67,38 @@ def test_steps_are_noted_to_twice_the_depth_of_a_touch_of_the_largest_orbit(bits
     run.carried(8)
     largest = np.linalg.norm(states[:3], axis=0).max()
     assert depths == [pytest.approx(2 * touch(bits) * largest, rel=1e-12)]
+
+
+def noted(begin: Any, after: float) -> Any:
+    """A note of a step of 1 on which M begins so, and M3 goes evenly to a value."""
+    [step] = np.zeros(1, following.note(3, 53))
+    step["series"][:, 0, 0], step["length"], step["after"] = begin, 1.0, after
+    step["series"][2, 1, 0], step["steady"] = after - begin[2], 1.0
+    return step
+
+
+@pytest.mark.parametrize("sense", [1, -1])
+def test_a_crossing_just_where_two_steps_meet_is_one(sense: int) -> None:
+    steps = np.array([noted((1, -1, -sense), 0.0), noted((1, -1, 0.0), sense)])
+    assert batch.crossings_on(steps, 53).shape == (3, 1)
+
+
+def test_a_touch_is_as_deep_as_the_momentum_allows_where_the_step_begins(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    def none(_: Any, depth: float, __: Any) -> list[Any]:
+        assert depth == pytest.approx(touch(53) / 2)
+        return []
+
+    monkeypatch.setattr(batch, "crossings_of_series", none)
+    assert batch._isolated([noted((0.3, 0.0, 0.4), 0.1)], 53).size == 0
+
+
+def test_an_orbit_that_is_no_number_any_more_is_given_up() -> None:
+    run = batch.Batch(task(fan(3), 53), 53, 2.0**-52)
+    run.load()
+    run.states[4, 1] = np.nan
+    assert run._ended().tolist() == [False, True, False]
 
 
 def test_numbers_of_the_kernel_have_the_bits_that_are_asked_for() -> None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from pathlib import Path
 
 import numpy as np
@@ -11,11 +12,13 @@ from rigidpend import Body
 from rigidpend.machine import cache as caches
 from rigidpend.machine import code_hash
 from rigidpend.machine.cache import KeptFileWarning
+from rigidpend.numbers.checked import ParameterError
 from rigidpend.numbers.exact import exact
 from rigidpend.orbits.return_map import (
     MapError,
     ReturnMap,
     build,
+    checks,
     return_map,
     storage,
 )
@@ -25,7 +28,9 @@ from rigidpend.orbits.return_map.build import (
     THIRD,
     Design,
 )
+from rigidpend.orbits.return_map.charts import _branch
 from rigidpend.orbits.return_map.precision import precision
+from rigidpend.orbits.return_map.reduced import coefficients
 from scripts import stated_maps
 from tests.bodies import FIG4, GENERIC
 
@@ -55,6 +60,7 @@ def same(a: ReturnMap, b: ReturnMap) -> bool:
 def test_order_errors_are_at_rounding_whatever_the_weight(mu: str, design: Design) -> None:
     errors = return_map(Body((2, 1, "1.5"), (1, 1, 0), mu), h=H, design=design).errors
     assert max(errors.charts, errors.inverse, errors.exponents, errors.floquet) < 1e-12
+    assert errors.tail_energy == 0, "of one energy"
 
 
 @pytest.mark.parametrize("design", [FIRST, SECOND, THIRD])
@@ -164,19 +170,41 @@ def test_a_map_over_its_budget_is_refused_and_that_is_kept(
     h = exact(H)
     needed = build.expected_cost(FIG4, h, h, 53, FIRST)
     assert 0.001 < needed < 1
-    told = f"would take {needed:.2g} s of a core at least, more than the {needed / 2:.2g} s that"
+    told = f"would take {needed:.2g} s of a core at least, more than the {0.9 * needed:.2g} s that"
+    monkeypatch.setattr(build, "_attempt", lambda *_: pytest.fail("tables are made"))
     for _ in range(2):
         with pytest.raises(build.Costly, match=told):
-            return_map(FIG4, h=H, budget=needed / 2)
+            return_map(FIG4, h=H, budget=0.9 * needed)
         storage._kept.cache_clear()
-        monkeypatch.setattr(build, "_attempt", lambda *_: pytest.fail("tables are made"))
     monkeypatch.undo()
     monkeypatch.setenv("XDG_CACHE_HOME", str(cache.parent.parent))
     assert return_map(FIG4, h=H, budget=2 * needed).cost == needed
     storage._kept.cache_clear()
     with pytest.raises(build.Costly, match=told):
-        return_map(FIG4, h=H, budget=needed / 2)
+        return_map(FIG4, h=H, budget=0.9 * needed)
     assert return_map(FIG4, h=H).cost == needed
+
+
+def test_what_is_no_design_is_refused() -> None:
+    with pytest.raises(ParameterError, match="design must be a Design"):
+        return_map(FIG4, h=H, design="1")  # type: ignore[arg-type]
+
+
+def test_points_at_which_a_map_is_checked_fill_its_tables() -> None:
+    for places in checks._points(np.random.default_rng(0), 50)[:2]:
+        assert np.abs(places).max() <= 1
+        within = places[np.abs(places) < 1]
+        assert within.min() < -0.9
+        assert within.max() > 0.9
+
+
+@pytest.mark.parametrize("side", [1, -1])
+def test_an_arc_that_is_longer_by_a_turn_ends_a_turn_later(side: int) -> None:
+    a = precision(53)
+    h, c = 1.3342, coefficients(FIG4.angles(113), "1", a)
+    turn = 2 * math.pi / math.sqrt(2 * h * float(c.aligned.kappa))
+    first, second = (_branch(0.3, side, x, h, c, a) for x in (5.0, 5.0 + turn))
+    assert second - first == pytest.approx(2 * math.pi * side)
 
 
 def test_a_refusal_is_kept(cache: Path, monkeypatch: pytest.MonkeyPatch) -> None:

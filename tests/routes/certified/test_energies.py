@@ -29,6 +29,7 @@ from rigidpend.routes.certified.models import Family
 from rigidpend.routes.certified.pieces import FamilyStep, Quad, StartLine, made
 from rigidpend.routes.problem import RouteProblem
 from rigidpend.routes.symbolic import find_orbit
+from rigidpend.routes.symbolic.levels import onward
 from scripts import check_full_shift as script
 from scripts.check_certificate import Interval, Refused
 from tests.attacks import lot
@@ -120,6 +121,32 @@ def test_an_approach_ends_across_both_sets_of_its_section() -> None:
     # Of sets so high that the image does not reach from end to end.
     each += [(quad._replace(a=1000 * quad.a), first) for quad, first in each]
     assert covered(setting, (link.of, link.pieces()), each) == ["", "", "C6", "C6"]
+
+
+def test_energies_grow_evenly_with_w() -> None:
+    spread = Fraction(1, 1000)
+    energies = sections.Numbers.of(BODY, H0, spread).energies
+    for side, end in (("lower", 1.3332), ("upper", 1.3352)):
+        assert float(getattr(energies.range, side)()) == pytest.approx(end, abs=1e-9)
+        assert float(getattr(energies.partial("w").range, side)()) == pytest.approx(1e-3, abs=1e-9)
+
+
+def test_a_line_is_about_its_orbit_and_a_set_keeps_away_from_the_stable_surface() -> None:
+    """Beside that chi of the next crossing grows as -ln of the distance over Lambda."""
+    theta2, setting = 4.704, horseshoe.ShiftProblem(BODY, H0, 14)
+    begun = family_orbits.LineStarts(setting, J1).entered(np.array([theta2])).point
+    passed = list(onward(setting.level, begun, 2, slopes=True))
+    points = [begun, *(each.point for each in passed)]
+    orbit = chains.OrbitCrossings(
+        theta2, *(np.concatenate([getattr(x, name) for x in points]) for name in ("d", "chi"))
+    )
+    line, first, second = chains.links(setting, J1, orbit)
+    assert sum(line.theta2) / 2 == pytest.approx(theta2, rel=1e-15)
+    away = 1 / abs(float(setting.level.exponent[0, 0]) * passed[0].slopes[1, 0, 0])
+    sets = [link.of for link in (first, second) if isinstance(link.of, Quad)]
+    assert float(sets[0].a) / away == pytest.approx(1 / 2000)
+    # Each is as wide as it is long, at least, and holds the image of the one before.
+    assert sets[1].b >= sets[1].a
 
 
 @pytest.mark.slow
@@ -255,6 +282,16 @@ def test_the_line_of_starts_is_that_of_fig_4(found: Found) -> None:
 def test_what_is_tried_is_said(wider: float, said: str) -> None:
     setting = horseshoe.ShiftProblem(BODY, H0, 14, width=wider * horseshoe.WIDTH)
     assert setting.described == f"14 half rotations{said}"
+
+
+def test_images_of_sets_of_more_half_rotations_have_more_bits() -> None:
+    """They are nearer to a surface by exp(2 pi Lambda) for two more, here of Lambda = 1/sqrt(8)."""
+    of = horseshoe.ShiftProblem(BODY, H0, 14)
+    sets: Any = [SimpleNamespace(b=2e-7), SimpleNamespace(b=1e-7)]
+    found = [horseshoe._with_bits(of._replace(lengths=n), sets).bits for n in (1, 2, 3)]
+    own = horseshoe.SPARE - 2 * math.log2(1e-7 / of.width)
+    nearer = 2 * math.pi / math.sqrt(8) / math.log(2)
+    assert found == [math.ceil(own + 2 * nearer * k) for k in range(3)]
 
 
 def test_a_shift_is_from_the_energy_of_starts_of_one_J2() -> None:

@@ -2,15 +2,27 @@
 
 from __future__ import annotations
 
+import contextlib
 from typing import Any
 
 import numpy as np
 import pytest
 
 from rigidpend.orbits.return_map import SectionPoint
-from rigidpend.routes.symbolic.chain import NoOrbit, System, on_surface, passages, signs_of
-from rigidpend.routes.symbolic.shortest import INSIDE, exactly, path, shortest
-from tests.routes.symbolic.fig4 import level
+from rigidpend.orbits.return_map.precision import precision
+from rigidpend.routes.problem import RouteProblem
+from rigidpend.routes.symbolic.chain import (
+    NoOrbit,
+    System,
+    on_surface,
+    passages,
+    section_points,
+    section_states,
+    signs_of,
+)
+from rigidpend.routes.symbolic.levels import surface
+from rigidpend.routes.symbolic.shortest import INSIDE, _lessened, exactly, path, shortest
+from tests.routes.symbolic.fig4 import BODY, J1_0, H, chain_of, level
 
 SYMBOLS = np.array([0, 1, 1, 0, 0])
 TURNS = (11, 10, 12, 11, 14)
@@ -91,6 +103,51 @@ def test_few_half_rotations_leave_room() -> None:
     assert np.abs(made.chi / np.pi - made.cells).max() <= INSIDE
     # The splitting allows no shorter passage beside the surface.
     assert np.diff(made.cells)[0] >= level().half_turns(level().splitting) - 1
+
+
+def test_passages_are_lessened_while_their_neighbourhood_stays_inside() -> None:
+    """By one each, though the second passage exists with one less; also where others are before."""
+    word = np.random.default_rng(1).integers(0, 2, 14)
+    one, made = System(level(), on_surface, signs_of(word)), chain_of(word)
+    for k in (1, 10):
+        fewer = _lessened(one, made, made.cells, k)
+        assert (made.cells - fewer).tolist() == [0] * (k + 1) + [1] * (14 - k)
+
+
+def test_no_unknown_changes_by_more_than_half_a_radian_at_once(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    seen, right = [], System.evaluated
+
+    def evaluated(self: System, x: Any) -> Any:
+        seen.append(x.copy())
+        return right(self, x)
+
+    monkeypatch.setattr(System, "evaluated", evaluated)
+    one = system()._replace(last=float(np.pi * CELLS[-1]))
+    with contextlib.suppress(NoOrbit):
+        one.solved(one.guess(np.pi * CELLS, 0.0) + 0.8)
+    steps = np.abs(np.diff(seen, axis=0)).max(axis=1)
+    assert steps.max() == pytest.approx(0.5)
+
+
+def test_points_of_the_section_are_read_off_states_beside_any_separatrix() -> None:
+    """Mirror images have the same place."""
+    here, a = level(), precision(53)
+    d, chi = np.array([1e-3, -2e-3, 3e-3, 4e-4]), np.array([0.3, -1.2, 2.9, -2.0])
+    states = section_states(d, chi, here.h, here.c, a)
+    for sides in (1, np.array([-1, -1, 1, 1, 1, -1])[:, None]):
+        found = section_points(sides * states, here.c, a)
+        np.testing.assert_array_equal(found.rising, [True, False] * 2)
+        np.testing.assert_allclose(found.d, d, rtol=1e-12)
+        np.testing.assert_allclose(found.chi, chi, rtol=1e-12)
+
+
+def test_an_orbit_arrives_otherwise_as_its_phase_changes() -> None:
+    arrival = surface(RouteProblem(BODY, H, J1_0, 1)).begin(level())
+    early, here, late = (arrival(1.2 + x) for x in (-1e-3, 0.0, 1e-3))
+    assert here.I_slope == pytest.approx((late.I - early.I) / 2e-3, rel=1e-5)
+    assert here.b_slope == pytest.approx((late.b - early.b) / 2e-3, rel=1e-5)
 
 
 def test_too_few_half_rotations_end_in_a_fold() -> None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from fractions import Fraction
 from typing import Any
 
@@ -9,8 +10,9 @@ import numpy as np
 import pytest
 
 from rigidpend import Body, address_of, find_orbit, route_codes
+from rigidpend.numbers.exact import context
 from rigidpend.orbits.return_map import MapError
-from rigidpend.routes.symbolic import Address, AddressError, NoOrbit, find
+from rigidpend.routes.symbolic import Address, AddressError, NoOrbit, find, refine
 from tests.orbits.integrate.problems import FIG4
 
 START: dict[str, Any] = {"h0": "1.3342", "J1_0": "1e-8"}
@@ -51,6 +53,92 @@ def test_the_orbit_returns_on_its_own_way() -> None:
     code = codes_of(FIG4, found.theta2_0, 8, START)
     signs = [int(s) == (k % 2 == 0) for k, s in enumerate(code)]
     assert signs == signs[::-1]
+
+
+def test_crossings_are_told_as_much_further_than_the_phase_as_a_change_of_it_grows(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """By integration of two orbits beside the one that is found; four digits are to spare.
+
+    Of the first crossing a change of the energy has a share of its own.
+    """
+    grown, growth = [], refine._growth
+
+    def grow(*of: Any) -> Any:
+        grown.append(growth(*of))
+        return grown[-1]
+
+    def legs(_: Any, chain: Any, __: Any, needed: Any, ___: int) -> Any:
+        assert min(needed + grown[0]) == pytest.approx(12 + 4)
+        phases = [chain.unknown + x for x in (-1e-7, 1e-7)]
+        given: Any = {"n_symbols": 2, "method": "integration", "precisions": (53,)}
+        times = route_codes(FIG4, phases, **START, **given).crossing_time
+        moved = np.log10(np.abs(times[:, 1] - times[:, 0]) / 2e-7)
+        assert grown[0][0] == pytest.approx(moved[0], abs=0.5)
+        assert grown[0][1:] == pytest.approx(moved[1:], abs=1e-3)
+        raise NoOrbit("seen")
+
+    monkeypatch.setattr(refine, "_growth", grow)
+    monkeypatch.setattr(refine, "_Legs", legs)
+    with pytest.raises(NoOrbit, match="seen"):
+        find_orbit(FIG4, "a 0^11 1^12", **START, digits=12)
+
+
+@pytest.mark.parametrize(("off", "told"), [(1e-14, 20), (1e-12, 12), (1e-7, 7)])
+def test_a_crossing_counts_as_known_two_digits_short_of_what_it_needs(
+    off: float, told: int
+) -> None:
+    """Of two crossings that need 20 and 15 digits the second was so far off."""
+    legs: Any = object.__new__(refine._Legs)
+    m = legs.m = context(200)
+    legs.needed, legs.most, legs.theta, legs.least = [20.0, 15.0], 20.0, m.mpf(1), m.mpf(0)
+    legs.states, legs.times = [np.array([m.mpf(0)] * 6) for _ in range(2)], [m.mpf(0)] * 2
+    legs._start = lambda _: None
+    ends = [x + m.mpf(0) for x in legs.states]
+    ends[1][4] += off
+    legs._ends = lambda *_: (ends, legs.times)
+    slopes = [np.array([[m.mpf(1)]] * 6), np.eye(6, dtype=object) * m.mpf(1)]
+    assert legs._corrected(slopes, 20, 1) == pytest.approx(told)
+
+
+@pytest.mark.parametrize(
+    ("digits", "kinds"),
+    [
+        (30, [106]),
+        (60, [106, 212]),
+        (80, [106, 212]),
+        (130, [106, 212, 424]),
+        (200, [106, 212, 424]),
+    ],
+)
+def test_no_more_digits_are_said_to_be_known_than_slopes_can_have_told(
+    digits: int, kinds: list[int]
+) -> None:
+    """Legs that are no legs: a correction gains as many as its slopes have, or doubles them.
+
+    Slopes have half of the digits of their numbers, less what the thin layer takes; at the first
+    crossings the map errs by half a digit less than it may.
+    """
+    legs: Any = object.__new__(refine._Legs)
+    legs.needed, legs.most = np.array([float(digits)]), float(digits)
+    legs.m = context(4 * digits)
+    legs.theta, legs.times, asked = legs.m.mpf(1), [legs.m.mpf(0)], []
+    right = 9.5
+
+    def differences(bits: int, _: int) -> list[float]:
+        asked.append(bits)
+        return [min(right, bits / 2 / math.log2(10) - refine.THIN)]
+
+    def corrected(slopes: list[float], aim: float, _: int) -> float:
+        nonlocal right
+        before = right
+        right = min(aim, before + slopes[0], 2 * before - refine.CURVED)
+        return min(legs.most, before)
+
+    legs._differences, legs._corrected = differences, corrected
+    legs.run()
+    assert right >= digits
+    assert asked == kinds
 
 
 @pytest.mark.slow
