@@ -130,7 +130,7 @@ class MapPlan(NamedTuple):
         )
 
 
-def cost(o: Orders, c: Coefficients, h: float, bits: int) -> float:
+def cost(o: Orders, c: Coefficients, h: float, bits: int, *, theta3: bool) -> float:
     """Seconds of a core for tables of these orders, made in pairs of doubles.
 
     Of 15 bodies drawn by lot tables that took 0.16 to 2.6 s cost 0.9 to 1.12 times as much.
@@ -138,7 +138,7 @@ def cost(o: Orders, c: Coefficients, h: float, bits: int) -> float:
     charts = sum(math.prod(x) for x in table_sizes(o.n_x, o.n_phase, o.n_energy, FORWARD))
     inverses = sum(math.prod(x) for x in table_sizes(o.n_x, o.n_phase_inverse, o.n_energy, INVERSE))
     terms = (o.degree + 1) * (o.degree + 3) / 4 * o.n_phase_orbit
-    arc = 60 + 0.9 * quadrature_points(o.length, c, h, bits) + 0.004 * terms
+    arc = 60 + 0.9 * quadrature_points(o.length, c, h, bits) * theta3 + 0.004 * terms
     back = 20 + 0.011 * o.n_x * o.n_phase_inverse
     series = 0.018 * o.n_energy * o.n_phase_orbit * o.degree**3
     return 0.03 + (2 * charts * arc + 2 * inverses * back + series) * 1e-6

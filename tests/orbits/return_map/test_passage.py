@@ -12,6 +12,7 @@ import pytest
 from rigidpend import Body
 from rigidpend.orbits.integrate.states import states_at
 from rigidpend.orbits.return_map import ReturnMap, SectionPoint, return_map
+from rigidpend.orbits.return_map.build import FIRST
 from rigidpend.orbits.return_map.poincare import section_state
 from rigidpend.orbits.return_map.precision import precision
 from rigidpend.orbits.return_map.reduced import coefficients, theta3_rate
@@ -89,6 +90,24 @@ def test_invariant_forward_then_backward_is_the_identity(body: Body, rising: boo
     assert (back.mirrored == there.mirrored)[ok].all()
     sign = np.where(there.mirrored, -1, 1)
     np.testing.assert_allclose((there.theta3 + sign * back.theta3)[ok], 0, atol=1e-12)
+
+
+@pytest.mark.parametrize("backward", [False, True])
+@pytest.mark.parametrize("rising", [True, False])
+def test_agrees_a_map_for_codes_with_one_that_tells_theta3_too(
+    body: Body, rising: bool, backward: bool
+) -> None:
+    whole, short = return_map(body, h=H), return_map(body, h=H, design=FIRST)
+    here = points(whole, rising)
+    a, b = (x.at(H).passage(here, backward=backward, slopes=True) for x in (whole, short))
+    assert b.theta3 is None
+    assert b.slopes.shape == (3, 2, N)
+    ok = a.inside & b.inside
+    assert ok.sum() > N / 2
+    grown = 1e-14 * (1 + np.abs(a.slopes).max(axis=(0, 1)))
+    for x, y in ((a.point.d, b.point.d), (a.turned, b.turned), (a.time / 30, b.time / 30)):
+        assert (np.abs(x - y) < grown)[ok].all()
+    np.testing.assert_allclose(b.slopes[..., ok], a.slopes[:3][..., ok], rtol=1e-9)
 
 
 @pytest.mark.parametrize("rising", [True, False])
