@@ -47,8 +47,10 @@ SLACK = 2.0**13
 With the body of Fig. 4 finished maps err by some tens of them, and by 700 at mu = 0.01."""
 SPARE_BITS = 6
 """Bits by which the tables of a map are sharper than it is said to be, in pairs of doubles."""
-TOLD = 16
+TOLD = 2
 """Factor by which tables may err more than their last coefficients."""
+MOST_MORE = 0.2
+"""Share by which the degree of the normal form is raised for another attempt, at most."""
 MARGIN_BITS = 2
 """Bits by which the first coefficients left out are planned to be below what tables resolve.
 
@@ -256,12 +258,15 @@ def build(
         before, small = errors.largest, allowed / 8
         x, phase, energy = (tail > small for tail in errors[-3:])
         told = TOLD * max(errors[-3:])
-        if errors.inverse > told:
+        if errors.inverse > max(told, allowed / 2):
             # By terms of both, for an inverse chart is solved from the chart's own table.
             phase = energy = True
         # What the tails don't tell of a chart is the normal form's own.
         inner = errors.charts > told or not (x or phase or energy)
-        planned = planned.larger(inner=inner, x=x, phase=phase, energy=energy)
+        # A degree more gains as much as those before it.
+        share = math.log(max(errors.charts, 2 * small) / small) / -math.log(small)
+        more = min(MOST_MORE, share) if inner else 0.0
+        planned = planned.larger(inner=1 + more, x=x, phase=phase, energy=energy)
     else:
         raise MapError(
             f"the tables don't settle: in the last of {ATTEMPTS} attempts they err by"

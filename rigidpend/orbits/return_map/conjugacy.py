@@ -265,9 +265,9 @@ class TorusSeries:
             j, k = self.powers[parity].T
             by_u, by_v = j * of_u[:, np.maximum(j - 1, 0)], k * of_v[:, np.maximum(k - 1, 0)]
             at_u, at_v = of_u[:, j], of_v[:, k]
-            terms = np.stack((at_u * at_v, by_u * at_v, at_u * by_v), axis=2)
-            found.append(np.matmul(c, terms))
-        value, along_u, along_v = np.concatenate(found, axis=1).T
+            terms = at_u * at_v, by_u * at_v, at_u * by_v
+            found.append([np.einsum("...i,...i", c, x[:, None]) for x in terms])
+        value, along_u, along_v = (np.concatenate(x, axis=1).T for x in zip(*found, strict=True))
         return value, along_u, along_v
 
 

@@ -105,6 +105,7 @@ def normal_form(
     a: Precision,
     *,
     theta3: bool = True,
+    least: float = 0.0,
 ) -> NormalForm:
     """Find the normal form to a total degree, on n phases.
 
@@ -122,6 +123,8 @@ def normal_form(
     a : Precision
     theta3 : bool, optional
         Whether theta3 is wanted too.
+    least : float, optional
+        Relative size of terms at the radius from which on there are enough of them.
 
     Raises
     ------
@@ -135,9 +138,12 @@ def normal_form(
         if theta3:
             finder.extend_mean(D, 2, finder.sigma)
         finder.rotation.append(finder.extend_mean(D - 1, 3, finder.tau))
-        if not finder.sharp and finder.share(D, radius) < GUARD * 2.0 ** (53 - a.bits):
+        share = finder.share(D, radius)
+        if share < least:
+            break
+        if not finder.sharp and share < GUARD * 2.0 ** (53 - a.bits):
             finder.go_on_in_doubles()
-    return finder.record(energies, degree, radius)
+    return finder.record(energies, D, radius)
 
 
 class _Momentum(Jet):
