@@ -42,19 +42,17 @@ class TorusRates(NamedTuple):
 def torus_rates(exponent: Scalar, rotation: Scalar, I: Scalar, counts: Any = None) -> TorusRates:
     """The rates from their coefficients (E, K) at the invariants I, in E groups."""
     by_power = _powers(I, max(exponent.shape[1], rotation.shape[1]))
-    found = (_polynomial(c, by_power, counts) for c in (exponent, rotation))
+    each = len(I) // len(exponent) if counts is None else counts
+    found = (_polynomial(np.repeat(c, each, axis=0), by_power) for c in (exponent, rotation))
     return TorusRates(*next(found), *next(found))
 
 
-def _polynomial(c: Any, by_power: Any, counts: Any) -> tuple[Any, Any]:
+def _polynomial(c: Any, by_power: Any) -> tuple[Any, Any]:
     """The values and the slopes of polynomials of which the powers are known, (N,) each."""
     few = c.shape[1]
     slopes = c[:, 1:] * np.arange(1, few)
-    value, slope = (
-        grouped(by_power[:, :k], x[:, :, None], counts)[:, 0]
-        for k, x in ((few, c), (few - 1, slopes))
-    )
-    return value, slope
+    value = (by_power[:, :few] * c).sum(axis=1)
+    return value, (by_power[:, : few - 1] * slopes).sum(axis=1)
 
 
 def _powers(x: Any, n: int) -> Any:
