@@ -7,6 +7,7 @@ import json
 import re
 import shutil
 import subprocess
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
@@ -18,9 +19,9 @@ QUIET = """--headless --no-sandbox --disable-gpu --disable-quic --no-first-run
 FRAME = """<!doctype html><meta charset="utf-8"><pre id="found"></pre><script>
 const ready = page => page.defaultView.MathJax?.startup?.promise ?? Promise.resolve();
 const look = {look};
-async function open(name) {{
+async function open(name, width) {{
   const frame = document.createElement("iframe");
-  frame.style = "width:{width}px;height:900px";
+  frame.style = `width:${{width}}px;height:900px`;
   frame.src = name;
   const loaded = new Promise(done => frame.onload = done);
   document.body.append(frame);
@@ -32,27 +33,30 @@ async function open(name) {{
   return found;
 }}
 (async () => {{
-  const found = {{}};
-  for (const name of {names}) found[name] = await open(name);
+  const found = [];
+  for (const width of {widths})
+    for (const name of {names}) found.push([width, name, await open(name, width)]);
   document.getElementById("found").textContent = JSON.stringify(found);
 }})();
 </script>"""
 
 
-def measured(folder: Path, names: list[str], width: int, look: str) -> dict[str, Any]:
-    """What a function of JavaScript finds on pages of a folder, in a frame of so many pixels.
+def measured(
+    folder: Path, names: Sequence[str], widths: Sequence[int], look: str
+) -> dict[tuple[int, str], Any]:
+    """What a function of JavaScript finds on pages of a folder, in frames of so many pixels.
 
     The function takes the page's document; formulas are set before.
     """
     frame = folder / "measure.html"
-    frame.write_text(FRAME.format(look=look, width=width, names=json.dumps(names)))
+    frame.write_text(FRAME.format(look=look, widths=[*widths], names=json.dumps([*names])))
     try:
         [text] = re.findall(
             r'<pre id="found">(.*?)</pre>', browse(folder, "--dump-dom", frame.name)
         )
     finally:
         frame.unlink()
-    return dict(json.loads(html.unescape(text)))
+    return {(width, name): found for width, name, found in json.loads(html.unescape(text))}
 
 
 def browse(folder: Path, what: str, page: str) -> str:

@@ -72,7 +72,7 @@ def gathered(target: Path, tree: Any) -> tuple[float, float, float]:
         kept, _ = timed(lambda: parts.keep("tile", lambda: tree))
         read, again = timed(lambda: parts.keep("tile", lambda: tree))
         fields = {name: PLANE[name] for name in again}
-        result = store.Result({}, {}, {}, datasets(fields, again))
-        written, _ = timed(lambda: store.write(target, result))
+        result = datasets(fields, again)
+        written, _ = timed(lambda: store.write(target, result, {}, {}, {}))
         parts.drop()
     return kept, read, written

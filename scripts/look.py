@@ -46,8 +46,7 @@ def main(folder: Path) -> int:
     names = sorted(path.name for path in folder.glob("*.html"))
     lines = [
         f"{name} at {width} pixels: {said}"
-        for width in WIDTHS
-        for name, found in browser.measured(folder, names, width, LOOK).items()
+        for (width, name), found in browser.measured(folder, names, WIDTHS, LOOK).items()
         for said in faults(found)
     ]
     print("\n".join(lines) or f"{len(names)} pages looked at")

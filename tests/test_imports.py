@@ -10,25 +10,33 @@ import pytest
 from rigidpend.cli import COMMANDS
 from rigidpend.orbits.integrate.arithmetic import default_engine
 from tests.config.samples import SMALL, changed, written
-from tests.processes import modules, python
+from tests.processes import python
 
 HEAVY = {"numpy", "scipy", "h5py", "mpmath", "pydantic", "yaml", "matplotlib", "heyoka", "flint"}
 
-COMMAND = """
+DO = """
 import json, sys
+import rigidpend
+print("modules", *sys.modules)
+from click.shell_completion import ShellComplete
 from rigidpend.cli import main
-for line in json.loads(sys.argv[1]):
-    try:
-        main(line.split(), prog_name="rigidpend")
-    except SystemExit as end:
-        assert not end.code, (line, end.code)
+for lines in json.loads(sys.argv[1]):
+    for program, *words in map(str.split, lines.splitlines()):
+        if program == "complete":
+            *before, last = words
+            assert ShellComplete(main, {}, "rigidpend", "X").get_completions(before, last), words
+            continue
+        try:
+            main(words, prog_name="rigidpend")
+        except SystemExit as end:
+            assert not end.code, (words, end.code)
     print("modules", *sys.modules)
 """
 
 
 def after_each(folder: Path, *lines: str) -> list[set[str]]:
-    """The modules that a process has imported after each of the commands that it does in turn."""
-    done = python(folder, "-c", COMMAND, json.dumps(lines))
+    """The modules that a process has imported with the package, and after each of some lines."""
+    done = python(folder, "-c", DO, json.dumps(lines))
     assert done.returncode == 0, done.stderr
     told = (line.split() for line in done.stdout.splitlines())
     return [set(words[1:]) for words in told if words[:1] == ["modules"]]
@@ -48,48 +56,20 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
 @pytest.fixture(scope="module")
 def by_run(folder: Path) -> set[str]:
     """The modules that a first run imports."""
-    [found] = after_each(folder, "run small.yaml -j 1")
-    return found
+    return after_each(folder, "rigidpend run small.yaml -j 1")[-1]
 
 
-def test_the_package_alone_imports_nothing_heavy(tmp_path: Path) -> None:
-    found = modules("import rigidpend", tmp_path)
-    assert found & HEAVY == set()
-    assert {name for name in found if name.startswith("rigidpend.")} == set()
-
-
-HELP = """
-import sys
-from rigidpend.cli import main
-for line in (*LINES, "--help", "--version", "completion zsh"):
-    try:
-        main(line.split(), prog_name="rigidpend")
-    except SystemExit as end:
-        assert not end.code, (line, end.code)
-"""
-COMPLETION = """
-import json, sys
-from click.shell_completion import ShellComplete
-from rigidpend.cli import main
-for line in json.loads(sys.argv[1]):
-    *before, last = line.split(" ")
-    offered = ShellComplete(main, {}, "rigidpend", "X").get_completions(before, last)
-    assert offered, line
-"""
-
-
-def test_help_and_completion_of_names_import_nothing_heavy(tmp_path: Path) -> None:
-    """One process asks for all: whoever of them imports something is found by asking fewer."""
-    helps = [f"{name} --help" for name in COMMANDS]
-    found = modules(HELP.replace("LINES", repr(helps)), tmp_path)
-    assert {f"rigidpend.cli.{name}" for name in ("run", "find", "measure")} <= found
-    assert found & HEAVY == set()
-    assert modules(COMPLETION, tmp_path, "run fig", "ru", "run fig4 --for") & HEAVY == set()
-
-
-def test_completion_of_keys_imports_nothing_that_computes(tmp_path: Path) -> None:
-    found = modules(COMPLETION, tmp_path, "run fig4 --set problem.")
-    assert found & (HEAVY - {"yaml", "pydantic"}) == set()
+def test_the_package_help_and_completion_import_nothing_heavy(tmp_path: Path) -> None:
+    """One process does all in turn: whoever of them imports something is found by asking fewer."""
+    helps = [f"rigidpend {words}" for words in ("--help", "--version", "completion zsh")]
+    helps += [f"rigidpend {name} --help" for name in COMMANDS]
+    names = "complete run fig\ncomplete ru\ncomplete run fig4 --for"
+    keys = "complete run fig4 --set problem."
+    alone, helped, named, keyed = after_each(tmp_path, "\n".join(helps), names, keys)
+    assert {name for name in alone if name.startswith("rigidpend.")} == set()
+    assert {f"rigidpend.cli.{name}" for name in ("run", "find", "measure")} <= helped
+    assert (alone | helped | named) & HEAVY == set()
+    assert keyed & (HEAVY - {"yaml", "pydantic"}) == set()
 
 
 @pytest.mark.slow
@@ -108,7 +88,8 @@ def test_a_run_imports_one_engine_and_never_matplotlib(by_run: set[str]) -> None
 def test_what_shows_and_a_run_of_what_is_up_to_date_import_no_engine_and_no_drawing(
     folder: Path, by_run: set[str]
 ) -> None:
-    described, *_, found = after_each(folder, "describe small.yaml", "list", "run small.yaml")
+    lines = (f"rigidpend {words}" for words in ("describe small.yaml", "list", "run small.yaml"))
+    _, described, _, found = after_each(folder, *lines)
     assert "h5py" not in described
     assert "rigidpend.runs.runner" in found
     engines = {"heyoka", "llvmlite", "scipy.integrate", "rigidpend.orbits.integrate.bigint"}
@@ -121,7 +102,7 @@ def test_render_imports_nothing_that_computes_and_no_display(
     folder: Path, by_run: set[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setenv("MPLBACKEND", "nonsense")
-    [found] = after_each(folder, "render small.yaml")
+    found = after_each(folder, "rigidpend render small.yaml")[-1]
     assert (folder / "results" / "small.png").is_file()
     assert "matplotlib" in found
     assert "matplotlib.pyplot" not in found

@@ -62,10 +62,11 @@ def test_arrays_have_their_dimensions_units_and_coordinates(result: Any) -> None
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("path", sorted(REFERENCE.glob("*.h5")), ids=lambda path: path.stem)
-def test_every_stored_array_is_in_the_tree(path: Path) -> None:
+@pytest.mark.parametrize("name", ["fig2", "fig3", "fig4_zoom", "asymptotic_orbits"])
+def test_every_stored_array_is_in_the_tree(name: str) -> None:
+    """Of groups of one kind, of several and inside each other."""
     pytest.importorskip("xarray")
-    loaded = rigidpend.load(path)
+    loaded = rigidpend.load(REFERENCE / f"{name}.h5")
 
     def compare(node: Any, values: Any) -> int:
         count = 0
@@ -88,7 +89,7 @@ def test_the_file_itself_has_named_dimensions_with_scales(result: Any) -> None:
         assert [list(dimension) for dimension in codes.dims] == [[], ["theta2_0"]]
         assert codes.dims[1]["theta2_0"] == file["data/only/theta2_0"]
     # They are no part of what is compared, and a result with them is read like any other.
-    assert "DIMENSION_LIST" not in store.outline(result.path)["/data/only/codes"]
+    assert "DIMENSION_LIST" not in store.load_outlined(result.path)[1]["/data/only/codes"]
     assert set(store.load(result.path)["data"]) == {"only"}
 
 

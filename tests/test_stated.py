@@ -7,14 +7,14 @@ import pytest
 from scripts import stated
 
 CASES = {
-    "splitting": 3,
-    "precession": 2,
-    "exponents": 2,
-    "closed_orbits`: `exponent": 2,
-    "periodic_orbit": 8,
-    "herpolhodes`: `crossing_error": 3,
+    "splitting": 1,
+    "precession": 1,
+    "exponents": 1,
+    "closed_orbits`: `exponent": 1,
+    "periodic_orbit": 4,
+    "herpolhodes`: `crossing_error": 1,
 }
-"""Some that take a second or two; `scripts.stated` tries many more."""
+"""Some that take a second or less; `scripts.stated` tries many more."""
 
 
 @pytest.mark.slow

@@ -28,7 +28,7 @@ if TYPE_CHECKING:
     from rigidpend.machine.progress import Progress
     from rigidpend.runs.loading import LoadedConfig
     from rigidpend.runs.logs import Logs
-    from rigidpend.runs.runner import Plan, State
+    from rigidpend.runs.runner import Plan
 
 CLUSTERED = 32
 """Configs at a time that a cluster computes: each takes a thread here, which waits."""
@@ -116,10 +116,10 @@ def run_command(
     from rigidpend.runs.logs import Logs
 
     paths = configs_of(names, folder, name)
-    known: dict[Path, Sequence[LoadedConfig | State]] = {}
+    known: dict[Path, Sequence[LoadedConfig | Plan]] = {}
     for x in paths if not (force or sweeps or name) else ():
-        if (state := runner.recalled(x, folder_of(x, folder), settings)) and not state.reason:
-            known[x] = [state]
+        if (plan := runner.recalled(x, folder_of(x, folder), settings)) and not plan.reason:
+            known[x] = [plan]
     if changed := [x for x in paths if x not in known]:
         from rigidpend.runs import loading
 
@@ -193,7 +193,7 @@ class Runs:
 
     def plan(
         self,
-        config: LoadedConfig | State,
+        config: LoadedConfig | Plan,
         path: Path,
         place: Path,
         settings: Sequence[str],
@@ -206,26 +206,25 @@ class Runs:
         outcome = RunOutcome(config.name, "up to date", config.experiment)
         self.outcomes.append(outcome)
         try:
-            if isinstance(config, runner.State):
-                state = config
+            if isinstance(config, runner.Plan):
+                planned = config
             elif force:
-                state = runner.plan(config, place, force=True)
+                planned = runner.plan(config, place, force=True)
             else:
-                state = runner.plan_kept(config, path, place, settings)
+                planned = runner.plan_kept(config, path, place, settings)
         except Exception as error:
             if not self.keep_going:
                 raise
             say(f"rigidpend: {self._failed(outcome, error, None)}")
             return
-        outcome.file = str(state.target)
-        outcome.engine = state.fingerprint["engine"]
-        outcome.config_hash = state.fingerprint["config_hash"]
-        outcome.code_hash = state.fingerprint["code_hash"]
-        if isinstance(state, runner.Plan) and state.reason:
-            outcome.status, outcome.reason = "planned", state.reason
-            self.waiting.append((state, outcome))
-            if cost := runner.expected_seconds(state):
-                self.expected[state.name] = cost
+        outcome.file = str(planned.target)
+        for key, value in planned.fingerprint.items():
+            setattr(outcome, key, value)
+        if planned.reason:
+            outcome.status, outcome.reason = "planned", planned.reason
+            self.waiting.append((planned, outcome))
+            if cost := runner.expected_seconds(planned):
+                self.expected[planned.name] = cost
 
     def at_once(self, files: int) -> int:
         """Number of configs side by side: of several files so many that none outlasts all others.

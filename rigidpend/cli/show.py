@@ -15,7 +15,7 @@ from rigidpend.cli.options import JSON, NAMED, OUT, SETTINGS, complete_names
 from rigidpend.config import catalogue
 
 if TYPE_CHECKING:
-    from rigidpend.runs.runner import State
+    from rigidpend.runs.runner import Plan
 
 
 @click.command("list")
@@ -67,7 +67,7 @@ def _entries(folder: Path) -> Iterator[dict[str, Any]]:
             continue
         for member in group.members:
             swept.add(member.name)
-            found: State | Exception
+            found: Plan | Exception
             try:
                 found = runner.plan_kept(member, path, place)
             except Exception as error:  # noqa: BLE001
@@ -88,7 +88,7 @@ def _named(folder: Path) -> list[tuple[str, Path]]:
 
 
 def _entry(
-    path: Path, name: str, experiment: str | None, found: State | Exception
+    path: Path, name: str, experiment: str | None, found: Plan | Exception
 ) -> dict[str, Any]:
     """The entry of a result; a bad config or a damaged result does not hide the others."""
     told: dict[str, Any] = {"name": name, "experiment": experiment}

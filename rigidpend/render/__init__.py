@@ -76,11 +76,10 @@ def render(sources: Sequence[Path], target: Path, *, force: bool = False) -> boo
     StoreError
         A result cannot be read, or the figure not written.
     """
-    if len(sources) > 1:
-        experiment = str(store.attributes(sources[0])["experiment"])
-        if not hasattr(experiments.drawing(experiment), "draw_together"):
-            return None
-    origin = drawn_from(sources)
+    experiment = str(store.attributes(sources[0])["experiment"])
+    if len(sources) > 1 and not hasattr(experiments.drawing(experiment), "draw_together"):
+        return None
+    origin = drawn_from(sources, experiment)
     if not force and kept(target, origin):
         return False
     files.make_way(target)
@@ -93,9 +92,8 @@ def render(sources: Sequence[Path], target: Path, *, force: bool = False) -> boo
     return True
 
 
-def drawn_from(sources: Sequence[Path]) -> str:
-    """Fingerprint of all that an image of some results depends on."""
-    experiment = str(store.attributes(sources[0]).get("experiment", ""))
+def drawn_from(sources: Sequence[Path], experiment: str) -> str:
+    """Fingerprint of all that an image of some results of an experiment depends on."""
     drawing = inside("experiments", experiment, "draw.py")
     own = [inside("render", name) for name in ("__init__.py", "captions.py")]
     certificates = map(storage.certificate_of, sources)

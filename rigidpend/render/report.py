@@ -120,7 +120,8 @@ def _section(source: Path) -> ResultSection:
             certificate = beside(source)
         except store.StoreError as error:
             doubt = f"nothing is marked as proven: {remedies.told(error)}"
-        drawn = render.kept(source.with_suffix(".png"), render.drawn_from([source]))
+        origin = render.drawn_from([source], str(result["attributes"]["experiment"]))
+        drawn = render.kept(source.with_suffix(".png"), origin)
         return section(marked(result, certificate), drawn)._replace(doubt=doubt)
     except render.Undrawable as error:
         said = store.StoreError.of(source, str(error))

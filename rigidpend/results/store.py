@@ -17,7 +17,7 @@ import json
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
 from pathlib import Path
-from typing import Any, NamedTuple, TypeAlias, TypeVar
+from typing import Any, TypeAlias, TypeVar
 
 import h5py
 import numpy as np
@@ -42,9 +42,10 @@ from rigidpend.results import structure
 from rigidpend.results.damage import grant, intact, tried
 from rigidpend.results.structure import Checker, Unfit, told
 
-__all__ = ["OtherVersion", "Result", "StoreError", "load", "opened", "prepare", "write"]
+__all__ = ["OtherVersion", "StoreError", "load", "opened", "prepare", "write"]
 
 Attributes: TypeAlias = Mapping[str, Any]
+Outline: TypeAlias = dict[str, dict[str, Any]]
 Found = TypeVar("Found")
 
 FORMAT, FORMAT_VERSION = "rigidpend", 1
@@ -61,24 +62,16 @@ CONFIG, DEEPEST = 2**22, 32
 """Characters of a config, and its brackets inside each other, at most."""
 
 
-class Result(NamedTuple):
-    """A result file's content."""
-
-    attributes: Attributes
-    """Attributes of the root; format and version are added."""
-    config: Mapping[str, Any]
-    """The resolved config, as plain data."""
-    provenance: Attributes
-    data: Tree
-
-
-def write(path: Path, result: Result) -> None:
+def write(
+    path: Path, data: Tree, attributes: Attributes, config: Any, provenance: Attributes
+) -> None:
     """Write a result file: in memory first, then under its name in one step.
 
-    StoreError where it cannot be written: what was there before is untouched.
+    Format and version are added to the attributes of its root; the config is plain data. StoreError
+    where it cannot be written: what was there before is untouched.
     """
-    with image(result.data) as file:
-        finish(file, path, *result[:3])
+    with image(data) as file:
+        finish(file, path, attributes, config, provenance)
 
 
 @contextmanager
@@ -245,10 +238,21 @@ def load(path: Path, layout: Layout | None = None, *, ratio: int = RATIO) -> Loa
     Layout, ratio and errors are those of :func:`opened`; StoreError also where a checksum says that
     the data changed on disk, or where values are not finite that must be.
     """
-    return read(path, lambda file: loaded(file, layout), whole=True, layout=layout, ratio=ratio)
+    return read(path, lambda file: _loaded(file, layout), whole=True, layout=layout, ratio=ratio)
 
 
-def loaded(file: h5py.File, layout: Layout | None = None) -> Loaded:
+def load_outlined(
+    path: Path, layout: Layout | None = None, *, ratio: int = RATIO
+) -> tuple[Loaded, Outline]:
+    """A file as :func:`load` gives it, and its :func:`outline`."""
+
+    def both(file: h5py.File) -> tuple[Loaded, Outline]:
+        return _loaded(file, layout), outline(file)
+
+    return read(path, both, whole=True, layout=layout, ratio=ratio)
+
+
+def _loaded(file: h5py.File, layout: Layout | None) -> Loaded:
     """The whole of an open file as plain data (see :func:`load`)."""
     found: Loaded = {
         "attributes": dict(file.attrs),
@@ -278,16 +282,11 @@ def attributes(path: Path) -> dict[str, Any]:
     return read(path, lambda file: dict(file.attrs))
 
 
-def outline(path: Path) -> dict[str, dict[str, Any]]:
-    """Every object of a result file by its place, ``/`` first, with its attributes.
+def outline(file: h5py.File) -> Outline:
+    """Every object of an open file by its place, ``/`` first, with its attributes.
 
     Datasets have two more, ``(kind)`` of their numbers and ``(dimensions)``.
     """
-    return read(path, outlined)
-
-
-def outlined(file: h5py.File) -> dict[str, dict[str, Any]]:
-    """Every object of an open file (see :func:`outline`)."""
     found = {"/": dict(file.attrs)}
     file.visititems(lambda name, node: found.update({f"/{name}": _features(node)}))
     return found

@@ -60,8 +60,8 @@ def expected_seconds(
     if costs.at_stake(problem, orbits, precisions):
         from rigidpend.routes.mapped import expected_tables
 
-        tables = expected_tables(problem, orbits)
-        if tables <= costs.budget(problem, orbits, precisions):
+        tables = expected_tables(problem, orbits, costs.budget(problem, orbits, precisions))
+        if tables < math.inf:
             return tables + orbits * costs.by_maps(problem, precisions)
     return orbits * costs.integration(problem, precisions)
 
@@ -153,9 +153,7 @@ def decided_by(maps: Maps, *, sampled: bool = True) -> Mapped:
     def share(work: certainty.Work, columns: Columns, _: int) -> list[tuple[Columns, Decided]]:
         return in_pieces(work, columns, PIECE, run.jobs)
 
-    # A sharper map or integration is to come, unless these bits are asked for as they are.
-    single = maps.levels.keys() - set(precisions)
-    known = certainty.decide(compute, n, rate, within, share, single=single)
+    known = certainty.decide(compute, n, rate, within, share, single=maps.single)
     open_ = np.flatnonzero(~known.certain.all(axis=0))
     beyond = tuple(p for p in precisions if p > maps.most_bits)
     if open_.size and beyond:

@@ -55,13 +55,18 @@ def designs_of(orbits: int) -> list[Design]:
     return [FIRST, SECOND, THIRD][: 3 if orbits >= THIRDS else 2]
 
 
-def expected_tables(problem: RouteProblem, orbits: int) -> float:
-    """Seconds of a core for the tables of so many orbits; infinity where they have no map."""
-    which, pair = (problem.body, *problem.energies), wanted(problem)[0]
-    try:
-        return sum(expected_cost(*which, _bits_of(x, pair), x) for x in designs_of(orbits))
-    except MapError:
-        return math.inf
+def expected_tables(problem: RouteProblem, orbits: int, most: float) -> float:
+    """Seconds of a core for the tables of so many orbits, of the sharpest maps that may be made.
+
+    They take no more than `most`; infinity where none do, or the orbits have no map.
+    """
+    which = problem.body, *problem.energies
+    with contextlib.suppress(MapError):
+        for pair in wanted(problem):
+            each = (expected_cost(*which, _bits_of(x, pair), x) for x in designs_of(orbits))
+            if (tables := sum(each)) <= most:
+                return tables
+    return math.inf
 
 
 def _bits_of(design: Design, pair: tuple[int, int]) -> int:
@@ -157,15 +162,24 @@ class Maps:
         """The precisions of the run with those of the maps among them."""
         return tuple(sorted({*self.run.arithmetic.precisions, *self.levels}))
 
+    @property
+    def single(self) -> set[int]:
+        """Bits of maps of which one computation is made, for a sharper one is to come.
+
+        A second one at the first map's bits would be by the second map, whose own are next.
+        """
+        return {bits for bits in self.levels if bits < max(self.run.arithmetic.precisions)}
+
     def serve(self, bits: int, scales: Scales) -> bool:
-        """True if there is such a map: in pairs of doubles one of each number of bits."""
-        if bits > 53:
-            return scales == certainty.FIRST and bits in self.levels
-        return bits == 53 and DESIGNS.get(scales) in self.designs
+        """True if there is such a map; the others serve as many bits as the first if they can."""
+        if bits > 53 and scales == certainty.FIRST:
+            return bits in self.levels
+        return bits in (53, min(self.pair)) and DESIGNS.get(scales) in self.designs
 
     def crossings(self, bits: int, scales: Scales, columns: Any) -> Crossings:
         """The crossings of some columns in t'; FAILED where an orbit leaves the tables."""
-        design = self.levels[bits] if bits > 53 else DESIGNS[scales]
+        one = bits > 53 and scales == certainty.FIRST
+        design = self.levels[bits] if one else DESIGNS[scales]
         time, separatrix = self._follow(self._program(bits, design), bits, design, columns)
         outcome = np.where(separatrix[-1] != 0, Outcome.COMPLETE, Outcome.FAILED)
         return Crossings(time, separatrix, outcome.astype(np.uint8))

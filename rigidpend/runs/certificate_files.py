@@ -76,13 +76,7 @@ def read(path: Path) -> Loaded:
     StoreError as `rigidpend.results.store.load`; also where it says something that no certificate
     says, or claims more than a file of its length can prove.
     """
-    loaded, outline = store.read(
-        path,
-        lambda file: (store.loaded(file, LAYOUT), store.outlined(file)),
-        whole=True,
-        layout=LAYOUT,
-        ratio=RATIO,
-    )
+    loaded, outline = store.load_outlined(path, LAYOUT, ratio=RATIO)
     _check_words(path, outline)
     length = path.stat().st_size
     for what, most in (("half_lengths", length // EACH), ("widths", NUMBERS * length)):

@@ -115,7 +115,7 @@ def certify(
             reasons[name] = [x.decode() for x in tree.pop("reason").values]
             data[name] = tree
         made = provenance.provenance() | {"code_hash": code} | provenance.of_workers(crew)
-        store.write(file, store.Result({}, stated, made, data))
+        store.write(file, data, {}, stated, made)
         # Not before the whole file stands.
         parts.drop()
     report(f"{file} written")

@@ -76,7 +76,7 @@ def prove(
     tree = {name: datasets(fields, data[name]) for name, fields in LAYOUT.items()}
     code = "".join(map(str, found.symbols))
     of = {"experiment": "full_shift", "problem": stated, "code": code}
-    store.write(file, store.Result({}, of, provenance.provenance(), tree))
+    store.write(file, tree, {}, of, provenance.provenance())
     report(f"{file} written")
 
 

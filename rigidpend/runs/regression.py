@@ -43,18 +43,17 @@ def verify(
     array with its worst element. Last the symbols in which the fresh one contradicts a certificate,
     which proves them. StoreError where a file cannot be read, or its values cannot be compared.
     """
-    old = store.load(stored)
+    old, outline = store.load_outlined(stored)
     with tempfile.TemporaryDirectory() as folder:
         if fresh is None:
             fresh = _computed(config, Path(folder), jobs, report)
-        new = store.load(fresh)
-        outlines = store.outline(stored), store.outline(fresh)
+        new, fresh_outline = store.load_outlined(fresh)
     configs = old["config"], new["config"]
     same_numerics = configs[0].get("numerics") == configs[1].get("numerics")
-    found: list[str] = [*compare.outlines(*outlines, same_numerics=same_numerics)]
+    found: list[str] = [*compare.outlines(outline, fresh_outline, same_numerics=same_numerics)]
     found += compare.plain(_problem(configs[0]), _problem(configs[1]), "config")
     # Values are compared place by place, which only equal structures allow.
-    if outlines[0].keys() == outlines[1].keys():
+    if outline.keys() == fresh_outline.keys():
         layout = experiments.layout(config.experiment)
         try:
             found += compare.differences(layout, old["data"], new["data"])

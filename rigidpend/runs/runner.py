@@ -38,8 +38,8 @@ ENGINES = ("taylor", "scipy")
 
 
 @dataclass(frozen=True)
-class State:
-    """State of a result: where it is, what it follows from, and the reason to compute it."""
+class Plan:
+    """Plan of a run: where its result is, what that follows from, and the reason to compute it."""
 
     name: str
     experiment: str
@@ -50,14 +50,9 @@ class State:
     """Reason to compute the result; empty where the file is up to date."""
     doubt: str
     """Count of what is uncertain in the result that is there, in words."""
-
-
-@dataclass(frozen=True)
-class Plan(State):
-    """Plan of a run: the state of a result, with the config that it is computed by."""
-
-    config: LoadedConfig
-    seconds: float
+    config: Any = None
+    """The `LoadedConfig` that it is computed by; None where the plan was recalled."""
+    seconds: float = 0.0
     """Seconds that the result there took, if it is of the same config; else 0."""
 
 
@@ -121,8 +116,8 @@ def _compared(
     return known, "; ".join(reasons.values())
 
 
-def recalled(path: Path, folder: Path, settings: Sequence[str] = ()) -> State | None:
-    """Recall the state of a config's result, as a plan found it; None where none did.
+def recalled(path: Path, folder: Path, settings: Sequence[str] = ()) -> Plan | None:
+    """Recall the plan of a config, without the config; None where there was none.
 
     To check a config takes a third of a second for its libraries alone, to open a result a process
     of its own, and most plans find that there is nothing to do. As a plan does, it tidies up what
@@ -135,11 +130,11 @@ def recalled(path: Path, folder: Path, settings: Sequence[str] = ()) -> State | 
         return None
     if not found["reason"]:
         sweep(target)
-    return State(path.stem, target=target, **found)
+    return Plan(path.stem, target=target, **found)
 
 
 def plan_kept(config: LoadedConfig, path: Path, folder: Path, settings: Sequence[str] = ()) -> Plan:
-    """Plan a config that was read from a file with settings, and keep the state that it finds.
+    """Plan a config that was read from a file with settings, and keep the plan.
 
     A sweep stands for many configs, and a name of one's own for another result: these are not kept.
     """
@@ -152,7 +147,7 @@ def plan_kept(config: LoadedConfig, path: Path, folder: Path, settings: Sequence
 
 
 def _key(path: Path, target: Path, settings: Sequence[str]) -> str:
-    """All that a state follows from; empty where a file cannot be read."""
+    """All that a plan follows from; empty where a file cannot be read."""
     try:
         contents = [files.content(x) for x in (path, target) if x is path or x.exists()]
     except (OSError, ValueError):

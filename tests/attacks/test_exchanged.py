@@ -8,7 +8,7 @@ import os
 import random
 import shutil
 import subprocess
-import sys
+import time
 from pathlib import Path
 
 import pytest
@@ -16,12 +16,14 @@ import pytest
 from rigidpend import render
 from rigidpend.config import catalogue
 from rigidpend.config.complaints import ConfigError
+from rigidpend.machine import cache
 from rigidpend.results import store
 from rigidpend.runs import loading, runner
 from tests.attacks import lot
 from tests.attacks.craft import REFERENCE
-from tests.cli.calls import LIMITED, UNTRACED, call
+from tests.cli.calls import UNTRACED, call
 from tests.config.samples import HEAD, SMALL, written
+from tests.processes import python
 from tests.runs.test_faults import ZOOM
 
 PIECES = [*"aZ9_.,=+-~/\\ :*?\0\n", "..", "con", "NUL", "com1", ".certificate", ".h5", "é", "all"]
@@ -77,22 +79,15 @@ numerics:
 """Orbits for which two maps are made, of neighbouring energies."""
 
 
-def ran(folder: Path, *arguments: str, **environment: str) -> subprocess.CompletedProcess[str]:
-    """A command in a folder."""
-    return subprocess.run(
-        [sys.executable, "-m", "rigidpend", *arguments],
-        cwd=folder,
-        env=UNTRACED | environment,
-        capture_output=True,
-        text=True,
-        timeout=120,
-        check=False,
-    )
+def with_cache(folder: Path) -> dict[str, str]:
+    """The environment of a command whose cache is in a folder."""
+    return UNTRACED | {"XDG_CACHE_HOME": str(folder / "cache")}
 
 
-def cached(folder: Path, *arguments: str) -> subprocess.CompletedProcess[str]:
-    """A command in a folder, with a cache of its own there."""
-    return ran(folder, *arguments, XDG_CACHE_HOME=str(folder / "cache"))
+def rerun(folder: Path) -> subprocess.CompletedProcess[str]:
+    """Both runs once more, where what is damaged is told by warnings, and no error."""
+    command = ("-W", "default", "-m", "rigidpend", "run", "map.yaml", "zoom.yaml")
+    return python(folder, *command, env=with_cache(folder))
 
 
 def all_kept(folder: Path) -> list[Path]:
@@ -111,18 +106,32 @@ def desk(tmp_path_factory: pytest.TempPathFactory) -> Path:
     found = tmp_path_factory.mktemp("desk")
     for name, text in (("zoom", ZOOM), ("map", MAP)):
         written(found, text, f"{name}.yaml")
-    # The result is larger than a file may be, the parts are not.
-    limit = "import resource, runpy, sys; resource.setrlimit(resource.RLIMIT_FSIZE, (40000,) * 2)"
-    script = f"{limit}; runpy.run_module('rigidpend', run_name='__main__', alter_sys=True)"
-    command = [sys.executable, "-c", script, "run", "zoom.yaml"]
-    # Git, which tells the commit, would leave a lock where it may not write all of its index.
-    own = LIMITED | {"PATH": ""}
-    subprocess.run(command, cwd=found, env=own, capture_output=True, check=False)
-    # What the parts become needs no second computation.
-    shutil.copytree(found / "results", found / "parts")
-    assert cached(found, "run", "map.yaml", "zoom.yaml").returncode == 0
-    (found / "results").rename(found / "undisturbed")
-    (found / "parts").rename(found / "results")
+    program = """
+import runpy
+from rigidpend.runs.parts import Parts
+Parts.drop = lambda parts: None
+runpy.run_module("rigidpend", run_name="__main__", alter_sys=True)
+"""
+    # They are made for the user's cache, and those that the runs use copied from there.
+    kept, users = found / "cache" / "rigidpend", cache.folder()
+    kept.mkdir(parents=True)
+    for name in ("kernels", "maps"):
+        (users / name).mkdir(parents=True, exist_ok=True)
+        (kept / name).symlink_to(users / name)
+    begun = time.time()
+    done = python(found, "-c", program, "run", "map.yaml", "zoom.yaml", env=with_cache(found))
+    assert done.returncode == 0, done.stderr
+    for name in ("kernels", "maps"):
+        (kept / name).unlink()
+        (kept / name).mkdir()
+        for path in (users / name).glob("[!.]*"):
+            # What is loaded is touched.
+            if path.stat().st_mtime >= begun:
+                shutil.copy(path, kept / name)
+    (found / "undisturbed").mkdir()
+    for path in (found / "results").glob("*.h5"):
+        path.rename(found / "undisturbed" / path.name)
+    shutil.rmtree(found / "results" / ".map.parts")
     kinds = [path.relative_to(found).parts[-2] for path in all_kept(found)]
     assert kinds.count("maps") >= 2
     assert kinds.count("kernels") >= 2
@@ -169,14 +178,14 @@ def test_kept_files_that_are_damaged_or_exchanged_change_no_result(
             for _ in range(chance.choice([1, 2, 4])):
                 mine, other = chance.sample([x for x in all_kept(folder) if not x.is_symlink()], 2)
                 done.append((disturb(mine, other, chance), mine, other))
-            end = cached(folder, "run", "map.yaml", "zoom.yaml")
+            end = rerun(folder)
             assert "Traceback" not in end.stderr
             for how, path, _ in done:
                 if how == "folder" and path.suffix == ".kept":
                     # It may hold anything: whose it is, is asked.
                     assert f"{path.name}: a folder is in the place of a file: move" in end.stderr
                     path.rmdir()
-                    end = cached(folder, "run", "map.yaml", "zoom.yaml")
+                    end = rerun(folder)
             assert end.returncode == 0, (done, end.stderr)
             for each in ("map", "zoom"):
                 one, two = (folder / where / f"{each}.h5" for where in ("results", "undisturbed"))
@@ -207,7 +216,7 @@ def test_where_a_library_is_absent_or_broken_a_command_works_or_names_it(tmp_pat
     assert call(tmp_path, "run", "small.yaml").returncode == 0
     codes = store.load(tmp_path / "results" / "small.h5")["data"]["only"]["codes"]
     with lot.drawn("libraries") as chance:
-        for index in range(lot.trials(2, 0.02)):
+        for index in range(lot.trials(1, 0.02)):
             library, broken = chance.choice(LIBRARIES), chance.random() < 0.5
             place = tmp_path / str(index)
             place.mkdir()
@@ -215,7 +224,8 @@ def test_where_a_library_is_absent_or_broken_a_command_works_or_names_it(tmp_pat
             name = library if broken else "sitecustomize"
             (place / f"{name}.py").write_text(text.replace("LIBRARY", library))
             command = chance.choice(COMMANDS)
-            end = ran(tmp_path, *command.split(), PYTHONPATH=str(place))
+            words = ("-W", "default", "-m", "rigidpend", *command.split())
+            end = python(tmp_path, *words, env=UNTRACED | {"PYTHONPATH": str(place)})
             assert end.returncode in (0, 3), (library, broken, command, end.stderr)
             assert "Traceback" not in end.stderr
             assert not end.returncode or library in end.stderr.splitlines()[-1]

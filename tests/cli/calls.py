@@ -1,4 +1,4 @@
-"""Commands in another folder: in this process, or as `python -m rigidpend` in one of its own."""
+"""Commands in another folder, in this process; environments for those in one of their own."""
 
 from __future__ import annotations
 
@@ -11,7 +11,6 @@ import pytest
 from click.testing import CliRunner
 
 from rigidpend import cli
-from tests.processes import python
 
 REFERENCE = Path(__file__).resolve().parents[2] / "results" / "reference"
 STRANGE = ("DISPLAY", "PYTHONUNBUFFERED")
@@ -35,17 +34,7 @@ def call(folder: Path, *arguments: str) -> Done:
         done = CliRunner().invoke(cli.main, arguments, prog_name="rigidpend")
     if done.exception and not isinstance(done.exception, SystemExit):
         raise done.exception
-    return plain(Done(arguments, done.exit_code, done.stdout, done.stderr))
-
-
-def called(folder: Path, *arguments: str, backend: str = "nonsense") -> Done:
-    """A command in a folder, in a process of its own, in an environment without a display."""
-    environment = ENVIRONMENT | {"MPLBACKEND": backend}
-    return plain(python(folder, "-m", "rigidpend", *arguments, env=environment))
-
-
-def plain(done: Done) -> Done:
-    """The same, where nothing in it is for programmers or for terminals."""
+    # Nothing in it is for programmers or for terminals.
     assert "Traceback" not in done.stderr, done.stderr
-    assert "\x1b" not in done.stdout + done.stderr
-    return done
+    assert "\x1b" not in done.output
+    return Done(arguments, done.exit_code, done.stdout, done.stderr)

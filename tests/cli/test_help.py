@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import io
 import itertools
 import shlex
 import shutil
@@ -14,10 +15,11 @@ from typing import Any
 import click
 import pytest
 from click.shell_completion import ShellComplete
+from PIL import Image
 
 from rigidpend import cli, render
 from rigidpend.config import catalogue
-from tests.cli.calls import ENVIRONMENT, call, called
+from tests.cli.calls import ENVIRONMENT, call
 from tests.config.samples import FIG4, SMALL, changed, written
 
 COMMANDS = {name: cli.command(name) for name in cli.COMMANDS}
@@ -80,19 +82,6 @@ def template(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return folder
 
 
-draw = render.image
-DRAWN: dict[tuple[str, str], bytes] = {}
-
-
-def drawn_once(results: Any, suffix: str, *told: str) -> bytes:
-    """Draw results for the first example that shows them."""
-    known = [one["attributes"] for one in results]
-    key = " ".join(f"{one['name']} {one['config_hash']}" for one in known), suffix
-    if key not in DRAWN:
-        DRAWN[key] = draw(results, suffix, *told)
-    return DRAWN[key]
-
-
 @pytest.fixture
 def place(template: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     """A copy of the folder, where only its own configs are known."""
@@ -102,9 +91,10 @@ def place(template: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Pa
     monkeypatch.setattr(catalogue, "PACKAGE", tmp_path / "nowhere")
     monkeypatch.setattr(catalogue, "shipped", lambda: shipped)
     monkeypatch.chdir(folder)
-    # A small image goes the same way as a large one; the same result looks the same.
-    monkeypatch.setattr(render, "PIXELS", 800)
-    monkeypatch.setattr(render, "image", drawn_once)
+    # What is drawn has tests of its own.
+    picture = io.BytesIO()
+    Image.new("RGB", (9, 9)).save(picture, "png")
+    monkeypatch.setattr(render, "image", lambda *_: picture.getvalue())
     # To begin processes takes longer than these few figures.
     for module in ("rigidpend.render.report", "rigidpend.cli.render"):
         monkeypatch.setattr(f"{module}.FEW", 99)
@@ -170,7 +160,7 @@ def test_keys_of_the_named_configs_are_completed(tmp_path: Path) -> None:
 
 @pytest.mark.parametrize("shell", ["bash", "zsh", "fish"])
 def test_the_printed_script_asks_this_program(shell: str, tmp_path: Path) -> None:
-    done = called(tmp_path, "completion", shell)
+    done = call(tmp_path, "completion", shell)
     assert (done.returncode, done.stderr) == (0, "")
     assert f"_RIGIDPEND_COMPLETE={shell}_complete" in done.stdout
 

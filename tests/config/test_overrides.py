@@ -86,10 +86,8 @@ def test_what_is_wrong_in_the_file_can_be_set_right(tmp_path: Path) -> None:
 
 REFUSED = """
 problem.n_symbls=3 | problem.n_symbls: unknown key; did you mean n_symbols? (known: A, r, mu, h0,
-problem.arrays.left.cont=3 | problem.arrays.left.cont: unknown key; did you mean count? (known: s
 problem.A.3=1 | problem.A: has no entry '3': it is a list of 3
 problem.A.-1=1 | problem.A: has no entry '-1': it is a list of 3
-problem.A.x=1 | problem.A: has no entry 'x': it is a list of 3
 problem.mu.x=1 | problem.mu: has no entry 'x': it is a single value
 problem.mu | expected KEY.KEY=VALUE, as in problem.mu=1e-3
 =1 | expected KEY.KEY=VALUE, as in problem.mu=1e-3

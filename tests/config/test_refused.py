@@ -15,21 +15,18 @@ SLIPS = r"""
 A: [2, 1, 1.5] -> A: ^&a [2, 1, 1.5] | problem.A | anchors and aliases are not read: write it out
 r: [1, 1, 0] -> r: ^*a | problem.r | anchors and aliases are not read: write it out
 mu: 0.001 -> mu: ^!!float 0.001 | problem.mu | the tag tag:yaml.org,2002:float is not read
-mu: 0.001 -> mu: ^!!python/object/apply:os.abort [] | problem.mu | python/object/apply:os.abort is
 numerics: -> ^---\nnumerics: | - | a second document; a config has one
 numerics: -> ? ^[a, b]\n: 1\nnumerics: | - | a key must be a plain word
   mu: 0.001 -> ^\tmu: 0.001 | - | not YAML: found character '\t' that cannot start any token
 count: 32}\n\nnumerics: -> count: 32\nnumerics^: | - | not YAML: expected ',' or '}', but got ':'
 n_symbols: 15 -> ^n_symbls: 15 | problem.n_symbls | unknown key; did you mean n_symbols? (known: A
 n_symbols: 15 -> ^zzz: 15 | problem.zzz | unknown key (known: A, r, mu, h0, J1_0, n_symbols, arrays)
-n_symbols: 15 -> ^two words: 15 | problem.two words | unknown key
 numerics: -> ^numeric: | numeric | did you mean numerics? (known: figure, experiment, problem, num
 problem:\n  A: [2, 1, 1.5]          # principal -> ^problem:\n  # principal | problem.A | required
 right: {start: 3*pi/40, -> ^right: { | problem.arrays.right.start | required
 A: [2, 1, 1.5] -> ^A: [2, 1] | problem.A.2 | required
 mu: 0.001 -> mu: ^true | problem.mu | expected a number, such as 0.1, 1e-6, 1/10 or 3*pi/40
 mu: 0.001 -> mu: ^[1] | problem.mu | expected a number, such as 0.1, 1e-6, 1/10 or 3*pi/40
-1.5] -> ^[1.5]] | problem.A.2 | expected a number, such as 0.1, 1e-6, 1/10 or 3*pi/40
 mu: 0.001 -> mu: ^null | problem.mu | expected a number, such as 0.1, 1e-6, 1/10 or 3*pi/40
 count: 63 -> count: ^6.5 | problem.arrays.left.count | 6.5 is not a whole number
 count: 63 -> count: ^0 | problem.arrays.left.count | should be greater than or equal to 1, got '0'
@@ -38,30 +35,20 @@ engine: auto -> engine: ^turbo | numerics.engine | expected auto, taylor or scip
 engine: auto -> engine: ^tailor | numerics.engine | got 'tailor'; did you mean taylor?
 tolerance: auto -> tolerance: ^0 | numerics.tolerance | more than 0 and at most 0.01, got 0
 tolerance: auto -> tolerance: ^1/2 | numerics.tolerance | more than 0 and at most 0.01, got 1/2
-tolerance: auto -> tolerance: ^1e400 | numerics.tolerance | got 1e400
 [53, 106, 160] -> ^[64, 53] | numerics.precisions | precisions must ascend, got (64, 53)
 [53, 106, 160] -> ^[53, 63] | numerics.precisions | 53 and 63 are too close: computations that
-[53, 106, 160] -> ^[52] | numerics.precisions | whole numbers of bits from 53 to 9000, got (52,)
 [53, 106, 160] -> [^x] | numerics.precisions.0 | 'x' is not
 {start: 0, step: 1/10, count: 63} -> ^[0, 63] | problem.arrays.left | expected keys with values
 start: 0 -> start: ^1e400 | problem.arrays.left.start | phases beyond 1e+15 have no meaning left
 h0: 1.3342 -> h0: ^tan(pi/2) | problem.h0 | tan(pi/2)
 1.5] -> ^nan] | problem.A.2 | 'nan' is not
-1.5] -> ^.nan] | problem.A.2 | '.nan' is not
-1.5] -> ^-.inf] | problem.A.2 | '-.inf' is not
-1.5] -> ^1e9999] | problem.A.2 | 1e9999
 1.5] -> ^1/0] | problem.A.2 | 1/0
-1.5] -> ^no] | problem.A.2 | 'no' is not
 mu: 0.001 -> mu: ^0.001#c | problem.mu | '0.001#c' is not a number: a comment begins with a blank
 step: 1/10, -> step: ^0, | problem.arrays.left.step | the step 0 leaves 63 columns equal in doubles
 step: 1/10, -> step: ^1e-400, | problem.arrays.left.step | step 1e-400 leaves 63 columns equal in do
 n_symbols: 15 -> n_symbols: ^1e5000 | problem.n_symbols | is too large
 A: [2, 1, 1.5] -> A: ^[1, 2, 1.5] | problem.A | A1 > A3 > A2 is broken
-A: [2, 1, 1.5] -> A: ^[4, 1, 1.5] | problem.A | the triangle inequality
-A: [2, 1, 1.5] -> A: ^[2, -1, 1.5] | problem.A | A2 > 0 is broken: A = (2, -1, 1.5)
 r: [1, 1, 0] -> r: ^[1, 1, 1] | problem.r | r3 = 0 is broken: r = (1, 1, 1)
-r: [1, 1, 0] -> r: ^[1, -1, 0] | problem.r | r1, r2 >= 0 is broken
-r: [1, 1, 0] -> r: ^[0, 0, 0] | problem.r | r must have a direction
 mu: 0.001 -> mu: ^-0.001 | problem.mu | mu >= 0 is broken: mu = -0.001
 h0: 1.3342 -> h0: ^0.001 | problem.h0 | h0 > mu is broken: h0 = 0.001, mu = 0.001
 J1_0: 1e-8 -> J1_0: ^0.0 | problem.J1_0 | 0 < J1_0 < J2_0 is broken: J1_0 = 0.0

@@ -85,7 +85,7 @@ def from_file(folder: Path, experiment: str, tree: Any) -> Loaded:
     """What an experiment computed, as it comes back from a result file."""
     path = folder / f"{experiment}.h5"
     made = datasets(experiments.layout(experiment), tree)
-    store.write(path, store.Result({"experiment": experiment}, {}, {}, made))
+    store.write(path, made, {"experiment": experiment}, {}, {})
     return store.load(path)
 
 

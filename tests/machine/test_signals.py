@@ -36,10 +36,10 @@ SOON = ("run", "small.yaml")
 PACKAGE = os.environ | {"PYTHONPATH": str(Path(__file__).resolve().parents[2])}
 
 PROGRAM = """
-import os, runpy, signal, sys, time, weakref
+import os, runpy, signal, sys, time
 from rigidpend.machine import files
 from rigidpend.runs import runner
-number, run, called = signal.Signals(int(sys.argv.pop(1))), runner.run, None
+number, run = signal.Signals(int(sys.argv.pop(1))), runner.run
 # Tests may be started in the background, where Ctrl-C is ignored; their programs are not.
 signal.signal(signal.SIGINT, signal.default_int_handler)
 class Dying:
@@ -50,9 +50,7 @@ def come(*_):
     for _ in range(1000):
         pass
 def disturbed(*given, **named):
-    dying = Dying()
-    kept = weakref.ref(dying, called)
-    del dying
+    Dying()
     return run(*given, **named)
 replace = os.replace
 def hanging(written, path):
@@ -69,7 +67,6 @@ runpy.run_module("rigidpend", run_name="__main__", alter_sys=True)
 """
 IGNORED = "signal.signal(signal.SIGINT, signal.SIG_IGN); "
 DESTRUCTOR = "Dying.__del__ = come; runner.run = disturbed"
-REFERENCE = "called = come; runner.run = disturbed"
 HANGING = "files.os.replace = hanging"
 
 
@@ -103,7 +100,6 @@ class End(NamedTuple):
     ("change", "number", "command", "left"),
     [
         (DESTRUCTOR, signal.SIGINT, LONG, {".log"}),
-        (REFERENCE, signal.SIGTERM, LONG, {".log"}),
         (HANGING, signal.SIGTERM, SOON, {".log"}),
         (IGNORED + DESTRUCTOR, signal.SIGINT, SOON, {".log", ".h5"}),
     ],

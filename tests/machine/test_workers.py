@@ -2,19 +2,16 @@
 
 from __future__ import annotations
 
-import itertools
 import os
-import signal
 import threading
 import time
-from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import pytest
 
 from rigidpend.machine import workers
-from rigidpend.machine.progress import PartDone
 from rigidpend.machine.workers import (
     WorkerError,
     ahead,
@@ -23,13 +20,8 @@ from rigidpend.machine.workers import (
     spread,
     worth_processes,
 )
+from tests.machine.work import place, spoken
 from tests.processes import python
-
-
-def place(part: float, delay: float = 0.0) -> tuple[float, int, int]:
-    """The part with the process and the thread that had it; the first parts take longest."""
-    time.sleep(delay / (1 + part) if delay else 0 / (1 + part))
-    return part, os.getpid(), threading.get_ident()
 
 
 @pytest.mark.parametrize(("parts", "jobs"), [([3, 1, 2], 1), ([5], 4), ([], 2), ([1, 2], 0)])
@@ -65,26 +57,19 @@ class Noted(list[int]):
 
 @pytest.mark.slow
 def test_work_goes_ahead_of_its_use_in_processes_but_for_the_first() -> None:
-    given = Noted(0, 1, 2, 3, -1, 60)
+    given, begun = Noted(0, 1, 2, 60, 60), time.monotonic()
     coming = ahead(place, given, 2)
     assert next(coming)[:2] == (0, os.getpid())
     first = next(coming)
     # So many ahead, and no more: what is done waits in memory.
-    assert given.begun == [0, 1, 2, 3]
-    parts, processes, _ = zip(first, *itertools.islice(coming, 2), strict=True)
-    assert parts == (1, 2, 3)
+    assert given.begun == [0, 1, 2, 60]
+    parts, processes, _ = zip(first, next(coming), strict=True)
+    assert list(parts) == [1, 2]
     assert os.getpid() not in processes
-    with pytest.raises(ZeroDivisionError):
-        next(coming)
-    assert list(ahead(place, [], 2)) == []
-
-
-@pytest.mark.slow
-def test_what_is_ahead_ends_with_its_use() -> None:
-    ended, begun = ahead(time.sleep, [0, 0, 60, 60], 2), time.monotonic()
-    assert [next(ended), next(ended)] == [None, None]
-    ended.close()
+    # What is ahead ends with its use.
+    coming.close()
     assert time.monotonic() - begun < 30
+    assert list(ahead(place, [], 2)) == []
 
 
 @pytest.mark.parametrize(("parts", "jobs", "worth"), [(7, 2, False), (8, 2, True), (9, 1, False)])
@@ -96,17 +81,6 @@ def test_many_parts_are_worth_processes(parts: int, jobs: int, worth: bool) -> N
 def test_errors_of_the_work_come_through(jobs: int, holds_interpreter: bool) -> None:
     with pytest.raises(ZeroDivisionError):
         side_by_side(place, (), holds_interpreter, [1, -1, 2], jobs)
-
-
-def spoken(parts: int, say: Callable[[str], object]) -> int:
-    """Say a line for each part, with the share that is done; return the process."""
-    for part in range(parts):
-        say(PartDone(f"part {part}", part + 1, parts))
-    if parts == 2:
-        os.kill(os.getpid(), signal.SIGKILL)
-    if parts == 4:
-        time.sleep(60)
-    return os.getpid() // min(parts, 1)
 
 
 @pytest.mark.slow
@@ -167,9 +141,6 @@ def test_a_program_is_not_run_by_the_processes_that_it_lets_begin(tmp_path: Path
 
 @pytest.mark.parametrize(("columns", "parts"), [(7, 3), (2, 5), (6, 6), (5, 1), (4, 0)])
 def test_spread_cuts_into_even_pieces_that_join_again(columns: int, parts: int) -> None:
-    # Processes that tests begin read this module, too.
-    import numpy as np
-
     array = np.arange(2 * columns).reshape(2, columns)
     pieces = spread(array, parts, axis=1)
     sizes = [piece.shape[1] for piece in pieces]

@@ -30,7 +30,7 @@ from rigidpend.experiments.data import (
 )
 from rigidpend.machine import files
 from rigidpend.results import damage, store
-from rigidpend.results.store import OtherVersion, Result, StoreError
+from rigidpend.results.store import OtherVersion, StoreError
 
 CODES = np.arange(60, dtype=np.uint8).reshape(6, 10) % 2
 TIMES = np.linspace(0.0, 1.0, 70).reshape(7, 10)
@@ -52,8 +52,9 @@ LAYOUT: Layout = {
     "ant": {"inner": {"none": Field(FLOAT, (0, 3))}},
     "count": Field(WHOLE),
 }
-RESULT = Result({"name": "x", "experiment": "any"}, {"ä": 1}, {"created": "now"}, TREE)
-OTHER = RESULT._replace(data={**TREE, "count": Dataset(8, "1", "another")})
+CONFIG, PROVENANCE = {"ä": 1}, {"created": "now"}
+TOLD: Any = ({"name": "x", "experiment": "any"}, CONFIG, PROVENANCE)
+OTHER: Tree = {**TREE, "count": Dataset(8, "1", "another")}
 
 
 @pytest.fixture(autouse=True)
@@ -65,7 +66,7 @@ def declared(monkeypatch: pytest.MonkeyPatch) -> None:
 @pytest.fixture
 def path(tmp_path: Path) -> Path:
     """A result file."""
-    store.write(tmp_path / "x.h5", RESULT)
+    store.write(tmp_path / "x.h5", TREE, *TOLD)
     return tmp_path / "x.h5"
 
 
@@ -73,7 +74,7 @@ def test_the_same_content_gives_the_same_bytes_which_others_may_read_as_any_file
     path: Path,
 ) -> None:
     other = path.with_name("y.h5")
-    store.write(other, RESULT)
+    store.write(other, TREE, *TOLD)
     assert other.read_bytes() == path.read_bytes()
     (path.parent / "plain").touch()
     assert path.stat().st_mode == (path.parent / "plain").stat().st_mode
@@ -81,7 +82,7 @@ def test_the_same_content_gives_the_same_bytes_which_others_may_read_as_any_file
 
 def test_who_reads_the_old_file_is_not_disturbed_by_a_new_one(path: Path) -> None:
     with store.opened(path) as file:
-        store.write(path, OTHER)
+        store.write(path, OTHER, *TOLD)
         np.testing.assert_array_equal(file["data/zebra/codes"][:], CODES)
     with store.opened(path) as file:
         assert file["data/count"][()] == 8
@@ -99,14 +100,14 @@ def test_a_failed_or_interrupted_write_leaves_the_old_file_and_nothing_else(
 
     monkeypatch.setattr(os, function, fail)
     with pytest.raises((StoreError, SystemExit)) as caught:
-        store.write(path, OTHER)
+        store.write(path, OTHER, *TOLD)
     said = f"{path}: cannot be written: No space left on device"
     assert caught.value is error or str(caught.value) == said
     assert path.read_bytes() == before
     assert [x.name for x in path.parent.iterdir()] == ["x.h5"]
 
 
-@pytest.mark.parametrize("act", [store.prepare, lambda path: store.write(path, RESULT)])
+@pytest.mark.parametrize("act", [store.prepare, lambda path: store.write(path, TREE, *TOLD)])
 def test_a_file_in_the_place_of_a_folder_is_named(tmp_path: Path, act: Any) -> None:
     (tmp_path / "file").write_text("mine")
     target = tmp_path / "file" / "x.h5"
@@ -209,8 +210,8 @@ def test_load_gives_the_whole_file_as_it_was_written(path: Path) -> None:
     loaded = store.load(path)
     assert list(loaded) == ["attributes", "config", "provenance", "data"]
     assert loaded["attributes"] == store.attributes(path)
-    assert loaded["config"] == RESULT.config
-    assert loaded["provenance"] == RESULT.provenance
+    assert loaded["config"] == CONFIG
+    assert loaded["provenance"] == PROVENANCE
     same(loaded["data"], TREE)
 
 
@@ -342,7 +343,7 @@ def test_a_sound_file_has_time_enough_on_a_machine_that_is_slow_or_crowded(name:
 
 
 def test_an_outline_names_every_object_with_its_attributes(path: Path) -> None:
-    found = store.outline(path)
+    _, found = store.load_outlined(path)
     assert found["/"] == store.attributes(path)
     assert found["/provenance"] == {"created": "now"}
     assert found["/data/zebra/codes"] == {
@@ -361,15 +362,15 @@ def test_the_next_writer_removes_what_a_killed_one_left_and_leaves_a_living_one_
     for each in (left, other):
         each.write_bytes(b"half")
     handle, _ = files.held(lambda: (os.open(left, os.O_RDONLY), str(left)))
-    store.write(path, OTHER)
+    store.write(path, OTHER, *TOLD)
     assert left.exists()
     files.release(handle)
     # Without locks nothing is taken to be left.
     with monkeypatch.context() as patch:
         patch.setattr(files, "fcntl", None)
-        store.write(path, OTHER)
+        store.write(path, OTHER, *TOLD)
         assert left.exists()
-    store.write(path, OTHER)
+    store.write(path, OTHER, *TOLD)
     assert not left.exists()
     assert other.exists()
 
@@ -387,7 +388,7 @@ def test_a_writer_whose_file_was_taken_for_a_left_one_makes_another(
         return locked(handle, *how)
 
     monkeypatch.setattr(files, "_locked", late)
-    store.write(path, OTHER)
+    store.write(path, OTHER, *TOLD)
     assert len(taken) == 1
     assert store.load(path)["data"]["count"] == 8
     assert [x.name for x in path.parent.iterdir()] == ["x.h5"]

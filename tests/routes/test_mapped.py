@@ -76,21 +76,23 @@ def test_one_map_of_each_number_of_bits_serves_beyond_doubles() -> None:
     assert (maps.ladder, maps.most_bits) == ((53, first, second, 106), second)
     for scales, served in (
         (certainty.FIRST, [True, True, True, False]),
-        (certainty.SECOND, [True, False, False, False]),
+        (certainty.SECOND, [True, True, False, False]),
         (certainty.THIRD, [False] * 4),
     ):
         assert [maps.serve(x, scales) for x in (53, first, second, 106)] == served
+    assert not unmade().serve(first, certainty.SECOND), "the second has no more than doubles"
     # No nearer to what is asked for, and not beyond it.
-    for precisions, levels in (
-        ((53, second), [first, second]),
-        ((53, second + costs.FINER - 1), [first]),
-        ((53, second + costs.FINER), [first, second]),
-        ((53, first), [first]),
-        ((53, first + 6, 106), []),
-        ((53,), []),
+    for precisions, levels, single in (
+        ((53, second), [first, second], {first}),
+        ((53, second + costs.FINER - 1), [first], {first}),
+        ((53, second + costs.FINER), [first, second], {first, second}),
+        ((53, first), [first], set()),
+        ((53, first, 106), [first, second], {first, second}),
+        ((53, first + 6, 106), [], set()),
+        ((53,), [], set()),
     ):
         maps = unmade(second=second, precisions=precisions)
-        assert sorted(maps.levels) == levels
+        assert (sorted(maps.levels), maps.single) == (levels, single)
         assert maps.most_bits == max(levels, default=53)
     assert unmade(costs.SHARPEST).levels == {costs.SHARPEST: FIRST}
     assert unmade(53).ladder == PRECISIONS

@@ -47,9 +47,7 @@ def config_hash(path: Path, *settings: str) -> str:
 @pytest.mark.parametrize(
     ("experiment", "place"),
     [
-        ("exponents", "config/bodies.py"),
-        ("precession", "experiments/precession/schema.py"),
-        ("route_codes", "orbits/integrate/bigint.py"),
+        ("bench", "experiments/bench/schema.py"),
         ("route_codes", "routes/__init__.py"),
     ],
 )

@@ -45,10 +45,6 @@ def attributes(node: Any) -> dict[str, Any]:
     ("name", "settings"),
     [
         ("fig3", ["problem.bodies={b: [2, 1.04, 1.7], c: [2, 1, 1.2]}"]),
-        (
-            "fig4_zoom",
-            ["problem.levels=2", "problem.factor=4", "problem.count=3", "problem.n_symbols=2"],
-        ),
         ("asymptotic_orbits", ["problem.symbols=1", "problem.columns=30", "problem.drawn=1"]),
         (
             "exponents",

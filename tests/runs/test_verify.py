@@ -11,9 +11,8 @@ from typing import Any
 import h5py
 import numpy as np
 import pytest
-from click.testing import CliRunner
 
-from rigidpend.cli import main, verify
+from rigidpend.cli import verify
 from rigidpend.experiments.compare import Difference
 from rigidpend.experiments.shared import APART, crossing_tolerance
 from rigidpend.mechanics.body import Body
@@ -21,11 +20,12 @@ from rigidpend.numbers.exact import exact
 from rigidpend.results import store
 from rigidpend.routes.problem import RouteProblem, phase_rate
 from rigidpend.runs import loading, regression, runner
+from tests.cli.calls import Done, call
 from tests.config.samples import changed
 
 
-def called(*arguments: str) -> Any:
-    return CliRunner().invoke(main, ["verify", *arguments])
+def called(*arguments: str) -> Done:
+    return call(Path.cwd(), "verify", *arguments)
 
 
 READ = ("configs/small.yaml", "--results", "results")
@@ -46,7 +46,7 @@ def test_a_recomputed_and_a_read_result_are_the_same_and_files_are_left_as_they_
     before = list(state())
     for arguments in (READ, READ[:1]):
         done = called(*arguments)
-        assert (done.exit_code, done.stderr, done.stdout) == (0, "", SAME)
+        assert (done.returncode, done.stderr, done.stdout) == (0, "", SAME)
     assert list(state()) == before
 
 
@@ -85,6 +85,19 @@ def less(file: Any) -> None:
     del file["data/only/bits"]
 
 
+def named_otherwise(file: Any) -> None:
+    """What has no counterpart is a difference, and its values are not compared."""
+    file.move("data/only", "data/other")
+
+
+ARRAYS = ("bits", "certain", "codes", "crossing_time", "melnikov_zeros", "separatrix", "theta2_0")
+OTHER = tuple(
+    f"/data/{name}{end} is only {where}"
+    for name, where in (("only", "computed"), ("other", "stored"))
+    for end in ("", *(f"/{array}" for array in ARRAYS))
+)
+
+
 UNFIT = "rigidpend: results/reference/small.h5: not a result that can be used: "
 
 
@@ -93,6 +106,7 @@ UNFIT = "rigidpend: results/reference/small.h5: not a result that can be used: "
     [
         (edit, 1, EDITED, ""),
         (provenance, 0, (), ""),
+        (named_otherwise, 1, OTHER, ""),
         (more, 1, None, f"{UNFIT}data/only/inner is not a part of such results"),
         (less, 1, None, f"{UNFIT}data/only/bits is absent"),
     ],
@@ -103,7 +117,7 @@ def test_every_change_is_found_and_only_that(
     with h5py.File(desk / "results" / "reference" / "small.h5", "a") as file:
         change(file)
     done = called(*READ)
-    assert done.exit_code == code
+    assert done.returncode == code
     lines = done.stdout.splitlines()[1:]
     assert len(lines) == len(found or ())
     for start in found or ():
@@ -123,7 +137,7 @@ def test_the_worst_element_is_named_with_both_values_and_what_is_allowed(desk: P
         times[3, 0] += 2e-6
         times[2, 3] += 1e-6
     done = called(*READ, "--json")
-    assert (done.exit_code, done.stderr) == (1, "")
+    assert (done.returncode, done.stderr) == (1, "")
     [one] = json.loads(done.stdout)["results"]
     [found] = one["differences"]
     assert found["place"] == "only/crossing_time[2, 3]"
@@ -137,10 +151,10 @@ def test_one_absent_reference_does_not_keep_the_others_from_being_compared(desk:
     shutil.copy("configs/small.yaml", "configs/other.yaml")
     said = f"results/reference/other.h5: there is no such file; {MEND}"
     done = called("configs/other.yaml", *READ)
-    assert (done.exit_code, done.stdout, done.stderr) == (3, SAME, f"rigidpend: {said}\n")
+    assert (done.returncode, done.stdout, done.stderr) == (3, SAME, f"rigidpend: {said}\n")
     done = called("configs/other.yaml", *READ, "--json")
     document = json.loads(done.stdout)
-    assert (done.exit_code, document["same"]) == (3, False)
+    assert (done.returncode, document["same"]) == (3, False)
     other, small = document["results"]
     assert (small["name"], small["same"], small["error"]) == ("small", True, None)
     assert (other["name"], other["same"], other["differences"]) == ("other", False, [])
@@ -160,13 +174,13 @@ def test_all_are_compared_if_none_is_named_and_strays_are_told(
     desk: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr(verify, "resolve", lambda *_: [Path("configs/small.yaml")])
-    assert called("--results", "results").exit_code == 0
+    assert called("--results", "results").returncode == 0
     shutil.copy("results/reference/small.h5", "results/reference/stray.h5")
     for given in ((), ("all",)):
         done = called(*given, "--results", "results")
-        assert done.exit_code == 1
+        assert done.returncode == 1
         assert done.stderr == "rigidpend: results/reference/stray.h5: no config has this name\n"
-    assert called(*READ).exit_code == 0
+    assert called(*READ).returncode == 0
 
 
 def test_a_result_is_of_a_config_with_other_numerics_but_not_of_another_problem(desk: Path) -> None:
@@ -209,11 +223,14 @@ def test_a_referee_accuses_of_what_is_more_than_its_own_error(
         return told
 
     monkeypatch.setattr(regression, "run", late)
-    tolerance = "1e-7" if case == "coarse" else "auto"
-    given = ("--set", "problem.mu=0.002", "--set", f"numerics.tolerance={tolerance}", "--json")
-    done = called("configs/small.yaml", *given)
+    tolerance, count = ("1e-7", 5) if case == "coarse" else ("auto", 2)
+    numerics = f"numerics.tolerance={tolerance}"
+    settings = ("problem.mu=0.002", f"problem.arrays.only.count={count}", numerics)
+    given = [word for each in settings for word in ("--set", each)]
+    # DOP853 would begin processes.
+    done = called("configs/small.yaml", *given, "-j1", "--json")
     [found] = json.loads(done.stdout)["results"]
-    assert done.exit_code == {"agree": 0, "late": 1, "coarse": 3}[case]
+    assert done.returncode == {"agree": 0, "late": 1, "coarse": 3}[case]
     assert engines == ["taylor", "scipy", "scipy"][: 2 if case == "agree" else 3]
     late_one = [("only/crossing_time[2, 1]", True)] if case == "late" else []
     later = [(x["place"], float(x["stored"]) > float(x["computed"])) for x in found["differences"]]
@@ -237,7 +254,7 @@ def test_the_tolerance_grows_with_the_passages_and_stays_below_what_symbols_need
 
 def test_a_result_read_in_place_of_one_computed_must_be_there(desk: Path) -> None:
     done = called("configs/small.yaml", "--results", "none")
-    assert done.exit_code == 3
+    assert done.returncode == 3
     mend = "call: rigidpend run small --out none"
     assert done.stderr == f"rigidpend: none/small.h5: there is no such file; {mend}\n"
     assert store.attributes(desk / "results" / "small.h5")["name"] == "small"

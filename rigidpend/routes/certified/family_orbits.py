@@ -5,6 +5,7 @@ They come from integration in pairs of doubles.
 
 from __future__ import annotations
 
+import functools
 import itertools
 import math
 from collections.abc import Sequence
@@ -158,6 +159,7 @@ def _along_each(found: PairArray, sizes: tuple[int, ...], rules: Sequence[PairAr
     return found
 
 
+@functools.cache
 def _powers_of(n: int) -> PairArray:
     """The matrix of T_0 .. T_{n-1} as powers."""
     series = np.zeros((n, n))

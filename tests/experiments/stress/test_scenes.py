@@ -73,7 +73,7 @@ def test_table_and_json_tell_what_was_stored(tmp_path: Path) -> None:
     claims = [claim("x", 2), claim("y", 2), claim("z", 2, 6)]
     made = trial(claims, 1, math.inf, 5).tried()
     path, attributes = tmp_path / "r.h5", {"experiment": "stress"}
-    store.write(path, store.Result(attributes, {}, {}, {"some_group": made}))
+    store.write(path, {"some_group": made}, attributes, {}, {})
     data = store.read_tree(path)
     told = json.loads(json.dumps(draw.summary(data), allow_nan=False))
     assert told["counts"] == {PASSED: 1, LIMIT: 1, FAILED: 1}

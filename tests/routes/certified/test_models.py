@@ -9,6 +9,7 @@ from fractions import Fraction
 import numpy as np
 import pytest
 from flint import arb
+from numpy.polynomial import chebyshev
 
 from rigidpend import Body
 from rigidpend.mechanics.equations import AlignedCoefficients, aligned, aligned_coefficients
@@ -222,6 +223,23 @@ def test_the_norm_is_the_weighted_one() -> None:
 
 FIRST: dict[tuple[int, ...], int] = {(0, 0, 0, 0): 3**21, (2, 3, 1, 1): 3**20}
 SECOND: dict[tuple[int, ...], int] = {(1, 0, 2, 0): 3**19, (0, 1, 0, 2): 3**18}
+
+
+@pytest.mark.parametrize("n", [1, 2, 9])
+def test_the_derivative_of_a_family_is_that_of_each_of_its_series(n: int) -> None:
+    rows = {k: random_series(k, n) for k in (0, 3)}
+    terms: dict[tuple[int, ...], int] = {
+        (j, k, 0): c for k, row in rows.items() for j, c in enumerate(row)
+    }
+    sloped = Family.of(terms, UNIT).derivative()
+    assert sloped.orders == (3, 0, 0)
+    found = sloped.doubled.to_dict()
+    for k, row in rows.items():
+        # A term of T_0 counts half.
+        true = chebyshev.chebder([Fraction(row[0], 2), *map(Fraction, row[1:])])
+        for j, c in enumerate(true):
+            both = {int(found.get((sloped.degree + side * j, k, 0, 0), 0)) for side in (-1, 1)}
+            assert both == {c * (2 if j == 0 else 1)}
 
 
 def test_degrees_are_the_largest_of_all_terms_and_add_up_in_products() -> None:
