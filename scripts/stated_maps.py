@@ -15,6 +15,7 @@ import numpy as np
 
 from rigidpend.experiments.bench.problems import drawn
 from rigidpend.orbits.return_map import MapError, ReturnMap, return_map
+from rigidpend.orbits.return_map.build import FIRST
 from rigidpend.orbits.return_map.charts import kept, section_chart
 from rigidpend.orbits.return_map.normal_form import normal_form
 from rigidpend.orbits.return_map.precision import precision
@@ -36,7 +37,8 @@ def ratios(made: ReturnMap) -> tuple[Any, Any]:
     a, o, nf = precision(FINER), made.orders, made.normal_form
     c = coefficients(made.body.angles(FINER + 32), made.design.unit, a)
     energies = nf.energies._replace(n=o.n_energy + 4 if o.n_energy > 1 else 1)
-    finer = normal_form(c, energies, o.degree + 12, o.n_phase_orbit + 8, nf.radius, a)
+    sizes = o.degree + 12, o.n_phase_orbit + 8
+    finer = normal_form(c, energies, *sizes, nf.radius, a, theta3=nf.theta3)
     random, charts, inverses = np.random.default_rng(1), [], []
     for rising, chart in enumerate(made.charts):
         chi, energy = (a.array(x) for x in random.uniform(-1, 1, (2, POINTS)))
@@ -68,7 +70,7 @@ def ratios(made: ReturnMap) -> tuple[Any, Any]:
 
 def of(problem: RouteProblem) -> tuple[Any, Any]:
     """:func:`ratios` of the map over the energies of all phases of a problem's orbits."""
-    return ratios(return_map(problem.body, h=problem.energies, bits=BITS))
+    return ratios(return_map(problem.body, h=problem.energies, bits=BITS, design=FIRST))
 
 
 def rows(problems: list[RouteProblem]) -> Iterator[str]:

@@ -17,7 +17,7 @@ from rigidpend.config import catalogue
 from rigidpend.numbers.exact import exact
 from rigidpend.orbits.integrate.kernel import machine_code
 from rigidpend.orbits.return_map import return_map, storage
-from rigidpend.orbits.return_map.build import FIRST, SECOND
+from rigidpend.orbits.return_map.build import SECOND, WHOLE
 from rigidpend.runs import certificates, loading
 from tests.bodies import FIG4
 
@@ -68,18 +68,18 @@ def test_of_a_return_map(monkeypatch: pytest.MonkeyPatch) -> None:
         low=(H, exact("1.3341")),
         high=(H, exact("1.3343")),
         bits=(53, 64),
-        design=(FIRST, SECOND),
+        design=(WHOLE, SECOND),
         table=(64, 53),
     )
 
 
 def test_of_each_field_of_a_map_s_design() -> None:
     def key(**fields: Any) -> bytes:
-        design = FIRST._replace(**fields)
+        design = WHOLE._replace(**fields)
         return storage.followed(FIG4, H, H, bits=53, design=design, table=64)
 
-    pairs = zip(FIRST, SECOND, strict=True)
-    assert_complete(key, **dict(zip(FIRST._fields, pairs, strict=True)))
+    pairs = zip(WHOLE, SECOND, strict=True)
+    assert_complete(key, **dict(zip(WHOLE._fields, pairs, strict=True)))
 
 
 @pytest.mark.slow

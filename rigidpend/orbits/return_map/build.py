@@ -45,13 +45,12 @@ SLACK = 2.0**13
 """Allowed error of a map, in roundings of the working precision, where its tables have no more.
 
 With the body of Fig. 4 finished maps err by some tens of them, and by 700 at mu = 0.01."""
-SPARE_BITS, SPARING = 6, 72
-"""Bits by which the tables of a map are sharper than it is said to be, in pairs of doubles.
-
-Of more than 72 bits they are as sharp as pairs of doubles make them: raising orders for one more
-attempt costs more than tables that settle at once."""
-TOLD = 16
+SPARE_BITS = 6
+"""Bits by which the tables of a map are sharper than it is said to be, in pairs of doubles."""
+TOLD = 2
 """Factor by which tables may err more than their last coefficients."""
+MOST_MORE = 0.2
+"""Share by which the degree of the normal form is raised for another attempt, at most."""
 MARGIN_BITS = 2
 """Bits by which the first coefficients left out are planned to be below what tables resolve.
 
@@ -63,9 +62,9 @@ FLOQUET = 1e-11
 
 
 class Design(NamedTuple):
-    """Design of a map: two maps of different design share no rounding and no truncation."""
+    """Design of a map: two maps of another unit share no rounding and no truncation."""
 
-    unit: str = "1"
+    unit: str = UNITS[0]
     """M is multiplied by it, mu and h by its square; t' is divided by it."""
     stretch: float = 1.0
     """Factor by which the arcs are longer than where |u| = |v|."""
@@ -73,6 +72,8 @@ class Design(NamedTuple):
     """Number of further terms of every expansion (an even number)."""
     origin: float = 0.0
     """Shift of phases before they are rounded, radians."""
+    theta3: bool = True
+    """Whether the map tells what theta3 gains, which takes a third of the time."""
 
 
 class Costly(MapError):
@@ -86,9 +87,13 @@ class Costly(MapError):
         self.needed = needed
 
 
-FIRST = Design(UNITS[0])
-SECOND = Design(UNITS[1], 1.06, 2, 0.7)
-THIRD = Design(UNITS[2], 1.03, 2, 1.9)
+WHOLE = Design()
+FIRST, SECOND, THIRD = (
+    WHOLE._replace(theta3=False),
+    Design(UNITS[1], 1.06, 2, 0.7, theta3=False),
+    Design(UNITS[2], 1.03, 2, 1.9, theta3=False),
+)
+"""Those of the maps for route codes, for which theta3 is nothing."""
 
 
 @dataclass(frozen=True, repr=False)
@@ -177,7 +182,7 @@ def expected_cost(body: Body, low: Exact, high: Exact, bits: int, design: Design
     plan = _plan(body, low, high, bits, design)
     rough = coefficients(body.angles(), design.unit, precision(53))
     middle = float((low + high) / 2) * float(design.unit) ** 2
-    return cost(plan.orders, rough, middle, table_bits(bits))
+    return cost(plan.orders, rough, middle, table_bits(bits), theta3=design.theta3)
 
 
 def _plan(body: Body, low: Exact, high: Exact, bits: int, design: Design) -> MapPlan:
@@ -237,11 +242,12 @@ def build(
     middle, half = (low + high) / 2 * scale, (high - low) / 2 * scale
     spent, before = 0.0, math.inf
     for _ in range(ATTEMPTS):
-        spent += cost(planned, rough, float(middle), a.bits)
+        spent += cost(planned, rough, float(middle), a.bits, theta3=design.theta3)
         if spent > budget:
             raise Costly(spent, budget)
         energies = Interval(_number(middle, a), _number(half, a), planned.n_energy)
-        nf, charts, errors = _attempt(c, rough, energies, layer, planned, exponent, a)
+        given = c, rough, energies, layer, planned, exponent, a
+        nf, charts, errors = _attempt(*given, theta3=design.theta3)
         if errors.largest < allowed:
             break
         if a.in_pairs and errors.largest > before / 2:
@@ -251,10 +257,16 @@ def build(
             c = coefficients(p, design.unit, a)
         before, small = errors.largest, allowed / 8
         x, phase, energy = (tail > small for tail in errors[-3:])
-        # What the tails don't tell of is the normal form's own.
-        inner = max(errors.charts, errors.inverse) > TOLD * max(errors[-3:])
-        inner = inner or not (x or phase or energy)
-        planned = planned.larger(inner=inner, x=x, phase=phase, energy=energy)
+        told = TOLD * max(errors[-3:])
+        if errors.inverse > max(told, allowed / 2):
+            # By terms of both, for an inverse chart is solved from the chart's own table.
+            phase = energy = True
+        # What the tails don't tell of a chart is the normal form's own.
+        inner = errors.charts > told or not (x or phase or energy)
+        # A degree more gains as much as those before it.
+        share = math.log(max(errors.charts, 2 * small) / small) / -math.log(small)
+        more = min(MOST_MORE, share) if inner else 0.0
+        planned = planned.larger(inner=1 + more, x=x, phase=phase, energy=energy)
     else:
         raise MapError(
             f"the tables don't settle: in the last of {ATTEMPTS} attempts they err by"
@@ -285,11 +297,13 @@ def _attempt(
     o: Orders,
     exponent: float,
     a: Precision,
+    *,
+    theta3: bool,
 ) -> tuple[NormalForm, Charts, Errors]:
     """The normal form and the charts by given orders, with their errors."""
     h, length = float(energies.centre), a.number(o.length)
     border = border_of(rough, h, max(layer.widths))
-    nf = normal_form(c, energies, o.degree, o.n_phase_orbit, border, a)
+    nf = normal_form(c, energies, o.degree, o.n_phase_orbit, border, a, theta3=theta3)
     charts, found = [], []
     for rising in (False, True):
         width = a.number(layer.widths[rising])
@@ -332,9 +346,7 @@ def table_bits(bits: int) -> int:
 
     Sharper tables make a sharper map, in doubles too.
     """
-    if not in_pairs(bits + SPARE_BITS):
-        return bits
-    return MOST_IN_PAIRS if bits > SPARING else bits + SPARE_BITS
+    return bits + SPARE_BITS if in_pairs(bits + SPARE_BITS) else bits
 
 
 def _number(x: Exact, a: Precision) -> Any:

@@ -52,14 +52,14 @@ STRIP = 1.2
 """Distance of the nearest complex singularity of theta3's rate from the arc's middle.
 
 In units of 1/Lambda_0, as it is taken to be; it is pi/2 without weight."""
-FORWARD, INVERSE = 1, 2
+FORWARD, INVERSE = 1, 3
 """Powers by which the orders of charts and of inverse charts shrink from energy to energy."""
 SPARE_X, SPARE_PHASES = 1, 2
 """Nodes that a difference between energies takes beyond its share."""
 
 
 class Looked(NamedTuple):
-    """The four functions of a table and their derivatives, (4, N) each."""
+    """The F functions of a table and their derivatives, (F, N) each."""
 
     value: Any
     by_x: Any
@@ -67,7 +67,7 @@ class Looked(NamedTuple):
 
 
 class LevelTable(NamedTuple):
-    """Four functions of x in [-width, width] and a phase, at E energies.
+    """Functions of x in [-width, width] and a phase, F of them, at E energies.
 
     Points to look them up at come in E groups, each with an energy in common.
     """
@@ -76,17 +76,17 @@ class LevelTable(NamedTuple):
     n_x: int
     n_phase: int
     values: Any
-    """(E, n_x n_phase, 4) coefficients; the phase runs fastest."""
+    """(E, n_x n_phase, F) coefficients; the phase runs fastest."""
     counts: Any = None
     """Points of each group, where these are not all of one length."""
 
     def look_up(self, x: Scalar, phase: Scalar, a: Precision) -> Any:
-        """The four functions at points, (4, N)."""
+        """The functions at points, (F, N)."""
         T = chebyshev_basis(x / self.width, self.n_x, a)
         return _summed(self._by_phase(T), fourier_basis(phase, self.n_phase, a))
 
     def look_up_slopes(self, x: Scalar, phase: Scalar, a: Precision) -> Looked:
-        """The four functions at points, with the derivatives."""
+        """The functions at points, with the derivatives."""
         by_phase, by_x = (
             self._by_phase(chebyshev_basis(x / self.width, self.n_x, a, slope=slope))
             for slope in (False, True)
@@ -95,29 +95,29 @@ class LevelTable(NamedTuple):
         return Looked(_summed(by_phase, F), _summed(by_x, F) / self.width, _summed(by_phase, dF))
 
     def _by_phase(self, T: Any) -> Any:
-        """The Fourier coefficients (N, n_phase, 4) where polynomials of x are (N, n_x)."""
+        """The Fourier coefficients (N, n_phase, F) where polynomials of x are (N, n_x)."""
         values = self.values.reshape(len(self.values), self.n_x, -1)
         return grouped(T, values, self.counts).reshape(len(T), self.n_phase, -1)
 
 
 def _summed(coefficients: Any, F: Any) -> Any:
-    """The four functions (4, N) from Fourier coefficients (N, n, 4) at points."""
+    """The functions (F, N) from Fourier coefficients (N, n, F) at points."""
     return np.matmul(F[:, None, :], coefficients)[:, 0].T
 
 
 class ChartTable(NamedTuple):
-    """Four functions of x in [-width, width] and a phase, over an interval of energies."""
+    """Functions of x in [-width, width] and a phase, F of them, over an interval of energies."""
 
     width: Any
     n_x: int
     n_phase: int
     values: Any
-    """(count, n_x n_phase, 4) coefficients; the phase runs fastest."""
+    """(count, n_x n_phase, F) coefficients; the phase runs fastest."""
 
     def at(self, weights: Numbers, counts: Any = None) -> LevelTable:
         """The table at E energies, of which `weights` are the Chebyshev polynomials, (E, count)."""
         flat = self.values.reshape(len(self.values), -1)
-        values = product(weights, flat).reshape(len(weights), -1, 4)
+        values = product(weights, flat).reshape(len(weights), *self.values.shape[1:])
         return LevelTable(self.width, self.n_x, self.n_phase, values, counts)
 
 
@@ -130,7 +130,7 @@ def fitted(
     power: int,
     a: Precision,
 ) -> ChartTable:
-    """The table of four functions over |x| <= width.
+    """The table of some functions over |x| <= width.
 
     Its terms shrink with the sum of their orders. So Newton's divided differences from energy to
     energy are tables that take the fewer nodes the higher they are: of the k-th of n a share of
@@ -139,7 +139,7 @@ def fitted(
     Parameters
     ----------
     values : callable
-        ``values(x, phase, h, weights, counts)`` gives the functions, (4, N), at points that have
+        ``values(x, phase, h, weights, counts)`` gives the functions, (F, N), at points that have
         each of E energies h in common, `counts` of them each; `weights` are the Chebyshev
         polynomials of these, (E, count).
     width : number
@@ -164,22 +164,24 @@ def fitted(
         ],
         axis=1,
     ).T
-    found = a.zeros((energies.n, n_x, n_phase * 4))
+    functions = value.shape[1]
+    found = a.zeros((energies.n, n_x, n_phase * functions))
     for level, (few_x, few) in enumerate(sizes):
-        own, value = value[: few_x * few].reshape(few_x, few, 4), value[few_x * few :]
+        own, value = value[: few_x * few].reshape(few_x, few, functions), value[few_x * few :]
         if level:
             known = newton[level : level + 1, :level] @ found[:level].reshape(level, -1)
             known = chebyshev_synthesis(few_x, n_x, a) @ known.reshape(n_x, -1)
-            known = np.matmul(fourier_synthesis(few, n_phase, a), known.reshape(few_x, n_phase, 4))
+            known = known.reshape(few_x, n_phase, functions)
+            known = np.matmul(fourier_synthesis(few, n_phase, a), known)
             own = (own - known) / newton[level, level]
         own = np.matmul(fourier_analysis(few, a), own).reshape(few_x, -1)
-        found[level, :few_x, : few * 4] = chebyshev_analysis(few_x, a) @ own
+        found[level, :few_x, : few * functions] = chebyshev_analysis(few_x, a) @ own
     back = energies.analysis(a)[:, order] @ newton
     return ChartTable(
         width,
         n_x,
         n_phase,
-        (back @ found.reshape(energies.n, -1)).reshape(energies.n, n_x * n_phase, 4),
+        (back @ found.reshape(energies.n, -1)).reshape(energies.n, n_x * n_phase, functions),
     )
 
 
@@ -216,6 +218,8 @@ def section_chart(
 ) -> Any:
     """U, V, and the constants of time and theta3, at points of the section: (4, N).
 
+    The last is left out where the normal form tells no theta3.
+
     Parameters
     ----------
     rising : bool
@@ -237,21 +241,26 @@ def section_chart(
     """
     begin = section_state(rising, d, chi, h, c, a)
     side = 1 if rising else -1
-    h_middle = float(nf.energies.centre)
-    shares, parts = gauss(quadrature_points(float(length), c, h_middle, a.bits), a)
-    times = side * length * np.append(shares, a.number(1))
+    times = side * length * a.array([1.0])
+    if nf.theta3:
+        few = quadrature_points(float(length), c, float(nf.energies.centre), a.bits)
+        shares, parts = gauss(few, a)
+        times = np.append(side * length * shares, times)
     path = states_at(c.aligned, begin, times, a.bits)
     end = path[:, -1]
     if not (end[2] > 0).all():
         raise MapError("an orbit from the section does not reach the periodic orbit")
-    theta3 = side * length * (parts[:, None] * theta3_rate(path[:3, :-1], c)).sum(axis=0)
     psi = rotation_phase(end, c, a)
     turned = _branch(psi - chi, side, length, h, c, a)
     at = inverted(nf, weights, psi, end[0], end[1], a, counts)
     rates = torus_rates(weights @ nf.exponent, weights @ nf.rotation, at.u * at.v, counts)
     stretch = a.exp(rates.exponent * turned)
     time = side * length - at.tau - rates.rotation * turned
-    return np.stack((at.u / stretch, at.v * stretch, time, theta3 - at.sigma))
+    found = [at.u / stretch, at.v * stretch, time]
+    if nf.theta3:
+        rate = theta3_rate(path[:3, :-1], c)
+        found.append(side * length * (parts[:, None] * rate).sum(axis=0) - at.sigma)
+    return np.stack(found)
 
 
 def _branch(
@@ -335,8 +344,8 @@ def inverse_table(
     def chart(I: Any, s: Any, _: Any, weights: Any, counts: Any) -> Any:
         rates = weights @ nf.exponent, weights @ nf.rotation
         there = forward.at(weights, counts)
-        d, chi, (_, _, time, theta3) = _solved(rising, there, rates, (I, s), a)
-        return np.stack((d, chi - s, time, theta3))
+        d, chi, value = _solved(rising, there, rates, (I, s), a)
+        return np.stack((d, chi - s, *value[2:]))
 
     return fitted(chart, width, forward.n_x, n_phase, nf.energies, INVERSE, a)
 

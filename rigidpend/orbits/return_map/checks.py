@@ -115,7 +115,7 @@ def _points(random: np.random.Generator, each: int) -> tuple[Any, Any, list[int]
 
 def tails(table: ChartTable) -> tuple[float, float, float]:
     """The last coefficients of a table in x, phase and energy, relative to the largest."""
-    shape = (len(table.values), table.n_x, table.n_phase, 4)
+    shape = (len(table.values), table.n_x, table.n_phase, -1)
     sizes = np.abs(table.values.astype(float)).reshape(shape)
     sizes = sizes / np.maximum(sizes.max(axis=(0, 1, 2)), 1e-300)
     last_energy = sizes[-1].max() if len(sizes) > 1 else 0.0

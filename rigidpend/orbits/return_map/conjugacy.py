@@ -18,8 +18,10 @@ from rigidpend.orbits.return_map.precision import Precision, correction, precisi
 
 MOST_ITERATIONS = 12
 """Most corrections with all terms; each doubles the digits, where the series converges at all."""
-SETTLED = 1e-8
-"""Relative correction in doubles after which the next one, its square, would be rounding."""
+SETTLED = 1e-9
+"""Relative correction in doubles after which the next one would be rounding.
+
+Slopes of half the degree leave 2^-24 of it."""
 SLOPES = 2.0**-44
 """Share of a correction that slopes in doubles leave."""
 BEYOND = (
@@ -40,19 +42,17 @@ class TorusRates(NamedTuple):
 def torus_rates(exponent: Scalar, rotation: Scalar, I: Scalar, counts: Any = None) -> TorusRates:
     """The rates from their coefficients (E, K) at the invariants I, in E groups."""
     by_power = _powers(I, max(exponent.shape[1], rotation.shape[1]))
-    found = (_polynomial(c, by_power, counts) for c in (exponent, rotation))
+    each = len(I) // len(exponent) if counts is None else counts
+    found = (_polynomial(np.repeat(c, each, axis=0), by_power) for c in (exponent, rotation))
     return TorusRates(*next(found), *next(found))
 
 
-def _polynomial(c: Any, by_power: Any, counts: Any) -> tuple[Any, Any]:
+def _polynomial(c: Any, by_power: Any) -> tuple[Any, Any]:
     """The values and the slopes of polynomials of which the powers are known, (N,) each."""
     few = c.shape[1]
     slopes = c[:, 1:] * np.arange(1, few)
-    value, slope = (
-        grouped(by_power[:, :k], x[:, :, None], counts)[:, 0]
-        for k, x in ((few, c), (few - 1, slopes))
-    )
-    return value, slope
+    value = (by_power[:, :few] * c).sum(axis=1)
+    return value, (by_power[:, : few - 1] * slopes).sum(axis=1)
 
 
 def _powers(x: Any, n: int) -> Any:
@@ -76,8 +76,8 @@ class Beside(NamedTuple):
     v: Any
     tau: Any
     """Time less its mean, t'."""
-    sigma: Any
-    """theta3 less its mean (which is 0), radians."""
+    sigma: Any = None
+    """theta3 less its mean (which is 0), radians, if the normal form tells it."""
 
 
 def placed(
@@ -85,7 +85,7 @@ def placed(
 ) -> tuple[Any, Any, Any]:
     """Qp, Qm and the time less its mean of points in the normal form, (N,) each."""
     series = TorusSeries(nf, weights, psi, a)
-    Qp, Qm, _, tau = series.values(u, v)
+    Qp, Qm, *_, tau = series.values(u, v)
     return Qp, Qm, tau
 
 
@@ -130,16 +130,16 @@ def _inverted(
     Q: tuple[Any, Any],
     a: Precision,
     counts: Any,
-) -> tuple[Any, Any, Any, Any]:
+) -> tuple[Any, ...]:
     doubles = precision(53)
     given = [a.floats(x) for x in Q]
     series = TorusSeries(rough, a.floats(weights), a.floats(psi), doubles, counts)
     u, v = _newton(series, given[0], given[1])
     if a.bits == 53:
         return (u, v, *series.values(u, v)[:1:-1])
-    _, by_u, by_v = series.slopes(u, v, every=True)
     size = max(doubles.largest(u), doubles.largest(v))
-    low = series.least_degree(size, GUARD * 2.0 ** (53 - a.bits))
+    low, fine = series.least_degrees(size, GUARD * 2.0 ** (53 - a.bits), GUARD * SLOPES)
+    _, by_u, by_v = series.part(0, fine).slopes(u, v, every=True)
     head = TorusSeries(nf, weights, psi, a, counts, most=low)
     tail = series.part(low + 1)
     u, v = a.array(u), a.array(v)
@@ -148,8 +148,8 @@ def _inverted(
         du, dv = correction(by_u, by_v, (values[0] - Q[0], values[1] - Q[1]))
         u, v = u - du, v - dv
         if _relative(du, dv, u, v, a) * SLOPES < 4 * a.epsilon:
-            sigma, tau = (values[k] - by_u[k] * du - by_v[k] * dv for k in (2, 3))
-            return u, v, tau, sigma
+            left = values - by_u * du - by_v * dv
+            return (u, v, *left[:1:-1])
     raise MapError(BEYOND)
 
 
@@ -159,7 +159,11 @@ def _newton(series: TorusSeries, Qp: Any, Qm: Any) -> tuple[Any, Any]:
     degree, late = 1, 0
     with np.errstate(over="ignore", invalid="ignore", divide="ignore"):
         while late < MOST_ITERATIONS:
-            (p, m), by_u, by_v = series.part(0, degree).slopes(u, v)
+            if degree < series.degree:
+                (p, m), by_u, by_v = series.part(0, degree).slopes(u, v)
+            else:
+                # Of slopes the terms of low degree do.
+                p, m, *_ = series.values(u, v)
             du, dv = correction(by_u, by_v, (p - Qp, m - Qm))
             u, v = u - du, v - dv
             off = _relative(du, dv, u, v, precision(53))
@@ -219,7 +223,7 @@ class TorusSeries:
             basis = (weights[:, :, None] * basis[:, None, :]).reshape(len(psi), -1)
             series, counts = tuple(part[None] for part in series), None
         self.odd, self.even = (grouped(basis, part, counts) for part in series)
-        self.odd = self.odd.reshape(len(psi), 3, -1)
+        self.odd = self.odd.reshape(len(psi), nf.odd.shape[-1], -1)
 
     def part(self, least: int, most: int | None = None) -> TorusSeries:
         """The terms from a degree to another."""
@@ -230,19 +234,19 @@ class TorusSeries:
         made.odd, made.even = self.odd[:, :, odd], self.even[:, even]
         return made
 
-    def least_degree(self, size: float, share: float) -> int:
-        """The degree behind which terms at |u|, |v| <= size are below a share of the largest."""
-        low = 1
+    def least_degrees(self, size: float, *shares: float) -> list[int]:
+        """The degrees behind which terms at |u|, |v| <= size are below shares of the largest."""
+        found = [1] * len(shares)
         for powers_, values in zip(self.powers, (self.odd, self.even[:, None]), strict=True):
             degrees = powers_.sum(axis=1)
             sizes = np.abs(values).max(axis=0) * size**degrees
-            sizes = sizes / np.maximum(sizes.max(axis=1, keepdims=True), 1e-300)
-            large = (sizes > share).any(axis=0)
-            low = max(low, int(degrees[large].max(initial=0)))
-        return low
+            sizes = (sizes / np.maximum(sizes.max(axis=1, keepdims=True), 1e-300)).max(axis=0)
+            large = (degrees[sizes > share].max(initial=1) for share in shares)
+            found = [max(low, int(high)) for low, high in zip(found, large, strict=True)]
+        return found
 
     def values(self, u: Scalar, v: Scalar) -> Any:
-        """Qp, Qm, sigma and tau, (4, N)."""
+        """Qp, Qm, sigma if it is known, and tau: (3 or 4, N)."""
         of_u, of_v = (_powers(x, self.degree + 1) for x in (u, v))
         found = []
         for c, powers_ in zip((self.odd, self.even[:, None]), self.powers, strict=True):
@@ -251,7 +255,7 @@ class TorusSeries:
         return np.concatenate(found, axis=1).T
 
     def slopes(self, u: Scalar, v: Scalar, *, every: bool = False) -> tuple[Any, Any, Any]:
-        """Qp and Qm, or all of `values`, with their derivatives in u and in v, (2 or 4, N) each."""
+        """Qp and Qm, or `every` one of `values`, with their derivatives in u and in v."""
         given = [(self.odd, 0), (self.even[:, None], 1)] if every else [(self.odd[:, :2], 0)]
         of_u, of_v = (_powers(x, self.degree + 1) for x in (u, v))
         found = []
@@ -259,9 +263,9 @@ class TorusSeries:
             j, k = self.powers[parity].T
             by_u, by_v = j * of_u[:, np.maximum(j - 1, 0)], k * of_v[:, np.maximum(k - 1, 0)]
             at_u, at_v = of_u[:, j], of_v[:, k]
-            terms = np.stack((at_u * at_v, by_u * at_v, at_u * by_v), axis=2)
-            found.append(np.matmul(c, terms))
-        value, along_u, along_v = np.concatenate(found, axis=1).T
+            terms = at_u * at_v, by_u * at_v, at_u * by_v
+            found.append([np.einsum("...i,...i", c, x[:, None]) for x in terms])
+        value, along_u, along_v = (np.concatenate(x, axis=1).T for x in zip(*found, strict=True))
         return value, along_u, along_v
 
 

@@ -68,7 +68,9 @@ class NormalForm(NamedTuple):
     n: int
     """Fourier terms."""
     odd: Any
-    """(count n, terms, 3): Qp, Qm, and theta3 less its mean rate; terms as :func:`powers`."""
+    """(count n, terms, 2 or 3): Qp, Qm, and theta3 less its mean rate, if that is asked for.
+
+    Terms are those of :func:`powers`."""
     even: Any
     """(count n, terms): time less its mean rate."""
     exponent: Any
@@ -82,6 +84,11 @@ class NormalForm(NamedTuple):
 
     It is relative to its size at |u| = |v| = `radius`."""
 
+    @property
+    def theta3(self) -> bool:
+        """Whether theta3 is among the series."""
+        return bool(self.odd.shape[-1] == 3)
+
 
 def powers(degree: int, parity: int) -> Any:
     """The exponents (j, k) of the terms u^j v^k: (terms, 2), j + k <= degree of one parity."""
@@ -90,7 +97,15 @@ def powers(degree: int, parity: int) -> Any:
 
 
 def normal_form(
-    c: Coefficients, energies: Interval, degree: int, n: int, radius: float, a: Precision
+    c: Coefficients,
+    energies: Interval,
+    degree: int,
+    n: int,
+    radius: float,
+    a: Precision,
+    *,
+    theta3: bool = True,
+    least: float = 0.0,
 ) -> NormalForm:
     """Find the normal form to a total degree, on n phases.
 
@@ -106,6 +121,10 @@ def normal_form(
     radius : float
         How far |u| and |v| go.
     a : Precision
+    theta3 : bool, optional
+        Whether theta3 is wanted too.
+    least : float, optional
+        Relative size of terms at the radius from which on there are enough of them.
 
     Raises
     ------
@@ -116,11 +135,15 @@ def normal_form(
     for D in range(1, degree + 1, 2):
         if D > 1:
             finder.extend(D)
-        finder.extend_mean(D, 2, finder.sigma)
+        if theta3:
+            finder.extend_mean(D, 2, finder.sigma)
         finder.rotation.append(finder.extend_mean(D - 1, 3, finder.tau))
-        if not finder.sharp and finder.share(D, radius) < GUARD * 2.0 ** (53 - a.bits):
+        share = finder.share(D, radius)
+        if share < least:
+            break
+        if not finder.sharp and share < GUARD * 2.0 ** (53 - a.bits):
             finder.go_on_in_doubles()
-    return finder.record(energies, degree, radius)
+    return finder.record(energies, D, radius)
 
 
 class _Momentum(Jet):
@@ -324,12 +347,12 @@ class _Finder:
         for sharp, all_ in zip(self.sharp, found, strict=False):
             all_[:] = [*sharp, *map(a.array, all_[len(sharp) :])]
         analysis = fourier_analysis(self.n, a)
-        odd_p, odd_m, sigma, tau = (_expanded(x, analysis, to_energy) for x in found[:4])
+        *odd, tau = (_expanded(x, analysis, to_energy) for x in found[:4] if x)
         exponent, rotation = ((np.stack(x) @ to_energy).T for x in found[4:])
         least = float(abs(self.exponent[0]).max())
         off = [a.largest(x) * radius ** (2 * k) / least for k, x in enumerate(self.difference)]
-        odd = np.stack((odd_p, odd_m, sigma), axis=-1)
-        return NormalForm(energies, degree, self.n, odd, tau, exponent, rotation, radius, max(off))
+        series = np.stack(odd, axis=-1), tau, exponent, rotation
+        return NormalForm(energies, degree, self.n, *series, radius, max(off))
 
 
 def _expanded(parts: list[Any], analysis: Any, to_energy: Any) -> Any:

@@ -55,7 +55,7 @@ Beyond it a series needs too many terms."""
 LOOK = 3, 9, 7
 """Sizes of the first look: nodes in d and in chi, degree of the normal form."""
 SECOND_LOOK = 21
-"""Degree of the normal form in the second look."""
+"""Largest degree of the normal form in the second look."""
 DOUBLES = 53 * math.log(2)
 """Natural logarithm of one over a rounding of doubles."""
 NOISE = 1e-12
@@ -85,11 +85,13 @@ class Orders(NamedTuple):
     length: float
     """Length of the arcs, t'."""
 
-    def larger(self, *, inner: bool, x: bool, phase: bool, energy: bool) -> Orders:
-        """The orders for another attempt, where some were too small."""
+    def larger(self, *, inner: float, x: bool, phase: bool, energy: bool) -> Orders:
+        """The orders for another attempt, where some were too small.
+
+        Those of the normal form are raised by the factor `inner`."""
         return Orders(
-            _odd(self.degree * (1.2 if inner else 1)),
-            _odd(self.n_phase_orbit * (1.2 if inner else 1)),
+            _odd(self.degree * inner),
+            _odd(self.n_phase_orbit * inner),
             math.ceil(self.n_x * (1.2 if x else 1)),
             _odd(self.n_phase * (1.2 if phase else 1)),
             _odd(self.n_phase_inverse * (1.2 if phase else 1)),
@@ -130,7 +132,7 @@ class MapPlan(NamedTuple):
         )
 
 
-def cost(o: Orders, c: Coefficients, h: float, bits: int) -> float:
+def cost(o: Orders, c: Coefficients, h: float, bits: int, *, theta3: bool) -> float:
     """Seconds of a core for tables of these orders, made in pairs of doubles.
 
     Of 15 bodies drawn by lot tables that took 0.16 to 2.6 s cost 0.9 to 1.12 times as much.
@@ -138,7 +140,7 @@ def cost(o: Orders, c: Coefficients, h: float, bits: int) -> float:
     charts = sum(math.prod(x) for x in table_sizes(o.n_x, o.n_phase, o.n_energy, FORWARD))
     inverses = sum(math.prod(x) for x in table_sizes(o.n_x, o.n_phase_inverse, o.n_energy, INVERSE))
     terms = (o.degree + 1) * (o.degree + 3) / 4 * o.n_phase_orbit
-    arc = 60 + 0.9 * quadrature_points(o.length, c, h, bits) + 0.004 * terms
+    arc = 60 + 0.9 * quadrature_points(o.length, c, h, bits) * theta3 + 0.004 * terms
     back = 20 + 0.011 * o.n_x * o.n_phase_inverse
     series = 0.018 * o.n_energy * o.n_phase_orbit * o.degree**3
     return 0.03 + (2 * charts * arc + 2 * inverses * back + series) * 1e-6
@@ -234,7 +236,8 @@ def second_look(c: Coefficients, h: float, layer: Layer) -> Shrinking:
     """
     width, a = max(layer.widths), precision(53)
     length, border = arc_length(c, h, width), border_of(c, h, width)
-    nf = normal_form(c, Interval(h, 0.0, 1), SECOND_LOOK, _harmonics(c, h, DOUBLES), border, a)
+    at, n = Interval(h, 0.0, 1), _harmonics(c, h, DOUBLES)
+    nf = normal_form(c, at, SECOND_LOOK, n, border, a, least=TINY)
     degrees = powers(nf.degree, 1).sum(axis=1)
     sizes = np.abs(nf.odd[:, :, :2]).max(axis=(0, 2)) * border**degrees
     by_degree = np.array([sizes[degrees == D].max() for D in range(1, nf.degree + 1, 2)])

@@ -51,11 +51,15 @@ class Passage(NamedTuple):
     time: Any
     """t' from the crossing to the other; negative if backward."""
     theta3: Any
-    """Growth of theta3, radians, for an orbit that was on separatrix 2 or 3; else minus that."""
+    """Growth of theta3, radians, for an orbit that was on separatrix 2 or 3; else minus that.
+
+    None where the map does not tell it."""
     inside: Any
     """True if the tables reach so far; elsewhere all else is of no use."""
     slopes: Any
-    """(4, 2, N) the derivatives of d, chi, time and theta3 in d and chi; None if not asked for."""
+    """(4, 2, N) the derivatives of d, chi, time and theta3 in d and chi; None if not asked for.
+
+    (3, 2, N) without that of theta3."""
 
 
 class Entered(NamedTuple):
@@ -65,7 +69,7 @@ class Entered(NamedTuple):
     time: Any
     """(N,) t' from the start."""
     theta3: Any
-    """(N,) radians, growth from the start."""
+    """(N,) radians, growth from the start; None where the map does not tell it."""
     inside: Any
     """(N,), whether the tables reach so far."""
 
@@ -123,7 +127,7 @@ class EnergyLevel:
         chi = s + seen[1]
         time = at.tau + seen[2] - rates.rotation * (chi - phase)
         point = SectionPoint(True, seen[0], reduced_angle(-chi, a))
-        return Entered(point, time, at.sigma + seen[3], inside)
+        return Entered(point, time, at.sigma + seen[3] if nf.theta3 else None, inside)
 
     def passage(
         self, point: SectionPoint, *, backward: bool = False, slopes: bool = False
@@ -145,13 +149,13 @@ class EnergyLevel:
         changed = image.slopes
         if changed is not None:
             signs = np.array([[1, -1], [-1, 1], [-1, 1], [-1, 1]])[:, :, None]
-            changed = changed * signs
+            changed = changed * signs[: len(changed)]
         return image._replace(
             point=there,
             symbol=1 - image.symbol,
             turned=-image.turned,
             time=-image.time,
-            theta3=-image.theta3,
+            theta3=-image.theta3 if self.nf.theta3 else None,
             slopes=changed,
         )
 
@@ -181,7 +185,7 @@ class EnergyLevel:
             ~right,
             turned,
             seen.value[2] - there.value[2] + at.rates.rotation * turned,
-            seen.value[3] - side * there.value[3],
+            seen.value[3] - side * there.value[3] if self.nf.theta3 else None,
             inside,
             _chained(seen, there, at, turned, side) if slopes else None,
         )
@@ -194,15 +198,16 @@ def _seen(table: LevelTable, x: Scalar, phase: Scalar, slopes: bool, a: Precisio
 
 
 def _chained(seen: Looked, there: Looked, at: Invariants, turned: Scalar, side: Any) -> Any:
-    """The derivatives (4, 2, N) of d, chi, time and theta3 in d and chi."""
+    """The derivatives (4, 2, N) of d, chi, time and theta3 in d and chi; (3, 2, N) without it."""
     columns = []
     for k, by in enumerate((seen.by_x, seen.by_phase)):
         I, s = (at.by_d, at.by_chi)[k]
-        d, chi, time, theta3 = there.by_x * I + there.by_phase * s
+        d, chi, time, *theta3 = there.by_x * I + there.by_phase * s
         chi = chi + s
         rotation, growth = at.rates.rotation, at.rates.rotation_slope * I
         time = by[2] - time + growth * turned + rotation * (chi - k)
-        columns.append(np.stack((d, chi, time, by[3] - side * theta3)))
+        gained = [by[3] - side * x for x in theta3]
+        columns.append(np.stack((d, chi, time, *gained)))
     return np.stack(columns, axis=1)
 
 

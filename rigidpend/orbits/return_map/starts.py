@@ -31,7 +31,7 @@ class Entry(NamedTuple):
     half_width: Any
     """Half of the interval of Qp; 0 where it is a point."""
     table: ChartTable
-    """v/Qp, u/Qp, tau and sigma over (x, psi), x = (Qp - centre)/half_width."""
+    """v/Qp, u/Qp and tau over (x, psi), x = (Qp - centre)/half_width."""
 
     def place(self, Qp: Scalar) -> Any:
         """x of starts, in their numbers: doubles or pairs of them."""
@@ -55,11 +55,11 @@ def entry(nf: NormalForm, least: Scalar, most: Scalar, a: Precision) -> Entry:
     def placed(x: Any, psi: Any, _: Any, weights: Any, counts: Any) -> Any:
         Qp = centre + half_width * x
         at = inverted(nf, weights, psi, Qp, 0 * Qp, a, counts)
-        return np.stack((at.v / Qp, at.u / Qp, at.tau, at.sigma))
+        return np.stack((at.v / Qp, at.u / Qp, at.tau))
 
     for n_x in range(6, MOST_NODES, 3) if half_width else (1,):
         table = fitted(placed, a.number(1), n_x, nf.n, nf.energies, INVERSE, a)
-        last = table.values.reshape(nf.energies.n, n_x, nf.n, 4)[:, -2:, :, :3]
+        last = table.values.reshape(nf.energies.n, n_x, nf.n, -1)[:, -2:]
         if n_x == 1 or a.largest(last) <= ROUNDINGS * a.epsilon:
             return Entry(centre, half_width, table)
     raise MapError("the start lies outside of the range of the normal form")

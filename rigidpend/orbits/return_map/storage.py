@@ -30,7 +30,7 @@ from rigidpend.numbers.expressions import named
 from rigidpend.numbers.generic import Scalar
 from rigidpend.orbits.integrate.pair_arrays import PairArray
 from rigidpend.orbits.return_map.build import (
-    FIRST,
+    WHOLE,
     Costly,
     Design,
     ReturnMap,
@@ -56,7 +56,7 @@ def return_map(
     *,
     h: Scalar,
     bits: int = 53,
-    design: Design = FIRST,
+    design: Design = WHOLE,
     budget: float = math.inf,
 ) -> ReturnMap:
     """The return map of a body, built or taken from the cache.

@@ -12,6 +12,7 @@ import pytest
 from rigidpend import Body
 from rigidpend.orbits.integrate.states import states_at
 from rigidpend.orbits.return_map import ReturnMap, SectionPoint, return_map
+from rigidpend.orbits.return_map.build import FIRST
 from rigidpend.orbits.return_map.poincare import section_state
 from rigidpend.orbits.return_map.precision import precision
 from rigidpend.orbits.return_map.reduced import coefficients, theta3_rate
@@ -86,6 +87,44 @@ def test_invariant_forward_then_backward_is_the_identity(made: ReturnMap, rising
     assert (back.mirrored == there.mirrored)[ok].all()
     sign = np.where(there.mirrored, -1, 1)
     np.testing.assert_allclose((there.theta3 + sign * back.theta3)[ok], 0, atol=1e-12)
+
+
+@pytest.mark.parametrize("backward", [False, True])
+@pytest.mark.parametrize("rising", [True, False])
+def test_agrees_a_map_for_codes_with_one_that_tells_theta3_too(
+    made: ReturnMap, rising: bool, backward: bool
+) -> None:
+    here, short = points(made, rising), return_map(GENERIC, h=H, design=FIRST)
+    a, b = (x.at(H).passage(here, backward=backward, slopes=True) for x in (made, short))
+    assert b.theta3 is None
+    assert b.slopes.shape == (3, 2, N)
+    ok = a.inside & b.inside
+    assert ok.sum() > N / 2
+    grown = 1e-14 * (1 + np.abs(a.slopes).max(axis=(0, 1)))
+    for x, y in ((a.point.d, b.point.d), (a.turned, b.turned), (a.time / 30, b.time / 30)):
+        assert (np.abs(x - y) < grown)[ok].all()
+    np.testing.assert_allclose(b.slopes[..., ok], a.slopes[:3][..., ok], rtol=1e-9)
+
+
+@pytest.mark.parametrize("rising", [True, False])
+def test_invariant_a_passage_preserves_the_area_dJ2_dchi(made: ReturnMap, rising: bool) -> None:
+    here, c = points(made, rising), made.coefficients
+    passed = made.at(H).passage(here, slopes=True)
+
+    def J2(point: SectionPoint, d: Any) -> Any:
+        Qp, Qm, *_ = section_state(point.rising, d, point.chi, H, c, DOUBLES)
+        return np.hypot((Qp + Qm) * c.to_M1, (Qp - Qm) * c.to_M2)
+
+    def momentum_slope(point: SectionPoint) -> Any:
+        step = 1e-5
+        return (J2(point, point.d + step) - J2(point, point.d - step)) / (2 * step)
+
+    (dd, dchi), (cd, cchi) = passed.slopes[0], passed.slopes[1]
+    area = (dd * cchi - dchi * cd) * momentum_slope(passed.point) / momentum_slope(here)
+    ok = passed.inside
+    cancelled = np.abs(dd * cchi) + np.abs(dchi * cd)
+    np.testing.assert_allclose(np.abs(area[ok]), 1, rtol=1e-8, atol=0)
+    assert (np.abs(area[ok] - area[ok][0]) < 1e-8 + 1e-13 * cancelled[ok]).all()
 
 
 @pytest.mark.parametrize("backward", [False, True])
