@@ -21,6 +21,7 @@ from rigidpend.mechanics.free_body import (
 )
 from rigidpend.numbers.exact import exact
 from rigidpend.orbits.integrate.states import states_at
+from rigidpend.routes.codes import route_codes
 from rigidpend.routes.problem import RouteProblem
 from rigidpend.surfaces import melnikov
 from rigidpend.surfaces.melnikov import (
@@ -127,6 +128,21 @@ def test_eq_Im_is_adaptive_quadrature_of_the_bracket(number: int, phase: float) 
     assert melnikov.integral(motion, p) == pytest.approx(found, abs=1e-12)
 
 
+@pytest.mark.parametrize("nu", [8])
+def test_eq_Im_is_its_middle_form_with_legendre_s_integral(nu: float) -> None:
+    """The printed factor of sigma_0/u cos(delta + phase), the paper's minus sign apart."""
+    m, p = FINE, fine_angles(nearly_round(nu))
+
+    def legendre(x: Any) -> Any:
+        return m.sin(2 * p.nu * x) / (m.exp(2 * m.pi * x) + 1)
+
+    ends = [k * m.pi / p.nu for k in range(math.ceil(11 * nu / math.pi))]
+    middle = 1 - 4 * p.nu * m.quad(legendre, ends, method="gauss-legendre")
+    J2 = m.mpf("0.7")
+    unit = melnikov.sigma(2, p, m) / (J2 * m.sin(p.alpha0))
+    assert abs(-melnikov.amplitude(2, J2, p, m) / unit - middle) < 1e-26
+
+
 @pytest.mark.parametrize("nu", [1e-3, 4.0, 300.0, 745.0, 2000.0])
 def test_the_amplitude_neither_overflows_nor_loses_digits(nu: float) -> None:
     p = GENERIC.angles()._replace(nu=nu)
@@ -172,6 +188,23 @@ def test_the_zeros_move_with_J1_0_by_kappa_over_sin_alpha0() -> None:
     before, after = (melnikov.zeros(problem(J1_0=x)) for x in ("1e-50", "2e-50"))
     shift = FIG4.kappa / math.sin(FIG4.alpha0) * math.log(2)
     assert_same_angles(after, [x + shift for x in before], 1e-14)
+
+
+def integral(p: RouteProblem, phase: float) -> float:
+    """I_M along separatrix 2 from J1_0 on."""
+    J1, J2 = float(p.J1_0), float(p.J2_0(53))
+    return float(melnikov.integral(SeparatrixMotion(2, J1, J2 - J1, phase), p.body.angles()))
+
+
+def test_between_the_zeros_the_first_symbol_follows_the_cosine_s_sign() -> None:
+    zeros = melnikov.zeros(problem())
+    near = 1.1 * float(FIG4.mu)
+    phases = np.array([x + side * near for x in zeros for side in (-1, 1)])
+    routes = route_codes(FIG4, phases, h0="1.3342", J1_0="1e-8", n_symbols=1)
+    assert routes.certain.all()
+    # cos(delta + theta2_0) is sin(theta2_0 - z) for the zero z where it starts to be positive.
+    rising = next(z for z in zeros if integral(problem(), z + 0.1) < 0)
+    assert routes.codes[0].tolist() == [int(math.sin(x - rising) > 0) for x in phases]
 
 
 DELTA = (0.7, -0.4, 1.1, 0.3)

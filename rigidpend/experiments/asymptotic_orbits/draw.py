@@ -123,7 +123,7 @@ def tables(result: Loaded) -> list[Table]:
             [
                 Column("address", [address(*one) for one in first]),
                 Column("kind", [orbits["ends"] for orbits, _ in first]),
-                Column("theta2_0 (rad)", [_phase(*one) for one in first]),
+                Column("theta2_0 (rad)", [phase_text(*one) for one in first]),
                 Column("flight (t')", [orbits["flight"][k] for orbits, k in first], ".9f"),
                 Column("theta3+ - theta3- (rad)", [x["theta3"][k] for x, k in first], ".12f"),
             ],
@@ -132,7 +132,7 @@ def tables(result: Loaded) -> list[Table]:
     ]
 
 
-def _phase(orbits: Data, k: int) -> str:
+def phase_text(orbits: Data, k: int) -> str:
     """theta2_0 of an orbit to 30 digits."""
     whole, rest = (Fraction(float(orbits[key][k])) for key in ("theta2_0", "theta2_0_rest"))
     return plots.decimals(whole + rest, 29)

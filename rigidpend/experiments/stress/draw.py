@@ -47,7 +47,7 @@ TOLD = {
     **dict.fromkeys(("value", "bound", "ratio"), float),
     **dict.fromkeys(("verdict", "limit", "note"), str),
 }
-"""What is told of a claim, as text and as JSON."""
+"""Kinds of what is told of a claim, as text and as JSON."""
 BESIDE, LINES = 46, 6.3
 """Characters in a line beside the claims, and its size in points."""
 

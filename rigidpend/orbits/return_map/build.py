@@ -73,7 +73,7 @@ class Design(NamedTuple):
     origin: float = 0.0
     """Shift of phases before they are rounded, radians."""
     theta3: bool = True
-    """Whether the map tells what theta3 gains, which takes a third of the time."""
+    """True if the map tells what theta3 gains, which takes a third of the time."""
 
 
 class Costly(MapError):

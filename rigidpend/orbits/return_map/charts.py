@@ -251,7 +251,7 @@ def section_chart(
     if not (end[2] > 0).all():
         raise MapError("an orbit from the section does not reach the periodic orbit")
     psi = rotation_phase(end, c, a)
-    turned = _branch(psi - chi, side, length, h, c, a)
+    turned = branch(psi - chi, side, length, h, c, a)
     at = inverted(nf, weights, psi, end[0], end[1], a, counts)
     rates = torus_rates(weights @ nf.exponent, weights @ nf.rotation, at.u * at.v, counts)
     stretch = a.exp(rates.exponent * turned)
@@ -263,7 +263,7 @@ def section_chart(
     return np.stack(found)
 
 
-def _branch(
+def branch(
     turned: Scalar, side: int, length: Scalar, h: Scalar, c: Coefficients, a: Precision
 ) -> Any:
     """psi - chi, next to what it is without weight."""

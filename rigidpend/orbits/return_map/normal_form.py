@@ -86,7 +86,7 @@ class NormalForm(NamedTuple):
 
     @property
     def theta3(self) -> bool:
-        """Whether theta3 is among the series."""
+        """True if theta3 is among the series."""
         return bool(self.odd.shape[-1] == 3)
 
 

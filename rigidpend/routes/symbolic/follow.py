@@ -88,10 +88,10 @@ def address_of(
     there = states_at(begin.coefficients, states, times, bits)[..., 0].astype(float)
     orbits = surface(problem)
     level = Level(orbits.made, orbits.energy(float(phase)))
-    return _addressed(level, section_points(there, level.c, precision(53)), routes.codes[:n, 0])
+    return addressed(level, section_points(there, level.c, precision(53)), routes.codes[:n, 0])
 
 
-def _addressed(level: Level, points: SectionPoint, symbols: NDArray[np.uint8]) -> Address:
+def addressed(level: Level, points: SectionPoint, symbols: NDArray[np.uint8]) -> Address:
     """The address of crossings, each followed by the map through one passage alone."""
     turned = np.zeros(len(symbols))
     for rising in (True, False):

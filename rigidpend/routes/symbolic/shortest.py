@@ -152,7 +152,7 @@ def shortest(system: System, first: int, unknown: float, given: tuple[int, ...] 
     made = alike(system.level, tried, math.inf if given else INSIDE)
     cells = made.cells
     for k in range(len(given), n if n <= LESSENED else 0):
-        cells = _lessened(system, made, cells, k)
+        cells = lessened(system, made, cells, k)
     if (cells != made.cells).any():
         with contextlib.suppress(NoOrbit):
             return path(system, cells, made.unknown, patient=False)
@@ -177,7 +177,7 @@ def alike(level: Level, tried: Callable[[int], Chain], within: float = INSIDE) -
     raise NoOrbit(f"from {least} to {least + MORE - 1} half rotations a passage: {reason}")
 
 
-def _lessened(system: System, made: Chain, cells: Signs, k: int) -> Signs:
+def lessened(system: System, made: Chain, cells: Signs, k: int) -> Signs:
     """The cells with as few half rotations in passage k as its neighbours allow.
 
     Of the chain that was `made` with other cells only what arrives before the neighbours is used.

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from rigidpend.experiments.asymptotic_orbits.draw import _phase, address
+from rigidpend.experiments.asymptotic_orbits.draw import address, phase_text
 from rigidpend.experiments.plots import decimals
 from rigidpend.mechanics.body import Body
 from rigidpend.routes.codes import route_codes
@@ -80,7 +80,7 @@ def test_sampled_orbits_gain_the_theta3_that_the_map_tells(data: Any) -> None:
 def test_thirty_digits_are_shown(data: Any) -> None:
     orbits = data["orbits"]["1"]
     high, rest = float(orbits["theta2_0"][0]), float(orbits["theta2_0_rest"][0])
-    shown = _phase(orbits, 0)
+    shown = phase_text(orbits, 0)
     assert abs(Fraction(shown) - Fraction(high) - Fraction(rest)) <= Fraction(1, 2 * 10**29)
     assert decimals(Fraction(0.5) - Fraction(2) ** -60, 5) == "0.50000"
     assert len(shown) == 31

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import random
 from functools import partial
 from typing import Any
 
@@ -132,6 +133,28 @@ def test_both_ends_and_other_bodies_agree_with_integration() -> None:
         finer = route_codes(body, "5/4", h0=h0, J1_0=J1_0, n_symbols=2, precisions=(113,))
         assert found.proven.all()
         assert np.array_equal(found.codes, finer.codes)
+
+
+def random_problem(drawn: random.Random) -> tuple[Body, str, str, str]:
+    A3 = drawn.randrange(105, 195)
+    body = Body(
+        (2, 1, f"{A3}/100"),
+        (drawn.randrange(0, 20), drawn.randrange(1, 20), 0),
+        f"{drawn.randrange(1, 100)}e-4",
+    )
+    J1_0 = f"1e-{drawn.randrange(3, 12)}"
+    return body, f"{drawn.randrange(100, 300)}/100", J1_0, f"{drawn.random() * 6.28}"
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("seed", range(2))
+def test_random_bodies_agree_with_113_bits(seed: int) -> None:
+    body, h0, J1_0, phase = random_problem(random.Random(seed))
+    found = certify_codes(body, phase, h0=h0, J1_0=J1_0, n_symbols=3)
+    finer = route_codes(body, phase, h0=h0, J1_0=J1_0, n_symbols=3, precisions=(113,))
+    proven = found.proven[:, 0]
+    assert np.array_equal(found.codes[proven, 0], finer.codes[proven, 0])
+    assert proven.all() or not finer.certain.all()
 
 
 @pytest.mark.parametrize(

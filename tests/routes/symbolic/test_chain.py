@@ -21,7 +21,7 @@ from rigidpend.routes.symbolic.chain import (
     signs_of,
 )
 from rigidpend.routes.symbolic.levels import surface
-from rigidpend.routes.symbolic.shortest import INSIDE, _lessened, exactly, path, shortest
+from rigidpend.routes.symbolic.shortest import INSIDE, exactly, lessened, path, shortest
 from tests.routes.symbolic.fig4 import BODY, J1_0, H, chain_of, level
 
 SYMBOLS = np.array([0, 1, 1, 0, 0])
@@ -110,7 +110,7 @@ def test_passages_are_lessened_while_their_neighbourhood_stays_inside() -> None:
     word = np.random.default_rng(1).integers(0, 2, 14)
     one, made = System(level(), on_surface, signs_of(word)), chain_of(word)
     for k in (1, 10):
-        fewer = _lessened(one, made, made.cells, k)
+        fewer = lessened(one, made, made.cells, k)
         assert (made.cells - fewer).tolist() == [0] * (k + 1) + [1] * (14 - k)
 
 

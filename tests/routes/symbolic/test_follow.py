@@ -21,7 +21,7 @@ from rigidpend.orbits.return_map.passage import SectionPoint
 from rigidpend.routes.cycle import TURNS, symbols
 from rigidpend.routes.herpolhode import initial_state, physical, separatrices
 from rigidpend.routes.problem import RouteProblem
-from rigidpend.routes.symbolic.follow import RoundPhases, _addressed, round_phases
+from rigidpend.routes.symbolic.follow import RoundPhases, addressed, round_phases
 from rigidpend.routes.symbolic.levels import onward
 from tests.bodies import FIG4
 from tests.routes.symbolic.fig4 import level
@@ -76,10 +76,10 @@ def test_a_passage_that_the_map_takes_for_another_is_told_by_its_number(wrong: i
     _, *at = zip(begin, *(each.point for each in passed), strict=True)
     points = SectionPoint(True, *map(np.concatenate, at))
     codes = np.concatenate([each.symbol for each in passed])
-    assert _addressed(level(), points, codes).symbols == tuple(codes)
+    assert addressed(level(), points, codes).symbols == tuple(codes)
     codes[wrong] ^= 1
     with pytest.raises(MapError, match=f"passage {wrong + 1} of the orbit lies outside"):
-        _addressed(level(), points, codes)
+        addressed(level(), points, codes)
 
 
 @pytest.mark.slow
