@@ -61,6 +61,7 @@ DOUBLES = 53 * math.log(2)
 NOISE = 1e-12
 """Relative size from which on terms in doubles tell how fast they shrink."""
 TINY = 1e-17
+"""Relative size below which terms in doubles tell nothing more."""
 SLOWEST = 0.05
 """Least natural logarithm by which terms shrink from order to order."""
 MOST_DEGREE = 45

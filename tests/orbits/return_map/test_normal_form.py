@@ -13,7 +13,7 @@ from rigidpend import Body
 from rigidpend.mechanics import floquet
 from rigidpend.mechanics.equations import aligned
 from rigidpend.orbits.return_map import normal_form as module
-from rigidpend.orbits.return_map.conjugacy import inverted, torus_rates
+from rigidpend.orbits.return_map.conjugacy import inverted, placed, torus_rates
 from rigidpend.orbits.return_map.expansions import Interval
 from rigidpend.orbits.return_map.normal_form import MapError, normal_form, powers
 from rigidpend.orbits.return_map.poincare import rotation_phase
@@ -146,6 +146,18 @@ def test_agrees_the_inverse_of_the_series_in_64_and_113_bits() -> None:
         found.append(np.array([float(x[0]) for x in beside]))
         assert float(nf.disagreement) < 2.0 ** (10 - bits)
     np.testing.assert_allclose(found[0], found[1], rtol=1e-12)
+
+
+def test_order_points_are_put_into_the_normal_form_to_rounding_of_doubles() -> None:
+    """Where slopes of half the degree do, the last correction leaves no more than that."""
+    nf = normal_form(coefficients_of(GENERIC), Interval(1.3342, 0.0, 1), 21, 21, 0.1, DOUBLES)
+    ones, random = np.ones((1, 1)), np.random.default_rng(4)
+    psi, (Qp, Qm) = random.uniform(0, 6.28, 500), random.uniform(-0.2, 0.2, (2, 500))
+    at = inverted(nf, ones, psi, Qp, Qm, DOUBLES)
+    again = placed(nf, ones, psi, at.u, at.v, DOUBLES)
+    largest = np.maximum(np.abs(Qp), np.abs(Qm))
+    off = [np.abs(x - y) / largest for x, y in zip(again, (Qp, Qm), strict=False)]
+    assert np.max(off) < 2e-15
 
 
 @pytest.mark.parametrize(("bits", "degree"), [(70, 21), (96, 29)])

@@ -8,7 +8,7 @@ import pytest
 
 from rigidpend.numbers.exact import exact
 from rigidpend.orbits.return_map import MapError, orders
-from rigidpend.orbits.return_map.build import FIRST, expected_cost
+from rigidpend.orbits.return_map.build import FIRST, WHOLE, expected_cost
 from rigidpend.orbits.return_map.orders import (
     LARGEST_RADIUS,
     Orders,
@@ -93,6 +93,12 @@ def test_a_normal_form_costs_as_the_cube_of_its_degree(rough: Coefficients) -> N
         cost(Orders(n, 99, 2, 3, 3, 9, 2.5), rough, H, 53, theta3=False) for n in (50, 100)
     )
     assert 7.5 < many / few < 8.2
+
+
+def test_a_map_that_tells_no_theta3_is_expected_to_cost_less() -> None:
+    h = exact("1.3342")
+    short, whole = (expected_cost(FIG4, h, h, 64, design) for design in (FIRST, WHOLE))
+    assert 0.4 < short / whole < 0.85
 
 
 def test_a_map_in_more_bits_is_expected_to_cost_more() -> None:
