@@ -96,6 +96,7 @@ def test_order_tables_err_by_less_than_is_stated(case: Body | int) -> None:
     [
         (31.9, 0, ["n_x"]),
         (32.1, 0, ["degree", "n_phase_orbit", "n_x"]),
+        (1e12, 0, ["degree", "n_phase_orbit", "n_x"]),
         (0, 31.9, ["n_x"]),
         (0, 32.1, ["n_x", "n_phase", "n_phase_inverse", "n_energy"]),
     ],
