@@ -93,12 +93,17 @@ def agreement(a: Crossings, b: Crossings, rate: float, limit: float) -> NDArray[
     return same[1:]
 
 
+def undivided(work: Work, columns: Columns, _: int) -> list[tuple[Columns, Decided]]:
+    """All columns decided at once: what `share` is where nothing is shared."""
+    return [(columns, work(columns))]
+
+
 def decide(
     compute: Compute,
     n: int,
     rate: float,
     precisions: tuple[int, ...],
-    share: Share | None = None,
+    share: Share = undivided,
     both: Both | None = None,
     single: Collection[int] = (),
 ) -> Decided:
@@ -127,7 +132,7 @@ def decide(
     single : collection of int, optional
         Precisions above the first in which one computation is all.
     """
-    share, least = share or undivided, precisions[0]
+    least = precisions[0]
     both = both or (lambda columns: [compute(least, x, columns) for x in (FIRST, SECOND)])
 
     def settle(columns: Columns) -> Decided:
@@ -152,7 +157,7 @@ def climb(
     rate: float,
     precisions: tuple[int, ...],
     single: Collection[int] = (),
-    share: Share | None = None,
+    share: Share = undivided,
 ) -> None:
     """Decide what is open further in higher precisions, from what is found on: in its place."""
     for bits in precisions:
@@ -160,7 +165,7 @@ def climb(
         if not left.size:
             break
         further = functools.partial(_further, compute, found, rate, bits, bits in single)
-        for columns, piece in (share or undivided)(further, left, bits):
+        for columns, piece in share(further, left, bits):
             replace(found, columns, piece)
 
 
@@ -186,11 +191,6 @@ def _further(
         decided = np.full(open_.size, bits, dtype=np.uint16)
         replace(known, open_, Decided(sharper, certain, decided))
     return known
-
-
-def undivided(work: Work, columns: Columns, _: int) -> list[tuple[Columns, Decided]]:
-    """All columns decided at once: what `share` is where nothing is shared."""
-    return [(columns, work(columns))]
 
 
 def _established(

@@ -18,7 +18,7 @@ from collections.abc import Callable, Mapping, Sequence
 from fractions import Fraction
 from functools import cached_property
 from operator import add, mul
-from typing import TypeAlias
+from typing import Any, TypeAlias
 
 from flint import arb, ctx, fmpz, fmpz_mpoly, fmpz_mpoly_ctx, fmpz_poly
 
@@ -95,10 +95,16 @@ class Model:
         # Nothing says how steep an error is.
         if self.error:
             raise ValueError("a model with an error has no derivative")
-        # Of 2P(x) by x = (z + 1/z)/2: z d/dz of it over (z - 1/z)/2, which divides it.
-        n = self.degree
-        turned = self.doubled.derivative().left_shift(1) - n * self.doubled
-        return Model(2 * turned // fmpz_poly([-1, 0, 1]), max(n - 1, 0), 0, self.bits)
+        sloped = _sloped(self.doubled, self.doubled.derivative(), fmpz_poly([0, 1]), self.degree)
+        return Model(sloped, max(self.degree - 1, 0), 0, self.bits)
+
+
+def _sloped(doubled: Any, by_z: Any, z: Any, degree: int) -> Any:
+    """The doubled derivative in x, from a doubled series and its derivative in z.
+
+    As x = (z + 1/z)/2 it is z d/dz over (z - 1/z)/2, which divides it.
+    """
+    return 2 * (z * by_z - degree * doubled) // (z * z - 1)
 
 
 def _units(ball: arb, bits: int) -> tuple[int, int]:
@@ -272,10 +278,8 @@ class Family:
         """Derivative in x, of a family without error."""
         if self.error:
             raise ValueError("a family with an error has no derivative")
-        # As that of a model.
-        n, z = self.degree, _Z
-        turned = z * self.doubled.derivative("z") - n * self.doubled
-        return Family(2 * turned // (z**2 - 1), max(n - 1, 0), self.bits, 0, self.orders)
+        sloped = _sloped(self.doubled, self.doubled.derivative("z"), _Z, self.degree)
+        return Family(sloped, max(self.degree - 1, 0), self.bits, 0, self.orders)
 
     def partial(self, name: str) -> Family:
         """Derivative in u, v or w."""
