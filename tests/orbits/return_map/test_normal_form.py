@@ -148,6 +148,19 @@ def test_agrees_the_inverse_of_the_series_in_64_and_113_bits() -> None:
     np.testing.assert_allclose(found[0], found[1], rtol=1e-12)
 
 
+@pytest.mark.parametrize("least", [1e-4, 1e-7])
+def test_the_normal_form_ends_with_the_first_terms_that_are_small_enough(least: float) -> None:
+    radius = 0.3
+    given: Any = (coefficients_of(FIG4), Interval(1.3342, 0.0, 1), 21, 21, radius, DOUBLES)
+    whole, short = normal_form(*given), normal_form(*given, least=least)
+    degrees = powers(21, 1).sum(axis=1)
+    np.testing.assert_array_equal(short.odd, whole.odd[:, degrees <= short.degree])
+    # Coefficients of waves are no larger than what they add up to at phases, nor far below.
+    sizes = [np.abs(whole.odd[:, degrees == D, :2]).max() * radius**D for D in range(1, 22, 2)]
+    last, before = (sizes[(short.degree - k) // 2] / sizes[0] for k in (1, 3))
+    assert last < least < 8 * before
+
+
 def test_order_points_are_put_into_the_normal_form_to_rounding_of_doubles() -> None:
     """Where slopes of half the degree do, the last correction leaves no more than that."""
     nf = normal_form(coefficients_of(GENERIC), Interval(1.3342, 0.0, 1), 21, 21, 0.1, DOUBLES)
