@@ -73,7 +73,8 @@ def test_table_and_json_tell_what_was_stored(tmp_path: Path) -> None:
     claims = [claim("x", 2), claim("y", 2), claim("z", 2, 6)]
     made: Any = trial(claims, 1, math.inf, 5).tried()
     tree = {"some_group": {**made, "claims": compute.table(made["claims"])}}
-    data = from_file(tmp_path, "stress", tree)["data"]
+    result = from_file(tmp_path, "stress", tree)
+    data = result["data"]
     told = json.loads(json.dumps(draw.summary(data), allow_nan=False))
     assert told["counts"] == {PASSED: 1, LIMIT: 1, FAILED: 1}
     assert [x["name"] for x in told["claims"]] == ["x", "y", "z"]
@@ -84,6 +85,10 @@ def test_table_and_json_tell_what_was_stored(tmp_path: Path) -> None:
     assert ["z", "5", "2", "2.5", "rad", "limit"] in [x.split() for x in said]
     assert any(x.startswith("limit: some_group, z") and x.endswith("known why") for x in said)
     assert any("FAILED: some_group, y: what is measured; known why" in x for x in said)
+    kinds, beyond = draw.tables(result)
+    assert kinds.rows == [("some group", "1", "1", "1", "0.5")], "part of what passed alone"
+    names = [tuple(row[:2]) for row in beyond.rows]
+    assert names == [("FAILED", "some group, y"), ("limit", "some group, z")]
 
 
 @pytest.mark.slow
