@@ -88,7 +88,7 @@ def provisional(result: Loaded) -> Iterator[str]:
 
 
 def bench_lines(result: Loaded) -> Iterator[str]:
-    """Losses, bodies by lot, the codes of Fig. 4, the rest in short, cross-checks, trust."""
+    """Losses, bodies by lot, the codes of Fig. 4, the rest in short, trust."""
     data = result["data"]
     yield from provisional(result)
     yield f"{machine(result)}; medians over rounds in which methods take turns."
@@ -97,9 +97,7 @@ def bench_lines(result: Loaded) -> Iterator[str]:
         *reading.bodies_tables(data),
         reading.meeting_table(data, "codes"),
         shortest(data),
-        reading.cross_checks_table(data),
         reading.phases_table(data),
-        *([reading.many_table(data)] if data.get("many_orbits") else []),
     ):
         yield ""
         yield from markdown(table)

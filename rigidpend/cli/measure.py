@@ -32,7 +32,7 @@ def bench_command(
     \b
     Examples:
       rigidpend bench --quick
-      rigidpend bench --set search.seconds=1 --json
+      rigidpend bench --set meeting.rounds=31 --json
     """
     from rigidpend.experiments.bench import report
     from rigidpend.machine import wording

@@ -28,7 +28,7 @@ WIDTH = 7.2
 """Width of a page, inches."""
 
 BLUE, RED, GREEN = "#0072B2", "#D55E00", "#009E73"
-PINK, ORANGE, SKY = "#CC79A7", "#E69F00", "#56B4E9"
+PINK, ORANGE = "#CC79A7", "#E69F00"
 
 SEPARATRIX = {1: GREEN, 2: BLUE, 3: PINK, 4: RED}
 """Colour of each separatrix."""

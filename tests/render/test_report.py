@@ -231,9 +231,7 @@ def test_losses_come_first_and_every_problem_has_its_tables() -> None:
         "The slowest bodies: route_codes as it comes, every symbol certain",
         "free body, to an error of 1e-09",
         "route codes, every symbol right",
-        "Cross-check against cross-check, codes of Fig. 4, one thread",
         "Random phases",
-        "Time against the number of orbits, one thread",
     ]
 
 

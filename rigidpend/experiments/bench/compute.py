@@ -18,7 +18,7 @@ import numpy as np
 from rigidpend.experiments import principal_axes
 from rigidpend.experiments.bench import BODY, measure, methods
 from rigidpend.experiments.bench.measure import Line
-from rigidpend.experiments.bench.methods import LONG, METHODS, PROBLEMS, Entrant
+from rigidpend.experiments.bench.methods import METHODS, PROBLEMS, Entrant
 from rigidpend.experiments.bench.problems import stage
 from rigidpend.experiments.contract import Means
 from rigidpend.experiments.data import Data, Tree
@@ -52,7 +52,7 @@ def compute(config: Config, means: Means) -> Tree:
     -------
     Tree
         A group for each problem, with a record of the search for each method; `meetings`, by
-        the number of threads, then by problem; `random_phases`, by J1_0; `many_orbits`; `bodies`.
+        the number of threads, then by problem; `random_phases`, by J1_0; `bodies`.
 
     Raises
     ------
@@ -62,42 +62,39 @@ def compute(config: Config, means: Means) -> Tree:
     if not principal_axes.installed():
         raise EngineError("the references need the package heyoka, which is not installed")
 
-    def part(name: str, title: str, work: Callable[..., Tree], *given: Any) -> Tree:
+    def part(name: str, title: str, work: Callable[..., Tree], *given: Any) -> Any:
         found = means.part(name, partial(work, config, *given))
         means.report(f"{title}: {'; '.join(dict.fromkeys(_ends(found))) or 'done'}")
         return found
 
-    def parts(name: str, title: str, work: Any, keys: Sequence[str], known: Data) -> dict[str, Any]:
-        """A part of each method that is there, with its setting for the codes of Fig. 4."""
-        entries = _entries(config, keys, known)
-        return {
-            key: part(f"{name}.{key}", f"{title}, {METHODS[key].label}", work, key, entry)
-            for key, entry in entries.items()
-        }
-
-    problems = {name: PROBLEMS[name] for name in config.problem.problems}
     truth = {
-        name: part(f"reference.{name}", f"reference, {x.title}", _reference, name)
-        for name, x in problems.items()
+        name: part(f"reference.{name}", f"reference, {PROBLEMS[name].title}", _reference, name)
+        for name in config.problem.problems
     }
     searched = {
         key: part(f"search.{key}", METHODS[key].label, _search, key, truth)
         for key in config.problem.methods
         if set(METHODS[key].answers) & set(truth)
     }
-    records, met = {name: _turned(searched).get(name, {}) for name in problems}, {}
-    for name, x in problems.items():
-        guests = methods.guests(name, records[name], config)
+    records = {name: _turned(searched).get(name, {}) for name in truth}
+    met = {}
+    for name, group in records.items():
+        guests = methods.guests(name, group, config)
         if len(guests) > 1:
-            met[name] = part(f"meeting.{name}", x.title, _meeting, name, guests, truth)
-    codes = records.get("codes", {})
-    phases = parts("phases", "random phases", _phases, config.phases.methods, {})
-    many = parts("many", "many orbits", _many, config.many.methods, codes)
-    bodies = part("bodies", "bodies drawn by lot", _bodies, codes)
-    told = {k: {"title": x.title, "default": x.default, **records[k]} for k, x in problems.items()}
-    meetings = {**{f"threads_{n}": {} for n in config.meeting.threads}, **_turned(met)}
-    rest = {"meetings": meetings, "random_phases": _turned(phases), "many_orbits": many}
-    return {**told, **rest, **({"bodies": bodies} if bodies else {})}
+            title = PROBLEMS[name].title
+            met[name] = part(f"meeting.{name}", title, _meeting, name, guests, truth)
+    phases = {
+        key: part(f"phases.{key}", f"random phases, {METHODS[key].label}", _phases, key, entry)
+        for key, entry in _entries(config, config.phases.methods, {}).items()
+    }
+    bodies = part("bodies", "bodies drawn by lot", _bodies, records.get("codes", {}))
+    contests = ((name, PROBLEMS[name], group) for name, group in records.items())
+    return {
+        **{k: {"title": x.title, "default": x.default, **group} for k, x, group in contests},
+        "meetings": {"threads_1": {}, f"threads_{measure.THREADS}": {}, **_turned(met)},
+        "random_phases": _turned(phases),
+        **({"bodies": bodies} if bodies else {}),
+    }
 
 
 def _reference(config: Config, name: str) -> Tree:
@@ -109,28 +106,26 @@ def _search(config: Config, key: str, truth: dict[str, Data]) -> Tree:
     """The records of a method, by problem."""
     problems = [name for name in truth if name in METHODS[key].answers]
     if missing := _missing(key):
-        said = f"absent: {missing} is not installed"
-        return {name: {"ended": said} for name in problems}
-    budgets = len(problems) * len(METHODS[key].variants) * float(config.search.seconds)
+        return {name: {"ended": f"absent: {missing} is not installed"} for name in problems}
+    asked = len(METHODS[key].variants) * len(methods.tolerances(key, config.search))
+    budgets = len(problems) * asked * float(config.meeting.slowest)
     lines, ended = by_worker(measure.search, (config, key, truth), budgets)
     found: dict[str, Tree] = {}
     for name in problems:
         own = [line for line in lines if line["problem"] == name]
-        rows = [line for line in own if "knob" in line]
+        rows = [line for line in own if "seconds" in line]
         wrong = next((line["failed"] for line in own if "failed" in line), ended)
-        variants, knobs = METHODS[key].variants, methods.knobs(key, config.search, name == LONG)
-        said = _cut(wrong, len(rows), len(knobs) * len(variants))
-        found[name] = {**_columns(rows), "ended": said}
+        found[name] = {**_columns(rows), "ended": _cut(wrong, len(rows), asked)}
     return found
 
 
 def _meeting(config: Config, name: str, guests: dict[str, Entrant], truth: dict[str, Data]) -> Tree:
     """The records of the methods that meet at a problem, by the number of threads."""
-    asked = config.meeting
-    budgets = len(guests) * len(asked.threads) * float(asked.seconds)
+    counts = 1, measure.THREADS
+    budgets = len(guests) * len(counts) * float(config.meeting.seconds)
     lines, ended = by_worker(measure.meeting, (config, name, guests, truth), budgets)
     # Where a second thread serves nobody there is no meeting.
-    found: dict[str, Any] = {f"threads_{n}": {"ended": ended} for n in asked.threads if ended}
+    found: dict[str, Any] = {f"threads_{n}": {"ended": ended} for n in counts if ended}
     for line in lines:
         record = {**_numbers(line), "chosen": str(guests[line["method"]])}
         group = found.setdefault(f"threads_{line['most']}", {})
@@ -145,15 +140,6 @@ def _phases(config: Config, key: str, entry: Entrant) -> Tree:
     if ended:
         raise RuntimeError(f"random phases, {METHODS[key].label}: {ended}")
     return {f"J1_0_{line['J1_0']}": _numbers(line) for line in lines}
-
-
-def _many(config: Config, key: str, entry: Entrant) -> Tree:
-    """The record of a method at ever more orbits, with its setting for the codes of Fig. 4."""
-    budgets = len(config.many.orbits) * config.many.seconds
-    lines, ended = by_worker(measure.many_orbits, (config, key, entry), budgets)
-    if not lines:
-        raise RuntimeError(f"many orbits, {METHODS[key].label}: {ended}")
-    return {**_columns(lines), "ended": ended or COMPLETE}
 
 
 def _bodies(config: Config, codes: Data) -> Tree:
@@ -211,7 +197,7 @@ def _numbers(row: Line) -> dict[str, Array]:
 
 def _cut(wrong: str, done: int, planned: int) -> str:
     """End of a measurement: complete, at its budget, or by what went wrong."""
-    cut = wrong or ("cut at the budget" if done < planned else "")
+    cut = wrong or ("cut where it took too long" if done < planned else "")
     return f"{cut}: {done} of {planned}" if cut else COMPLETE
 
 

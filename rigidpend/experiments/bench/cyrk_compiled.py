@@ -6,14 +6,13 @@ Its events need Python, so crossings are looked up in its dense output, as numba
 from __future__ import annotations
 
 import functools
-from collections.abc import Callable
 
 import numpy as np
 from CyRK import nb_diffeq_addr, nbsolve2_ivp
 from numba import njit
 
 from rigidpend.experiments.bench.problems import Task
-from rigidpend.experiments.bench.solvers import SMALLER, Ends, Solver, answering, flat
+from rigidpend.experiments.bench.solvers import SMALLER, Solve, Solver, answering, flat
 from rigidpend.mechanics.body import Body
 from rigidpend.numbers.generic import Array
 
@@ -26,18 +25,19 @@ FALSE_POSITIONS = 40
 def answered(task: Task, tolerance: float, threads: int, method: str) -> Solver:
     """The answer to any task."""
 
-    def ends(part: Task) -> Ends:
-        address = _address(part.body, len(part.states))
+    def ends(part: Task) -> Solve:
+        orbits = np.ascontiguousarray(part.states.T)
+        given = _address(part.body, len(part.states)), orbits, part.times, method, tolerance
 
-        def carry(states: Array, start: float, times: Array) -> Array:
-            ended = _ends(address, np.ascontiguousarray(states.T), start, times, method, tolerance)
+        def solve() -> Array:
+            ended = _ends(*given)
             if not np.isfinite(ended).all():
                 raise ArithmeticError("an orbit did not reach its time")
-            return np.ascontiguousarray(ended.T)
+            return np.transpose(ended)
 
-        return carry
+        return solve
 
-    def crossings(part: Task) -> Callable[[], Array]:
+    def crossings(part: Task) -> Solve:
         orbits, wanted = np.ascontiguousarray(part.states.T), part.problem.n_symbols + 1
         piece = float(part.times.max()) / PIECES
         given = _address(part.body, 6), orbits, wanted, piece, method, tolerance
@@ -54,10 +54,10 @@ def _address(body: Body, size: int) -> int:
 
 
 @njit(nogil=True)  # type: ignore[misc, unused-ignore]
-def _ends(address, states, start, times, method, tolerance):  # type: ignore[no-untyped-def]
+def _ends(address, states, times, method, tolerance):  # type: ignore[no-untyped-def]
     ended = np.full_like(states, np.nan)
     for k in range(states.shape[0]):
-        span, begun = (start, times[k]), states[k].copy()
+        span, begun = (0.0, times[k]), states[k].copy()
         found = nbsolve2_ivp(address, span, begun, method, rtol=tolerance, atol=SMALLER * tolerance)
         if found.success:
             ended[k] = found.y[:, -1]

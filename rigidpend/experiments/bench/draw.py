@@ -13,12 +13,12 @@ from rigidpend.experiments.bench import report
 from rigidpend.experiments.bench.methods import METHODS, PROBLEMS
 from rigidpend.experiments.bench.report import CAPTION, tables
 from rigidpend.experiments.data import Data, Loaded
-from rigidpend.experiments.plots import BLUE, GREEN, ORANGE, PINK, RED, SKY, WIDTH, entry, title
+from rigidpend.experiments.plots import BLUE, GREEN, ORANGE, PINK, RED, WIDTH, entry, title
 
 __all__ = ["CAPTION", "draw", "style", "tables"]
 
-ROW, DIAGRAM = 0.25, 2.15
-"""Inches: a row of ratios, and a diagram."""
+ROW, DIAGRAM, LEGEND = 0.25, 2.15, 0.45
+"""Inches: a row of ratios, a diagram, and what lines mean."""
 LARGEST = 3.0
 """Errors beyond, which are of the size of the answer, are not drawn."""
 FASTER = "#FBEFE6"
@@ -36,7 +36,6 @@ class Appearance(NamedTuple):
 APPEARANCES = {
     "scipy": Appearance("SciPy DOP853", RED, "v"),
     "diffrax": Appearance("diffrax (JAX)", PINK, "P"),
-    "lie_poisson": Appearance("our operator splitting", SKY, "D"),
     "cyrk": Appearance("CyRK (numba)", GREEN, "o"),
     "heyoka": Appearance("heyoka, batches", ORANGE, "s"),
     "ours": Appearance("rigidpend", BLUE, "*"),
@@ -65,12 +64,10 @@ def draw(result: Loaded) -> Figure:
         *((_draw_again, _draw_first) if data.get("bodies") else ()),
         *((_draw_work,) if "codes" in data else ()),
         *((_draw_wrong,) if data.get("random_phases") else ()),
-        *((_draw_many,) if data.get("many_orbits") else ()),
     ]
     meetings = {x: met for x in PROBLEMS if x in data and (met := report.met(data, x, 1))}
-    # What is left of the last row holds the legend.
-    rows = len(diagrams) // 2 + 1
-    heights = [ROW * (len(meetings) + 3.2), DIAGRAM * rows]
+    rows = max(1, -(-len(diagrams) // 2))
+    heights = [ROW * (len(meetings) + 3.2), DIAGRAM * rows + LEGEND]
     figure = Figure(figsize=(WIDTH, sum(heights)))
     figure.set_layout_engine("constrained", w_pad=0.05, h_pad=0.05)
     # Apart, so that the long names above take no width from the diagrams.
@@ -82,13 +79,13 @@ def draw(result: Loaded) -> Figure:
     for k, draw_one in enumerate(diagrams):
         every.append(below.add_subplot(grid[k // 2, k % 2]))
         draw_one(every[-1], data)
-    for axes, letter in zip(every, "abcdef", strict=False):
+    for axes, letter in zip(every, "abcde", strict=False):
         title(axes, letter, axes.get_title())
         axes.set_title("")
         axes.grid(alpha=0.25, lw=0.4)
         # Within less than a decade they would be written upon each other.
         axes.xaxis.set_minor_formatter(NullFormatter())
-    _draw_legend(below.add_subplot(grid[-1, len(diagrams) % 2 :]), every)
+    _draw_legend(below, every)
     return figure
 
 
@@ -176,26 +173,8 @@ def _draw_wrong(axes: Axes, data: Data) -> None:
     axes.set_xlim(low / 1.5, high * 1.5)
 
 
-def _draw_many(axes: Axes, data: Data) -> None:
-    """Time against the number of orbits; dotted where it is scaled."""
-    group = data["many_orbits"]
-    most = max(float(max(record["orbits"])) for record in group.values())
-    for name, record in report.records(group):
-        orbits, warm = np.asarray(record["orbits"]), np.asarray(record["seconds"])
-        axes.plot(orbits, warm, **style(name))
-        beyond = np.array([orbits[-1], most])
-        dotted = {**style(name), "marker": "", "ls": ":", "label": "_scaled"}
-        axes.plot(beyond, warm[-1] * beyond / orbits[-1], **dotted)
-        if name == report.MAPS:
-            beside: Any = {"textcoords": "offset points", "ha": "right", "fontsize": 7}
-            axes.annotate("by return maps", (orbits[-1], warm[-1]), (4, -15), **beside)
-    axes.set(title="Fig. 4: codes of ever more orbits, warm", xlabel="orbits; dotted: scaled")
-    axes.set(xscale="log", yscale="log", ylabel="time (s)")
-
-
-def _draw_legend(axes: Axes, every: list[Axes]) -> None:
-    """Families that are shown, and what lines mean, in the place of a diagram."""
-    axes.set_axis_off()
+def _draw_legend(below: Any, every: list[Axes]) -> None:
+    """Families that are shown, and what lines mean, below the diagrams."""
     shown = {str(line.get_label()) for one in every for line in one.lines} & set(METHODS)
     families = {METHODS[name].family for name in shown}
     looks = [look for family, look in reversed(APPEARANCES.items()) if family in families]
@@ -203,4 +182,4 @@ def _draw_legend(axes: Axes, every: list[Axes]) -> None:
     if any(METHODS[name].certain for name in shown):
         handles.insert(1, entry("rigidpend, every symbol certain", **CERTAIN))
         handles.append(entry("two runs of a peer compared", color="0.4", ls="--"))
-    axes.legend(handles=handles, loc="center", fontsize=8.5, frameon=False)
+    below.legend(handles=handles, loc="outside lower center", ncols=4, fontsize=8, frameon=False)

@@ -1,13 +1,13 @@
 """Measurements of a worker: what is timed, in which order, within which budget.
 
-Two passes. The search takes each method alone, at every setting and knob of its grid, and keeps
-error and time: the material of the diagrams, and of the choice of a setting. The meeting then
+Two passes. The search takes each method alone, at every setting and tolerance of its grid, and
+keeps error and time: the material of the diagrams, and of the choice of a setting. The meeting then
 brings the chosen ones together in one process and times them in turn, round by round, so that
 what slows the machine slows all of them: ratios come from it and from nothing else.
 
-Then symbols are counted and timed: on random phases, on ever more orbits, and on bodies drawn by
-lot. The codes of the random phases are in a file, computed in 113 bits by a program written before
-this package, which rounds by itself.
+Then symbols are counted and timed, on random phases and on bodies drawn by lot. The codes of the
+random phases are in a file, computed in 113 bits by a program written before this package, which
+rounds by itself.
 
 Each work is a generator of lines, of numbers and lists that any process can take.
 """
@@ -30,7 +30,7 @@ import numpy as np
 
 from rigidpend.experiments import principal_axes
 from rigidpend.experiments.bench import problems
-from rigidpend.experiments.bench.methods import METHODS, Entrant, knobs
+from rigidpend.experiments.bench.methods import METHODS, Entrant, tolerances
 from rigidpend.experiments.bench.peers import made
 from rigidpend.experiments.bench.problems import FIG4, Crossed, Stage, Task, judged
 from rigidpend.experiments.bench.solvers import Make, Solver
@@ -50,14 +50,12 @@ FAILURES = (ArithmeticError, ImportError, MemoryError, RuntimeError, ValueError)
 """Errors that a method may raise: it found no number, its library is not there or refuses.
 
 Whatever else is raised is a fault of this package's own lines."""
-LITTLE = 1e-3
-"""The part of the way by which the time of all of it is told, over long times; the least."""
 WARM = 8.0
 """Seconds: a first solve that took less, compilation and all, is always followed by a second."""
 TRIED = 2
 """Solves by which a method finds out whether several threads serve it."""
-GROWTH = 2.0
-"""Expected cost of the next knob, relative to the last one."""
+THREADS = 2
+"""Threads at most; a method takes one where that is faster."""
 STORED = Path(__file__).parent / "random_phases_113bit.json"
 """2,000 phases for each of two starts J1_0, with codes of 15 symbols and the last crossing's t'."""
 CHUNK = 250
@@ -88,11 +86,6 @@ class Timed(NamedTuple):
         """A warm solve: the median of the further ones; the first one where there is none."""
         return statistics.median(self.again or [self.first])
 
-    @property
-    def prepare(self) -> float:
-        """The time of the first solve beyond a warm one."""
-        return self.made + max(0.0, self.first - self.seconds)
-
 
 def timed_solver(make: Callable[[], Solver], repeats: int, seconds: float, warm: float) -> Timed:
     """Make a method ready and solve, and again as often as some seconds allow.
@@ -116,59 +109,35 @@ def search(config: schema.Config, name: str, truth: dict[str, Data]) -> Iterator
     for problem in filter(METHODS[name].answers.__contains__, truth):
         try:
             given = problems.stage(problem, config.problem, truth[problem])
-            for line in settings(given, name, config.search):
+            for line in settings(given, name, config):
                 yield {"problem": problem, **line}
         except FAILURES as error:
             # The other problems are still to be measured.
             yield {"problem": problem, "failed": wording.error(error)}
 
 
-def settings(given: Stage, name: str, asked: schema.Search) -> Iterator[Line]:
-    """Try every setting of a method: each variant at each knob.
+def settings(given: Stage, name: str, config: schema.Config) -> Iterator[Line]:
+    """Try every setting of a method: each variant at each tolerance.
 
-    A variant ends where its budget is spent, or would be by the next knob.
+    A variant ends where it takes longer than any meeting would wait, preparation not counted: it is
+    compilation, mostly.
     """
-    share = float(asked.seconds)
+    slowest = float(config.meeting.slowest)
     for number, setting in enumerate(METHODS[name].variants):
-        spent = 0.0
-        for knob in knobs(name, asked, given.long):
-            line, took = measured(given, name, Entrant(knob, setting), asked.repeats, share)
-            yield {**line, "setting": number}
-            spent += took
-            if spent + GROWTH * line["seconds"] * line["part"] > share:
+        for tolerance in tolerances(name, config.search):
+            make = partial(made, name, given.task, Entrant(tolerance, setting))
+            found = timed_solver(make, config.search.repeats, slowest, WARM)
+            line = {"tolerance": math.nan if tolerance is None else tolerance, "setting": number}
+            error = given.error(found.answer, given.truth)
+            yield {**line, "seconds": found.seconds, **error}
+            if found.seconds > slowest:
                 break
-
-
-def measured(
-    given: Stage, name: str, entry: Entrant, repeats: int, share: float
-) -> tuple[Line, float]:
-    """One measurement, and the seconds that went into solving.
-
-    Over long times a method goes all the way, or the part that its share of the budget allows.
-    """
-    tried = 0.0
-    if given.long:
-        solver = made(name, given.part(LITTLE), entry)
-        solver.solve()
-        tried, _ = timed(solver.solve)
-        whole = tried / LITTLE
-        entry = entry._replace(part=1.0 if whole <= share else max(LITTLE, 0.5 * share / whole))
-    found = timed_solver(lambda: made(name, given.part(entry.part), entry), repeats, share, WARM)
-    line = {**told(given, entry, found.answer), "seconds": found.seconds / entry.part}
-    # No budget pays for preparation: it is compilation, mostly.
-    return line, tried + found.seconds * (1 + len(found.again))
-
-
-def told(given: Stage, entry: Entrant, answer: Any) -> Line:
-    """Error of an answer, with its knob and the part of the way that it went."""
-    knob = math.nan if entry.knob is None else entry.knob
-    return {"knob": knob, "part": entry.part, **given.error(answer, given.truth)}
 
 
 def meeting(
     config: schema.Config, problem: str, entries: dict[str, Entrant], truth: dict[str, Data]
 ) -> Iterator[Line]:
-    """Several methods in turn at one problem, with so many threads at most, then with more.
+    """Several methods in turn at one problem, with one thread, then with up to `THREADS`.
 
     A line is a method with `most` threads, and has the times of all rounds. Of one thread and the
     most a method takes the number that takes it least time: where orbits are few two threads cost
@@ -177,21 +146,18 @@ def meeting(
     asked, given = config.meeting, problems.stage(problem, config.problem, truth[problem])
 
     def ready(name: str, threads: int) -> Solver:
-        return made(name, given.part(entries[name].part), entries[name], threads)
+        return made(name, given.task, entries[name], threads)
 
-    alone = {name: ready(name, 1) for name in entries}
-    for most in asked.threads:
-        there = [name for name in entries if most == 1 or METHODS[name].threads]
-        if len(there) > 1:
-            solvers = {name: alone[name] for name in there}
-            if most > 1:
-                both = {name: (alone[name], ready(name, most)) for name in there}
-                solvers = {name: min(pair, key=_least) for name, pair in both.items()}
-            lines = {k: told(given, entries[k], x.read(x.solve())) for k, x in solvers.items()}
+    solvers = {name: ready(name, 1) for name in entries}
+    for most in (1, THREADS):
+        if most > 1:
+            pairs = {x: (y, ready(x, most)) for x, y in solvers.items() if METHODS[x].threads}
+            solvers = {name: min(pair, key=_least) for name, pair in pairs.items()}
+        if len(solvers) > 1:
+            errors = {k: given.error(x.read(x.solve()), given.truth) for k, x in solvers.items()}
             rounds = in_turn(solvers, asked.rounds, float(asked.seconds))
-            for name, line in lines.items():
-                times = [x / line["part"] for x in rounds[name]]
-                yield {"method": name, "most": most, **line, "rounds": times}
+            for name, error in errors.items():
+                yield {"method": name, "most": most, **error, "rounds": rounds[name]}
 
 
 def in_turn(solvers: dict[str, Solver], rounds: int, seconds: float) -> dict[str, list[float]]:
@@ -239,23 +205,6 @@ def random_phases(config: schema.Config, name: str, entry: Entrant) -> Iterator[
         yield {**tally, "J1_0": J1_0, "orbits": done, "seconds": spent}
 
 
-def many_orbits(config: schema.Config, name: str, entry: Entrant) -> Iterator[Line]:
-    """Time a method at each of ascending numbers of orbits that its budget allows, one at least.
-
-    The first solve of all carries what is made ready once: tables of maps, compilation. A number
-    of orbits may take so many seconds, repetitions included.
-    """
-    numbers, budget = config.many.orbits, config.many.seconds
-    problem = replace(FIG4, n_symbols=config.problem.n_symbols)
-    for number, after in zip(numbers, [*numbers[1:], 0], strict=True):
-        make = partial(made, name, problems.random_routes(problem, number), entry)
-        found = timed_solver(make, config.search.repeats, budget, 0.0)
-        times = {"seconds": found.seconds, "prepare": found.prepare}
-        yield {"orbits": number, **times, **judged(found.answer, found.answer.codes)}
-        if found.seconds * after / number > budget:
-            return
-
-
 def bodies(config: schema.Config, entries: dict[str, Entrant]) -> Iterator[Line]:
     """Call each method with bodies drawn by lot that it has not seen before, and again.
 
@@ -268,15 +217,15 @@ def bodies(config: schema.Config, entries: dict[str, Entrant]) -> Iterator[Line]
     method ``first`` and ``again``, seconds, ``orbits`` and the counts of :func:`judged`.
     """
     asked, (own, *peers) = config.bodies, entries
-    seconds, threads = float(asked.seconds), asked.threads
+    seconds = float(asked.seconds)
     each = asked.longest + seconds * (len(peers) + TRUTH * bool(peers))
     spent, budget = 0.0, (asked.kept + asked.drawn) * each
     # What any body needs is compiled before the clock runs.
     for n in (1, asked.orbits):
-        made(own, problems.random_routes(FIG4, n), entries[own], threads).solve()
+        made(own, problems.random_routes(FIG4, n), entries[own], THREADS).solve()
     few = problems.random_routes(FIG4, min(PILOT, asked.orbits))
     for name in peers:
-        made(name, few, entries[name], threads).solve()
+        made(name, few, entries[name], THREADS).solve()
     every = problems.drawn(problems.SEED, asked.kept) + problems.drawn(asked.seed, asked.drawn)
     for problem in every:
         if spent > budget:
@@ -298,14 +247,14 @@ def _in_time(problem: RouteProblem, orbits: int, seconds: float) -> int:
 def _with_body(task: Task, entries: dict[str, Entrant], asked: schema.Bodies) -> dict[str, Any]:
     """Times and counts of each method with one body."""
     (own, *peers), seconds, orbits = entries, float(asked.seconds), task.states.shape[1]
-    make = partial(made, own, task, entries[own], asked.threads)
+    make = partial(made, own, task, entries[own], THREADS)
     ours = timed_solver(make, asked.repeats, seconds, math.inf)
     answers = {own: ours.answer}
     found: dict[str, Any] = {own: {"orbits": orbits, "first": ours.first, "again": ours.seconds}}
     last = np.nanmax(ours.answer.time, initial=0.0)
-    task = task._replace(times=np.full((1, orbits), 1.001 * last / problems.time_unit(task.body)))
+    task = task._replace(times=np.full(orbits, 1.001 * last / problems.time_unit(task.body)))
     for name in peers:
-        make = partial(made, name, entry=entries[name], threads=asked.threads)
+        make = partial(made, name, entry=entries[name], threads=THREADS)
         found[name], answers[name] = _in_its_time(make, task, asked.repeats, seconds)
     settled, true = _settled(task, answers, TRUTH * seconds)
     for name, answer in answers.items():

@@ -24,12 +24,11 @@ from rigidpend.experiments.bench.methods import METHODS, Entrant
 from rigidpend.experiments.bench.problems import FIELDS, Crossed, Task, time_unit
 from rigidpend.experiments.bench.solvers import (
     SMALLER,
-    Ends,
     Make,
+    Solve,
     Solver,
     answering,
     flat,
-    in_looks,
     shared_out,
 )
 from rigidpend.experiments.principal_axes import heyoka
@@ -53,12 +52,12 @@ AT_ONCE = 1e-3
 
 
 def made(name: str, task: Task, entry: Entrant, threads: int = 1) -> Solver:
-    """A method made ready for a task, with its knob and its setting; imports what it needs."""
+    """A method made ready for a task, with its tolerance and its setting; imports what it needs."""
     method = METHODS[name]
     if method.runs:
         each = ((run, x._replace(setting=x.setting | entry.setting)) for run, x in method.runs)
         return compared(task, *(partial(made, run, entry=x, threads=threads) for run, x in each))
-    return ADAPTERS[method.family](task, entry.knob, threads, **entry.setting)
+    return ADAPTERS[method.family](task, entry.tolerance, threads, **entry.setting)
 
 
 def compared(task: Task, first: Make, second: Make, third: Make) -> Solver:
@@ -105,8 +104,8 @@ def in_lanes(
             made.pars[:] = np.array(numbers)[:, None]
         return made
 
-    def ends(_: Task) -> Ends:
-        return _in_lanes(compiled())
+    def ends(part: Task) -> Solve:
+        return _to_ends(compiled(), part)
 
     if not eq1:
         follow = partial(_follow, compiled, names[2], (0, 1))
@@ -117,8 +116,7 @@ def in_lanes(
         begun = begun._replace(states=_eq1_start(task))
         return Solver(shared_out(follow, begun, threads), _by_side)
     begun = begun._replace(states=_to_eq1(task.states, body))
-    solve = shared_out(lambda part: in_looks(part, ends(part)), begun, threads)
-    return Solver(solve, lambda found: np.array([_from_eq1(y, body) for y in found]))
+    return Solver(shared_out(ends, begun, threads), lambda found: _from_eq1(found, body))
 
 
 def _principal(body: Body, size: int, parameters: bool) -> tuple[Any, Any, Numbers]:
@@ -167,27 +165,25 @@ def _by_side(found: Array) -> Crossed:
     return Crossed(np.where(np.isnan(step), NO_SYMBOL, step > 0).astype(np.uint8), time)
 
 
-def _in_lanes(made: Any) -> Ends:
-    """Give a function that carries orbits (d, n) on, as many at once as there are lanes."""
-    lanes = made.state.shape[1]
+def _to_ends(made: Any, task: Task) -> Solve:
+    """Give a function that carries orbits to their ends, as many at once as there are lanes."""
+    states, lanes = task.states, made.state.shape[1]
 
-    def carry(states: Array, start: float, times: Array) -> Array:
+    def carry() -> Array:
         after, n = np.empty_like(states), states.shape[1]
         for first in range(0, n, lanes):
             # The last orbit is repeated where there are too few.
             some = np.minimum(np.arange(first, first + lanes), n - 1)
-            made.set_time(start)
+            made.set_time(0.0)
             made.state[:] = states[:, some]
-            made.propagate_until(times[some])
+            made.propagate_until(task.times[some])
             after[:, first : first + lanes] = made.state[:, : n - first]
         return after
 
     return carry
 
 
-def _follow(
-    compiled: Callable[..., Any], section: Any, kept: tuple[int, ...], task: Task
-) -> Callable[[], Array]:
+def _follow(compiled: Callable[..., Any], section: Any, kept: tuple[int, ...], task: Task) -> Solve:
     """Give a function that follows orbits side by side to the zeros of a section.
 
     It gives times of `wanted` zeros and the components `kept` there, (1 + k, wanted, n); NaN for
@@ -243,16 +239,16 @@ def _follow(
 def vmapped(task: Task, tolerance: float, threads: int, solver: str) -> Solver:
     """diffrax, compiled for as many orbits as each thread has."""
 
-    def ends(part: Task) -> Ends:
-        solve = _to(part.body, len(part.states), solver)
+    def ends(part: Task) -> Solve:
+        solve, first = _to(part.body, len(part.states), solver), part.states.T
 
-        def carry(states: Array, start: float, times: Array) -> Array:
-            return np.asarray(solve(states.T, start, times, tolerance)).T
+        def carry(times: Array) -> Array:
+            return np.asarray(solve(first, times, tolerance)).T
 
-        carry(part.states, 0.0, np.full(part.states.shape[1], AT_ONCE))
-        return carry
+        carry(np.full(len(first), AT_ONCE))
+        return lambda: carry(part.times)
 
-    def crossings(part: Task) -> Callable[[], Array]:
+    def crossings(part: Task) -> Solve:
         """From crossing to crossing."""
         solve, first = _crossings(part.body, part.problem.n_symbols + 1, solver), part.states.T
 
@@ -288,11 +284,11 @@ def _orbit(body: Body, size: int, solver: str) -> Any:
 
 @functools.cache
 def _to(body: Body, size: int, solver: str) -> Any:
-    """The ends of orbits (n, d), compiled: of states, start, ends and tolerance."""
+    """The states of orbits (n, d) at their ends, compiled: of states, times and tolerance."""
     follow = _orbit(body, size, solver)
     import jax
 
-    return jax.jit(jax.vmap(lambda *given: follow(*given).ys[-1], in_axes=(0, None, 0, None)))
+    return jax.jit(jax.vmap(lambda y, *given: follow(y, 0.0, *given).ys[-1], in_axes=(0, 0, None)))
 
 
 @functools.cache
@@ -331,21 +327,21 @@ def abreast(task: Task, tolerance: float, threads: int) -> Solver:
     )
 
 
-def _all_to(task: Task, tolerance: float) -> Ends:
-    """Give a function that carries states on."""
-    rates = flat(task.body, len(task.states))
+def _all_to(task: Task, tolerance: float) -> Solve:
+    """Give a function that carries orbits to their ends."""
+    rates, states = flat(task.body, len(task.states)), task.states
 
-    def carry(states: Array, start: float, times: Array) -> Array:
+    def carry() -> Array:
         # Each orbit in units of its own way, so that all of them arrive at 1.
-        solver = _dop853(rates, states, 1.0, tolerance, times - start)
+        solver = _dop853(rates, states, 1.0, tolerance, task.times)
         while solver.status == "running":
             _step(solver)
-        return solver.y.reshape(states.shape)
+        return np.asarray(solver.y.reshape(states.shape))
 
     return carry
 
 
-def _all_crossings(task: Task, tolerance: float) -> Callable[[], Array]:
+def _all_crossings(task: Task, tolerance: float) -> Solve:
     """Give a function that finds crossings by each step's dense output."""
     rates, wanted, states = flat(task.body, 6), task.problem.n_symbols + 1, task.states
     (n, horizon), shape = (states.shape[1], float(task.times.max())), states.shape
@@ -412,10 +408,9 @@ def _compiled(task: Task, tolerance: float, threads: int, **setting: Any) -> Sol
 
 ADAPTERS: dict[str, Callable[..., Solver]] = {
     "ours": ours.answered,
-    "lie_poisson": ours.split,
     "heyoka": in_lanes,
     "cyrk": _compiled,
     "diffrax": vmapped,
     "scipy": abreast,
 }
-"""From a task, a knob, threads and a setting to the answer: by the family of a method."""
+"""From a task, a tolerance, threads and a setting to the answer: by the family of a method."""

@@ -14,18 +14,17 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from rigidpend.experiments.bench.methods import LONG
 from rigidpend.experiments.data import Data
 from rigidpend.experiments.principal_axes import carry, euler_poisson_field, initial, integrator
 from rigidpend.mechanics.body import Body
 from rigidpend.mechanics.coordinates import scale
-from rigidpend.mechanics.equations import cross, energy, euler_poisson
+from rigidpend.mechanics.equations import cross, euler_poisson
 from rigidpend.mechanics.free_body import around_M1, around_M2
 from rigidpend.mechanics.in_space import alpha_ahead, angular_velocity, hodograph, turning_rate
 from rigidpend.numbers.exact import PI, exact
 from rigidpend.numbers.generic import Array, Numbers, Scalar
 from rigidpend.routes.codes import RouteCodes, route_codes
-from rigidpend.routes.problem import RouteProblem, rotation_period
+from rigidpend.routes.problem import RouteProblem
 
 FREE = Body(A=(2, 1, "1.5"), r=(1, 1, 0), mu=0)
 MOMENTUM = 2.0
@@ -38,8 +37,6 @@ FIG5 = RouteProblem(
     Body((2, "1.5", "1.8"), (0, 1, 0), "0.01"), exact("10/9"), exact("2.39205e-9"), 5
 )
 FIG5_PHASES = np.array(("1.02", "1.83"), dtype=object)
-LOOKS = 20
-"""Number of times at which the integrals are looked at, over long times."""
 SEED = 40
 """Seed of the drawn bodies that are the same in every run."""
 WEIGHT = -4.0, math.log10(0.02)
@@ -49,7 +46,7 @@ START = -12.0, -6.0
 
 
 class Task(NamedTuple):
-    """Orbits, and what is asked of them: where they are at times, their symbols, or alpha."""
+    """Orbits, and what is asked of them: where they are at a time, their symbols, or alpha."""
 
     kind: str
     """``motion``, ``routes`` or ``angle``."""
@@ -57,9 +54,7 @@ class Task(NamedTuple):
     states: Array
     """(6 or 8, n) at time 0."""
     times: Array
-    """(k, n): when an orbit is looked at; for routes a time by which it has made all crossings."""
-    period: float = math.nan
-    """A typical period, which a method with fixed steps divides."""
+    """(n,): when an orbit ends; for routes a time by which it has made all crossings."""
     problem: Any = None
     """The `RouteProblem` of orbits that start on a separatrix."""
     theta2_0: Any = None
@@ -69,7 +64,7 @@ class Task(NamedTuple):
         """The same for some of the orbits."""
         states = np.ascontiguousarray(self.states[:, columns])
         phases = None if self.theta2_0 is None else self.theta2_0[columns]
-        return self._replace(states=states, times=self.times[:, columns], theta2_0=phases)
+        return self._replace(states=states, times=self.times[columns], theta2_0=phases)
 
 
 class Crossed(NamedTuple):
@@ -104,9 +99,8 @@ FIELDS: dict[int, Callable[..., Any]] = {6: euler_poisson_field, 8: with_angles}
 """Euler-Poisson by its number of components: of A, r and mu, the function of them."""
 
 
-def _motion(body: Body, states: Array, period: float, turns: float, looks: int = 1) -> Task:
-    times = turns * period * np.arange(1, looks + 1) / looks
-    return Task("motion", body, states, np.tile(times[:, None], states.shape[1]), period)
+def _motion(body: Body, states: Array, time: float) -> Task:
+    return Task("motion", body, states, np.full(states.shape[1], time))
 
 
 def free_body(sizes: Any) -> Task:
@@ -123,7 +117,7 @@ def free_body(sizes: Any) -> Task:
     )
     gamma = np.stack(cross(M, (0.6, 0.0, 0.8)))
     states = np.concatenate((MOMENTUM * M, gamma / np.linalg.norm(gamma, axis=0)))
-    return _motion(FREE, states, 2 * math.pi * float(FREE.A[2]) / MOMENTUM, sizes.turns)
+    return _motion(FREE, states, sizes.turns * 2 * math.pi * float(FREE.A[2]) / MOMENTUM)
 
 
 def pendulum(sizes: Any) -> Task:
@@ -136,8 +130,7 @@ def pendulum(sizes: Any) -> Task:
     states = np.zeros((6, sizes.orbits))
     states[2] = -np.sqrt(2 * A3 * (h0 + mu))
     states[3], states[4] = -r[0], -r[1]
-    period = 2 * math.pi * math.sqrt(A3 / (2 * mu))
-    return _motion(PENDULUM, states, period, sizes.turns)
+    return _motion(PENDULUM, states, sizes.turns * 2 * math.pi * math.sqrt(A3 / (2 * mu)))
 
 
 def codes(sizes: Any) -> Task:
@@ -162,14 +155,7 @@ def precession_angle(sizes: Any) -> Task:
     route = routes(FIG5, FIG5_PHASES).crossing_time
     ends = np.round(route[-1] + (route[-1] - route[-2]) / 2) / time_unit(body)
     full = np.concatenate((states, np.zeros((1, len(ends))), ahead[None]))
-    return Task("angle", body, full, ends[None], problem=FIG5, theta2_0=FIG5_PHASES)
-
-
-def long_time(sizes: Any) -> Task:
-    """Orbits of Fig. 4 from random phases, beside the separatrices for very many periods."""
-    states = random_routes(FIG4, sizes.companions).states
-    period = rotation_period(FIG4) / time_unit(FIG4.body)
-    return _motion(FIG4.body, states, period, sizes.periods, LOOKS)
+    return Task("angle", body, full, ends, FIG5, FIG5_PHASES)
 
 
 def random_routes(problem: RouteProblem, n: int) -> Task:
@@ -188,8 +174,8 @@ def from_phases(problem: RouteProblem, phases: Array) -> Task:
 
 def _routes(problem: RouteProblem, phases: Any, states: Array) -> Task:
     horizon = PASSAGE * (problem.n_symbols + 1) / time_unit(problem.body)
-    times = np.full((1, states.shape[1]), horizon)
-    return Task("routes", problem.body, states, times, problem=problem, theta2_0=phases)
+    times = np.full(states.shape[1], horizon)
+    return Task("routes", problem.body, states, times, problem, phases)
 
 
 def drawn(seed: int = SEED, bodies: int = 40) -> list[RouteProblem]:
@@ -228,7 +214,7 @@ def routes(p: RouteProblem, theta2_0: Any, **more: Any) -> RouteCodes:
 def ends_in_113_bits(task: Task) -> dict[str, Array]:
     """The states at the end, in 113 bits."""
     made = integrator(task.body, euler_poisson_field, 6, 113)
-    ways = zip(task.states.T, task.times[-1], strict=True)
+    ways = zip(task.states.T, task.times, strict=True)
     return {"states": np.array([carry(made, state, end) for state, end in ways]).T}
 
 
@@ -245,20 +231,13 @@ def alpha_in_113_bits(task: Task) -> dict[str, Array]:
     made = integrator(task.body, with_angles, 8, 113)
     starts = initial(task.problem, [exact(x) for x in task.theta2_0], 113)
     # Where the two angles start is a mere constant; its double is the same for everyone.
-    ways = zip(starts, task.states[6:].T, task.times[-1], strict=True)
+    ways = zip(starts, task.states[6:].T, task.times, strict=True)
     return {"alpha": np.array([carry(made, [*y, *angles], end)[7] for y, angles, end in ways])}
 
 
-def integrals(states: Array) -> dict[str, Array]:
-    """Energy, \\|gamma\\| and M . gamma with the body of Fig. 4; `states` are (6, ...)."""
-    M, gamma = states[:3], states[3:]
-    height = energy(M, gamma, *FIG4.body.floats())
-    return {"energy": height, "gamma": np.linalg.norm(gamma, axis=0), "area": (M * gamma).sum(0)}
-
-
 def error_of_motion(answer: Array, truth: Data) -> dict[str, float]:
-    """The largest distance of (M/\\|M\\|, gamma) at the end; `answer` is (k, 6, n)."""
-    gap = answer[-1] - truth["states"]
+    """The largest distance of (M/\\|M\\|, gamma) at the end."""
+    gap = answer - truth["states"]
     gap[:3] /= np.linalg.norm(truth["states"][:3], axis=0)
     return {"error": float(np.linalg.norm(gap, axis=0).max())}
 
@@ -289,29 +268,14 @@ def error_of_alpha(answer: Array, truth: Data) -> dict[str, float]:
     return {"error": float(np.abs(np.remainder(gap + math.pi, 2 * math.pi) - math.pi).max())}
 
 
-def error_of_integrals(answer: Array, truth: Data) -> dict[str, float]:
-    """The largest drift of the integrals at any look, relative; `answer` is (k, 6, n)."""
-    found = integrals(answer.transpose(1, 0, 2))
-    # M . gamma is zero; it is compared with |M|, which is sqrt(2 A E) up to a few per cent.
-    units = {**truth, "area": np.sqrt(np.abs(truth["energy"]))}
-    drifts = (np.abs((x - truth[k]) / units[k]).max() for k, x in found.items())
-    return {"error": float(max(drifts))}
-
-
 class Stage(NamedTuple):
     """A problem made ready."""
 
     task: Task
     truth: Data
-    """Arrays: in 113 bits, or integrals of motion."""
+    """Arrays, in 113 bits."""
     error: Callable[[Any, Data], dict[str, float]]
     """From an answer and the truth: ``error`` first, then what else is told."""
-    long: bool = False
-    """True if a slow method goes a part of the way."""
-
-    def part(self, share: float) -> Task:
-        """The task, of a part of the way."""
-        return self.task._replace(times=share * self.task.times)
 
 
 ASKED: dict[str, tuple[Callable[[Any], Task], Callable[[Task], Data], Callable[..., Any]]] = {
@@ -319,7 +283,6 @@ ASKED: dict[str, tuple[Callable[[Any], Task], Callable[[Task], Data], Callable[.
     "pendulum": (pendulum, ends_in_113_bits, error_of_motion),
     "codes": (codes, codes_in_113_bits, error_of_codes),
     "precession_angle": (precession_angle, alpha_in_113_bits, error_of_alpha),
-    "long_time": (long_time, lambda task: integrals(task.states), error_of_integrals),
 }
 """Task, truth and error by the names of `methods.PROBLEMS`."""
 
@@ -328,4 +291,4 @@ def stage(problem: str, sizes: Any, truth: Data | None = None) -> Stage:
     """A problem of the sizes of `schema.Workload`; its truth is computed if it is not given."""
     make, true, error = ASKED[problem]
     task = make(sizes)
-    return Stage(task, truth or true(task), error, problem == LONG)
+    return Stage(task, truth or true(task), error)

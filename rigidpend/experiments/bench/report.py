@@ -28,8 +28,6 @@ RULE_OF_THREE = 3.0
 """Rule of three: an event absent in n trials has a chance of less than 3/n, at 95 %."""
 COVERED = 0.95
 """Least chance with which a stated interval holds the true median."""
-MAPS = "route_codes_map"
-"""The method of return maps."""
 SLOWEST = 5
 """Number of bodies that are told, those with which ours takes longest."""
 CALLS = {"first call": "first", "again, an orbit": "again"}
@@ -48,13 +46,13 @@ class Standing(NamedTuple):
     record: Any
 
 
-def met(data: Data, problem: str, threads: int, default: str = "") -> list[Standing]:
+def met(data: Data, problem: str, threads: int) -> list[Standing]:
     """Results of the methods at a meeting, the fastest first; empty where there was none.
 
-    Ratios are to the default of the problem, or to another one.
+    Ratios are to the default of the problem.
     """
     group = data.get("meetings", {}).get(f"threads_{threads}", {}).get(problem, {})
-    own = group.get(default or str(data[problem]["default"]))
+    own = group.get(str(data[problem]["default"]))
     found = []
     for name, record in records(group) if own else ():
         ratios = record["rounds"] / own["rounds"]
@@ -113,9 +111,7 @@ def tables(result: Loaded) -> list[Table]:
     return [
         *(losses_table(data), *bodies_tables(data)),
         *(meeting_table(data, problem) for problem in _problems(data) if met(data, problem, 1)),
-        *([cross_checks_table(data)] if "codes" in data else []),
         *([phases_table(data)] if data.get("random_phases") else []),
-        *([many_table(data)] if data.get("many_orbits") else []),
     ]
 
 
@@ -220,24 +216,9 @@ def meeting_table(data: Data, problem: str) -> Table:
         "In turn in one process: medians, and in brackets an interval that holds the true ratio "
         f"with a chance of {100 * COVERED:.0f} % at least, were rounds independent (six or more). "
         "Of two threads a method takes one where that is faster. "
-        "* what rigidpend picks; + did not reach the level."
+        "* what rigidpend picks; + no setting that the search had time for reached the level."
     )
     return Table(level_text(data, problem), ("method", *heads, "error"), rows, note)
-
-
-def cross_checks_table(data: Data) -> Table:
-    """Table of the cost of trust at the codes of Fig. 4: methods that vouch for symbols."""
-    rows = [
-        (
-            *(METHODS[result.method].label, seconds(result.seconds), times(result.ratio[0])),
-            *(f"{float(result.record[name]):.0f}" for name in ("undecided", "wrong_trusted")),
-        )
-        for result in met(data, "codes", 1, "route_codes")
-        if METHODS[result.method].certain
-    ]
-    header = ("cross-check", "time", "times route_codes", "not decided", "wrong, trusted")
-    note = "A peer's user runs twice, compares, and runs a third time where the two differ."
-    return Table("Cross-check against cross-check, codes of Fig. 4, one thread", header, rows, note)
 
 
 def phases_table(data: Data) -> Table:
@@ -262,45 +243,6 @@ def phases_table(data: Data) -> Table:
         f"95 %, fewer than {1e6 * RULE_OF_THREE / fewest:,.0f}, of {fewest:,.0f} symbols or more."
     )
     return Table("Random phases", ("method", *heads), rows, note)
-
-
-def many_table(data: Data) -> Table:
-    """Time of each method against the number of orbits, in units of that of return maps too.
-
-    The numbers are those of the method that was timed with most of them.
-    """
-    group = data["many_orbits"]
-    numbers = [float(x) for x in max((one["orbits"] for one in group.values()), key=len)]
-    own = scaled(group[MAPS], numbers[-1])[0] if MAPS in group else math.nan
-    rows = []
-    for name, record in records(group):
-        cells = [METHODS[name].label]
-        for number in numbers:
-            taken, prepare, orbits = scaled(record, number)
-            cells.append(seconds(taken) + (" ~" if orbits < number else ""))
-        undecided = f"{float(record['undecided'][-1]):.0f}" if METHODS[name].certain else "-"
-        rows.append((*cells, seconds(prepare), times(taken / own), undecided))
-    header = (
-        *("method", *(f"{number:,.0f}" for number in numbers), "to prepare"),
-        *(f"times maps, {numbers[-1]:,.0f}", "not decided"),
-    )
-    note = (
-        "Orbits from random phases, 15 symbols each in the record, warm. To prepare: tables of the "
-        "maps and compilation, once. ~ scaled from fewer orbits."
-    )
-    return Table("Time against the number of orbits, one thread", header, rows, note)
-
-
-def scaled(record: Data, number: float) -> tuple[float, float, float]:
-    """The time of a method for a number of orbits, what it took to prepare, and its own number.
-
-    The time is warm, what is made ready once being there, and scaled from the number of orbits
-    that was timed.
-    """
-    orbits, prepare = np.asarray(record["orbits"]), np.cumsum(record["prepare"])
-    k = int(np.flatnonzero(orbits <= number).max(initial=0))
-    taken = float(record["seconds"][k]) * number / float(orbits[k])
-    return taken, float(prepare[k]), float(orbits[k])
 
 
 def summary(data: Data) -> dict[str, Any]:

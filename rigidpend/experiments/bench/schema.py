@@ -29,19 +29,12 @@ def _descending(values: tuple[Any, ...]) -> tuple[Any, ...]:
     return values
 
 
-def _ascending(values: tuple[int, ...]) -> tuple[int, ...]:
-    if list(values) != sorted(set(values)):
-        raise ValueError("expected numbers of orbits that ascend")
-    return values
-
-
 Methods = Annotated[tuple[str, ...], _of("method", tuple(METHODS))]
 Seconds = Annotated[
     Number, holding(lambda x: 0 < x <= 1e6, "expected seconds, more than 0 and at most 1e6")
 ]
 Count = Annotated[Whole, Field(ge=1, le=10**7)]
 Few = Annotated[Whole, Field(ge=1, le=100)]
-Counts = Annotated[tuple[Count, ...], Field(min_length=1)]
 Tolerances = Annotated[tuple[Number, ...], AfterValidator(_descending)]
 
 
@@ -60,10 +53,6 @@ class Workload(Part):
     """Phases k/10 of Fig. 4."""
     n_symbols: Annotated[Whole, Field(ge=1, le=1000)] = 15
     """Symbols on each orbit of Fig. 4."""
-    companions: Count = 8
-    """Orbits over long times, carried at once."""
-    periods: Count = 2 * 10**4
-    """Length of the orbits, in periods."""
 
 
 class Search(Part):
@@ -71,16 +60,8 @@ class Search(Part):
 
     repeats: Few = 3
     """Measurements of each setting; their median counts."""
-    seconds: Seconds
-    """Budget of a variant at a problem, seconds of solving: after it no further knob is tried."""
     tolerances: Tolerances
     """Local tolerances of methods that choose their steps, dimensionless; descending."""
-    steps: Counts
-    """Numbers of steps in a period, of methods with a fixed step; ascending."""
-    long_tolerances: Tolerances
-    """Local tolerances over long times, dimensionless; descending."""
-    long_steps: Counts
-    """Steps in a period over long times, of methods with a fixed step; ascending."""
 
 
 class Meeting(Part):
@@ -91,9 +72,7 @@ class Meeting(Part):
     seconds: Seconds
     """Time of one method at a problem in all, seconds; then it misses the rounds that are left."""
     slowest: Seconds
-    """Longest time for the whole problem, seconds: a slower method is not asked."""
-    threads: Counts = (1, 2)
-    """Numbers of threads; a meeting for each."""
+    """Longest time for a problem, seconds: what is slower is not asked, and searched no further."""
 
 
 class RandomPhases(Part):
@@ -105,17 +84,6 @@ class RandomPhases(Part):
     """Number of phases at most, for each J1_0."""
     seconds: Seconds
     """Budget of a method, seconds: after it no further phases are tried."""
-
-
-class ManyOrbits(Part):
-    """Time against the number of orbits, from random phases; one thread."""
-
-    methods: Methods
-    """Names of the methods that are timed, at their settings for the codes of Fig. 4."""
-    orbits: Annotated[Counts, AfterValidator(_ascending)]
-    """Numbers of orbits, ascending."""
-    seconds: Annotated[Whole, Field(ge=1, le=10**6)]
-    """Budget of a method at a number of orbits, seconds; beyond it times are scaled."""
 
 
 class Bodies(Part):
@@ -131,8 +99,6 @@ class Bodies(Part):
     """Seed of these."""
     orbits: Count = 20_000
     """Orbits of each body, of 15 symbols."""
-    threads: Few = 2
-    """Threads of all methods that can use them."""
     repeats: Few = 3
     """Calls again with each body; their median counts."""
     seconds: Seconds
@@ -150,5 +116,4 @@ class Config(ExperimentConfig):
     search: Search
     meeting: Meeting
     phases: RandomPhases
-    many: ManyOrbits
     bodies: Bodies

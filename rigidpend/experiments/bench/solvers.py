@@ -1,9 +1,9 @@
-"""Solvers: a method made ready for a task, its orbits in looks and shared by threads.
+"""Solvers: a method made ready for a task, its orbits shared by threads.
 
-An adapter is a function ``answered(task, knob, threads, **setting)`` that gives a `Solver`. Most
-methods carry states on, and find crossings by themselves: two functions of a part of the orbits,
-which :func:`answering` makes the answer to any task. The fields that they integrate are composed
-of the package's equations.
+An adapter is a function ``answered(task, tolerance, threads, **setting)`` that gives a `Solver`.
+Most methods carry states to their ends, and find crossings by themselves: two functions of a part
+of the orbits, which :func:`answering` makes the answer to any task. The fields that they integrate
+are composed of the package's equations.
 """
 
 from __future__ import annotations
@@ -32,51 +32,30 @@ class Solver(NamedTuple):
     solve: Callable[[], Any]
     """All the work that is timed."""
     read: Callable[[Any], Any] = lambda found: found
-    """From what `solve` gave to the answer: states (k, d, n), `Crossed`, or alpha (n,)."""
+    """From what `solve` gave to the answer: states (6, n), `Crossed`, or alpha (n,)."""
 
 
 Make = Callable[[Task], Solver]
-Ends = Callable[[Any, float, Array], Any]
-"""A function from states (d, n), their time and n later ones to the states then.
-
-Of 8 components the last two are theta3 and alpha.
-"""
+Solve = Callable[[], Array]
 
 
 def answering(
-    task: Task,
-    threads: int,
-    ends: Callable[[Task], Ends],
-    crossings: Callable[[Task], Callable[[], Array]],
+    task: Task, threads: int, ends: Callable[[Task], Solve], crossings: Callable[[Task], Solve]
 ) -> Solver:
     """The answer of a method that is made ready for a part of the orbits by two functions.
 
-    The one gives a function that carries their states on, the other one that finds time, M1 and
-    M2 at their crossings of M3 = 0: (3, wanted, n), NaN where there is none.
+    What the one gives carries their states to the ends, (6 or 8, n); what the other gives finds
+    time, M1 and M2 at their crossings of M3 = 0: (3, wanted, n), NaN where there is none.
     """
     if task.kind == "routes":
         find = shared_out(crossings, task, threads)
         return Solver(find, lambda found: crossed(found[0], found[1:], task.body))
-    solve = shared_out(lambda part: in_looks(part, ends(part)), task, threads)
-    return Solver(solve, lambda found: found[-1, 7]) if task.kind == "angle" else Solver(solve)
+    solve = shared_out(ends, task, threads)
+    return Solver(solve, lambda found: found[7]) if task.kind == "angle" else Solver(solve)
 
 
-def in_looks(task: Task, ends: Ends) -> Callable[[], Array]:
-    """Give a function that carries states from look to look: (k, d, n)."""
-
-    def solve() -> Array:
-        states, time, found = task.states, 0.0, []
-        for times in task.times:
-            states = ends(states, time, times)
-            time = times[0]
-            found.append(states)
-        return np.array(found)
-
-    return solve
-
-
-def shared_out(make: Callable[[Task], Any], task: Task, threads: int) -> Callable[[], Any]:
-    """Give ``make(task)``, a function without arguments, with the orbits shared among threads.
+def shared_out(make: Callable[[Task], Solve], task: Task, threads: int) -> Solve:
+    """Give ``make(task)`` with the orbits shared among threads.
 
     It serves every method that leaves Python's lock while it computes. What is found has the
     orbits last.

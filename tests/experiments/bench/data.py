@@ -10,16 +10,15 @@ import numpy as np
 def record(error: Any, seconds: Any, **more: Any) -> dict[str, Any]:
     """The record of a method's search."""
     n = len(error)
-    columns = {"setting": 0, "error": error, "seconds": seconds, "part": 1}
-    columns |= {"knob": np.logspace(-2, -1 - n, n), **more}
+    columns = {"setting": 0, "error": error, "seconds": seconds}
+    columns |= {"tolerance": np.logspace(-2, -1 - n, n), **more}
     return {"ended": "complete", **{name: np.zeros(n) + x for name, x in columns.items()}}
 
 
 def guest(rounds: Any, error: float = 1e-10, **more: Any) -> dict[str, Any]:
     """The record of a method at a meeting."""
-    values = {"part": 1.0, "error": error, **more}
-    numbers = {name: np.float64(value) for name, value in values.items()}
-    return {"rounds": np.array(rounds, dtype=float), "chosen": "knob 1e-09", **numbers}
+    numbers = {name: np.float64(value) for name, value in {"error": error, **more}.items()}
+    return {"rounds": np.array(rounds, dtype=float), "chosen": "tolerance 1e-09", **numbers}
 
 
 def codes_guest(rounds: Any, undecided: float = 0.0) -> dict[str, Any]:
@@ -31,13 +30,6 @@ def counted(wrong: float) -> dict[str, Any]:
     """The record of a method on random phases: 100 orbits."""
     told = {"orbits": 100, "symbols": 1500, "seconds": 0.02}
     return {**told, "wrong_trusted": wrong, "undecided": 0.0}
-
-
-def many(orbits: Any, seconds: Any, prepare: Any, undecided: float = 0.0) -> dict[str, Any]:
-    """The record of a method at ever more orbits."""
-    told = {"orbits": orbits, "seconds": seconds, "prepare": prepare, "undecided": undecided}
-    columns = {name: np.zeros(len(orbits)) + x for name, x in told.items()}
-    return {**columns, "ended": "complete"}
 
 
 def with_bodies(first: Any, again: Any, orbits: float, **more: float) -> dict[str, Any]:
@@ -56,7 +48,7 @@ def bodies(**methods: Any) -> dict[str, Any]:
 
 
 def data() -> dict[str, Any]:
-    """Three problems, some methods, two meetings, random phases, many orbits and bodies."""
+    """Two problems, some methods, two meetings, random phases and bodies."""
     texts = {"default": "aligned_batch"}
     nan = np.nan
     return {
@@ -77,12 +69,6 @@ def data() -> dict[str, Any]:
             "scipy_dop853": record(
                 [5.0, 1e-3, 1e-6], [4.0, 12.0, 16.0], wrong_symbols=[99.0, 1.0, 0.0]
             ),
-        },
-        "long_time": {
-            **texts,
-            "title": "integrals over long times",
-            "aligned_batch": record([1e-6, 1e-11], [1.0, 2.0]),
-            "scipy_dop853": record([1e-13], [0.5], part=[0.01]),
         },
         "meetings": {
             "threads_1": {
@@ -110,11 +96,6 @@ def data() -> dict[str, Any]:
         },
         "random_phases": {
             "J1_0_1e-10": {"route_codes": counted(0), "heyoka_principal": counted(3)},
-        },
-        "many_orbits": {
-            "route_codes_map": many([100, 1000, 10000], [1e-3, 1e-2, 0.1], [2.0, 0, 1.0]),
-            "route_codes": many([100, 1000, 10000], [0.05, 0.5, 5.0], [0.1, 0, 0], undecided=2),
-            "scipy_dop853": many([3], [0.6], [0.0]),
         },
         "bodies": bodies(
             route_codes_auto=with_bodies([1.0, 2.0, 8.0, 1.5], [0.05, 0.1, 0.4, 0.05], 10_000),

@@ -39,8 +39,6 @@ POINTS: Any = [
     # Wrong symbols per million, none on the floor.
     ("e", "heyoka_principal", [[0.2, 2000]]),
     ("e", "route_codes", [[0.2, 0]]),
-    ("f", "route_codes_map", [[100, 1e-3], [1000, 1e-2], [10000, 0.1]]),
-    ("f", "_scaled", [[1e4, 5], [1e4, 5]], [[1e4, 0.1], [1e4, 0.1]], [[3, 0.6], [1e4, 2000]]),
 ]
 
 
@@ -72,7 +70,7 @@ def test_families_look_different_and_the_legend_holds_those_that_are_shown(
     assert len({(look.colour, look.marker) for look in APPEARANCES.values()}) == len(APPEARANCES)
     assert style("heyoka_two_forms")["ls"] == "--" != style("heyoka_principal")["ls"]
     assert style("route_codes")["color"] != style("aligned_batch")["color"]
-    [legend] = [found for axes in figure.axes if (found := axes.get_legend())]
+    [legend] = [found for half in figure.subfigs for found in half.legends]
     assert [text.get_text() for text in legend.get_texts()] == [
         *("rigidpend", "rigidpend, every symbol certain", "heyoka, batches", "SciPy DOP853"),
         "two runs of a peer compared",

@@ -15,8 +15,8 @@ from rigidpend import Body
 from rigidpend.experiments import principal_axes
 from rigidpend.experiments.bench import compute, measure, problems
 from rigidpend.experiments.bench.methods import METHODS, Entrant, Method
-from rigidpend.experiments.bench.problems import FIG4, LOOKS, Crossed, Stage, Task, judged
-from rigidpend.experiments.bench.solvers import Solver, in_looks
+from rigidpend.experiments.bench.problems import FIG4, Crossed, Stage, Task, judged
+from rigidpend.experiments.bench.solvers import Solver
 from rigidpend.machine.workers import WorkerError
 from tests.remembered import remembered
 
@@ -29,11 +29,10 @@ def asking(**parts: Any) -> Any:
     return SimpleNamespace(**made)
 
 
-def given(long: bool = False) -> Stage:
+def given() -> Stage:
     """A problem of six orbits, of which any answer is right."""
-    times = np.tile(10.0 * np.arange(1, 21)[:, None] / 20, 6)
-    task = Task("motion", FIG4.body, np.arange(36.0).reshape(6, 6), times)
-    return Stage(task, {}, lambda _, __: {"error": 0.0}, long)
+    task = Task("motion", FIG4.body, np.arange(36.0).reshape(6, 6), np.full(6, 10.0))
+    return Stage(task, {}, lambda _, __: {"error": 0.0})
 
 
 @pytest.fixture
@@ -47,18 +46,20 @@ def clock(monkeypatch: pytest.MonkeyPatch) -> list[float]:
 
 @pytest.fixture
 def napping(monkeypatch: pytest.MonkeyPatch, clock: list[float]) -> Any:
-    """Methods that take as long as setting and knob say; what was made, and solved, is kept."""
+    """Methods that take as long as their entry says; what was made, and solved, is kept."""
     kept: Any = SimpleNamespace(made=[], solved=[])
 
     def make(name: str, task: Task, entry: Entrant, threads: int = 1) -> Solver:
         setting = entry.setting
         kept.made.append((name, threads))
-        naps = setting.get("naps", {}).get(threads, setting.get("nap", 0.0)) + (entry.knob or 0.0)
+        naps = setting.get("naps", {}).get(threads, setting.get("nap", 0.0)) + (
+            entry.tolerance or 0.0
+        )
         queue = iter(setting.get("queue", ()))
 
         def solve() -> None:
             kept.solved.append((name, threads))
-            clock[0] += next(queue, naps) * task.times[-1, 0] / 10
+            clock[0] += next(queue, naps)
 
         return Solver(solve)
 
@@ -66,63 +67,43 @@ def napping(monkeypatch: pytest.MonkeyPatch, clock: list[float]) -> Any:
     return kept
 
 
-def test_every_variant_is_tried_at_every_knob_until_its_budget_cuts_what_is_left(
+def test_a_variant_is_tried_at_every_tolerance_until_it_takes_longer_than_a_meeting_waits(
     monkeypatch: pytest.MonkeyPatch, napping: Any
 ) -> None:
-    """Each has all of it, however many there are; a further knob may take twice the last one's."""
-    variants = {"nap": 0.002}, {"nap": 0.01}
+    """What took too long is told too; the other variant begins anew."""
+    variants = {"nap": 0.01}, {"nap": 0.002}
     monkeypatch.setitem(METHODS, "napping", Method("napping", "others", variants=variants))
 
-    def lines(seconds: float) -> Any:
-        asked: Any = SimpleNamespace(tolerances=[0.001, 0.002], repeats=3, seconds=seconds)
-        rows = list(measure.settings(given(), "napping", asked))
-        return [(row["setting"], row["knob"], pytest.approx(row["seconds"])) for row in rows]
+    def lines(slowest: float) -> Any:
+        search = {"tolerances": [0.001, 0.0005, 0.0001], "repeats": 3}
+        config = asking(search=search, meeting={"slowest": slowest})
+        rows = list(measure.settings(given(), "napping", config))
+        return [(row["setting"], row["tolerance"], pytest.approx(row["seconds"])) for row in rows]
 
-    every = [(0, 0.001, 0.003), (0, 0.002, 0.004), (1, 0.001, 0.011), (1, 0.002, 0.012)]
-    assert lines(9.0) == every
-    assert lines(0.03) == every[:3]
-
-
-def test_the_median_of_several_solves_counts_and_not_the_fastest(napping: Any) -> None:
-    """Solves of 1, 5 and 2 seconds by the clock, behind one that warms up."""
-    entry = Entrant(None, {"queue": (7.0, 1.0, 5.0, 2.0)})
-    line, took = measure.measured(given(), "x", entry, 3, 1e9)
-    assert (line["seconds"], took) == (2.0, 8.0)
+    first = [(0, 0.001, 0.011), (0, 0.0005, 0.0105), (0, 0.0001, 0.0101)]
+    second = [(1, 0.001, 0.003), (1, 0.0005, 0.0025), (1, 0.0001, 0.0021)]
+    assert lines(9.0) == [*first, *second]
+    assert lines(0.0109) == [*first[:1], *second]
 
 
-@pytest.mark.parametrize(("share", "part"), [(21.0, 0.1), (0.01, 1e-3), (106.0, 1.0)])
-def test_over_long_times_a_slow_method_goes_a_part_of_the_way(
-    napping: Any, share: float, part: float
+def test_the_median_of_several_solves_counts_and_not_the_fastest(
+    monkeypatch: pytest.MonkeyPatch, napping: Any
 ) -> None:
-    """All of it takes 105 s, and half of the share is gone for."""
-    line, _ = measure.measured(given(long=True), "x", Entrant(None, {"nap": 105.0}), 1, share)
-    assert line["part"] == pytest.approx(part)
-    assert line["seconds"] == pytest.approx(105.0), "scaled to the whole way"
+    """Solves of 1, 5 and 2 seconds by the clock, behind one that warms up."""
+    variants = ({"queue": (7.0, 1.0, 5.0, 2.0)},)
+    monkeypatch.setitem(METHODS, "queued", Method("queued", "others", (), None, (), variants))
+    config = asking(search={"repeats": 3}, meeting={"slowest": 1e9})
+    [line] = measure.settings(given(), "queued", config)
+    assert line["seconds"] == 2.0
 
 
-def test_the_way_is_looked_at_in_order_from_where_it_was() -> None:
-    moments: list[Any] = [(0.0, 0.0)]
-
-    def ends(states: Any, start: float, times: Any) -> Any:
-        assert start == moments[-1][1]
-        moments.append((start, times[0]))
-        return states + 1
-
-    found = in_looks(given().task, ends)()
-    assert moments[1] == (0.0, 0.5)
-    assert found.shape == (LOOKS, 6, 6)
-    np.testing.assert_array_equal(found[-1], given().task.states + LOOKS)
-
-
-def meeting(
-    monkeypatch: pytest.MonkeyPatch, settings: Any, seconds: float, *threads: int, **parts: float
-) -> Any:
+def meeting(monkeypatch: pytest.MonkeyPatch, settings: Any, seconds: float) -> Any:
     """Four rounds of methods that take so long, of which `single` uses one thread."""
     for name in settings:
         monkeypatch.setitem(METHODS, name, Method(name, "others", threads=name != "single"))
     monkeypatch.setattr(problems, "stage", lambda *_: given())
-    entries = {name: Entrant(None, x, parts.get(name, 1.0)) for name, x in settings.items()}
-    config = asking(meeting={"threads": threads, "rounds": 4, "seconds": seconds}, problem=None)
+    entries = {name: Entrant(None, x) for name, x in settings.items()}
+    config = asking(meeting={"rounds": 4, "seconds": seconds}, problem=None)
     return list(measure.meeting(config, "free_body", entries, {"free_body": {}}))
 
 
@@ -132,7 +113,7 @@ def test_with_two_threads_a_method_takes_one_where_that_is_faster(
     """Solvers of one thread are made once; who gains nothing from a second one stays away."""
     naps = {"lone": {1: 0.1, 2: 0.4}, "shared": {1: 0.4, 2: 0.3}, "single": {}}
     settings = {name: {"naps": x} for name, x in naps.items()}
-    found = meeting(monkeypatch, settings, 9.0, 1, 2)
+    found = meeting(monkeypatch, settings, 9.0)
     two_threads = [("lone", 2), ("shared", 2)]
     assert [(x["method"], x["most"]) for x in found] == [*((x, 1) for x in naps), *two_threads]
     first = [name for name, _ in napping.solved[:9]]
@@ -146,29 +127,40 @@ def test_with_two_threads_a_method_takes_one_where_that_is_faster(
 def test_who_has_spent_his_time_misses_the_rounds_that_are_left(
     monkeypatch: pytest.MonkeyPatch, napping: Any
 ) -> None:
-    naps = {"slow": {"nap": 0.03}, "quick": {"nap": 0.001}}
-    slow, quick = meeting(monkeypatch, naps, 0.05, 1, quick=0.5)
+    slow, quick, *_ = meeting(monkeypatch, {"slow": {"nap": 0.03}, "quick": {"nap": 0.001}}, 0.05)
     assert np.isnan(slow["rounds"]).tolist() == [False, False, True, True]
-    assert quick["rounds"] == pytest.approx([0.001] * 4), "half the way, told for all"
+    assert quick["rounds"] == pytest.approx([0.001] * 4)
 
 
-def searching(*steps: Any) -> Any:
+def searching(*tolerances: Any) -> Any:
     """What a search at the pendulum is given."""
-    config = asking(
-        problem={"orbits": 2, "turns": 1}, search={"steps": steps, "repeats": 1, "seconds": 1.0}
-    )
-    return config, "lie_poisson", {"pendulum": {"states": np.ones((6, 2))}}
+    search = {"tolerances": tolerances, "repeats": 1}
+    sizes = {"orbits": 2, "turns": 1}
+    config = asking(problem=sizes, search=search, meeting={"slowest": 1.0})
+    return config, "scipy_dop853", {"pendulum": {"states": np.ones((6, 2))}}
 
 
-def test_a_failure_of_a_method_is_told_and_a_fault_of_our_own_ends_the_benchmark() -> None:
-    """A knob of the wrong type stands for the fault."""
-    [failed] = measure.search(*searching(0.0))
-    assert failed["failed"].startswith("ZeroDivisionError: ")
+def test_a_failure_of_a_method_is_told_and_a_fault_of_our_own_ends_the_benchmark(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """A method that finds no number fails; one that is called with a wrong type is our fault."""
+    wrong: Any = ZeroDivisionError("no number")
+
+    def make(_: str, task: Task, entry: Entrant) -> Solver:
+        if entry.tolerance == 1e-6:
+            raise wrong
+        return Solver(lambda: task.states)
+
+    monkeypatch.setattr(measure, "made", make)
+    measured, failed = measure.search(*searching(1e-3, 1e-6))
+    assert measured["tolerance"] == 1e-3, "what was measured before"
+    assert failed["failed"] == "ZeroDivisionError: no number"
     assert compute._tell(int, ("no number",), None).startswith("failed: ValueError: ")  # type: ignore[arg-type]
     heard: list[Any] = []
+    wrong = TypeError("a slip")
     with pytest.raises(TypeError):
-        compute._tell(measure.search, searching(8, "8"), heard.append)
-    assert [x["knob"] for x in heard] == [8], "what was measured before"
+        compute._tell(measure.search, searching(1e-3, 1e-6), heard.append)
+    assert [x["tolerance"] for x in heard] == [1e-3], "what was measured before"
 
 
 @pytest.mark.parametrize(
@@ -198,7 +190,7 @@ def test_a_worker_s_end_is_told_and_what_it_had_is_kept(
     assert dict(os.environ) == before
 
 
-def test_a_worker_has_a_budget_for_each_variant_at_each_problem_and_for_each_guest(
+def test_a_worker_has_a_budget_for_each_setting_at_each_problem_and_for_each_guest(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
     method = Method("x", "others", answers=("codes", "pendulum"), variants=({}, {}, {}))
@@ -209,48 +201,27 @@ def test_a_worker_has_a_budget_for_each_variant_at_each_problem_and_for_each_gue
         return [], "late"
 
     monkeypatch.setattr(compute, "by_worker", late)
-    config = asking(search={"seconds": 0.5, "tolerances": [1e-3], "long_tolerances": [1e-3]})
+    config = asking(search={"tolerances": [1e-3]}, meeting={"slowest": 0.5, "seconds": 0.5})
     found = compute._search(config, "x", {"codes": {}, "free_body": {}, "pendulum": {}})
     assert list(found) == ["codes", "pendulum"], "those that it answers"
-    config = asking(meeting={"threads": (1, 2), "seconds": 0.5})
     met = compute._meeting(config, "codes", dict.fromkeys("abc", Entrant()), {})
     assert list(met) == ["threads_1", "threads_2"]
 
 
-def sleeping(clock: list[float], each: float, n_symbols: int, first: float = 0.0) -> Any:
-    """A method that takes so many seconds for an orbit, more at first, and doubts the first one."""
-    left = [first]
+def sleeping(clock: list[float], each: float, n_symbols: int) -> Any:
+    """A method that takes so many seconds for an orbit, and doubts the first one."""
 
     def made(_: str, task: Task, __: Any) -> Solver:
         n = task.states.shape[1]
 
         def solve() -> Crossed:
-            clock[0] += n * each + left[0]
-            left[0] = 0.0
+            clock[0] += n * each
             codes, certain = np.zeros((n_symbols, n), dtype=np.uint8), np.arange(n) > 0
             return Crossed(codes, np.zeros((n_symbols + 1, n)), certain[None])
 
         return Solver(solve)
 
     return made
-
-
-def test_numbers_are_tried_until_the_next_would_go_beyond_the_budget(
-    monkeypatch: pytest.MonkeyPatch, clock: list[float]
-) -> None:
-    def many(each: float, first: float, numbers: list[int], seconds: float) -> Any:
-        monkeypatch.setattr(measure, "made", sleeping(clock, each, 2, first))
-        sizes = {"orbits": numbers, "seconds": seconds}
-        config = asking(many=sizes, problem=SHORT, search={"repeats": 3})
-        return list(measure.many_orbits(config, "x", Entrant()))
-
-    lines = many(1e-3, 0.2, [4, 20, 1000], 0.5)
-    assert [(line["orbits"], line["undecided"]) for line in lines] == [(4, 1), (20, 1)]
-    assert [line["prepare"] for line in lines] == pytest.approx([0.2, 0.0])
-    assert [line["seconds"] for line in lines] == pytest.approx([0.004, 0.02])
-    # A first solve beyond the budget is all there is.
-    [line] = many(0.02, 0.0, [5, 6], 0.05)
-    assert (line["orbits"], line["prepare"]) == (5, 0.0)
 
 
 ROUTES = remembered(problems.routes)
@@ -299,7 +270,7 @@ def lines(monkeypatch: pytest.MonkeyPatch, clock: list[float]) -> Any:
         bodies = more.get("bodies", [SHORT])
         monkeypatch.setattr(problems, "drawn", lambda _, n: bodies[:n])
         asked = dict(zip(("orbits", "repeats", "seconds", "longest"), sizes, strict=True))
-        config = asking(bodies={"kept": len(bodies), "drawn": 0, "seed": 0, "threads": 1, **asked})
+        config = asking(bodies={"kept": len(bodies), "drawn": 0, "seed": 0, **asked})
         return list(measure.bodies(config, dict.fromkeys(names.split(), Entrant()))), called
 
     return run
@@ -403,7 +374,7 @@ def test_orbits_of_fig5_end_half_a_passage_behind_their_last_crossing() -> None:
     """Rounded to whole t'."""
     task = problems.precession_angle(None)
     times = route(task).time
-    behind = task.times[0] * problems.time_unit(task.body) - times[-1]
+    behind = task.times * problems.time_unit(task.body) - times[-1]
     np.testing.assert_allclose(behind, (times[-1] - times[-2]) / 2, rtol=0, atol=0.501)
 
 

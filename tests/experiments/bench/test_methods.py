@@ -29,7 +29,6 @@ def content() -> Any:
         # None is good enough: the most exact.
         ("free_body", [1e-3, 2e-9, 1e-8], {}, 1),
         ("codes", [1e-9, 1e-3, 1e-9], {"wrong_symbols": [1.0, 0.0, 1.0]}, 1),
-        ("long_time", [1e-12, 1e-10, 1e-3], {"part": [0.5, 1.0, 1.0]}, 1),
     ],
 )
 def test_the_fastest_good_one_is_chosen_even_where_a_finer_is_faster(
@@ -38,11 +37,11 @@ def test_the_fastest_good_one_is_chosen_even_where_a_finer_is_faster(
     assert choice.chosen(problem, record(error, [1e-3, 4e-3, 3e-3], **more)) == row
 
 
-def test_guests_bring_their_knob_and_variant(content: Any) -> None:
+def test_guests_bring_their_tolerance_and_variant(content: Any) -> None:
     group = {
         "heyoka_eq1": record([1e-10], [1e-3], setting=[2.0]),
         "cyrk": record([1e-12], [1e-3], setting=[1.0]),
-        "closed_form": record([1e-15], [1e-3], knob=[np.nan]),
+        "closed_form": record([1e-15], [1e-3], tolerance=[np.nan]),
         "scipy_dop853": record([1e-10], [9.0]),
         "diffrax": {"ended": "absent: jax is not installed"},
     }
@@ -50,20 +49,19 @@ def test_guests_bring_their_knob_and_variant(content: Any) -> None:
     assert set(found) == {"heyoka_eq1", "cyrk", "closed_form"}, "too slow, or absent"
     settings = {"heyoka_eq1": {"eq1": True, "lanes": 16}, "cyrk": {"method": "Vern8"}}
     assert {name: found[name].setting for name in settings} == settings
-    assert found["closed_form"].knob is None
-    # Half a second may be the tenth of a way that takes five.
-    group["scipy_dop853"] = record([1e-10], [5.0], part=[0.1])
-    assert choice.guests("free_body", group, content)["scipy_dop853"].part == 0.1
+    assert found["closed_form"].tolerance is None
 
 
-def test_knobs_stop_where_a_method_takes_no_finer(content: Any) -> None:
+def test_tolerances_stop_where_a_method_takes_no_finer(content: Any) -> None:
     for key, method in METHODS.items():
-        knobs = choice.knobs(key, content.search, False)
-        assert method.knob == "none" or len(knobs) >= 8, key
-        assert all(x is None or method.knob == "steps" or x >= method.finest for x in knobs)
+        tried: Any = choice.tolerances(key, content.search)
+        if method.finest is None:
+            assert tried == [None]
+        else:
+            assert len(tried) >= 8, key
+            assert min(tried) >= method.finest
     usual = choice.best("codes", "cyrk", {}, content.search)
     assert usual == Entrant(1e-13, {"method": "DOP853"})
-    assert choice.knobs("lie_poisson", content.search, True) == [8, 16, 32]
 
 
 def test_what_a_config_leaves_out_of_the_problems_is_what_the_full_one_says(content: Any) -> None:

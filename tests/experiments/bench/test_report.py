@@ -11,7 +11,7 @@ import pytest
 from rigidpend.experiments.bench import report as reading
 from rigidpend.machine.wording import Table, terminal
 from scripts import readme_tables
-from tests.experiments.bench.data import counted, data, many, with_bodies
+from tests.experiments.bench.data import counted, data, with_bodies
 from tests.results.loaded import loaded
 
 
@@ -34,7 +34,7 @@ def test_the_fastest_comes_first_and_without_a_meeting_or_a_default_there_is_non
     changed = data()
     fastest = ["heyoka_principal", "aligned_batch", "route_codes", "heyoka_two_forms"]
     assert [r.method for r in reading.met(changed, "codes", 1)] == fastest
-    assert reading.met(changed, "long_time", 1) == []
+    assert reading.met(changed, "free_body", 2) == []
     changed["free_body"]["default"] = "closed_form"
     assert reading.met(changed, "free_body", 1) == []
 
@@ -69,12 +69,6 @@ def test_one_and_two_threads_stand_beside_each_other() -> None:
     assert "heyoka, (eq1), batches +" in labels, "fell short"
 
 
-def test_cross_checks_are_compared_with_ours() -> None:
-    table = reading.cross_checks_table(data())
-    assert len(table.rows) == 2
-    assert row(table, "heyoka, both forms")[1:] == ("25 ms", "1.25", "15", "0")
-
-
 def test_wrong_symbols_are_per_million() -> None:
     changed = data()
     more = {**counted(0), "symbols": 9000}
@@ -88,27 +82,12 @@ def test_wrong_symbols_are_per_million() -> None:
 
 def test_every_table_can_be_written_and_the_summary_is_json() -> None:
     lines = [line for table in reading.tables(loaded(data())) for line in terminal(table)]
-    assert any("Cross-check against cross-check" in line for line in lines)
+    assert any("every symbol right" in line for line in lines)
     assert "  diffrax, jitted and vmapped: absent: jax is not installed." in lines
     found = json.loads(json.dumps(reading.summary(data()), allow_nan=False))
     assert found["losses"][0]["method"] == "heyoka_principal"
     assert found["free_body"]["heyoka_eq1"]["error"][2] is None
     assert found["random_phases"]["J1_0_1e-10"]["heyoka_principal"]["wrong_trusted"] == 3
-
-
-def test_times_are_scaled_from_the_most_that_was_timed_and_marked_so() -> None:
-    one = many([10, 100], [1.0, 8.0], [0.5, 0.25])
-    assert reading.scaled(one, 100) == (8.0, 0.75, 100)
-    assert reading.scaled(one, 1000) == (80.0, 0.75, 100)
-    assert reading.scaled(one, 10) == (1.0, 0.5, 10)
-    assert reading.scaled(one, 5)[0] == pytest.approx(0.5)
-    table = reading.many_table(data())
-    own, maps, peer = (cells[1:] for cells in table.rows)
-    assert list(table.header[1:4]) == ["100", "1,000", "10,000"]
-    assert maps[:3] == ("1 ms", "10 ms", "100 ms")
-    assert own[4:] == ("50", "2")
-    assert peer[2].endswith("~")
-    assert peer[4:] == ("20,000", "-")
 
 
 def test_bodies_are_told_by_median_and_worst_with_a_peer_scaled_to_as_many_orbits() -> None:
