@@ -51,19 +51,17 @@ TRUST = {
     "wrong_trusted": "1, wrong symbols that the method vouches for; all where it vouches for none",
     "undecided": "1, symbols that it does not vouch for",
 }
+ENDED = _text("how the measurement ended: complete, cut where it took too long, or why not")
 ANSWERED = {
     "error": "1, of the answer, as `problems` defines it",
     "wrong_symbols": "1, number of wrong symbols",
-    **TRUST,
 }
 """Units and meaning of what is found of an answer to a problem."""
 SEARCH = {
     "tolerance": "1, local tolerance; NaN where there is none to choose",
     "setting": "1, index of the variant, in the order of `variants`",
-    "seconds": "s, warm, the median, scaled to the whole problem",
+    "seconds": "s, warm, the median",
 }
-"""The same of a measurement."""
-ENDED = _text("how the measurement ended: complete, cut where it took too long, or why not")
 SEARCHED: Layout = {
     "ended": ENDED,
     **{f"{k}?": x for k, x in _floats({**SEARCH, **ANSWERED}, "measurements").items()},
@@ -71,10 +69,7 @@ SEARCHED: Layout = {
 """Record of a method's search at a problem; what it did not measure is absent."""
 MET: Layout = {
     **{f"{k}?": x for k, x in _floats(ANSWERED).items()},
-    **_floats(
-        {"rounds": "s, each round of the meeting, scaled to the whole problem; NaN: not timed"},
-        "rounds",
-    ),
+    **_floats({"rounds": "s, each round of the meeting; NaN: not timed"}, "rounds"),
     "chosen": _text("the setting that the search chose"),
 }
 """Record of a method at a meeting."""
@@ -87,14 +82,17 @@ COUNTED = _floats(
     }
 )
 """Record of a method on random phases."""
-WITH_BODIES = {
-    "orbits": "1, orbits of each body, from random phases",
-    "first": "s, first call with a body: made ready and solved, for all these orbits",
-    "again": "s, the same call again, the median",
-    "symbols": "1, symbols compared: of orbits before the first that is in doubt",
-    **TRUST,
-}
-OF_BODIES = _floats(WITH_BODIES, "bodies", gaps=False)
+OF_BODIES = _floats(
+    {
+        "orbits": "1, orbits of each body, from random phases",
+        "first": "s, first call with a body: made ready and solved, for all these orbits",
+        "again": "s, the same call again, the median",
+        "symbols": "1, symbols compared: of orbits before the first that is in doubt",
+        **TRUST,
+    },
+    "bodies",
+    gaps=False,
+)
 """Record of a method with bodies drawn by lot."""
 BODY = _floats(
     {

@@ -150,8 +150,8 @@ def _bodies(config: Config, codes: Data) -> Tree:
         if METHODS[key].family == "heyoka":
             # It is compiled once for all of them.
             entries[key] = entry._replace(setting={**entry.setting, "parameters": True})
-    # Of peers and of the truth, and of ours.
-    budgets = n * (len(entries) * float(asked.seconds) + asked.longest)
+    # Of ours, of peers and of the truth.
+    budgets = n * (asked.longest + float(asked.seconds) * (len(entries) - 1 + measure.TRUTH))
     lines, ended = by_worker(measure.bodies, (config, entries), budgets) if n else ([], "")
     if not lines:
         return {}

@@ -212,14 +212,11 @@ def bodies(config: schema.Config, entries: dict[str, Entrant]) -> Iterator[Line]
     `longest` time; a peer as many of them as it can in its time, with the horizon that ours told.
     Where two methods differ principal axes tell who is right.
 
-    A peer has so many `seconds` of solving at a body, the truth four times as many; no further body
-    is begun when the time of all is spent. A line, of a body, has its numbers as ``body``, and by
-    method ``first`` and ``again``, seconds, ``orbits`` and the counts of :func:`judged`.
+    A peer has so many `seconds` of solving at a body, the truth four times as many. A line, of a
+    body, has its numbers as ``body``, and by method ``first`` and ``again``, seconds, ``orbits``
+    and the counts of :func:`judged`.
     """
     asked, (own, *peers) = config.bodies, entries
-    seconds = float(asked.seconds)
-    each = asked.longest + seconds * (len(peers) + TRUTH * bool(peers))
-    spent, budget = 0.0, (asked.kept + asked.drawn) * each
     # What any body needs is compiled before the clock runs.
     for n in (1, asked.orbits):
         made(own, problems.random_routes(FIG4, n), entries[own], THREADS).solve()
@@ -228,13 +225,9 @@ def bodies(config: schema.Config, entries: dict[str, Entrant]) -> Iterator[Line]
         made(name, few, entries[name], THREADS).solve()
     every = problems.drawn(problems.SEED, asked.kept) + problems.drawn(asked.seed, asked.drawn)
     for problem in every:
-        if spent > budget:
-            return
         task = problems.random_routes(problem, _in_time(problem, asked.orbits, asked.longest))
-        taken, found = timed(partial(_with_body, task, entries, asked))
-        spent += taken
         (A, r, mu), starts = problem.body.floats(), (float(problem.h0), float(problem.J1_0))
-        yield {"body": [*A, *r[:2], mu, *starts], **found}
+        yield {"body": [*A, *r[:2], mu, *starts], **_with_body(task, entries, asked)}
 
 
 def _in_time(problem: RouteProblem, orbits: int, seconds: float) -> int:

@@ -21,9 +21,9 @@ def guest(rounds: Any, error: float = 1e-10, **more: Any) -> dict[str, Any]:
     return {"rounds": np.array(rounds, dtype=float), "chosen": "tolerance 1e-09", **numbers}
 
 
-def codes_guest(rounds: Any, undecided: float = 0.0) -> dict[str, Any]:
+def codes_guest(rounds: Any) -> dict[str, Any]:
     """The same at the codes."""
-    return guest(rounds, 1e-7, wrong_symbols=0.0, wrong_trusted=0.0, undecided=undecided)
+    return guest(rounds, 1e-7, wrong_symbols=0.0)
 
 
 def counted(wrong: float) -> dict[str, Any]:
@@ -83,7 +83,7 @@ def data() -> dict[str, Any]:
                     "route_codes": codes_guest([0.020, 0.018, 0.022]),
                     "aligned_batch": codes_guest([0.010, 0.008, 0.012]),
                     "heyoka_principal": codes_guest([0.008, 0.007, 0.009]),
-                    "heyoka_two_forms": codes_guest([0.025, 0.020, 0.030], undecided=15),
+                    "heyoka_two_forms": codes_guest([0.025, 0.020, 0.030]),
                 },
             },
             "threads_2": {

@@ -323,14 +323,6 @@ def test_a_first_call_that_takes_longer_than_a_peer_may_is_followed_by_another(l
     assert (line["ours"]["first"], line["ours"]["again"]) == pytest.approx((5.006, 0.006))
 
 
-@pytest.mark.parametrize(("longest", "done"), [(0.05, 2), (0.07, 3), (0.02, 1)])
-def test_no_further_body_is_begun_when_the_time_of_all_is_spent(
-    lines: Any, longest: float, done: int
-) -> None:
-    """Ours takes 80 ms in its two calls with a body."""
-    assert len(lines("ours", 20, 1, 0.0, longest, bodies=[SHORT] * 3)[0]) == done
-
-
 @pytest.mark.parametrize(("longest", "n"), [(0.04, 40), (0.039, 20), (1e-3, 10)])
 def test_ours_follows_as_many_orbits_as_it_is_expected_to_in_its_time(
     lines: Any, monkeypatch: pytest.MonkeyPatch, longest: float, n: int
