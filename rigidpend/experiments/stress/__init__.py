@@ -73,7 +73,7 @@ DRIFT = {
 """Drift of the integrals of motion: see `conserved`."""
 CURVES: dict[str, Layout] = {
     "passages": {"growth?": GROWTH, "<precisions>": DECIDED},
-    "long_time": {"<methods>": DRIFT},
+    "long_time": {"<engines>": DRIFT},
 }
 """Curves behind the claims, by kind of trial and by its label; what refuses to compute has none."""
 

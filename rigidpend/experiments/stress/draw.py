@@ -17,7 +17,7 @@ from matplotlib.figure import Figure
 from matplotlib.ticker import MaxNLocator
 
 from rigidpend.experiments.data import Data, Loaded
-from rigidpend.experiments.plots import BLUE, GREEN, ORANGE, PINK, RED, WIDTH, entry, title
+from rigidpend.experiments.plots import BLUE, GREEN, ORANGE, RED, WIDTH, entry, title
 from rigidpend.experiments.stress import FAILED, LIMIT, PASSED
 from rigidpend.machine.wording import Table, terminal
 
@@ -38,8 +38,6 @@ LOOKS = {
 """Colour, marker and label of each verdict."""
 INTEGRALS = (("energy", BLUE), (r"$|\gamma|$", RED), (r"$M\cdot\gamma$", GREEN))
 """Integrals of motion in the order in which results have them, with their colours."""
-SPLITTINGS = ((BLUE, "-"), (RED, "--"), (GREEN, "-."), (PINK, ":"))
-"""Colours and styles of splittings, by their order."""
 PRECISIONS = {53: (BLUE, "-"), 64: (GREEN, "--"), 106: (ORANGE, ":"), 113: (RED, "-.")}
 """Colour and style of each precision, bits."""
 TOLD = {
@@ -57,14 +55,10 @@ def draw(result: Loaded) -> Figure:
     data = result["data"]
     # A kind of trial that refused to compute has claims, but no curves.
     curves = {kind: data.get(kind, {"curves": {}})["curves"] for kind in ("long_time", "passages")}
-    drifts = [x for x in curves["long_time"].values() if "drift" in x]
-    splittings = [x for x in drifts if str(x["name"]).startswith("splitting")]
-    engines = [x for x in drifts if not str(x["name"]).startswith("splitting")]
     figure = Figure(figsize=(WIDTH, HEIGHT))
     margins: Any = {"left": 0.1, "right": 0.985, "top": 0.965, "bottom": 0.06}
     grid = figure.add_gridspec(3, 6, **margins, hspace=0.42, wspace=1.5, height_ratios=(1, 1.45, 1))
-    _draw_engines(figure.add_subplot(grid[0, :3]), engines)
-    _draw_splittings(figure.add_subplot(grid[0, 3:]), splittings)
+    _draw_engines(figure.add_subplot(grid[0, :]), list(curves["long_time"].values()))
     _draw_claims(figure.add_axes((0.125, 0.355, 0.86, 0.3)), data)
     if "growth" in curves["passages"]:
         _draw_growth(figure.add_subplot(grid[2, :3]), curves["passages"]["growth"])
@@ -90,32 +84,10 @@ def _draw_engines(axes: Axes, engines: list[Any]) -> None:
     small: Any = {"fontsize": 6.5, "title_fontsize": 6.5, "labelspacing": 0.25, "columnspacing": 1}
     said = "tolerance: power of t of the three" if engines else ""
     axes.legend(handles=entries, loc="upper left", ncols=2, title=said, **small)
-    _scale_drift(axes)
+    axes.set(xscale="log", yscale="log", xlabel="rotations", ylabel="rms drift, relative")
     # Room for the legend above the curves.
     low, high = axes.get_ylim()
     axes.set_ylim(low, high * 10**3.5)
-
-
-def _draw_splittings(axes: Axes, methods: list[Any]) -> None:
-    """Energy bounded, the Casimirs, in thin lines, kept."""
-    title(axes, "b", "Lie-Poisson splittings")
-    entries = []
-    for curve, (colour, style) in zip(methods, SPLITTINGS, strict=False):
-        late = curve["rotations"] >= 1
-        for row, width in zip(curve["drift"][:, late], (None, 0.6, 0.6), strict=True):
-            axes.plot(curve["rotations"][late], row, color=colour, ls=style, lw=width)
-        label = str(curve["name"]).replace("splitting", "order")
-        entries.append(entry(label, color=colour, ls=style))
-    if methods:
-        place: dict[str, Any] = {"transform": axes.transAxes, "ha": "right", "fontsize": 7.5}
-        axes.text(0.97, 0.86, "energy", **place)
-        axes.text(0.97, 0.24, r"$|\gamma|,\ M\cdot\gamma$", **place)
-    axes.legend(handles=entries, fontsize=6.5, loc=(0.25, 0.3), ncols=2, labelspacing=0.25)
-    _scale_drift(axes)
-
-
-def _scale_drift(axes: Axes) -> None:
-    axes.set(xscale="log", yscale="log", xlabel="rotations", ylabel="rms drift, relative")
 
 
 def _draw_claims(axes: Axes, data: Data) -> None:
@@ -138,7 +110,7 @@ def _draw_claims(axes: Axes, data: Data) -> None:
         if text:
             axes.text(4 * CEILING, row, text, fontsize=LINES, va="center", linespacing=1.0)
     axes.axvline(1, color="0.3", lw=0.8)
-    title(axes, "c", f"all {sum(counts.values())} claims")
+    title(axes, "b", f"all {sum(counts.values())} claims")
     axes.set_xscale("log")
     # Far beyond the last ratio, for the names of what is beyond its bound.
     axes.set_xlim(FLOOR / 3, 1e12)
@@ -172,7 +144,7 @@ def _together(names: list[str]) -> str:
 
 def _draw_growth(axes: Axes, growth: Any) -> None:
     """Errors at each crossing: all orbits, their mean, and the prediction."""
-    title(axes, "d", "rounding error at each crossing")
+    title(axes, "c", "rounding error at each crossing")
     x = growth["crossing"] + 1
     for column in growth["scatter"].T:
         # An error of exactly 0 has no place on a logarithmic axis.
@@ -191,7 +163,7 @@ def _draw_growth(axes: Axes, growth: Any) -> None:
 
 def _draw_symbols(axes: Axes, curves: Any) -> None:
     """Draw the symbols that each precision decides: share of orbits with at least so many."""
-    title(axes, "e", "symbols that a precision decides")
+    title(axes, "d", "symbols that a precision decides")
     for curve in (x for x in curves.values() if "bits" in x):
         bits = int(curve["bits"])
         colour, style = PRECISIONS[bits]

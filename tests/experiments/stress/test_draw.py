@@ -42,10 +42,7 @@ def lines(figure: Figure, letter: str) -> list[Any]:
 @pytest.fixture(scope="module")
 def figure() -> Figure:
     """One curve of each kind, and claims of three verdicts."""
-    drifts = {
-        "a": {**DRIFT, "name": "taylor at 2e-16", "walk": WALK},
-        "b": {**DRIFT, "name": "splitting 2", "walk": WALK, "drift": 10 * DRIFT["drift"]},
-    }
+    drifts = {"a": {**DRIFT, "name": "taylor at 2e-16", "walk": WALK}}
     passages = {"growth": GROWTH, "64_bits": DECIDED}
     data = {
         "upper_starts": claims(far=(np.inf, "FAILED"), none=(0.0, "passed")),
@@ -58,26 +55,22 @@ def figure() -> Figure:
 def test_curves_are_where_their_numbers_are(figure: Figure) -> None:
     walk, *engine = lines(figure, "a")
     np.testing.assert_array_equal(walk, np.transpose([TIMES, WALK]))
-    splitting = lines(figure, "b")
     for k in range(3):
         np.testing.assert_array_equal(engine[k], np.transpose([TIMES, DRIFT["drift"][k]]))
-        late = np.transpose([TIMES, 10 * DRIFT["drift"][k]])[1:]
-        np.testing.assert_array_equal(splitting[k], late, "from one rotation on")
     legend = [x.get_text() for x in panel(figure, "a").get_legend().get_texts()]
     assert legend[-1] == "taylor 2e-16: 0.50, 0.61, 0.47"
-    assert panel(figure, "b").get_legend().get_texts()[0].get_text() == "order 2"
-    scattered, _, *grown = lines(figure, "d")
+    scattered, _, *grown = lines(figure, "c")
     for factor, points in zip((5, 2, 3, 4), (scattered, *grown), strict=True):
         np.testing.assert_allclose(points, np.transpose([[1, 2, 3], factor * WALK]))
-    assert "2.50 measured,\n×2.75 predicted" in panel(figure, "d").texts[0].get_text()
-    measured, predicted = lines(figure, "e")
+    assert "2.50 measured,\n×2.75 predicted" in panel(figure, "c").texts[0].get_text()
+    measured, predicted = lines(figure, "d")
     np.testing.assert_array_equal(measured, [[0, 1], [20, 0.5], [30, 0]])
     np.testing.assert_array_equal(predicted, [[0, 1], [25, 0.5], [35, 0]])
-    assert panel(figure, "e").get_legend().get_texts()[0].get_text() == "64 bits"
+    assert panel(figure, "d").get_legend().get_texts()[0].get_text() == "64 bits"
 
 
 def test_every_claim_is_a_point_at_its_ratio_and_what_is_beyond_is_named(figure: Figure) -> None:
-    axes = panel(figure, "c")
+    axes = panel(figure, "b")
     verdicts = {colour: verdict for verdict, (colour, *_) in LOOKS.items()}
     points = {
         (verdicts[line.get_color()], float(line.get_xdata()[0]), round(line.get_ydata()[0]))
@@ -99,16 +92,15 @@ def test_the_stored_trials_do_not_leave_their_page() -> None:
     check_on_page(made)
     axes = {x.get_title(loc="left")[0]: x for x in made.axes}
     assert {k: (x.get_xlabel(), x.get_ylabel(), x.get_yscale()) for k, x in axes.items()} == {
-        **dict.fromkeys("ab", ("rotations", "rms drift, relative", "log")),
-        "c": ("value / bound", "", "linear"),
-        "d": ("crossing", "phase error, rad", "log"),
-        "e": ("symbols", "share of orbits with more", "linear"),
+        "a": ("rotations", "rms drift, relative", "log"),
+        "b": ("value / bound", "", "linear"),
+        "c": ("crossing", "phase error, rad", "log"),
+        "d": ("symbols", "share of orbits with more", "linear"),
     }
-    assert len(axes["b"].lines) == 3 * 4, "splittings have their own panel"
 
 
 def test_trials_that_refused_leave_their_panels_empty() -> None:
     refused = {"passages": claims(p=(np.inf, "FAILED")), "bodies": claims(b=(0.5, "passed"))}
     made = draw(loaded(refused))
-    assert [len(panel(made, letter).lines) for letter in "ab"] == [0, 0]
-    assert len(panel(made, "c").lines) == 3
+    assert len(panel(made, "a").lines) == 0
+    assert len(panel(made, "b").lines) == 3
