@@ -108,7 +108,7 @@ def _search(config: Config, key: str, truth: dict[str, Data]) -> Tree:
     if missing := _missing(key):
         return {name: {"ended": f"absent: {missing} is not installed"} for name in problems}
     asked = len(METHODS[key].variants) * len(methods.tolerances(key, config.search))
-    budgets = len(problems) * asked * float(config.meeting.slowest)
+    budgets = len(problems) * asked * float(config.search.slowest)
     lines, ended = by_worker(measure.search, (config, key, truth), budgets)
     found: dict[str, Tree] = {}
     for name in problems:

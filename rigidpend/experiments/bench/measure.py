@@ -58,6 +58,8 @@ THREADS = 2
 """Threads at most; a method takes one where that is faster."""
 STORED = Path(__file__).parent / "random_phases_113bit.json"
 """2,000 phases for each of two starts J1_0, with codes of 15 symbols and the last crossing's t'."""
+REPEATS = 3
+"""Warm solves at most, whose median counts."""
 CHUNK = 250
 """Random phases in one call."""
 PILOT = 16
@@ -109,24 +111,24 @@ def search(config: schema.Config, name: str, truth: dict[str, Data]) -> Iterator
     for problem in filter(METHODS[name].answers.__contains__, truth):
         try:
             given = problems.stage(problem, config.problem, truth[problem])
-            for line in settings(given, name, config):
+            for line in settings(given, name, config.search):
                 yield {"problem": problem, **line}
         except FAILURES as error:
             # The other problems are still to be measured.
             yield {"problem": problem, "failed": wording.error(error)}
 
 
-def settings(given: Stage, name: str, config: schema.Config) -> Iterator[Line]:
+def settings(given: Stage, name: str, asked: schema.Search) -> Iterator[Line]:
     """Try every setting of a method: each variant at each tolerance.
 
     A variant ends where it takes longer than any meeting would wait, preparation not counted: it is
     compilation, mostly.
     """
-    slowest = float(config.meeting.slowest)
+    slowest = float(asked.slowest)
     for number, setting in enumerate(METHODS[name].variants):
-        for tolerance in tolerances(name, config.search):
+        for tolerance in tolerances(name, asked):
             make = partial(made, name, given.task, Entrant(tolerance, setting))
-            found = timed_solver(make, config.search.repeats, slowest, WARM)
+            found = timed_solver(make, REPEATS, slowest, WARM)
             line = {"tolerance": math.nan if tolerance is None else tolerance, "setting": number}
             error = given.error(found.answer, given.truth)
             yield {**line, "seconds": found.seconds, **error}
@@ -241,23 +243,21 @@ def _with_body(task: Task, entries: dict[str, Entrant], asked: schema.Bodies) ->
     """Times and counts of each method with one body."""
     (own, *peers), seconds, orbits = entries, float(asked.seconds), task.states.shape[1]
     make = partial(made, own, task, entries[own], THREADS)
-    ours = timed_solver(make, asked.repeats, seconds, math.inf)
+    ours = timed_solver(make, REPEATS, seconds, math.inf)
     answers = {own: ours.answer}
     found: dict[str, Any] = {own: {"orbits": orbits, "first": ours.first, "again": ours.seconds}}
     last = np.nanmax(ours.answer.time, initial=0.0)
     task = task._replace(times=np.full(orbits, 1.001 * last / problems.time_unit(task.body)))
     for name in peers:
         make = partial(made, name, entry=entries[name], threads=THREADS)
-        found[name], answers[name] = _in_its_time(make, task, asked.repeats, seconds)
+        found[name], answers[name] = _in_its_time(make, task, seconds)
     settled, true = _settled(task, answers, TRUTH * seconds)
     for name, answer in answers.items():
         found[name] |= judged(answer, true[:, : min(settled, answer.codes.shape[1])])
     return found
 
 
-def _in_its_time(
-    make: Make, task: Task, repeats: int, seconds: float
-) -> tuple[dict[str, float], Crossed]:
+def _in_its_time(make: Make, task: Task, seconds: float) -> tuple[dict[str, float], Crossed]:
     """Times of a peer with as many orbits as it is expected to follow in so many seconds.
 
     Its first call is with a few of them, to which the others are added at what they take again.
@@ -268,7 +268,7 @@ def _in_its_time(
     more = min(int(seconds / middle * few), task.states.shape[1])
     if more > few:
         n = more
-        all_ = timed_solver(lambda: make(task.of(np.arange(n))), repeats - 1, seconds, 0.0)
+        all_ = timed_solver(lambda: make(task.of(np.arange(n))), REPEATS - 1, seconds, 0.0)
         answer, middle = all_.answer, statistics.median([all_.first, *all_.again])
     first = pilot.made + pilot.first + middle * (n - few) / n
     return {"orbits": n, "first": first, "again": middle}, answer

@@ -178,7 +178,7 @@ def guests(problem: str, group: Data, config: Any) -> dict[str, Entrant]:
     Each comes with the fastest of its settings that reached the level of the problem, or with
     its most exact one where none did. Who is too slow stays away.
     """
-    slowest = float(config.meeting.slowest)
+    slowest = float(config.search.slowest)
     return {
         name: best(problem, name, group[name], config.search)
         for name in config.problem.methods

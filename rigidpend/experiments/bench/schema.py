@@ -58,10 +58,10 @@ class Workload(Part):
 class Search(Part):
     """Search for settings, each method alone."""
 
-    repeats: Few = 3
-    """Measurements of each setting; their median counts."""
     tolerances: Tolerances
     """Local tolerances of methods that choose their steps, dimensionless; descending."""
+    slowest: Seconds
+    """Longest time for a problem, seconds: what is slower meets nobody, and is tried no finer."""
 
 
 class Meeting(Part):
@@ -71,8 +71,6 @@ class Meeting(Part):
     """Rounds of a meeting; the median of their ratios counts."""
     seconds: Seconds
     """Time of one method at a problem in all, seconds; then it misses the rounds that are left."""
-    slowest: Seconds
-    """Longest time for a problem, seconds: what is slower is not asked, and searched no further."""
 
 
 class RandomPhases(Part):
@@ -99,8 +97,6 @@ class Bodies(Part):
     """Seed of these."""
     orbits: Count = 20_000
     """Orbits of each body, of 15 symbols."""
-    repeats: Few = 3
-    """Calls again with each body; their median counts."""
     seconds: Seconds
     """Time of a peer at a body, seconds of solving: it follows fewer orbits where it is slow.
 

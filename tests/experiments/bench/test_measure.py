@@ -75,9 +75,8 @@ def test_a_variant_is_tried_at_every_tolerance_until_it_takes_longer_than_a_meet
     monkeypatch.setitem(METHODS, "napping", Method("napping", "others", variants=variants))
 
     def lines(slowest: float) -> Any:
-        search = {"tolerances": [0.001, 0.0005, 0.0001], "repeats": 3}
-        config = asking(search=search, meeting={"slowest": slowest})
-        rows = list(measure.settings(given(), "napping", config))
+        asked: Any = SimpleNamespace(tolerances=[0.001, 0.0005, 0.0001], slowest=slowest)
+        rows = list(measure.settings(given(), "napping", asked))
         return [(row["setting"], row["tolerance"], pytest.approx(row["seconds"])) for row in rows]
 
     first = [(0, 0.001, 0.011), (0, 0.0005, 0.0105), (0, 0.0001, 0.0101)]
@@ -92,8 +91,8 @@ def test_the_median_of_several_solves_counts_and_not_the_fastest(
     """Solves of 1, 5 and 2 seconds by the clock, behind one that warms up."""
     variants = ({"queue": (7.0, 1.0, 5.0, 2.0)},)
     monkeypatch.setitem(METHODS, "queued", Method("queued", "others", (), None, (), variants))
-    config = asking(search={"repeats": 3}, meeting={"slowest": 1e9})
-    [line] = measure.settings(given(), "queued", config)
+    asked: Any = SimpleNamespace(slowest=1e9)
+    [line] = measure.settings(given(), "queued", asked)
     assert line["seconds"] == 2.0
 
 
@@ -134,9 +133,8 @@ def test_who_has_spent_his_time_misses_the_rounds_that_are_left(
 
 def searching(*tolerances: Any) -> Any:
     """What a search at the pendulum is given."""
-    search = {"tolerances": tolerances, "repeats": 1}
-    sizes = {"orbits": 2, "turns": 1}
-    config = asking(problem=sizes, search=search, meeting={"slowest": 1.0})
+    sizes, search = {"orbits": 2, "turns": 1}, {"tolerances": tolerances, "slowest": 1.0}
+    config = asking(problem=sizes, search=search)
     return config, "scipy_dop853", {"pendulum": {"states": np.ones((6, 2))}}
 
 
@@ -201,7 +199,7 @@ def test_a_worker_has_a_budget_for_each_setting_at_each_problem_and_for_each_gue
         return [], "late"
 
     monkeypatch.setattr(compute, "by_worker", late)
-    config = asking(search={"tolerances": [1e-3]}, meeting={"slowest": 0.5, "seconds": 0.5})
+    config = asking(search={"tolerances": [1e-3], "slowest": 0.5}, meeting={"seconds": 0.5})
     found = compute._search(config, "x", {"codes": {}, "free_body": {}, "pendulum": {}})
     assert list(found) == ["codes", "pendulum"], "those that it answers"
     met = compute._meeting(config, "codes", dict.fromkeys("abc", Entrant()), {})
@@ -269,7 +267,7 @@ def lines(monkeypatch: pytest.MonkeyPatch, clock: list[float]) -> Any:
         monkeypatch.setattr(principal_axes, "codes", told)
         bodies = more.get("bodies", [SHORT])
         monkeypatch.setattr(problems, "drawn", lambda _, n: bodies[:n])
-        asked = dict(zip(("orbits", "repeats", "seconds", "longest"), sizes, strict=True))
+        asked = dict(zip(("orbits", "seconds", "longest"), sizes, strict=True))
         config = asking(bodies={"kept": len(bodies), "drawn": 0, "seed": 0, **asked})
         return list(measure.bodies(config, dict.fromkeys(names.split(), Entrant()))), called
 
@@ -280,7 +278,7 @@ def lines(monkeypatch: pytest.MonkeyPatch, clock: list[float]) -> Any:
 def test_where_two_methods_differ_more_bits_tell_which_is_right(
     lines: Any, wrong: str, rough: bool
 ) -> None:
-    [line], called = lines("ours peer", 40, 2, 0.061, 1.0, wrong=wrong, rough=rough, dear=8e-3)
+    [line], called = lines("ours peer", 40, 0.061, 1.0, wrong=wrong, rough=rough, dear=8e-3)
     # Sixteen orbits of a pilot take 32 ms: 61 ms are enough for thirty.
     assert (line["ours"]["orbits"], line["peer"]["orbits"]) == (40, 30)
     for name in ("ours", "peer"):
@@ -309,7 +307,7 @@ def test_where_two_methods_differ_more_bits_tell_which_is_right(
 def test_what_nobody_could_settle_in_time_is_not_counted(
     lines: Any, seconds: float, more: Any
 ) -> None:
-    [line], _ = lines("ours peer", 20, 1, seconds, 9.0, wrong="peer", **more)
+    [line], _ = lines("ours peer", 20, seconds, 9.0, wrong="peer", **more)
     assert line["peer"]["orbits"] > 3
     for name in ("ours", "peer"):
         # Column 3 is the first in doubt: what is behind it would be without its like.
@@ -319,7 +317,7 @@ def test_what_nobody_could_settle_in_time_is_not_counted(
 def test_a_first_call_that_takes_longer_than_a_peer_may_is_followed_by_another(lines: Any) -> None:
     """Ours builds maps in its first call with a body."""
     other = replace(SHORT, body=Body((2, 1, "1.4"), (1, 1, 0), "0.001"))
-    [line], _ = lines("ours", 3, 3, 0.15, 9.0, first=5.0, bodies=[other])
+    [line], _ = lines("ours", 3, 0.15, 9.0, first=5.0, bodies=[other])
     assert (line["ours"]["first"], line["ours"]["again"]) == pytest.approx((5.006, 0.006))
 
 
@@ -329,7 +327,7 @@ def test_ours_follows_as_many_orbits_as_it_is_expected_to_in_its_time(
 ) -> None:
     """An orbit is expected to take 1 ms; few are followed in any case."""
     monkeypatch.setattr(measure, "expected_seconds", lambda _, orbits: 1e-3 * orbits)
-    [line], _ = lines("ours", 40, 1, 9.0, longest)
+    [line], _ = lines("ours", 40, 9.0, longest)
     assert line["ours"]["orbits"] == n
 
 
