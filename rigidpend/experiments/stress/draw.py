@@ -40,12 +40,11 @@ INTEGRALS = (("energy", BLUE), (r"$|\gamma|$", RED), (r"$M\cdot\gamma$", GREEN))
 """Integrals of motion in the order in which results have them, with their colours."""
 PRECISIONS = {53: (BLUE, "-"), 64: (GREEN, "--"), 106: (ORANGE, ":"), 113: (RED, "-.")}
 """Colour and style of each precision, bits."""
-TOLD = {
-    **dict.fromkeys(("name", "measured", "unit", "reason"), str),
-    **dict.fromkeys(("value", "bound", "ratio"), float),
-    **dict.fromkeys(("verdict", "limit", "note"), str),
-}
-"""Kinds of what is told of a claim, as text and as JSON."""
+TOLD = (
+    *("name", "measured", "unit", "reason"),
+    *("value", "bound", "ratio", "verdict", "limit", "note"),
+)
+"""What is told of a claim, as text and as JSON."""
 BESIDE, LINES = 46, 6.3
 """Characters in a line beside the claims, and its size in points."""
 
@@ -203,7 +202,7 @@ def lines(data: Data) -> list[dict[str, Any]]:
     """All claims of a result's data."""
     found = []
     for group, content in data.items():
-        columns = (map(of, content["claims"][key]) for key, of in TOLD.items())
+        columns = (np.asarray(content["claims"][key]).tolist() for key in TOLD)
         rows = zip(*columns, strict=True)
         found += [{"group": group, **dict(zip(TOLD, row, strict=True))} for row in rows]
     return found
