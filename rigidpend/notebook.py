@@ -300,6 +300,7 @@ def orbit(
     from rigidpend.orbits.integrate.arithmetic import resolve
     from rigidpend.orbits.integrate.states import states_at
     from rigidpend.routes import herpolhode
+    from rigidpend.routes.phases import Phases
     from rigidpend.routes.problem import RouteProblem, rotation_period
 
     # How many symbols are asked for has no part in an orbit: one is the least.
@@ -307,9 +308,10 @@ def orbit(
     period = rotation_period(problem)
     times = _samples(time, period / POINTS if step is None else step, period)
     arithmetic = resolve(engine, None, PRECISIONS)
+    phase = Phases([checked.number("theta2_0", theta2_0)]).near[0]
     states = states_at(
         in_space.field(body),
-        herpolhode.initial_state(problem, float(checked.number("theta2_0", theta2_0))),
+        herpolhode.initial_state(problem, phase),
         times,
         engine=arithmetic.engine,
         tolerance=float(arithmetic.tolerance),

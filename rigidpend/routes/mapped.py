@@ -37,6 +37,7 @@ from rigidpend.orbits.return_map.program import Program
 from rigidpend.orbits.return_map.storage import is_kept
 from rigidpend.routes import certainty, costs
 from rigidpend.routes.costs import FINER, wanted
+from rigidpend.routes.phases import turned
 from rigidpend.routes.problem import RouteProblem
 from rigidpend.routes.run import Run
 from rigidpend.routes.start import Scales
@@ -238,14 +239,13 @@ class Maps:
         Phases are rounded at another place in each design; what that loses goes to the rest.
         """
         a, phases = precision(bits), self.run.phases
-        theta2 = phases.high[columns]
+        theta2 = phases.near[columns]
         shifted = theta2 + design.origin
         # Knuth's two-sum: what rounding the sum has lost, exactly.
         back = shifted - design.origin
         lost = (theta2 - back) + (design.origin - (shifted - back))
         rest = a.array(phases.rest[columns] + lost)
-        cos, sin = a.cos(a.array(shifted)), a.sin(a.array(shifted))
-        cos, sin = cos - rest * sin, sin + rest * cos
+        cos, sin = turned(a.cos(a.array(shifted)), a.sin(a.array(shifted)), rest)
         # psi of the mirrored start is pi/2 - beta0/2 - theta2.
         beta0 = _constants(self.problem, bits).angles.beta0
         psi = a.pi / 2 - beta0 / 2 - a.atan2(sin, cos) + design.origin

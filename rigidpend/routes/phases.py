@@ -1,4 +1,8 @@
-"""Initial phases: doubles with their rests for the fast precision, exact ones on demand."""
+"""Initial phases: doubles with their rests for the fast precision, exact ones on demand.
+
+What is far from zero loses its whole turns before it is rounded: its rounding would be no small
+angle, and the same in all computations.
+"""
 
 from __future__ import annotations
 
@@ -11,7 +15,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rigidpend.numbers.checked import MOST_PHASES
-from rigidpend.numbers.exact import Exact, ExactError, exact
+from rigidpend.numbers.exact import Exact, ExactError, context, exact
+
+FAR = 2.0**20
+"""Size of a phase, radians, from which on it is computed without its whole turns."""
+DOUBLED = 113
+"""Bits of a double with its rest."""
 
 
 class Grid(Sequence[Exact]):
@@ -33,8 +42,10 @@ class Phases:
     """A sequence of phases in radians; an ExactError where one is not a finite number."""
 
     high: NDArray[np.float64]
+    """The doubles nearest to the phases, (n,)."""
+    near: NDArray[np.float64]
     rest: NDArray[np.float64]
-    """The doubles nearest to the phases, and what they leave, (n,) each."""
+    """Doubles that are the phases without whole turns where these are far, and what they leave."""
 
     def __init__(self, values: Any) -> None:
         self._given: Any
@@ -62,6 +73,10 @@ class Phases:
         if not np.isfinite(self.high).all():
             bad = self.high[~np.isfinite(self.high)][0]
             raise ExactError(f"theta2_0 must be finite doubles, got {bad}")
+        self.near, far = self.high, np.flatnonzero(np.abs(self.high) >= FAR)
+        if far.size:
+            self.near, turned = self.high.copy(), map(_within_a_turn, self.exactly(far))
+            self.near[far], self.rest[far] = zip(*turned, strict=True)
 
     def __len__(self) -> int:
         return self.high.size
@@ -82,6 +97,32 @@ def _halves(x: Exact) -> tuple[float, float]:
         rest = x.fraction - Fraction(nearest) if math.isfinite(nearest) else Fraction(0)
         return nearest, float(rest)
     # Twice the bits of a double, so that its rest has digits of its own.
-    value = x.at(113)
+    return _parted(x.at(DOUBLED))
+
+
+def _within_a_turn(x: Exact) -> tuple[float, float]:
+    """The double nearest to a phase without its whole turns, and what it leaves."""
+    return _parted(angle(x, DOUBLED))
+
+
+def _parted(value: Any) -> tuple[float, float]:
     nearest = float(value)
     return nearest, float(value - nearest)
+
+
+def angle(phase: Exact, bits: int) -> Any:
+    """A phase in `bits` bits, radians; without its whole turns where it is far."""
+    size = abs(float(phase))
+    if size < FAR:
+        return phase.at(bits)
+    # As many bits more as whole turns take.
+    m = context(bits + math.frexp(size)[1])
+    value, turn = phase.in_context(m), 2 * m.pi
+    return context(bits).mpf(value - turn * m.nint(value / turn))
+
+
+def turned(cos: Any, sin: Any, rest: Any) -> tuple[Any, Any]:
+    """cos and sin of an angle that is further by a rest of a phase, which is below 2^-32."""
+    # To second order: the third is below the roundings of all precisions that take rests.
+    bend = rest * rest / 2
+    return cos - (rest * sin + bend * cos), sin + (rest * cos - bend * sin)

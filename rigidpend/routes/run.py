@@ -110,7 +110,7 @@ class Run:
     ) -> tuple[Start, Any]:
         begin = start(problem, bits, scales)
         if bits == 53:
-            return begin, states_double(begin, self.phases.high[columns], self.phases.rest[columns])
+            return begin, states_double(begin, self.phases.near[columns], self.phases.rest[columns])
         states = states_exact(begin, self.phases.exactly(columns), bits)
         return begin, np.array(states, dtype=object).reshape(-1, 6).T
 

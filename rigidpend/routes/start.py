@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 from rigidpend.mechanics.coordinates import Canonical, aligned_from_canonical
 from rigidpend.mechanics.equations import AlignedCoefficients, aligned_coefficients
 from rigidpend.numbers.exact import GUARD_BITS, Exact, context, exact, fraction
+from rigidpend.routes.phases import angle, turned
 from rigidpend.routes.problem import RouteProblem
 
 
@@ -75,9 +76,7 @@ def start(problem: RouteProblem, bits: int, scales: Scales) -> Start:
 
 def states_double(begin: Start, theta2: NDArray[np.float64], rest: Any) -> NDArray[np.float64]:
     """States (6, n) in double precision for the phases ``theta2 + rest``, `rest` tiny."""
-    cos, sin = np.cos(theta2), np.sin(theta2)
-    # To first order: the square of the rest is below the rounding of the rest itself.
-    cos, sin = cos - rest * sin, sin + rest * cos
+    cos, sin = turned(np.cos(theta2), np.sin(theta2), rest)
     states = np.zeros((6, theta2.size))
     states[0], states[2] = begin.Qp, begin.M3
     states[3:] = np.outer(begin.gamma_cos, cos) + np.outer(begin.gamma_sin, sin)
@@ -93,7 +92,7 @@ def states_exact(begin: Start, theta2: Sequence[Exact], bits: int) -> list[list[
     ]
     states = []
     for phase in theta2:
-        cos, sin = m.cos_sin(phase.in_context(m))
+        cos, sin = m.cos_sin(angle(phase, m.prec))
         gamma = [rounded(a * cos + b * sin) for a, b in zip(*axes, strict=True)]
         # Qm is exactly 0 on separatrix 2; a rounded one would be another orbit.
         states.append([begin.Qp, Fraction(0), begin.M3, *gamma])

@@ -57,6 +57,19 @@ def test_record_has_the_shapes_and_types_it_promises() -> None:
     np.testing.assert_array_equal(symbols(found.separatrix), found.codes)
 
 
+FAR = [f"1/3 + 2*pi*{turns}" for turns in (1, 10**6, 10**13, 10**17, -(10**40), 10**300)]
+
+
+@pytest.mark.parametrize("method", ["map", "integration"])
+def test_whole_turns_of_a_phase_change_no_symbol(method: str) -> None:
+    near = codes("1/3", n_symbols=24)
+    assert near.certain.all()
+    for precisions in ((53, 106), (106,)) if method == "integration" else ((53, 106),):
+        found = codes(FAR, n_symbols=24, method=method, precisions=precisions)
+        assert found.certain.all()
+        assert set(found.words) == set(near.words)
+
+
 def test_codes_are_read_as_texts() -> None:
     codes = np.array([[0, 1, NO_SYMBOL], [1, 0, NO_SYMBOL]], dtype=np.uint8)
     certain = np.array([[True, True, True], [True, False, True]])

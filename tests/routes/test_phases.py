@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from rigidpend.numbers.exact import ExactError, exact
+from rigidpend.numbers.exact import ExactError, context, exact
 from rigidpend.routes.phases import Grid, Phases
 
 TENTHS = [f"{k}/10" for k in range(63)]
@@ -65,6 +65,18 @@ def test_same_phases_in_any_dress(values: Any, expected: list[Fraction]) -> None
     assert phases.high.tolist() == expected
     assert not phases.rest.any()
     assert fractions(phases) == expected
+
+
+@pytest.mark.parametrize("turns", [10**5, 10**6, 10**17, -(10**40), 10**300])
+def test_far_phases_are_computed_without_their_whole_turns(turns: int) -> None:
+    far = f"1/3 + 2*pi*{turns}"
+    phases, double = Phases([far, "1/3", float(10**30)]), Fraction(10**30 * 1.0)
+    assert phases.high.tolist() == [float(exact(far)), 1 / 3, 1e30]
+    m = context(400 + 1000)
+    for k, phase in enumerate([m.mpf(1) / 3, m.mpf(1) / 3, m.mpf(int(double))]):
+        missing = phase - m.mpf(phases.near[k]) - m.mpf(phases.rest[k])
+        missing -= 2 * m.pi * m.nint(missing / (2 * m.pi))
+        assert abs(missing) < 2.0**-85
 
 
 def test_grid_is_exact_where_sums_of_doubles_are_not() -> None:

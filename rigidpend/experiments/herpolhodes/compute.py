@@ -13,6 +13,7 @@ from rigidpend.experiments.herpolhodes.schema import Config, HerpolhodeCase
 from rigidpend.mechanics.in_space import plateaus
 from rigidpend.routes.codes import RouteCodes, codes_of
 from rigidpend.routes.herpolhode import RouteOrbit, follow, samples, separatrices, vertices
+from rigidpend.routes.phases import Phases
 from rigidpend.routes.problem import rotation_period
 
 
@@ -21,7 +22,7 @@ def compute(config: Config, means: Means) -> Tree:
     groups: dict[str, Tree] = {}
     for name, case in config.problem.cases.items():
         routes = _routes(config, case, means)
-        orbit = _orbit(config, routes, means)
+        orbit = _orbit(config, case, routes, means)
         groups[name] = _group(config, routes, orbit)
         error = np.abs(orbit.crossing_error).max()
         means.report(f"{name}: {groups[name]['route']}, crossing times within {error:.1e}")
@@ -38,8 +39,8 @@ def _routes(config: Config, case: HerpolhodeCase, means: Means) -> RouteCodes:
     return found
 
 
-def _orbit(config: Config, routes: RouteCodes, means: Means) -> RouteOrbit:
-    checked, theta2_0 = config.problem.routes, float(routes.theta2_0[0])
+def _orbit(config: Config, case: HerpolhodeCase, routes: RouteCodes, means: Means) -> RouteOrbit:
+    checked, theta2_0 = config.problem.routes, float(Phases([case.theta2_0]).near[0])
     orbit = follow(
         checked,
         theta2_0,
