@@ -96,16 +96,22 @@ def _read(source: bytes) -> tuple[str, list[str]]:
     return digest(as_text(tree)), sorted(names)
 
 
+BLOCKS = ("body", "orelse", "finalbody", "handlers", "cases")
+"""Fields of a statement, and of a branch of one, that hold statements or such branches."""
+
+
 def _running(tree: ast.AST) -> Iterator[ast.AST]:
-    """Nodes of a syntax tree but those for type checkers only, which compute nothing."""
+    """Statements of a syntax tree but those for type checkers only, which compute nothing."""
     waiting = [tree]
     while waiting:
         node = waiting.pop()
-        if isinstance(node, ast.If) and ast.unparse(node.test) == "TYPE_CHECKING":
-            waiting += node.orelse
-            continue
+        match node:
+            case ast.If(test=ast.Name(id="TYPE_CHECKING")):
+                waiting += node.orelse
+                continue
         yield node
-        waiting += ast.iter_child_nodes(node)
+        for block in BLOCKS:
+            waiting += getattr(node, block, ())
 
 
 def _files(name: str) -> list[str]:
@@ -124,12 +130,18 @@ def as_text(node: Any) -> str:
     that are new and empty.
     """
     if isinstance(node, list):
-        return f"[{' '.join(as_text(x) for x in node if not _is_text(x))}]"
+        return f"[{' '.join([as_text(x) for x in node if not _is_text(x)])}]"
     if not isinstance(node, ast.AST):
         return repr(node)
-    fields = {name: x for name, x in ast.iter_fields(node) if x is not None and x != []}
-    inner = " ".join(f"{name}={as_text(x)}" for name, x in sorted(fields.items()))
-    return f"{type(node).__name__}({inner})"
+    fields = [(name, getattr(node, name, None)) for name in _in_order(node._fields)]
+    inner = [f"{name}={as_text(x)}" for name, x in fields if x is not None and x != []]
+    return f"{type(node).__name__}({' '.join(inner)})"
+
+
+@functools.cache
+def _in_order(fields: tuple[str, ...]) -> list[str]:
+    """Fields of a kind of node, in alphabetical order; there are few kinds and many nodes."""
+    return sorted(fields)
 
 
 def _is_text(node: Any) -> bool:

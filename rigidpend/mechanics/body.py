@@ -241,13 +241,12 @@ def _unit(r: tuple[Exact, Exact, Exact]) -> tuple[Exact, Exact, Exact]:
 @functools.lru_cache(maxsize=256)
 def _check_moments(A: tuple[Exact, Exact, Exact]) -> None:
     A1, A2, A3 = A
-    shown = f"A = {_shown(A)}"
     if not A2.at(113) > 0:
-        raise BodyError("A", f"A2 > 0 is broken: {shown}")
+        raise BodyError("A", f"A2 > 0 is broken: {_shown('A', A)}")
     if not ((A1 - A3).at(113) > 0 and (A3 - A2).at(113) > 0):
-        raise BodyError("A", f"A1 > A3 > A2 is broken: {shown}; {_relabelled(A)}")
+        raise BodyError("A", f"A1 > A3 > A2 is broken: {_shown('A', A)}; {_relabelled(A)}")
     if _negative(A2 + A3 - A1, A1):
-        broken = f"A2 + A3 >= A1 (the triangle inequality) is broken: {shown}"
+        broken = f"A2 + A3 >= A1 (the triangle inequality) is broken: {_shown('A', A)}"
         raise BodyError("A", f"{broken}; no body has such moments")
 
 
@@ -266,14 +265,14 @@ def _relabelled(A: Sequence[Exact]) -> str:
 
 
 def _check_direction(r: tuple[Exact, Exact, Exact], square: Exact) -> None:
-    shown = f"r = {_shown(r)}"
     if r[2].fraction != 0:
-        raise BodyError("r", f"r3 = 0 is broken: {shown}; {OUTSIDE}")
+        raise BodyError("r", f"r3 = 0 is broken: {_shown('r', r)}; {OUTSIDE}")
     if not square.at(113) > 0:
-        raise BodyError("r", f"r must have a direction: {shown}")
+        raise BodyError("r", f"r must have a direction: {_shown('r', r)}")
     if any(_negative(x, function("sqrt", square)) for x in r[:2]):
         turned = ", ".join(_written(x).removeprefix("-") for x in r)
-        raise BodyError("r", f"r1, r2 >= 0 is broken: {shown}; turn the axes by pi: r = [{turned}]")
+        broken = f"r1, r2 >= 0 is broken: {_shown('r', r)}"
+        raise BodyError("r", f"{broken}; turn the axes by pi: r = [{turned}]")
 
 
 def _check_weight(mu: Exact) -> None:
@@ -290,8 +289,9 @@ def _negative(x: Exact, scale: Exact) -> bool:
     return bool(x.at(113) < -SAME_WITHIN * scale.at(113))
 
 
-def _shown(values: Sequence[Exact]) -> str:
-    return f"({', '.join(map(_written, values))})"
+def _shown(name: str, values: Sequence[Exact]) -> str:
+    """Three numbers with their name; it takes long where one of them is zero unseen."""
+    return f"{name} = ({', '.join(map(_written, values))})"
 
 
 def _written(x: Exact) -> str:
