@@ -580,14 +580,16 @@ def tube(
 
     Growth is bounded at a share `away` of the radius from the polynomials.
     """
-    sizes, radius = [size(x) for x in step.states[2].on_parts()], min(4 * begin, widest)
+    sizes, radius = [x.size for x in step.states[2].on_parts()], min(4 * begin, widest)
     while True:
-        E, rates = away * Interval.of(radius), Interval.of(0)
+        E = away * Interval.of(radius)
         k = p.w * p.F + (1 + p.w * E) * (p.Omega / p.w)
+        # Twice the rates, and half of the duration of a part.
+        rates, beside = Interval.of(0), E / p.sigma
         for m in sizes:
-            steep = p.lam * (m + E / p.sigma)
-            rates += (steep + hypotenuse(steep, k)) / 2
-        growth = rates * (2 * step.half.most / PARTS)
+            steep = p.lam * (m + beside)
+            rates += steep + hypotenuse(steep, k)
+        growth = rates * (step.half.most / PARTS)
         if growth.above > STEEP:
             raise Fails(f"{name}: a bound that grows by more than exp({STEEP}) on a step is none")
         factor = exponential(growth)
