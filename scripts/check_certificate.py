@@ -63,6 +63,8 @@ class Interval:
     def of(cls, x: Any) -> Interval:
         if isinstance(x, Interval):
             return x
+        if isinstance(x, int):
+            return cls(x << cls.digits, x << cls.digits)
         top, bottom = Fraction(x).as_integer_ratio()
         return cls((top << cls.digits) // bottom, -((-top << cls.digits) // bottom))
 
@@ -113,8 +115,8 @@ class Interval:
         return self.low >= other << self.digits
 
     def __pow__(self, n: int) -> Interval:
-        found = Interval.of(1)
-        for _ in range(abs(n)):
+        found = self if n else Interval.of(1)
+        for _ in range(abs(n) - 1):
             found = found * self
         return found if n >= 0 else 1 / found
 
@@ -464,16 +466,18 @@ class Walk:
         self, step: Step, begin: Fraction, M3: Callable[[int], tuple[int, int]], parts: int
     ) -> Fraction:
         """H3: the bound B on the distance over the step, less than the radius E of a tube."""
-        sizes = [Fraction(max(-low, high), 1 << FINE) for low, high in map(M3, range(parts))]
+        ends = map(M3, range(parts))
+        sizes = [Interval.of(Fraction(max(-low, high), 1 << FINE)) for low, high in ends]
         radius = min(4 * begin, WIDEST)
         while True:
             p, E = self.problem, Interval.of(radius)
             k = p.w * p.F + (1 + p.w * E / 2) * (p.Omega / p.w)
-            rates = Interval.of(0)
+            # Twice the rates, and half of the duration of a part.
+            rates, beside = Interval.of(0), E / (2 * p.sigma)
             for m in sizes:
-                steep = p.lam * (m + E / (2 * p.sigma))
-                rates += (steep + hypotenuse(steep, k)) / 2
-            duration = Fraction(2 * step.half, parts << CLOCK)
+                steep = p.lam * (m + beside)
+                rates += steep + hypotenuse(steep, k)
+            duration = Fraction(step.half, parts << CLOCK)
             grown = (exponential(rates * duration) * begin).above
             if grown < radius:
                 return grown

@@ -128,6 +128,17 @@ class Series:
     def __mul__(self, other: Any) -> Series:
         other = Series.of(other)
         sizes = [sum(map(abs, each.terms.values())) for each in (self, other)]
+        error = sizes[0] * other.error + sizes[1] * self.error + self.error * other.error
+        most_of = self.joined(other, int.__add__)
+        found = self.doubled_product(other, sizes)
+        return Series(found, self.digits + other.digits + 1, 2 * error, most_of)
+
+    def doubled_product(self, other: Series, sizes: Sequence[int]) -> dict[Any, int]:
+        """Terms of twice the product of two polynomials, of whose coefficients these are sums."""
+        for one, by in ((self, other), (other, self)):
+            if by.terms.keys() <= {CONSTANT}:
+                c = 2 * by.terms.get(CONSTANT, 0)
+                return {at: c * w for at, w in one.terms.items() if c and w}
         # Bytes that hold any coefficient of the product, and of both, with a sign.
         wide = (4 * max(sizes[0], 1) * max(sizes[1], 1)).bit_length() // 8 + 1
         rows, others = self.rows(wide), other.rows(wide)
@@ -146,9 +157,7 @@ class Series:
                 if c := int.from_bytes(here, "little") - half:
                     # A product of what is twice each is twice twice it: a digit more.
                     found[j, *powers] = c if j else c // 2
-        error = sizes[0] * other.error + sizes[1] * self.error + self.error * other.error
-        most_of = self.joined(other, int.__add__)
-        return Series(found, self.digits + other.digits + 1, 2 * error, most_of)
+        return found
 
     __radd__, __rmul__ = __add__, __mul__
 
@@ -191,9 +200,9 @@ class Series:
         if self.most_of is None:
             raise Fails("C7: a function of which only values are bounded has no derivative")
         found = {
-            tuple(n - (i == variable) for i, n in enumerate(at)): w * at[variable]
+            (*at[:variable], n - 1, *at[variable + 1 :]): w * n
             for at, w in self.terms.items()
-            if at[variable]
+            if (n := at[variable])
         }
         return Series(found, self.digits, self.error * self.most_of[variable - 1], self.most_of)
 
@@ -571,14 +580,16 @@ def tube(
 
     Growth is bounded at a share `away` of the radius from the polynomials.
     """
-    sizes, radius = [size(x) for x in step.states[2].on_parts()], min(4 * begin, widest)
+    sizes, radius = [x.size for x in step.states[2].on_parts()], min(4 * begin, widest)
     while True:
-        E, rates = away * Interval.of(radius), Interval.of(0)
+        E = away * Interval.of(radius)
         k = p.w * p.F + (1 + p.w * E) * (p.Omega / p.w)
+        # Twice the rates, and half of the duration of a part.
+        rates, beside = Interval.of(0), E / p.sigma
         for m in sizes:
-            steep = p.lam * (m + E / p.sigma)
-            rates += (steep + hypotenuse(steep, k)) / 2
-        growth = rates * (2 * step.half.most / PARTS)
+            steep = p.lam * (m + beside)
+            rates += steep + hypotenuse(steep, k)
+        growth = rates * (step.half.most / PARTS)
         if growth.above > STEEP:
             raise Fails(f"{name}: a bound that grows by more than exp({STEEP}) on a step is none")
         factor = exponential(growth)

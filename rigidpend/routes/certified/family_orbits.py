@@ -33,6 +33,7 @@ from rigidpend.routes.certified.horseshoe import (
     ITERATIONS,
     NUMBERS,
     OVERSHOOT,
+    SETTLED,
     ShiftProblem,
     energies_of,
     moving,
@@ -141,12 +142,15 @@ def fitted(values: PairArray, bits: int, at: Sequence[int]) -> list[dict[Powers,
     to_powers = [NUMBERS.array(doubled), *map(_powers_of, sizes[1:])]
     units = (_along_each(found, sizes, to_powers).parts * 2.0**bits).reshape(2, n, *sizes)
     columns: list[dict[Powers, int]] = [{} for _ in range(n)]
-    for k, *at in np.argwhere(np.abs(units[0]) > 0.25):
-        high, low = units[(slice(None), k, *at)]
-        # What is more than 2^53 is whole.
-        if w := int(high) + round(float(high - int(high) + low)):
+    counted = np.argwhere(large := np.abs(units[0]) > 0.25).tolist()
+    high, low = units[:, large]
+    # What is more than 2^53 is whole.
+    whole = np.trunc(high)
+    rest = np.rint(high - whole + low)
+    for (k, *at), w, more in zip(counted, whole.tolist(), rest.tolist(), strict=True):
+        if w := int(w) + int(more):
             # Where the energy does not vary its power is left out.
-            columns[k][tuple(map(int, at[: 3 + (sizes[3] > 1)]))] = w
+            columns[k][tuple(at[: 3 + (sizes[3] > 1)])] = w
     return columns
 
 
@@ -331,6 +335,8 @@ def _middle(starts: LineStarts) -> Array:
         # chi grows with theta2, at about the same rate.
         off = np.mod(starts.entered(found).point.chi + np.pi, 2 * np.pi) - np.pi
         found = found - off
+        if abs(off[0]) <= SETTLED:
+            break
     return found
 
 
@@ -386,8 +392,11 @@ def of_one_J2(body: Body, h0: Exact, J1: Fraction) -> ShiftProblem:
     theta2, setting = np.zeros(1), ShiftProblem(body, h0, 1, h0=h0)
     for _ in range(ITERATIONS):
         chi = LineStarts(setting, J1).entered(theta2).point.chi
-        theta2 = theta2 - (np.mod(chi + np.pi, 2 * np.pi) - np.pi)
+        off = np.mod(chi + np.pi, 2 * np.pi) - np.pi
+        theta2 = theta2 - off
         setting = of_start(body, h0, J1, float(theta2[0]))
+        if abs(off[0]) <= SETTLED:
+            break
     return setting
 
 

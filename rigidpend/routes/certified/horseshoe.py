@@ -35,6 +35,8 @@ POINTS = 24
 """Points through which they are laid."""
 ITERATIONS = 60
 """Iterations of Newton's method at most."""
+SETTLED = 2.0**-32
+"""Relative change after which a further iteration changes roundings: each gains three digits."""
 TILT = 0.01
 """Distance in chi at which the angle of the surfaces is taken, radians."""
 OVERSHOOT, WIDTH = 1.4, 1.7
@@ -134,7 +136,10 @@ class _Section(NamedTuple):
         for _ in range(ITERATIONS):
             here = self.unstable(d, chi, mirrored=mirrored)
             slope = (self.unstable(d + step, chi, mirrored=mirrored) - here) / step
-            d = d - here / slope
+            off = here / slope
+            d = d - off
+            if np.abs(off).max() <= SETTLED * np.abs(d).max():
+                break
         return d
 
     def reaching(self, chi: Array, half_turns: int, beyond: float, side: int) -> Array:
@@ -148,6 +153,8 @@ class _Section(NamedTuple):
             off = chi + passed.turned - math.pi * half_turns - beyond
             # chi' falls by 1/Lambda with the logarithm of the distance.
             grown = grown * np.exp(np.clip(rate * off, -2.0, 2.0))
+            if np.abs(rate * off).max() <= SETTLED:
+                break
         if not (passed.inside.all() and np.abs(off).max() < 1e-6):
             said = (
                 f"no passages of {half_turns} half rotations begin beside the heteroclinic orbits"

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from fractions import Fraction
 from pathlib import Path
 from typing import Any
 
@@ -20,7 +19,6 @@ from rigidpend.routes.certified import (
     coverings,
     family_orbits,
     horseshoe,
-    passages,
     sections,
 )
 from rigidpend.routes.certified.pieces import FamilyStep
@@ -68,58 +66,6 @@ def test_sets_and_polynomials_are_found_as_they_are_stored(
     fields = {name: {key: layout[name][key] for key in found[name]} for name in found}
     known = {name: {key: stored[name][key] for key in found[name]} for name in found}
     assert differences(fields, known, found) == []
-
-
-@pytest.mark.slow
-def test_all_eight_relations_are_proven_of_starts_of_one_J2_0(
-    monkeypatch: pytest.MonkeyPatch,
-) -> None:
-    """Of each section one set is followed, whose image is taken for that of the other one too."""
-    found: list[Any] = []
-    images: dict[Any, Any] = {}
-    check, follow = full_shift.checked, passages.arrival
-
-    def arrival(numbers: Any, of: Any, orbit: Any) -> Any:
-        section = getattr(of, "rising", "line")
-        if section not in images:
-            images[section] = follow(numbers, of, orbit)
-            return images[section]
-        begin, _ = sections.beginning(numbers, of, orbit[0])
-        return images[section]._replace(begin=begin, right=not images[section].right)
-
-    def checked(*given: Any) -> full_shift.Proven:
-        found.append((given, check(*given)))
-        return found[-1][1]
-
-    monkeypatch.setattr(coverings, "arrival", arrival)
-    monkeypatch.setattr(full_shift, "checked", checked)
-    data = full_shift.compute(typed(Config, CONFIG, OWN), Means())
-    [((_, groups), proven)] = found
-    # What is checked is what is stored.
-    for name, group in groups.items():
-        for key, values in group.items():
-            np.testing.assert_array_equal(values, data[name][key])
-    assert "energies" in groups
-    assert [len(pair) for pair in proven.relations] == [2, 2, 2, 2]
-    assert len(proven.crossed) == 2
-    assert data["relations"]["edge"].min() > 1
-    assert data["relations"]["across"].max() < 1
-    assert proven.doubts[0] == ""
-    assert sorted(zip(data["sets"]["rising"], data["sets"]["symbol"], strict=True)) == [
-        (False, 0), (False, 1), (True, 0), (True, 1)
-    ]  # fmt: skip
-    assert data["proof"]["powers"].shape[1] == 4
-    # What docs/full-shift.md says of them.
-    shift, spread = (Fraction(float(data["energies"][name])) for name in ("shift", "spread"))
-    off = Fraction("1.33519996") - Fraction("1.3342") - shift
-    assert abs(off) + Fraction("2.7e-8") <= spread
-    assert 1.559 < data["line"]["theta2"].min() < data["line"]["theta2"].max() < 1.565
-    times = data["sets"]["shortest"].min(), data["sets"]["longest"].max()
-    assert 23.94 < times[0] < times[1] < 23.99
-    assert (data["sets"]["shortest"] < data["sets"]["longest"]).all()
-    squeeze = data["relations"]["squeeze"]
-    assert squeeze[:2].max() * squeeze[2:].max() < 1 / 3
-    assert data["relations"]["stretch"][:2].min() * data["relations"]["stretch"][2:].min() > 1e5
 
 
 @pytest.mark.slow

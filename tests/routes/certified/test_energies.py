@@ -12,6 +12,7 @@ import numpy as np
 import pytest
 from flint import arb
 
+from rigidpend.experiments.contract import Means
 from rigidpend.experiments.full_shift import compute as full_shift
 from rigidpend.experiments.full_shift.schema import Config
 from rigidpend.numbers.exact import exact
@@ -26,7 +27,15 @@ from rigidpend.routes.certified import (
 )
 from rigidpend.routes.certified.balls import enclosed
 from rigidpend.routes.certified.models import Family
-from rigidpend.routes.certified.pieces import FamilyStep, Quad, StartLine, made
+from rigidpend.routes.certified.pieces import (
+    FamilyStep,
+    Quad,
+    StartLine,
+    made,
+    unpacked,
+    unpacked_line,
+    unpacked_quads,
+)
 from rigidpend.routes.problem import RouteProblem
 from rigidpend.routes.symbolic import find_orbit
 from rigidpend.routes.symbolic.levels import onward
@@ -67,9 +76,17 @@ class Found(NamedTuple):
 
     setting: horseshoe.ShiftProblem
     quads: list[Quad]
-    pieces: list[FamilyStep]
+    orbits: list[list[FamilyStep]]
+    """Steps of the four sets and of the line."""
     line: StartLine
-    starts: list[FamilyStep]
+
+    @property
+    def pieces(self) -> list[FamilyStep]:
+        return self.orbits[2]
+
+    @property
+    def starts(self) -> list[FamilyStep]:
+        return self.orbits[4]
 
     def numbers(self, wider: float = 1.0) -> sections.Numbers:
         spread = self.setting.spread * Fraction(wider)
@@ -83,14 +100,58 @@ class Found(NamedTuple):
         )
 
 
+class Computed(NamedTuple):
+    """What the experiment finds and proves of starts of one J2_0."""
+
+    setting: horseshoe.ShiftProblem
+    groups: Any
+    """What is checked."""
+    proven: full_shift.Proven
+    data: Any
+    """The result."""
+    images: dict[Any, passages.Reached]
+    """Of each section the next crossings of its first set."""
+
+
 @pytest.fixture(scope="module")
-def found() -> Found:
-    setting = family_orbits.of_one_J2(BODY, H0, J1)._replace(half_turns=14)
-    setting = family_orbits.widened(setting, J1)
-    quads = horseshoe.quads(setting)
-    line, theta2 = family_orbits.line(setting, J1, quads)
-    pieces = family_orbits.pieces(setting, quads[2])
-    return Found(setting, quads, pieces, line, family_orbits.line_pieces(setting, line, theta2))
+def computed() -> Computed:
+    """Of each section one set is followed, whose image is taken for that of the other one too."""
+    found: list[Any] = []
+    images: dict[Any, Any] = {}
+    check, follow, widen = full_shift.checked, passages.arrival, family_orbits.widened
+
+    def arrival(numbers: Any, of: Any, orbit: Any) -> Any:
+        section = getattr(of, "rising", "line")
+        if section not in images:
+            images[section] = follow(numbers, of, orbit)
+            return images[section]
+        begin, _ = sections.beginning(numbers, of, orbit[0])
+        return images[section]._replace(begin=begin, right=not images[section].right)
+
+    def widened(*given: Any) -> Any:
+        found.append(widen(*given))
+        return found[-1]
+
+    def checked(config: Config, groups: Any) -> full_shift.Proven:
+        found.append({name: dict(group) for name, group in groups.items()})
+        found.append(check(config, groups))
+        return found[-1]
+
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(coverings, "arrival", arrival)
+        patch.setattr(family_orbits, "widened", widened)
+        patch.setattr(full_shift, "checked", checked)
+        data = full_shift.compute(typed(Config, CONFIG, OWN), Means())
+    setting, groups, proven = found
+    return Computed(setting, groups, proven, data, images)
+
+
+@pytest.fixture(scope="module")
+def found(computed: Computed) -> Found:
+    groups, energies = computed.groups, computed.groups["energies"]
+    orbits, line = unpacked(groups["proof"], 5), unpacked_line(J1, groups["line"], energies)
+    quads = unpacked_quads(groups["sets"], energies)
+    return Found(computed.setting, quads, orbits, line)
 
 
 def covered(
@@ -163,6 +224,36 @@ def test_sets_of_more_half_rotations_cover_all_of_the_other_section() -> None:
     assert covered(setting, source, targets) == [""] * 4
 
 
+@pytest.mark.slow
+def test_all_eight_relations_are_proven_of_starts_of_one_J2_0(computed: Computed) -> None:
+    proven, data = computed.proven, computed.data
+    # What is checked is what is stored.
+    for name, group in computed.groups.items():
+        for key, values in group.items():
+            np.testing.assert_array_equal(values, data[name][key])
+    assert "energies" in computed.groups
+    assert [len(pair) for pair in proven.relations] == [2, 2, 2, 2]
+    assert len(proven.crossed) == 2
+    assert data["relations"]["edge"].min() > 1
+    assert data["relations"]["across"].max() < 1
+    assert proven.doubts[0] == ""
+    assert sorted(zip(data["sets"]["rising"], data["sets"]["symbol"], strict=True)) == [
+        (False, 0), (False, 1), (True, 0), (True, 1)
+    ]  # fmt: skip
+    assert data["proof"]["powers"].shape[1] == 4
+    # What docs/full-shift.md says of them.
+    shift, spread = (Fraction(float(data["energies"][name])) for name in ("shift", "spread"))
+    off = Fraction("1.33519996") - Fraction("1.3342") - shift
+    assert abs(off) + Fraction("2.7e-8") <= spread
+    assert 1.559 < data["line"]["theta2"].min() < data["line"]["theta2"].max() < 1.565
+    times = data["sets"]["shortest"].min(), data["sets"]["longest"].max()
+    assert 23.94 < times[0] < times[1] < 23.99
+    assert (data["sets"]["shortest"] < data["sets"]["longest"]).all()
+    squeeze = data["relations"]["squeeze"]
+    assert squeeze[:2].max() * squeeze[2:].max() < 1 / 3
+    assert data["relations"]["stretch"][:2].min() * data["relations"]["stretch"][2:].min() > 1e5
+
+
 class Arrived(NamedTuple):
     """The next crossings of set 2 by both checkers, and where set 0 begins."""
 
@@ -184,14 +275,13 @@ class Arrived(NamedTuple):
 
 
 @pytest.fixture(scope="module")
-def arrived(found: Found) -> Arrived:
+def arrived(found: Found, computed: Computed) -> Arrived:
     Interval.digits = script.DIGITS
     numbers, steps = found.numbers(), found.pieces
-    first = family_orbits.pieces(found.setting, found.quads[0])[0]
-    begin, _ = sections.beginning(numbers, found.quads[0], first)
+    begin, _ = sections.beginning(numbers, found.quads[0], found.orbits[0][0])
     again = [step(x) for x in steps]
     theirs = script.arrival(found.problem(), quad_of(found.quads[2]), again)
-    return Arrived(passages.arrival(numbers, found.quads[2], steps), theirs, begin)
+    return Arrived(computed.images[False], theirs, begin)
 
 
 @pytest.mark.slow
