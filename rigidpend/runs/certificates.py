@@ -15,7 +15,7 @@ from rigidpend import experiments
 from rigidpend.config import validation
 from rigidpend.config.complaints import Complaint, ConfigError, Origin
 from rigidpend.experiments.contract import Piece
-from rigidpend.experiments.data import Data, Loaded, Tree, datasets
+from rigidpend.experiments.data import Data, Loaded, Tree
 from rigidpend.machine.code_hash import code_hash_of
 from rigidpend.machine.progress import PartDone, tell_nobody
 from rigidpend.machine.wording import short
@@ -113,7 +113,7 @@ def certify(
             data[name] = _joined(proofs, name, len(phases), report)
             reasons[name] = [x.decode() for x in data[name]["reason"]]
         made = provenance.provenance() | {"code_hash": code} | provenance.of_workers(crew)
-        store.write(file, datasets(storage.LAYOUT, data), {}, stated, made)
+        store.write(file, storage.LAYOUT, data, {}, stated, made)
         # Not before the whole file stands.
         parts.drop()
     report(f"{file} written")

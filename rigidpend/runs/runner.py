@@ -25,7 +25,7 @@ from rigidpend.runs.parts import Parts, sweep
 if TYPE_CHECKING:
     from rigidpend.config.schema import ExperimentConfig
     from rigidpend.experiments.contract import Piece
-    from rigidpend.experiments.data import Tree
+    from rigidpend.experiments.data import Layout, Tree
     from rigidpend.orbits.integrate.arithmetic import Arithmetic
     from rigidpend.runs.loading import LoadedConfig
 
@@ -200,7 +200,6 @@ def run(
     written: finished parts are kept.
     """
     from rigidpend.experiments.contract import Means, Piece
-    from rigidpend.experiments.data import datasets
     from rigidpend.orbits.integrate.arithmetic import CLOSED_FORM, resolve
     from rigidpend.results import store
 
@@ -235,16 +234,16 @@ def run(
             [data] = pieces([Piece("whole", _whole, given)])
         else:
             data = experiments.computation(config.experiment).compute(content, means)
-        data = datasets(experiments.layout(config.experiment), data)
+        layout = experiments.layout(config.experiment)
         # What comes in blocks is computed now.
-        with store.image(data) as file:
+        with store.image(layout, data) as file:
             attributes: dict[str, Any] = {
                 "name": config.name,
                 "figure": content.figure,
                 "experiment": config.experiment,
                 **planned.fingerprint,
                 **chosen,
-                DOUBT: doubt(data),
+                DOUBT: doubt(layout, data),
                 **({} if resumed else {SECONDS: time.perf_counter() - start}),
                 **(further or {}),
             }
@@ -264,22 +263,16 @@ def _whole(experiment: str, content: ExperimentConfig, arithmetic: Arithmetic) -
     return experiments.computation(experiment).compute(content, Means(arithmetic))
 
 
-def doubt(data: Tree) -> str:
+def doubt(layout: Layout, data: Tree) -> str:
     """Count the symbols of a result that are uncertain, in words; empty where none is.
 
     They are those of every array of flags of the name `certain`.
     """
     import numpy as np
 
-    flags = [x for x in _certain(data) if isinstance(x, np.ndarray) and x.dtype == bool]
+    from rigidpend.experiments.data import FLAG, fields
+
+    named = ((place.rpartition("/")[2], x, field) for place, x, field in fields(layout, data))
+    flags = [x for name, x, field in named if (name, field.kind) == ("certain", FLAG)]
     uncertain = sum(int(np.count_nonzero(~x)) for x in flags)
     return f"{uncertain} of {sum(map(np.size, flags))} symbols uncertain" if uncertain else ""
-
-
-def _certain(data: Tree) -> Iterator[Any]:
-    """Values of all arrays of that name, in all groups."""
-    for name, node in data.items():
-        if isinstance(node, Mapping):
-            yield from _certain(node)
-        elif name == "certain":
-            yield node.values

@@ -15,7 +15,6 @@ import numpy as np
 from rigidpend.config.bodies import Axis
 from rigidpend.experiments.contract import Means, Piece
 from rigidpend.experiments.data import Coming, Streamed, Tree
-from rigidpend.experiments.route_map import COLUMNS
 from rigidpend.experiments.route_map.schema import Config, Problem
 from rigidpend.machine.progress import PartDone
 from rigidpend.machine.workers import worth_processes
@@ -90,7 +89,7 @@ def _plane(name: str, axes: tuple[Axis, Axis], problem: Problem, means: Means) -
         "codes": Coming((symbols, *shape), np.dtype(np.uint8), (symbols, *block)),
         "certain": Coming(shape, np.dtype(np.uint8), block),
         "by_map": Coming(shape, np.dtype(bool), block),
-        "x": COLUMNS.dataset(x) if problem.columns else x,
+        "x": x,
         "y": y,
     }
     return Streamed(values, blocks())
