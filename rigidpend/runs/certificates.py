@@ -6,7 +6,7 @@ import json
 from collections.abc import Iterable, Mapping, Sequence
 from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, NamedTuple, TypeAlias
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 from pydantic import ValidationError
@@ -14,7 +14,7 @@ from pydantic import ValidationError
 from rigidpend import experiments
 from rigidpend.config import validation
 from rigidpend.config.complaints import Complaint, ConfigError, Origin
-from rigidpend.experiments.contract import Piece
+from rigidpend.experiments.contract import Piece, Routes
 from rigidpend.experiments.data import Data, Loaded, Tree
 from rigidpend.machine.code_hash import code_hash_of
 from rigidpend.machine.progress import PartDone, tell_nobody
@@ -41,9 +41,6 @@ PHASE = 24
 """Characters of a phase that are printed."""
 OF_PART = (*storage.FIELDS, *storage.PROOF, "reason")
 """Fields of the parts of a certificate, which itself has no reasons for what is undecided."""
-
-Routes: TypeAlias = Mapping[str, tuple[RouteProblem, Sequence[Exact]]]
-"""Arrays of orbits by name: their problem and their exact phases."""
 
 
 class Summary(NamedTuple):

@@ -229,7 +229,7 @@ def run(
             pieces = partial(cluster.computed, *cluster_of, report=tell, crew=crew)
         # Each thread of a cluster's workers has a piece of its own.
         away, given = scheduler is not None, (config.experiment, content, arithmetic)
-        means = Means(arithmetic, 1 if away else jobs, tell, parts.keep, pieces, away)
+        means = Means(arithmetic, 1 if away else jobs, tell, parts.keep, pieces)
         if away and not experiments.in_pieces(config.experiment):
             [data] = pieces([Piece("whole", _whole, given)])
         else:
