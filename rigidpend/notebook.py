@@ -11,7 +11,7 @@ from dataclasses import dataclass
 from functools import cached_property, partial
 from html import escape
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING, Any
 
 from rigidpend.config.catalogue import RESULTS
 from rigidpend.numbers import checked
@@ -26,6 +26,7 @@ if TYPE_CHECKING:
     from rigidpend.config.description import Row
     from rigidpend.experiments.data import Loaded
     from rigidpend.mechanics.body import Body
+    from rigidpend.routes.herpolhode import SampledOrbit
 
 POINTS = 60
 """Samples in a rotation of the pendulum, if no step is given: as many as in Fig. 5."""
@@ -107,26 +108,6 @@ class StoredResult:
         # xarray is an extra: without it a result is still shown, by its head alone.
         except ModuleNotFoundError:
             return head
-
-
-class SampledOrbit(NamedTuple):
-    """An orbit sampled in time, with its angles and the hodograph of its angular velocity."""
-
-    t: NDArray[np.float64]
-    """Times t', dimensionless, (n,)."""
-    theta1: NDArray[np.float64]
-    """Radians, 0 to 4 pi, (n,)."""
-    J1_over_J2: NDArray[np.float64]
-    """0 at the lower periodic orbit, 1 at the upper one, (n,)."""
-    theta3: NDArray[np.float64]
-    """Angle of precession of M, radians, (n,)."""
-    alpha: NDArray[np.float64]
-    """Angle of the horizontal part of omega, radians, (n,)."""
-    omega: NDArray[np.float64]
-    """Angular velocity in the fixed basis xi (up), eta, zeta, in 1/t, physical, (n, 3)."""
-
-    def __repr__(self) -> str:
-        return f"<orbit of {self.t.size} samples, t' = 0 to {self.t[-1]:.6g}>"
 
 
 class TheoryTable(tuple["Row", ...]):
@@ -293,8 +274,6 @@ def orbit(
         A value that is excluded, or an engine that is not installed; more samples or more
         rotations than memory or patience has.
     """
-    import numpy as np
-
     from rigidpend.mechanics import in_space
     from rigidpend.numbers.exact import PRECISIONS
     from rigidpend.orbits.integrate.arithmetic import resolve
@@ -316,9 +295,7 @@ def orbit(
         engine=arithmetic.engine,
         tolerance=float(arithmetic.tolerance),
     )
-    # No route is followed, so there are no crossings that it could be late at.
-    sampled = herpolhode.samples(body, herpolhode.RouteOrbit(times, states, np.empty(0)))
-    return SampledOrbit(**sampled)
+    return herpolhode.samples(body, times, states)
 
 
 def theory(body: Body, h0: Any, J1_0: Any = None) -> TheoryTable:

@@ -9,7 +9,6 @@ from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import Any
 
-from rigidpend.experiments.data import datasets
 from rigidpend.experiments.route_map import PLANE, compute
 from rigidpend.machine.wording import Table, seconds
 from rigidpend.orbits.integrate.arithmetic import resolve
@@ -72,7 +71,6 @@ def gathered(target: Path, tree: Any) -> tuple[float, float, float]:
         kept, _ = timed(lambda: parts.keep("tile", lambda: tree))
         read, again = timed(lambda: parts.keep("tile", lambda: tree))
         fields = {name: PLANE[name] for name in again}
-        result = datasets(fields, again)
-        written, _ = timed(lambda: store.write(target, result, {}, {}, {}))
+        written, _ = timed(lambda: store.write(target, fields, again, {}, {}, {}))
         parts.drop()
     return kept, read, written

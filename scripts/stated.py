@@ -330,7 +330,7 @@ def of_herpolhodes(random: Any, count: int) -> Shares:
 def of_alpha(random: Any, count: int) -> Shares:
     """alpha at the last crossing, which its slope and the delay there are to explain."""
     for theta2, orbit, told in _followed(random, count):
-        k, angle = int(np.searchsorted(orbit.t, told[-1])), samples(FIG5, orbit)["alpha"]
+        k, angle = int(np.searchsorted(orbit.t, told[-1])), samples(FIG5, *orbit[:2]).alpha
         slope = np.abs(np.diff(angle[k - 1 : k + 2])).max() / orbit.t[1]
         off = abs(alpha(FIG5_ORBITS, theta2, float(orbit.t[k])) - float(angle[k]))
         yield off / (slope * abs(float(orbit.crossing_error[-1])) + ROUNDING)

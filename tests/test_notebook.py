@@ -11,8 +11,8 @@ import pytest
 
 import rigidpend
 from docs import notebooks
-from rigidpend.notebook import SampledOrbit
 from rigidpend.results import store
+from rigidpend.routes.herpolhode import SampledOrbit
 from tests.config.samples import SMALL, changed, written
 
 ROOT = Path(__file__).resolve().parents[1]

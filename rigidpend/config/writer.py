@@ -109,12 +109,12 @@ def _as_text(node: Any) -> Any:
 
 def changes(
     before: Mapping[str, Any], after: Mapping[str, Any], prefix: str = ""
-) -> dict[str, str]:
-    """Say how each key of two resolved configs differs, as ``from 1 to 2``, as the second has them.
+) -> dict[str, tuple[Any, Any]]:
+    """The two values of each key that differs in two resolved configs, as the second has them.
 
     The name of the figure, on which no result depends, is passed over.
     """
-    found: dict[str, str] = {}
+    found: dict[str, tuple[Any, Any]] = {}
     for key in dict.fromkeys([*after, *before]):
         place = f"{prefix}{key}"
         old, new = before.get(key, ABSENT), after.get(key, ABSENT)
@@ -123,13 +123,16 @@ def changes(
         if isinstance(old, Mapping) and isinstance(new, Mapping):
             found |= changes(old, new, f"{place}.")
         else:
-            found[place] = f"from {written(old, key)} to {written(new, key)}"
+            found[place] = old, new
     return found
 
 
-def sentence(found: Mapping[str, str]) -> str:
-    """Say what changed, the first few in full."""
-    shown = ", ".join(f"{key} {said}" for key, said in [*found.items()][:SHOWN])
+def sentence(found: Mapping[str, tuple[Any, Any]]) -> str:
+    """Say what changed, the first few in full, as ``problem.mu from 1 to 2``."""
+    each = (
+        (key, *(written(x, key.rpartition(".")[2]) for x in pair)) for key, pair in found.items()
+    )
+    shown = ", ".join(f"{key} from {old} to {new}" for key, old, new in [*each][:SHOWN])
     more = len(found) - SHOWN
     return f"{shown}, and {more} more" if more > 0 else shown
 

@@ -103,17 +103,6 @@ def outlines(stored: Any, fresh: Any, *, same_numerics: bool = True) -> list[Dif
     return found
 
 
-def plain(stored: Any, fresh: Any, place: str) -> list[Difference]:
-    """Find where two values of JSON differ."""
-    if not (isinstance(stored, dict) and isinstance(fresh, dict)):
-        return [] if stored == fresh else [Difference(place, stored, fresh)]
-    found = keys(stored, fresh, place)
-    for name in stored.keys() & fresh.keys():
-        found += plain(stored[name], fresh[name], f"{place}/{name}")
-    # The keys that both have are a set, which has no order of its own.
-    return sorted(found)
-
-
 def differences(layout: Layout, stored: Data, fresh: Data) -> list[Difference]:
     """Find where ``/data`` of two results disagrees by more than the bounds of its fields.
 

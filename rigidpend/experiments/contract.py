@@ -91,5 +91,3 @@ class Means(NamedTuple):
     """Checkpoint: ``part(name, compute)`` is ``compute()``, kept for an interrupted run."""
     pieces: Callable[[Sequence[Piece]], Iterator[Tree]] = compute_in_order
     """Checkpoints whose functions and arguments may go to other machines; trees in their order."""
-    away: bool = False
-    """True if pieces are computed by other machines, which take many small ones best."""

@@ -21,49 +21,10 @@ if TYPE_CHECKING:
     from rigidpend.experiments.compare import Difference
 
 
-class Dataset(NamedTuple):
-    """An array or a text to be stored, with its unit and meaning."""
-
-    values: Any
-    units: str
-    description: str
-    dimensions: tuple[int | str, ...] = ()
-    """Names of its dimensions, as the layout has them; empty where it declares none."""
-    coordinate: bool = False
-    """True if it is the coordinate along its dimension."""
-
-
-class Coming(NamedTuple):
-    """An array that comes in blocks, in the place of its values."""
-
-    shape: tuple[int, ...]
-    dtype: Any
-    block: tuple[int, ...]
-    """Shape of the largest of its blocks."""
-
-    @property
-    def ndim(self) -> int:
-        return len(self.shape)
-
-
-class Streamed(dict[str, Any]):
-    """A group some arrays of which come in blocks, for memory need not hold them as a whole.
-
-    These have :class:`Coming` in the place of their values. The blocks, where each belongs and
-    its values by the name of the array, may be computed when they are asked for, once.
-    """
-
-    def __init__(
-        self, members: Mapping[str, Any], blocks: Iterator[Mapping[str, tuple[Any, Any]]]
-    ) -> None:
-        super().__init__(members)
-        self.blocks = blocks
-
-
 Data: TypeAlias = Mapping[str, Any]
 """Group of a result: arrays, texts and groups by name."""
 Tree: TypeAlias = Data
-"""The same as it is computed: values plain, or each a :class:`Dataset`."""
+"""The same as it is computed: arrays may be lists."""
 
 
 class Loaded(TypedDict):
@@ -117,14 +78,6 @@ class Field(NamedTuple):
     coordinate: bool = False
     """True if it is the coordinate along its dimension."""
 
-    def dataset(self, values: Any) -> Dataset:
-        """Values with their meaning, as they are stored; what has a meaning of its own keeps it."""
-        if isinstance(values, Dataset):
-            return values
-        if self.kind == TEXT and not isinstance(values, str):
-            values = as_bytes(values)
-        return Dataset(values, self.units, self.description, self.dimensions, self.coordinate)
-
 
 def as_bytes(texts: Any) -> Any:
     """An array of texts in UTF-8, of a width that HDF5 and parts keep."""
@@ -134,21 +87,6 @@ def as_bytes(texts: Any) -> Any:
 
 Layout: TypeAlias = Mapping[str, "Field | Layout"]
 Fields: TypeAlias = Mapping[str, Field]
-
-
-def datasets(layout: Layout, values: Mapping[str, Any]) -> dict[str, Any]:
-    """Give the values of a group, and of those inside it, the meaning that a layout declares.
-
-    What it does not declare is left out; blocks that are still to come stay with their group.
-    """
-    needed = (name for name, (_, must) in named(layout).items() if must)
-    made = {
-        name: node.dataset(values[name])
-        if isinstance(node, Field)
-        else datasets(node, values[name])
-        for name, node in declared(layout, dict.fromkeys((*values, *needed))).items()
-    }
-    return Streamed(made, values.blocks) if isinstance(values, Streamed) else made
 
 
 def held(bound: float | Allowed | Bound, fields: Fields) -> dict[str, Field]:

@@ -27,13 +27,15 @@ from rigidpend import experiments
 from rigidpend.experiments.data import (
     FLOAT,
     NUMBER,
-    Coming,
-    Dataset,
+    TEXT,
+    Field,
     Layout,
     Loaded,
-    Streamed,
     Tree,
+    as_bytes,
+    declared,
     fields,
+    named,
 )
 from rigidpend.machine import files
 from rigidpend.machine.files import Absent, StoreError, prepare, sealed
@@ -58,80 +60,63 @@ WORDS = ("name", "figure", "experiment", "config_hash", "code_hash", "engine", "
 """Root attributes that are texts."""
 LONGEST = 1000
 """Characters of each."""
+OF_CONFIG = Field(TEXT, (), "", "resolved config, JSON")
 CONFIG, DEEPEST = 2**22, 32
 """Characters of a config, and its brackets inside each other, at most."""
 
 
 def write(
-    path: Path, data: Tree, attributes: Attributes, config: Any, provenance: Attributes
+    path: Path,
+    layout: Layout,
+    data: Tree,
+    attributes: Attributes,
+    config: Any,
+    provenance: Attributes,
 ) -> None:
     """Write a result file: in memory first, then under its name in one step.
 
-    Format and version are added to the attributes of its root; the config is plain data. StoreError
-    where it cannot be written: what was there before is untouched.
+    The layout says which data are written, and what they mean. Format and version are added to the
+    attributes of its root; the config is plain data. StoreError where it cannot be written: what
+    was there before is untouched.
     """
-    with image(data) as file:
-        finish(file, path, attributes, config, provenance)
-
-
-@contextmanager
-def image(data: Tree) -> Iterator[h5py.File]:
-    """A result file in memory that has its data, for :func:`finish`.
-
-    Data that come in blocks are asked for here, one block after the other.
-    """
+    prepare(path)
     # A form that HDF5 1.10 reads, by whichever version it is written.
     with h5py.File.in_memory(libver=("earliest", "v110")) as file:
-        _put(file, "data", data)
-        _fill(file["data"], data)
-        yield file
-
-
-def finish(
-    file: h5py.File, path: Path, attributes: Attributes, config: Any, provenance: Attributes
-) -> None:
-    """Put into a result file what is told of its data, and write it as :func:`write` does."""
-    prepare(path)
-    file.attrs.update({"format": FORMAT, "format_version": FORMAT_VERSION, **attributes})
-    _put(file, "config", Dataset(json.dumps(config, indent=2), "", "resolved config, JSON"))
-    file.create_group("provenance").attrs.update(provenance)
-    file.flush()
-    content = bytes(file.id.get_file_image())
-    file.close()
+        file.attrs.update({"format": FORMAT, "format_version": FORMAT_VERSION, **attributes})
+        _put(file.create_group("data", track_order=True), layout, data)
+        _put_array(file, "config", OF_CONFIG, json.dumps(config, indent=2))
+        file.create_group("provenance").attrs.update(provenance)
+        file.flush()
+        content = bytes(file.id.get_file_image())
     files.write(path, sealed(content))
 
 
-def _put(group: h5py.Group, name: str, node: Dataset | Tree) -> None:
-    if not isinstance(node, Dataset):
-        # Read back in the order of the layout, which figures and tables follow.
-        inner = group.create_group(name, track_order=True)
-        for key, value in node.items():
-            _put(inner, key, value)
-        _scale(inner, {key: x for key, x in node.items() if isinstance(x, Dataset)})
-        return
-    values: Any = node.values
-    how: dict[str, Any] = {"data": values}
-    if isinstance(values, Coming):
-        how = {"shape": values.shape, "dtype": values.dtype, "chunks": values.block}
+def _put(group: h5py.Group, layout: Layout, data: Tree) -> None:
+    """Put into a group what its layout declares; KeyError where that must be there and is not."""
+    needed = (name for name, (_, must) in named(layout).items() if must)
+    held = declared(layout, dict.fromkeys((*data, *needed)))
+    for name, node in held.items():
+        if isinstance(node, Field):
+            _put_array(group, name, node, data[name])
+        else:
+            # Read back in the order of the data, which figures and tables follow.
+            _put(group.create_group(name, track_order=True), node, data[name])
+    _scale(group, {name: node for name, node in held.items() if isinstance(node, Field)})
+
+
+def _put_array(group: h5py.Group, name: str, field: Field, values: Any) -> None:
+    if field.kind == TEXT and not isinstance(values, str):
+        values = as_bytes(values)
+    how: dict[str, Any] = {}
     # Single values can have no checksum, and are not compressed.
     if not isinstance(values, str) and np.ndim(values) and 0 not in np.shape(values):
-        how |= {"fletcher32": True, "shuffle": True, "compression": "gzip"}
-    group.create_dataset(name, **how).attrs.update(
-        {"units": node.units, "description": node.description}
+        how = {"fletcher32": True, "shuffle": True, "compression": "gzip"}
+    group.create_dataset(name, data=values, **how).attrs.update(
+        {"units": field.units, "description": field.description}
     )
 
 
-def _fill(group: h5py.Group, node: Tree) -> None:
-    """Take in the blocks of a group, then those of the groups inside it."""
-    for block in node.blocks if isinstance(node, Streamed) else ():
-        for name, (where, values) in block.items():
-            group[name][where] = values
-    for name, inner in node.items():
-        if not isinstance(inner, Dataset):
-            _fill(group[name], inner)
-
-
-def _scale(group: h5py.Group, arrays: Mapping[str, Dataset]) -> None:
+def _scale(group: h5py.Group, arrays: Mapping[str, Field]) -> None:
     """Name the dimensions of a group's arrays, and tie them to the arrays that are their scales."""
     scales = {x.dimensions[0]: key for key, x in arrays.items() if x.coordinate}
     for key in scales.values():

@@ -24,6 +24,26 @@ from rigidpend.routes.problem import RouteProblem
 from rigidpend.routes.start import Scales, start, states_double
 
 
+class SampledOrbit(NamedTuple):
+    """An orbit sampled in time, with its angles and the hodograph of its angular velocity."""
+
+    t: Array
+    """Times t', dimensionless, (n,)."""
+    theta1: Array
+    """Radians, 0 to 4 pi, (n,)."""
+    J1_over_J2: Array
+    """0 at the lower periodic orbit, 1 at the upper one, (n,)."""
+    theta3: Array
+    """Angle of precession of M, radians, (n,)."""
+    alpha: Array
+    """Angle of the horizontal part of omega, radians, (n,)."""
+    omega: Array
+    """Angular velocity in the fixed basis xi (up), eta, zeta, in 1/t, physical, (n, 3)."""
+
+    def __repr__(self) -> str:
+        return f"<orbit of {self.t.size} samples, t' = 0 to {self.t[-1]:.6g}>"
+
+
 class RouteOrbit(NamedTuple):
     """A sampled orbit of a route, with the errors of its crossings.
 
@@ -99,21 +119,15 @@ def separatrices(states: Array) -> NDArray[np.uint8]:
     return np.array(list(beside), dtype=np.uint8)
 
 
-def samples(body: Body, orbit: RouteOrbit) -> dict[str, Array]:
-    """Samples as fields: t', angles in radians, omega (n, 3) in the fixed basis, physical."""
-    *state, theta3 = orbit.states
+def samples(body: Body, t: Array, states: Array) -> SampledOrbit:
+    """An orbit whose states (7, n) are given at times t', with theta3 as the last component."""
+    *state, theta3 = states
     M, gamma = physical(state, body)
     omega = in_space.angular_velocity(M, body.floats()[0])
-    angle = alpha(orbit.states, body)
+    angle = alpha(states, body)
     c = canonical_from_aligned(Aligned(*state), body.alpha0, body.beta0)
-    return {
-        "t": orbit.t,
-        "theta1": c.theta1,
-        "J1_over_J2": c.J1 / c.J2,
-        "theta3": theta3,
-        "alpha": angle,
-        "omega": in_space.fixed_components(omega, gamma, angle),
-    }
+    hodograph = in_space.fixed_components(omega, gamma, angle)
+    return SampledOrbit(t, c.theta1, c.J1 / c.J2, theta3, angle, hodograph)
 
 
 def vertices(separatrices: ArrayLike) -> str:

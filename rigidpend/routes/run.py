@@ -132,7 +132,8 @@ class Run:
         def share(work: Work, columns: Columns, bits: int) -> list[tuple[Columns, Decided]]:
             if not in_own(bits):
                 return certainty.undivided(work, columns, bits)
-            fewest = LANES if bits > 53 else FEWEST
+            # Of no more columns than the threads have lanes each thread gets some.
+            fewest = LANES if bits > 53 or n <= LANES * self.jobs else FEWEST
             size = min(MOST, max(fewest, -(-len(columns) // (PIECES * self.jobs))))
             return in_pieces(work, columns, size, self.jobs)
 

@@ -6,7 +6,7 @@ import json
 from collections.abc import Iterable, Mapping, Sequence
 from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, NamedTuple, TypeAlias
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 from pydantic import ValidationError
@@ -14,8 +14,8 @@ from pydantic import ValidationError
 from rigidpend import experiments
 from rigidpend.config import validation
 from rigidpend.config.complaints import Complaint, ConfigError, Origin
-from rigidpend.experiments.contract import Piece
-from rigidpend.experiments.data import Data, Loaded, Tree, datasets
+from rigidpend.experiments.contract import Piece, Routes
+from rigidpend.experiments.data import Data, Loaded, Tree
 from rigidpend.machine.code_hash import code_hash_of
 from rigidpend.machine.progress import PartDone, tell_nobody
 from rigidpend.machine.wording import short
@@ -41,9 +41,6 @@ PHASE = 24
 """Characters of a phase that are printed."""
 OF_PART = (*storage.FIELDS, *storage.PROOF, "reason")
 """Fields of the parts of a certificate, which itself has no reasons for what is undecided."""
-
-Routes: TypeAlias = Mapping[str, tuple[RouteProblem, Sequence[Exact]]]
-"""Arrays of orbits by name: their problem and their exact phases."""
 
 
 class Summary(NamedTuple):
@@ -113,7 +110,7 @@ def certify(
             data[name] = _joined(proofs, name, len(phases), report)
             reasons[name] = [x.decode() for x in data[name]["reason"]]
         made = provenance.provenance() | {"code_hash": code} | provenance.of_workers(crew)
-        store.write(file, datasets(storage.LAYOUT, data), {}, stated, made)
+        store.write(file, storage.LAYOUT, data, {}, stated, made)
         # Not before the whole file stands.
         parts.drop()
     report(f"{file} written")

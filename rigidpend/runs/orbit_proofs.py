@@ -16,7 +16,7 @@ from pydantic import ValidationError
 
 from rigidpend import experiments
 from rigidpend.config import validation
-from rigidpend.experiments.data import WHOLE, Field, datasets
+from rigidpend.experiments.data import WHOLE, Field
 from rigidpend.experiments.full_shift import ENERGIES, LINE, PROOF, QUADS
 from rigidpend.machine.wording import short
 from rigidpend.machine.workers import side_by_side
@@ -73,10 +73,9 @@ def prove(
         "energies": {"shift": float(setting.shift), "spread": float(links[0].setting.spread)},
         "proof": pieces.joined(arrays, [len(part) - (not whole) for part, whole in parts]),
     }
-    tree = {name: datasets(fields, data[name]) for name, fields in LAYOUT.items()}
     code = "".join(map(str, found.symbols))
     of = {"experiment": "full_shift", "problem": stated, "code": code}
-    store.write(file, tree, {}, of, provenance.provenance())
+    store.write(file, LAYOUT, data, {}, of, provenance.provenance())
     report(f"{file} written")
 
 

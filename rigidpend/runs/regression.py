@@ -11,7 +11,9 @@ from pathlib import Path
 from typing import Any, NamedTuple, TypeAlias
 
 from rigidpend import experiments
+from rigidpend.config import writer
 from rigidpend.experiments import compare
+from rigidpend.experiments.compare import Difference
 from rigidpend.experiments.data import Loaded
 from rigidpend.machine import files, wording
 from rigidpend.machine.progress import tell_nobody
@@ -51,7 +53,8 @@ def verify(
     configs = old["config"], new["config"]
     same_numerics = configs[0].get("numerics") == configs[1].get("numerics")
     found: list[str] = [*compare.outlines(outline, fresh_outline, same_numerics=same_numerics)]
-    found += compare.plain(_problem(configs[0]), _problem(configs[1]), "config")
+    changed = writer.changes(_problem(old["config"]), _problem(new["config"]))
+    found += [Difference(f"config/{key.replace('.', '/')}", *x) for key, x in changed.items()]
     # Values are compared place by place, which only equal structures allow.
     if outline.keys() == fresh_outline.keys():
         layout = experiments.layout(config.experiment)

@@ -25,7 +25,7 @@ from rigidpend.runs.parts import Parts, sweep
 if TYPE_CHECKING:
     from rigidpend.config.schema import ExperimentConfig
     from rigidpend.experiments.contract import Piece
-    from rigidpend.experiments.data import Tree
+    from rigidpend.experiments.data import Layout, Tree
     from rigidpend.orbits.integrate.arithmetic import Arithmetic
     from rigidpend.runs.loading import LoadedConfig
 
@@ -200,7 +200,6 @@ def run(
     written: finished parts are kept.
     """
     from rigidpend.experiments.contract import Means, Piece
-    from rigidpend.experiments.data import datasets
     from rigidpend.orbits.integrate.arithmetic import CLOSED_FORM, resolve
     from rigidpend.results import store
 
@@ -230,28 +229,26 @@ def run(
             pieces = partial(cluster.computed, *cluster_of, report=tell, crew=crew)
         # Each thread of a cluster's workers has a piece of its own.
         away, given = scheduler is not None, (config.experiment, content, arithmetic)
-        means = Means(arithmetic, 1 if away else jobs, tell, parts.keep, pieces, away)
+        means = Means(arithmetic, 1 if away else jobs, tell, parts.keep, pieces)
         if away and not experiments.in_pieces(config.experiment):
             [data] = pieces([Piece("whole", _whole, given)])
         else:
             data = experiments.computation(config.experiment).compute(content, means)
-        data = datasets(experiments.layout(config.experiment), data)
-        # What comes in blocks is computed now.
-        with store.image(data) as file:
-            attributes: dict[str, Any] = {
-                "name": config.name,
-                "figure": content.figure,
-                "experiment": config.experiment,
-                **planned.fingerprint,
-                **chosen,
-                DOUBT: doubt(data),
-                **({} if resumed else {SECONDS: time.perf_counter() - start}),
-                **(further or {}),
-            }
-            # What a signal does to Git may be in the provenance, or to a worker in the data.
-            check_stop()
-            made = told.result() | provenance.of_workers(crew)
-            store.finish(file, planned.target, attributes, config.resolved(), made)
+        layout = experiments.layout(config.experiment)
+        attributes: dict[str, Any] = {
+            "name": config.name,
+            "figure": content.figure,
+            "experiment": config.experiment,
+            **planned.fingerprint,
+            **chosen,
+            DOUBT: doubt(layout, data),
+            **({} if resumed else {SECONDS: time.perf_counter() - start}),
+            **(further or {}),
+        }
+        # What a signal does to Git may be in the provenance, or to a worker in the data.
+        check_stop()
+        made = told.result() | provenance.of_workers(crew)
+        store.write(planned.target, layout, data, attributes, config.resolved(), made)
         # Only now: a failure before this line leaves the parts for the next run.
         parts.drop()
         return str(attributes[DOUBT])
@@ -264,22 +261,16 @@ def _whole(experiment: str, content: ExperimentConfig, arithmetic: Arithmetic) -
     return experiments.computation(experiment).compute(content, Means(arithmetic))
 
 
-def doubt(data: Tree) -> str:
+def doubt(layout: Layout, data: Tree) -> str:
     """Count the symbols of a result that are uncertain, in words; empty where none is.
 
     They are those of every array of flags of the name `certain`.
     """
     import numpy as np
 
-    flags = [x for x in _certain(data) if isinstance(x, np.ndarray) and x.dtype == bool]
+    from rigidpend.experiments.data import FLAG, fields
+
+    named = ((place.rpartition("/")[2], x, field) for place, x, field in fields(layout, data))
+    flags = [x for name, x, field in named if (name, field.kind) == ("certain", FLAG)]
     uncertain = sum(int(np.count_nonzero(~x)) for x in flags)
     return f"{uncertain} of {sum(map(np.size, flags))} symbols uncertain" if uncertain else ""
-
-
-def _certain(data: Tree) -> Iterator[Any]:
-    """Values of all arrays of that name, in all groups."""
-    for name, node in data.items():
-        if isinstance(node, Mapping):
-            yield from _certain(node)
-        elif name == "certain":
-            yield node.values

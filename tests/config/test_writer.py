@@ -65,8 +65,10 @@ def test_changes_are_told_from_what_to_what() -> None:
     after = loading.load(FIG4, ["problem.mu=1e-2", "numerics.engine=scipy"]).resolved()
     found = changes(before, after)
     assert sentence(found) == "problem.mu from 0.001 to 0.01, numerics.engine from auto to scipy"
-    assert sentence(dict.fromkeys("abcdef", "")).endswith(", and 3 more")
+    assert sentence(dict.fromkeys("abcdef", ("1", "2"))).endswith(", and 3 more")
     assert changes(before, before) == {}
+    one, other = {"a": 1, "b": {"x": 1}}, {"b": {"x": 1, "y": 2}}
+    assert changes(one, other) == {"b.y": ("nothing", 2), "a": (1, "nothing")}
 
 
 def test_the_word_for_null_is_that_of_the_config() -> None:

@@ -18,7 +18,6 @@ from rigidpend.experiments.compare import (
     of_field,
     of_largest,
     outlines,
-    plain,
     relative,
     stated,
 )
@@ -176,15 +175,3 @@ def test_an_outline_with_another_attribute_or_object_differs() -> None:
     other = {**outline(), "/data": {"units": "1"}, "/more": {}}
     said = ["/more is only computed", "/data@units: stored rad, computed 1"]
     assert outlines(outline(), other) == said
-
-
-def test_plain_values_differ_where_they_do_in_order() -> None:
-    stored = {"b": {"x": 1, "y": [1, 2]}, "a": 1, "c": 0}
-    fresh = {"b": {"x": 2, "y": [1, 2]}, "a": 3}
-    assert plain(stored, fresh, "config") == [
-        "config/a: stored 1, computed 3",
-        "config/b/x: stored 1, computed 2",
-        "config/c is only stored",
-    ]
-    assert plain(stored, stored, "config") == []
-    assert plain({"x": 1}, 1, "config") == ["config: stored {'x': 1}, computed 1"]

@@ -15,7 +15,7 @@ from rigidpend import experiments
 from rigidpend.experiments import compare
 from rigidpend.experiments.compare import Difference
 from rigidpend.experiments.contract import Means
-from rigidpend.experiments.data import Coming, Dataset, Loaded, Streamed, datasets
+from rigidpend.experiments.data import Field, Layout, Loaded, declared
 from rigidpend.orbits.integrate.arithmetic import resolve
 from rigidpend.results import store
 from rigidpend.runs import loading
@@ -25,19 +25,14 @@ from tests.cli.calls import REFERENCE
 CONFIGS = Path(__file__).parents[2] / "configs"
 
 
-def settled(tree: Any) -> Any:
-    """What an experiment computed, with the blocks that were to come, as it is loaded."""
-    if not isinstance(tree, dict):
-        values = tree.values if isinstance(tree, Dataset) else tree
-        if isinstance(values, str):
-            return values
-        found = np.empty(*values[:2]) if isinstance(values, Coming) else np.array(values)
+def settled(node: Field | Layout, tree: Any) -> Any:
+    """What an experiment computed, as it is loaded."""
+    if isinstance(tree, str):
+        return tree
+    if isinstance(node, Field):
+        found = np.array(tree)
         return np.char.decode(found) if found.dtype.kind == "S" else found
-    made = {name: settled(node) for name, node in tree.items()}
-    for block in tree.blocks if isinstance(tree, Streamed) else ():
-        for name, (where, values) in block.items():
-            made[name][where] = values
-    return made
+    return {name: settled(inner, tree[name]) for name, inner in declared(node, tree).items()}
 
 
 def asked(name: str, *settings: str) -> Any:
@@ -63,7 +58,7 @@ def computed(given: Any, parts: list[str] | None = None, **means: Any) -> Any:
 def made(given: Any, means: Means) -> Any:
     """What of a computation is stored, as it is loaded."""
     found = experiments.computation(given.experiment).compute(given, means)
-    return settled(datasets(experiments.layout(given.experiment), found))
+    return settled(experiments.layout(given.experiment), found)
 
 
 def reference(name: str) -> Loaded:
@@ -84,8 +79,7 @@ def differences(experiment: str, stored: Any, fresh: Any) -> list[Difference]:
 def from_file(folder: Path, experiment: str, tree: Any) -> Loaded:
     """What an experiment computed, as it comes back from a result file."""
     path = folder / f"{experiment}.h5"
-    made = datasets(experiments.layout(experiment), tree)
-    store.write(path, made, {"experiment": experiment}, {}, {})
+    store.write(path, experiments.layout(experiment), tree, {"experiment": experiment}, {}, {})
     return store.load(path)
 
 

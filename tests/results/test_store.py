@@ -19,15 +19,7 @@ import numpy as np
 import pytest
 
 from rigidpend import experiments
-from rigidpend.experiments.data import (
-    FLAG,
-    FLOAT,
-    WHOLE,
-    Dataset,
-    Field,
-    Layout,
-    Tree,
-)
+from rigidpend.experiments.data import FLAG, FLOAT, WHOLE, Field, Layout, Tree
 from rigidpend.machine import files
 from rigidpend.results import damage, store
 from rigidpend.results.store import OtherVersion, StoreError
@@ -36,25 +28,25 @@ CODES = np.arange(60, dtype=np.uint8).reshape(6, 10) % 2
 TIMES = np.linspace(0.0, 1.0, 70).reshape(7, 10)
 TREE: Tree = {
     "zebra": {
-        "codes": Dataset(CODES, "1", "symbols"),
-        "certain": Dataset(CODES == 0, "1", "whether they are"),
-        "times": Dataset(np.where(CODES == 0, np.nan, TIMES[1:]), "t'", "of crossings"),
+        "codes": CODES,
+        "certain": CODES == 0,
+        "times": np.where(CODES == 0, np.nan, TIMES[1:]),
     },
-    "ant": {"inner": {"none": Dataset(np.zeros((0, 3)), "rad", "no row")}},
-    "count": Dataset(np.int64(7), "1", "a single number"),
+    "ant": {"inner": {"none": np.zeros((0, 3))}},
+    "count": np.int64(7),
 }
 LAYOUT: Layout = {
     "zebra": {
-        "codes": Field(WHOLE, ("symbols", "columns")),
-        "certain": Field(FLAG, ("symbols", "columns")),
-        "times": Field(FLOAT, ("symbols", "columns"), gaps=True),
+        "codes": Field(WHOLE, ("symbols", "columns"), "1", "symbols"),
+        "certain": Field(FLAG, ("symbols", "columns"), "1", "whether they are"),
+        "times": Field(FLOAT, ("symbols", "columns"), "t'", "of crossings", gaps=True),
     },
-    "ant": {"inner": {"none": Field(FLOAT, (0, 3))}},
-    "count": Field(WHOLE),
+    "ant": {"inner": {"none": Field(FLOAT, (0, 3), "rad", "no row")}},
+    "count": Field(WHOLE, (), "1", "a single number"),
 }
 CONFIG, PROVENANCE = {"ä": 1}, {"created": "now"}
 TOLD: Any = ({"name": "x", "experiment": "any"}, CONFIG, PROVENANCE)
-OTHER: Tree = {**TREE, "count": Dataset(8, "1", "another")}
+OTHER: Tree = {**TREE, "count": 8}
 
 
 @pytest.fixture(autouse=True)
@@ -66,7 +58,7 @@ def declared(monkeypatch: pytest.MonkeyPatch) -> None:
 @pytest.fixture
 def path(tmp_path: Path) -> Path:
     """A result file."""
-    store.write(tmp_path / "x.h5", TREE, *TOLD)
+    store.write(tmp_path / "x.h5", LAYOUT, TREE, *TOLD)
     return tmp_path / "x.h5"
 
 
@@ -74,7 +66,7 @@ def test_the_same_content_gives_the_same_bytes_which_others_may_read_as_any_file
     path: Path,
 ) -> None:
     other = path.with_name("y.h5")
-    store.write(other, TREE, *TOLD)
+    store.write(other, LAYOUT, TREE, *TOLD)
     assert other.read_bytes() == path.read_bytes()
     (path.parent / "plain").touch()
     assert path.stat().st_mode == (path.parent / "plain").stat().st_mode
@@ -82,7 +74,7 @@ def test_the_same_content_gives_the_same_bytes_which_others_may_read_as_any_file
 
 def test_who_reads_the_old_file_is_not_disturbed_by_a_new_one(path: Path) -> None:
     with store.opened(path) as file:
-        store.write(path, OTHER, *TOLD)
+        store.write(path, LAYOUT, OTHER, *TOLD)
         np.testing.assert_array_equal(file["data/zebra/codes"][:], CODES)
     with store.opened(path) as file:
         assert file["data/count"][()] == 8
@@ -100,14 +92,16 @@ def test_a_failed_or_interrupted_write_leaves_the_old_file_and_nothing_else(
 
     monkeypatch.setattr(os, function, fail)
     with pytest.raises((StoreError, SystemExit)) as caught:
-        store.write(path, OTHER, *TOLD)
+        store.write(path, LAYOUT, OTHER, *TOLD)
     said = f"{path}: cannot be written: No space left on device"
     assert caught.value is error or str(caught.value) == said
     assert path.read_bytes() == before
     assert [x.name for x in path.parent.iterdir()] == ["x.h5"]
 
 
-@pytest.mark.parametrize("act", [store.prepare, lambda path: store.write(path, TREE, *TOLD)])
+@pytest.mark.parametrize(
+    "act", [store.prepare, lambda path: store.write(path, LAYOUT, TREE, *TOLD)]
+)
 def test_a_file_in_the_place_of_a_folder_is_named(tmp_path: Path, act: Any) -> None:
     (tmp_path / "file").write_text("mine")
     target = tmp_path / "file" / "x.h5"
@@ -194,11 +188,11 @@ def test_an_error_of_who_reads_is_not_laid_to_the_file(path: Path, error: Except
     assert caught.value is error
 
 
-def same(found: Any, node: Dataset | Tree) -> None:
+def same(found: Any, node: Any) -> None:
     """Plain data are what was to be stored: keys, order, types and values."""
-    if isinstance(node, Dataset):
-        assert np.asarray(found).dtype == np.asarray(node.values).dtype
-        np.testing.assert_array_equal(found, node.values)
+    if not isinstance(node, dict):
+        assert np.asarray(found).dtype == np.asarray(node).dtype
+        np.testing.assert_array_equal(found, node)
         return
     assert type(found) is dict
     assert list(found) == list(node)
@@ -362,15 +356,15 @@ def test_the_next_writer_removes_what_a_killed_one_left_and_leaves_a_living_one_
     for each in (left, other):
         each.write_bytes(b"half")
     handle, _ = files.held(lambda: (os.open(left, os.O_RDONLY), str(left)))
-    store.write(path, OTHER, *TOLD)
+    store.write(path, LAYOUT, OTHER, *TOLD)
     assert left.exists()
     files.release(handle)
     # Without locks nothing is taken to be left.
     with monkeypatch.context() as patch:
         patch.setattr(files, "fcntl", None)
-        store.write(path, OTHER, *TOLD)
+        store.write(path, LAYOUT, OTHER, *TOLD)
         assert left.exists()
-    store.write(path, OTHER, *TOLD)
+    store.write(path, LAYOUT, OTHER, *TOLD)
     assert not left.exists()
     assert other.exists()
 
@@ -388,7 +382,7 @@ def test_a_writer_whose_file_was_taken_for_a_left_one_makes_another(
         return locked(handle, *how)
 
     monkeypatch.setattr(files, "_locked", late)
-    store.write(path, OTHER, *TOLD)
+    store.write(path, LAYOUT, OTHER, *TOLD)
     assert len(taken) == 1
     assert store.load(path)["data"]["count"] == 8
     assert [x.name for x in path.parent.iterdir()] == ["x.h5"]

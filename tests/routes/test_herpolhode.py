@@ -115,9 +115,9 @@ def test_alpha_of_the_samples_is_the_quadrature_eqPV() -> None:
     # No leap where the angle passes a multiple of pi.
     assert np.abs(np.diff(found)).max() < 0.1
     # By it the samples turn what omega has across the vertical, theta3 in its place not.
-    made, (M, gamma) = samples(p.body, orbit), physical(orbit.states[:6], p.body)
-    omega, (xi, eta, zeta) = M / np.array(p.body.floats()[0])[:, None], made["omega"].T
-    np.testing.assert_array_equal(made["alpha"], found)
+    made, (M, gamma) = samples(p.body, *orbit[:2]), physical(orbit.states[:6], p.body)
+    omega, (xi, eta, zeta) = M / np.array(p.body.floats()[0])[:, None], made.omega.T
+    np.testing.assert_array_equal(made.alpha, found)
     np.testing.assert_allclose(np.unwrap(np.atan2(zeta, eta)), found, rtol=0, atol=1e-12)
     np.testing.assert_allclose(xi, (omega * gamma).sum(axis=0), rtol=0, atol=1e-13)
     np.testing.assert_allclose(eta**2 + zeta**2, (omega**2).sum(axis=0) - xi**2, rtol=1e-12)
@@ -140,7 +140,7 @@ def test_agrees_with_eq1_and_th3_in_other_variables() -> None:
     t = orbit.t[until]
     found: Any = solve_ivp(rates, (0, t[-1]), y0, "LSODA", t, rtol=1e-11, atol=1e-18)
     theta1, J1, _, J2, theta3 = found.y
-    made = samples(p.body, orbit)
-    np.testing.assert_allclose(made["theta3"][until], theta3, atol=1e-8)
-    np.testing.assert_allclose(made["J1_over_J2"][until], J1 / J2, atol=1e-7)
-    np.testing.assert_allclose(made["theta1"][until], theta1, atol=1e-5)
+    made = samples(p.body, *orbit[:2])
+    np.testing.assert_allclose(made.theta3[until], theta3, atol=1e-8)
+    np.testing.assert_allclose(made.J1_over_J2[until], J1 / J2, atol=1e-7)
+    np.testing.assert_allclose(made.theta1[until], theta1, atol=1e-5)

@@ -14,7 +14,7 @@ from rigidpend.experiments.data import Tree
 from rigidpend.mechanics import in_space
 from rigidpend.orbits.integrate.states import states_at
 from rigidpend.routes.codes import codes_of
-from rigidpend.routes.herpolhode import RouteOrbit, samples
+from rigidpend.routes.herpolhode import samples
 from rigidpend.routes.problem import rotation_period
 from rigidpend.routes.symbolic.asymptotic import (
     DoublyAsymptotic,
@@ -104,7 +104,7 @@ def _sampled(config: Config, launch: Launch, orbits: DoublyAsymptotic, means: Me
         engine=means.arithmetic.engine,
         tolerance=means.arithmetic.tolerance,
     )
-    return {**samples(problem.body, RouteOrbit(t - crossed, states, np.zeros(0))), "orbit": k}
+    return {**samples(problem.body, t - crossed, states)._asdict(), "orbit": k}
 
 
 def _plane(problem: Problem, means: Means) -> Tree:

@@ -57,13 +57,13 @@ def _orbit(config: Config, case: HerpolhodeCase, routes: RouteCodes, means: Mean
 
 def _group(config: Config, routes: RouteCodes, orbit: RouteOrbit) -> Tree:
     problem, separatrix = config.problem, routes.separatrix[:, 0]
-    sampled, angles = samples(problem.body, orbit), problem.body.angles()
+    sampled, angles = samples(problem.body, orbit.t, orbit.states), problem.body.angles()
     # The first sample, and the one closest to the vertex behind `n_wound` separatrices.
     crossings = routes.crossing_time[problem.n_wound - 1 : problem.n_wound + 1, 0]
     before, after = np.searchsorted(orbit.t, crossings)
-    closest = before + np.argmax(np.abs(sampled["J1_over_J2"][before:after] - 0.5))
+    closest = before + np.argmax(np.abs(sampled.J1_over_J2[before:after] - 0.5))
     return {
-        **sampled,
+        **sampled._asdict(),
         **{key: getattr(routes, key)[..., 0] for key in CASE if key in routes._fields},
         "crossing_error": orbit.crossing_error,
         "route": vertices(separatrix),

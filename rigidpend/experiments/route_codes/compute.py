@@ -13,7 +13,7 @@ import numpy as np
 from rigidpend.experiments.contract import Means, Routes
 from rigidpend.experiments.data import Data, Tree
 from rigidpend.experiments.route_codes.schema import Config
-from rigidpend.machine import progress, workers
+from rigidpend.machine import progress
 from rigidpend.numbers.exact import Exact
 from rigidpend.numbers.expressions import NO_SYMBOL
 from rigidpend.routes.choice import expected_seconds
@@ -84,11 +84,7 @@ def _in_parts(name: str, phases: Grid, config: Config, means: Means) -> RouteCod
         took = (time.perf_counter() - begun) * means.jobs / count
         # No part is more than four times as long as the last: a few columns may be easy.
         first, seconds = first + count, max(took, seconds / 4)
-    return _joined(found)
-
-
-def _joined(routes: Sequence[RouteCodes]) -> RouteCodes:
-    return RouteCodes(*(np.concatenate(x, axis=-1) for x in zip(*routes, strict=True)))
+    return RouteCodes(*(np.concatenate(x, axis=-1) for x in zip(*found, strict=True)))
 
 
 def cost(config: Config) -> float:
@@ -104,20 +100,9 @@ def column_cost(config: Config, columns: int) -> float:
 
 
 def _part(phases: Sequence[Exact], of: int, config: Config, means: Means) -> Tree:
-    """Routes of some columns; few of them are shared among threads by the lanes they fill."""
-    # Eight or less fill one thread's lanes; what they need beyond doubles, all threads share.
-    few = LANES < len(phases) <= LANES * means.jobs and means.arithmetic.engine == "taylor"
-    if not few:
-        return _routes(phases, of, config, means, means.jobs)._asdict()
-    pieces = [phases[k : k + LANES] for k in range(0, len(phases), LANES)]
-    found = workers.side_by_side(_routes, (of, config, means, 1), False, pieces, means.jobs)
-    return _joined(found)._asdict()
-
-
-def _routes(
-    phases: Sequence[Exact], of: int, config: Config, means: Means, jobs: int
-) -> RouteCodes:
-    return codes_of(config.problem.routes, phases, means.arithmetic, jobs, of=of)
+    """Routes of some columns of an array of so many."""
+    routes, arithmetic = config.problem.routes, means.arithmetic
+    return codes_of(routes, phases, arithmetic, means.jobs, of=of)._asdict()
 
 
 def orbits(config: Config, stored: Callable[[], Data]) -> Routes:

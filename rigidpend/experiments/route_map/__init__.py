@@ -53,13 +53,9 @@ PLANE = {
         "whether return maps found the cell, not integration",
         within=ANY,
     ),
-    "x": _axis(("columns",), "rad", "theta2_0 of the columns"),
+    "x": _axis(("columns",), "rad, or see x_axis", "theta2_0 of the columns, or what x_axis says"),
     "y": _axis(("rows",), "see y_axis", "values of the rows"),
 }
-
-
-COLUMNS = PLANE["x"]._replace(units="see x_axis", description="values of the columns")
-"""The field of x where the config gives columns."""
 LAYOUT: Layout = {
     **PLANE,
     "y_axis": Field(TEXT, (), "", f"what y is: {KINDS}"),

@@ -14,8 +14,7 @@ import numpy as np
 
 from rigidpend.config.bodies import Axis
 from rigidpend.experiments.contract import Means, Piece
-from rigidpend.experiments.data import Coming, Streamed, Tree
-from rigidpend.experiments.route_map import COLUMNS
+from rigidpend.experiments.data import Tree
 from rigidpend.experiments.route_map.schema import Config, Problem
 from rigidpend.machine.progress import PartDone
 from rigidpend.machine.workers import worth_processes
@@ -64,7 +63,7 @@ def own_value(problem: Problem, axis: str) -> float:
     return float(getattr(problem.body if axis in ("beta0", "alpha0") else problem, axis))
 
 
-def _plane(name: str, axes: tuple[Axis, Axis], problem: Problem, means: Means) -> Streamed:
+def _plane(name: str, axes: tuple[Axis, Axis], problem: Problem, means: Means) -> dict[str, Any]:
     """All cells of a plane, tile by tile."""
     x, y = (axis.values for axis in axes)
     shape = y.size, x.size
@@ -76,24 +75,18 @@ def _plane(name: str, axes: tuple[Axis, Axis], problem: Problem, means: Means) -
         for number, (rows, columns) in tiles
     ]
 
-    def blocks() -> Iterator[dict[str, tuple[Any, Any]]]:
-        for (_, (rows, columns)), tile in zip(tiles, means.pieces(pieces), strict=True):
-            yield {key: ((..., rows, columns), values) for key, values in tile.items()}
-            done = rows.stop * x.size if columns.stop == x.size else columns.stop * y.size
-            text = f"{name or 'plane'}: {done} of {x.size * y.size} cells"
-            means.report(PartDone(text, done, x.size * y.size))
-
-    first_rows, first_columns = tiles[0][1]
-    block = (first_rows.stop, first_columns.stop)
-    symbols = problem.n_symbols
-    values = {
-        "codes": Coming((symbols, *shape), np.dtype(np.uint8), (symbols, *block)),
-        "certain": Coming(shape, np.dtype(np.uint8), block),
-        "by_map": Coming(shape, np.dtype(bool), block),
-        "x": COLUMNS.dataset(x) if problem.columns else x,
-        "y": y,
+    found = {
+        "codes": np.empty((problem.n_symbols, *shape), np.uint8),
+        "certain": np.empty(shape, np.uint8),
+        "by_map": np.empty(shape, bool),
     }
-    return Streamed(values, blocks())
+    for (_, (rows, columns)), tile in zip(tiles, means.pieces(pieces), strict=True):
+        for key, values in tile.items():
+            found[key][..., rows, columns] = values
+        done = rows.stop * x.size if columns.stop == x.size else columns.stop * y.size
+        text = f"{name or 'plane'}: {done} of {x.size * y.size} cells"
+        means.report(PartDone(text, done, x.size * y.size))
+    return {**found, "x": x, "y": y}
 
 
 def tiled(
