@@ -21,10 +21,37 @@ if TYPE_CHECKING:
     from rigidpend.experiments.compare import Difference
 
 
+class Coming(NamedTuple):
+    """An array that comes in blocks, in the place of its values."""
+
+    shape: tuple[int, ...]
+    dtype: Any
+    block: tuple[int, ...]
+    """Shape of the largest of its blocks."""
+
+    @property
+    def ndim(self) -> int:
+        return len(self.shape)
+
+
+class Streamed(dict[str, Any]):
+    """A group some arrays of which come in blocks, for memory need not hold them as a whole.
+
+    These have :class:`Coming` in the place of their values. The blocks, where each belongs and
+    its values by the name of the array, may be computed when they are asked for, once.
+    """
+
+    def __init__(
+        self, members: Mapping[str, Any], blocks: Iterator[Mapping[str, tuple[Any, Any]]]
+    ) -> None:
+        super().__init__(members)
+        self.blocks = blocks
+
+
 Data: TypeAlias = Mapping[str, Any]
 """Group of a result: arrays, texts and groups by name."""
 Tree: TypeAlias = Data
-"""The same as it is computed: arrays may be lists."""
+"""The same as it is computed: arrays may be lists, or come in blocks."""
 
 
 class Loaded(TypedDict):

@@ -28,9 +28,11 @@ from rigidpend.experiments.data import (
     FLOAT,
     NUMBER,
     TEXT,
+    Coming,
     Field,
     Layout,
     Loaded,
+    Streamed,
     Tree,
     as_bytes,
     declared,
@@ -79,15 +81,34 @@ def write(
     attributes of its root; the config is plain data. StoreError where it cannot be written: what
     was there before is untouched.
     """
-    prepare(path)
+    with image(layout, data) as file:
+        finish(file, path, attributes, config, provenance)
+
+
+@contextmanager
+def image(layout: Layout, data: Tree) -> Iterator[h5py.File]:
+    """A result file in memory that has the data that a layout declares, for :func:`finish`.
+
+    Data that come in blocks are asked for here, one block after the other.
+    """
     # A form that HDF5 1.10 reads, by whichever version it is written.
     with h5py.File.in_memory(libver=("earliest", "v110")) as file:
-        file.attrs.update({"format": FORMAT, "format_version": FORMAT_VERSION, **attributes})
         _put(file.create_group("data", track_order=True), layout, data)
-        _put_array(file, "config", OF_CONFIG, json.dumps(config, indent=2))
-        file.create_group("provenance").attrs.update(provenance)
-        file.flush()
-        content = bytes(file.id.get_file_image())
+        _fill(file["data"], data)
+        yield file
+
+
+def finish(
+    file: h5py.File, path: Path, attributes: Attributes, config: Any, provenance: Attributes
+) -> None:
+    """Put into a result file what is told of its data, and write it as :func:`write` does."""
+    prepare(path)
+    file.attrs.update({"format": FORMAT, "format_version": FORMAT_VERSION, **attributes})
+    _put_array(file, "config", OF_CONFIG, json.dumps(config, indent=2))
+    file.create_group("provenance").attrs.update(provenance)
+    file.flush()
+    content = bytes(file.id.get_file_image())
+    file.close()
     files.write(path, sealed(content))
 
 
@@ -107,13 +128,25 @@ def _put(group: h5py.Group, layout: Layout, data: Tree) -> None:
 def _put_array(group: h5py.Group, name: str, field: Field, values: Any) -> None:
     if field.kind == TEXT and not isinstance(values, str):
         values = as_bytes(values)
-    how: dict[str, Any] = {}
+    how: dict[str, Any] = {"data": values}
+    if isinstance(values, Coming):
+        how = {"shape": values.shape, "dtype": values.dtype, "chunks": values.block}
     # Single values can have no checksum, and are not compressed.
     if not isinstance(values, str) and np.ndim(values) and 0 not in np.shape(values):
-        how = {"fletcher32": True, "shuffle": True, "compression": "gzip"}
-    group.create_dataset(name, data=values, **how).attrs.update(
+        how |= {"fletcher32": True, "shuffle": True, "compression": "gzip"}
+    group.create_dataset(name, **how).attrs.update(
         {"units": field.units, "description": field.description}
     )
+
+
+def _fill(group: h5py.Group, data: Tree) -> None:
+    """Take in the blocks of a group, then those of the groups inside it."""
+    for block in data.blocks if isinstance(data, Streamed) else ():
+        for name, (where, values) in block.items():
+            group[name][where] = values
+    for name, inner in group.items():
+        if isinstance(inner, h5py.Group):
+            _fill(inner, data[name])
 
 
 def _scale(group: h5py.Group, arrays: Mapping[str, Field]) -> None:

@@ -235,20 +235,22 @@ def run(
         else:
             data = experiments.computation(config.experiment).compute(content, means)
         layout = experiments.layout(config.experiment)
-        attributes: dict[str, Any] = {
-            "name": config.name,
-            "figure": content.figure,
-            "experiment": config.experiment,
-            **planned.fingerprint,
-            **chosen,
-            DOUBT: doubt(layout, data),
-            **({} if resumed else {SECONDS: time.perf_counter() - start}),
-            **(further or {}),
-        }
-        # What a signal does to Git may be in the provenance, or to a worker in the data.
-        check_stop()
-        made = told.result() | provenance.of_workers(crew)
-        store.write(planned.target, layout, data, attributes, config.resolved(), made)
+        # What comes in blocks is computed now.
+        with store.image(layout, data) as file:
+            attributes: dict[str, Any] = {
+                "name": config.name,
+                "figure": content.figure,
+                "experiment": config.experiment,
+                **planned.fingerprint,
+                **chosen,
+                DOUBT: doubt(layout, data),
+                **({} if resumed else {SECONDS: time.perf_counter() - start}),
+                **(further or {}),
+            }
+            # What a signal does to Git may be in the provenance, or to a worker in the data.
+            check_stop()
+            made = told.result() | provenance.of_workers(crew)
+            store.finish(file, planned.target, attributes, config.resolved(), made)
         # Only now: a failure before this line leaves the parts for the next run.
         parts.drop()
         return str(attributes[DOUBT])

@@ -15,7 +15,7 @@ from rigidpend import experiments
 from rigidpend.experiments import compare
 from rigidpend.experiments.compare import Difference
 from rigidpend.experiments.contract import Means
-from rigidpend.experiments.data import Field, Layout, Loaded, declared
+from rigidpend.experiments.data import Coming, Field, Layout, Loaded, Streamed, declared
 from rigidpend.orbits.integrate.arithmetic import resolve
 from rigidpend.results import store
 from rigidpend.runs import loading
@@ -26,13 +26,17 @@ CONFIGS = Path(__file__).parents[2] / "configs"
 
 
 def settled(node: Field | Layout, tree: Any) -> Any:
-    """What an experiment computed, as it is loaded."""
+    """What an experiment computed, with the blocks that were to come, as it is loaded."""
     if isinstance(tree, str):
         return tree
     if isinstance(node, Field):
-        found = np.array(tree)
+        found = np.empty(*tree[:2]) if isinstance(tree, Coming) else np.array(tree)
         return np.char.decode(found) if found.dtype.kind == "S" else found
-    return {name: settled(inner, tree[name]) for name, inner in declared(node, tree).items()}
+    made = {name: settled(inner, tree[name]) for name, inner in declared(node, tree).items()}
+    for block in tree.blocks if isinstance(tree, Streamed) else ():
+        for name, (where, values) in block.items():
+            made[name][where] = values
+    return made
 
 
 def asked(name: str, *settings: str) -> Any:

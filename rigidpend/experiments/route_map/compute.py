@@ -14,7 +14,7 @@ import numpy as np
 
 from rigidpend.config.bodies import Axis
 from rigidpend.experiments.contract import Means, Piece
-from rigidpend.experiments.data import Tree
+from rigidpend.experiments.data import Coming, Streamed, Tree
 from rigidpend.experiments.route_map.schema import Config, Problem
 from rigidpend.machine.progress import PartDone
 from rigidpend.machine.workers import worth_processes
@@ -63,7 +63,7 @@ def own_value(problem: Problem, axis: str) -> float:
     return float(getattr(problem.body if axis in ("beta0", "alpha0") else problem, axis))
 
 
-def _plane(name: str, axes: tuple[Axis, Axis], problem: Problem, means: Means) -> dict[str, Any]:
+def _plane(name: str, axes: tuple[Axis, Axis], problem: Problem, means: Means) -> Streamed:
     """All cells of a plane, tile by tile."""
     x, y = (axis.values for axis in axes)
     shape = y.size, x.size
@@ -75,18 +75,24 @@ def _plane(name: str, axes: tuple[Axis, Axis], problem: Problem, means: Means) -
         for number, (rows, columns) in tiles
     ]
 
-    found = {
-        "codes": np.empty((problem.n_symbols, *shape), np.uint8),
-        "certain": np.empty(shape, np.uint8),
-        "by_map": np.empty(shape, bool),
+    def blocks() -> Iterator[dict[str, tuple[Any, Any]]]:
+        for (_, (rows, columns)), tile in zip(tiles, means.pieces(pieces), strict=True):
+            yield {key: ((..., rows, columns), values) for key, values in tile.items()}
+            done = rows.stop * x.size if columns.stop == x.size else columns.stop * y.size
+            text = f"{name or 'plane'}: {done} of {x.size * y.size} cells"
+            means.report(PartDone(text, done, x.size * y.size))
+
+    first_rows, first_columns = tiles[0][1]
+    block = (first_rows.stop, first_columns.stop)
+    symbols = problem.n_symbols
+    values = {
+        "codes": Coming((symbols, *shape), np.dtype(np.uint8), (symbols, *block)),
+        "certain": Coming(shape, np.dtype(np.uint8), block),
+        "by_map": Coming(shape, np.dtype(bool), block),
+        "x": x,
+        "y": y,
     }
-    for (_, (rows, columns)), tile in zip(tiles, means.pieces(pieces), strict=True):
-        for key, values in tile.items():
-            found[key][..., rows, columns] = values
-        done = rows.stop * x.size if columns.stop == x.size else columns.stop * y.size
-        text = f"{name or 'plane'}: {done} of {x.size * y.size} cells"
-        means.report(PartDone(text, done, x.size * y.size))
-    return {**found, "x": x, "y": y}
+    return Streamed(values, blocks())
 
 
 def tiled(
