@@ -9,8 +9,10 @@ import numpy as np
 import pytest
 
 from rigidpend import Body, route_codes
+from rigidpend.experiments.contract import Means
 from rigidpend.experiments.route_map import compute as route_map
 from rigidpend.machine import files
+from rigidpend.orbits.integrate.arithmetic import resolve
 from rigidpend.routes import choice
 from rigidpend.routes.cells import Cells, cells_of_starts
 from tests.experiments.trees import asked, computed, differences
@@ -39,6 +41,21 @@ def test_a_plane_has_room_for_the_cells_of_all_its_parts(monkeypatch: pytest.Mon
     monkeypatch.setattr(files, "afford", lambda *given: asked_for.append(given))
     content(ONE_ZOOM)
     assert asked_for == [("theta2_0", 2 * 5 * 4, 3 + 2, "40 cells of 3 symbols")]
+
+
+def test_cells_of_a_plane_are_computed_while_its_file_is_written_and_never_held_as_a_whole() -> None:
+    """Of forty million cells of 8 symbols the arrays are 400 MB."""
+    done: list[Any] = []
+    means = Means(resolve("taylor", None, (53,)), report=done.append)
+    config = content("problem.rows={axis: mu, ends: [1/1000, 2/1000], count: 3}")
+    plane = route_map.compute(config, means)
+    assert not done
+    arrays = {name: x for name, x in plane.items() if isinstance(x, np.ndarray)}
+    assert arrays.keys() == {"x", "y"}
+    next(plane.blocks)
+    assert not done
+    assert {*next(plane.blocks)} == {"codes", "certain", "by_map"}
+    assert len(done) == 1
 
 
 def test_every_cell_is_the_orbit_of_its_middle(data: Any) -> None:
