@@ -12,7 +12,6 @@ jacobi        Jacobi's elliptic functions, precise up to k = 1
 The free body, mu = 0 (Euler case):
 
 free_body     orbits on the sphere of M, separatrices as motions in time
-poinsot       its orbits in time, in the body and in space
 
 Pendulum motions and periodic orbits:
 

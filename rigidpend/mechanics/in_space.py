@@ -90,6 +90,11 @@ def turning_rate(M: Numbers, r: Numbers, mu: Scalar) -> Any:
     return mu * sum(r[i] * M[i] for i in range(3)) / sum(x * x for x in M)
 
 
+def ellipsoid(x: Numbers, A: Numbers) -> Any:
+    """Quadratic form A1 x^2 + A2 y^2 + A3 z^2, which is 1 on the inertia ellipsoid (eq. el)."""
+    return sum(A[i] * x[i] * x[i] for i in range(3))
+
+
 def hodograph(omega: Numbers, gamma: Numbers, domega: Numbers) -> tuple[Any, Any, Any]:
     """Compute omega_xi, omega_rho^2 and the rate of alpha (eq. eqPV).
 

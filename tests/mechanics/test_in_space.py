@@ -19,12 +19,13 @@ from rigidpend.mechanics.coordinates import (
     body_from_aligned,
     scale,
 )
-from rigidpend.mechanics.equations import cross, euler_poisson, theta3_rate
+from rigidpend.mechanics.equations import cross, energy, euler_poisson, theta3_rate
 from rigidpend.mechanics.free_body import SeparatrixMotion, separatrix
 from rigidpend.mechanics.in_space import (
     Regime,
     alpha_ahead,
     angular_velocity,
+    ellipsoid,
     field,
     fixed_components,
     hodograph,
@@ -34,7 +35,15 @@ from rigidpend.mechanics.in_space import (
 )
 from rigidpend.orbits.integrate.states import states_at
 from tests.orbits.integrate.problems import ENGINES, on_separatrix
-from tests.strategies import aligned_from_body, bodies, field_with_alpha, numbers, repeatable
+from tests.strategies import (
+    ROUNDING,
+    aligned_from_body,
+    bodies,
+    field_with_alpha,
+    momenta,
+    numbers,
+    repeatable,
+)
 
 FIG5 = Body(A=(2, "1.5", "1.8"), r=(0, 1, 0), mu="0.01")
 BODIES = [
@@ -172,6 +181,15 @@ def orbit(engine: str) -> Any:
     state = [*aligned_from_body(M0, GAMMA0, BODY.alpha0, S), 0.0, ahead]
     found = states_at(field_with_alpha(BODY), state, TIMES * S, engine=engine)
     return found[6], found[7], *body_from_aligned(Aligned(*found[:6]), BODY.alpha0, S)
+
+
+@given(M=momenta())
+@repeatable(8)
+def test_eq_el_of_omega_is_twice_the_energy(M: Any) -> None:
+    A, _, _ = FIG5.floats()
+    nowhere = (0, 0, 0)
+    twice = 2 * energy(M, nowhere, A, nowhere, 0)
+    assert ellipsoid(angular_velocity(M, A), A) == pytest.approx(twice, rel=ROUNDING)
 
 
 @pytest.mark.parametrize("engine", ENGINES)

@@ -13,7 +13,6 @@ from typing import Any
 
 import numpy as np
 
-from rigidpend.experiments.lie_poisson import SCHEMES, splitting, stages
 from rigidpend.experiments.stress import passages, scenes
 from rigidpend.experiments.stress.passages import DEVIATIONS, NOISE, SIGMAS, step
 from rigidpend.experiments.stress.scenes import Claim, Findings, Place, Scene, Trial, followed
@@ -84,15 +83,8 @@ BIASED = (
 )
 BIAS = 4e-16
 """A rotation, relative: four times what was measured, and the most that `BIASED` explains."""
-SPLITTINGS = {2: (1 / 50, 1.6e-3), 4: (1 / 25, 5e-6), 6: (1 / 15, 9e-7), 8: (1 / 10, 4e-8)}
-"""The length of a step, in rotations, by the order of a splitting, and its energy's bound.
-
-Errors of the energy, relative to h0, are from 1e-4 to 1e-10. The bound is two and a half times what
-two other sets of 16 orbits showed (6.6e-4, 2.0e-6, 3.7e-7, 1.7e-8)."""
 SIDE_BY_SIDE = {"taylor": 8, "scipy": 2}
 """Orbits in a part of the work; those of one part share their steps with `scipy`."""
-SUBSTEPS = 6
-"""Substeps of a splitting of order 2, the neighbouring kicks being one."""
 PERIOD = Claim(
     "pendulum at J1 = 0",
     FACTOR,
@@ -177,14 +169,12 @@ def _full_turn(scene: Scene, n: int) -> float:
 
 
 def trials(asked: Any, jobs: int) -> Iterator[Trial]:
-    """The pendulum's period; integrals with each engine, and with splittings of each order."""
+    """The pendulum's period; integrals with each engine."""
     sizes, scene = asked.long_time, scenes.of_problem(asked, jobs)
     yield pendulum_trial(asked.body, asked.h0, jobs, sizes.rotations // 3)
     yield engine_trial(scene, "scipy", DEFAULT_TOLERANCE["scipy"], sizes.rotations_scipy, 4)
     for tolerance in (FINEST_TOLERANCE["taylor"], DEFAULT_TOLERANCE["taylor"]):
         yield engine_trial(scene, "taylor", tolerance, sizes.rotations, sizes.orbits)
-    for order in SCHEMES:
-        yield splitting_trial(scene, order, sizes.rotations_splitting, sizes.orbits)
 
 
 def passing(scene: Scene, n: int) -> Array:
@@ -288,48 +278,6 @@ def slope(rotations: Array, row: Array) -> float:
     """The fitted power of t."""
     late = _late(rotations)
     return float(np.polyfit(np.log(rotations[late]), np.log(row[late]), 1)[0])
-
-
-def splitting_trial(scene: Scene, order: int, rotations: int, orbits: int) -> Trial:
-    """A Lie-Poisson splitting: energy bounded, |gamma| and M . gamma kept to rounding."""
-    name, (h, energies) = f"splitting {order}", SPLITTINGS[order]
-    counts = np.unique(np.geomspace(1, max(10, rotations / h), POINTS).astype(int))
-    walk = NOISE * math.sqrt(counts[-1] * SUBSTEPS * stages(order))
-    claims = [
-        Claim(
-            f"{name}, energy",
-            energies,
-            "largest rms error of the energy at any time, relative to h0",
-            "a Poisson map keeps a nearby energy, of a distance of the step's power: its error"
-            " comes and goes, and does not grow",
-        )
-    ]
-    for integral in INTEGRALS[1:]:
-        measured = f"rms drift after {counts[-1] * h:.0f} rotations, relative"
-        exact = "turns and kicks keep it exactly; what is left is one rounding a substep"
-        claims.append(Claim(f"{name}, {integral}", FACTOR * walk, measured, exact))
-
-    def measure() -> Findings:
-        drift = splitting_drift(scene, order, counts, orbits)
-        return Findings([drift[0].max(), *drift[1:, -1]])
-
-    return Trial("long_time", name, claims, measure)
-
-
-def splitting_drift(scene: Scene, order: int, counts: Any, orbits: int) -> Array:
-    """Root mean square drifts of the integrals after so many steps, (3, k)."""
-    body = scene.body
-    s, made = float(scale(body.floats()[0])), splitting(*body.floats(), order)
-    vectors = body_from_aligned(Aligned(*passing(scene, orbits)), body.alpha0, s)
-    # Splittings know physical time alone.
-    h = SPLITTINGS[order][0] * scene.rotation / s
-    now: list[Any] = [np.stack(pair) for pair in zip(*vectors, strict=True)]
-    kept = []
-    for steps in np.diff(counts, prepend=(0, 0)):
-        now = made.advance(now, h, int(steps)) if steps else now
-        M, gamma = np.stack(now, axis=1).astype(np.longdouble)
-        kept.append(integrals(scene, M, gamma))
-    return _drift(np.stack(kept, axis=1))
 
 
 def pendulum_trial(body: Body, h0: Scalar, jobs: int, rotations: int) -> Trial:

@@ -24,8 +24,6 @@ class LongTime(Part):
     """Orbits that are carried at once."""
     rotations_scipy: Annotated[Count, Field(ge=10)] = 2000
     """Rotations with the engine `scipy`."""
-    rotations_splitting: Annotated[Count, Field(ge=100)] = 5000
-    """Rotations with the Lie-Poisson splittings of order 2, 4, 6 and 8."""
 
 
 class Extremes(Part):

@@ -43,12 +43,12 @@ def test_a_plane_has_room_for_the_cells_of_all_its_parts(monkeypatch: pytest.Mon
     assert asked_for == [("theta2_0", 2 * 5 * 4, 3 + 2, "40 cells of 3 symbols")]
 
 
-def test_cells_of_a_plane_are_computed_while_its_file_is_written_and_never_held_as_a_whole() -> None:
+def test_a_plane_is_computed_while_its_file_is_written_and_never_held_as_a_whole() -> None:
     """Of forty million cells of 8 symbols the arrays are 400 MB."""
     done: list[Any] = []
     means = Means(resolve("taylor", None, (53,)), report=done.append)
     config = content("problem.rows={axis: mu, ends: [1/1000, 2/1000], count: 3}")
-    plane = route_map.compute(config, means)
+    plane: Any = route_map.compute(config, means)
     assert not done
     arrays = {name: x for name, x in plane.items() if isinstance(x, np.ndarray)}
     assert arrays.keys() == {"x", "y"}

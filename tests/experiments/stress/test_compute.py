@@ -149,15 +149,6 @@ BOUNDS: dict[str, dict[str, float]] = {
         "scipy": 1,
         ": power": 0.077,
         ": size": 6.2e-13,
-        "splitting 2, energy": 1.6e-3,
-        "splitting 4, energy": 5e-6,
-        "splitting 6, energy": 9e-7,
-        "splitting 8, energy": 4e-8,
-        # Four of 0.212 x 2^-52 a rounding, by the roots of 6 x 250,000 of them, and so on.
-        "splitting 2": 2.32e-13,
-        "splitting 4": 3.66e-13,
-        "splitting 6": 3.8e-13,
-        "splitting 8": 4.3e-13,
     },
 }
 """The most that any claim of the whole run may allow, by the first words found in its name."""

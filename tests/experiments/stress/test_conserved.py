@@ -7,7 +7,6 @@ from typing import Any
 import numpy as np
 import pytest
 
-from rigidpend.experiments.lie_poisson import splitting
 from rigidpend.experiments.stress import conserved
 from rigidpend.experiments.stress.passages import step
 from rigidpend.experiments.stress.scenes import Scene
@@ -17,7 +16,7 @@ from rigidpend.routes.problem import rotation_period
 from tests.experiments.stress.verdicts import failed, verdicts
 from tests.orbits.integrate.problems import FIG4, GENERIC
 
-SCENE, FIG_4 = Scene(GENERIC, 1.3, 1, 4), Scene(FIG4, 1.41467, 1, 12)
+SCENE = Scene(GENERIC, 1.3, 1, 4)
 C = SCENE.c
 X = np.array([0.4, -0.2, 0.9, 0.3, -0.5, 0.8])
 
@@ -90,7 +89,10 @@ def test_bounds_of_a_random_walk_and_the_limit_of_a_biased_one() -> None:
 def test_scipy_keeps_its_tolerance() -> None:
     made = drift("scipy", 1e-9, 10, 2)
     assert (len(verdicts(made)), failed(made)) == (3, set())
-    assert made["curves"]["scipy_1.0e-09"]["drift"].max() > 1e-13
+    drifts = made["curves"]["scipy_1.0e-09"]["drift"]
+    assert drifts.max() > 1e-13
+    # From the start, not from the first look.
+    assert drifts[:, 0].any()
 
 
 def test_a_drift_is_held_against_the_tolerances_of_all_steps(
@@ -112,43 +114,6 @@ def test_roundings_on_the_way_back_add_up_as_the_root_of_their_number(
     once = conserved._carried(SCENE, there)
     monkeypatch.setattr(conserved, "step", lambda u: step(u) / 4)
     assert conserved._carried(SCENE, there) / once == pytest.approx(2)
-
-
-def test_a_splitting_drifts_from_the_start_and_not_from_its_first_look() -> None:
-    assert (conserved.splitting_drift(SCENE, 2, [1], 2)[0] > 1e-9).all()
-
-
-@pytest.mark.slow
-def test_splittings_keep_energy_and_casimirs() -> None:
-    made: Any = conserved.splitting_trial(SCENE, 2, 100, 4).tried()
-    assert (len(verdicts(made)), failed(made)) == (3, set())
-    energy, gamma, along = (claim["value"] for claim in made["claims"].values())
-    assert energy > 1e3 * max(gamma, along)
-
-
-def test_a_method_that_is_no_poisson_map_fails(monkeypatch: pytest.MonkeyPatch) -> None:
-    class Heated:
-        """A little more of everything at every step."""
-
-        def __init__(self, *given: Any) -> None:
-            self.made = splitting(*given)
-
-        def advance(self, v: Any, h: float, steps: int) -> Any:
-            return [x * (1 + 1e-6) ** steps for x in self.made.advance(v, h, steps)]
-
-    monkeypatch.setattr(conserved, "splitting", Heated)
-    assert len(failed(conserved.splitting_trial(SCENE, 2, 100, 2))) == 3
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize("order", [2, 4, 6, 8])
-def test_an_energy_error_of_a_fifth_of_its_bound_comes_and_one_of_the_bound_does_not(
-    order: int,
-) -> None:
-    """A bound a thousand times looser, or tighter, would be noticed."""
-    drift = conserved.splitting_drift(FIG_4, order, np.arange(1, 400, 5), 8)
-    assert 0.2 < drift[0].max() / conserved.SPLITTINGS[order][1] < 1
-    assert drift[1:].max() < 1e-13
 
 
 def test_the_pendulum_keeps_its_period_and_another_is_noticed(
