@@ -63,6 +63,16 @@ def test_steps_err_by_rounding_alone(bits: int, finest: float) -> None:
     assert error < 8 * Fraction(finest)
 
 
+def test_orders_share_a_kernel_as_far_as_it_has_room() -> None:
+    """Each text takes a tenth of a second or more to compile."""
+    assert carrying(31, 53).func is carrying(19, 53).func
+    assert carrying(32, 53).func is not carrying(31, 53).func
+    for order in (31, 32):
+        end, time, _ = stepped(53, order, 3)
+        error = max(abs(a - b) for a, b in zip(end, by_integers(time, 113), strict=True))
+        assert error < 3 * Fraction(2.0**-50)
+
+
 def identity() -> str:
     code = Writer()
     return f"define i64 @same(i64 %x) {{\n  ret i64 %x\n}}\n; {code.vector}\n"

@@ -17,7 +17,7 @@ from rigidpend.orbits.integrate.kernel import machine_code
 from rigidpend.orbits.integrate.kernel.lane_numbers import KINDS, Value
 from rigidpend.orbits.integrate.kernel.machine_code import LANES, hexadecimal
 from rigidpend.orbits.integrate.kernel.tape import ALIGNED, TracedField
-from rigidpend.orbits.integrate.kernel.taylor_step import Kernel
+from rigidpend.orbits.integrate.kernel.taylor_step import Kernel, Room, of_order, room_for
 
 FIELDS = ("lane", "time", "length", "after", "steady", "zero", "correction", "Qp", "Qm")
 """Contents of a note before the series.
@@ -53,9 +53,14 @@ def carrying(order: int, bits: int) -> Any:
     - groups, steps: vectors of lanes, and steps for each of them;
     - notes: an array of `note`, with room for one on each step of each lane.
     """
+    return functools.partial(_carrying(room_for(order, bits), bits), *of_order(order, bits))
+
+
+@functools.cache
+def _carrying(room: Room, bits: int) -> Any:
     array, count, number = machine_code.ArrayPointer, ctypes.c_int64, ctypes.c_double
-    kinds = (array, count, array, array, number, count, count, array)
-    return machine_code.function(_Carrying(order, bits, ALIGNED).whole(), "carry", *kinds)
+    kinds = (count, array, array, array, count, array, array, number, count, count, array)
+    return machine_code.function(_Carrying(room, bits, ALIGNED).whole(), "carry", *kinds)
 
 
 @functools.cache
@@ -75,10 +80,16 @@ def sampling(order: int, bits: int, field: TracedField = ALIGNED, lanes: int = L
     - groups, steps: vectors of lanes, and steps for each of them at most;
     - samples: rows of `stride` doubles, for each time those of `state`.
     """
+    kernel = _sampling(room_for(order, bits), bits, field, lanes)
+    return functools.partial(kernel, *of_order(order, bits))
+
+
+@functools.cache
+def _sampling(room: Room, bits: int, field: TracedField, lanes: int) -> Any:
     array, count, number = machine_code.ArrayPointer, ctypes.c_int64, ctypes.c_double
-    state = (array, count, array, array)
+    state = (count, array, array, array, count, array, array)
     kinds = (*state, array, count, count, count, array, number, count, count, array)
-    return machine_code.function(_Sampling(order, bits, field, lanes).whole(), "sample", *kinds)
+    return machine_code.function(_Sampling(room, bits, field, lanes).whole(), "sample", *kinds)
 
 
 class _Carrying(Kernel):
@@ -95,7 +106,7 @@ class _Carrying(Kernel):
             with self.lanes_from(first), code.loop("%steps"):
                 self._step(first)
         head = (
-            "define i64 @carry(ptr noalias %state, i64 %stride, ptr noalias %time,"
+            f"define i64 @carry({self.HEAD}, ptr noalias %state, i64 %stride, ptr noalias %time,"
             " ptr noalias %parameters, double %depth, i64 %groups, i64 %steps,"
             " ptr noalias %notes) {"
         )
@@ -104,21 +115,25 @@ class _Carrying(Kernel):
     def _step(self, first: str) -> None:
         self.expand()
         h = self.length()
-        ends = [self.at(i, h) for i in range(self.size)]
+        ends = self.at(h, self.size)
         self._note_if_zero_is_possible(first, h, ends[2][0])
         self.go_on(h, ends)
 
     def _note_if_zero_is_possible(self, first: str, h: str, after: str) -> None:
         """Note the lanes on whose step M3 changes its sign or may touch zero."""
         code = self.code
-        sizes = [code.size(self.head(M3, k)) for k in range(self.order + 1)]
-        reach, bend = sizes[-1], self._times(sizes[-1], code.number(float(self.order)))
-        for k in range(self.order - 1, 0, -1):
-            reach = code.fma(reach, h, sizes[k])
-            if k > 1:
-                bend = code.fma(bend, h, self._times(sizes[k], code.number(float(k))))
-        far = code.compare("ogt", sizes[0], code.fma(reach, h, self.depth))
-        steady = code.compare("ogt", sizes[1], self._times(bend, h))
+        slope = code.size(self.head(M3, 1))
+        reach, bend = code.variable(code.vector), code.variable(code.vector)
+        size = code.size(self.head(M3, "%order"))
+        code.store(size, reach)
+        code.store(self._so_often("%order", size), bend)
+        with self.descending(2) as k:
+            size = code.size(self.head(M3, k))
+            code.store(code.fma(code.load(reach), h, size), reach)
+            code.store(code.fma(code.load(bend), h, self._so_often(k, size)), bend)
+        span = code.fma(code.load(reach), h, slope)
+        far = code.compare("ogt", code.size(self.head(M3, 0)), code.fma(span, h, self.depth))
+        steady = code.compare("ogt", slope, self._times(code.load(bend), h))
         zero = "zeroinitializer"
         begin, end = (code.compare("olt", x, zero) for x in (self.head(M3, 0), after))
         changed = code.logic("xor", begin, end)
@@ -128,42 +143,53 @@ class _Carrying(Kernel):
             monotone = code(f"uitofp {code.mask} {steady} to {code.vector}")
             self._note(first, mask, (h, after, monotone, *self._zero(h, after)))
 
+    def _so_often(self, k: str, size: str) -> str:
+        """A double in each lane, times a whole number."""
+        return self._times(size, self.code.everywhere(self.code(f"sitofp i64 {k} to double")))
+
     def _zero(self, h: str, after: str) -> tuple[str, ...]:
         """Time from the beginning to the zero of M3, the last correction, and Qp, Qm there."""
         code, before = self.code, self.head(M3, 0)
-        x = self._times(h, code.binary("fdiv", before, self._minus(before, after)))
-        for _ in range(NEWTON):
-            value, slope = self.head(M3, self.order), code.number(0.0)
-            for k in range(self.order - 1, -1, -1):
-                slope = code.fma(slope, x, value)
-                value = code.fma(value, x, self.head(M3, k))
-            correction = code.binary("fdiv", value, slope)
-            x = self._minus(x, correction)
-        zero = code.binary("fadd", x, code.load(self.time[1]))
-        return zero, correction, *(self.at(i, x)[0] for i in range(2))
+        x, value, slope, correction = (code.variable(code.vector) for _ in range(4))
+        code.store(self._times(h, code.binary("fdiv", before, self._minus(before, after))), x)
+        with code.loop(NEWTON):
+            at = code.load(x)
+            code.store(self.head(M3, "%order"), value)
+            code.store(code.number(0.0), slope)
+            with self.descending() as k:
+                last = code.load(value)
+                code.store(code.fma(code.load(slope), at, last), slope)
+                code.store(code.fma(last, at, self.head(M3, k)), value)
+            code.store(code.binary("fdiv", code.load(value), code.load(slope)), correction)
+            code.store(self._minus(at, code.load(correction)), x)
+        zero = code.binary("fadd", code.load(x), code.load(self.time[1]))
+        Qp, Qm = (number[0] for number in self.at(code.load(x), 2))
+        return zero, code.load(correction), Qp, Qm
 
     def _note(self, first: str, mask: str, fields: tuple[str, ...]) -> None:
         """Write down the lanes of a mask, with what is told of each."""
-        code, width = self.code, note(self.order, self.numbers.bits).itemsize // 8
-        time = code.load(self.time[0])
-        told = code.variable(f"[{len(FIELDS)} x {code.vector}]")
-        for i, value in enumerate((time, *fields), start=1):
+        code = self.code
+        length = code.mul(code.add("%order", 1), self.parts)
+        width = code.add(code.mul(length, MOMENTA), len(FIELDS))
+        told = code.variable(f"[{len(fields) + 1} x {code.vector}]")
+        for i, value in enumerate((code.load(self.time[0]), *fields)):
             code.store(value, code.at(told, i))
         with self.each_lane(mask) as lane:
             count = code.load(self.count, "i64", 8)
             place = code.at("%notes", code.mul(count, width), "double")
             number = code(f"sitofp i64 {code.add(first, lane)} to double")
             code.store(number, place, "double", 8)
-            self._copy(told, lane, place, 1, len(FIELDS), 0)
-            self._copy(self.series, lane, place, len(FIELDS), width, len(FIELDS))
+            self._copy(told, lane, code.at(place, 1, "double"), len(fields) + 1)
+            for i, series in enumerate(self.component[:MOMENTA]):
+                begin = code.add(code.mul(length, i), len(FIELDS))
+                self._copy(series, lane, code.at(place, begin, "double"), length)
             code.store(code.add(count, 1), self.count, "i64", 8)
 
-    def _copy(self, vectors: str, lane: str, to: str, begin: int, end: int, shift: int) -> None:
-        """Copy one lane of successive vectors to places `begin` to `end` of a note."""
+    def _copy(self, vectors: str, lane: str, to: str, count: int | str) -> None:
+        """Copy one lane of successive vectors."""
         code = self.code
-        with code.loop(end, begin) as i:
-            row = code.mul(code(f"sub i64 {i}, {shift}"), LANES)
-            code.keep(code.scalar(vectors, code.add(row, lane)), to, i)
+        with code.loop(count) as i:
+            code.keep(code.scalar(vectors, code.add(code.mul(i, LANES), lane)), to, i)
 
 
 class _Sampling(Kernel):
@@ -181,7 +207,7 @@ class _Sampling(Kernel):
         with code.loop("%groups") as group:
             self._group(code.mul(group, code.lanes))
         head = (
-            "define i64 @sample(ptr noalias %state, i64 %stride, ptr noalias %time,"
+            f"define i64 @sample({self.HEAD}, ptr noalias %state, i64 %stride, ptr noalias %time,"
             " ptr noalias %parameters, ptr noalias %grid, i64 %all, i64 %apart, i64 %count,"
             " ptr noalias %next, double %sense, i64 %groups, i64 %steps, ptr noalias %samples) {"
         )
@@ -227,7 +253,7 @@ class _Sampling(Kernel):
             with code.when(again[0]):
                 self._write(first, since, within)
         h = code.binary("fmul", length, self.sense)
-        self.go_on(h, [self.at(i, h) for i in range(self.size)])
+        self.go_on(h, self.at(h, self.size))
 
     def _since(self) -> Value:
         """Time from the beginning of the step to what is due in each lane."""
@@ -238,8 +264,8 @@ class _Sampling(Kernel):
     def _write(self, first: str, since: Value, mask: str) -> None:
         """Write down where the lanes of a mask are at the time that is due."""
         code = self.code
-        for i in range(self.size):
-            self.numbers.store(self.at_number(i, since), self.found, i)
+        for i, value in enumerate(self.at_number(since)):
+            self.numbers.store(value, self.found, i)
         bits = code(f"bitcast {code.mask} {mask} to i{code.lanes}")
         with self.each_lane(bits) as lane:
             self._write_lane(first, lane)

@@ -27,9 +27,14 @@ import math
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from fractions import Fraction
+from typing import NamedTuple
 
-from rigidpend.orbits.integrate.kernel.lane_numbers import KINDS, Value
-from rigidpend.orbits.integrate.kernel.machine_code import LANES, Writer
+import numpy as np
+from numpy.typing import NDArray
+
+from rigidpend.numbers.generic import Array
+from rigidpend.orbits.integrate.kernel.lane_numbers import KINDS, Value, as_doubles
+from rigidpend.orbits.integrate.kernel.machine_code import LANES, Writer, hexadecimal
 from rigidpend.orbits.integrate.kernel.tape import FUNCTIONS, PARTNERS, TracedField
 
 LONGEST = 32.0
@@ -41,6 +46,8 @@ LOGARITHM = (-1025.4983531488, 4.0292113911, -2.0783351683, 0.6260321822, -0.078
 POWER = (0.9999002882, 0.6963247711, 0.2246931558, 0.0789672570)
 """2^x on [0, 1) within 1e-4, likewise."""
 ZERO = "zeroinitializer"
+ROOM = 32
+"""Orders from a multiple of this up to the next one share a kernel."""
 BITS, SPARE = 53, 12
 """Bits of a part, and those that a coefficient has more than its size on a step asks for.
 
@@ -52,26 +59,61 @@ def order_of(tolerance: float) -> int:
     return max(4, math.ceil(1 - math.log(tolerance) / 2))
 
 
-class Kernel:
-    """Parts of a function that takes Taylor steps; what is done with each is up to the heirs."""
+class Room(NamedTuple):
+    """Sizes that a kernel has room for, of which one serves several orders."""
 
-    def __init__(self, order: int, bits: int, field: TracedField, lanes: int = LANES) -> None:
-        self.order, self.code = order, Writer(lanes)
+    coefficients: int
+    """Coefficients of each series."""
+    parts: int
+    """Parts of the rates of the lowest orders."""
+
+
+def room_for(order: int, bits: int) -> Room:
+    """The least room that a kernel for series of an order has."""
+    return Room(-(-(order + 1) // ROOM) * ROOM + 1, len(orders_by_parts(order, KINDS[bits].parts)))
+
+
+def of_order(order: int, bits: int) -> tuple[int, NDArray[np.int64], Array]:
+    """The arguments `%order`, `%bounds` and `%shares` of a kernel, which its text leaves open.
+
+    The bounds are `orders_by_parts`; the shares are 1/k in parts, `coefficients` doubles apart.
+    """
+    parts = KINDS[bits].parts
+    shares = np.zeros((parts, room_for(order, bits).coefficients))
+    for k in range(1, order + 1):
+        shares[:, k] = as_doubles(Fraction(1, k), parts)
+    return order, np.array(orders_by_parts(order, parts), dtype=np.int64), shares
+
+
+class Kernel:
+    """Parts of a function that takes Taylor steps; what is done with each is up to the heirs.
+
+    The order of the series is an argument: only the room for them is in the text.
+    """
+
+    HEAD = "i64 %order, ptr noalias %bounds, ptr noalias %shares"
+    """The arguments of `of_order`."""
+
+    def __init__(self, room: Room, bits: int, field: TracedField, lanes: int = LANES) -> None:
+        self.room, self.code = room, Writer(lanes)
         self.field, self.size = field, len(field.rates)
         self.numbers = KINDS[bits](self.code)
-        self.parts, rows = self.numbers.parts, (order + 1) * self.numbers.parts
-        self.series = self.code.variable(self.numbers.rows(self.size * rows))
-        self.component = [
-            self.code.at(self.series, i * (order + 1) * self.parts) for i in range(self.size)
-        ]
+        self.parts = self.numbers.parts
+        self.series = self.code.variable(self.series_rows(self.size))
+        self.component = [self.place_of(i) for i in range(self.size)]
         """Places of the components' series."""
-        self.one = self.code.number(1.0)
-        self.shares = self.code.variable(f"[{self.parts * (order + 1)} x double]")
-        for k in range(1, order + 1):
-            for i, part in enumerate(self.numbers.constant(Fraction(1, k))):
-                self.code.keep(part, self.shares, i * (order + 1) + k)
+        self.one, self.before = self.code.number(1.0), self.code.add("%order", -1)
+        self.shrink = self._shrink()
         self.expand = Recurrences(field, self).expand
         """Finds the series about the lanes' states."""
+
+    def series_rows(self, count: int = 1) -> str:
+        """Kind of memory for so many series."""
+        return self.numbers.rows(count * self.room.coefficients * self.parts)
+
+    def place_of(self, component: str | int) -> str:
+        """The place of a component's series."""
+        return self.code.at(self.series, component, self.series_rows())
 
     def scalar(self, base: str, index: str | int, apart: int) -> Value:
         """A number in each lane, from its parts in an array."""
@@ -125,9 +167,10 @@ class Kernel:
             with code.when(code(f"trunc {kind} {bit} to i1")):
                 yield lane
 
-    def head(self, component: int, k: int) -> str:
+    def head(self, component: int, k: str | int) -> str:
         """The first part of a coefficient: as a double."""
-        return self.code.element(self.component[component], k * self.parts)
+        rows = self.numbers.rows(self.parts)
+        return self.code.load(self.code.at(self.component[component], k, rows))
 
     def _times(self, a: str, b: str) -> str:
         return self.code.binary("fmul", a, b)
@@ -137,23 +180,32 @@ class Kernel:
 
     def length(self) -> str:
         """Length of the step: the last two coefficients tell the radius of convergence."""
-        code, p = self.code, self.order
+        code = self.code
         size = self._binary_logarithm(code.larger(self._norm(0), self.one))
         exponents = [
             self._times(
-                self._minus(size, self._binary_logarithm(self._norm(m))), code.number(1 / m)
+                self._minus(size, self._binary_logarithm(self._norm(m))),
+                code.everywhere(code.scalar("%shares", m)),
             )
-            for m in (p - 1, p)
+            for m in (self.before, "%order")
         ]
-        shrink = code.number((-0.7 / (p - 1) - 2) / math.log(2))
-        exponent = code.binary("fadd", code.smaller(*exponents), shrink)
+        exponent = code.binary("fadd", code.smaller(*exponents), self.shrink)
         length = self._power_of_two(code.smaller(exponent, code.number(math.log2(LONGEST))))
         if self.parts <= 2:
             return length
         # Two doubles then hold every sum of steps, which is the time, without rounding.
         return code.of_bits(code.with_each("and", code.bits(length), FEW_BITS))
 
-    def _norm(self, m: int) -> str:
+    def _shrink(self) -> str:
+        """Share of the radius of convergence that a step takes, as a binary logarithm."""
+        code = self.code
+        share = code(
+            f"fdiv double {hexadecimal(-0.7)}, {code(f'sitofp i64 {self.before} to double')}"
+        )
+        exponent = code(f"fsub double {share}, {hexadecimal(2.0)}")
+        return code.everywhere(code(f"fdiv double {exponent}, {hexadecimal(math.log(2))}"))
+
+    def _norm(self, m: str | int) -> str:
         """Largest coefficient of an order."""
         sizes = [self.code.size(self.head(i, m)) for i in range(self.size)]
         return functools.reduce(lambda norm, size: self.code.larger(size, norm), sizes)
@@ -183,28 +235,50 @@ class Kernel:
             total = self.code.fma(total, x, self.code.number(c))
         return total
 
-    def at(self, component: int, h: str) -> Value:
-        """A component's series at a time from the beginning of the step, by Horner's rule."""
-        return self._summed(component, lambda total, c: self.numbers.horner(total, h, c))
+    def at(self, h: str, components: int) -> list[Value]:
+        """Series of the first components at a time from the beginning of the step."""
+        return self._summed(components, lambda total, c: self.numbers.horner(total, h, c))
 
-    def at_number(self, component: int, x: Value) -> Value:
-        """The same at a time with all the parts of a number."""
-        return self._summed(component, lambda total, c: self.numbers.horner_at(total, x, c))
+    def at_number(self, x: Value) -> list[Value]:
+        """All series at a time with all the parts of a number."""
+        return self._summed(self.size, lambda total, c: self.numbers.horner_at(total, x, c))
 
-    def _summed(self, component: int, further: Callable[[Value, Value], Value]) -> Value:
-        n, place = self.numbers, self.component[component]
-        total = n.load(place, self.order)
+    def _summed(self, components: int, further: Callable[[Value, Value], Value]) -> list[Value]:
+        """Series summed by Horner's rule: side by side, of longer numbers one after the other."""
+        code, n = self.code, self.numbers
+        totals = code.variable(n.rows(components * self.parts))
         if self.parts <= 2:
-            for k in range(self.order - 1, -1, -1):
-                total = further(total, n.load(place, k))
-            return total
-        # Lines enough for a loop, which would take long to compile without one.
-        kept = self.code.variable(n.rows(self.parts))
-        n.store(total, kept, 0)
-        with self.code.loop(self.order) as done:
-            next_ = self.code(f"sub i64 {self.order - 1}, {done}")
-            n.store(further(n.load(kept, 0), n.load(place, next_)), kept, 0)
-        return n.load(kept, 0)
+            self._sum(range(components), totals, further)
+        else:
+            # Their lines would take long to compile for each component.
+            with code.loop(components) as i:
+                self._sum([i], totals, further)
+        return [n.load(totals, i) for i in range(components)]
+
+    def _sum(
+        self,
+        components: Sequence[str | int],
+        totals: str,
+        further: Callable[[Value, Value], Value],
+    ) -> None:
+        n, kept = (
+            self.numbers,
+            [self.code.variable(self.numbers.rows(self.parts)) for _ in components],
+        )
+        places = [self.place_of(i) for i in components]
+        for place, total in zip(places, kept, strict=True):
+            n.store(n.load(place, "%order"), total, 0)
+        with self.descending() as k:
+            for place, total in zip(places, kept, strict=True):
+                n.store(further(n.load(total, 0), n.load(place, k)), total, 0)
+        for i, total in zip(components, kept, strict=True):
+            n.store(n.load(total, 0), totals, i)
+
+    @contextmanager
+    def descending(self, last: int = 0) -> Iterator[str]:
+        """Lines that are repeated for each order below the highest, down to the last."""
+        with self.code.loop(self.code.add("%order", -last)) as done:
+            yield self.code(f"sub i64 {self.before}, {done}")
 
     def _let_time_pass(self, h: str) -> None:
         """Add the step to the time, with what the sum's rounding leaves over."""
@@ -220,7 +294,7 @@ class Recurrences:
     def __init__(self, field: TracedField, kernel: Kernel) -> None:
         self.field, self.kernel, self.code = field, kernel, kernel.code
         self.numbers, self.zero = kernel.numbers, kernel.numbers.of_double(ZERO)
-        self.sums, size = field.sums, self.numbers.rows((kernel.order + 1) * kernel.parts)
+        self.sums, size = field.sums, kernel.series_rows()
         # Doubles are quicker with the ends of the sums apart; of longer numbers their lines would
         # take long to compile.
         self.early = early_lines(field) if kernel.parts > 1 else ()
@@ -249,13 +323,13 @@ class Recurrences:
                 self._put(i, values[i], "0")
         if not self.early:
             self._integrate(values, "0")
-        first = 0 if self.early else 1
-        for parts, last in parts_by_order(self.kernel.order, self.kernel.parts):
+        first = "0" if self.early else "1"
+        for i, parts in enumerate(range(self.kernel.room.parts, 0, -1)):
             self.numbers = KINDS[BITS * parts](self.code, self.kernel.parts)
-            if last > first:
-                with self.code.loop(last, first) as k:
-                    self._coefficients(k, values)
-                first = last
+            last = self.code.scalar("%bounds", i, "i64")
+            with self.code.loop(last, first) as k:
+                self._coefficients(k, values)
+            first = last
         self.numbers = self.kernel.numbers
 
     def _coefficients(self, k: str, values: dict[int, Value]) -> None:
@@ -295,7 +369,7 @@ class Recurrences:
     def _integrate(self, found: dict[int, Value], k: str) -> None:
         """Coefficients of order k + 1 of the components, those of a fixed rate zero from k = 1."""
         n, kernel, following = self.numbers, self.kernel, self.code.add(k, 1)
-        share = kernel.scalar(kernel.shares, following, kernel.order + 1)
+        share = kernel.scalar("%shares", following, kernel.room.coefficients)
         whole = self.code.everywhere(self.code(f"sitofp i64 {following} to double"))
         for series, i in zip(kernel.component, self.field.rates, strict=True):
             n.store(n.divided(found.get(i, self.zero), share, whole), series, following)
@@ -399,15 +473,11 @@ def early_lines(field: TracedField) -> tuple[int, ...]:
     return tuple(early)
 
 
-def parts_by_order(order: int, parts: int) -> list[tuple[int, int]]:
-    """Doubles that the coefficients of rates need: (parts, first order that needs fewer).
+def orders_by_parts(order: int, parts: int) -> list[int]:
+    """First orders whose coefficients of rates need fewer doubles, from the most of them to one.
 
     On a step of the radius of convergence over e^2 each order is e^2 times smaller than the one
     before, down to the tolerance, and so are its digits that count.
     """
-    found = []
-    for fewer in range(parts - 1, 0, -1):
-        last = order - math.ceil((BITS * fewer - SPARE) * math.log(2) / 2)
-        if last > 0:
-            found.append((fewer + 1, last))
-    return [*found, (1, order)]
+    needed = [(BITS * fewer - SPARE) * math.log(2) / 2 for fewer in range(parts - 1, 0, -1)]
+    return [*(order - math.ceil(orders) for orders in needed if orders <= order - 1), order]
