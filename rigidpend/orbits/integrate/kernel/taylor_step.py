@@ -60,7 +60,7 @@ def order_of(tolerance: float) -> int:
 
 
 class Room(NamedTuple):
-    """What a kernel has room for: one serves several orders."""
+    """Sizes that a kernel has room for, of which one serves several orders."""
 
     coefficients: int
     """Coefficients of each series."""
@@ -197,7 +197,7 @@ class Kernel:
         return code.of_bits(code.with_each("and", code.bits(length), FEW_BITS))
 
     def _shrink(self) -> str:
-        """What the step is shorter than the radius of convergence, as a binary logarithm."""
+        """Share of the radius of convergence that a step takes, as a binary logarithm."""
         code = self.code
         share = code(
             f"fdiv double {hexadecimal(-0.7)}, {code(f'sitofp i64 {self.before} to double')}"
