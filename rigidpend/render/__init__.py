@@ -171,9 +171,10 @@ def _image(figure: Figure, suffix: str, attributes: Any, foot: Sequence[str]) ->
     )
     engine = figure.get_layout_engine()
     if engine is not None:
-        # Laid out before the line below changes the edges.
+        # Laid out before the line below changes the edges. An engine that only does nothing
+        # would make matplotlib draw everything once more.
         engine.execute(figure)
-        figure.set_layout_engine("none")
+        figure.set_layout_engine(None)
     for legend in figure.legends:
         # One that is not anchored would follow the new edge.
         if legend.get_bbox_to_anchor() is figure.bbox:

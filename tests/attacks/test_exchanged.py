@@ -135,7 +135,7 @@ runpy.run_module("rigidpend", run_name="__main__", alter_sys=True)
     kinds = [path.relative_to(found).parts[-2] for path in all_kept(found)]
     assert kinds.count("maps") >= 2
     assert kinds.count("kernels") >= 2
-    assert sum(path.suffix == ".kept" for path in all_kept(found)) == 6
+    assert sum(path.suffix == ".kept" for path in all_kept(found)) == 4
     return found
 
 

@@ -6,6 +6,7 @@ from collections.abc import Callable
 from typing import Any
 
 import matplotlib
+from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 
 from rigidpend.experiments.data import Loaded
@@ -17,6 +18,8 @@ def styled(draw: Callable[[Loaded], Figure], result: Loaded, *, laid_out: bool =
     with matplotlib.rc_context(fname=STYLE):
         made = draw(result)
         if laid_out:
+            # With a canvas all passes measure the same text once.
+            FigureCanvasAgg(made)
             made.draw_without_rendering()
     return made
 

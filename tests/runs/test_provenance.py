@@ -47,8 +47,8 @@ def config_hash(path: Path, *settings: str) -> str:
 @pytest.mark.parametrize(
     ("experiment", "place"),
     [
-        ("bench", "experiments/bench/schema.py"),
-        ("route_codes", "routes/__init__.py"),
+        ("phase_portraits", "experiments/phase_portraits/schema.py"),
+        ("heteroclinic_cycle", "routes/__init__.py"),
     ],
 )
 def test_code_hash_notices_values_in_what_is_imported_but_no_comment_docstring_or_layout(
@@ -185,12 +185,12 @@ def test_each_file_is_parsed_once_and_by_no_later_process(
         return parse(source)
 
     monkeypatch.setattr(ast, "parse", noting)
-    first = provenance.code_hash("route_codes")
-    provenance.code_hash("route_zoom")
+    first = provenance.code_hash("phase_portraits")
+    provenance.code_hash("heteroclinic_cycle")
     assert len(parsed) == len(set(parsed)) > 10
     code_hash._read.cache_clear()
     parsed.clear()
-    assert provenance.code_hash("route_codes") == first
+    assert provenance.code_hash("phase_portraits") == first
     assert parsed == []
 
 

@@ -35,7 +35,7 @@ SETTINGS = {
 SCIPY = {
     "fig3": ("problem.bodies={a: [2, 0.2, 1.8]}",),
     "fig4": (
-        "problem.n_symbols=3",
+        "problem.n_symbols=2",
         "problem.arrays.left.count=1",
         "problem.arrays.right.count=1",
     ),

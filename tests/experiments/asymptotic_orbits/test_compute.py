@@ -27,7 +27,7 @@ def data() -> Any:
 
 
 def test_a_bound_on_half_rotations_that_no_orbit_keeps_is_said() -> None:
-    given = asked("asymptotic_orbits", "problem.A=[3,1.9,2.2]", "problem.mu=0.0023")
+    given = asked("asymptotic_orbits", *SMALL, "problem.A=[3,1.9,2.2]", "problem.mu=0.0023")
     with pytest.raises(NoOrbit, match=r"half_turns = 10 half rotations; they take 15 or more"):
         computed(given)
 
