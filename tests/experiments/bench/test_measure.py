@@ -110,7 +110,7 @@ def test_with_two_threads_a_method_takes_one_where_that_is_faster(
     monkeypatch: pytest.MonkeyPatch, napping: Any
 ) -> None:
     """Solvers of one thread are made once; who gains nothing from a second one stays away."""
-    naps = {"lone": {1: 0.1, 2: 0.4}, "shared": {1: 0.4, 2: 0.3}, "single": {}}
+    naps = {"lone": {1: 0.1, 2: 0.4}, "shared": {1: 0.4, 2: 0.3}, "single": {1: 0.2}}
     settings = {name: {"naps": x} for name, x in naps.items()}
     found = meeting(monkeypatch, settings, 9.0)
     two_threads = [("lone", 2), ("shared", 2)]
@@ -129,6 +129,16 @@ def test_who_has_spent_his_time_misses_the_rounds_that_are_left(
     slow, quick, *_ = meeting(monkeypatch, {"slow": {"nap": 0.03}, "quick": {"nap": 0.001}}, 0.05)
     assert np.isnan(slow["rounds"]).tolist() == [False, False, True, True]
     assert quick["rounds"] == pytest.approx([0.001] * 4)
+
+
+def test_a_short_solve_counts_when_it_has_been_made_in_its_turn_before(
+    monkeypatch: pytest.MonkeyPatch, napping: Any
+) -> None:
+    """What takes 10 ms and more counts at once; the first solve of all warms up."""
+    queue = (1.0, 0.0099, 0.001, 0.0099, 0.002, 0.0101, 0.0099, 0.003)
+    found = meeting(monkeypatch, {"short": {"queue": queue}, "long": {"nap": 0.02}}, 9.0)
+    assert found[0]["rounds"] == pytest.approx([0.001, 0.002, 0.0101, 0.003])
+    assert found[1]["rounds"] == pytest.approx([0.02] * 4)
 
 
 def searching(*tolerances: Any) -> Any:
