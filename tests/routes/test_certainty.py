@@ -166,6 +166,21 @@ def test_limits_settle_what_is_below_them_and_nothing_beyond(
     assert decided.bits.tolist() == [precisions[-1]]
 
 
+@pytest.mark.parametrize(("more", "limit"), [(53, LINEAR), (11, LINEAR), (8, LINEAR / 8)])
+def test_two_of_precisions_that_differ_by_less_must_agree_better(more: int, limit: float) -> None:
+    """So that the chance of errors alike is that of 11 bits, whatever was decided before."""
+    late = np.array([0.99, 1.01]) * limit
+
+    def compute(bits: int, scales: Scales, columns: Any) -> Crossings:
+        off = np.where(bits == 53, 1.0 * (scales == FIRST), late[columns])
+        times = np.add.outer(BASE, off)
+        separatrices = np.repeat(record().separatrix, off.size, axis=1)
+        return Crossings(times, separatrices, np.zeros(off.size, dtype=np.uint8))
+
+    found = decide(compute, 2, 1.0, (53, 53 + more), single={53 + more})
+    assert found.certain.all(axis=0).tolist() == [True, False]
+
+
 def test_decide_keeps_what_two_establish_and_doubts_what_comes_after() -> None:
     """The third computation is asked for the symbols that two leave open, and no others."""
 
