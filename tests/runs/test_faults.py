@@ -99,7 +99,7 @@ CODES = {signal.SIGKILL: {-9}, signal.SIGINT: {130, -2}, signal.SIGTERM: {143, -
 """A signal's exit codes: by our doing, or by the system's before there is anything to tidy."""
 
 
-LASTS = 2.5
+LASTS = 1.6
 """Seconds from its start within which a run is stopped: it takes about as long."""
 
 
