@@ -16,6 +16,8 @@ def main() -> None:
     gc.set_threshold(200_000)
     # And so is the same look once more when the process ends, which gives its memory back anyway.
     atexit.register(gc.freeze)
+    # No other package has a word in our configs; to look for one takes a hundredth of a start.
+    os.environ.setdefault("PYDANTIC_DISABLE_PLUGINS", "__all__")
     settle_streams()
     from rigidpend.machine import signals
 

@@ -119,3 +119,16 @@ def test_the_public_names_are_there_without_being_asked_for_first() -> None:
     assert all(callable(getattr(rigidpend, name)) for name in rigidpend.__all__)
     with pytest.raises(AttributeError, match="module 'rigidpend' has no attribute 'bodies'"):
         _ = rigidpend.bodies
+
+
+@pytest.mark.slow
+def test_no_plugin_of_another_package_is_loaded_to_check_a_config(tmp_path: Path) -> None:
+    named = tmp_path / "intruder-1.dist-info"
+    named.mkdir()
+    (named / "METADATA").write_text("Metadata-Version: 2.1\nName: intruder\nVersion: 1\n")
+    (named / "entry_points.txt").write_text("[pydantic]\nany = intruder:plugin\n")
+    (tmp_path / "intruder.py").write_text("print('intruded')\nplugin = None\n")
+    path = written(tmp_path, SMALL, "small.yaml")
+    done = python(tmp_path, "-m", "rigidpend", "run", path.name, "-n")
+    assert "would compute" in done.stderr, done.stderr
+    assert "intruded" not in done.stdout
