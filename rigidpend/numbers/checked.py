@@ -105,7 +105,7 @@ def precisions(values: Any, error: Error = ParameterError) -> tuple[int, ...]:
             raise error(
                 "precisions",
                 f"precisions {low} and {high} are too close: computations that differ by fewer"
-                f" than {GAP} bits err nearly alike, so that their agreement tells nothing; take"
+                f" than {GAP} bits err too much alike for their agreement to tell enough; take"
                 f" {low + GAP} or more after {low}",
             )
     return ladder

@@ -44,7 +44,7 @@ TOLD = (
     *("name", "measured", "unit", "reason"),
     *("value", "bound", "ratio", "verdict", "limit", "note"),
 )
-"""What is told of a claim, as text and as JSON."""
+"""Facts of a claim that are told, as text and as JSON."""
 BESIDE, LINES = 46, 6.3
 """Characters in a line beside the claims, and its size in points."""
 

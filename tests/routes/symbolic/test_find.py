@@ -48,6 +48,25 @@ def test_the_address_of_an_orbit_leads_to_one_that_has_it(theta2_0: str) -> None
     assert address_of(FIG4, found.theta2_0, **START, n_symbols=7, precisions=(113,)) == address
 
 
+def test_where_one_cell_has_no_orbit_that_of_the_other_one_is_found(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """Either is the first of an address that does not say which."""
+    each = {find_orbit(FIG4, f"{first} 0^11 1^11", **START).theta2_0 for first in "ab"}
+    solved, found = find.exactly, []
+    for lacking in (0, 1):
+
+        def exactly(system: Any, cell: int, *given: Any, lacking: int = lacking) -> Any:
+            if cell % 2 == lacking:
+                raise NoOrbit("none there")
+            return solved(system, cell, *given)
+
+        monkeypatch.setattr(find, "exactly", exactly)
+        found.append(find_orbit(FIG4, "0^11 1^11", **START).theta2_0)
+    assert len(each) == 2
+    assert set(found) == each
+
+
 def test_the_orbit_returns_on_its_own_way() -> None:
     """It ends at gamma3 = 0: behind that the signs of I come again in the opposite order."""
     found = find_orbit(FIG4, "a 0^11 1^12 1^11 0^13", **START)
