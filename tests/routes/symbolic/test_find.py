@@ -13,7 +13,7 @@ from rigidpend import Body, address_of, find_orbit, route_codes
 from rigidpend.numbers.exact import context
 from rigidpend.orbits.integrate import arithmetic
 from rigidpend.orbits.return_map import MapError
-from rigidpend.routes.symbolic import Address, AddressError, NoOrbit, find, refine
+from rigidpend.routes.symbolic import Address, AddressError, NoOrbit, find, refine, shortest
 from tests.orbits.integrate.problems import FIG4
 
 START: dict[str, Any] = {"h0": "1.3342", "J1_0": "1e-8"}
@@ -53,7 +53,7 @@ def test_where_one_cell_has_no_orbit_that_of_the_other_one_is_found(
 ) -> None:
     """Either is the first of an address that does not say which."""
     each = {find_orbit(FIG4, f"{first} 0^11 1^11", **START).theta2_0 for first in "ab"}
-    solved, found = find.exactly, []
+    solved, found = shortest.exactly, []
     for lacking in (0, 1):
 
         def exactly(system: Any, cell: int, *given: Any, lacking: int = lacking) -> Any:
