@@ -35,8 +35,8 @@ FINER = 8
 
 So they differ by what the first errs by, and one computation by each settles nearly as much as do
 those of two precisions: of eight bodies drawn by lot they left 0 to 16 of 20,000 orbits open. Of 80
-and 88 bits they left 2 to 18 of four bodies, and 102, 199 and 206 of three whose passages take 20 to
-28 rotations. Of 64 bits and of doubles they left 1, 12 and 140 open of three bodies whose tables
+and 88 bits they left 2 to 18 of four bodies, and 102, 199 and 206 of three whose passages take 20
+to 28 rotations. Of 64 bits and of doubles they left 1, 12 and 140 open of three bodies whose tables
 converge slowly, where those of 72 bits would take longer than they may."""
 DEEP = 9.5
 """Rotations in a passage from which on it is.
