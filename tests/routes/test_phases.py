@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from rigidpend.numbers.exact import ExactError, context, exact
-from rigidpend.routes.phases import Grid, Phases
+from rigidpend.routes.phases import FAR, Grid, Phases, turned
 
 TENTHS = [f"{k}/10" for k in range(63)]
 
@@ -77,6 +77,15 @@ def test_far_phases_are_computed_without_their_whole_turns(turns: int) -> None:
         missing = phase - m.mpf(phases.near[k]) - m.mpf(phases.rest[k])
         missing -= 2 * m.pi * m.nint(missing / (2 * m.pi))
         assert abs(missing) < 2.0**-85
+
+
+def test_an_angle_is_turned_by_a_rest_to_the_roundings_of_pairs_of_doubles() -> None:
+    """The largest rest is that of a phase just below those that are far."""
+    m = context(200)
+    a, rest = m.mpf("1.3"), m.mpf(FAR) * 2.0**-53
+    found = turned(m.cos(a), m.sin(a), rest)
+    for near, true in zip(found, (m.cos(a + rest), m.sin(a + rest)), strict=True):
+        assert abs(near - true) < 2.0**-98
 
 
 def test_grid_is_exact_where_sums_of_doubles_are_not() -> None:

@@ -79,6 +79,21 @@ def test_code_hash_follows_a_new_import(edited: dict[str, bytes], place: str) ->
     assert len(found) == 2
 
 
+@pytest.mark.parametrize(
+    "block",
+    [
+        "try:\n    pass\nexcept ValueError:\n    {}",
+        "try:\n    pass\nfinally:\n    {}",
+        "for _ in ():\n    pass\nelse:\n    {}",
+        "match 1:\n    case 1:\n        {}",
+        "class Extra:\n    def extra(self):\n        with open(self):\n            {}",
+    ],
+)
+def test_an_import_is_found_in_any_block(edited: dict[str, bytes], block: str) -> None:
+    edited["extra.py"] = block.format("import rigidpend.notebook").encode()
+    assert code_hash.code_of(str(code_hash.PACKAGE), "extra.py")[1] == ["rigidpend.notebook"]
+
+
 def test_sources_are_the_same_wherever_the_package_is(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
