@@ -102,7 +102,7 @@ verify: $(VENV)/.installed ## compute every experiment again and compare with re
 reference: $(VENV)/.installed ## renew results/reference/: make reference REASON="why" [NAMES="fig4 fig5"]
 	$(RUN) reference $(or $(NAMES),all) --reason "$$REASON" $(if $(JOBS),-j $(JOBS))
 
-bench: $(VENV)/.installed-bench ## measure against other methods, store, renew README; twelve minutes, alone
+bench: $(VENV)/.installed-bench ## measure against other methods, store, renew README; a quarter of an hour, alone
 	$(RUN) bench --out $(RESULTS)
 	mkdir -p results/measured results/gallery
 	cp $(RESULTS)/bench.h5 results/measured/
