@@ -290,7 +290,7 @@ def _negative(x: Exact, scale: Exact) -> bool:
 
 
 def _shown(name: str, values: Sequence[Exact]) -> str:
-    """Three numbers with their name; it takes long where one of them is zero unseen."""
+    """Three numbers with their name; it takes long where one is zero but has to be proven so."""
     return f"{name} = ({', '.join(map(_written, values))})"
 
 

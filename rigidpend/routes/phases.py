@@ -75,8 +75,8 @@ class Phases:
             raise ExactError(f"theta2_0 must be finite doubles, got {bad}")
         self.near, far = self.high, np.flatnonzero(np.abs(self.high) >= FAR)
         if far.size:
-            self.near, turned = self.high.copy(), map(_within_a_turn, self.exactly(far))
-            self.near[far], self.rest[far] = zip(*turned, strict=True)
+            self.near, within = self.high.copy(), map(_within_a_turn, self.exactly(far))
+            self.near[far], self.rest[far] = zip(*within, strict=True)
 
     def __len__(self) -> int:
         return self.high.size

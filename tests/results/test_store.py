@@ -19,7 +19,7 @@ import numpy as np
 import pytest
 
 from rigidpend import experiments
-from rigidpend.experiments.data import FLAG, FLOAT, WHOLE, Field, Layout, Tree
+from rigidpend.experiments.data import FLAG, FLOAT, WHOLE, Coming, Field, Layout, Streamed, Tree
 from rigidpend.machine import files
 from rigidpend.results import damage, store
 from rigidpend.results.store import OtherVersion, StoreError
@@ -70,6 +70,30 @@ def test_the_same_content_gives_the_same_bytes_which_others_may_read_as_any_file
     assert other.read_bytes() == path.read_bytes()
     (path.parent / "plain").touch()
     assert path.stat().st_mode == (path.parent / "plain").stat().st_mode
+
+
+def test_what_a_layout_asks_for_and_is_not_there_is_not_left_out_in_silence(path: Path) -> None:
+    before = path.read_bytes()
+    lacking = {name: x for name, x in TREE.items() if name != "count"}
+    with pytest.raises(KeyError, match="count"):
+        store.write(path, LAYOUT, lacking, *TOLD)
+    assert path.read_bytes() == before
+
+
+def test_blocks_of_a_group_inside_another_are_written_where_they_belong(tmp_path: Path) -> None:
+    field = Field(WHOLE, ("symbols", "columns"), "1", "symbols")
+    layout: Layout = {"codes": field, "inner": {"codes": field}}
+
+    def streamed(k: int, **more: Any) -> Streamed:
+        coming = Coming(CODES.shape, CODES.dtype, (6, 5))
+        halves = (slice(0, 5), slice(5, 10))
+        blocks = ({"codes": ((..., x), k + CODES[:, x])} for x in halves)
+        return Streamed({"codes": coming, **more}, blocks)
+
+    store.write(tmp_path / "x.h5", layout, streamed(1, inner=streamed(3)), *TOLD)
+    with h5py.File(tmp_path / "x.h5") as file:
+        np.testing.assert_array_equal(file["data/codes"][:], 1 + CODES)
+        np.testing.assert_array_equal(file["data/inner/codes"][:], 3 + CODES)
 
 
 def test_who_reads_the_old_file_is_not_disturbed_by_a_new_one(path: Path) -> None:
