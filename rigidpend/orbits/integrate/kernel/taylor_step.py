@@ -261,11 +261,9 @@ class Kernel:
         totals: str,
         further: Callable[[Value, Value], Value],
     ) -> None:
-        n, kept = (
-            self.numbers,
-            [self.code.variable(self.numbers.rows(self.parts)) for _ in components],
-        )
-        places = [self.place_of(i) for i in components]
+        """Sum the series of some components side by side, and write the sums where they belong."""
+        n, places = self.numbers, [self.place_of(i) for i in components]
+        kept = [self.code.variable(n.rows(self.parts)) for _ in components]
         for place, total in zip(places, kept, strict=True):
             n.store(n.load(place, "%order"), total, 0)
         with self.descending() as k:
