@@ -165,10 +165,12 @@ def ahead(
 def apart(
     work: Callable[..., Result],
     arguments: tuple[Any, ...],
-    hear: Callable[[Any], object],
+    hear: Callable[[Any], object] | None = None,
     limit: float = math.inf,
 ) -> Result:
-    """Do ``work(*arguments, say)`` in a process of its own, as :func:`side_by_side` does.
+    """Do work in a process of its own, as :func:`side_by_side` does.
+
+    It is ``work(*arguments)``, or ``work(*arguments, say)`` where something hears it.
 
     Raises TimeoutError where it takes more than `limit` seconds, and ends it.
     """
