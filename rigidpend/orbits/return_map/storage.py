@@ -125,8 +125,8 @@ def build_apart(
 def _by_process(*task: Any) -> ReturnMap:
     try:
         found = apart(_built, task)
-    except WorkerError:
-        # No process can be had, or it was killed.
+    except (WorkerError, OSError, ImportError, NotImplementedError):
+        # It was killed, or the system has no processes or nothing that they could speak through.
         return build(*task)
     if isinstance(found, MapError):
         raise found

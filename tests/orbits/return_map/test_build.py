@@ -251,11 +251,12 @@ def test_a_map_by_a_process_is_the_same_and_is_kept(
         storage.build_apart(heavy, ends, 53, FIRST, math.inf)
 
 
-def test_a_map_is_built_here_where_a_process_is_killed(
-    cache: Path, monkeypatch: pytest.MonkeyPatch
+@pytest.mark.parametrize("error", [WorkerError, OSError, ImportError, NotImplementedError])
+def test_a_map_is_built_here_where_no_process_can_be_had(
+    error: type[Exception], cache: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     def killed(*_: Any) -> None:
-        raise WorkerError
+        raise error
 
     monkeypatch.setattr(storage, "apart", killed)
     storage.build_apart(GENERIC, (exact(H), exact(H)), 53, FIRST, math.inf)
