@@ -20,7 +20,6 @@ from rigidpend.config.complaints import Complaint, ConfigError, Origin, meant
 from rigidpend.config.overrides import Sweep
 from rigidpend.config.reader import Document
 from rigidpend.config.schema import ExperimentConfig
-from rigidpend.numbers.exact import Exact
 from rigidpend.orbits.integrate import arithmetic
 from rigidpend.runs import provenance
 
@@ -54,13 +53,6 @@ class LoadedConfig:
         """Engine that computes it; empty where nothing is integrated."""
         asked = self.content.numerics_asked
         return (asked["engine"] or arithmetic.DEFAULT_ENGINE) if asked else ""
-
-    def with_engine(self, engine: str, tolerance: Exact | None = None) -> LoadedConfig:
-        """The same config, computed by that engine, at its own tolerance or that one."""
-        content: Any = self.content
-        asked = {"engine": engine} | ({"tolerance": tolerance} if tolerance else {})
-        numerics = content.numerics.model_copy(update=asked)
-        return replace(self, content=content.model_copy(update={"numerics": numerics}))
 
 
 class Group(NamedTuple):

@@ -31,7 +31,6 @@ BEGUN = {
     "certify": "runs.certificates.certify",
     "--check": "runs.certificates.check",
     "verify": "runs.regression.verify",
-    "problem.mu=0.01": "runs.regression.verify_by_engines",
 }
 """Words of examples that take long: run up to that function, they have tests of their own."""
 WHOLE = ("--near", "--decimals", "--reference", "run fig4 --set problem.mu", "describe")

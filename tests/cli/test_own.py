@@ -90,16 +90,6 @@ def test_a_result_is_a_config_for_every_command(
 
 
 @pytest.mark.slow
-def test_verify_of_other_settings_computes_its_reference(small: Path) -> None:
-    given = ("--set", "problem.arrays.only.count=1", "--set", "problem.n_symbols=1", "-j1")
-    done = call(small, "verify", "small", *given)
-    assert done.stdout == "small: the same by Taylor series and DOP853\n"
-    other = call(small, "verify", "fig1", "--set", "problem.A=[3, 2, 2.5]")
-    assert (other.returncode, other.stdout) == (3, "")
-    assert "is in closed form: no second engine" in other.stderr
-
-
-@pytest.mark.slow
 def test_other_numerics_are_compared_with_the_stored_result(swept: Path) -> None:
     assert call(swept, "run", "mine", "--out", "kept").returncode == 0
     given = ("--reference", "kept", "--set", "numerics.tolerance=1e-13")
