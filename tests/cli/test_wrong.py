@@ -57,7 +57,6 @@ report --to '' | 2 | got an empty text
 run small small --name one | 2 | --name is for one config; several keep their names
 run small fig4 --name one | 2 | --name is for one config; several keep their names
 describe all --resolved | 2 | --resolved prints one config, not all
-completion csh | 2 | 'csh' is not one of 'bash', 'zsh', 'fish'
 render fig4 --format gif | 2 | 'gif' is not one of 'png', 'svg', 'pdf'
 find fig4 | 2 | Missing option '--code'
 find all --code 0 | 2 | find is about one config, not all
