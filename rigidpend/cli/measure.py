@@ -100,7 +100,7 @@ def measured(
     else:
         tell(f"{planned.target} is up to date")
     picture = planned.target.with_suffix(".png")
-    render.render([planned.target], picture)
+    render.render(planned.target, picture)
     tell(f"{picture} drawn")
     return store.load(planned.target)
 

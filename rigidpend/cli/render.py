@@ -42,7 +42,7 @@ def render_command(
     """Draw stored results as FOLDER/NAME.png, a RESULT.h5 beside itself.
 
     A figure of the same result, drawn by the same code, is kept. The results of a sweep are
-    drawn one by one, and together where their experiment says how.
+    drawn one by one.
 
     A result that is absent or damaged does not keep the others from being drawn; how to make it is
     said at the end. Exit code 1: one is damaged; 3: one that was named, or everything, is absent.
@@ -56,50 +56,39 @@ def render_command(
     from rigidpend.machine.workers import cores, side_by_side
 
     absent: dict[Path, list[Path]] = {}
-    alone: dict[Path, str] = {}
-    together: list[tuple[list[Path], str]] = []
+    # Each once, in the order in which they are named.
+    sources: dict[Path, None] = {}
     for path in catalogue.resolve(names, folder):
-        title, members = _members(path, sweeps)
-        sources = [folder_of(path, folder) / f"{name}.h5" for name in members]
-        lacking = [source for source in sources if not os.path.lexists(source)]
-        if lacking:
+        members = [folder_of(path, folder) / f"{name}.h5" for name in _members(path, sweeps)]
+        if lacking := [source for source in members if not os.path.lexists(source)]:
             absent[path] = lacking
-        elif len(sources) > 1:
-            together.append((sources, title))
-        alone |= {source: source.stem for source in sources if source not in lacking}
-    tasks = [([source], name) for source, name in alone.items()]
+        sources |= dict.fromkeys(source for source in members if source not in lacking)
     # To import what draws takes a process as long as some figures.
-    new = sum(force or not source.with_suffix(f".{suffix}").exists() for source in alone)
+    new = sum(force or not source.with_suffix(f".{suffix}").exists() for source in sources)
     jobs = cores() if new > FEW else 1
-    drawn = dict(zip(alone, side_by_side(_drawn, (suffix, force), True, tasks, jobs), strict=True))
-    every = list(drawn.values())
-    # Together they are drawn only if none is left out.
-    whole = [task for task in together if all(drawn[source] for source in task[0])]
-    every += [_drawn(task, suffix, force) for task in whole]
+    drawn = side_by_side(_drawn, (suffix, force), True, list(sources), jobs)
     if absent:
         _tell_absent(absent, sweeps, folder)
-    if not all(every):
+    if not all(drawn):
         sys.exit(FAILED)
-    if absent and not (every and "all" in names):
+    if absent and not (drawn and "all" in names):
         sys.exit(ABSENT)
 
 
-def _drawn(task: tuple[list[Path], str], suffix: str, force: bool) -> bool:
-    """Draw a result, or several together, under a name; where that fails say why."""
+def _drawn(source: Path, suffix: str, force: bool) -> bool:
+    """Draw a result; where that fails say why."""
     from rigidpend import render as drawing
     from rigidpend.machine.files import StoreError
     from rigidpend.machine.workers import check_stop
 
-    sources, name = task
     check_stop()
-    target = sources[0].parent / f"{name}.{suffix}"
+    target = source.with_suffix(f".{suffix}")
     try:
-        drawn = drawing.render(sources, target, force=force)
+        drawn = drawing.render(source, target, force=force)
     except StoreError as error:
         say(f"rigidpend: {sentence(error)}")
         return False
-    if drawn is not None:
-        say(f"{name}: {target} {'drawn' if drawn else 'up to date'}")
+    say(f"{source.stem}: {target} {'drawn' if drawn else 'up to date'}")
     return True
 
 
@@ -116,15 +105,15 @@ def _tell_absent(absent: dict[Path, list[Path]], sweeps: tuple[str, ...], folder
     say(f"rigidpend: {', '.join(files)} {are} not there; {call}")
 
 
-def _members(path: Path, sweeps: tuple[str, ...]) -> tuple[str, list[str]]:
-    """Names of the results that a config stands for, and of all of them together."""
+def _members(path: Path, sweeps: tuple[str, ...]) -> list[str]:
+    """Names of the results that a config stands for."""
     # To draw one result its config need not be read, nor pydantic imported.
     if not sweeps and not (path.suffix != ".h5" and catalogue.is_sweep(path)):
-        return path.stem, [path.stem]
+        return [path.stem]
     from rigidpend.runs import loading
 
     [group] = loading.load_groups([path], (), sweeps)
-    return group.title, [each.name for each in group.members]
+    return [each.name for each in group.members]
 
 
 @click.command("report")

@@ -59,8 +59,6 @@ class Group(NamedTuple):
     """The configs that one file stands for: one, or each combination of a sweep."""
 
     path: Path
-    title: str
-    """Name of all of them together."""
     members: Sequence[LoadedConfig]
 
 
@@ -148,7 +146,7 @@ def _group(
     given = {sweep.key: sweep for sweep in (*base.sweeps, *options)}
     if not given:
         [base] = _titled(path, [base], settings)
-        return Group(path, name or base.name, [replace(base, name=name or base.name)])
+        return Group(path, [replace(base, name=name or base.name)])
     every = overrides.variants(list(given.values()))
     # Read once: of a thousand members the file is the same.
     members = _together(
@@ -159,8 +157,7 @@ def _group(
     for each in names:
         overrides.checked_name(each, Origin("sweep"))
     swept = [replace(x, name=n, sweeps=()) for x, n in zip(members, names, strict=True)]
-    names = [name or base.name, *overrides.short_names(list(given))]
-    return Group(path, "_".join(names), _titled(path, swept, list(given)))
+    return Group(path, _titled(path, swept, list(given)))
 
 
 def _together(calls: Sequence[Callable[[], Result]], names: Sequence[str]) -> list[Result]:

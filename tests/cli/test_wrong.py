@@ -289,8 +289,8 @@ def test_many_figures_are_drawn_side_by_side_and_a_bad_one_fails(
 
     def noted(work: Any, given: Any, holds: bool, tasks: Any, jobs: int) -> list[bool]:
         pickle.dumps((work, given, tasks))
-        asked.append((work.__name__, given, holds, [name for _, name in tasks], jobs))
-        return [not (bad and name == "fig1") for _, name in tasks]
+        asked.append((work.__name__, given, holds, [x.stem for x in tasks], jobs))
+        return [not (bad and x.stem == "fig1") for x in tasks]
 
     monkeypatch.setattr("rigidpend.cli.render.FEW", 2)
     monkeypatch.setattr(workers, "cores", lambda: 7)

@@ -18,7 +18,6 @@ from tests.config.samples import FIG4, SMALL, refused, written
 def test_every_combination_has_a_result_named_by_its_values() -> None:
     given = ["problem.mu=1e-4,1e-3", "problem.J1_0=1e-8,1e-6,1e-7"]
     [group] = loading.load_groups([FIG4], (), given)
-    assert group.title == "fig4_mu_J1_0"
     assert [member.name for member in group.members] == [
         f"fig4_mu={mu}_J1_0={J1_0}" for mu in ("1e-4", "1e-3") for J1_0 in ("1e-8", "1e-6", "1e-7")
     ]
