@@ -30,8 +30,6 @@ LONGEST = 150
 """Characters of a name at most, which leaves room for what is added to it in files."""
 NAME = re.compile(r"\w[\w.,=+-]*")
 """Form of a name: no blank, no slash, and no point or dash at its beginning."""
-DEVICE = re.compile(r"(con|prn|aux|nul|com\d|lpt\d)(\..*)?", re.IGNORECASE)
-"""Names that are devices on Windows, whatever ending they have."""
 IN_NAMES = str.maketrans({"/": "over", "*": "", " ": "", "[": "", "]": "", "(": "", ")": ""})
 """Stand-ins in names of files for what numbers are written with."""
 FORM = "expected KEY.KEY=VALUE,VALUE, as in problem.mu=1e-4,1e-3"
@@ -151,7 +149,7 @@ def ending(pairs: Sequence[tuple[str, str]]) -> str:
 
 
 def checked_name(name: str, origin: Origin) -> str:
-    """A name of a result, if it can be one of a file on any system."""
+    """A name of a result, if it can be one of a file."""
     formed = isinstance(name, str) and NAME.fullmatch(name) and len(name) <= LONGEST
     if not formed or name == "all":
         message = f"a name is made of up to {LONGEST} letters, digits and _ . , = + -"
@@ -160,16 +158,11 @@ def checked_name(name: str, origin: Origin) -> str:
 
 
 def free_name(name: str, origin: Origin) -> str:
-    """A name, if it is not that of a certificate, or of a device on some system."""
+    """A name, if it is not that of a certificate."""
     if name.casefold().endswith(CERTIFICATE):
         taken = f"what ends in {CERTIFICATE} is the proof of a result"
-    elif DEVICE.fullmatch(name):
-        taken = "it is a device on Windows"
-    elif name.endswith("."):
-        taken = "Windows leaves out the point at its end"
-    else:
-        return name
-    raise ConfigError.of(origin, f"choose another name than {name!r}: {taken}")
+        raise ConfigError.of(origin, f"choose another name than {name!r}: {taken}")
+    return name
 
 
 def _sweep(key: str, values: Any, origin: Origin, place: Place) -> Sweep:

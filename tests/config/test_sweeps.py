@@ -99,7 +99,7 @@ def test_a_name_that_is_no_file_s_is_refused(name: str) -> None:
 
 @pytest.mark.parametrize(
     "name",
-    ["fig5.certificate", "Fig5.Certificate", "CON", "nul", "com1.mine", "Lpt9", "a.", "fig5_."],
+    ["fig5.certificate", "Fig5.Certificate"],
 )
 def test_a_name_that_is_of_something_else_is_refused(tmp_path: Path, name: str) -> None:
     with pytest.raises(ConfigError, match="--name: choose another name than"):
