@@ -46,19 +46,6 @@ def test_a_sweep_has_a_result_for_each_value_the_same_side_by_side_as_one_by_one
 
 
 @pytest.mark.slow
-def test_a_sweep_is_drawn_one_by_one(swept: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(render, "PIXELS", 300)
-    done = call(swept, "render", "mine", *SWEEP)
-    assert done.returncode == 0, done.stderr
-    drawn = {path.stem for path in (swept / "results").glob("*.png")}
-    assert drawn == {"mine_mu=1e-3", "mine_mu=1e-2"}
-    again = ("--set", "problem.mu=1e-2", "--name", "mine_mu=1e-2", "--force")
-    assert call(swept, "run", "mine", *again).returncode == 0
-    said = call(swept, "render", "mine", *SWEEP).stderr.splitlines()
-    assert [line.partition(".png ")[2] for line in said] == ["up to date", "drawn"]
-
-
-@pytest.mark.slow
 def test_a_single_result_can_have_a_name(swept: Path) -> None:
     done = call(swept, "run", "mine", "--set", "problem.mu=0.1", "--name", "heavy")
     assert done.returncode == 0, done.stderr
