@@ -53,6 +53,7 @@ def test_keys_that_end_alike_are_told_in_full() -> None:
         ("problem.mu=1,1", "the value 1 is given twice"),
         ("problem.mu=1,[2", "--sweep problem.mu=1,[2: not YAML"),
         ("problem.mu=1/2,1over2", "two values would have the same name"),
+        (f"problem.mu={0.5:.160f},0.1", "a name is made of up to 150 letters"),
         ("problem.mew=1,2", "--sweep problem.mew=1,2: problem.mew: unknown key (known: A, r, mu"),
         ("problem.mu=1e-4,5", "h0 > mu is broken"),
         ("problem.mu=" + ",".join(map(str, range(1001))), "more than 1000 combinations"),

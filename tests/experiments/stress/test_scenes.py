@@ -71,6 +71,7 @@ def test_a_claim_that_nothing_was_measured_of_fails_and_one_not_declared_is_refu
 def test_tables_tell_what_was_stored(tmp_path: Path) -> None:
     claims = [claim("x", 2), claim("y", 2), claim("z", 2, 6)]
     made: Any = trial(claims, 1, math.inf, 5).tried()
+    made["claims"]["y"]["note"] = "stuck"
     tree = {"some_group": {**made, "claims": compute.table(made["claims"])}}
     result = from_file(tmp_path, "stress", tree)
     [every] = draw.claims_tables(result)
@@ -78,8 +79,10 @@ def test_tables_tell_what_was_stored(tmp_path: Path) -> None:
     assert every.rows[2] == ("z", "5", "2", "2.5", "rad", "limit")
     kinds, beyond = draw.tables(result)
     assert kinds.rows == [("some group", "1", "1", "1", "0.5")], "part of what passed alone"
-    why = "what is measured; known why"
-    assert beyond.rows == [("FAILED", "some group, y", why), ("limit", "some group, z", why)]
+    assert beyond.rows == [
+        ("FAILED", "some group, y", "what is measured; stuck; known why"),
+        ("limit", "some group, z", "what is measured; known why"),
+    ]
 
 
 @pytest.mark.slow
