@@ -18,6 +18,7 @@ from rigidpend.mechanics.body import Body
 from rigidpend.numbers.exact import exact
 from rigidpend.results import store
 from rigidpend.routes.problem import RouteProblem, phase_rate
+from rigidpend.runs import loading, regression
 from tests.cli.calls import Done, call
 from tests.config.samples import changed
 
@@ -190,6 +191,14 @@ def test_the_tolerance_grows_with_the_passages_and_stays_below_what_symbols_need
     # A symbol turns over when the phase errs by a radian.
     problem = RouteProblem(Body((2, 1, "1.5"), (1, 1, 0), "1e-3"), exact("1.3342"), exact(1e-8), 1)
     assert APART * phase_rate(problem) < 0.1
+
+
+@pytest.mark.slow
+def test_what_is_computed_to_be_compared_tells_how_far_it_is(desk: Path) -> None:
+    lines: list[str] = []
+    config, stored = loading.load(Path("configs/small.yaml")), Path("results/reference/small.h5")
+    assert regression.verify(config, stored, jobs=1, report=lines.append) == []
+    assert any(line.startswith("only: 5 orbits") for line in lines)
 
 
 def test_a_result_read_in_place_of_one_computed_must_be_there(desk: Path) -> None:
