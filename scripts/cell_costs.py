@@ -23,6 +23,11 @@ BY_MAPS = (
     "problem.theta2_0.count=512",
     "problem.rows={axis: log10_J1_0, ends: [-9, -7], count: 256}",
 )
+OWN_BODIES = (
+    "problem.theta2_0=1",
+    "problem.columns={axis: beta0, ends: [1, 2], count: 16}",
+    "problem.rows={axis: mu, ends: [1/1000, 2/1000], count: 16}",
+)
 
 
 def timed(work: Callable[[], Any]) -> tuple[float, Any]:
@@ -40,11 +45,14 @@ def tile(*settings: str) -> tuple[Callable[[], Any], int]:
 
 
 def cell_table() -> Table:
-    """What a cell of 15 symbols costs, by maps that are kept already."""
+    """What a cell of 15 symbols costs, by maps that are kept already or with a body of its own."""
     return Table("", ("", "a cell"), list(_rows()))
 
 
 def _rows() -> Iterator[tuple[str, str]]:
+    work, cells = tile(*OWN_BODIES)
+    took, _ = timed(work)
+    yield "worker, each cell with a body of its own", seconds(took / cells)
     work, cells = tile(*BY_MAPS)
     work()  # the maps are made now
     took, tree = timed(work)

@@ -9,7 +9,7 @@ from rigidpend import experiments
 from rigidpend.experiments.data import Loaded
 from rigidpend.numbers.expressions import as_written
 
-SHARED = ("beta0", "mu", "h", "h0", "half_turns", "M_0", "J1_0")
+SHARED = ("beta0", "mu", "h", "h0", "half_turns", "M_0", "J1_0", "theta2_0")
 """Keys of a problem that are told beside the body, in this order, if one value is given."""
 LONGEST = 300
 """Characters of a value that are shown."""
@@ -37,7 +37,12 @@ def bodies(result: Loaded) -> list[str]:
     if not isinstance(problem, Mapping):
         return []
     given = {key: problem.get(key) for key in SHARED}
-    shared = [f"{key} = {_shown(value)}" for key, value in given.items() if value is not None]
+    shared = [
+        f"{key} = {_shown(value)}"
+        for key, value in given.items()
+        # Cells of an axis are shown by the figure itself.
+        if value is not None and not isinstance(value, Mapping)
+    ]
     # A config's word gamma0 is stored as null.
     if "beta0" in problem and problem["beta0"] is None:
         shared.insert(0, "beta0 = gamma0")

@@ -1,31 +1,36 @@
-"""Route codes of many orbits, each of which may have a start of its own: cells of a plane."""
+"""Route codes of many orbits, each of which may have parameters of its own: cells of a plane."""
 
 from __future__ import annotations
 
 import functools
 import math
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
-from typing import NamedTuple, TypeAlias
+from typing import Any, NamedTuple, TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
 
+from rigidpend.machine.workers import side_by_side, spread
 from rigidpend.mechanics.body import Body, BodyError
 from rigidpend.numbers.exact import exact, function
 from rigidpend.numbers.generic import Scalar
 from rigidpend.orbits.integrate.arithmetic import Arithmetic
 from rigidpend.routes import choice
+from rigidpend.routes.choice import Mapped
 from rigidpend.routes.cycle import symbols
 from rigidpend.routes.phases import Phases
 from rigidpend.routes.problem import RouteProblem
-from rigidpend.routes.run import Run, Starts
+from rigidpend.routes.run import Run, Starts, longest_wait
 
 OF_BODY = ("mu", "beta0", "alpha0")
 AXES = ("log10_J1_0", "h0", *OF_BODY)
 """Parameters that may change from cell to cell, beside theta2_0."""
+SHARES = 4
+"""Parts of the bodies that each process gets: few, for each is sent to it."""
 
 Values: TypeAlias = NDArray[np.float64]
+Group: TypeAlias = tuple[dict[str, Values], Values]
 
 
 class Cells(NamedTuple):
@@ -94,7 +99,59 @@ def cells_of_starts(
     least, largest = ends or (float(J1_0.min()), float(J1_0.max()))
     lowest, common = (replace(problem, J1_0=exact(x)) for x in (least, largest))
     run = Run(common, Phases(theta2_0), arithmetic, jobs, Starts(J1_0, lowest), of=orbits)
-    found = choice.decided(run)
+    return _cells(choice.decided(run))
+
+
+def cells_of_each(
+    problem: RouteProblem,
+    values: Mapping[str, Values],
+    theta2_0: Values,
+    arithmetic: Arithmetic,
+    jobs: int = 1,
+) -> Cells:
+    """Route codes of orbits of several bodies, all of them integrated.
+
+    The problem is what is common to all; what is not are `values`, (n,) each, as for
+    :func:`cell_problem`, and theta2_0, (n,), taken as exact. Orbits of one body go side by side,
+    whatever their energies and actions. No result depends on `jobs`: processes, for most of the
+    work is to begin the orbits.
+    """
+    groups = _bodies(values, theta2_0.size)
+    shares = spread(np.arange(len(groups)), jobs * SHARES, 0)
+    parts: list[list[Group]] = [
+        [({name: x[here] for name, x in values.items()}, theta2_0[here]) for here in share]
+        for share in ([groups[k] for k in numbers] for numbers in shares)
+    ]
+    found = side_by_side(_of_bodies, (problem, arithmetic), True, parts, jobs)
+    back = np.argsort(np.concatenate(groups))
+    whole = zip(*(cells for part in found for cells in part), strict=True)
+    return Cells(*(np.concatenate(x, axis=-1)[..., back] for x in whole))
+
+
+def _bodies(values: Mapping[str, Values], n: int) -> list[NDArray[np.intp]]:
+    """The numbers of the orbits of each body."""
+    bodies: dict[tuple[float, ...], list[int]] = {}
+    of_body = [values[name].tolist() for name in OF_BODY if name in values]
+    for k in range(n):
+        bodies.setdefault(tuple(x[k] for x in of_body), []).append(k)
+    return [np.array(columns) for columns in bodies.values()]
+
+
+def _of_bodies(
+    groups: Sequence[Group], problem: RouteProblem, arithmetic: Arithmetic
+) -> list[Cells]:
+    found = []
+    for values, theta2_0 in groups:
+        each: Any = zip(*(x.tolist() for x in values.values()), strict=True)
+        problems = [cell_problem(problem, dict(zip(values, cell, strict=True))) for cell in each]
+        patient = max(problems, key=lambda one: longest_wait(one, arithmetic.precisions[0]))
+        run = Run(patient, Phases(theta2_0), arithmetic, each=problems)
+        found.append(_cells(choice.decided(run, "integration")))
+    return found
+
+
+def _cells(found: Mapped) -> Cells:
+    """The part of decided orbits that a plane keeps."""
     # Behind an uncertain symbol none is certain, so that their number says which.
     certain = found.decided.certain.sum(axis=0).astype(np.uint8)
     return Cells(symbols(found.decided.crossings.separatrix), certain, found.by_map)

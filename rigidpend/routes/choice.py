@@ -15,7 +15,7 @@ from rigidpend.orbits.integrate import Crossings, Outcome, no_crossings
 from rigidpend.routes import certainty, costs
 from rigidpend.routes.certainty import Columns, Compute, Decided
 from rigidpend.routes.cycle import symbols
-from rigidpend.routes.problem import ProblemError, RouteProblem, phase_rate
+from rigidpend.routes.problem import ProblemError, RouteProblem
 from rigidpend.routes.run import Run, abreast, in_pieces
 from rigidpend.routes.start import Scales
 
@@ -146,8 +146,7 @@ def decided_by(maps: Maps, *, sampled: bool = True) -> Mapped:
         A certain symbol is another one by integration.
     """
     run = maps.run
-    n, rate = len(run.phases), phase_rate(run.problem)
-    precisions = run.arithmetic.precisions
+    n, rate, precisions = len(run.phases), run.rate, run.arithmetic.precisions
     within = tuple(p for p in maps.ladder if p <= maps.most_bits)
     compute, left = with_maps(maps, run.crossings, precisions)
 

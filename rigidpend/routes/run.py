@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import functools
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from typing import Any, NamedTuple
 
@@ -52,6 +53,8 @@ class Run:
     """Threads, or processes where Python itself computes. No result depends on it."""
     starts: Starts | None = None
     """J1_0 of each orbit."""
+    each: Sequence[RouteProblem] | None = None
+    """The problem of each orbit: of one body, with energies and J1_0 of their own."""
     of: int | None = None
     """Number of orbits in all, if these are a part: many take return maps."""
 
@@ -59,6 +62,11 @@ class Run:
     def orbits(self) -> int:
         """The number of orbits in all."""
         return self.of or len(self.phases)
+
+    @property
+    def rate(self) -> float:
+        """The fastest rate of all orbits, radians per unit of t'."""
+        return max(map(phase_rate, self.each or [self.problem]))
 
     def crossings(self, bits: int, scales: Scales, columns: Any) -> Crossings:
         """The crossings of those columns in `bits` bits, in t'."""
@@ -80,13 +88,19 @@ class Run:
 
         Where orbits differ it is that of the first: its coefficients and units are the body's.
         """
-        if self.starts is None:
+        keys: NDArray[Any]
+        problem_of: Callable[[Any], RouteProblem]
+        if self.starts is not None:
+            keys, problem_of = self.starts.J1_0, functools.partial(_with_action, self.problem)
+        elif self.each is not None:
+            keys, problem_of = np.arange(len(self.each)), self.each.__getitem__
+        else:
             return self._begun(self.problem, bits, scales, columns)
-        alike, which = np.unique(self.starts.J1_0[columns], return_inverse=True)
+        alike, which = np.unique(keys[columns], return_inverse=True)
         groups = [np.flatnonzero(which == k) for k in range(len(alike))]
         begun = [
-            self._begun(_with_action(self.problem, J1_0), bits, scales, columns[here])
-            for J1_0, here in zip(alike, groups, strict=True)
+            self._begun(problem_of(key), bits, scales, columns[here])
+            for key, here in zip(alike, groups, strict=True)
         ]
         back = np.argsort(np.concatenate(groups))
         return begun[0][0], np.concatenate([x for _, x in begun], axis=1)[:, back]
@@ -132,7 +146,7 @@ class Run:
             scales, jobs = (certainty.FIRST, certainty.SECOND), 2 if few else 1
             return side_by_side(_in_scales, given, not compiled, scales, jobs)
 
-        return certainty.decide(compute, n, phase_rate(self.problem), precisions, share, both)
+        return certainty.decide(compute, n, self.rate, precisions, share, both)
 
 
 def abreast(run: Run) -> Compute:

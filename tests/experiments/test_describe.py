@@ -22,7 +22,7 @@ ROWS = {
     "precession": {"body i": "+0.25651, +0.25651, -0.25651, -0.25651", "drawn": "0.1"},
     # 8 sin(theta1/2)/(J2^2 sin(alpha0)) nu/sinh(nu) with J2^2 = 2/kappa, by hand.
     "splitting": {"body fig4": "nu = 4.443, distance = 0.5828 mu cos g"},
-    "route_map": {"theta2_0": "ends = 0, 2*pi, count = 500"},
+    "route_map": {"theta2_0": "ends = 0, 2*pi, count = 500", "columns": "auto"},
     "closed_orbits": {"words": "114", "longest": "8"},
 }
 """Rows of some configs, as they are written there or follow by hand."""

@@ -9,6 +9,11 @@ import pytest
 from tests.config.samples import refused
 from tests.experiments.trees import CONFIGS, asked
 
+PLANE = (
+    "problem.theta2_0=1.2 problem.columns={axis: h0, ends: [1, 2], count: 3}"
+    " problem.rows={axis: mu, ends: [1/1000, 2/1000], count: 4} problem.zooms={}"
+)
+"""A plane whose config gives columns."""
 REFUSED = {
     "exponents": {"problem.n_symbols=11": "n_symbols must be at most 10"},
     "fig1": {
@@ -58,9 +63,15 @@ REFUSED = {
         "problem.n_symbols=251": "n_symbols of a plane must be at most 250",
         "problem.theta2_0.count=1": "count",
         "problem.theta2_0.cuont=1": "did you mean count",
-        "problem.rows={axis: theta2_0, ends: [0, 6], count: 2}": "problem.rows",
-        "problem.zooms={a: {theta2_0: [2, 1], rows: [1e-4, 1e-3]}}": "zooms.a.theta2_0",
-        "problem.zooms={a: {theta2_0: [1, 2], rows: [1e-4, 2]}}": "problem.zooms.a.rows: h0 > mu",
+        "problem.theta2_0=1": "theta2_0 is one number: give columns",
+        "problem.columns={axis: h0, ends: [1, 2], count: 2}": "give theta2_0 as one number",
+        "problem.rows={axis: theta2_0, ends: [0, 6], count: 2}": "rows: columns and rows are both",
+        f"{PLANE} problem.rows={{axis: h0, ends: [1, 2], count: 4}}": "columns: columns and rows",
+        f"{PLANE} problem.columns.ends=[2, 1]": "problem.columns.ends: the ends must ascend",
+        f"{PLANE} problem.columns.ends=[1/10000, 1]": "problem.columns: h0 > mu",
+        f"{PLANE} problem.zooms={{a: {{rows: [1, 2]}}}}": "zooms.a: a zoom of this plane has",
+        f"{PLANE} problem.zooms={{a: {{theta2_0: [4, 5], rows: [-8, -7]}}}}": "not theta2_0",
+        f"{PLANE} problem.zooms={{a: {{columns: [2, 1], rows: [1, 2]}}}}": "zooms.a.columns",
     },
     "splitting": {
         "problem.bodies.b.A=[2, 3, 1]": "problem.bodies.b.A: A1 > A3 > A2 is broken",

@@ -192,9 +192,18 @@ PLANE = Path(__file__).parents[2] / "configs" / "route_map.yaml"
 BODY = "A = (2, 1, 1.5), r along (1, 1, 0), mu = 0.001, h0 = 1.3342, J1_0 = 1e-8"
 
 
-def test_of_a_plane_the_body_is_told_and_no_axis() -> None:
-    result: Any = {"config": loading.load(PLANE).resolved()}
-    assert captions.bodies(result) == [BODY]
+def told(*settings: str) -> list[str]:
+    """The captions of a result of the plane, with settings."""
+    result: Any = {"config": loading.load(PLANE, settings).resolved()}
+    return captions.bodies(result)
+
+
+def test_a_phase_that_all_cells_have_is_told() -> None:
+    columns = "problem.columns={axis: h0, ends: [1, 2], count: 4}"
+    found = told("problem.theta2_0=4.7057", columns, "problem.zooms={}")
+    assert found == [f"{BODY}, theta2_0 = 4.7057"]
+    # Phases along an axis are not.
+    assert told() == [BODY]
 
 
 def test_the_energy_and_the_half_rotations_of_closed_orbits_are_told() -> None:

@@ -3,20 +3,21 @@
 from __future__ import annotations
 
 import math
+import pickle
 from dataclasses import replace
 from typing import Any
 
 import numpy as np
 import pytest
 
-from rigidpend import route_codes
+from rigidpend import Body, route_codes
 from rigidpend.mechanics.body import BodyError
 from rigidpend.numbers.exact import exact
 from rigidpend.orbits.integrate.arithmetic import resolve
 from rigidpend.routes import certainty, choice, costs
-from rigidpend.routes.cells import AXES, Cells, cell_problem, cells_of_starts
+from rigidpend.routes.cells import AXES, Cells, cell_problem, cells_of_each, cells_of_starts
 from rigidpend.routes.phases import Phases
-from rigidpend.routes.problem import ProblemError, RouteProblem
+from rigidpend.routes.problem import ProblemError, RouteProblem, passage_limit, phase_rate
 from rigidpend.routes.run import Run, Starts
 from tests.orbits.integrate.problems import FIG4, same
 
@@ -25,6 +26,7 @@ PROBLEM = RouteProblem(FIG4, exact("1.3342"), exact("1e-8"), N)
 STARTS = np.array([1e-9, 1e-7, 1e-5])
 THETA2, J1_0 = np.random.default_rng(4).uniform(0, 6.28, 60), np.tile(STARTS, 20)
 DOUBLES = resolve(None, None, (53,))
+MU, H0 = np.array([1e-3, 2e-3, 1e-3, 2e-3, 1e-3]), np.array([1.1, 1.2, 1.9, 1.3, 1.4])
 FEW = np.array([0.3, 1.2, 2.2, 3.1, 5.0])
 
 
@@ -63,6 +65,42 @@ def test_the_least_start_says_how_long_to_wait_and_the_largest_is_asked_of_maps(
     assert same(*(each.crossings(53, certainty.FIRST, np.arange(5)) for each in (run, deep)))
 
 
+@pytest.mark.parametrize("jobs", [1, 2])
+def test_orbits_of_mixed_bodies_and_energies_have_their_own_codes(
+    jobs: int, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def sent(work: Any, given: Any, python: bool, parts: Any, count: int) -> Any:
+        """As to processes, but without waiting for one to start."""
+        assert (python, count) == (True, jobs)
+        return [work(part, *given) for part in pickle.loads(pickle.dumps(parts))]
+
+    monkeypatch.setattr("rigidpend.routes.cells.side_by_side", sent)
+    found = cells_of_each(PROBLEM, {"mu": MU, "h0": H0}, FEW, DOUBLES, jobs)
+    assert (found.certain == N).all()
+    assert not found.by_map.any()
+    for k, (mu, h0) in enumerate(zip(MU.tolist(), H0.tolist(), strict=True)):
+        body = Body((2, 1, "1.5"), (1, 1, 0), mu)
+        alone = route_codes(body, [FEW[k]], h0=h0, J1_0="1e-8", n_symbols=N)
+        assert (alone.codes[:, 0] == found.codes[:, k]).all()
+
+
+def test_agreement_is_held_against_the_fastest_and_the_wait_is_the_longest(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    asked: list[tuple[float, float]] = []
+    real = Run.decided
+
+    def noted(run: Run) -> Any:
+        asked.append((run.rate, passage_limit(run.problem, 53)))
+        return real(run)
+
+    monkeypatch.setattr(Run, "decided", noted)
+    cells_of_each(PROBLEM, {"h0": H0}, FEW, DOUBLES)
+    each = [cell_problem(PROBLEM, {"h0": h0}) for h0 in H0.tolist()]
+    rates, waits = map(phase_rate, each), (passage_limit(problem, 53) for problem in each)
+    assert asked == [(max(rates), max(waits))]
+
+
 def test_rows_replace_one_value_and_no_other() -> None:
     assert float(cell_problem(PROBLEM, {"log10_J1_0": -7.0}).J1_0) == 10.0**-7.0
     assert cell_problem(PROBLEM, {"h0": 1.5}).h0 == exact(1.5)
@@ -87,4 +125,4 @@ def test_rows_replace_one_value_and_no_other() -> None:
 )
 def test_values_that_the_problem_excludes_are_refused(axis: str, value: float, error: Any) -> None:
     with pytest.raises(error):
-        cell_problem(PROBLEM, {axis: value})
+        cells_of_each(PROBLEM, {axis: np.array([value])}, FEW[:1], DOUBLES)

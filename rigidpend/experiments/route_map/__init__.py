@@ -28,7 +28,7 @@ def _known(stored: Data, fresh: Data) -> Any:
     return np.arange(len(stored["codes"]))[:, None, None] < both
 
 
-KINDS = "log10_J1_0, mu, h0 (dimensionless), beta0 or alpha0 (rad)"
+KINDS = "theta2_0 (rad), log10_J1_0, mu, h0 (dimensionless), beta0 or alpha0 (rad)"
 _axis, _own = (partial(Field, FLOAT, within=within) for within in (of_largest(ROUNDING), ROUNDING))
 
 PLANE = {
@@ -53,13 +53,15 @@ PLANE = {
         "whether return maps found the cell, not integration",
         within=ANY,
     ),
-    "x": _axis(("columns",), "rad", "theta2_0 of the columns"),
+    "x": _axis(("columns",), "rad, or see x_axis", "theta2_0 of the columns, or what x_axis says"),
     "y": _axis(("rows",), "see y_axis", "values of the rows"),
 }
 LAYOUT: Layout = {
     **PLANE,
     "y_axis": Field(TEXT, (), "", f"what y is: {KINDS}"),
     "marked": _own((), "see y_axis", "the row of the config's own value"),
+    "x_axis?": Field(TEXT, (), "", f"what x is: {KINDS}"),
+    "marked_x?": _own((), "see x_axis", "the column of the config's own value"),
     "nu": _own((), "1", "nu, by which a change of a symbol repeats: exp(pi^2/nu)"),
     "zooms?": {"<zooms>": PLANE},
 }

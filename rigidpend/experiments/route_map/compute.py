@@ -1,8 +1,8 @@
 """Experiment `route_map`: route codes over a plane, cell by cell.
 
-Over theta2_0 and J1_0 the body and its return maps are the same for all cells. Where the rows
-change the body or the energy, each makes an array of its own, by maps or by integration, whichever
-is faster for so many cells.
+Over theta2_0 and J1_0 the body and its return maps are the same for all cells. Where one axis
+changes the body or the energy, each of its values makes an array of its own, by maps or by
+integration, whichever is faster for so many cells; where both do, every cell is integrated.
 """
 
 from __future__ import annotations
@@ -21,14 +21,24 @@ from rigidpend.machine.workers import worth_processes
 from rigidpend.numbers.generic import Array
 from rigidpend.orbits.integrate.arithmetic import Arithmetic
 from rigidpend.routes import choice
-from rigidpend.routes.cells import Cells, cell_problem, cells_of_starts
+from rigidpend.routes.cells import Cells, cell_problem, cells_of_each, cells_of_starts
 
 PIECES = True
 """All work goes through pieces, which a cluster can compute."""
 TILE = 131_072
 """Cells computed at a time, and kept if the run is interrupted: about half a second by maps."""
-OF_START = "log10_J1_0"
-"""Parameter that leaves body and energy as they are, and so the return maps."""
+OF_START = ("theta2_0", "log10_J1_0")
+"""Parameters that leave body and energy as they are, and so the return maps."""
+OWN_TILE = 2048
+"""Cells computed at a time where each has a body or an energy of its own: some seconds."""
+BY_INTEGRATION = 2e-4
+"""Seconds of a core for a cell of 15 symbols, where cells of a body are few.
+
+Measured with the body of Fig. 4; 64 bits included, 113 not."""
+BEGUN, OWN_BODY, ALONE = 2.2e-3, 3.3e-3, 3e-3
+"""Seconds of a core for an orbit of its own energy, more for its own body, for 15 symbols alone.
+
+The first two are spent before it is integrated, most of them on its numbers in 113 bits."""
 
 
 def compute(config: Config, means: Means) -> Tree:
@@ -36,8 +46,11 @@ def compute(config: Config, means: Means) -> Tree:
     problem = config.problem
     planes = {name: _plane(name, axes, problem, means) for name, axes in problem.planes.items()}
     whole = planes.pop("")
-    axis = problem.rows.axis
-    whole |= {"y_axis": axis, "marked": own_value(problem, axis), "nu": float(problem.body.nu)}
+    across, upwards = problem.names
+    whole |= {"y_axis": upwards, "marked": own_value(problem, upwards)}
+    whole["nu"] = float(problem.body.nu)
+    if problem.columns:
+        whole |= {"x_axis": across, "marked_x": own_value(problem, across)}
     if planes:
         whole["zooms"] = planes
     return whole
@@ -45,7 +58,7 @@ def compute(config: Config, means: Means) -> Tree:
 
 def own_value(problem: Problem, axis: str) -> float:
     """The value that the config gives for a parameter."""
-    if axis == OF_START:
+    if axis == "log10_J1_0":
         return float(np.log10(float(problem.J1_0)))
     return float(getattr(problem.body if axis in ("beta0", "alpha0") else problem, axis))
 
@@ -54,20 +67,23 @@ def _plane(name: str, axes: tuple[Axis, Axis], problem: Problem, means: Means) -
     """All cells of a plane, tile by tile."""
     x, y = (axis.values for axis in axes)
     shape = y.size, x.size
-    tiles = list(tiled(problem.rows.axis, *shape))
+    tiles = list(tiled(problem.names, *shape))
     # Many tiles go to processes of one thread each: threads would wait for the interpreter.
     given = problem, means.arithmetic, 1 if worth_processes(len(tiles), means.jobs) else means.jobs
     pieces = [
-        Piece(f"{name or 'plane'}.{rows.start:06d}", _tile, (x, y[rows], *given)) for rows in tiles
+        Piece(f"{name or 'plane'}.{number:06d}", _tile, (x[columns], y[rows], *given))
+        for number, (rows, columns) in tiles
     ]
 
     def blocks() -> Iterator[dict[str, tuple[Any, Any]]]:
-        for rows, tile in zip(tiles, means.pieces(pieces), strict=True):
-            yield {key: ((..., rows, slice(None)), values) for key, values in tile.items()}
-            done, cells = rows.stop * x.size, y.size * x.size
-            means.report(PartDone(f"{name or 'plane'}: {done} of {cells} cells", done, cells))
+        for (_, (rows, columns)), tile in zip(tiles, means.pieces(pieces), strict=True):
+            yield {key: ((..., rows, columns), values) for key, values in tile.items()}
+            done = rows.stop * x.size if columns.stop == x.size else columns.stop * y.size
+            text = f"{name or 'plane'}: {done} of {x.size * y.size} cells"
+            means.report(PartDone(text, done, x.size * y.size))
 
-    block = (tiles[0].stop, x.size)
+    first_rows, first_columns = tiles[0][1]
+    block = (first_rows.stop, first_columns.stop)
     symbols = problem.n_symbols
     values = {
         "codes": Coming((symbols, *shape), np.dtype(np.uint8), (symbols, *block)),
@@ -79,15 +95,27 @@ def _plane(name: str, axes: tuple[Axis, Axis], problem: Problem, means: Means) -
     return Streamed(values, blocks())
 
 
-def tiled(axis: str, height: int, width: int) -> Iterator[slice]:
-    """The rows of each tile, which share their return maps."""
-    at_once = max(1, TILE // width) if axis == OF_START else 1
+def tiled(
+    names: tuple[str, str], height: int, width: int
+) -> Iterator[tuple[int, tuple[slice, slice]]]:
+    """The rows and columns of each tile, with the number of its first row or column.
+
+    All cells of a tile share what can be shared: return maps, if one axis at most changes the
+    body or the energy; else the work of processes.
+    """
+    across, upwards = (name in OF_START for name in names)
+    if upwards and not across:
+        yield from ((k, (slice(0, height), slice(k, k + 1))) for k in range(width))
+        return
+    at_once = 1
+    if across == upwards:
+        at_once = max(1, (TILE if across else OWN_TILE) // width)
     for first in range(0, height, at_once):
-        yield slice(first, min(first + at_once, height))
+        yield first, (slice(first, min(first + at_once, height)), slice(0, width))
 
 
 def _tile(x: Array, y: Array, problem: Problem, arithmetic: Arithmetic, jobs: int) -> Tree:
-    """The cells of some rows."""
+    """The cells of some rows and columns."""
     found, shape = cells_of(x, y, problem, arithmetic, jobs), (y.size, x.size)
     certain, by_map = found.certain.reshape(shape), found.by_map.reshape(shape)
     return {"codes": found.codes.reshape(-1, *shape), "certain": certain, "by_map": by_map}
@@ -95,20 +123,30 @@ def _tile(x: Array, y: Array, problem: Problem, arithmetic: Arithmetic, jobs: in
 
 def cells_of(x: Array, y: Array, problem: Problem, arithmetic: Arithmetic, jobs: int) -> Cells:
     """The cells in the order of their rows."""
-    theta2, upwards = np.tile(x, y.size), np.repeat(y, x.size)
-    if problem.rows.axis == OF_START:
-        ends, orbits = _common_starts(problem)
-        given = problem.routes, theta2, 10.0**upwards, arithmetic, jobs
-        return cells_of_starts(*given, ends=ends, orbits=orbits)
-    # A tile is a row, of one body and one energy.
-    one = cell_problem(problem.routes, {problem.rows.axis: float(y[0])})
-    return cells_of_starts(one, theta2, np.full(x.size, float(one.J1_0)), arithmetic, jobs)
+    spread = np.tile(x, y.size), np.repeat(y, x.size)
+    values = dict(zip(problem.names, spread, strict=True))
+    fixed = 0.0 if "theta2_0" in values else own_value(problem, "theta2_0")
+    theta2 = values.pop("theta2_0", np.full(x.size * y.size, fixed))
+    if not _shares_maps(problem):
+        return cells_of_each(problem.routes, values, theta2, arithmetic, jobs)
+    logarithms = values.pop("log10_J1_0", None)
+    # What is left has one value in all of the tile.
+    common = cell_problem(problem.routes, {name: float(v[0]) for name, v in values.items()})
+    J1 = np.full(theta2.size, float(common.J1_0)) if logarithms is None else 10.0**logarithms
+    ends, orbits = (None, None) if values else _common_starts(problem)
+    return cells_of_starts(common, theta2, J1, arithmetic, jobs, ends=ends, orbits=orbits)
+
+
+def _shares_maps(problem: Problem) -> bool:
+    """True if one axis at most changes the body or the energy."""
+    return any(name in OF_START for name in problem.names)
 
 
 def _common_starts(problem: Problem) -> tuple[tuple[float, float], int]:
     """The least and the largest J1_0 of all planes, so that they share their tables; the cells."""
     planes = problem.planes.values()
-    starts = [10.0**rows.values for _, rows in planes]
+    upwards = problem.names.index("log10_J1_0")
+    starts = [10.0 ** axes[upwards].values for axes in planes]
     ends = min(J1[0] for J1 in starts), max(J1[-1] for J1 in starts)
     return (float(ends[0]), float(ends[1])), sum(x.count * y.count for x, y in planes)
 
@@ -116,10 +154,23 @@ def _common_starts(problem: Problem) -> tuple[tuple[float, float], int]:
 def cost(config: Config) -> float:
     """Estimate the seconds that a config takes on one core, tables included."""
     problem = config.problem
-    rows, routes, arrays = problem.rows, problem.routes, 1
-    if rows.axis != OF_START:
-        # In the middle of what changes the body, or the energy.
-        routes, arrays = cell_problem(routes, {rows.axis: sum(rows.ends) / 2}), rows.count
-    cells = problem.theta2_0.count * rows.count
-    one = arrays * choice.expected_seconds(routes, cells // arrays)
-    return one * len(problem.planes)
+    return sum(
+        _cost(columns.count, rows.count, problem) for columns, rows in problem.planes.values()
+    )
+
+
+def _cost(columns: int, rows: int, problem: Problem) -> float:
+    """Seconds for a plane."""
+    share, cells = problem.n_symbols / 15, columns * rows
+    if not _shares_maps(problem):
+        # Orbits of one body go side by side; the lone ones leave most of a vector empty.
+        if "h0" in problem.names:
+            return cells * (BEGUN + share * BY_INTEGRATION)
+        return cells * (BEGUN + OWN_BODY + share * ALONE)
+    across, upwards = (name in OF_START for name in problem.names)
+    arrays = 1 if across and upwards else rows if across else columns
+    # In the middle of what changes the body, or the energy.
+    axis = problem.planes[""][1 if across else 0]
+    middle = {} if arrays == 1 else {problem.names[1 if across else 0]: sum(axis.ends) / 2}
+    one, orbits = cell_problem(problem.routes, middle), cells // arrays
+    return arrays * choice.expected_seconds(one, orbits)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 from typing import Any
 
 import numpy as np
@@ -18,6 +19,7 @@ from rigidpend.experiments.shared import MEANING
 from rigidpend.machine.wording import Column, Table
 
 NAMES = {
+    "theta2_0": plots.axis_label(MEANING["theta2_0"]),
     "log10_J1_0": r"$\log_{10} J_1^0$",
     "mu": r"$\mu$",
     "h0": r"$h_0$",
@@ -28,12 +30,10 @@ SHADES = LinearSegmentedColormap.from_list(
     "word", ["#1d3557", "#3f6f9f", "#9cc3d5", "#f3efe0", "#efc88b", "#cf7a4c", "#7a2e2e"]
 )
 """Colours of words: blue where the first symbol is 0, red where it is 1."""
-TALL, SMALL, BELOW, ABOVE, LEFT, RIGHT, GAP = 2.9, 1.75, 0.95, 0.15, 0.66, 0.12, 0.58
+TALL, SMALL, BELOW, ABOVE, LEFT, GAP = 2.9, 1.75, 0.95, 0.15, 0.66, 0.58
 """Heights of the plane and of its zooms, margins, inches."""
 ACROSS = 3
 """Zooms side by side."""
-MARKED: Any = {"color": plots.ZOOM, "lw": 0.8, "ls": (0, (5, 3))}
-"""Look of the row of the config's own value."""
 
 
 def draw(result: Loaded) -> Figure:
@@ -45,7 +45,8 @@ def draw(result: Loaded) -> Figure:
     small = TALL if len(zooms) == 1 else SMALL
     high = ABOVE + TALL + bands * (small + GAP) + BELOW
     figure = Figure(figsize=(plots.WIDTH, high))
-    wide = plots.WIDTH - LEFT - RIGHT
+    # A label at the end of an axis of small numbers is wide.
+    wide = plots.WIDTH - LEFT - (0.12 if "x_axis" not in data else 0.3)
     whole = plots.panel(figure, LEFT, high - ABOVE - TALL, wide, TALL)
     _draw_plane(whole, data, data)
     each = (wide - (columns - 1) * GAP) / columns
@@ -86,12 +87,11 @@ def _draw_plane(axes: Axes, plane: Data, data: Data) -> None:
     row, column = np.nonzero(plane["certain"] < len(codes))
     if row.size:
         axes.plot(x[column], y[row], ",", color=plots.DOUBT, label="uncertain", rasterized=True)
-    marked = float(data["marked"])
-    if extent[2] <= marked <= extent[3]:
-        axes.axhline(marked, color="white", lw=1.6)
-        axes.axhline(marked, label="marked", **MARKED)
+    _mark(axes.axhline, float(data["marked"]), extent[2:])
+    if "marked_x" in data:
+        _mark(axes.axvline, float(data["marked_x"]), extent[:2])
     axes.set(xlim=extent[:2], ylim=extent[2:])
-    axes.set_xlabel(plots.axis_label(MEANING["theta2_0"]), labelpad=2)
+    axes.set_xlabel(NAMES[str(data.get("x_axis", "theta2_0"))], labelpad=2)
     if axes.get_position().x0 * plots.WIDTH < 1.01 * LEFT:
         axes.set_ylabel(NAMES[str(data["y_axis"])], labelpad=3)
     wide = axes.get_position().width > 0.5
@@ -101,6 +101,13 @@ def _draw_plane(axes: Axes, plane: Data, data: Data) -> None:
         # More ticks would have more digits than there is room for.
         axes.locator_params(axis="y", nbins=3)
     axes.ticklabel_format(useOffset=False)
+
+
+def _mark(line: Callable[..., Any], value: float, ends: tuple[float, ...]) -> None:
+    """Mark a value of an axis by a line, if it is between the ends."""
+    if ends[0] <= value <= ends[1]:
+        line(value, color="white", lw=1.6)
+        line(value, color=plots.ZOOM, lw=0.8, ls=(0, (5, 3)), label="marked")
 
 
 def _frame(before: list[Axes], zoom: Data, name: str) -> None:
@@ -121,13 +128,15 @@ def _frame(before: list[Axes], zoom: Data, name: str) -> None:
 
 def _entries(data: Data, zooms: Data) -> list[Any]:
     """Entries of the legend: those of what the figure shows."""
-    own = f"{NAMES[str(data['y_axis'])]} = {float(data['marked']):g}"
+    own = [f"{NAMES[str(data['y_axis'])]} = {float(data['marked']):g}"]
+    if "marked_x" in data:
+        own.append(f"{NAMES[str(data['x_axis'])]} = {float(data['marked_x']):g}")
     (width, grey), *_ = plots.LINES
     entries: list[Any] = [
         Patch(facecolor=SHADES(0.12), label=r"$z_1 = 0$; shades: later symbols"),
         Patch(facecolor=SHADES(0.85), label=r"$z_1 = 1$; shades: later symbols"),
         plots.entry("changes of symbols 1, 2, 3", color=grey, lw=width),
-        plots.entry(own, **MARKED),
+        plots.entry(", ".join(own), color=plots.ZOOM, lw=0.8, ls=(0, (5, 3))),
     ]
     if zooms:
         entries.append(Patch(fill=False, edgecolor=plots.ZOOM, lw=1.2, label="magnified part"))
@@ -149,7 +158,7 @@ def tables(result: Loaded) -> list[Table]:
     data = result["data"]
     planes = {"whole": data, **data.get("zooms", {})}
     shapes = [plane["codes"].shape for plane in planes.values()]
-    nu = float(data["nu"])
+    across, nu = f"Across: {data['x_axis']}. " if "x_axis" in data else "", float(data["nu"])
     repeats = f"nu = {nu:.6f}: a zoom repeats after {np.exp(np.pi**2 / nu):.6g}."
     columns = [
         Column("plane", planes),
@@ -159,4 +168,4 @@ def tables(result: Loaded) -> list[Table]:
         Column("certain", [int(plane["certain"].sum()) for plane in planes.values()]),
         Column("cells by return maps", [plane["by_map"].sum() for plane in planes.values()]),
     ]
-    return [Table.of("Planes", columns, f"Upwards: {data['y_axis']}. {repeats}")]
+    return [Table.of("Planes", columns, f"{across}Upwards: {data['y_axis']}. {repeats}")]

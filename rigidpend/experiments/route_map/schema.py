@@ -1,76 +1,132 @@
-"""The config of `experiment: route_map`: codes over initial phases and another parameter."""
+"""The config of `experiment: route_map`: codes over a plane of two parameters."""
 
 from __future__ import annotations
 
-from typing import Annotated, Literal, Self
+from collections.abc import Iterator
+from itertools import product
+from typing import Annotated, Any, Literal, Self
 
-from pydantic import Field, model_validator
+from pydantic import Discriminator, Field, Tag, model_validator
 
 from rigidpend.config.bodies import Axis, Range, RouteStart, distinct
-from rigidpend.config.schema import ExperimentConfig, Numerics, Part, Word
+from rigidpend.config.schema import (
+    AUTO,
+    ExperimentConfig,
+    Number,
+    Numerics,
+    Part,
+    Word,
+)
 from rigidpend.machine import files
 from rigidpend.numbers.checked import ParameterError
 
 
 class PlaneAxis(Axis):
-    """The axis upwards, with what it is."""
+    """An axis of the plane, with what it is."""
 
-    axis: Literal["log10_J1_0", "mu", "h0", "beta0", "alpha0"]
+    axis: Literal["theta2_0", "log10_J1_0", "mu", "h0", "beta0", "alpha0"]
     """Parameter that changes along the axis, alpha0 by A3."""
 
 
 class Zoom(Part):
     """A part of the plane, shown with as many cells."""
 
-    theta2_0: Range
-    """Its ends across, radians."""
+    theta2_0: Annotated[Range | None, AUTO] = None
+    """Its ends across, where the cells of theta2_0 are the columns; radians."""
+    columns: Annotated[Range | None, AUTO] = None
+    """Its ends across, where columns are given; in units of its axis."""
     rows: Range
-    """Its ends upwards; in units of that axis."""
+    """Its ends on the other axis; in units of that axis."""
+
+
+def _form(given: Any) -> str:
+    return "cells" if isinstance(given, dict | Axis) else "phase"
+
+
+Phase = Annotated[
+    Annotated[Axis, Tag("cells")] | Annotated[Number, Tag("phase")], Discriminator(_form)
+]
 
 
 class Problem(RouteStart):
-    """A plane of initial phases and another parameter; the rest is common to all."""
+    """A plane of two parameters; the rest is common to all."""
 
-    theta2_0: Axis
-    """Initial phases, radians: the cells across."""
+    theta2_0: Phase
+    """Initial phases, radians: the columns' cells; or where columns are given, one number."""
+    columns: Annotated[PlaneAxis | None, AUTO] = None
+    """The axis across; auto is the cells of theta2_0."""
     rows: PlaneAxis
-    """The axis upwards. The value given for it above is marked in the drawing."""
+    """The axis upwards. Values given for the axes above are marked in the drawing."""
     zooms: Annotated[dict[Word, Zoom], Field(default_factory=dict)]
     """Named parts of the plane that are shown as well."""
 
     @property
+    def names(self) -> tuple[str, str]:
+        """Names of the parameters across and upwards."""
+        return self.columns.axis if self.columns else "theta2_0", self.rows.axis
+
+    @property
     def planes(self) -> dict[str, tuple[Axis, Axis]]:
         """The axes of the whole plane, named "", and of its zooms."""
+        across = self.columns or self.theta2_0
+        assert isinstance(across, Axis)
         zooms = {
-            name: (self.theta2_0.within(zoom.theta2_0), self.rows.within(zoom.rows))
+            name: (across.within(getattr(zoom, self._across)), self.rows.within(zoom.rows))
             for name, zoom in self.zooms.items()
         }
-        return {"": (self.theta2_0, self.rows), **zooms}
+        return {"": (across, self.rows), **zooms}
+
+    @property
+    def _across(self) -> str:
+        """The key of the axis across."""
+        return "columns" if self.columns else "theta2_0"
 
     @model_validator(mode="after")
     def _plane(self) -> Self:
         if self.n_symbols > 250:
             raise ValueError(f"n_symbols of a plane must be at most 250, got {self.n_symbols}")
+        for field, message in self._contradictions():
+            raise ParameterError(field, message)
         cells = 0
         for name, axes in self.planes.items():
-            place = f"zooms.{name}." if name else ""
-            for axis, field in zip(axes, ("theta2_0", "rows"), strict=True):
-                distinct(axis, f"{place}{field}")
+            for axis, field in zip(axes, (self._across, "rows"), strict=True):
+                distinct(axis, f"zooms.{name}.{field}" if name else field)
             cells += axes[0].count * axes[1].count
-            self._check_ends(axes[1], place)
+            self._check_corners(axes, f"zooms.{name}." if name else "")
         what = f"{cells} cells of {self.n_symbols} symbols"
-        files.afford("theta2_0", cells, self.n_symbols + 2, what)
+        files.afford(self._across, cells, self.n_symbols + 2, what)
         return self
 
-    def _check_ends(self, rows: Axis, place: str) -> None:
+    def _check_corners(self, axes: tuple[Axis, Axis], place: str) -> None:
         """Refuse ends that the problem excludes, where they are written."""
         from rigidpend.routes.cells import cell_problem
 
-        for end in rows.ends:
+        keys = dict(zip(self.names, (self._across, "rows"), strict=True))
+        for corner in product(*(axis.ends for axis in axes)):
             try:
-                cell_problem(self.routes, {self.rows.axis: end})
+                cell_problem(self.routes, dict(zip(self.names, corner, strict=True)))
             except ParameterError as error:
-                raise ParameterError(f"{place}rows", str(error)) from None
+                name = {"J1_0": "log10_J1_0"}.get(error.field, error.field)
+                field = f"{place}{keys[name]}" if name in keys else error.field
+                raise ParameterError(field, str(error)) from None
+
+    def _contradictions(self) -> Iterator[tuple[str, str]]:
+        """Fields that do not fit to others, each with what to do about it."""
+        across, upwards = self.names
+        if across == upwards:
+            message = f"columns and rows are both {across}: give columns another axis"
+            yield "columns" if self.columns else "rows", message
+        if self.columns and isinstance(self.theta2_0, Axis):
+            message = f"columns are {across}: give theta2_0 as one number, radians"
+            yield "theta2_0", message
+        if not self.columns and not isinstance(self.theta2_0, Axis):
+            message = "theta2_0 is one number: give columns, or theta2_0 with ends and count"
+            yield "theta2_0", message
+        other = "theta2_0" if self.columns else "columns"
+        for name, zoom in self.zooms.items():
+            if getattr(zoom, self._across) is None or getattr(zoom, other) is not None:
+                message = f"a zoom of this plane has {self._across} and rows, its ends, not {other}"
+                yield f"zooms.{name}", message
 
 
 class Config(ExperimentConfig):

@@ -85,46 +85,85 @@ def body_of(values: dict[str, float]) -> Body:
     return Body((2, 1, 2 * (1 + slope) / (2 + slope)), r, values.get("mu", "0.001"))
 
 
-ROWS = {
+ENDS = {
+    "theta2_0": "[0, 6]",
+    "log10_J1_0": "[-9, -7]",
     "mu": "[1/1000, 2/1000]",
     "h0": "[1, 2]",
     "beta0": "[0.5, 2]",
     "alpha0": "[1.6, 2]",
 }
+PAIRS = [
+    ("log10_J1_0", "mu"),
+    ("mu", "log10_J1_0"),
+    ("log10_J1_0", "theta2_0"),
+    ("h0", "theta2_0"),
+    ("mu", "h0"),
+    ("beta0", "alpha0"),
+]
 
 
-def over(axis: str) -> Any:
-    """A small plane whose rows change the body or the energy."""
-    return content(f"problem.rows={{axis: {axis}, ends: {ROWS[axis]}, count: 3}}")
+def axis_of(name: str, count: int) -> str:
+    return f"{{axis: {name}, ends: {ENDS[name]}, count: {count}}}"
+
+
+def over(across: str, upwards: str, *settings: str) -> Any:
+    """A small plane of two parameters."""
+    axes = f"problem.columns={axis_of(across, 3)}", f"problem.rows={axis_of(upwards, 4)}"
+    return content("problem.theta2_0=1.2", *axes, *settings)
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("axis", ROWS)
-def test_rows_of_any_parameter_have_the_codes_of_their_orbits(axis: str) -> None:
-    found = computed(over(axis))
-    assert (found["codes"].shape, str(found["y_axis"])) == ((3, 3, 5), axis)
-    for row, y in enumerate(found["y"]):
-        values = {axis: float(y)}
-        h0 = values.get("h0", "1.3342")
-        alone = route_codes(body_of(values), found["x"], h0=h0, J1_0=1e-8, n_symbols=3)
-        known = np.arange(3)[:, None] < found["certain"][row]
-        assert known.mean() > 0.9
-        assert (alone.codes == found["codes"][:, row])[known].all()
-    own = {"mu": 0.001, "h0": 1.3342, "beta0": np.pi / 2, "alpha0": 1.9106332362490186}
-    assert float(found["marked"]) == pytest.approx(own[axis])
+@pytest.mark.parametrize(("across", "upwards"), PAIRS)
+def test_any_two_parameters_make_a_plane_whose_cells_are_their_orbits(
+    across: str, upwards: str
+) -> None:
+    found = computed(over(across, upwards))
+    assert found["codes"].shape == (3, 4, 3)
+    assert (str(found["x_axis"]), str(found["y_axis"])) == (across, upwards)
+    for row, column in np.ndindex(4, 3):
+        values = {across: float(found["x"][column]), upwards: float(found["y"][row])}
+        J1_0 = 10.0 ** values["log10_J1_0"] if "log10_J1_0" in values else 1e-8
+        phase, h0 = values.get("theta2_0", 1.2), values.get("h0", "1.3342")
+        alone = route_codes(body_of(values), [phase], h0=h0, J1_0=J1_0, n_symbols=3)
+        assert found["certain"][row, column] == 3
+        assert (alone.codes[:, 0] == found["codes"][:, row, column]).all()
+    own = {"theta2_0": 1.2, "log10_J1_0": -8, "mu": 0.001, "h0": 1.3342, "beta0": np.pi / 2}
+    own["alpha0"] = 1.9106332362490186
+    marked = [float(found[name]) for name in ("marked_x", "marked")]
+    assert marked == pytest.approx([own[across], own[upwards]])
 
 
-@pytest.mark.parametrize(("axis", "tiles"), [("log10_J1_0", 2), ("mu", 7)])
-def test_tiles_share_what_they_can_and_have_every_row_once(
-    axis: str, tiles: int, monkeypatch: pytest.MonkeyPatch
+def test_columns_of_theta2_0_are_those_of_its_own_cells(data: Any) -> None:
+    ends = "{axis: theta2_0, ends: [0, 2*pi], count: 5}"
+    given = content("problem.theta2_0=1", f"problem.columns={ends}")
+    same = computed(given)
+    for name in ("codes", "certain", "x", "y"):
+        assert np.array_equal(same[name], data[name])
+
+
+@pytest.mark.parametrize(
+    ("across", "upwards", "tiles"),
+    [
+        ("theta2_0", "log10_J1_0", 2),
+        ("log10_J1_0", "theta2_0", 2),
+        ("theta2_0", "mu", 7),
+        ("mu", "log10_J1_0", 5),
+        ("mu", "h0", 3),
+    ],
+)
+def test_tiles_share_what_they_can_and_have_every_cell_once(
+    across: str, upwards: str, tiles: int, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr(route_map, "TILE", 20)
-    times = np.zeros(7, dtype=int)
-    found = list(route_map.tiled(axis, 7, 5))
-    for rows in found:
-        times[rows] += 1
+    monkeypatch.setattr(route_map, "OWN_TILE", 15)
+    times = np.zeros((7, 5), dtype=int)
+    numbers = set()
+    for number, place in route_map.tiled((across, upwards), *times.shape):
+        times[place] += 1
+        numbers.add(number)
     assert (times == 1).all()
-    assert len({rows.start for rows in found}) == len(found) == tiles
+    assert len(numbers) == tiles
 
 
 def test_tiles_are_kept_and_none_is_computed_twice(
@@ -163,9 +202,11 @@ def test_planes_share_the_tables_of_all_their_starts(monkeypatch: pytest.MonkeyP
     assert asked == [(pytest.approx((10**-9.375, 10**-5.625)), 40)] * 2
 
 
-@pytest.mark.parametrize(("axis", "arrays", "mu"), [("mu", 3, 0.0015), ("log10_J1_0", 1, 0.001)])
+@pytest.mark.parametrize(
+    ("pair", "arrays", "mu"), [(PAIRS[0], 4, 0.0015), (PAIRS[1], 3, 0.0015), (PAIRS[2], 1, 0.001)]
+)
 def test_a_plane_costs_an_array_of_orbits_for_each_body_as_much_as_the_middle_one(
-    monkeypatch: pytest.MonkeyPatch, axis: str, arrays: int, mu: float
+    monkeypatch: pytest.MonkeyPatch, pair: tuple[str, str], arrays: int, mu: float
 ) -> None:
     asked: list[Any] = []
 
@@ -174,9 +215,7 @@ def test_a_plane_costs_an_array_of_orbits_for_each_body_as_much_as_the_middle_on
         return 7.0
 
     monkeypatch.setattr(choice, "expected_seconds", seconds)
-    config = over(axis) if axis in ROWS else content(ONE_ZOOM)
-    planes = len(config.problem.planes)
-    assert route_map.cost(config) == 7 * arrays * planes
+    assert route_map.cost(over(*pair)) == 7 * arrays
     [(one, orbits)] = asked
     assert float(one.body.mu) == pytest.approx(mu)
-    assert orbits == 5 * config.problem.rows.count // arrays
+    assert orbits == 12 // arrays

@@ -73,10 +73,10 @@ def test_uncertain_cells_are_marked(doubtful: bool) -> None:
     assert ("uncertain" in labels) == doubtful
 
 
-def test_the_own_value_is_marked_where_it_is_shown_and_axes_have_their_names() -> None:
-    (axes,) = figure_of(y_axis="mu").axes
-    assert axes.get_ylabel() == r"$\mu$"
-    assert coloured(axes, ZOOM) == [[0, 1, -8, -8]]
+def test_own_values_are_marked_where_they_are_shown_and_axes_have_their_names() -> None:
+    (axes,) = figure_of(x_axis="h0", y_axis="mu", marked_x=1.5).axes
+    assert (axes.get_xlabel(), axes.get_ylabel()) == ("$h_0$", r"$\mu$")
+    assert coloured(axes, ZOOM) == [[0, 1, -8, -8], [1.5, 1.5, 0, 1]]
     (axes,) = figure_of(marked=-2.0).axes
     assert (axes.get_xlabel(), axes.get_ylabel()) == (r"$\theta_2^0$ (rad)", r"$\log_{10} J_1^0$")
     assert coloured(axes, ZOOM) == []
