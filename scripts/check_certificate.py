@@ -551,8 +551,11 @@ def prove(given: dict[str, Any], theta2_0: str, steps: Sequence[Step]) -> Proof:
 # ---- The file: what it is of, and that it is no larger than its length allows.
 
 
-def phases_of(config: dict[str, Any]) -> dict[str, list[str]]:
-    """The phases of each array, as expressions, as the config alone tells them."""
+def phases_of(config: dict[str, Any], stated: Mapping[str, Sequence[str]]) -> dict[str, list[str]]:
+    """The phases of each array, as expressions, as the config alone tells them.
+
+    The centre of a zoom is found by a computation: it is taken as stated, all else is not.
+    """
     problem: Any = config["problem"]
     found: dict[str, list[str]] = {}
     if config["experiment"] == "route_codes":
@@ -562,6 +565,13 @@ def phases_of(config: dict[str, Any]) -> dict[str, list[str]]:
             found[name] = [f"({start}) + ({step})*{k}" for k in _counted(grid["count"])]
     elif config["experiment"] == "herpolhodes":
         found = {name: [case["theta2_0"]] for name, case in problem["cases"].items()}
+    elif config["experiment"] == "route_zoom":
+        names = [f"level{k:02d}" for k in _counted(problem["levels"])]
+        for level, name in enumerate(names):
+            step = f"({problem['step']})/{_count(problem['factor'])}**{level}"
+            _check_few(found)
+            first = stated[name][0] if len(stated.get(name, ())) else "0"
+            found[name] = [f"({first}) + {step}*{k}" for k in _counted(problem["count"])]
     else:
         raise Refused(f"its config: no route codes in {str(config['experiment'])[:60]!r}")
     return found
@@ -729,7 +739,7 @@ def check(path: Path, given: Path | None = None, processes: int = 1) -> Iterator
         for name, fields in arrays.items()
     }
     try:
-        expected = phases_of(config)
+        expected = phases_of(config, stated)
         problem = {key: config["problem"][key] for key in ("A", "r", "mu", "h0", "J1_0")}
         symbols = _count(config["problem"]["n_symbols"])
         if len(problem["A"]) != 3 or len(problem["r"]) != 3:

@@ -18,8 +18,9 @@
     ``PIECES = True``
         All its work goes through ``means.pieces``, so that a cluster shares it; what does not, a
         worker of the cluster computes as a whole.
-    ``orbits(config)``
-        `Routes`, exact: its route codes can be proven.
+    ``orbits(config, stored)``
+        `Routes`, exact: its route codes can be proven. ``stored()`` loads ``/data`` of the
+        config's result, for orbits that only a computation tells.
     ``theorems(config, data)``
         Sentences that ``/data`` of a result proves, checked again without integration;
         ArithmeticError where it does not, whose text says what is not shown.

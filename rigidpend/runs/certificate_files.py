@@ -124,14 +124,15 @@ def marked(result: Loaded, certificate: Loaded | None) -> Loaded:
     """
     if certificate is None or not _same_problem(result, certificate):
         return result
-    held = dict(result["data"])
+    held = dict(_groups(result["data"]))
     for name, proof, group in _pairs(result, certificate):
         # The problem may be the same, and the symbols still of another version: each is compared.
         if not _unlike(proof, group):
             codes = _columns(group["codes"])
             proven = (proof["codes"] == codes) & (codes != NO_SYMBOL)
             held[name] = {**group, "proven": proven.reshape(group["codes"].shape)}
-    return {**result, "data": held}
+    data = {**result["data"], "levels": held} if "levels" in result["data"] else held
+    return {**result, "data": data}
 
 
 def contradictions(result: Loaded, certificate: Loaded) -> list[str]:
@@ -168,16 +169,31 @@ def _unlike(proof: Data, group: Data) -> str:
     """Problem that the columns of a certificate are of, if not a result's; empty where they are."""
     if proof["codes"].shape != _columns(group["codes"]).shape:
         return "other orbits"
-    doubles = np.array([float(exact(str(x))) for x in proof["theta2_0"]])
+    stated = [exact(str(x)) for x in proof["theta2_0"]]
+    # A zoom is about a centre that its config does not tell, and that doubles do not hold.
+    if "centre" in group:
+        return "" if exact(str(group["centre"])) == centre(proof) else "another centre"
+    doubles = np.array([float(x) for x in stated])
     return "" if np.array_equal(doubles, np.atleast_1d(group["theta2_0"])) else "other phases"
+
+
+def centre(proof: Data) -> Any:
+    """Middle of the phases of an array, exact, in radians; ExactError where one is no number."""
+    first, last = (exact(str(proof["theta2_0"][k])) for k in (0, -1))
+    return (first + last) / 2
 
 
 def _pairs(result: Loaded, certificate: Loaded) -> Iterator[tuple[str, Data, Data]]:
     """Arrays that both have, by name: of the certificate, of the result."""
-    groups = result["data"]
+    groups = _groups(result["data"])
     for name, proof in certificate["data"].items():
         if "codes" in groups.get(name, {}):
             yield name, proof, groups[name]
+
+
+def _groups(data: Data) -> Data:
+    """Groups of a result that may hold arrays of codes."""
+    return data.get("levels", data)
 
 
 def _columns(values: Any) -> Any:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 from collections.abc import Iterable, Mapping, Sequence
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
@@ -83,12 +84,12 @@ def certify(
     processes prove, or a Dask cluster at the address `scheduler`. ConfigError where the experiment
     has no route codes or too many orbits, StoreError where a file cannot be read or written.
     """
-    routes = orbits(config)
+    routes = orbits(config, folder)
     file = storage.certificate_of(folder / f"{config.name}.h5")
     stated, code = _stated(config.content), code_hash_of(Path(codes.__file__))
     if not force and file.exists():
         stored = storage.read(file)
-        if (stored["config"], stored["provenance"].get("code_hash")) == (stated, code):
+        if _is_of(stored, stated, routes) and stored["provenance"].get("code_hash") == code:
             report(f"{file} is up to date; certify --check {file} proves it again")
             return summaries(stored["data"])
     store.prepare(file)
@@ -116,12 +117,16 @@ def certify(
     return summaries(storage.read(file)["data"], reasons)
 
 
-def orbits(config: LoadedConfig) -> Routes:
-    """The exact orbits of a config whose route codes can be proven; ConfigError of any other."""
+def orbits(config: LoadedConfig, folder: Path) -> Routes:
+    """The exact orbits of a config whose route codes can be proven.
+
+    ConfigError where it has none, or too many; Absent where a result tells them that is not there.
+    """
     computation: Any = experiments.computation(config.experiment)
-    refused = f"configs of {config.experiment} tell no orbits whose codes can be proven"
+    refused = f"the experiment {config.experiment} has no route codes to prove"
     if hasattr(computation, "orbits"):
-        found = computation.orbits(config.content)
+        source = folder / f"{config.name}.h5"
+        found = computation.orbits(config.content, lambda: store.load(source)["data"])
         if (count := sum(len(phases) for _, phases in found.values())) <= MOST_ORBITS:
             return dict(found)
         refused = f"{count} orbits, and {MOST_ORBITS} are the most in a certificate"
@@ -187,6 +192,18 @@ def _stated(content: Any) -> dict[str, Any]:
     return {key: resolved[key] for key in ("experiment", "problem")}
 
 
+def _is_of(stored: Loaded, stated: Mapping[str, Any], routes: Routes) -> bool:
+    """True if a certificate is of that problem and of those orbits."""
+    try:
+        if stored["config"] != stated or stored["data"].keys() != routes.keys():
+            return False
+        for name, (problem, phases) in routes.items():
+            _fits(name, stored["data"][name], problem, phases)
+    except (store.StoreError, ValueError):
+        return False
+    return True
+
+
 def _routes(file: Path, stored: Loaded) -> Routes:
     """The orbits that a certificate's own config asks for, each array of which it has."""
     try:
@@ -196,7 +213,7 @@ def _routes(file: Path, stored: Loaded) -> Routes:
         if _stated(content) != stored["config"]:
             raise ValueError("it is not written as a certificate writes it")
         computation: Any = experiments.computation(content.experiment)
-        found = dict(computation.orbits(content))
+        found = dict(computation.orbits(content, partial(_centres, stored["data"])))
     except ValidationError as error:
         said = short(validation.told(error.errors()))
         raise store.StoreError(f"{file}: its config: {said}") from None
@@ -212,6 +229,11 @@ def _routes(file: Path, stored: Loaded) -> Routes:
     if sum(len(phases) for _, phases in found.values()) > MOST_ORBITS:
         raise store.StoreError(f"{file}: its config asks for more than {MOST_ORBITS} orbits")
     return found
+
+
+def _centres(data: Data) -> Data:
+    """Part of its result that a zoom takes: the centre of each level, told by the phases proven."""
+    return {"levels": {name: {"centre": storage.centre(group)} for name, group in data.items()}}
 
 
 def _fits(place: str, group: Data, problem: RouteProblem, phases: Sequence[Exact]) -> None:

@@ -137,7 +137,13 @@ def test_wrong_usage_is_said(folder: Path) -> None:
         assert call(folder, "certify", *arguments).returncode == 2
     done = call(folder, "certify", "fig1")
     assert done.returncode == 2
-    assert "configs of phase_portraits tell no orbits whose codes can be proven" in done.stderr
+    assert "no route codes to prove" in done.stderr
+
+
+def test_a_zoom_needs_its_result(folder: Path) -> None:
+    done = call(folder, "certify", "fig4_zoom", "--out", ".")
+    assert done.returncode == 3
+    assert "rigidpend run fig4_zoom" in done.stderr
 
 
 @pytest.mark.slow
@@ -174,9 +180,14 @@ def test_a_single_route_is_held_against_its_proof_too(folder: Path) -> None:
     route["codes"][1] ^= 1
     assert len(storage.contradictions(result, one)) == 1
     assert storage.marked(result, one)["data"]["only"]["proven"].tolist() == [True, False]
-    route["theta2_0"] = np.float64(2)
-    assert "proven" not in storage.marked(result, one)["data"]["only"]
-    assert storage.contradictions(result, one) == ["only: the certificate is of other phases"]
+    # A level of a zoom is told by its centre, to the last digit.
+    level = {key: x for key, x in route.items() if key != "theta2_0"} | {"centre": "1"}
+    levels: Any = {**result, "data": {"levels": {"only": level}}}
+    marked = storage.marked(levels, one)["data"]["levels"]["only"]["proven"]
+    assert marked.tolist() == [True, False]
+    level["centre"] = f"1.{30 * '0'}1"
+    assert "proven" not in storage.marked(levels, one)["data"]["levels"]["only"]
+    assert storage.contradictions(levels, one) == ["only: the certificate is of another centre"]
 
 
 @pytest.mark.slow

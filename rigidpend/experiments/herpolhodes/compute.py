@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+
 import numpy as np
 
 from rigidpend.experiments.contract import Means, Routes
-from rigidpend.experiments.data import Tree
+from rigidpend.experiments.data import Data, Tree
 from rigidpend.experiments.herpolhodes import CASE
 from rigidpend.experiments.herpolhodes.schema import Config, HerpolhodeCase
 from rigidpend.mechanics.in_space import plateaus
@@ -70,7 +72,7 @@ def _group(config: Config, routes: RouteCodes, orbit: RouteOrbit) -> Tree:
     }
 
 
-def orbits(config: Config) -> Routes:
+def orbits(config: Config, stored: Callable[[], Data]) -> Routes:
     """The orbit of each case."""
     problem = config.problem
     return {name: (problem.routes, [case.theta2_0]) for name, case in problem.cases.items()}

@@ -4,14 +4,14 @@ from __future__ import annotations
 
 import math
 import time
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from functools import partial
 from typing import Any
 
 import numpy as np
 
 from rigidpend.experiments.contract import Means, Routes
-from rigidpend.experiments.data import Tree
+from rigidpend.experiments.data import Data, Tree
 from rigidpend.experiments.route_codes.schema import Config
 from rigidpend.machine import progress
 from rigidpend.numbers.exact import Exact
@@ -105,7 +105,7 @@ def _part(phases: Sequence[Exact], of: int, config: Config, means: Means) -> Tre
     return codes_of(routes, phases, arithmetic, means.jobs, of=of)._asdict()
 
 
-def orbits(config: Config) -> Routes:
+def orbits(config: Config, stored: Callable[[], Data]) -> Routes:
     """The orbits of each array."""
     problem = config.problem
     return {name: (problem.routes, grid.phases) for name, grid in problem.arrays.items()}

@@ -10,17 +10,17 @@ from __future__ import annotations
 
 import dataclasses
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from functools import partial
 
 import numpy as np
 
 from rigidpend.config.description import Row
-from rigidpend.experiments.contract import Means
-from rigidpend.experiments.data import Tree
+from rigidpend.experiments.contract import Means, Routes
+from rigidpend.experiments.data import Data, Tree
 from rigidpend.experiments.route_zoom.schema import Config, Problem
 from rigidpend.machine.progress import PartDone
-from rigidpend.numbers.exact import Exact, exact
+from rigidpend.numbers.exact import Exact, exact, exacts
 from rigidpend.routes.neighbourhood import (
     Bracket,
     Neighbourhood,
@@ -115,6 +115,12 @@ def _phases(centre: Exact, problem: Problem, step: Exact) -> list[Exact]:
     """The columns' phases around a centre; rational ones as plain quotients."""
     grid = Grid(centre - step * (problem.count - 1) / 2, step, problem.count)
     return [phase if phase.fraction is None else exact(phase.fraction) for phase in grid]
+
+
+def orbits(config: Config, stored: Callable[[], Data]) -> Routes:
+    """The orbits of each level, at the phases that a computation has found."""
+    levels = stored()["levels"].items()
+    return {name: (config.problem.routes, exacts(level["theta2_0"])) for name, level in levels}
 
 
 def describe(config: Config) -> list[Row]:

@@ -129,6 +129,8 @@ def test_every_phase_that_is_stored_is_the_number_that_was_used(
             for x, y, z in zip(state[3:], difference[3:], true[3:], strict=True):
                 start = m.mpf(x.numerator) / x.denominator + m.mpf(float(y))
                 assert abs(start - m.mpf(z.low) / 2**1200) < bound
+    orbits = route_zoom.orbits(content, lambda: found)
+    assert [phase.text for phase in orbits["level09"][1]] == texts
 
 
 def test_levels_are_what_integration_alone_finds(tree: Any, given: Any) -> None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -17,7 +18,7 @@ from tests.cli.calls import REFERENCE
 
 def orbits(name: str) -> tuple[LoadedConfig, Any]:
     config = loading.load(catalogue.known()[name])
-    return config, certificates.orbits(config)
+    return config, certificates.orbits(config, REFERENCE)
 
 
 def test_those_of_fig4_are_its_grids() -> None:
@@ -25,6 +26,19 @@ def test_those_of_fig4_are_its_grids() -> None:
     assert {name: len(phases) for name, (_, phases) in found.items()} == {"left": 63, "right": 32}
     assert found["left"][1][3].text == "0 + ((1/10) * 3)"
     assert float(found["right"][1][31]) == pytest.approx(3 * np.pi / 40 + 0.31, abs=1e-15)
+
+
+@pytest.mark.slow
+def test_those_of_the_zoom_are_told_by_its_result() -> None:
+    _, found = orbits("fig4_zoom")
+    levels = store.load(REFERENCE / "fig4_zoom.h5")["data"]["levels"]
+    assert found.keys() == levels.keys()
+    for name, (_, phases) in found.items():
+        level = levels[name]
+        spacing = phases[1] - phases[0]
+        assert float(spacing) == pytest.approx(level["step"], rel=1e-12)
+        assert len(phases) == len(level["offset"])
+    assert float(spacing) < 1e-11
 
 
 @pytest.mark.slow
@@ -45,9 +59,9 @@ def test_the_published_routes_of_fig5_are_proven() -> None:
         assert (away <= found.time_radius[:, 0] + 1e-6).all()
 
 
-def test_too_many_orbits_are_refused() -> None:
+def test_too_many_orbits_are_refused(tmp_path: Path) -> None:
     loaded = loading.load(
         catalogue.known()["fig4"], ["problem.arrays.left.count=2001", "problem.n_symbols=2"]
     )
     with pytest.raises(loading.ConfigError, match="2000 are the most"):
-        certificates.orbits(loaded)
+        certificates.orbits(loaded, tmp_path)
