@@ -46,8 +46,8 @@ COPIED = ("rigidpend", "tests", "scripts", "docs", "configs", "results")
 """What a copy of the project has of its own; the rest it shares."""
 LIBRARIES = ("h5py", "hypothesis", "numpy", "pydantic", "scipy.integrate", "scipy.sparse.linalg")
 """What processes of tests find imported, for it takes longer than most tests."""
-OF_PEERS = ("cyrk_compiled",)
-"""Modules of libraries that the tests do without."""
+OF_PEERS = ("cyrk_compiled", "diffrax_vmapped")
+"""Methods of libraries that the tests do without."""
 NEAR = 12.0
 """Seconds that tests of a line take together, by the map."""
 FURTHER = 3.0

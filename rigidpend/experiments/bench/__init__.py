@@ -14,16 +14,15 @@ compute, report, draw
 Peers
 -----
 heyoka in batches of 4, 8 and 16 lanes, on Euler-Poisson and (eq1); CyRK (DOP853, Verner 8, LSODA)
-with rates compiled by numba; SciPy's DOP853, all orbits as one system.
+with rates compiled by numba; diffrax (Dopri8, Tsit5), jitted and vmapped; SciPy's DOP853, all
+orbits as one system.
 
 Measured before, and left out since: SciPy's LSODA and Radau, SUNDIALS' CVODE through scikit-sundae
-and REBOUND's Bulirsch-Stoer took 190 to 17,000 times our time at every problem; diffrax (JAX;
-Dopri8, Tsit5), jitted and vmapped, 49 to 61 times that of our series, and no setting had every
-symbol of the codes right; heyoka's ensemble, its compact mode and its integrator of one orbit more
-than its batches; diffrax and SciPy run at two tolerances and compared, a hundred times our
-cross-check; our own 64, 106 and 113 bits 145, 13 and 3,600 times our doubles; Lie-Poisson
-splittings of order 2 to 8, of the free body and the pendulum, 289 and 831 times ours, at larger
-errors.
+and REBOUND's Bulirsch-Stoer took 190 to 17,000 times our time at every problem; heyoka's ensemble,
+its compact mode and its integrator of one orbit more than its batches; diffrax and SciPy run at two
+tolerances and compared, a hundred times our cross-check; our own 64, 106 and 113 bits 145, 13 and
+3,600 times our doubles; Lie-Poisson splittings of order 2 to 8, of the free body and the pendulum,
+289 and 831 times ours, at larger errors.
 
 Looked at and left out: numbalsoda, extensisq, pyodesys, pycvodes, sundials4py, scikits.odes and
 Assimulo have no wheel for Linux and Python 3.11 (CyRK serves numbalsoda's LSODA and DOP853);

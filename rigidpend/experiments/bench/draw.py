@@ -13,7 +13,7 @@ from rigidpend.experiments.bench import report
 from rigidpend.experiments.bench.methods import METHODS, PROBLEMS
 from rigidpend.experiments.bench.report import CAPTION, tables
 from rigidpend.experiments.data import Data, Loaded
-from rigidpend.experiments.plots import BLUE, GREEN, ORANGE, RED, WIDTH, entry, title
+from rigidpend.experiments.plots import BLUE, GREEN, ORANGE, PINK, RED, WIDTH, entry, title
 
 __all__ = ["CAPTION", "draw", "style", "tables"]
 
@@ -35,6 +35,7 @@ class Appearance(NamedTuple):
 
 APPEARANCES = {
     "scipy": Appearance("SciPy DOP853", RED, "v"),
+    "diffrax": Appearance("diffrax (JAX)", PINK, "P"),
     "cyrk": Appearance("CyRK (numba)", GREEN, "o"),
     "heyoka": Appearance("heyoka, batches", ORANGE, "s"),
     "ours": Appearance("rigidpend", BLUE, "*"),

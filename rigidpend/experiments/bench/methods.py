@@ -107,6 +107,11 @@ METHODS = {
         "CyRK, compiled by numba", "cyrk", finest=FINEST_SCIPY, libraries=("CyRK", "numba"),
         variants=_variants("method", "DOP853", "Vern8", "LSODA"),
     ),
+    # Tighter, steps are refused for ever.
+    "diffrax": Method(
+        "diffrax, jitted and vmapped", "diffrax", finest=2e-14, libraries=("jax", "diffrax"),
+        variants=_variants("solver", "Dopri8", "Tsit5"),
+    ),
     "scipy_dop853": Method(
         "SciPy DOP853", "scipy", finest=FINEST_SCIPY, libraries=("scipy.integrate",), threads=False
     ),

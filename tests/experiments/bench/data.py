@@ -58,7 +58,7 @@ def data() -> dict[str, Any]:
             "aligned_batch": record([1e-4, 1e-8, 1e-13], [1e-3, 2e-3, 4e-3]),
             "scipy_dop853": record([1e-2, 1e-6, 5e-10], [0.1, 0.2, 0.4]),
             "heyoka_eq1": record([1e-2, 1e-8, np.nan], [5e-4, 3e-3, 4e-3]),
-            "cyrk": {"ended": "absent: CyRK is not installed"},
+            "diffrax": {"ended": "absent: jax is not installed"},
         },
         "codes": {
             **texts,

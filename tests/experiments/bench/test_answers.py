@@ -30,8 +30,8 @@ from tests.strategies import aligned_from_body
 pytestmark = needs_heyoka("the references in 113 bits")
 SMALL = SimpleNamespace(orbits=3, turns=2, columns=3, n_symbols=3)
 
-# CyRK compiles for many seconds: it is tried on the codes alone, where installed.
-SLOW = ("cyrk", "cyrk_two_methods")
+# JAX and CyRK compile for many seconds: they are tried on the codes alone, where installed.
+SLOW = ("diffrax", "cyrk", "diffrax_two_tolerances", "cyrk_two_methods")
 PAIRS = [
     (problem, name)
     for problem in ASKED

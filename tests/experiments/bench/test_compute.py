@@ -33,15 +33,15 @@ CONFIGS = Path(__file__).resolve().parents[3] / "configs" / "measure"
 FULL, QUICK = (CONFIGS / f"{name}.yaml" for name in ("bench", "bench_quick"))
 SMALL = [
     "problem.problems=[pendulum, codes]",
-    "problem.methods=[closed_form, route_codes, aligned_batch, cyrk]",
+    "problem.methods=[closed_form, route_codes, aligned_batch, diffrax]",
     "problem.columns=2",
     "problem.n_symbols=2",
     "search.tolerances=[1e-4, 1e-9]",
     "meeting.rounds=2",
     "search.slowest=100",
-    "phases.methods=[route_codes, cyrk]",
+    "phases.methods=[route_codes, diffrax]",
     "phases.orbits=5",
-    "bodies.methods=[route_codes_auto, heyoka_principal, cyrk]",
+    "bodies.methods=[route_codes_auto, heyoka_principal, diffrax]",
     "bodies.kept=1",
     "bodies.drawn=1",
     "bodies.orbits=6",
@@ -76,10 +76,10 @@ def called(folder: Path, *words: str) -> Any:
 
 @pytest.fixture(scope="module")
 def said(folder: Path) -> Any:
-    """What the command prints, run in small; CyRK is made absent, closed forms have a worker."""
+    """What the command prints, run in small; diffrax is made absent, closed forms have a worker."""
     with pytest.MonkeyPatch.context() as patch:
-        lacking = METHODS["cyrk"]._replace(libraries=("no_such_library",))
-        patch.setitem(METHODS, "cyrk", lacking)
+        lacking = METHODS["diffrax"]._replace(libraries=("no_such_library",))
+        patch.setitem(METHODS, "diffrax", lacking)
         patch.setattr(
             bench, "by_worker", lambda *x: (by_worker if x[1][1] == "closed_form" else here)(*x)
         )
@@ -104,15 +104,15 @@ def test_the_command_prints_one_json_document_and_draws(said: Any, folder: Path)
 def test_every_method_that_answers_has_a_record_or_is_said_to_be_absent(
     data: Any, said: Any
 ) -> None:
-    assert set(data["pendulum"]) & set(METHODS) == {"closed_form", "aligned_batch", "cyrk"}
+    assert set(data["pendulum"]) & set(METHODS) == {"closed_form", "aligned_batch", "diffrax"}
     assert data["codes"]["route_codes"]["wrong_symbols"].tolist() == [0]
     assert data["codes"]["aligned_batch"]["error"][-1] < 1e-3
     assert data["pendulum"]["closed_form"]["error"][0] < 1e-12
     assert data["pendulum"]["aligned_batch"]["tolerance"].tolist() == [1e-4, 1e-9]
     absent = "absent: no_such_library is not installed"
-    assert data["pendulum"]["cyrk"] == data["codes"]["cyrk"] == {"ended": absent}
+    assert data["pendulum"]["diffrax"] == data["codes"]["diffrax"] == {"ended": absent}
     assert absent in said.stderr
-    assert f"CyRK, compiled by numba: {absent}." in reading.losses_table(data).note
+    assert f"diffrax, jitted and vmapped: {absent}." in reading.losses_table(data).note
 
 
 def test_methods_meet_with_one_thread_and_with_two(data: Any) -> None:
@@ -132,7 +132,7 @@ def test_symbols_are_counted_on_random_phases_and_with_bodies_that_are_told(data
         assert phases["route_codes"]["wrong_trusted"] == phases["route_codes"]["undecided"] == 0
     group = data["bodies"]
     assert group["ended"] == "complete"
-    assert "cyrk" not in group
+    assert "diffrax" not in group
     assert group["route_codes_auto"]["orbits"].tolist() == [6] * 2
     assert (group["heyoka_principal"]["symbols"] == group["route_codes_auto"]["symbols"]).all()
     assert group["route_codes_auto"]["wrong_trusted"].tolist() == [0] * 2

@@ -43,7 +43,7 @@ def test_guests_bring_their_tolerance_and_variant(content: Any) -> None:
         "cyrk": record([1e-12], [1e-3], setting=[1.0]),
         "closed_form": record([1e-15], [1e-3], tolerance=[np.nan]),
         "scipy_dop853": record([1e-10], [9.0]),
-        "heyoka_principal": {"ended": "absent: heyoka is not installed"},
+        "diffrax": {"ended": "absent: jax is not installed"},
     }
     found = choice.guests("free_body", group, content)
     assert set(found) == {"heyoka_eq1", "cyrk", "closed_form"}, "too slow, or absent"

@@ -82,7 +82,7 @@ def test_wrong_symbols_are_per_million() -> None:
 def test_every_table_can_be_written() -> None:
     lines = [line for table in reading.tables(loaded(data())) for line in terminal(table)]
     assert any("every symbol right" in line for line in lines)
-    assert "  CyRK, compiled by numba: absent: CyRK is not installed." in lines
+    assert "  diffrax, jitted and vmapped: absent: jax is not installed." in lines
 
 
 def test_bodies_are_told_by_median_and_worst_with_a_peer_scaled_to_as_many_orbits() -> None:
