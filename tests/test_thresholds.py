@@ -13,7 +13,7 @@ from rigidpend.numbers.exact import exact
 from rigidpend.orbits.return_map import return_map, storage
 from rigidpend.routes.certified import codes
 from rigidpend.routes.problem import RouteProblem
-from rigidpend.routes.symbolic import closed, find, levels
+from rigidpend.routes.symbolic import closed, find, follow, levels
 from tests.bodies import FIG4
 
 START: dict[str, Any] = {"h0": "1.3342", "J1_0": "1e-8"}
@@ -42,6 +42,11 @@ LIMITS: dict[str, tuple[Callable[[int], Any], int, int]] = {
         *(8, 4096),
     ),
     "symbols of a word": (lambda n: closed.closed_orbit(FIG4, "0" * n, h="1.3342"), 1, 60),
+    "symbols of round phases": (
+        lambda n: follow.round_phases(FIG4, "0" * n, **START, decimals=1),
+        *(1, 50),
+    ),
+    "decimals": (lambda n: follow.round_phases(FIG4, "01", **START, decimals=n), 0, 4),
 }
 
 
@@ -53,6 +58,7 @@ def test_an_argument_is_accepted_up_to_its_limits_and_not_beyond(
     monkeypatch.setattr(find, "surface", reached)
     monkeypatch.setattr(codes, "side_by_side", reached)
     monkeypatch.setattr(levels, "return_map", reached)
+    monkeypatch.setattr(follow, "route_codes", reached)
     for allowed in (least, most):
         with pytest.raises(Reached):
             call(allowed)

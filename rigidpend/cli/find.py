@@ -37,6 +37,13 @@ SHOWN = 400
     "--digits", type=int, default=28, show_default=True, help="Digits of theta2_0 behind the point."
 )
 @click.option(
+    "--decimals",
+    type=int,
+    metavar="N",
+    help="List all phases with N decimals, 0 to 4, whose orbits have the code: with 2 all of 0.00"
+    " to 6.28 are tried.",
+)
+@click.option(
     "--proof",
     type=click.Path(dir_okay=False, path_type=Path),
     metavar="FILE",
@@ -51,6 +58,7 @@ def find_command(
     code: str,
     near: str | None,
     digits: int,
+    decimals: int | None,
     proof: Path | None,
     settings: tuple[str, ...],
     as_json: bool,
@@ -60,14 +68,15 @@ def find_command(
 
     NAME is a config with one body, an energy constant h0 and an initial action J1_0, as fig4 and
     fig5. Where half rotations are not given they are few. Integration of the full equations
-    confirms the symbols that the digits determine. Infinitely many orbits have a code. Exit code 1:
-    there is no such orbit, and why.
+    confirms the symbols that the digits determine. Infinitely many orbits have a code: --decimals
+    lists those whose phase is round. Exit code 1: there is no such orbit, and why.
 
     \b
     Examples:
       rigidpend find fig4 --code 0001101
       rigidpend find fig5 --code 00011 --near 1.02
       rigidpend find fig4 --code 0110100110010110 --proof results/x.orbit.certificate.h5
+      rigidpend find fig5 --code 00011 --decimals 2
       rigidpend find fig4 --code "0^11 1^10 1^11" --digits 45 --json
     """
     from rigidpend.routes import symbolic
@@ -81,6 +90,13 @@ def find_command(
     if not all(hasattr(problem, each) for each in ("body", "h0", "J1_0")):
         raise click.UsageError(f"{path} has not one body, h0 and J1_0, as fig4 and fig5 have")
     given = {name: getattr(problem, name) for name in ("body", "h0", "J1_0")}
+    if proof and decimals is not None:
+        raise click.UsageError("--proof is of one orbit, and --decimals lists many: give one")
+    if decimals is not None:
+        if near is not None:
+            raise click.UsageError("--decimals lists orbits, and --near chooses one: give one")
+        _list(code, decimals, given, as_json, jobs)
+        return
     found = symbolic.find_orbit(code=code, near=near, digits=digits, jobs=jobs, **given)
     if as_json:
         print_json(_document(found))
@@ -90,6 +106,26 @@ def find_command(
         from rigidpend.runs import orbit_proofs
 
         orbit_proofs.prove(loaded, found, proof, jobs=jobs, report=say)
+
+
+def _list(code: str, decimals: int, given: dict[str, Any], as_json: bool, jobs: int) -> None:
+    """Print the round phases of a code."""
+    from rigidpend.routes.symbolic import NoOrbit
+    from rigidpend.routes.symbolic.follow import round_phases
+
+    found = round_phases(code=code, decimals=decimals, jobs=jobs, **given)
+    if not found.theta2_0:
+        raise NoOrbit(
+            f"none of the {found.tried} phases with {decimals} decimals has this code: try one more"
+        )
+    addresses = ("outside of the return map" if x is None else str(x) for x in found.addresses)
+    rows = list(zip(map(str, found.theta2_0), addresses, strict=True))
+    if as_json:
+        phases = [{"theta2_0": phase, "address": address} for phase, address in rows]
+        print_json({"phases": phases, "tried": found.tried, "uncertain": found.uncertain})
+    else:
+        print_table(rows)
+        say(f"{len(rows)} of {found.tried} phases; {found.uncertain} have uncertain symbols")
 
 
 def _rows(found: FoundOrbit) -> list[tuple[str, str, str]]:

@@ -29,3 +29,11 @@ def test_a_code_gives_a_phase(monkeypatch: pytest.MonkeyPatch) -> None:
     assert rows["theta2_0"].startswith(found["theta2_0"])
     assert found["half_turns"] == [11, 10]
     assert len(found["crossing_time"]) == 3
+
+
+def test_round_phases_are_listed() -> None:
+    done = call(ROOT, "find", "fig4", "--code", "011", "--decimals", "1")
+    rows = dict(line.split(maxsplit=1) for line in done.stdout.splitlines())
+    found = json.loads(call(ROOT, "find", "--code", "011", "--decimals", "1", "--json").stdout)
+    assert rows == {each["theta2_0"]: each["address"] for each in found["phases"]}
+    assert f"{len(rows)} of 63 phases" in done.stderr

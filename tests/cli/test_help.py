@@ -33,7 +33,7 @@ BEGUN = {
     "verify": "runs.regression.verify",
 }
 """Words of examples that take long: run up to that function, they have tests of their own."""
-WHOLE = ("--near", "--reference", "run fig4 --set problem.mu", "describe")
+WHOLE = ("--near", "--decimals", "--reference", "run fig4 --set problem.mu", "describe")
 """Parts of examples with such words that are run to their end."""
 
 

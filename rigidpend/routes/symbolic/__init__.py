@@ -10,7 +10,7 @@ address    codes and addresses as texts
 levels     the return map's inverse charts at one energy, and the orbits of Fig. 4 on it
 chain      the equations of chains of passages, whatever their ends; passages integrated alone
 shortest   chains with given half rotations, or with few
-follow     the address of a given orbit
+follow     the address of a given orbit, round phases that have a code
 refine     theta2_0 to any number of digits, by integration
 find       the orbit of a given address
 closed     the periodic orbit of a word, its multiplier and action, closed again by integration

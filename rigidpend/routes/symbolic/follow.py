@@ -1,9 +1,18 @@
-"""The address of a given orbit, from its crossings: found by the map or by integration."""
+"""Codes of given orbits: the address of one, and the round phases of a code.
+
+The address follows from the crossings, found by the map or by integration. Round phases are those
+of few decimals: thousands of intervals of theta2_0 belong to a code of five symbols, so that the
+code alone names no orbit, and what is found by trying phases one after the other is a round one
+in such an interval.
+"""
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
+from decimal import Decimal
 from fractions import Fraction
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -18,12 +27,17 @@ from rigidpend.orbits.return_map.precision import precision
 from rigidpend.routes.codes import route_codes
 from rigidpend.routes.problem import ProblemError, RouteProblem
 from rigidpend.routes.start import Scales, start, states_exact
-from rigidpend.routes.symbolic.address import Address
+from rigidpend.routes.symbolic.address import Address, AddressError, Code, parsed
 from rigidpend.routes.symbolic.chain import alternating, section_points
 from rigidpend.routes.symbolic.levels import Level, Surface, onward, surface
 
 LEAST_BITS = 64
 """Least precision of the states at crossings."""
+IN_DOUBLES = 53
+"""Bits of doubles."""
+MOST_DECIMALS = 4
+"""At most 62,832 phases are tried."""
+MOST_SYMBOLS = 50
 
 
 def address_of(
@@ -109,3 +123,68 @@ def followed(orbits: Surface, theta2: float, n: int) -> tuple[Address, Array]:
         symbols.append(int(passed.symbol[0]))
         chi.append(chi[-1] + float(passed.turned[0]))
     return Address.of(chi, symbols), np.array(chi)
+
+
+class RoundPhases(NamedTuple):
+    """The phases of so many decimals whose orbits have a code: radians, ascending in [0, 2 pi).
+
+    An address is None where the orbit leaves the return map. All phases with so many decimals were
+    `tried`; those are `uncertain` whose symbols, as many as the code has, are not all established.
+    """
+
+    theta2_0: tuple[Decimal, ...]
+    addresses: tuple[Address | None, ...]
+    tried: int
+    uncertain: int
+
+
+def round_phases(
+    body: Body,
+    code: Code,
+    *,
+    h0: Scalar,
+    J1_0: Scalar,
+    decimals: int,
+    jobs: int = 1,
+) -> RoundPhases:
+    """The phases of 0 to 4 decimals whose orbits have a code, or an address, as in `find_orbit`.
+
+    AddressError, ProblemError or ExactError says which value is excluded or no number.
+    """
+    address = parsed(code)
+    n = len(address.symbols)
+    decimals = checked.whole("decimals", decimals, 0, MOST_DECIMALS, ProblemError)
+    if n > MOST_SYMBOLS:
+        raise AddressError(f"a code of round phases has at most {MOST_SYMBOLS} symbols, got {n}")
+    tried = math.floor(2 * math.pi * 10**decimals) + 1
+    phases = [Decimal(k).scaleb(-decimals) for k in range(tried)]
+    routes = route_codes(body, phases, h0=h0, J1_0=J1_0, n_symbols=n, jobs=jobs)
+    certain = routes.certain.all(axis=0)
+    asked = np.array(address.symbols)[:, None]
+    found = np.flatnonzero(certain & (routes.codes == asked).all(axis=0))
+    problem = RouteProblem(body, h0, J1_0, n)
+    kept: dict[Decimal, Address | None] = {}
+    for k in found:
+        own = _address(problem, phases[k], address.symbols, doubles=routes.bits[k] <= IN_DOUBLES)
+        # What else of an address is asked for it has to have.
+        parts = (address.first, own and own.first), (address.half_turns, own and own.half_turns)
+        if all(asked in (None, mine) for asked, mine in parts):
+            kept[phases[k]] = own
+    return RoundPhases(tuple(kept), tuple(kept.values()), tried, int((~certain).sum()))
+
+
+def _address(
+    problem: RouteProblem, phase: Decimal, symbols: tuple[int, ...], *, doubles: bool
+) -> Address | None:
+    """The address of an orbit whose symbols are known, as are the bits that decided them."""
+    try:
+        if doubles:
+            own, _ = followed(surface(problem), float(phase), len(symbols))
+            if own.symbols == symbols:
+                return own
+        # Beyond what doubles follow their symbols may still be right by chance, their turns not.
+        return address_of(
+            problem.body, phase, h0=problem.h0, J1_0=problem.J1_0, n_symbols=len(symbols)
+        )
+    except MapError:
+        return None

@@ -1,4 +1,4 @@
-"""Addresses of given orbits."""
+"""Addresses of given orbits, and the round phases of a code."""
 
 from __future__ import annotations
 
@@ -21,11 +21,11 @@ from rigidpend.orbits.return_map.passage import SectionPoint
 from rigidpend.routes.cycle import TURNS, symbols
 from rigidpend.routes.herpolhode import initial_state, physical, separatrices
 from rigidpend.routes.problem import RouteProblem
-from rigidpend.routes.symbolic.follow import addressed
+from rigidpend.routes.symbolic.follow import RoundPhases, addressed, round_phases
 from rigidpend.routes.symbolic.levels import onward
 from tests.bodies import FIG4
 from tests.routes.symbolic.fig4 import level
-from tests.routes.symbolic.test_find import FIG5, ROUTE, codes_of
+from tests.routes.symbolic.test_find import FIG5, ROUTE, START, codes_of
 
 DOCS = Path(__file__).parents[3] / "docs" / "addresses.md"
 J1_0, PASSAGES, WAIT = "1e-6", 5, 36.0
@@ -98,9 +98,62 @@ def test_both_published_phases_come_out_of_their_codes_and_their_addresses(
     assert f"{orbit.theta2_0:.2f}" == published
     assert codes_of(FIG5, orbit.theta2_0, 5, ROUTE) == code
     assert str(find_orbit(FIG5, code, **ROUTE, near=published, digits=12).address) == address
-    phases = [Decimal(k) / 100 for k in range(629)]
-    routes = route_codes(FIG5, phases, **ROUTE, n_symbols=5)
-    assert routes.certain.all()
-    having = [phase for phase, own in zip(phases, routes.words, strict=True) if own == code]
-    assert (having[0], len(having)) == (Decimal(published), count)
-    assert str(address_of(FIG5, published, **ROUTE, n_symbols=5)) == address
+    found = round_phases(FIG5, code, **ROUTE, decimals=2)
+    assert (found.tried, found.uncertain) == (629, 0)
+    assert len(found.theta2_0) == count
+    assert found.theta2_0[0] == Decimal(published)
+    assert str(found.addresses[0]) == address
+
+
+@pytest.fixture(scope="module")
+def every() -> RoundPhases:
+    return round_phases(FIG4, "011", **START, decimals=1)
+
+
+def test_all_phases_of_a_code_are_found(every: RoundPhases) -> None:
+    phases = [Decimal(k) / 10 for k in range(63)]
+    routes = route_codes(FIG4, phases, **START, n_symbols=3, method="integration")
+    of = zip(phases, routes.words, strict=True)
+    assert list(every.theta2_0) == [phase for phase, own in of if own == "011"]
+    assert every.addresses[0] == address_of(FIG4, every.theta2_0[0], **START, n_symbols=3)
+
+
+def test_an_address_leaves_those_that_have_it(every: RoundPhases) -> None:
+    first = every.addresses[0]
+    assert first is not None
+    kept = round_phases(FIG4, first, **START, decimals=1)
+    assert set(kept.addresses) == {first}
+    assert kept.theta2_0[0] == every.theta2_0[0]
+    assert len(kept.theta2_0) == every.addresses.count(first) < len(every.theta2_0)
+    cells = [round_phases(FIG4, f"{cell} 011", **START, decimals=1).theta2_0 for cell in "ab"]
+    assert sorted(cells[0] + cells[1]) == list(every.theta2_0)
+    assert all(cells)
+
+
+@pytest.mark.slow
+def test_where_doubles_do_not_follow_the_address_is_integrated() -> None:
+    code = route_codes(FIG4, ["3.3"], **START, n_symbols=24).codes[:, 0]
+    found = round_phases(FIG4, code, **START, decimals=1)
+    assert found.theta2_0 == (Decimal("3.3"),)
+    assert found.addresses == (address_of(FIG4, "3.3", **START, n_symbols=24),)
+
+
+def test_what_is_not_certain_is_counted_and_left_out(
+    every: RoundPhases, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def doubted(*given: Any, **named: Any) -> Any:
+        found = route_codes(*given, **named)
+        found.certain[1, int(10 * every.theta2_0[0])] = False
+        return found
+
+    monkeypatch.setattr("rigidpend.routes.symbolic.follow.route_codes", doubted)
+    found = round_phases(FIG4, "011", **START, decimals=1)
+    assert (found.theta2_0, found.uncertain) == (every.theta2_0[1:], 1)
+
+
+def test_orbits_outside_of_the_map_have_no_address() -> None:
+    body = Body(A=(2, 1, 1.5), r=(1, 1, 0), mu="0.3")
+    found = round_phases(body, "0", **START, decimals=0)
+    assert found.theta2_0
+    assert set(found.addresses) == {None}
+    assert round_phases(body, "a 0", **START, decimals=0).theta2_0 == ()
