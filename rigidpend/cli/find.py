@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
+import sys
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import click
 
-from rigidpend.cli.common import print_json, print_table, say
-from rigidpend.cli.options import JOBS, JSON, SETTINGS, complete_names
+from rigidpend.cli.common import DONE, FAILED, print_json, print_table, say
+from rigidpend.cli.options import JOBS, JSON, SCHEDULER, SETTINGS, complete_names
 from rigidpend.config.catalogue import resolve
 
 if TYPE_CHECKING:
@@ -22,9 +23,12 @@ SHOWN = 400
 @click.argument("name", default="fig4", metavar="[NAME|FILE.yaml]", shell_complete=complete_names)
 @click.option(
     "--code",
+    "codes",
     required=True,
+    multiple=True,
     metavar="CODE",
-    help="Symbols, 0011, or each with its half rotations, 'a 0^11 1^10 1^11'.",
+    help="Symbols, 0011, or each with its half rotations, 'a 0^11 1^10 1^11'. Given again it is"
+    " one of many codes, of which each orbit is a row.",
 )
 @click.option(
     "--near",
@@ -53,9 +57,10 @@ SHOWN = 400
 @SETTINGS
 @JSON
 @JOBS
+@SCHEDULER
 def find_command(
     name: str,
-    code: str,
+    codes: tuple[str, ...],
     near: str | None,
     digits: int,
     decimals: int | None,
@@ -63,6 +68,7 @@ def find_command(
     settings: tuple[str, ...],
     as_json: bool,
     jobs: int,
+    scheduler: str | None,
 ) -> None:
     """Find the initial phase whose orbit has a given route code.
 
@@ -77,6 +83,7 @@ def find_command(
       rigidpend find fig5 --code 00011 --near 1.02
       rigidpend find fig4 --code 0110100110010110 --proof results/x.orbit.certificate.h5
       rigidpend find fig5 --code 00011 --decimals 2
+      rigidpend find fig4 --code 0001 --code 0010 --code 0011
       rigidpend find fig4 --code "0^11 1^10 1^11" --digits 45 --json
     """
     from rigidpend.routes import symbolic
@@ -90,14 +97,26 @@ def find_command(
     if not all(hasattr(problem, each) for each in ("body", "h0", "J1_0")):
         raise click.UsageError(f"{path} has not one body, h0 and J1_0, as fig4 and fig5 have")
     given = {name: getattr(problem, name) for name in ("body", "h0", "J1_0")}
-    if proof and decimals is not None:
-        raise click.UsageError("--proof is of one orbit, and --decimals lists many: give one")
+    many = len(codes) > 1 or scheduler is not None
+    if proof and (decimals is not None or many):
+        raise click.UsageError("--proof is of one orbit, on this machine")
     if decimals is not None:
         if near is not None:
             raise click.UsageError("--decimals lists orbits, and --near chooses one: give one")
-        _list(code, decimals, given, as_json, jobs)
+        if many:
+            raise click.UsageError("--decimals lists orbits of one code, on this machine")
+        _list(codes[0], decimals, given, as_json, jobs)
         return
-    found = symbolic.find_orbit(code=code, near=near, digits=digits, jobs=jobs, **given)
+    given |= {"near": near, "digits": digits}
+    if many:
+        pieces = list(dict.fromkeys(codes))
+        documents = _computed(pieces, given, jobs, loaded.experiment, scheduler)
+        if as_json:
+            print_json(documents)
+        else:
+            print_table([_row(document) for document in documents])
+        sys.exit(FAILED if any("error" in document for document in documents) else DONE)
+    found = symbolic.find_orbit(code=codes[0], jobs=jobs, **given)
     if as_json:
         print_json(_document(found))
     else:
@@ -106,6 +125,40 @@ def find_command(
         from rigidpend.runs import orbit_proofs
 
         orbit_proofs.prove(loaded, found, proof, jobs=jobs, report=say)
+
+
+def _computed(
+    codes: list[str], given: dict[str, Any], jobs: int, experiment: str, scheduler: str | None
+) -> list[dict[str, Any]]:
+    """The orbits of many codes as plain data, by processes here or by a cluster."""
+    if scheduler is None:
+        from rigidpend.machine.workers import side_by_side
+
+        return side_by_side(_found, (given,), True, codes, jobs)
+    from rigidpend.experiments.contract import Piece
+    from rigidpend.runs import cluster
+
+    pieces = [Piece(str(k), _found, (code, given)) for k, code in enumerate(codes)]
+    come = cluster.gathered(scheduler, experiment, "taylor", pieces, say)
+    by_name = {name: found for found, name, _ in come}
+    return [by_name[piece.name] for piece in pieces]
+
+
+def _found(code: str, given: dict[str, Any]) -> dict[str, Any]:
+    """The orbit of a code as plain data, or why there is none."""
+    from rigidpend.routes.symbolic import NoOrbit, find_orbit
+
+    try:
+        return {"code": code} | _document(find_orbit(code=code, **given))
+    except NoOrbit as error:
+        return {"code": code, "error": str(error)}
+
+
+def _row(document: dict[str, Any]) -> tuple[str, str, str]:
+    if "error" in document:
+        return document["code"], "-", document["error"]
+    confirmed = f"{document['confirmed']} of {len(document['symbols'])} symbols confirmed"
+    return document["code"], document["theta2_0"], f"{document['address']}; {confirmed}"
 
 
 def _list(code: str, decimals: int, given: dict[str, Any], as_json: bool, jobs: int) -> None:

@@ -42,6 +42,8 @@ LOOK = 0.5
 """Seconds between two looks at the workers."""
 ROOM = "give it more, or fewer threads, as by dask worker --nthreads 1 --memory-limit 8GB"
 """The cure for want of memory."""
+PROVING_AND_FINDING = (("certified", "codes.py"), ("symbolic", "find.py"))
+"""Modules of routes that workers compute with besides an experiment's own."""
 CONTINUES = "what is finished is kept: the same command again continues"
 
 
@@ -206,9 +208,9 @@ def named_errors(address: str) -> Iterator[None]:
 
 
 def facts_of(experiment: str, engine: str) -> dict[str, str]:
-    """All that decides the numbers of a part on this machine: of results and of proofs."""
-    proving = inside("routes", "certified", "codes.py")
-    code = digest(provenance.code_hash(experiment) + code_hash_of(proving))
+    """All that decides the numbers of a part on this machine: of results, proofs and addresses."""
+    routes = (inside("routes", *place) for place in PROVING_AND_FINDING)
+    code = digest(provenance.code_hash(experiment) + code_hash_of(*routes))
     return {"code": code, "engine": provenance.engine_name(engine)}
 
 

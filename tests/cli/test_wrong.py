@@ -64,7 +64,8 @@ find fig1 --code 0 | 2 | has not one body, h0 and J1_0, as fig4 and fig5 have
 find --code 0a | 2 | symbols are 0 and 1
 find --code 01 --near x | 2 | near: 'x' is not understood
 find --code 011 --decimals 1 --near 1 | 2 | --decimals lists orbits, and --near chooses one: give o
-find --code 01 --decimals 1 --proof x | 2 | --proof is of one orbit, and --decimals lists many: gi
+find --code 01 --code 11 --decimals 1 | 2 | --decimals lists orbits of one code, on this machine
+find --code 01 --code 11 --proof x | 2 | --proof is of one orbit, on this machine
 find --code '0^5 1^10' | 1 | rigidpend: none exists: passage 1
 find --code '0^90 1^3' --decimals 0 | 1 | none of the 7 phases
 run LONG.yaml | 1 | File name too long

@@ -128,7 +128,9 @@ def test_a_worker_that_comes_late_and_lacks_this_package_is_named(
 
 
 @pytest.mark.slow
-def test_sweeps_and_proofs_come_from_a_cluster_as_from_here(dask: Dask, tmp_path: Path) -> None:
+def test_sweeps_proofs_and_orbits_come_from_a_cluster_as_from_here(
+    dask: Dask, tmp_path: Path
+) -> None:
     dask.worker()
     written(tmp_path, SMALL, "small.yaml")
     far = ("--scheduler", dask.address)
@@ -143,6 +145,9 @@ def test_sweeps_and_proofs_come_from_a_cluster_as_from_here(dask: Dask, tmp_path
         one, other = (read(tmp_path / folder / name) for folder in ("here", "there"))
         assert plain(one["data"]) == plain(other["data"])
         assert ("workers" in one["provenance"], "workers" in other["provenance"]) == (False, True)
+    codes = [x for code in ("01", "10") for x in ("--code", code)]
+    here, there = (call(tmp_path, "find", *codes, *more) for more in (("-j", "1"), far))
+    assert (here.returncode, here.stdout) == (0, there.stdout)
 
 
 @pytest.mark.slow
