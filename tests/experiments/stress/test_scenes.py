@@ -87,8 +87,11 @@ def test_table_and_json_tell_what_was_stored(tmp_path: Path) -> None:
     assert any("FAILED: some_group, y: what is measured; known why" in x for x in said)
     kinds, beyond = draw.tables(result)
     assert kinds.rows == [("some group", "1", "1", "1", "0.5")], "part of what passed alone"
-    names = [tuple(row[:2]) for row in beyond.rows]
-    assert names == [("FAILED", "some group, y"), ("limit", "some group, z")]
+    names = [("FAILED", "some group, y"), ("limit", "some group, z")]
+    assert beyond.rows == [(*each, "known why") for each in names]
+    passed: Any = trial(claims[:1], 1).tried()
+    tree = {"some_group": {**passed, "claims": compute.table(passed["claims"])}}
+    assert len(draw.tables(from_file(tmp_path, "stress", tree))) == 1
 
 
 @pytest.mark.slow
