@@ -23,7 +23,6 @@ from rigidpend.orbits.integrate.arithmetic import CLOSED_FORM, EngineError
 from rigidpend.results import store
 from rigidpend.runs import loading, runner
 from tests.config.samples import content as typed
-from tests.config.samples import refused
 from tests.orbits.integrate.problems import needs_heyoka
 
 pytestmark = [pytest.mark.slow, needs_heyoka("the references in 113 bits")]
@@ -186,23 +185,3 @@ def test_the_full_config_asks_for_everything() -> None:
     assert (content.bodies.kept, content.bodies.drawn, content.bodies.orbits) == (40, 20, 20_000)
     assert content.meeting.rounds >= 11
     assert content.phases.orbits == 2000
-
-
-@pytest.mark.parametrize(
-    ("setting", "place", "message"),
-    [
-        ("problem.methods=[scipy_dop854]", "problem.methods", "no such method: 'scipy_dop854'"),
-        ("problem.problems=[code]", "problem.problems", "no such problem: 'code'"),
-        ("search.tolerances=[1e-9, 1e-3]", "search.tolerances", "expected tolerances that"),
-        ("search.tolerances=[1e-9, 0]", "search.tolerances", "expected tolerances that"),
-        ("search.tolerances=[1]", "search.tolerances", "a tolerance is at most 0.1"),
-        ("search.slowest=0", "search.slowest", "expected seconds, more than 0"),
-        ("meeting.rounds=0", "meeting.rounds", "input should be greater"),
-        ("bodies.methods=[]", "bodies.methods", "expected at least"),
-        ("numerics.engine=scipy", "numerics", "unknown key"),
-    ],
-)
-def test_a_config_that_cannot_be_is_refused(setting: str, place: str, message: str) -> None:
-    [found] = refused(FULL, [setting])
-    assert ".".join(map(str, found.place)) == place
-    assert found.message.startswith(message)

@@ -13,7 +13,6 @@ from rigidpend.experiments.contract import Means
 from rigidpend.experiments.full_shift import LAYOUT, draw
 from rigidpend.experiments.full_shift import compute as full_shift
 from rigidpend.experiments.full_shift.schema import Config
-from rigidpend.numbers.checked import ParameterError
 from rigidpend.routes.certified import (
     chains,
     coverings,
@@ -126,24 +125,6 @@ def test_sets_without_a_width_are_lost_in_rounding(monkeypatch: pytest.MonkeyPat
     monkeypatch.setattr(horseshoe, "OVERSHOOT", 0.0)
     with pytest.raises(ArithmeticError, match="lost in rounding"):
         full_shift.compute(typed(Config, CONFIG, ["problem.half_turns=14"]), Means())
-
-
-def test_a_free_body_is_refused_where_it_stands() -> None:
-    for change, word in (
-        ("problem.mu=0", "mu > 0"),
-        ("problem.h=0.0005", "h > mu"),
-        ("problem.around=-1e-15", "a number from 0"),
-        ("problem.approach=b 0^15", "of starts of one h0"),
-        ("problem.A=[2, 1.5, 1.5]", "A1 > A3 > A2 is broken"),
-        ("problem.r=[1, 1, 0.1]", "r3 = 0 is broken"),
-    ):
-        with pytest.raises((ValueError, ParameterError), match=word):
-            typed(Config, CONFIG, [change])
-
-
-def test_an_approach_is_an_address() -> None:
-    with pytest.raises(ValueError, match="symbols are 0 and 1"):
-        typed(Config, CONFIG, [*OWN, "problem.approach=a 0^8 2^9"])
 
 
 @pytest.mark.slow

@@ -13,7 +13,6 @@ from click.testing import CliRunner
 
 from rigidpend import render
 from rigidpend.cli.measure import stress_command
-from rigidpend.config import catalogue
 from rigidpend.experiments.contract import Means
 from rigidpend.experiments.stress import compute as stress
 from rigidpend.experiments.stress import extremes, scenes
@@ -21,7 +20,6 @@ from rigidpend.experiments.stress.scenes import Claim, Findings, Trial
 from rigidpend.experiments.stress.schema import Addresses, Extremes, LongTime
 from rigidpend.results import store
 from rigidpend.routes.problem import ProblemError
-from tests.config.samples import refused
 from tests.experiments.stress.verdicts import asked, verdicts
 from tests.experiments.trees import differences
 
@@ -102,13 +100,6 @@ def test_command_draws_tells_and_ends_as_the_claims_do(
     again = CliRunner().invoke(stress_command, ["--quick", "--out", str(tmp_path)])
     assert "is up to date" in again.stderr
     assert f"{code} FAILED" in again.stdout
-
-
-@pytest.mark.parametrize("tolerance", ["1e-14", "0.1"])
-def test_a_tolerance_that_spoils_nothing_is_refused(tolerance: str) -> None:
-    setting = f"problem.honesty.tolerances=[{tolerance}]"
-    found, *_ = refused(catalogue.known()["stress"], [setting])
-    assert "a spoilt tolerance is from 1e-13 to 0.01, got" in found.message
 
 
 def test_a_route_codes_that_always_refuses_fails_everything_that_needs_it(
