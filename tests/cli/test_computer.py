@@ -21,13 +21,10 @@ def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     return cache.folder()
 
 
-def test_an_empty_cache_is_told(folder: Path, tmp_path: Path) -> None:
+def test_subfolders_files_and_damage_are_told_and_removed(folder: Path, tmp_path: Path) -> None:
     done = call(tmp_path, "cache")
     assert (done.returncode, done.stdout) == (0, f"{folder}: 0 bytes\n")
     assert json.loads(call(tmp_path, "cache", "--json").stdout)["subfolders"] == []
-
-
-def test_subfolders_files_and_damage_are_told_and_removed(folder: Path, tmp_path: Path) -> None:
     for of in (b"a", b"b"):
         cache.save(folder / "maps", of, bytes(1_000_000), 10**7)
     good, spoilt = sorted((folder / "maps").iterdir())

@@ -48,16 +48,16 @@ def examples() -> Iterator[tuple[str, str]]:
             yield from ((name, line.strip()) for line in itertools.takewhile(bool, lines))
 
 
-def test_every_command_has_examples() -> None:
+def test_every_command_says_in_its_first_line_what_it_does_and_has_examples(tmp_path: Path) -> None:
     assert {name for name, _ in examples()} == {"", *COMMANDS}
-
-
-def test_every_command_says_in_its_first_line_what_it_does() -> None:
     for command in COMMANDS.values():
         assert command.help
         assert command.help.splitlines()[0].endswith(".")
         options = [option for option in command.params if isinstance(option, click.Option)]
         assert all(option.help for option in options)
+    told = call(tmp_path, "--help").stdout.partition("Commands:\n")[2]
+    assert "..." not in told
+    assert [line.split()[0] for line in told.splitlines() if line[2] != " "] == list(COMMANDS)
 
 
 @pytest.fixture(scope="module")
@@ -188,9 +188,3 @@ def test_a_shell_completes(tmp_path: Path) -> None:
     assert done.returncode == 0, done.stderr
     assert "-F _rigidpend_completion rigidpend" in done.stdout
     assert "fig4" in done.stdout.split()
-
-
-def test_the_list_of_commands_has_whole_sentences(tmp_path: Path) -> None:
-    told = call(tmp_path, "--help").stdout.partition("Commands:\n")[2]
-    assert "..." not in told
-    assert [line.split()[0] for line in told.splitlines() if line[2] != " "] == list(COMMANDS)

@@ -134,17 +134,13 @@ numerics: {precisions: [53]}
 
 
 @pytest.mark.slow
-def test_the_first_failure_ends_a_run(failing: Path) -> None:
+def test_the_first_failure_ends_a_run_that_does_not_keep_going(failing: Path) -> None:
     done = call(failing, "run", "a.yaml", "c.yaml", "--out", "other", "--json")
     assert done.returncode == 1
     assert [entry["status"] for entry in json.loads(done.stdout)] == ["failed", "not run"]
     assert done.stderr.splitlines()[-1].startswith("rigidpend: a: ")
     assert not (failing / "other" / "c.h5").exists()
     assert "failed: " in lines(failing / "other" / "a.log")[-1]
-
-
-@pytest.mark.slow
-def test_a_run_that_keeps_going_computes_the_rest(failing: Path) -> None:
     done = call(failing, "run", "a.yaml", "b.yaml", "c.yaml", "-k", "--json")
     assert done.returncode == 1
     a, b, c = json.loads(done.stdout)

@@ -94,33 +94,26 @@ def test_list_can_look_at_other_results(place: Path) -> None:
 
 
 @pytest.mark.slow
-def test_describe_prints_what_follows_from_the_parameters(tmp_path: Path) -> None:
+def test_describe_has_the_rows_and_as_json_the_config_and_its_hash_too(tmp_path: Path) -> None:
     done = call(tmp_path, "describe", "fig4")
     assert (done.returncode, done.stderr) == (0, "")
     assert all(len(line) <= 80 for line in done.stdout.splitlines())
     lines = (line.split(maxsplit=1) for line in done.stdout.splitlines()[1:])
     rows = dict(words for words in lines if len(words) == 2)
-    assert rows["alpha0"].split()[1] == "rad"
-    assert float(rows["alpha0"].split()[0]) == pytest.approx(1.9106332362490186, rel=1e-15)
-    assert float(rows["kappa"].split()[0]) == pytest.approx(4 / 3, rel=1e-15)
+    assert rows["alpha0"].split()[:2] == ["1.9106332362490186", "rad"]
     assert "  Melnikov zeros      1.5630503595" in done.stdout
     # Of the theory besides.
     assert rows["regime"].split()[0] == "iv"
-    assert float(rows["multipliers"].split(",")[0]) == pytest.approx(9.22061, abs=1e-5)
-
-
-@pytest.mark.slow
-def test_describe_as_json_has_the_config_its_hash_and_the_rows(tmp_path: Path) -> None:
     done = call(tmp_path, "describe", "fig4", "--json", "--set", "problem.mu=1/3")
     [described] = json.loads(done.stdout)
     assert described["config"]["problem"]["mu"] == "1/3"
     assert described["config_hash"] == provenance.config_hash(described["config"])
     assert {row["name"] for row in described["rows"]} >= {"A", "r", "mu", "alpha0", "h0"}
     everything = json.loads(call(tmp_path, "describe", "all", "--json").stdout)
-    rows = {one["name"]: {row["name"] for row in one["rows"]} for one in everything}
-    assert {"fig1", "fig4", "fig5"} <= set(rows)
+    told = {one["name"]: {row["name"] for row in one["rows"]} for one in everything}
+    assert set(told) >= {"fig1", "fig4", "fig5"}
     # Of a body without weight there is no theory.
-    assert [name for name in ("fig1", "fig4") if "Melnikov zeros" in rows[name]] == ["fig4"]
+    assert [name for name in ("fig1", "fig4") if "Melnikov zeros" in told[name]] == ["fig4"]
 
 
 @pytest.mark.slow

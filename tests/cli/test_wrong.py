@@ -197,17 +197,12 @@ def test_where_no_log_can_be_written_it_is_a_temporary_file(
     assert done.stderr.splitlines()[-1].endswith(f"please report it with {log}")
     assert log.read_text().startswith("Traceback (most recent call last):")
     assert log.read_text().endswith("ZeroDivisionError: mine\n")
-
-
-def test_an_error_outside_of_a_run_is_logged_too(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    monkeypatch.setattr(tempfile, "tempdir", str(tmp_path))
+    log.unlink()
+    # And outside of a run.
     monkeypatch.setattr(runner, "recalled", None)
-    done = call(tmp_path, "list")
-    assert done.returncode == 4
+    done = call(desk, "list")
     [log] = tmp_path.iterdir()
-    assert str(log) in done.stderr
+    assert (done.returncode, str(log) in done.stderr) == (4, True)
 
 
 @pytest.mark.slow

@@ -47,21 +47,18 @@ def test_what_is_damaged_or_of_nothing_is_told_and_removed(
     assert not one.exists()
 
 
-@pytest.mark.parametrize("of", [b"two", b"e", b"", b"onerigidpend keeps this for one"])
-def test_a_copy_of_another_is_told_and_not_believed_by_its_name(one: Path, of: bytes) -> None:
-    copy = one.with_name(cache.name_of(of))
-    shutil.copy(one, copy)
-    with pytest.warns(cache.KeptFileWarning, match=f"{copy}: of something else than its name says"):
-        assert cache.load_file(copy, of) is None
-    assert not copy.exists()
-
-
-def test_no_content_passes_for_what_it_is_of(tmp_path: Path) -> None:
+def test_a_copy_of_another_is_told_and_no_content_passes_for_what_it_is_of(one: Path) -> None:
     """Its length is under the digest too."""
-    path = tmp_path / "a"
-    cache.save_file(path, b"short", b"content" + cache.MARK + b"long, ")
-    with pytest.warns(cache.KeptFileWarning):
-        assert cache.load_file(path, b"long, " + cache.MARK + b"short") is None
+    mixed = b"short", b"long, " + cache.MARK + b"short"
+    cache.save_file(one.with_name("mixed"), mixed[0], b"content" + cache.MARK + b"long, ")
+    others = [(one, of) for of in (b"two", b"e", b"", b"onerigidpend keeps this for one")]
+    for source, of in (*others, (one.with_name("mixed"), mixed[1])):
+        copy = one.with_name(cache.name_of(of))
+        shutil.copy(source, copy)
+        said = f"{copy}: of something else than its name says"
+        with pytest.warns(cache.KeptFileWarning, match=said):
+            assert cache.load_file(copy, of) is None
+        assert not copy.exists()
 
 
 @pytest.mark.parametrize(
@@ -105,15 +102,13 @@ def test_it_lies_where_the_user_s_programs_keep_theirs(
         assert cache.folder() == tmp_path / place / "rigidpend"
 
 
-def test_what_is_saved_is_loaded_by_what_it_is_of(folder: Path) -> None:
-    cache.save(folder / "maps", b"a", b"content", 999)
-    assert cache.load(folder / "maps", b"a") == b"content"
-    assert cache.load(folder / "maps", b"b") is None
-    assert cache.load(folder / "maps" / cache.name_of(b"a") / "below", b"a") is None
-
-
-def test_those_used_longest_ago_make_room(folder: Path) -> None:
+def test_what_is_saved_is_loaded_and_those_used_longest_ago_make_room(
+    folder: Path,
+) -> None:
     maps = folder / "maps"
+    cache.save(maps, b"a", b"content", 999)
+    assert (cache.load(maps, b"a"), cache.load(maps, b"b")) == (b"content", None)
+    assert cache.load(maps / cache.name_of(b"a") / "below", b"a") is None
     for k, of in enumerate((b"a", b"b", b"c")):
         cache.save(maps, of, bytes(1000), 10_000)
         os.utime(maps / cache.name_of(of), (k, k))

@@ -27,6 +27,7 @@ from scripts import check_certificate
 from tests.attacks import lot
 from tests.config.samples import HEAD, changed, written
 from tests.remembered import remembered
+from tests.runs.test_certificates import altered
 
 TEXT = f"""\
 {changed("1e-8", "0.2", HEAD.format(experiment="route_codes", n_symbols=1))}\
@@ -65,16 +66,6 @@ def by_script(file: Path) -> str:
     except check_certificate.Refused as error:
         return str(error)
     return ""
-
-
-def forged(certificate: Path, target: Path, change: Change) -> Path:
-    """A copy with a change, without its seal."""
-    image = certificate.read_bytes()
-    with h5py.File.in_memory(image[: image.rindex(b"\nrigidpend sha256 ")]) as file:
-        change(file)
-        file.flush()
-        target.write_bytes(file.id.get_file_image())
-    return target
 
 
 def claims(file: Path) -> set[tuple[str, str, int, int]]:
@@ -146,11 +137,11 @@ def of_config(config: Any) -> Iterator[tuple[str, Change]]:
 
 def of_arrays(file: Any) -> Iterator[tuple[str, Change]]:
     """Each array of a group gone, empty, each kind of element changed, columns exchanged."""
-    yield "two gone", partial(drop, "two")
+    yield "two gone", lambda file: file["data"].pop("two")
     # A single orbit of all steps, and none left for the second column.
     merged = file["data/two/steps"][()].sum(keepdims=True)
     yield "two merged", replaced("two", "steps", merged)
-    yield "two renamed", partial(rename, "two")
+    yield "two renamed", lambda file: file["data"].move("two", "three")
     for field, node in file["data/two"].items():
         values = node[()]
         first = values * 0 + values[..., :1] if field != "theta2_0" else values[[0, 0]]
@@ -207,14 +198,6 @@ def attribute(place: str, key: str, value: str | None, file: Any) -> None:
         file[place].attrs[key] = value
 
 
-def drop(name: str, file: Any) -> None:
-    del file["data"][name]
-
-
-def rename(name: str, file: Any) -> None:
-    file["data"].move(name, "three")
-
-
 def every_change(certificate: Path) -> list[tuple[str, Change]]:
     """All of the changes above, of one certificate."""
     with h5py.File(certificate) as file:
@@ -254,7 +237,7 @@ def once() -> Iterator[None]:
 
 def refusals(certificate: Path, target: Path, what: str, change: Change) -> list[bool]:
     """Whether each checker refuses a certificate with a change; one that none refuses is true."""
-    other = forged(certificate, target, change)
+    other = altered(certificate, target, change)
     said = [by_package(other), by_script(other)]
     assert "\n" not in "".join(said)
     if not all(said):
@@ -347,7 +330,7 @@ def test_another_config_is_refused_in_a_sentence_that_names_the_place(
         config = json.loads(file["config"].asstr()[()])
     *outer, last = place.split("/")
     functools.reduce(dict.__getitem__, outer, config["problem"])[last] = value
-    assert said in checker(forged(certificate, tmp_path / NAME, says(config)))
+    assert said in checker(altered(certificate, tmp_path / NAME, says(config)))
 
 
 @pytest.mark.parametrize("checker", [by_package, by_script])
@@ -360,15 +343,15 @@ def test_columns_and_arrays_copied_over_others_are_refused(
             values[..., 1] = values[..., 0]
             replaced("one", field, values)(file)
 
-    def arrays(file: Any) -> None:
-        del file["data/two"]
-        file.copy("data/one", "data/two")
-
     def lost(file: Any) -> None:
         del file["data/two"]
 
+    def arrays(file: Any) -> None:
+        lost(file)
+        file.copy("data/one", "data/two")
+
     for change, place in ((columns, "one: theta2_0 of column 1"), (arrays, "two: "), (lost, "two")):
-        said = checker(forged(certificate, tmp_path / NAME, change))
+        said = checker(altered(certificate, tmp_path / NAME, change))
         assert place in said
 
 

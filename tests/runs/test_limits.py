@@ -108,19 +108,14 @@ def test_a_bomb_is_refused_before_it_takes_memory(tmp_path: Path) -> None:
         assert any(x in line for x in ("too large", "steps", "coefficients", "size allows")), line
 
 
-def test_more_steps_than_its_bytes_can_prove_are_refused(tmp_path: Path) -> None:
-    path = written(tmp_path, bomb(1000, 1))
-    most = path.stat().st_size // storage.EACH
-    with pytest.raises(store.StoreError, match=rf"1000 steps, .* has {most} at most"):
-        storage.read(path)
-
-
-def test_more_coefficients_than_its_bytes_can_hold_are_refused(tmp_path: Path) -> None:
-    with pytest.raises(store.StoreError, match=r"300000 coefficients, .* at most"):
-        storage.read(written(tmp_path, bomb(50, 1000)))
-
-
-def test_more_steps_of_an_orbit_than_a_prover_takes_are_refused() -> None:
+def test_more_than_its_bytes_can_hold_or_a_prover_takes_is_refused(tmp_path: Path) -> None:
+    most = written(tmp_path, bomb(1000, 1)).stat().st_size // storage.EACH
+    for steps, terms, said in (
+        (1000, 1, rf"1000 steps, .* has {most} at most"),
+        (50, 1000, r"300000 coefficients, .* at most"),
+    ):
+        with pytest.raises(store.StoreError, match=said):
+            storage.read(written(tmp_path, bomb(steps, terms)))
     with pytest.raises(store.StoreError, match=f"number of steps of an orbit is {ORBIT_STEPS + 1}"):
         storage.unpacked(bomb(ORBIT_STEPS + 1, 1))
 

@@ -106,13 +106,6 @@ def test_whatever_bytes_there_are_they_are_a_part_or_refused() -> None:
                 unpacked(bytes(changed))
 
 
-def test_dropped_parts_leave_nothing_of_any_fingerprint(target: Path) -> None:
-    with Parts(target, "b") as parts:
-        parts.keep("first", lambda: PART)
-    Parts(target, "a").drop()
-    assert list(target.parent.iterdir()) == []
-
-
 def test_a_copy_of_the_open_folder_that_a_child_has_holds_nothing(target: Path) -> None:
     """Between fork and exec a child has one: git is started for each result."""
     with Parts(target, "a") as parts:
@@ -138,8 +131,13 @@ def test_parts_that_another_run_uses_stay_until_it_drops_them(target: Path) -> N
     assert len(two) == 1
 
 
-def test_sweep_removes_what_nobody_uses(target: Path) -> None:
-    sweep(target)
+@pytest.mark.parametrize("remove", [sweep, lambda target: Parts(target, "a").drop()])
+def test_nothing_of_any_fingerprint_that_nobody_uses_is_left(
+    target: Path, remove: Callable[[Path], None]
+) -> None:
+    with Parts(target, "b") as parts:
+        parts.keep("first", lambda: PART)
+    remove(target)
     assert list(target.parent.iterdir()) == []
 
 

@@ -17,7 +17,6 @@ from rigidpend.experiments.compare import Difference
 from rigidpend.experiments.shared import APART, crossing_tolerance
 from rigidpend.mechanics.body import Body
 from rigidpend.numbers.exact import exact
-from rigidpend.results import store
 from rigidpend.routes.problem import RouteProblem, phase_rate
 from rigidpend.runs import loading, regression, runner
 from tests.cli.calls import Done, call
@@ -147,7 +146,9 @@ def test_the_worst_element_is_named_with_both_values_and_what_is_allowed(desk: P
     assert found["said"].endswith(f"(may differ by {found['allowed']:.2g}, 2 of 20 differ)")
 
 
-def test_one_absent_reference_does_not_keep_the_others_from_being_compared(desk: Path) -> None:
+def test_what_is_absent_is_said_and_keeps_no_other_from_being_compared(
+    desk: Path,
+) -> None:
     shutil.copy("configs/small.yaml", "configs/other.yaml")
     said = f"results/reference/other.h5: there is no such file; {MEND}"
     done = called("configs/other.yaml", *READ)
@@ -159,6 +160,9 @@ def test_one_absent_reference_does_not_keep_the_others_from_being_compared(desk:
     assert (small["name"], small["same"], small["error"]) == ("small", True, None)
     assert (other["name"], other["same"], other["differences"]) == ("other", False, [])
     assert other["error"] == said
+    done = called("configs/small.yaml", "--results", "none")
+    absent = "none/small.h5: there is no such file; call: rigidpend run small --out none"
+    assert (done.returncode, done.stderr) == (3, f"rigidpend: {absent}\n")
 
 
 def test_a_folder_of_ones_own_hides_no_reference_of_the_package(desk: Path) -> None:
@@ -253,11 +257,3 @@ def test_the_tolerance_grows_with_the_passages_and_stays_below_what_symbols_need
     # A symbol turns over when the phase errs by a radian.
     problem = RouteProblem(Body((2, 1, "1.5"), (1, 1, 0), "1e-3"), exact("1.3342"), exact(1e-8), 1)
     assert APART * phase_rate(problem) < 0.1
-
-
-def test_a_result_read_in_place_of_one_computed_must_be_there(desk: Path) -> None:
-    done = called("configs/small.yaml", "--results", "none")
-    assert done.returncode == 3
-    mend = "call: rigidpend run small --out none"
-    assert done.stderr == f"rigidpend: none/small.h5: there is no such file; {mend}\n"
-    assert store.attributes(desk / "results" / "small.h5")["name"] == "small"

@@ -123,7 +123,9 @@ def test_uncertain_and_proven_cells_and_no_others_are_marked(data: Data) -> None
     for row, column in cells:
         data["left"]["certain"][row, column] = False
         data["left"]["proven"][14 - row, column] = True
-    left, right = drawn(data).axes
+    figure = drawn(data)
+    assert "proven symbol" in legend(figure)
+    left, right = figure.axes
     for marker, rows in (("x", 0), ("o", 14)):
         found = [(round(y) - 1, round(x * 10)) for x, y in marks(left, marker)]
         assert sorted(found) == sorted((abs(rows - row), column) for row, column in cells)
