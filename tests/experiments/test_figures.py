@@ -21,7 +21,7 @@ from rigidpend import experiments
 from rigidpend.experiments.data import Loaded
 from rigidpend.experiments.plots import SEPARATRIX
 from rigidpend.experiments.splitting.draw import NONE
-from tests.experiments.figures import check_on_page, styled
+from tests.experiments.figures import styled
 from tests.experiments.trees import reference
 
 
@@ -205,7 +205,6 @@ def test_a_full_shift_has_its_sets_and_images_and_magnified_both_sides_of_each()
     result = reference("full_shift")
     outlined, sets = result["data"]["drawn"], result["data"]["sets"]
     figure = drawn(result, laid_out=True)
-    check_on_page(figure)
     for k, axes in enumerate(figure.axes):
         rising = k % 2 == 0
         outlines = [
