@@ -80,7 +80,6 @@ numerics:
 
 
 def with_cache(folder: Path) -> dict[str, str]:
-    """The environment of a command whose cache is in a folder."""
     return UNTRACED | {"XDG_CACHE_HOME": str(folder / "cache")}
 
 
@@ -91,7 +90,6 @@ def rerun(folder: Path) -> subprocess.CompletedProcess[str]:
 
 
 def all_kept(folder: Path) -> list[Path]:
-    """Files of the cache and finished parts."""
     return sorted(
         path
         for within in ("cache", "results/.zoom.parts")

@@ -27,7 +27,6 @@ KEPT = "rigidpend.machine.cache.KeptFileWarning"
 
 
 def streams(folder: Path, *arguments: str, **how: Any) -> subprocess.CompletedProcess[str]:
-    """A command whose streams lead somewhere else."""
     return subprocess.run(
         # What cannot be kept in the user's cache is told by a warning, and is another matter.
         [sys.executable, "-W", "error", "-W", f"ignore::{KEPT}", "-m", "rigidpend", *arguments],

@@ -133,29 +133,29 @@ def test_every_example_works(
 
 
 def offered(*words: str) -> list[str]:
-    """What is offered for the last word."""
     shell = ShellComplete(cli.main, {}, "rigidpend", "_RIGIDPEND_COMPLETE")
     return [item.value for item in shell.get_completions(list(words[:-1]), words[-1])]
 
 
-def test_names_of_configs_are_completed() -> None:
+def test_names_of_configs_and_their_keys_are_completed(tmp_path: Path) -> None:
     assert {"fig1", "fig4"} <= set(offered("run", "fig"))
     assert "all" in offered("verify", "a") + offered("render", "fig1", "a")
     assert "fig5" in offered("describe", "fig5")
     [item] = ShellComplete(cli.main, {}, "rigidpend", "X").get_completions(["run"], "./min")
     assert item.type == "file"
-
-
-def test_keys_of_the_named_configs_are_completed(tmp_path: Path) -> None:
-    assert offered("run", "fig4", "--set", "problem.m") == ["problem.mu="]
-    assert offered("run", "fig1", "fig4", "--set", "problem.v") == [
-        *("problem.view.azimuth=", "problem.view.elevation=")
-    ]
+    torn = str(written(tmp_path, "problem: {mu: [", "torn.yaml"))
+    for words, keys in (
+        (("fig4", "--set", "problem.m"), ["problem.mu="]),
+        (
+            ("fig1", "fig4", "--set", "problem.v"),
+            ["problem.view.azimuth=", "problem.view.elevation="],
+        ),
+        (("none.yaml", "--set", "p"), []),
+        ((torn, "--set", "p"), []),
+        (("--set", "p"), []),
+    ):
+        assert offered("run", *words) == keys
     assert "problem.arrays.left.count=" in offered("describe", "fig4", "--set", "problem.arr")
-    assert offered("run", "none.yaml", "--set", "p") == []
-    torn = written(tmp_path, "problem: {mu: [", "torn.yaml")
-    assert offered("run", str(torn), "--set", "p") == []
-    assert offered("run", "--set", "p") == []
 
 
 @pytest.mark.parametrize("shell", ["bash", "zsh", "fish"])

@@ -29,7 +29,6 @@ def state(path: Path) -> tuple[bytes, int]:
 
 
 def lines(path: Path) -> list[str]:
-    """A log without its times."""
     return [line.split(maxsplit=1)[1] for line in path.read_text().splitlines()]
 
 

@@ -39,18 +39,27 @@ STATUS = {
 
 @pytest.mark.slow
 def test_list_names_every_config_with_its_experiment_and_status(place: Path) -> None:
-    done = call(place, "list")
-    assert (done.returncode, done.stderr) == (0, "")
-    assert all(len(line) <= 80 for line in done.stdout.splitlines())
-    rows = {line.split()[0]: line for line in done.stdout.splitlines()}
+    listed = call(place, "list")
+    assert (listed.returncode, listed.stderr) == (0, "")
+    lines = listed.stdout.splitlines()
+    assert all(len(line) <= 80 for line in lines)
+    rows = {line.split()[0]: line for line in lines}
     assert {FIG4.stem, "fig1", "fig2", *STATUS} <= set(rows)
     for name, status in STATUS.items():
         assert rows[name].split()[1] == "route_codes"
         assert rows[name].endswith(f"  {status}")
     assert " - " in rows["d_bad"]
-    said = " ".join(done.stdout.split())
+    said = " ".join(listed.stdout.split())
     assert f"cannot be used: {Path('configs', 'd_bad.yaml')}:7:7: problem.mu: " in said
     assert f"cannot be used: {Path('results', 'e_damaged.h5')}: " in said
+    # Of another folder of results.
+    told = json.loads(call(place, "list", "--out", "none", "--json").stdout)
+    by_name = {entry["name"]: entry for entry in told}
+    done = by_name["a_done"]
+    assert (done["status"], done["reason"]) == ("to run", "no result yet")
+    assert done["file"] == str(Path("none", "a_done.h5"))
+    assert by_name["d_bad"]["status"] == "cannot be used"
+    assert (done["in_all"], by_name["m_slow"]["in_all"]) == (True, False)
 
 
 @pytest.mark.slow
@@ -80,17 +89,6 @@ def test_what_is_uncertain_is_said_at_the_end_and_in_the_list(tmp_path: Path) ->
     [entry] = [x for x in json.loads(call(tmp_path, "list", "--json").stdout) if x["doubt"]]
     assert (entry["name"], entry["doubt"]) == ("mine", doubt)
     assert f"up to date; {doubt}" in " ".join(call(tmp_path, "list").stdout.split())
-
-
-@pytest.mark.slow
-def test_list_can_look_at_other_results(place: Path) -> None:
-    done = call(place, "list", "--out", "none", "--json")
-    by_name = {entry["name"]: entry for entry in json.loads(done.stdout)}
-    assert by_name["a_done"]["status"] == "to run"
-    assert by_name["a_done"]["reason"] == "no result yet"
-    assert by_name["a_done"]["file"] == str(Path("none", "a_done.h5"))
-    assert by_name["d_bad"]["status"] == "cannot be used"
-    assert (by_name["a_done"]["in_all"], by_name["m_slow"]["in_all"]) == (True, False)
 
 
 @pytest.mark.slow

@@ -13,7 +13,6 @@ from tests.config.samples import FIG4, SMALL, TEXT, written
 
 @pytest.fixture
 def here(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
-    """An empty working directory."""
     monkeypatch.chdir(tmp_path)
     return tmp_path
 

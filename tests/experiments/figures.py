@@ -25,6 +25,5 @@ def styled(draw: Callable[[Loaded], Figure], result: Loaded, *, laid_out: bool =
 
 
 def panel(figure: Figure, letter: str) -> Any:
-    """The panel whose title begins with a letter."""
     [found] = [x for x in figure.axes if x.get_title(loc="left").startswith(f"{letter})")]
     return found

@@ -26,7 +26,6 @@ from tests.experiments.trees import reference
 
 
 def drawn(result: Loaded, *, laid_out: bool = False) -> Figure:
-    """The figure of a result."""
     drawing = experiments.drawing(result["attributes"]["experiment"])
     return styled(drawing.draw, result, laid_out=laid_out)
 
@@ -238,14 +237,12 @@ def first_of(name: str, *path: str, members: int = 1) -> Loaded:
 
 
 def spoilt(name: str, change: Callable[[Any], object]) -> Loaded:
-    """A reference whose data are changed."""
     result = reference(name)
     change(result["data"])
     return result
 
 
 def forget(data: Any) -> None:
-    """No exponent is known."""
     for values in (data["exponent"], data["checked"]["growth"]):
         values[:] = np.nan
 

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import copy
 import functools
-import operator
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
@@ -88,17 +87,6 @@ def from_file(folder: Path, experiment: str, tree: Any) -> Loaded:
 
 
 def with_change(data: Any, change: Callable[[Any], Any]) -> Any:
-    """A copy of the data of a result, changed."""
     other = copy.deepcopy(data)
     change(other)
     return other
-
-
-def shifted(data: Any, place: tuple[str, ...], by: float, at: int = 0) -> Any:
-    """A copy of the data of a result, of which one array is off at an index of its last axis."""
-
-    def change(other: Any) -> None:
-        array = functools.reduce(operator.getitem, place, other)
-        array[..., at] += np.asarray(by).astype(array.dtype)
-
-    return with_change(data, change)

@@ -85,7 +85,6 @@ def test_only_regular_files_are_opened_and_what_is_there_makes_room(
 
 @pytest.fixture
 def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
-    """An empty cache of the test's own."""
     monkeypatch.setattr(sys, "platform", "linux")
     monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path / "cache"))
     assert cache.folder() == tmp_path / "cache" / "rigidpend"

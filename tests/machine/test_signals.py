@@ -88,8 +88,6 @@ LASTS = 3.0
 
 
 class End(NamedTuple):
-    """How a process ended."""
-
     code: int
     seconds: float
     said: str
@@ -159,7 +157,6 @@ if __name__ == '__main__':
 
 @pytest.fixture(scope="module")
 def desk(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """A folder for the commands, with their configs and results."""
     folder = tmp_path_factory.mktemp("desk")
     longer = changed("n_symbols: 3", "n_symbols: 200", changed("count: 5", "count: 63", SMALL))
     whole = changed("precisions: [53]", "engine: scipy\n  precisions: [53, 113]", SMALL)

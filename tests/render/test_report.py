@@ -122,7 +122,6 @@ def test_the_routes_are_the_paper_s_beside_the_file_s_for_its_figure_alone() -> 
 
 
 def first_rows(name: str) -> list[list[str]]:
-    """The first rows of the tables of a reference."""
     result = reference(name)
     drawing = experiments.drawing(result["attributes"]["experiment"])
     return [list(table.rows[0]) for table in drawing.tables(result)]

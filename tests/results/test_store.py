@@ -57,7 +57,6 @@ def declared(monkeypatch: pytest.MonkeyPatch) -> None:
 
 @pytest.fixture
 def path(tmp_path: Path) -> Path:
-    """A result file."""
     store.write(tmp_path / "x.h5", LAYOUT, TREE, *TOLD)
     return tmp_path / "x.h5"
 

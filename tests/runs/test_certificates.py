@@ -23,7 +23,6 @@ FILE = "tiny.certificate.h5"
 
 @pytest.fixture(scope="module")
 def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """A folder with a result and its certificate."""
     made = tmp_path_factory.mktemp("certified")
     written(made, TINY, "tiny.yaml")
     assert call(made, "run", "tiny.yaml", "--out", ".").returncode == 0

@@ -199,7 +199,6 @@ def attribute(place: str, key: str, value: str | None, file: Any) -> None:
 
 
 def every_change(certificate: Path) -> list[tuple[str, Change]]:
-    """All of the changes above, of one certificate."""
     with h5py.File(certificate) as file:
         config = json.loads(file["config"].asstr()[()])
         return [*of_config(config), *of_arrays(file), *of_attributes(file)]

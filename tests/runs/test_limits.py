@@ -70,7 +70,6 @@ def bomb(steps: int, terms: int) -> dict[str, Any]:
 
 
 def written(folder: Path, fields: dict[str, Any]) -> Path:
-    """A certificate of given fields."""
     path = folder / NAME
     with h5py.File(path, "w", libver=("earliest", "v110")) as file:
         file.attrs.update({"format": "rigidpend", "format_version": 1})

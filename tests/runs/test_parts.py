@@ -55,14 +55,6 @@ def test_a_kept_part_is_used_again_with_its_values_and_types(target: Path) -> No
         Parts(target, "b").keep("first", not_again)
 
 
-def cut(path: Path) -> None:
-    path.write_bytes(path.read_bytes()[:100])
-
-
-def no_tree(path: Path) -> None:
-    cache.save_file(path, b"a, part first", b"nothing")
-
-
 def another_part(path: Path) -> None:
     Parts(path.parents[2] / "fig.h5", "a").keep("second", lambda: {"wrong": PART["one"]})
     shutil.copy(path.with_name("second.kept"), path)
@@ -77,8 +69,11 @@ def of_another_run(path: Path) -> None:
 @pytest.mark.parametrize(
     ("change", "said"),
     [
-        (cut, "damaged; it is made again"),
-        (no_tree, "no part of a run"),
+        (lambda path: os.truncate(path, 100), "damaged; it is made again"),
+        (
+            lambda path: cache.save_file(path, b"a, part first", b"nothing"),
+            "no part of a run",
+        ),
         (another_part, "of something else than its name says"),
         (of_another_run, "of something else than its name says"),
     ],

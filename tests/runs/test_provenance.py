@@ -255,13 +255,10 @@ def test_provenance_says_what_ran_where_and_when_as_far_as_it_is_known(
     made = datetime.datetime.fromisoformat(found["created"])
     assert abs(datetime.datetime.now(datetime.UTC) - made) < datetime.timedelta(minutes=1)
     assert all(isinstance(value, str) and value for value in found.values())
-    monkeypatch.setenv("PATH", "")
-    assert provenance.provenance()["commit"] == "unknown"
-
-
-def test_an_engine_is_named_with_its_version() -> None:
     assert provenance.engine_name("scipy") == f"scipy (scipy {scipy.__version__})"
     assert provenance.engine_name("taylor") == f"taylor (llvmlite {llvmlite.__version__})"
+    monkeypatch.setenv("PATH", "")
+    assert provenance.provenance()["commit"] == "unknown"
 
 
 @pytest.mark.parametrize("told", ["model name\t: A processor 3 GHz\nflags\t\t: fpu sse2\n", ""])

@@ -25,21 +25,9 @@ CONFIG, RESULTS, RESULT = Path("configs/small.yaml"), Path("results"), Path("res
 MU = "its config changed: problem.mu from 0.001 to 0.002"
 
 
-def other_code(patch: pytest.MonkeyPatch) -> None:
-    patch.setattr(provenance, "code_hash", lambda _: "another")
-
-
-def other_engine(patch: pytest.MonkeyPatch) -> None:
-    patch.setattr(importlib.metadata, "version", lambda _: "0.0")
-
-
 def other_format(_: pytest.MonkeyPatch) -> None:
     with h5py.File(RESULT, "a") as file:
         file.attrs["format_version"] = store.FORMAT_VERSION + 1
-
-
-def no_result(_: pytest.MonkeyPatch) -> None:
-    RESULT.unlink()
 
 
 @pytest.mark.parametrize(
@@ -48,9 +36,19 @@ def no_result(_: pytest.MonkeyPatch) -> None:
         ([], None, False, ""),
         (["problem.mu=1e-3"], None, False, ""),
         ([], None, True, "--force"),
-        ([], no_result, False, "no result yet"),
-        (["problem.mu=0.002"], other_engine, False, f"{MU}; the engine changed"),
-        ([], other_code, False, "the code that computes it changed"),
+        ([], lambda _: RESULT.unlink(), False, "no result yet"),
+        (
+            ["problem.mu=0.002"],
+            lambda patch: patch.setattr(importlib.metadata, "version", lambda _: "0.0"),
+            False,
+            f"{MU}; the engine changed",
+        ),
+        (
+            [],
+            lambda patch: patch.setattr(provenance, "code_hash", lambda _: "another"),
+            False,
+            "the code that computes it changed",
+        ),
         ([], other_format, False, "its result has another format version"),
     ],
 )

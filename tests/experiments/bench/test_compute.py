@@ -68,7 +68,6 @@ def here(work: Any, given: Any, budgets: float) -> Any:
 
 
 def called(folder: Path, *words: str) -> Any:
-    """The command in small."""
     settings = [x for setting in SMALL for x in ("--set", setting)]
     return CliRunner().invoke(bench_command, ["--quick", "--out", str(folder), *settings, *words])
 

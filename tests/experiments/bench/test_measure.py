@@ -24,7 +24,6 @@ SHORT = replace(FIG4, n_symbols=2)
 
 
 def asking(**parts: Any) -> Any:
-    """A config of parts that have such keys."""
     made = {k: SimpleNamespace(**x) if isinstance(x, dict) else x for k, x in parts.items()}
     return SimpleNamespace(**made)
 
@@ -142,7 +141,6 @@ def test_a_short_solve_counts_when_it_has_been_made_in_its_turn_before(
 
 
 def searching(*tolerances: Any) -> Any:
-    """What a search at the pendulum is given."""
     sizes, search = {"orbits": 2, "turns": 1}, {"tolerances": tolerances, "slowest": 1.0}
     config = asking(problem=sizes, search=search)
     return config, "scipy_dop853", {"pendulum": {"states": np.ones((6, 2))}}
@@ -342,7 +340,6 @@ def test_ours_follows_as_many_orbits_as_it_is_expected_to_in_its_time(
 
 
 def phases(made: Any, monkeypatch: pytest.MonkeyPatch, chunk: int, *sizes: float) -> Any:
-    """Lines of a method on random phases."""
     monkeypatch.setattr(measure, "made", made)
     monkeypatch.setattr(measure, "CHUNK", chunk)
     config = asking(phases=dict(zip(("orbits", "seconds"), sizes, strict=True)))

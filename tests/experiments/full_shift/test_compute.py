@@ -20,7 +20,7 @@ from rigidpend.routes.certified import (
     horseshoe,
     sections,
 )
-from rigidpend.routes.certified.pieces import FamilyStep
+from rigidpend.routes.certified.pieces import FamilyStep, unpacked_quads
 from tests.config.samples import content as typed
 from tests.experiments.trees import reference
 
@@ -147,25 +147,14 @@ def test_symbols_of_an_approach_are_those_that_the_config_asks_for(
 def test_outlines_are_those_of_the_sets_in_the_chart() -> None:
     """U and V of what is drawn, less the mean curve, are -1 and 1 around each set."""
     data = reference("full_shift")["data"]
-    for quad, chi, d in zip(
-        coverings_quads(data), data["drawn"]["chi"], data["drawn"]["d"], strict=True
-    ):
-        g = -np.sin(chi)
-        curves = [
-            np.array(q.p, dtype=float) for q in coverings_quads(data) if q.rising == quad.rising
-        ]
-        off = d + np.polynomial.polynomial.polyval(
-            g, np.mean(curves, axis=0) - np.array(quad.p, dtype=float)
-        )
+    drawn, quads = data["drawn"], unpacked_quads(data["sets"])
+    for quad, chi, d in zip(quads, drawn["chi"], drawn["d"], strict=True):
+        g, alike = -np.sin(chi), [x for x in quads if x.rising == quad.rising]
+        mean = np.mean([np.array(x.p, dtype=float) for x in alike], axis=0)
+        off = d + np.polynomial.polynomial.polyval(g, mean - np.array(quad.p, dtype=float))
         U = off / float(quad.a)
         V = (off - float(quad.l0) - float(quad.l1) * g) / float(quad.b)
         np.testing.assert_allclose(np.maximum(abs(U), abs(V)), 1, atol=1e-6)
-
-
-def coverings_quads(data: Any) -> list[Any]:
-    from rigidpend.routes.certified.pieces import unpacked_quads
-
-    return unpacked_quads(data["sets"])
 
 
 def test_bounds_are_rounded_outward() -> None:

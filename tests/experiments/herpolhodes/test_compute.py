@@ -39,7 +39,6 @@ def tree(content: Any, reported: list[str]) -> Any:
 
 @pytest.fixture
 def data(tree: Any) -> Data:
-    """The cases of a result, each test's own."""
     return copy.deepcopy(tree)
 
 

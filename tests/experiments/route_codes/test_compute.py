@@ -27,7 +27,6 @@ Data = dict[str, dict[str, Any]]
 
 @pytest.fixture(scope="module")
 def content(tmp_path_factory: pytest.TempPathFactory) -> Any:
-    """A checked config of two arrays."""
     path = written(tmp_path_factory.mktemp("config"), SMALL)
     return loading.load(path, [SECOND, "problem.n_symbols=5"]).content
 

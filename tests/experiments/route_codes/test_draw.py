@@ -32,7 +32,6 @@ def array(phases: Any, rows: int = 15, zeros: Any = ZEROS) -> dict[str, Any]:
 
 @pytest.fixture
 def data() -> Data:
-    """Two arrays as in Fig. 4."""
     return {"left": array(LEFT), "right": array(RIGHT)}
 
 

@@ -108,7 +108,6 @@ def axis_of(name: str, count: int) -> str:
 
 
 def over(across: str, upwards: str, *settings: str) -> Any:
-    """A small plane of two parameters."""
     axes = f"problem.columns={axis_of(across, 3)}", f"problem.rows={axis_of(upwards, 4)}"
     return content("problem.theta2_0=1.2", *axes, *settings)
 

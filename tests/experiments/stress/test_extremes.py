@@ -22,7 +22,6 @@ RATE = phase_rate(
 
 
 def run(extreme: extremes.Extreme = ORDINARY) -> set[str]:
-    """The claims that fail, of the error and of what is uncertain."""
     return {x.removeprefix("x: ") for x in failed(extremes.trial("bodies", extreme, 1, 1, 1))}
 
 

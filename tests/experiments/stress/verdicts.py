@@ -19,7 +19,6 @@ def asked(*settings: str, config: str = "stress_quick") -> Any:
 
 
 def verdicts(trial: Trial | Any) -> dict[str, str]:
-    """The verdict on each claim of a trial, or of one that was tried."""
     made: Any = trial.tried() if isinstance(trial, Trial) else trial
     return {name: claim["verdict"] for name, claim in made["claims"].items()}
 
