@@ -136,12 +136,15 @@ def test_the_fingerprint_has_all_that_an_image_depends_on(
         metadata, "version", lambda name: {"matplotlib": "0"}.get(name) or version(name)
     )
     assert changed()
-    hashed: set[str] = set()
-    monkeypatch.setattr(
-        render, "code_hash_of", lambda *files: str(hashed.update(each.name for each in files))
-    )
+    hashed: list[str] = []
+
+    def noted(*files: Path) -> str:
+        hashed.extend(each.name for each in files)
+        return ""
+
+    monkeypatch.setattr(render, "code_hash_of", noted)
     assert changed()
-    assert hashed == {"draw.py", "__init__.py", "captions.py"}
+    assert hashed == ["draw.py", "__init__.py", "captions.py"]
 
 
 @pytest.mark.parametrize(

@@ -95,6 +95,7 @@ def test_tables_tell_the_numbers_of_a_result_and_the_summary_is_json() -> None:
     notes = [table.note for table in tables]
     assert notes[0] == "diffrax, jitted and vmapped: absent: jax is not installed."
     assert all(x in notes[1] for x in ("4 bodies", "10,000 orbits"))
+    assert "true ratio with a chance of 95 % at least" in notes[3]
     assert "fewer than 2,000, of 1,500 symbols" in notes[-1]
     found = json.loads(json.dumps(reading.summary(data()), allow_nan=False))
     assert found["losses"][0]["method"] == "heyoka_principal"

@@ -69,6 +69,8 @@ STRICT, PAIRS = ((2,), (1,), (0,), (3,), (4,)), ((1, 2), (0,), (3, 4))
         # Equal ones are equal within their errors.
         (PAIRS, [1, 1.05, -1, -1], 0.03, True),
         (PAIRS, [1, 1.05, -1, -1], 0.02, False),
+        # The least of a group is beyond the largest of the next by two errors.
+        (((1, 2), (3, 4)), [1, 0.85, 0.75, 0.75], 0.08, False),
     ],
 )
 def test_an_order_holds_or_does_not(
