@@ -12,8 +12,8 @@ import h5py
 import numpy as np
 
 from rigidpend.machine.files import sealed, unsealed
+from tests.cli.calls import REFERENCE
 
-REFERENCE = Path(__file__).resolve().parents[2] / "results" / "reference"
 SECRET = b"a secret that must not be told, in 40 bytes"
 
 Change = Callable[[Any, Path], Any]

@@ -9,7 +9,7 @@ from pathlib import Path
 
 from rigidpend.machine.files import sealed, unsealed
 from rigidpend.results import store
-from tests.attacks.craft import REFERENCE
+from tests.cli.calls import REFERENCE
 
 NAMES = ("fig2", "fig4", "precession", "fig5")
 HEADS = 4096

@@ -20,8 +20,7 @@ from rigidpend.machine import cache
 from rigidpend.results import store
 from rigidpend.runs import loading, runner
 from tests.attacks import lot
-from tests.attacks.craft import REFERENCE
-from tests.cli.calls import UNTRACED, call
+from tests.cli.calls import REFERENCE, UNTRACED, call
 from tests.config.samples import HEAD, SMALL, written
 from tests.processes import python
 from tests.runs.test_faults import ZOOM

@@ -10,6 +10,7 @@ import sys
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
+from unittest.mock import Mock
 
 import pytest
 
@@ -87,11 +88,9 @@ def test_a_config_whose_result_would_have_too_long_a_name_is_one_sentence(tmp_pa
     assert "File name too long" in done.stderr
 
 
-def test_an_error_of_ours_without_room_for_a_log_is_said(monkeypatch: pytest.MonkeyPatch) -> None:
-    def full(_: BaseException) -> Path:
-        raise OSError(28, "No space left on device")
-
-    said = common.sentence(ZeroDivisionError("mine"), full)
+def test_an_error_of_ours_without_room_for_a_log_is_said() -> None:
+    full = OSError(28, "No space left on device")
+    said = common.sentence(ZeroDivisionError("mine"), Mock(side_effect=full))
     assert said.endswith("please report it; no log could be written: No space left on device")
 
 

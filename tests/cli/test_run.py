@@ -13,6 +13,7 @@ import sys
 from pathlib import Path
 from types import SimpleNamespace
 from typing import Any
+from unittest.mock import Mock
 
 import pytest
 
@@ -210,10 +211,7 @@ def test_the_longest_come_first_and_a_killed_process_leaves_nothing_half_written
 def test_an_interrupted_run_has_its_document_too(
     desk: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    def interrupt(*_: Any, **__: Any) -> None:
-        raise KeyboardInterrupt
-
-    monkeypatch.setattr(runner, "run", interrupt)
+    monkeypatch.setattr(runner, "run", Mock(side_effect=KeyboardInterrupt))
     done = call(desk, "run", "small.yaml", "fig2", "--json", "--out", "interrupted")
     assert done.returncode == 130
     assert [one["status"] for one in json.loads(done.stdout)] == ["interrupted", "not run"]

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from pathlib import Path
 from typing import Any
+from unittest.mock import Mock
 
 import pytest
 
@@ -117,25 +118,20 @@ def test_a_name_that_is_no_file_s_or_of_something_else_is_refused(
 
 
 def test_the_file_of_a_sweep_is_read_once(monkeypatch: pytest.MonkeyPatch) -> None:
-    read: list[Path] = []
     evaluated: list[str] = []
-    own, rounded = reader.read, Exact._rounded
-
-    def counted(path: Path) -> reader.Document:
-        read.append(path)
-        return own(path)
+    read, rounded = Mock(wraps=reader.read), Exact._rounded
 
     def noted(x: Exact, bits: int, guard: int) -> Any:
         evaluated.append(x.text)
         return rounded(x, bits, guard)
 
-    monkeypatch.setattr(reader, "read", counted)
+    monkeypatch.setattr(reader, "read", read)
     monkeypatch.setattr(Exact, "_rounded", noted)
     values = ",".join(f"{k}e-7" for k in range(1, 41))
     [group] = loading.load_groups([FIG4], (), [f"problem.mu={values}"])
     assert {member.content.figure for member in group.members} == {""}
     # Once for the sweep, and at most once more to learn which figure of the paper it was.
-    assert len(group.members) == 40 > 20 * len(read)
+    assert len(group.members) == 40 > 20 * read.call_count
     # Of a member: its mu where each condition on it stands, and what stands beside it there, h0,
     # J1_0 and J2_0; no phase, no A and no r, which all members share.
     assert len(evaluated) <= 42 * 15

@@ -40,7 +40,8 @@ def settled(node: Field | Layout, tree: Any) -> Any:
 
 def asked(name: str, *settings: str) -> Any:
     """The checked content of a shipped config, with settings."""
-    return loading.load(CONFIGS / f"{name}.yaml", settings).content
+    [path] = CONFIGS.rglob(f"{name}.yaml")
+    return loading.load(path, settings).content
 
 
 def computed(given: Any, parts: list[str] | None = None, **means: Any) -> Any:

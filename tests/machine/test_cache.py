@@ -8,6 +8,7 @@ import shutil
 import sys
 from collections.abc import Callable
 from pathlib import Path
+from unittest.mock import Mock
 
 import pytest
 
@@ -125,10 +126,8 @@ def test_what_is_saved_is_loaded_and_those_used_longest_ago_make_room(
 def test_a_folder_that_cannot_be_written_is_told_once(
     folder: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    def full(*_: object, **__: object) -> None:
-        raise OSError(errno.ENOSPC, "No space left on device")
-
-    monkeypatch.setattr(files, "replace", full)
+    full = OSError(errno.ENOSPC, "No space left on device")
+    monkeypatch.setattr(files, "replace", Mock(side_effect=full))
     said = rf"^{folder}: nothing can be kept there \(No space left on device\)"
     with pytest.warns(cache.KeptFileWarning, match=said):
         cache.save(folder / "maps", b"a", b"content", 999)

@@ -9,6 +9,7 @@ from collections.abc import Callable
 from importlib import metadata
 from pathlib import Path
 from typing import Any
+from unittest.mock import Mock
 
 import matplotlib
 import numpy as np
@@ -170,9 +171,7 @@ def test_a_fault_of_the_program_is_none_of_the_file_and_values_are_a_sentence(
     assert not any(issubclass(fault, render.OF_VALUES) for fault in FAULTS)
     assert all(issubclass(fault, render.OF_VALUES) for fault in OF_VALUES)
 
-    def fail(_: Any) -> Any:
-        raise error
-
+    fail = Mock(side_effect=error)
     render.render([source], source.with_suffix(".png"))
     with monkeypatch.context() as patch:
         patch.setattr(draw, "draw", fail)

@@ -13,6 +13,7 @@ import time
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
+from unittest.mock import Mock
 
 import h5py
 import numpy as np
@@ -110,10 +111,7 @@ def test_a_failed_or_interrupted_write_leaves_the_old_file_and_nothing_else(
 ) -> None:
     before = path.read_bytes()
 
-    def fail(*_: object) -> None:
-        raise error
-
-    monkeypatch.setattr(os, function, fail)
+    monkeypatch.setattr(os, function, Mock(side_effect=error))
     with pytest.raises((StoreError, SystemExit)) as caught:
         store.write(path, LAYOUT, OTHER, *TOLD)
     said = f"{path}: cannot be written: No space left on device"

@@ -14,6 +14,7 @@ import sys
 import time
 from pathlib import Path
 from typing import Any
+from unittest.mock import Mock
 
 import pytest
 
@@ -138,14 +139,10 @@ def test_a_killed_run_uses_what_was_finished(
     assert content(out) == [".zoom.parts"]
     kept = {path.name for path in out.glob(".zoom.parts/*/[!.]*.kept")}
     assert len(kept) >= 3
-    write, made = files.replace, set[str]()
-
-    def noted(path: Path, *given: Any, **named: Any) -> None:
-        made.add(path.name)
-        write(path, *given, **named)
-
-    monkeypatch.setattr(files, "replace", noted)
+    replace = Mock(wraps=files.replace)
+    monkeypatch.setattr(files, "replace", replace)
     assert f"goes on from {len(kept)} finished parts" in once_more(out)
+    made = {path.name for (path, *_), _ in replace.call_args_list}
     assert "zoom.h5" in made
     assert not made & kept
     same(out, undisturbed)
@@ -221,11 +218,9 @@ def test_no_room_is_one_sentence_and_afterwards_the_run_goes_on(
 def test_a_folder_that_became_read_only_is_named_before_anything_is_computed(
     desk: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    def refuse(*_: Any, **__: Any) -> Any:
-        raise PermissionError(errno.EACCES, "Permission denied")
-
+    refused = PermissionError(errno.EACCES, "Permission denied")
     planned = small(force=True)
-    monkeypatch.setattr(files, "_temporary", refuse)
+    monkeypatch.setattr(files, "_temporary", Mock(side_effect=refused))
     monkeypatch.setattr(experiments, "computation", None)
     with pytest.raises(files.StoreError, match=r"not writable \(Permission denied\); choose anoth"):
         runner.follow(planned, jobs=1, say=tell_nobody)
@@ -234,9 +229,7 @@ def test_a_folder_that_became_read_only_is_named_before_anything_is_computed(
 def test_a_result_in_a_read_only_folder_stays_up_to_date(
     desk: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    def refuse(*_: Any, **__: Any) -> Any:
-        raise OSError(errno.EROFS, "Read-only file system")
-
+    refuse = Mock(side_effect=OSError(errno.EROFS, "Read-only file system"))
     config = small().config
     (SMALL.parent / ".small.h5.abc.part").write_bytes(b"half")
     for function in ("unlink", "mkdir", "replace", "rmdir"):

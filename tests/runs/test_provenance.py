@@ -10,6 +10,7 @@ import shutil
 import subprocess
 import sys
 from pathlib import Path
+from unittest.mock import Mock
 
 import llvmlite
 import pytest
@@ -192,21 +193,16 @@ def test_each_file_is_parsed_once_and_by_no_later_process(
 ) -> None:
     monkeypatch.setattr(cache, "folder", lambda: tmp_path)
     code_hash._read.cache_clear()
-    parsed: list[bytes] = []
-    parse = ast.parse
-
-    def noting(source: bytes) -> ast.AST:
-        parsed.append(source)
-        return parse(source)
-
-    monkeypatch.setattr(ast, "parse", noting)
+    parse = Mock(wraps=ast.parse)
+    monkeypatch.setattr(ast, "parse", parse)
     first = provenance.code_hash("phase_portraits")
     provenance.code_hash("heteroclinic_cycle")
+    parsed = [source for (source,), _ in parse.call_args_list]
     assert len(parsed) == len(set(parsed)) > 10
     code_hash._read.cache_clear()
-    parsed.clear()
+    parse.reset_mock()
     assert provenance.code_hash("phase_portraits") == first
-    assert parsed == []
+    parse.assert_not_called()
 
 
 LAID_OUT = "\n".join(line.partition("#")[0].rstrip() for line in TEXT.splitlines())

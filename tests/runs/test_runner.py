@@ -8,7 +8,7 @@ import shutil
 from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
-from typing import Any
+from unittest.mock import Mock
 
 import h5py
 import pytest
@@ -94,10 +94,7 @@ def test_a_run_that_ends_early_leaves_the_old_result(
 ) -> None:
     before = RESULT.read_bytes()
 
-    def compute(*_: Any) -> Any:
-        raise error
-
-    monkeypatch.setattr(route_codes, "compute", compute)
+    monkeypatch.setattr(route_codes, "compute", Mock(side_effect=error))
     planned = runner.plan(loading.load(CONFIG), RESULTS, force=True)
     with pytest.raises(error):
         runner.run(planned, jobs=1, report=tell_nobody)

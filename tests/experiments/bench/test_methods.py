@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -10,16 +9,14 @@ import pytest
 
 from rigidpend.experiments.bench import methods as choice
 from rigidpend.experiments.bench.methods import METHODS, PROBLEMS, Entrant
-from rigidpend.experiments.bench.schema import Config, Workload
-from tests.config.samples import content as typed
+from rigidpend.experiments.bench.schema import Workload
 from tests.experiments.bench.data import record
-
-FULL = Path(__file__).resolve().parents[3] / "configs" / "measure" / "bench.yaml"
+from tests.experiments.trees import asked
 
 
 @pytest.fixture(scope="module")
 def content() -> Any:
-    return typed(Config, FULL)
+    return asked("bench")
 
 
 @pytest.mark.parametrize(

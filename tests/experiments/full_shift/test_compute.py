@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -12,7 +11,6 @@ from rigidpend.experiments.compare import differences
 from rigidpend.experiments.contract import Means
 from rigidpend.experiments.full_shift import LAYOUT, draw
 from rigidpend.experiments.full_shift import compute as full_shift
-from rigidpend.experiments.full_shift.schema import Config
 from rigidpend.routes.certified import (
     chains,
     coverings,
@@ -21,12 +19,7 @@ from rigidpend.routes.certified import (
     sections,
 )
 from rigidpend.routes.certified.pieces import FamilyStep, unpacked_quads
-from tests.config.samples import content as typed
-from tests.experiments.trees import reference
-
-FOLDER = Path(__file__).parents[3] / "results" / "reference"
-CONFIG = Path(__file__).parents[3] / "configs" / "full_shift.yaml"
-
+from tests.experiments.trees import asked, reference
 
 SEARCHED = "problem.half_turns=null"
 OTHER = [
@@ -53,12 +46,12 @@ def test_sets_and_polynomials_are_found_as_they_are_stored(
     class Offered(Exception):
         """What is offered to the checker."""
 
-    def offered(_: Config, data: Any) -> Any:
+    def offered(_: Any, data: Any) -> Any:
         raise Offered(data)
 
     monkeypatch.setattr(full_shift, "checked", offered)
     with pytest.raises(Offered) as caught:
-        full_shift.compute(typed(Config, CONFIG, []), Means())
+        full_shift.compute(asked("full_shift"), Means())
     [found] = caught.value.args
     assert found.keys() == {"sets", "line", "proof"}
     stored, layout = reference("full_shift")["data"], dict[str, Any](LAYOUT)
@@ -75,7 +68,7 @@ def test_smaller_angles_ask_for_more_bits_and_then_sets_are_tried_wider(
     monkeypatch.setattr(horseshoe, "TRIALS", 1)
 
     def tried(changes: list[str]) -> list[Any]:
-        config = typed(Config, CONFIG, changes)
+        config = asked("full_shift", *changes)
         return list(horseshoe.trials(full_shift._found(config, None), config.problem.half_turns))
 
     [own], (narrow, wide) = tried([]), tried(OTHER)
@@ -85,7 +78,7 @@ def test_smaller_angles_ask_for_more_bits_and_then_sets_are_tried_wider(
     words = [x.described.partition(" half")[2] for x in (narrow, wide)]
     assert words == [" rotations", " rotations, in wider sets"]
     assert (narrow.width, wide.width) == (horseshoe.WIDTH, horseshoe.WIDER)
-    assert full_shift._found(typed(Config, CONFIG, ["problem.lengths=2"]), None).lengths == 2
+    assert full_shift._found(asked("full_shift", "problem.lengths=2"), None).lengths == 2
 
 
 @pytest.mark.slow
@@ -105,7 +98,7 @@ def test_smaller_angles_ask_for_more_bits_and_then_sets_are_tried_wider(
 )
 def test_what_is_not_shown_is_undecided(changes: list[str], said: str) -> None:
     with pytest.raises(ArithmeticError, match="undecided, nothing is proven") as failed:
-        full_shift.compute(typed(Config, CONFIG, changes), Means())
+        full_shift.compute(asked("full_shift", *changes), Means())
     assert said in str(failed.value)
 
 
@@ -115,7 +108,7 @@ def test_what_the_checker_does_not_believe_is_undecided(monkeypatch: pytest.Monk
     monkeypatch.setattr(family_orbits, "pieces", lambda *_: ALONE)
     monkeypatch.setattr(chains, "line_pieces", lambda *_: ALONE)
     with pytest.raises(ArithmeticError, match="with 14 half rotations: set 0: C1: ") as failed:
-        full_shift.compute(typed(Config, CONFIG, ["problem.half_turns=14"]), Means())
+        full_shift.compute(asked("full_shift", "problem.half_turns=14"), Means())
     assert "undecided, nothing is proven" in str(failed.value)
 
 
@@ -124,7 +117,7 @@ def test_sets_without_a_width_are_lost_in_rounding(monkeypatch: pytest.MonkeyPat
     """Both edges of a set are the same where images reach no further than its middle."""
     monkeypatch.setattr(horseshoe, "OVERSHOOT", 0.0)
     with pytest.raises(ArithmeticError, match="lost in rounding"):
-        full_shift.compute(typed(Config, CONFIG, ["problem.half_turns=14"]), Means())
+        full_shift.compute(asked("full_shift", "problem.half_turns=14"), Means())
 
 
 @pytest.mark.slow
@@ -135,13 +128,13 @@ def test_symbols_of_an_approach_are_those_that_the_config_asks_for(
     monkeypatch.setattr(coverings, "prove", lambda *_: ([], []))
     monkeypatch.setattr(coverings, "prove_line", lambda *_: (None, [], []))
     data = reference("full_shift")["data"]
-    config = typed(Config, CONFIG, [])
+    config = asked("full_shift")
     problem = config.problem.model_copy(update={"approach": "0^15"})
     config = config.model_copy(update={"problem": problem})
     with pytest.raises(ArithmeticError, match="symbols of the approach are others"):
         full_shift.theorems(config, data)
     with pytest.raises(ArithmeticError, match="there is no approach"):
-        full_shift.compute(typed(Config, CONFIG, [*OWN, "problem.approach=a 0^90"]), Means())
+        full_shift.compute(asked("full_shift", *OWN, "problem.approach=a 0^90"), Means())
 
 
 def test_outlines_are_those_of_the_sets_in_the_chart() -> None:

@@ -6,6 +6,7 @@ import copy
 import json
 from pathlib import Path
 from typing import Any
+from unittest.mock import Mock
 
 import numpy as np
 import pytest
@@ -101,10 +102,7 @@ def test_a_route_codes_that_always_refuses_fails_everything_that_needs_it(
 ) -> None:
     """No limit is written by the case itself: what refuses has refuted what was claimed."""
 
-    def refuse(*_: Any) -> Any:
-        raise ProblemError("J1_0", "not today")
-
-    monkeypatch.setattr(scenes, "routes", refuse)
+    monkeypatch.setattr(scenes, "routes", Mock(side_effect=ProblemError("J1_0", "not today")))
     # All trials of a group of extremes are made alike.
     first = {x.kind: x for x in reversed(trials("stress_quick")) if x.kind in extremes.GROUPS}
     others = [x for x in trials("stress_quick") if x.kind in ("honesty", "symmetries")]

@@ -6,6 +6,7 @@ import json
 import math
 from pathlib import Path
 from typing import Any
+from unittest.mock import Mock
 
 import numpy as np
 import pytest
@@ -54,10 +55,8 @@ def test_verdict_and_ratio(
 
 @pytest.mark.parametrize("error", [ProblemError("J1_0", "no such orbit"), ArithmeticError("stuck")])
 def test_a_refusal_refutes_every_claim_of_its_trial(error: Exception) -> None:
-    def refuse() -> Findings:
-        raise error
-
-    made: Any = Trial("k", "t", [claim("a", 1.0), claim("b", 1.0, 9.0)], refuse).tried()
+    claims = [claim("a", 1.0), claim("b", 1.0, 9.0)]
+    made: Any = Trial("k", "t", claims, Mock(side_effect=error)).tried()
     assert verdicts(made) == {"a": FAILED, "b": FAILED}
     assert {x["note"] for x in made["claims"].values()} == {f"refused: {error}"}
     assert made["curves"] == {}
