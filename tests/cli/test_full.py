@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import os
-import resource
 import shutil
 import subprocess
 import sys
@@ -18,7 +17,7 @@ from rigidpend import render
 from rigidpend.cli import common
 from rigidpend.machine import cache
 from rigidpend.runs.parts import Parts
-from tests.cli.calls import LIMITED, REFERENCE, call
+from tests.cli.calls import LIMITED, REFERENCE, call, short_files
 from tests.config.samples import SMALL, written
 
 FULL = Path("/dev/full")
@@ -68,14 +67,8 @@ def test_a_disk_that_is_full_for_figures_is_one_sentence(
     (small / "results").mkdir()
     shutil.copy(REFERENCE / "fig2.h5", small / "results")
     monkeypatch.setattr(render, "PIXELS", 300)
-    # Of compiled code as much would be kept as finds room.
-    monkeypatch.setattr(sys, "dont_write_bytecode", True)
-    before = resource.getrlimit(resource.RLIMIT_FSIZE)
-    resource.setrlimit(resource.RLIMIT_FSIZE, (1000, before[1]))
-    try:
+    with short_files(1000):
         done = call(small, "render", "fig2")
-    finally:
-        resource.setrlimit(resource.RLIMIT_FSIZE, before)
     assert done.returncode == 1
     assert done.stderr.endswith("fig2.png: cannot be written: File too large\n")
     assert [x.name for x in (small / "results").iterdir()] == ["fig2.h5"]

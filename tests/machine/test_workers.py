@@ -20,6 +20,7 @@ from rigidpend.machine.workers import (
     spread,
     worth_processes,
 )
+from tests.cli.calls import OF_CHECKOUT
 from tests.machine.work import place, spoken
 from tests.processes import python
 
@@ -136,9 +137,8 @@ def test_a_program_is_not_run_by_the_processes_that_it_lets_begin(tmp_path: Path
     """It needs no ``if __name__ == "__main__"``, and hears by its own functions."""
     (tmp_path / "program.py").write_text(PROGRAM)
     (tmp_path / "module.py").write_text(MODULE)
-    environment = {**os.environ, "PYTHONPATH": str(Path(__file__).resolve().parents[2])}
     # By its name: then it has both a file and a specification.
-    done = python(tmp_path, "-m", "program", env=environment)
+    done = python(tmp_path, "-m", "program", env=OF_CHECKOUT)
     assert (done.returncode, done.stderr) == (0, "")
     assert sorted(done.stdout.splitlines()) == ["once", *["part 0"] * 2, "part 1", "part 2"]
 
