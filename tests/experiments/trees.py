@@ -67,11 +67,12 @@ def made(given: Any, means: Means) -> Any:
 
 def reference(name: str) -> Loaded:
     """The stored reference of a config, read once, as each test's own."""
-    return copy.deepcopy(_reference(name))
+    return copy.deepcopy(shared_reference(name))
 
 
 @functools.cache
-def _reference(name: str) -> Loaded:
+def shared_reference(name: str) -> Loaded:
+    """The same for all tests, none of which may change it."""
     return store.load(REFERENCE / f"{name}.h5")
 
 

@@ -15,22 +15,15 @@ from rigidpend.results import store
 from rigidpend.routes.certified import codes
 from rigidpend.routes.certified.pieces import ORBIT_STEPS
 from rigidpend.runs import certificate_files as storage
+from rigidpend.runs import loading
 from tests.attacks import lot
+from tests.config.samples import FIG4
 from tests.processes import python
 
 NAME = "bomb.certificate.h5"
-CONFIG = {
-    "experiment": "route_codes",
-    "problem": {
-        "A": ["2", "1", "3/2"],
-        "r": ["1", "1", "0"],
-        "mu": "1/1000",
-        "h0": "6671/5000",
-        "J1_0": "1/100000000",
-        "n_symbols": 1,
-        "arrays": {"one": {"start": "0", "step": "1", "count": 1}},
-    },
-}
+SETTINGS = ["problem.n_symbols=1", "problem.arrays={one: {start: 0, step: 1, count: 1}}"]
+RESOLVED = loading.load(FIG4, SETTINGS).resolved()
+CONFIG = {key: RESOLVED[key] for key in ("experiment", "problem")}
 CHECKED = f"""
 import resource, sys
 sys.path.insert(0, {str(Path(__file__).parents[2])!r})
