@@ -62,6 +62,13 @@ def started(folder: Path, *arguments: str) -> subprocess.Popen[str]:
     )
 
 
+def succeeded(folder: Path, *arguments: str) -> Done:
+    """The same, which must end well."""
+    done = call(folder, *arguments)
+    assert done.returncode == 0, done.stderr + done.stdout
+    return done
+
+
 @contextlib.contextmanager
 def short_files(most: int) -> Iterator[None]:
     """No file may be larger than so many bytes, as where no room is left on a disk."""

@@ -12,7 +12,7 @@ import pytest
 
 from rigidpend.machine import cache
 from rigidpend.runs import provenance
-from tests.cli.calls import call
+from tests.cli.calls import call, succeeded
 
 
 @pytest.fixture
@@ -64,8 +64,7 @@ def of_24_MB(monkeypatch: pytest.MonkeyPatch) -> None:
 
 @pytest.mark.usefixtures("of_24_MB")
 def test_it_says_what_is_here_and_changes_nothing(tmp_path: Path) -> None:
-    done = call(tmp_path, "doctor", "--json")
-    assert done.returncode == 0, done.stdout
+    done = succeeded(tmp_path, "doctor", "--json")
     found = {one["name"]: one for one in json.loads(done.stdout)}
     assert found["h5py"]["state"] == h5py.__version__
     assert not any(one["needed"] for one in found.values())

@@ -17,7 +17,7 @@ from rigidpend import render
 from rigidpend.cli import common
 from rigidpend.machine import cache
 from rigidpend.runs.parts import Parts
-from tests.cli.calls import LIMITED, REFERENCE, call, short_files
+from tests.cli.calls import LIMITED, REFERENCE, call, short_files, succeeded
 from tests.config.samples import SMALL, written
 
 FULL = Path("/dev/full")
@@ -99,8 +99,7 @@ def test_what_is_no_regular_file_makes_room_or_is_left_alone(
     (out / "elsewhere").write_text("mine")
     for place in ("fig.log", ".fig.parts", ".fig.h5.abc.part"):
         make(out / place)
-    done = call(tmp_path, "run", "fig.yaml", "--out", "out", "-j", "1")
-    assert done.returncode == 0, done.stderr
+    succeeded(tmp_path, "run", "fig.yaml", "--out", "out", "-j", "1")
     assert (out / "elsewhere").read_text() == "mine"
     assert (out / "fig.h5").is_file()
     assert (out / "fig.log").is_file()

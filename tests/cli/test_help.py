@@ -19,7 +19,7 @@ from PIL import Image
 
 from rigidpend import cli, render
 from rigidpend.config import catalogue
-from tests.cli.calls import ENVIRONMENT, call
+from tests.cli.calls import ENVIRONMENT, call, succeeded
 from tests.config.samples import FIG4, SMALL, changed, written
 
 COMMANDS = {name: cli.command(name) for name in cli.COMMANDS}
@@ -73,10 +73,8 @@ def template(tmp_path_factory: pytest.TempPathFactory) -> Path:
     written(configs, SMALL, "fig4.yaml")
     coarse = changed("points: 60 ", "points: 8 ", (configs / "fig5.yaml").read_text())
     written(configs, coarse, "fig5.yaml")
-    done = call(folder, "run", "fig1", "fig2", "fig4", "fig5")
-    assert done.returncode == 0, done.stderr
-    swept = call(folder, "run", "fig4", "--sweep", "problem.mu=1e-4,1e-3", "--out", "swept")
-    assert swept.returncode == 0, swept.stderr
+    succeeded(folder, "run", "fig1", "fig2", "fig4", "fig5")
+    succeeded(folder, "run", "fig4", "--sweep", "problem.mu=1e-4,1e-3", "--out", "swept")
     shutil.copytree(folder / "results", folder / "old" / "results")
     shutil.copytree(folder / "old" / "results", folder / "results" / "reference")
     return folder

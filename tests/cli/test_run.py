@@ -21,7 +21,7 @@ from rigidpend.cli import run
 from rigidpend.machine import progress, workers
 from rigidpend.results import store
 from rigidpend.runs import runner
-from tests.cli.calls import ENVIRONMENT, Done, call
+from tests.cli.calls import ENVIRONMENT, Done, call, succeeded
 from tests.config.samples import SMALL, changed, written
 
 
@@ -61,8 +61,7 @@ def test_no_result_depends_on_the_jobs(desk: Path, result: Path) -> None:
     """The same again by --force on two processors, in another folder."""
     (desk / "forced").mkdir()
     shutil.copy(result, desk / "forced")
-    done = call(desk, "run", "fig4", "--force", "-j", "2", "--out", "forced")
-    assert done.returncode == 0, done.stderr
+    done = succeeded(desk, "run", "fig4", "--force", "-j", "2", "--out", "forced")
     assert done.stderr.startswith("fig4: computing (--force), ")
     one, two = (store.load(x)["data"] for x in (result, desk / "forced" / "fig4.h5"))
     fields = [(array, name) for array in one for name in one[array]]
@@ -76,8 +75,7 @@ def test_a_read_only_folder_of_configs_is_enough(tmp_path: Path) -> None:
     path = written(tmp_path / "configs", SMALL, "mine.yaml")
     path.chmod(0o444)
     (tmp_path / "configs").chmod(0o555)
-    done = call(tmp_path, "run", "mine")
-    assert done.returncode == 0, done.stderr
+    succeeded(tmp_path, "run", "mine")
     assert (tmp_path / "results" / "mine.h5").is_file()
     assert [x.name for x in (tmp_path / "configs").iterdir()] == ["mine.yaml"]
 
@@ -172,8 +170,7 @@ def test_long_configs_have_processes_of_their_own_side_by_side(
     monkeypatch.setattr(workers, "apart", apart)
     monkeypatch.setattr(run, "LONG", 0.0)
     given = ("run", "b.yaml", "c.yaml", "-j", "2", "--json", "--out", ".")
-    done = call(tmp_path, *given)
-    assert done.returncode == 0, done.stderr
+    done = succeeded(tmp_path, *given)
     assert [x["status"] for x in json.loads(done.stdout)] == ["computed", "computed"]
     assert begun == [1, 1]
     for name in ("b", "c"):

@@ -11,7 +11,7 @@ from PIL import Image
 
 from rigidpend.results import store
 from rigidpend.runs import provenance
-from tests.cli.calls import REFERENCE, call
+from tests.cli.calls import REFERENCE, call, succeeded
 from tests.config.samples import FIG4, SMALL, changed, written
 
 
@@ -116,8 +116,7 @@ def test_describe_has_the_rows_and_as_json_the_config_and_its_hash_too(tmp_path:
 
 @pytest.mark.slow
 def test_a_png_says_which_result_it_shows(desk: Path, result: Path) -> None:
-    done = call(desk, "render", "fig4", "--out", "deep/results")
-    assert done.returncode == 0, done.stderr
+    succeeded(desk, "render", "fig4", "--out", "deep/results")
     attributes = store.attributes(result)
     with Image.open(result.with_suffix(".png")) as image:
         told = {key: x for key, x in image.info.items() if isinstance(x, str)}

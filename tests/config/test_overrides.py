@@ -85,11 +85,6 @@ def test_a_wrong_setting_is_named_with_what_is_wrong(case: str) -> None:
     assert str(problem).startswith(f"--set {setting}: {said}")
 
 
-def test_a_word_that_is_none_of_some_is_told_with_the_one_that_was_meant() -> None:
-    [problem] = refused(FIG4.parent / "route_map.yaml", ["problem.rows.axis=log10_J1"])
-    assert str(problem).endswith("got 'log10_J1'; did you mean log10_J1_0?")
-
-
 def test_the_file_s_own_errors_keep_their_places(tmp_path: Path) -> None:
     path = written(tmp_path, changed("mu: 0.001", "mu: x"))
     in_setting, in_file = refused(path, ["problem.n_symbols=1/2"])

@@ -28,9 +28,14 @@ def test_every_combination_has_a_result_named_by_its_values() -> None:
     assert third["h0"] == loading.load(FIG4).resolved()["problem"]["h0"]
 
 
-def test_lists_and_expressions_are_values_too() -> None:
+def test_lists_and_expressions_are_values_too_and_names_tell_them() -> None:
     found = overrides.option("problem.A=[2, 1, 1.5],[3, 2, 2.5]")
     assert found[:2] == Sweep("problem.A", ("[2, 1, 1.5]", "[3, 2, 2.5]"))[:2]
+    data = {"a": (1, 2.5, True, None), "b": {"c": "x"}}
+    assert overrides.in_one_line(data) == "{a: [1, 2.5, true, null], b: {c: x}}"
+    # Keys that end alike are told in full.
+    keys = ["problem.arrays.left.step", "problem.arrays.right.step", "problem.A.0"]
+    assert overrides.short_names(keys) == [*keys[:2], "A.0"]
     endings = [variant.ending for variant in overrides.variants([found])]
     assert endings == ["_A=2,1,1.5", "_A=3,2,2.5"]
     [group] = loading.load_groups([FIG4], (), ["problem.arrays.left.step=1/10,pi/40"])
@@ -47,16 +52,6 @@ def test_a_config_can_ask_for_its_sweep(tmp_path: Path) -> None:
     assert loading.resolved_yaml(loading.load(path)).endswith(
         "\nsweep:\n  problem.mu: [1e-4, 1e-3]\n"
     )
-
-
-def test_values_are_written_as_in_a_config() -> None:
-    data = {"a": (1, 2.5, True, None), "b": {"c": "x"}}
-    assert overrides.in_one_line(data) == "{a: [1, 2.5, true, null], b: {c: x}}"
-
-
-def test_keys_that_end_alike_are_told_in_full() -> None:
-    keys = ["problem.arrays.left.step", "problem.arrays.right.step", "problem.A.0"]
-    assert overrides.short_names(keys) == [*keys[:2], "A.0"]
 
 
 @pytest.mark.parametrize(

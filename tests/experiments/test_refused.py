@@ -81,6 +81,7 @@ REFUSED = {
         "problem.rows={axis: gamma0, ends: [1, 2], count: 4}": "problem.rows",
         "problem.rows={axis: alpha0, ends: [1, 4], count: 4}": "pi > alpha0 > 0",
         "problem.rows={axis: h0, ends: [1/10000, 2], count: 4}": "h0 > mu",
+        "problem.rows.axis=log10_J1": "got 'log10_J1'; did you mean log10_J1_0?",
         "problem.n_symbols=251": "n_symbols of a plane must be at most 250",
         "problem.theta2_0.count=1": "count",
         "problem.theta2_0.cuont=1": "did you mean count",

@@ -76,6 +76,7 @@ def test_work_goes_ahead_of_its_use_in_processes_but_for_the_first() -> None:
 @pytest.mark.parametrize(("parts", "jobs", "worth"), [(7, 2, False), (8, 2, True), (9, 1, False)])
 def test_many_parts_are_worth_processes(parts: int, jobs: int, worth: bool) -> None:
     assert worth_processes(parts, jobs) == worth
+    assert 1 <= cores() <= (os.cpu_count() or 1)
 
 
 @pytest.mark.parametrize(("jobs", "holds_interpreter"), [(1, True), (1, False), (2, False)])
@@ -152,10 +153,6 @@ def test_spread_cuts_into_even_pieces_that_join_again(columns: int, parts: int) 
     assert max(sizes) - min(sizes) <= 1
     assert min(sizes) > 0
     np.testing.assert_array_equal(np.concatenate(pieces, axis=1), array)
-
-
-def test_cores_are_those_that_this_process_may_use() -> None:
-    assert 1 <= cores() <= (os.cpu_count() or 1)
 
 
 def test_long_work_says_how_far_it_is_after_a_silence(monkeypatch: pytest.MonkeyPatch) -> None:

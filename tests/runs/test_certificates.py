@@ -14,7 +14,7 @@ import pytest
 from rigidpend.results import store
 from rigidpend.routes.certified.pieces import Step
 from rigidpend.runs import certificate_files as storage
-from tests.cli.calls import call
+from tests.cli.calls import call, succeeded
 from tests.config.samples import SMALL, changed, written
 
 TINY = changed("count: 5", "count: 2", changed("n_symbols: 3", "n_symbols: 2", SMALL))
@@ -26,8 +26,7 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
     made = tmp_path_factory.mktemp("certified")
     written(made, TINY, "tiny.yaml")
     assert call(made, "run", "tiny.yaml", "--out", ".").returncode == 0
-    done = call(made, "certify", "tiny.yaml", "--out", ".", "-j", "1")
-    assert done.returncode == 0, done.stderr
+    done = succeeded(made, "certify", "tiny.yaml", "--out", ".", "-j", "1")
     assert done.stdout == "tiny: only: 4 of 4 symbols of 2 orbits proven\n"
     return made
 
@@ -61,8 +60,7 @@ def test_it_is_checked_again_without_integration(
         monkeypatch.setattr(
             f"{name}.Approximation" if "cert" in name else f"{name}.crossings", None
         )
-    done = call(folder, "certify", "--check", FILE, "-j", "1", "--json")
-    assert done.returncode == 0, done.stderr
+    done = succeeded(folder, "certify", "--check", FILE, "-j", "1", "--json")
     [[found]] = json.loads(done.stdout).values()
     assert found == {"array": "only", "orbits": 2, "symbols": 4, "proven": 4, "undecided": []}
 
@@ -116,8 +114,7 @@ def test_verify_counts_what_is_proven_and_finds_a_contradiction(
     for name in ("tiny.h5", FILE):
         (tmp_path / name).write_bytes((folder / name).read_bytes())
     arguments = ("verify", "tiny.yaml", "--reference", ".", "--results", ".")
-    done = call(tmp_path, *arguments)
-    assert done.returncode == 0, done.stderr + done.stdout
+    done = succeeded(tmp_path, *arguments)
     assert "4 symbols are proven" in done.stdout
 
     def turn_a_symbol(file: Any) -> None:
