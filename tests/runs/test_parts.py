@@ -55,15 +55,15 @@ def test_a_kept_part_is_used_again_with_its_values_and_types(target: Path) -> No
         Parts(target, "b").keep("first", not_again)
 
 
-def another_part(path: Path) -> None:
-    Parts(path.parents[2] / "fig.h5", "a").keep("second", lambda: {"wrong": PART["one"]})
-    shutil.copy(path.with_name("second.kept"), path)
+def copied(name: str, run: str) -> Callable[[Path], None]:
+    """Write another part, or that of another run, over a part."""
 
+    def change(path: Path) -> None:
+        other = Parts(path.parents[2] / "fig.h5", run)
+        other.keep(name, lambda: {"wrong": PART["one"]})
+        shutil.copy(other._path(name), path)
 
-def of_another_run(path: Path) -> None:
-    other = Parts(path.parents[2] / "fig.h5", "b")
-    other.keep("first", lambda: {"wrong": PART["one"]})
-    shutil.copy(other._path("first"), path)
+    return change
 
 
 @pytest.mark.parametrize(
@@ -74,8 +74,8 @@ def of_another_run(path: Path) -> None:
             lambda path: cache.save_file(path, b"a, part first", b"nothing"),
             "no part of a run",
         ),
-        (another_part, "of something else than its name says"),
-        (of_another_run, "of something else than its name says"),
+        (copied("second", "a"), "of something else than its name says"),
+        (copied("first", "b"), "of something else than its name says"),
     ],
 )
 def test_a_part_that_is_none_of_its_run_is_told_and_computed_again(
