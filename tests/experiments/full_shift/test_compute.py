@@ -81,43 +81,39 @@ def test_smaller_angles_ask_for_more_bits_and_then_sets_are_tried_wider(
     assert full_shift._found(asked("full_shift", "problem.lengths=2"), None).lengths == 2
 
 
+NOT_SHOWN: list[tuple[Any, ...]] = [
+    # Hess: one of the surfaces does not split.
+    (["problem.r=[1, sqrt(2), 0]"], "half rotations begin beside the heteroclinic orbits"),
+    (["problem.r=[1, sqrt(2), 0]", SEARCHED], "surfaces of the periodic orbits cross at"),
+    (["problem.mu=1e-12", SEARCHED], "the surfaces of the periodic orbits cross at an angle"),
+    # An angle that is lost among roundings, and one of which sets would be too small.
+    (["problem.mu=1e-8", SEARCHED], "of 1e-08 or less no sets are tried"),
+    # So few half rotations that the sets are too large to be straight, or too many.
+    (["problem.half_turns=11"], "sets are too wide"),
+    (["problem.half_turns=32"], "no passages of 32 half rotations begin beside"),
+    # Polynomials that the checker does not believe: its reason is said with the set.
+    (
+        ["problem.half_turns=14"],
+        "with 14 half rotations: set 0: C1: ",
+        (family_orbits, "pieces", lambda *_: ALONE),
+        (chains, "line_pieces", lambda *_: ALONE),
+    ),
+    # Both edges of a set are the same where images reach no further than its middle.
+    (["problem.half_turns=14"], "lost in rounding", (horseshoe, "OVERSHOOT", 0.0)),
+]
+
+
 @pytest.mark.slow
-@pytest.mark.parametrize(
-    ("changes", "said"),
-    [
-        # Hess: one of the surfaces does not split.
-        (["problem.r=[1, sqrt(2), 0]"], "half rotations begin beside the heteroclinic orbits"),
-        (["problem.r=[1, sqrt(2), 0]", SEARCHED], "surfaces of the periodic orbits cross at"),
-        (["problem.mu=1e-12", SEARCHED], "the surfaces of the periodic orbits cross at an angle"),
-        # An angle that is lost among roundings, and one of which sets would be too small.
-        (["problem.mu=1e-8", SEARCHED], "of 1e-08 or less no sets are tried"),
-        # So few half rotations that the sets are too large to be straight, or too many.
-        (["problem.half_turns=11"], "sets are too wide"),
-        (["problem.half_turns=32"], "no passages of 32 half rotations begin beside"),
-    ],
-)
-def test_what_is_not_shown_is_undecided(changes: list[str], said: str) -> None:
+@pytest.mark.parametrize("case", NOT_SHOWN)
+def test_what_is_not_shown_is_undecided(
+    case: tuple[Any, ...], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    changes, said, *patches = case
+    for patch in patches:
+        monkeypatch.setattr(*patch)
     with pytest.raises(ArithmeticError, match="undecided, nothing is proven") as failed:
         full_shift.compute(asked("full_shift", *changes), Means())
     assert said in str(failed.value)
-
-
-@pytest.mark.slow
-def test_what_the_checker_does_not_believe_is_undecided(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Polynomials of which it does not: the reason, with its set and half rotations, is said."""
-    monkeypatch.setattr(family_orbits, "pieces", lambda *_: ALONE)
-    monkeypatch.setattr(chains, "line_pieces", lambda *_: ALONE)
-    with pytest.raises(ArithmeticError, match="with 14 half rotations: set 0: C1: ") as failed:
-        full_shift.compute(asked("full_shift", "problem.half_turns=14"), Means())
-    assert "undecided, nothing is proven" in str(failed.value)
-
-
-@pytest.mark.slow
-def test_sets_without_a_width_are_lost_in_rounding(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Both edges of a set are the same where images reach no further than its middle."""
-    monkeypatch.setattr(horseshoe, "OVERSHOOT", 0.0)
-    with pytest.raises(ArithmeticError, match="lost in rounding"):
-        full_shift.compute(asked("full_shift", "problem.half_turns=14"), Means())
 
 
 @pytest.mark.slow
