@@ -54,7 +54,6 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 @pytest.fixture(scope="module")
 def by_run(folder: Path) -> set[str]:
-    """The modules that a first run imports."""
     return after_each(folder, "rigidpend run small.yaml -j 1")[-1]
 
 

@@ -20,8 +20,7 @@ from rigidpend.machine import cache
 from rigidpend.results import store
 from rigidpend.runs import loading, runner
 from tests.attacks import lot
-from tests.attacks.craft import REFERENCE
-from tests.cli.calls import UNTRACED, call
+from tests.cli.calls import REFERENCE, UNTRACED, call
 from tests.config.samples import HEAD, SMALL, written
 from tests.processes import python
 from tests.runs.test_faults import ZOOM
@@ -80,7 +79,6 @@ numerics:
 
 
 def with_cache(folder: Path) -> dict[str, str]:
-    """The environment of a command whose cache is in a folder."""
     return UNTRACED | {"XDG_CACHE_HOME": str(folder / "cache")}
 
 
@@ -91,7 +89,6 @@ def rerun(folder: Path) -> subprocess.CompletedProcess[str]:
 
 
 def all_kept(folder: Path) -> list[Path]:
-    """Files of the cache and finished parts."""
     return sorted(
         path
         for within in ("cache", "results/.zoom.parts")

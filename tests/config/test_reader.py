@@ -39,37 +39,26 @@ def test_a_huge_file_is_not_parsed(tmp_path: Path, monkeypatch: pytest.MonkeyPat
     assert str(problem) == f"{path}: larger than {reader.MAX_BYTES} bytes, which no config is"
 
 
-@pytest.mark.parametrize(
-    ("content", "line"),
-    [
-        (b"\x89HDF\r\n\x1a\n\0\0\0", 1),
-        (bytes(range(256)), 2),
-        (TEXT.encode("utf-16"), 1),
-        (TEXT.replace("none", "öde").encode("latin-1"), 10),
-    ],
-    ids=["HDF5", "all bytes", "UTF-16", "Latin-1"],
-)
-def test_what_is_not_utf8_is_refused_with_its_line(
-    tmp_path: Path, content: bytes, line: int
-) -> None:
-    path = written(tmp_path, content)
+KEYS = "expected keys: experiment, problem"
+NO_CONFIGS: dict[str | bytes, str] = {
+    b"\x89HDF\r\n\x1a\n\0\0\0": ":1:1: not text in UTF-8",
+    bytes(range(256)): ":2:1: not text in UTF-8",
+    TEXT.encode("utf-16"): ":1:1: not text in UTF-8",
+    TEXT.replace("none", "öde").encode("latin-1"): ":10:1: not text in UTF-8",
+    **{f"{x}\n": f":1:1: {KEYS}\n    {x}\n    ^" for x in ("words", '"quoted"', "true")},
+    "- a\n- b\n": f":1:1: {KEYS}\n    - a\n    ^",
+    **dict.fromkeys(("# a\n", ""), f": {KEYS}"),
+}
+"""Contents of files, and what is said behind their path."""
+
+
+@pytest.mark.parametrize("text", NO_CONFIGS, ids=range(len(NO_CONFIGS)))
+def test_what_holds_no_keys_is_refused_with_its_line(tmp_path: Path, text: str | bytes) -> None:
+    path = written(tmp_path, text)
     [problem] = refused(path)
-    assert str(problem) == f"{path}:{line}:1: not text in UTF-8"
-
-
-@pytest.mark.parametrize("content", ["words\n", "- a\n- b\n", '"quoted"\n', "true\n", "# a\n", ""])
-def test_what_is_no_mapping_says_what_is_expected(tmp_path: Path, content: str) -> None:
-    path = written(tmp_path, content)
-    [problem] = refused(path)
-    expected = complaint(path, content, 0, "", "expected keys: experiment, problem")
-    assert str(problem) == expected or content in ("# a\n", "")
-    assert problem.message == "expected keys: experiment, problem"
-
-
-def test_what_cannot_be_opened_says_why(tmp_path: Path) -> None:
-    [absent] = refused(tmp_path / "none.yaml")
+    assert str(problem) == f"{path}{NO_CONFIGS[text]}"
+    absent, folder = (refused(x)[0] for x in (tmp_path / "none.yaml", tmp_path))
     assert str(absent) == f"{tmp_path / 'none.yaml'}: cannot be read: No such file or directory"
-    [folder] = refused(tmp_path)
     assert str(folder) == f"{tmp_path}: cannot be read: Is a directory"
 
 

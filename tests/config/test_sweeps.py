@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from pathlib import Path
 from typing import Any
+from unittest.mock import Mock
 
 import pytest
 
@@ -26,23 +27,18 @@ def test_every_combination_has_a_result_named_by_its_values() -> None:
     assert third["h0"] == loading.load(FIG4).resolved()["problem"]["h0"]
 
 
-def test_lists_and_expressions_are_values_too() -> None:
+def test_lists_and_expressions_are_values_too_and_names_tell_them() -> None:
     found = overrides.option("problem.A=[2, 1, 1.5],[3, 2, 2.5]")
     assert found[:2] == Sweep("problem.A", ("[2, 1, 1.5]", "[3, 2, 2.5]"))[:2]
+    data = {"a": (1, 2.5, True, None), "b": {"c": "x"}}
+    assert overrides.in_one_line(data) == "{a: [1, 2.5, true, null], b: {c: x}}"
+    # Keys that end alike are told in full.
+    keys = ["problem.arrays.left.step", "problem.arrays.right.step", "problem.A.0"]
+    assert overrides.short_names(keys) == [*keys[:2], "A.0"]
     endings = [variant.ending for variant in overrides.variants([found])]
     assert endings == ["_A=2,1,1.5", "_A=3,2,2.5"]
     [members] = loading.load_swept([FIG4], (), ["problem.arrays.left.step=1/10,pi/40"])
     assert [member.name for member in members] == ["fig4_step=1over10", "fig4_step=piover40"]
-
-
-def test_values_are_written_as_in_a_config() -> None:
-    data = {"a": (1, 2.5, True, None), "b": {"c": "x"}}
-    assert overrides.in_one_line(data) == "{a: [1, 2.5, true, null], b: {c: x}}"
-
-
-def test_keys_that_end_alike_are_told_in_full() -> None:
-    keys = ["problem.arrays.left.step", "problem.arrays.right.step", "problem.A.0"]
-    assert overrides.short_names(keys) == [*keys[:2], "A.0"]
 
 
 @pytest.mark.parametrize(
@@ -65,50 +61,45 @@ def test_what_is_wrong_with_a_sweep_is_named(option: str, said: str) -> None:
     assert said in str(caught.value)
 
 
-@pytest.mark.parametrize("name", ["", "a/b", "../x", "all", ".hidden", "x" * 200, "a\nb"])
-def test_a_name_that_is_no_file_s_is_refused(name: str) -> None:
-    with pytest.raises(ConfigError, match="a name is made of"):
-        loading.load_swept([FIG4], (), (), name)
+NO_NAMES = ("", "a/b", "../x", "all", ".hidden", "x" * 200, "a\nb")
+TAKEN = ("fig5.certificate", "Fig5.Certificate")
+NAMES = dict.fromkeys(NO_NAMES, "a name is made of")
+NAMES |= dict.fromkeys(TAKEN, "--name: choose another name than")
+NAMES |= dict.fromkeys(("console", "nulls", "fig5.certificates", "a.b", "lpt"), "")
 
 
-@pytest.mark.parametrize(
-    "name",
-    ["fig5.certificate", "Fig5.Certificate"],
-)
-def test_a_name_that_is_of_something_else_is_refused(tmp_path: Path, name: str) -> None:
-    with pytest.raises(ConfigError, match="--name: choose another name than"):
+@pytest.mark.parametrize("name", NAMES)
+def test_a_name_that_is_no_file_s_or_of_something_else_is_refused(
+    tmp_path: Path, name: str
+) -> None:
+    """One that only begins like such a name is free."""
+    if not NAMES[name]:
+        [[member]] = loading.load_swept([FIG4], name=name)
+        assert member.name == name
+        return
+    with pytest.raises(ConfigError, match=NAMES[name]):
         loading.load_swept([FIG4], name=name)
-    # A file's name becomes that of its result.
-    with pytest.raises(ConfigError, match="choose another name than"):
-        loading.load(written(tmp_path, SMALL, f"{name}.yaml"))
-
-
-@pytest.mark.parametrize("name", ["console", "nulls", "fig5.certificates", "a.b", "lpt"])
-def test_a_name_that_only_begins_like_one_is_free(name: str) -> None:
-    [members] = loading.load_swept([FIG4], name=name)
-    assert members[0].name == name
+    if name in TAKEN:
+        # A file's name becomes that of its result.
+        with pytest.raises(ConfigError, match="choose another name than"):
+            loading.load(written(tmp_path, SMALL, f"{name}.yaml"))
 
 
 def test_the_file_of_a_sweep_is_read_once(monkeypatch: pytest.MonkeyPatch) -> None:
-    read: list[Path] = []
     evaluated: list[str] = []
-    own, rounded = reader.read, Exact._rounded
-
-    def counted(path: Path) -> reader.Document:
-        read.append(path)
-        return own(path)
+    read, rounded = Mock(wraps=reader.read), Exact._rounded
 
     def noted(x: Exact, bits: int, guard: int) -> Any:
         evaluated.append(x.text)
         return rounded(x, bits, guard)
 
-    monkeypatch.setattr(reader, "read", counted)
+    monkeypatch.setattr(reader, "read", read)
     monkeypatch.setattr(Exact, "_rounded", noted)
     values = ",".join(f"{k}e-7" for k in range(1, 41))
     [members] = loading.load_swept([FIG4], (), [f"problem.mu={values}"])
     assert {member.content.figure for member in members} == {""}
     # Once for the sweep, and at most once more to learn which figure of the paper it was.
-    assert len(members) == 40 > 20 * len(read)
+    assert len(members) == 40 > 20 * read.call_count
     # Of a member: its mu where each condition on it stands, and what stands beside it there, h0,
     # J1_0 and J2_0; no phase, no A and no r, which all members share.
     assert len(evaluated) <= 42 * 15

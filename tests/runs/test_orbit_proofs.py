@@ -20,7 +20,7 @@ from rigidpend.runs import certificates, orbit_proofs
 from scripts import check_full_shift
 from scripts import check_orbit as script
 from scripts.check_certificate import Fails, Refused
-from tests.cli.calls import call
+from tests.cli.calls import succeeded
 from tests.experiments.trees import reference
 from tests.remembered import Inline, remembered
 
@@ -31,8 +31,7 @@ NAME = f"x{orbit_proofs.SUFFIX}"
 @pytest.fixture(scope="module")
 def file(tmp_path_factory: pytest.TempPathFactory) -> Path:
     folder = tmp_path_factory.mktemp("orbit")
-    done = call(folder, "find", "fig4", "--code", CODE, "--json", "-j", "1", "--proof", NAME)
-    assert done.returncode == 0, done.stderr
+    done = succeeded(folder, "find", "fig4", "--code", CODE, "--json", "-j", "1", "--proof", NAME)
     (folder / "found.json").write_text(done.stdout)
     return folder / NAME
 

@@ -146,7 +146,9 @@ def test_the_worst_element_is_named_with_both_values_and_what_is_allowed(desk: P
     assert found["said"].endswith(f"(may differ by {found['allowed']:.2g}, 2 of 20 differ)")
 
 
-def test_one_absent_reference_does_not_keep_the_others_from_being_compared(desk: Path) -> None:
+def test_what_is_absent_is_said_and_keeps_no_other_from_being_compared(
+    desk: Path,
+) -> None:
     shutil.copy("configs/small.yaml", "configs/other.yaml")
     said = f"results/reference/other.h5: there is no such file; {MEND}"
     done = called("configs/other.yaml", *READ)
@@ -158,6 +160,9 @@ def test_one_absent_reference_does_not_keep_the_others_from_being_compared(desk:
     assert (small["name"], small["same"], small["error"]) == ("small", True, None)
     assert (other["name"], other["same"], other["differences"]) == ("other", False, [])
     assert other["error"] == said
+    done = called("configs/small.yaml", "--results", "none")
+    absent = "none/small.h5: there is no such file; call: rigidpend run small --out none"
+    assert (done.returncode, done.stderr) == (3, f"rigidpend: {absent}\n")
 
 
 def test_a_folder_of_ones_own_hides_no_reference_of_the_package(desk: Path) -> None:

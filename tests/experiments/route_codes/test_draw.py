@@ -32,7 +32,6 @@ def array(phases: Any, rows: int = 15, zeros: Any = ZEROS) -> dict[str, Any]:
 
 @pytest.fixture
 def data() -> Data:
-    """Two arrays as in Fig. 4."""
     return {"left": array(LEFT), "right": array(RIGHT)}
 
 
@@ -117,7 +116,9 @@ def test_uncertain_and_proven_cells_and_no_others_are_marked(data: Data) -> None
     for row, column in cells:
         data["left"]["certain"][row, column] = False
         data["left"]["proven"][14 - row, column] = True
-    left, right = drawn(data).axes
+    figure = drawn(data)
+    assert "proven symbol" in legend(figure)
+    left, right = figure.axes
     for marker, rows in (("x", 0), ("o", 14)):
         found = [(round(y) - 1, round(x * 10)) for x, y in marks(left, marker)]
         assert sorted(found) == sorted((abs(rows - row), column) for row, column in cells)

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from pathlib import Path
 from typing import Any
+from unittest.mock import Mock
 
 import numpy as np
 import pytest
@@ -53,10 +54,8 @@ def test_verdict_and_ratio(
 
 @pytest.mark.parametrize("error", [ProblemError("J1_0", "no such orbit"), ArithmeticError("stuck")])
 def test_a_refusal_refutes_every_claim_of_its_trial(error: Exception) -> None:
-    def refuse() -> Findings:
-        raise error
-
-    made: Any = Trial("k", "t", [claim("a", 1.0), claim("b", 1.0, 9.0)], refuse).tried()
+    claims = [claim("a", 1.0), claim("b", 1.0, 9.0)]
+    made: Any = Trial("k", "t", claims, Mock(side_effect=error)).tried()
     assert verdicts(made) == {"a": FAILED, "b": FAILED}
     assert {x["note"] for x in made["claims"].values()} == {f"refused: {error}"}
     assert made["curves"] == {}
@@ -83,6 +82,9 @@ def test_tables_tell_what_was_stored(tmp_path: Path) -> None:
         ("FAILED", "some group, y", "what is measured; stuck; known why"),
         ("limit", "some group, z", "what is measured; known why"),
     ]
+    passed: Any = trial(claims[:1], 1).tried()
+    tree = {"some_group": {**passed, "claims": compute.table(passed["claims"])}}
+    assert len(draw.tables(from_file(tmp_path, "stress", tree))) == 1
 
 
 @pytest.mark.slow
