@@ -21,7 +21,6 @@ from rigidpend.mechanics.free_body import (
 )
 from rigidpend.numbers.exact import exact
 from rigidpend.orbits.integrate.states import states_at
-from rigidpend.routes.codes import route_codes
 from rigidpend.routes.problem import RouteProblem
 from rigidpend.surfaces import melnikov
 from rigidpend.surfaces.melnikov import (
@@ -188,23 +187,6 @@ def test_the_zeros_move_with_J1_0_by_kappa_over_sin_alpha0() -> None:
     before, after = (melnikov.zeros(problem(J1_0=x)) for x in ("1e-50", "2e-50"))
     shift = FIG4.kappa / math.sin(FIG4.alpha0) * math.log(2)
     assert_same_angles(after, [x + shift for x in before], 1e-14)
-
-
-def integral(p: RouteProblem, phase: float) -> float:
-    """I_M along separatrix 2 from J1_0 on."""
-    J1, J2 = float(p.J1_0), float(p.J2_0(53))
-    return float(melnikov.integral(SeparatrixMotion(2, J1, J2 - J1, phase), p.body.angles()))
-
-
-def test_between_the_zeros_the_first_symbol_follows_the_cosine_s_sign() -> None:
-    zeros = melnikov.zeros(problem())
-    near = 1.1 * float(FIG4.mu)
-    phases = np.array([x + side * near for x in zeros for side in (-1, 1)])
-    routes = route_codes(FIG4, phases, h0="1.3342", J1_0="1e-8", n_symbols=1)
-    assert routes.certain.all()
-    # cos(delta + theta2_0) is sin(theta2_0 - z) for the zero z where it starts to be positive.
-    rising = next(z for z in zeros if integral(problem(), z + 0.1) < 0)
-    assert routes.codes[0].tolist() == [int(math.sin(x - rising) > 0) for x in phases]
 
 
 DELTA = (0.7, -0.4, 1.1, 0.3)
