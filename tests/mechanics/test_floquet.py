@@ -14,7 +14,6 @@ from rigidpend.mechanics import coordinates, floquet, pendulum
 from rigidpend.mechanics.body import Angles
 from rigidpend.mechanics.equations import aligned, aligned_coefficients, eq1
 from rigidpend.mechanics.floquet import NotHyperbolic, PeriodicOrbit, periodic_orbit
-from rigidpend.mechanics.pendulum import periodic_solution
 from rigidpend.orbits.integrate.states import states_at
 from tests.strategies import aligned_from_body, bodies, numbers, repeatable
 
@@ -157,22 +156,6 @@ def test_invariant_the_exponents_of_a_pair_are_opposite(body: Body, share: float
         assert leaves(one) == (one.family == 1)
         assert leaves(other) == (other.family == 2)
         assert one.multiplier * other.multiplier == pytest.approx(1, rel=1e-12)
-
-
-@pytest.mark.parametrize("p", SPECIAL)
-@pytest.mark.parametrize(("family", "epsilon"), PAIRS)
-def test_order_T1_and_T2_are_right_to_first_order(p: Angles, family: int, epsilon: int) -> None:
-    shares, gaps = np.array([1e-3, 1e-4]) * min(1, math.sin(p.alpha0)), []
-    for share in shares:
-        q = loaded(p, share)
-        orbit = periodic_orbit(q, 1.0, family, epsilon)
-        phase = orbit.tau - (p.beta0 + epsilon * p.alpha0 if family == 2 else 0)
-        theta1, *_ = periodic_solution(phase, q, 1.0, family, epsilon, np)
-        gaps.append(np.abs(orbit.theta1 - theta1).max())
-    if p is HESS and epsilon == -1:
-        assert max(gaps) < 1e-14
-    else:
-        assert np.polyfit(np.log(shares), np.log(gaps), 1)[0] == pytest.approx(2, abs=0.05)
 
 
 @pytest.mark.parametrize("p", SPECIAL)

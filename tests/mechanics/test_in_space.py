@@ -26,7 +26,6 @@ from rigidpend.mechanics.in_space import (
     alpha_ahead,
     angular_velocity,
     ellipsoid,
-    field,
     fixed_components,
     hodograph,
     increments,
@@ -34,7 +33,7 @@ from rigidpend.mechanics.in_space import (
     regime,
 )
 from rigidpend.orbits.integrate.states import states_at
-from tests.orbits.integrate.problems import ENGINES, on_separatrix
+from tests.orbits.integrate.problems import ENGINES
 from tests.strategies import (
     ROUNDING,
     aligned_from_body,
@@ -75,26 +74,6 @@ def test_eq_tri1_is_the_integral_of_th3_along_the_unperturbed_separatrix(
     begin, end = (-far, 0.0) if number % 2 == 0 else (0.0, far)
     half, _ = quad(rate, begin, end, epsabs=1e-15, epsrel=1e-12, limit=200)
     assert increments(p, h0_of(body))[number - 1] == pytest.approx(2 * half, abs=1e-12)
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize("separatrix", [1, 2, 3, 4])
-def test_order_eq_tri1_errs_in_the_second_order_along_perturbed_orbits(
-    separatrix: int,
-) -> None:
-    """Over |t'| <= T from the middle, where the first order is a known part of the whole."""
-    u = J2_0 * math.sin(FIG5.alpha0)
-    T = 6 / u
-    part = 4 / math.pi * math.atan(math.tanh(u * T / 4))
-    errors = []
-    for mu in ("0.0004", "0.0002"):
-        body = Body(A=FIG5.A, r=(1, 3, 0), mu=mu)
-        state = np.array([*on_separatrix(separatrix, body, J2_0 / 2, 0.7, J2_0), 0.0])
-        ahead, behind = (states_at(field(body), state, [0.0, end])[6, -1] for end in (T, -T))
-        first = increments(body.angles(), h0_of(body))[separatrix - 1]
-        errors.append((ahead - behind) - part * first)
-    assert abs(errors[0]) < 50 * 0.0004**2
-    assert errors[0] / errors[1] == pytest.approx(4, rel=0.05)
 
 
 def assert_ordered(body: Body) -> None:

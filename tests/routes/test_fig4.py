@@ -5,7 +5,6 @@ from __future__ import annotations
 from typing import Any
 
 import numpy as np
-import pytest
 
 from rigidpend import RouteCodes, route_codes
 from tests.routes.reference import fig4_left, vertex_theta1
@@ -31,16 +30,3 @@ def test_agrees_every_cell_of_the_left_array_and_all_are_certain() -> None:
     # theta1 lies on the separatrix that is named.
     distance = LEFT.theta1 - vertex_theta1(found.separatrix)
     assert np.abs((distance + 2 * np.pi) % (4 * np.pi) - 2 * np.pi).max() < 0.01
-
-
-@pytest.mark.slow
-def test_agrees_engines_on_the_right_array() -> None:
-    """It begins between columns 2 and 3 of the left one, and its first symbols are theirs."""
-    taylor, scipy = (
-        computed("3*pi/40", n_symbols=2, engine=engine) for engine in ("taylor", "scipy")
-    )
-    for found in (taylor, scipy):
-        np.testing.assert_array_equal(found.codes[:, 0], LEFT.codes[:2, 2])
-        assert found.certain.all()
-    np.testing.assert_array_equal(taylor.separatrix, scipy.separatrix)
-    np.testing.assert_allclose(taylor.crossing_time, scipy.crossing_time, rtol=0, atol=1e-3)

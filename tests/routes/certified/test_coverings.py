@@ -877,20 +877,6 @@ def test_a_file_that_is_no_proof_is_refused_at_once(how: str, tmp_path: Path, ca
     assert how in capsys.readouterr().err
 
 
-@pytest.mark.parametrize("how", ["moved", "dropped", "a coefficient", "an end"])
-def test_what_is_changed_proves_nothing(stored: Stored, how: str) -> None:
-    """By both checkers, of the first steps of the set that is changed."""
-    quad, (first, second, third, *_) = stored.quads[0], stored.orbits[0]
-    if how == "moved":
-        quad = quad._replace(p=(quad.p[0] + Fraction(1, 1000), *quad.p[1:]))
-    elif how == "a coefficient":
-        first = moved(first, 3, (2, 0, 0), 1e-3)
-    steps = [first, third] if how == "dropped" else [first]
-    wanted = "C4" if how == "an end" else "C3"
-    agree(wanted, *stored.of_set(quad, steps))
-    assert second.terms != third.terms
-
-
 @pytest.mark.slow
 def test_a_changed_bit_proves_nothing(stored: Stored) -> None:
     """A bit that is worth more than the bound allows, in any coefficient of a set."""
