@@ -41,7 +41,7 @@ def leaves(orbit: PeriodicOrbit) -> bool:
 
 
 def integrated(orbit: PeriodicOrbit, p: Angles, h0: float) -> Any:
-    """theta1, tau of the orbit of (eq1) from its first point, in the sense in which errors shrink."""
+    """theta1 and tau by (eq1) from the first point, in the sense in which errors shrink."""
     n = orbit.tau.size
     times = np.arange(n + 1) * orbit.period / n
     if not leaves(orbit):
