@@ -16,21 +16,8 @@ from rigidpend.machine import code_hash
 from rigidpend.machine.cache import KeptFileWarning
 from rigidpend.numbers.checked import ParameterError
 from rigidpend.numbers.exact import exact
-from rigidpend.orbits.return_map import (
-    MapError,
-    ReturnMap,
-    build,
-    checks,
-    return_map,
-    storage,
-)
-from rigidpend.orbits.return_map.build import (
-    FIRST,
-    SECOND,
-    THIRD,
-    WHOLE,
-    Design,
-)
+from rigidpend.orbits.return_map import MapError, ReturnMap, build, checks, return_map, storage
+from rigidpend.orbits.return_map.build import FIRST, SECOND, THIRD, WHOLE, Design
 from rigidpend.orbits.return_map.charts import branch
 from rigidpend.orbits.return_map.checks import Errors
 from rigidpend.orbits.return_map.orders import Orders
