@@ -9,17 +9,8 @@ import numpy as np
 import pytest
 
 from rigidpend.orbits.return_map import SectionPoint
-from rigidpend.orbits.return_map.precision import precision
 from rigidpend.routes.problem import RouteProblem
-from rigidpend.routes.symbolic.chain import (
-    NoOrbit,
-    System,
-    on_surface,
-    passages,
-    section_points,
-    section_states,
-    signs_of,
-)
+from rigidpend.routes.symbolic.chain import NoOrbit, System, on_surface, passages, signs_of
 from rigidpend.routes.symbolic.levels import surface
 from rigidpend.routes.symbolic.shortest import INSIDE, exactly, lessened, path, shortest
 from tests.routes.symbolic.fig4 import BODY, J1_0, H, chain_of, level
@@ -41,21 +32,6 @@ def test_the_splitting_is_the_largest_at_any_phase() -> None:
     every = np.abs(U * V)
     assert np.isclose(here.splitting, every.max(), rtol=1e-3)
     assert every.min() < 0.1 * every.max()
-
-
-@pytest.mark.parametrize("upper", [True, False])
-@pytest.mark.parametrize("rising", [True, False])
-def test_slopes_of_crossings_are_their_differences(rising: bool, upper: bool) -> None:
-    """Of a passage past the lower orbit the angle changes its sign on the way to the tables."""
-    random, step = np.random.default_rng(1), 1e-5
-    I, phase = random.uniform(-0.9, 0.9, (2, 50)) * [[level().widest], [9]]
-    sides = np.full(50, rising), np.full(50, upper)
-    at = level().crossings(*sides, I, phase)
-    for k, (dI, dphase) in enumerate(((step * level().widest, 0.0), (0.0, step))):
-        ahead, back = (level().crossings(*sides, I + s * dI, phase + s * dphase) for s in (1, -1))
-        for by, x, y in ((at.chi_by[k], ahead.chi, back.chi), (at.d_by[k], ahead.d, back.d)):
-            change = (x - y) / (2 * (dI + dphase))
-            np.testing.assert_allclose(by, change, rtol=1e-6, atol=1e-8 * np.abs(by).max() + 1e-10)
 
 
 @pytest.mark.parametrize("kind", ["open", "two side by side", "ends on a surface", "closed"])
@@ -129,18 +105,6 @@ def test_no_unknown_changes_by_more_than_half_a_radian_at_once(
         one.solved(one.guess(np.pi * CELLS, 0.0) + 0.8)
     steps = np.abs(np.diff(seen, axis=0)).max(axis=1)
     assert steps.max() == pytest.approx(0.5)
-
-
-def test_points_of_the_section_are_read_off_states_beside_any_separatrix() -> None:
-    """Mirror images have the same place."""
-    here, a = level(), precision(53)
-    d, chi = np.array([1e-3, -2e-3, 3e-3, 4e-4]), np.array([0.3, -1.2, 2.9, -2.0])
-    states = section_states(d, chi, here.h, here.c, a)
-    for sides in (1, np.array([-1, -1, 1, 1, 1, -1])[:, None]):
-        found = section_points(sides * states, here.c, a)
-        np.testing.assert_array_equal(found.rising, [True, False] * 2)
-        np.testing.assert_allclose(found.d, d, rtol=1e-12)
-        np.testing.assert_allclose(found.chi, chi, rtol=1e-12)
 
 
 def test_an_orbit_arrives_otherwise_as_its_phase_changes() -> None:
