@@ -26,18 +26,15 @@ from rigidpend.routes.certified import (
     sections,
 )
 from rigidpend.routes.certified.balls import enclosed
-from rigidpend.routes.certified.models import Family
 from rigidpend.routes.certified.pieces import (
     FamilyStep,
     Quad,
     StartLine,
-    made,
     unpacked,
     unpacked_line,
     unpacked_quads,
 )
 from rigidpend.routes.problem import RouteProblem
-from rigidpend.routes.symbolic import find_orbit
 from rigidpend.routes.symbolic.levels import onward
 from scripts import check_full_shift as script
 from scripts.check_certificate import Interval, Refused
@@ -45,7 +42,6 @@ from tests.attacks import lot
 from tests.config.samples import content as typed
 from tests.routes.certified.offered import (
     BARELY,
-    BITS,
     BODY,
     CONFIG,
     GIVEN,
@@ -59,10 +55,8 @@ from tests.routes.certified.offered import (
     points,
     quad_of,
     said,
-    series,
     step,
     value,
-    whole,
 )
 from tests.weakened import weakened
 
@@ -164,32 +158,6 @@ def covered(
     found = passages.arrival(numbers, *source)
     begun = [(quad, sections.beginning(numbers, quad, first)[0]) for quad, first in targets]
     return [said(coverings.relation, found, quad, begin, 0)[:2] for quad, begin in begun]
-
-
-@pytest.mark.slow
-def test_an_approach_ends_across_both_sets_of_its_section() -> None:
-    """The last set of an approach in the window of Fig. 4's right array, after 01 and before 1."""
-    found = find_orbit(BODY, "a 0^8 1^9 1^15", h0=H0, J1_0=exact(J1), digits=17)
-    assert 3 * math.pi / 40 < found.theta2_0 < 3 * math.pi / 40 + 0.31
-    orbit = chains.OrbitCrossings(float(found.theta2_0), found.d, found.chi)
-    # At the energy of the middle alone.
-    setting = family_orbits.of_start(BODY, H0, J1, orbit.theta2)._replace(half_turns=14)
-    quads = horseshoe.quads(setting)
-    *_, link = chains.links(setting, J1, orbit, quads)
-    link = link._replace(setting=link.setting._replace(spread=Fraction(0)))
-    each = [(quad, family_orbits.pieces(setting, quad)[0]) for quad in quads if not quad.rising]
-    assert isinstance(link.of, Quad)
-    # Of sets so high that the image does not reach from end to end.
-    each += [(quad._replace(a=1000 * quad.a), first) for quad, first in each]
-    assert covered(setting, (link.of, link.pieces()), each) == ["", "", "C6", "C6"]
-
-
-def test_energies_grow_evenly_with_w() -> None:
-    spread = Fraction(1, 1000)
-    energies = sections.Numbers.of(BODY, H0, spread).energies
-    for side, end in (("lower", 1.3332), ("upper", 1.3352)):
-        assert float(getattr(energies.range, side)()) == pytest.approx(end, abs=1e-9)
-        assert float(getattr(energies.partial("w").range, side)()) == pytest.approx(1e-3, abs=1e-9)
 
 
 def test_a_line_is_about_its_orbit_and_a_set_keeps_away_from_the_stable_surface() -> None:
@@ -497,43 +465,6 @@ def test_phases_of_a_line_are_told_in_every_quarter(
     monkeypatch.setattr(sections, "line_beginning", loose)
     low, high = sections.phases(numbers, line, [first])
     assert high - low > 1e-4
-
-
-@pytest.mark.parametrize(
-    ("U_w", "V_w", "w_u", "reason"),
-    [
-        (69.6, 31.36, 0.0, ""),
-        (71.2, 31.36, 0.0, "C7"),
-        (69.6, 32.64, 0.0, "C7"),
-        (0.0, 0.0, 0.017, ""),
-        (0.0, 0.0, -0.01735, "C7"),
-    ],
-)
-def test_C7_where_energies_differ(U_w: float, V_w: float, w_u: float, reason: str) -> None:
-    """U = 2.5 u + 0.4 v + U_w w and V alike, of a set that moves; w may change with u."""
-    quad = made(True, (2.0**-10, 2.0**-9, 0.0, -0.5), (0.0,))._replace(moves=((Fraction(1, 4),),))
-    a, b, _, l1 = (float(x) for x in quad[1:5])
-    U, V, level = (2.5, 0.4, U_w), (0.2, 0.3, V_w), (w_u, 0.0, 1.0)
-    d = [a * x + z / 4 for x, z in zip(U, level, strict=True)]
-    g = [(a * x - b * y) / l1 for x, y in zip(U, V, strict=True)]
-    places = [(0, 1, 0, 0), (0, 0, 1, 0), (0, 0, 0, 1)]
-    rows = [whole({at: 2 * x for at, x in zip(places, row, strict=True)}) for row in (d, g, level)]
-    at, up, w = (Family.of(row, BITS) for row in rows)
-    by_d, by_g, by_w = ([each.partial(name) for name in "uvw"] for each in (at, up, w))
-    sheet = (arb(1), arb(1), arb(1))
-    source = passages.Reached(at, up, True, sheet, 0.0, 0.0, (1.0, 1.0), [], [by_d, by_g], w, by_w)
-    stretch, squeeze = coverings._cone(source, quad)
-    assert stretch == pytest.approx(2.1 - U_w / 64 - 64 * abs(w_u), abs=1e-9)
-    assert squeeze == pytest.approx(0.5 + V_w / 64, abs=1e-9)
-    one = coverings.Relation(0, 1, 2.0, 0.5, stretch, squeeze)
-    at_, up_, w_ = theirs = [series(row, BITS) for row in rows]
-    along = [tuple(each.along(i) for each in theirs) for i in script.ALONG]
-    other = script.Arrival(at_, up_, 1, [], [], Interval.of(0), along, w_)
-    agree(
-        reason,
-        lambda: coverings.prove_cones([one]),
-        lambda: script.check_cone(other, quad_of(quad)),
-    )
 
 
 @pytest.mark.slow

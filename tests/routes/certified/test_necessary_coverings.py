@@ -30,6 +30,7 @@ from tests.routes.certified.offered import (
     begun,
     constant,
     flow,
+    moved,
     of_one,
     points,
     problem,
@@ -101,13 +102,11 @@ def jumping() -> tuple[Quad, Pieces]:
 def bent() -> tuple[Quad, Pieces]:
     """The first step begins on the true orbit, and ends on the one beside it."""
     (quad, (true, *_)), (_, (first, *rest)) = own(), beside()
-    terms = []
-    for each, there, here in zip(first.terms, begun(true), begun(first), strict=True):
+    for k, (there, here) in enumerate(zip(begun(true), begun(first), strict=True)):
         # (1 - x)/2 times what they are apart; a coefficient of T_0 counts half.
-        off = round(float((there.range - here.range).mid()) / 2 * 2**first.bits)
-        more = {(0, 0, 0): 2 * off, (1, 0, 0): -off}
-        terms.append(each | {at: each.get(at, 0) + w for at, w in more.items()})
-    return quad, [first._replace(terms=terms), *rest]
+        off = float((there.range - here.range).mid()) / 2
+        first = moved(moved(first, k, (0, 0, 0), 2 * off), k, (1, 0, 0), -off)
+    return quad, [first, *rest]
 
 
 NEAREST = "near = _nearest(residual, slopes(1, q, d.range, y1, y2), turned, ALONE)"
