@@ -9,16 +9,11 @@ from typing import Any
 
 import numpy as np
 import pytest
-from hypothesis import assume, given
-from hypothesis import strategies as st
+from hypothesis import given
 from scipy.integrate import quad, solve_ivp
 
 from rigidpend import Body
-from rigidpend.mechanics.coordinates import (
-    Aligned,
-    body_from_aligned,
-    scale,
-)
+from rigidpend.mechanics.coordinates import Aligned, body_from_aligned, scale
 from rigidpend.mechanics.equations import cross, energy, euler_poisson, theta3_rate
 from rigidpend.mechanics.free_body import SeparatrixMotion, separatrix
 from rigidpend.mechanics.in_space import (
@@ -37,10 +32,8 @@ from tests.orbits.integrate.problems import ENGINES
 from tests.strategies import (
     ROUNDING,
     aligned_from_body,
-    bodies,
     field_with_alpha,
     momenta,
-    numbers,
     repeatable,
 )
 
@@ -86,18 +79,6 @@ def assert_ordered(body: Body) -> None:
         assert max(group) - min(group) <= 4e-15
     for above, below in itertools.pairwise(groups):
         assert min(above) > max(below)
-
-
-@pytest.mark.slow
-@repeatable(12)
-@given(bodies(), st.one_of(numbers(0, 3.2), st.sampled_from([0.0, math.pi, -1.0])))
-def test_eq_trieq_orders_the_increments_of_any_body(body: Body, turn: float) -> None:
-    """r drawn anew: anywhere, at both ends, and, for -1, at Hess's condition."""
-    if turn < 0:
-        A1, A2, A3 = map(float, body.A)
-        turn = 2 * math.atan2(math.sqrt(A1 * (A3 - A2)), math.sqrt(A2 * (A1 - A3)))
-    assume(turn <= math.pi)
-    assert_ordered(Body(body.A, (math.cos(turn / 2), math.sin(turn / 2), 0), "0.01"))
 
 
 @pytest.mark.parametrize(

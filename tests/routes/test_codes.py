@@ -25,12 +25,7 @@ from rigidpend.routes.certainty import FIRST, SECOND, THIRD
 from rigidpend.routes.cycle import symbols
 from rigidpend.routes.problem import ProblemError
 from rigidpend.routes.run import tolerance_of
-from tests.orbits.integrate.problems import (
-    ENGINES,
-    FIG4,
-    FREE,
-    same,
-)
+from tests.orbits.integrate.problems import ENGINES, FIG4, FREE, same
 
 HESS = Body.from_angles("1.9", "1.9", "1.5", "0.001")
 
