@@ -5,6 +5,7 @@ from __future__ import annotations
 import os
 import threading
 import time
+from multiprocessing import current_process
 from pathlib import Path
 from typing import Any
 
@@ -109,6 +110,12 @@ def test_the_end_of_work_apart_comes_through(
 ) -> None:
     with pytest.raises(error, match=said):
         workers.apart(spoken, (parts,), lambda _: None, limit)
+
+
+def test_a_process_of_a_pool_begins_none(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setitem(current_process()._config, "daemon", True)  # type: ignore[attr-defined]
+    with pytest.raises(WorkerError, match="take jobs=1"):
+        workers.apart(spoken, (1,), lambda _: None)
 
 
 MODULE = """

@@ -177,7 +177,7 @@ def test_two_of_precisions_that_differ_by_less_must_agree_better(more: int, limi
         separatrices = np.repeat(record().separatrix, off.size, axis=1)
         return Crossings(times, separatrices, np.zeros(off.size, dtype=np.uint8))
 
-    found = decide(compute, 2, 1.0, (53, 53 + more), single={53 + more})
+    found = decide(compute, 2, 1.0, (53, 53 + more), most=lambda bits: 1 + (bits == 53))
     assert found.certain.all(axis=0).tolist() == [True, False]
 
 

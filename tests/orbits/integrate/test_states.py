@@ -123,7 +123,7 @@ def test_a_field_with_another_function_is_refused_by_name() -> None:
         states_at(lambda x, m: (m.tan(x[0]),), [0.1], [1.0])
 
 
-def test_two_orbits_take_narrow_vectors_and_keep_every_bit(
+def test_few_orbits_take_narrow_vectors_and_keep_every_bit(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
     taken: list[int] = []
@@ -134,9 +134,10 @@ def test_two_orbits_take_narrow_vectors_and_keep_every_bit(
         return real(*given)
 
     monkeypatch.setattr(following, "sampling", watched)
-    three, two = (states_at(C, fan(3)[:, :n], np.linspace(1, 9, 5)) for n in (3, 2))
+    begin, times = fan(FEW + 1), np.linspace(1, 9, 5)
+    more, few = (states_at(C, begin[:, :n], times) for n in (FEW + 1, FEW))
     assert taken == [LANES, FEW]
-    np.testing.assert_array_equal(three[..., :2], two)
+    np.testing.assert_array_equal(more[..., :FEW], few)
 
 
 @pytest.mark.parametrize(

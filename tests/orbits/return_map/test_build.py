@@ -14,6 +14,7 @@ from rigidpend.experiments.bench.problems import drawn
 from rigidpend.machine import cache as caches
 from rigidpend.machine import code_hash
 from rigidpend.machine.cache import KeptFileWarning
+from rigidpend.machine.workers import WorkerError
 from rigidpend.numbers.checked import ParameterError
 from rigidpend.numbers.exact import exact
 from rigidpend.orbits.return_map import MapError, ReturnMap, build, checks, return_map, storage
@@ -229,6 +230,36 @@ def test_a_map_over_its_budget_is_refused_and_that_is_kept(
     with pytest.raises(build.Costly, match=told):
         return_map(FIG4, h=H, budget=0.9 * needed)
     assert return_map(FIG4, h=H).cost == needed
+
+
+@pytest.mark.slow
+def test_a_map_by_a_process_is_the_same_and_is_kept(
+    cache: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    ends = exact(H), exact(H)
+    here = build.build(GENERIC, *ends, 53, FIRST)
+    monkeypatch.setattr(storage, "build", lambda *_: pytest.fail("built here"))
+    storage.build_apart(GENERIC, ends, 53, FIRST, math.inf)
+    assert same(return_map(GENERIC, h=H, design=FIRST), here)
+    assert len(list(cache.iterdir())) == 1
+    least = build.expected_cost(GENERIC, *ends, 53, SECOND) / 2
+    with pytest.raises(build.Costly, match=f"more than the {least:.2g} s"):
+        storage.build_apart(GENERIC, ends, 53, SECOND, least)
+    heavy = Body((2, 1, "1.5"), (1, 1, 0), "0.5")
+    with pytest.raises(MapError, match="does not reach the periodic orbit"):
+        storage.build_apart(heavy, ends, 53, FIRST, math.inf)
+
+
+@pytest.mark.parametrize("error", [WorkerError, OSError, ImportError, NotImplementedError])
+def test_a_map_is_built_here_where_no_process_can_be_had(
+    error: type[Exception], cache: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def killed(*_: Any) -> None:
+        raise error
+
+    monkeypatch.setattr(storage, "apart", killed)
+    storage.build_apart(GENERIC, (exact(H), exact(H)), 53, FIRST, math.inf)
+    assert len(list(cache.iterdir())) == 1
 
 
 def test_what_is_no_design_is_refused() -> None:
