@@ -7,7 +7,6 @@ import pytest
 
 from rigidpend.numbers.generic import Array
 from rigidpend.orbits.integrate.arithmetic import resolve
-from rigidpend.orbits.return_map import SectionPoint
 from rigidpend.routes.symbolic import asymptotic
 from rigidpend.routes.symbolic.asymptotic import doubly_asymptotic, skeleton, track
 from rigidpend.routes.symbolic.chain import NoOrbit
@@ -84,17 +83,6 @@ def test_the_reversor_takes_heteroclinic_orbits_to_such_and_symmetric_codes_to_t
             same = (found.symbols[:, k] == found.symbols[:, image]).all()
             assert not same or abs(np.sin(chi[n // 2, k])) > 1e-6
     assert symmetric > 1
-
-
-def test_the_map_follows_them_from_crossing_to_crossing() -> None:
-    """The chain joins inverse charts, where here passages lead forward."""
-    chain = orbits(3).chain
-    for k in range(3):
-        passed = level().map_level.passage(SectionPoint(k % 2 == 0, chain.d[k], chain.chi[k]))
-        np.testing.assert_allclose(passed.turned, np.diff(chain.chi, axis=0)[k], atol=1e-10)
-        np.testing.assert_allclose(passed.point.d, chain.d[k + 1], rtol=0, atol=1e-12)
-        np.testing.assert_allclose(passed.time, chain.time[k], rtol=0, atol=1e-9)
-    assert chain.residual.max() < 1e-13
 
 
 def test_slopes_are_differences() -> None:
