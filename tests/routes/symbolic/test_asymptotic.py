@@ -88,6 +88,7 @@ def test_the_reversor_takes_heteroclinic_orbits_to_such_and_symmetric_codes_to_t
 def test_slopes_are_differences() -> None:
     """The slope of I = U V behind the last crossing, where U vanishes, against orbits beside."""
     found, step = orbits(2), 1e-7
+    assert found.chain.residual.max() < 1e-13
     U = [track(level(), found.b + side * step, 2).U for side in (-1, 1)]
     slope = (U[1] - U[0]) / (2 * step) * found.V
     np.testing.assert_allclose(slope, found.I_slope, rtol=1e-5, atol=0)
