@@ -35,6 +35,7 @@ from rigidpend.routes.certified.pieces import (
     unpacked_quads,
 )
 from rigidpend.routes.problem import RouteProblem
+from rigidpend.routes.symbolic import find_orbit
 from rigidpend.routes.symbolic.levels import onward
 from scripts import check_full_shift as script
 from scripts.check_certificate import Interval, Refused
@@ -158,6 +159,24 @@ def covered(
     found = passages.arrival(numbers, *source)
     begun = [(quad, sections.beginning(numbers, quad, first)[0]) for quad, first in targets]
     return [said(coverings.relation, found, quad, begin, 0)[:2] for quad, begin in begun]
+
+
+@pytest.mark.slow
+def test_an_approach_ends_across_both_sets_of_its_section() -> None:
+    """The last set of an approach in the window of Fig. 4's right array, after 01 and before 1."""
+    found = find_orbit(BODY, "a 0^8 1^9 1^15", h0=H0, J1_0=exact(J1), digits=17)
+    assert 3 * math.pi / 40 < found.theta2_0 < 3 * math.pi / 40 + 0.31
+    orbit = chains.OrbitCrossings(float(found.theta2_0), found.d, found.chi)
+    # At the energy of the middle alone.
+    setting = family_orbits.of_start(BODY, H0, J1, orbit.theta2)._replace(half_turns=14)
+    quads = horseshoe.quads(setting)
+    *_, link = chains.links(setting, J1, orbit, quads)
+    link = link._replace(setting=link.setting._replace(spread=Fraction(0)))
+    each = [(quad, family_orbits.pieces(setting, quad)[0]) for quad in quads if not quad.rising]
+    assert isinstance(link.of, Quad)
+    # Of sets so high that the image does not reach from end to end.
+    each += [(quad._replace(a=1000 * quad.a), first) for quad, first in each]
+    assert covered(setting, (link.of, link.pieces()), each) == ["", "", "C6", "C6"]
 
 
 def test_a_line_is_about_its_orbit_and_a_set_keeps_away_from_the_stable_surface() -> None:
