@@ -34,6 +34,21 @@ def test_the_splitting_is_the_largest_at_any_phase() -> None:
     assert every.min() < 0.1 * every.max()
 
 
+@pytest.mark.parametrize("upper", [True, False])
+@pytest.mark.parametrize("rising", [True, False])
+def test_slopes_of_crossings_are_their_differences(rising: bool, upper: bool) -> None:
+    """Of a passage past the lower orbit the angle changes its sign on the way to the tables."""
+    random, step = np.random.default_rng(1), 1e-5
+    I, phase = random.uniform(-0.9, 0.9, (2, 50)) * [[level().widest], [9]]
+    sides = np.full(50, rising), np.full(50, upper)
+    at = level().crossings(*sides, I, phase)
+    for k, (dI, dphase) in enumerate(((step * level().widest, 0.0), (0.0, step))):
+        ahead, back = (level().crossings(*sides, I + s * dI, phase + s * dphase) for s in (1, -1))
+        for by, x, y in ((at.chi_by[k], ahead.chi, back.chi), (at.d_by[k], ahead.d, back.d)):
+            change = (x - y) / (2 * (dI + dphase))
+            np.testing.assert_allclose(by, change, rtol=1e-6, atol=1e-8 * np.abs(by).max() + 1e-10)
+
+
 @pytest.mark.parametrize("kind", ["open", "two side by side", "ends on a surface", "closed"])
 def test_corrections_take_back_what_a_step_changes(kind: str) -> None:
     n = 4 if kind == "closed" else 5
