@@ -85,11 +85,13 @@ def assert_ordered(body: Body) -> None:
     ("beta0", "found", "order"),
     [
         ("pi", Regime.i, "1 = 2 > 0 > 3 = 4"),
+        ("pi - 1e-13", Regime.ii, "2 > 1 > 0 > 3 > 4"),
         ("2.5", Regime.ii, "2 > 1 > 0 > 3 > 4"),
         ("2 + 1e-13", Regime.ii, "2 > 1 > 0 > 3 > 4"),
         ("2", Regime.iii, "2 > 0 = 1 = 3 > 4"),
         ("2 - 1e-13", Regime.iv, "2 > 3 > 0 > 1 > 4"),
         ("1", Regime.iv, "2 > 3 > 0 > 1 > 4"),
+        ("1e-13", Regime.iv, "2 > 3 > 0 > 1 > 4"),
         ("0", Regime.v, "2 = 3 > 0 > 1 = 4"),
     ],
 )
