@@ -213,8 +213,7 @@ def run(
     ending = overrides.ending(given)
     options = [f"{key}={value}" for key, value in given]
     chosen = f"{path.stem}{ending}" if called is None else called
-    [group] = loading.load_groups([path], options, (), chosen)
-    [config] = group.members
+    [[config]] = loading.load_swept([path], options, (), chosen)
     planned = runner.plan(config, folder)
     if planned.reason:
         jobs = workers.cores() if jobs is None else jobs

@@ -62,7 +62,7 @@ def test_an_attack_is_a_sentence_or_a_figure(
         return
     # What is made as a result, with values that are none, ends where it is drawn.
     try:
-        render.image([result], "png")
+        render.image(result, "png")
     except render.Undrawable:
         assert name not in DRAWN
     else:

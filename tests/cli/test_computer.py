@@ -30,14 +30,12 @@ def test_an_empty_cache_is_told(folder: Path, tmp_path: Path) -> None:
 def test_subfolders_files_and_damage_are_told_and_removed(folder: Path, tmp_path: Path) -> None:
     for of in (b"a", b"b"):
         cache.save(folder / "maps", of, bytes(1_000_000), 10**7)
-    good, spoilt = sorted((folder / "maps").iterdir())
+    _, spoilt = sorted((folder / "maps").iterdir())
     spoilt.write_bytes(b"else")
     head, row, bad = call(tmp_path, "cache").stdout.splitlines()
     assert head == f"{folder}: 1.0 MB"
     assert row.split("  ") == ["maps", "2 files, 1 damaged", "1.0 MB", "return maps"]
     assert bad == f"{spoilt}  4 bytes  damaged"
-    *_, first, second = call(tmp_path, "cache", "--files").stdout.splitlines()
-    assert (first, second) == (f"{good}  1.0 MB", bad)
     [told] = json.loads(call(tmp_path, "cache", "--json").stdout)["subfolders"]
     assert told["damaged"] == [str(spoilt)]
     done = call(tmp_path, "cache", "--clear")

@@ -46,7 +46,7 @@ def test_a_full_stdout_is_one_sentence_and_a_full_stderr_no_reason_not_to_comput
     small: Path,
 ) -> None:
     with FULL.open("w") as full:
-        done = streams(small, "completion", "zsh", stdout=full, stderr=subprocess.PIPE)
+        done = streams(small, "run", "--help", stdout=full, stderr=subprocess.PIPE)
         said = done.stderr.splitlines()[-1]
         assert (done.returncode, said) == (1, "rigidpend: No space left on device")
         assert "Exception" not in done.stderr

@@ -31,7 +31,6 @@ BEGUN = {
     "certify": "runs.certificates.certify",
     "--check": "runs.certificates.check",
     "verify": "runs.regression.verify",
-    "problem.mu=0.01": "runs.regression.verify_by_engines",
 }
 """Words of examples that take long: run up to that function, they have tests of their own."""
 WHOLE = ("--near", "--decimals", "--reference", "run fig4 --set problem.mu", "describe")
@@ -112,8 +111,9 @@ def test_every_example_works(
 ) -> None:
     before, _, target = line.partition(" > ")
     if before.startswith("eval"):
-        assert before == 'eval "$(rigidpend completion bash)"'
-        before = "rigidpend completion bash"
+        # It is run in a shell, below.
+        assert before == 'eval "$(_RIGIDPEND_COMPLETE=bash_source rigidpend)"'
+        return
     program, *words = shlex.split(before)
     assert program == "rigidpend"
     words = [word.replace("/tmp", str(place)) for word in words]
@@ -146,32 +146,13 @@ def test_names_of_configs_are_completed() -> None:
     assert item.type == "file"
 
 
-def test_keys_of_the_named_configs_are_completed(tmp_path: Path) -> None:
-    assert offered("run", "fig4", "--set", "problem.m") == ["problem.mu="]
-    assert offered("run", "fig1", "fig4", "--set", "problem.v") == [
-        *("problem.view.azimuth=", "problem.view.elevation=")
-    ]
-    assert "problem.arrays.left.count=" in offered("describe", "fig4", "--set", "problem.arr")
-    assert offered("run", "none.yaml", "--set", "p") == []
-    torn = written(tmp_path, "problem: {mu: [", "torn.yaml")
-    assert offered("run", str(torn), "--set", "p") == []
-    assert offered("run", "--set", "p") == []
-
-
-@pytest.mark.parametrize("shell", ["bash", "zsh", "fish"])
-def test_the_printed_script_asks_this_program(shell: str, tmp_path: Path) -> None:
-    done = call(tmp_path, "completion", shell)
-    assert (done.returncode, done.stderr) == (0, "")
-    assert f"_RIGIDPEND_COMPLETE={shell}_complete" in done.stdout
-
-
 def test_a_shell_completes(tmp_path: Path) -> None:
-    """The script in bash itself, where the program stands on the path."""
+    """By click's script in bash itself, where the program stands on the path."""
     program = tmp_path / "rigidpend"
     program.write_text(f"#!/bin/sh\nexec '{sys.executable}' -m rigidpend \"$@\"\n")
     program.chmod(0o755)
     script = """
-        eval "$(rigidpend completion bash)"
+        eval "$(_RIGIDPEND_COMPLETE=bash_source rigidpend)"
         complete -p rigidpend
         COMP_WORDS=(rigidpend run fig); COMP_CWORD=2
         _rigidpend_completion rigidpend

@@ -46,22 +46,6 @@ def test_a_sweep_has_a_result_for_each_value_the_same_side_by_side_as_one_by_one
 
 
 @pytest.mark.slow
-def test_a_sweep_is_drawn_one_by_one_and_together(
-    swept: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    monkeypatch.setattr(render, "PIXELS", 300)
-    done = call(swept, "render", "mine", *SWEEP)
-    assert done.returncode == 0, done.stderr
-    drawn = {path.stem for path in (swept / "results").glob("*.png")}
-    assert drawn == {"mine_mu=1e-3", "mine_mu=1e-2", "mine_mu"}
-    # Together they are drawn anew where any of them is another.
-    again = ("--set", "problem.mu=1e-2", "--name", "mine_mu=1e-2", "--force")
-    assert call(swept, "run", "mine", *again).returncode == 0
-    said = call(swept, "render", "mine", *SWEEP).stderr.splitlines()
-    assert [line.partition(".png ")[2] for line in said] == ["up to date", "drawn", "drawn"]
-
-
-@pytest.mark.slow
 def test_a_single_result_can_have_a_name(swept: Path) -> None:
     done = call(swept, "run", "mine", "--set", "problem.mu=0.1", "--name", "heavy")
     assert done.returncode == 0, done.stderr
@@ -87,16 +71,6 @@ def test_a_result_is_a_config_for_every_command(
     assert "Route codes: mine_mu=1e-2" in page
     assert "A = (2, 1, 1.5), r along (1, 1, 0), mu = 0.01" in page
     assert "Fig. 4" not in page.partition('id="departures"')[0]
-
-
-@pytest.mark.slow
-def test_verify_of_other_settings_computes_its_reference(small: Path) -> None:
-    given = ("--set", "problem.arrays.only.count=1", "--set", "problem.n_symbols=1", "-j1")
-    done = call(small, "verify", "small", *given)
-    assert done.stdout == "small: the same by Taylor series and DOP853\n"
-    other = call(small, "verify", "fig1", "--set", "problem.A=[3, 2, 2.5]")
-    assert (other.returncode, other.stdout) == (3, "")
-    assert "is in closed form: no second engine" in other.stderr
 
 
 @pytest.mark.slow

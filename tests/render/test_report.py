@@ -212,15 +212,15 @@ def test_the_energy_and_the_half_rotations_of_closed_orbits_are_told() -> None:
     assert found.endswith("mu = 0.001, h = 1.3342, half_turns = 11")
 
 
-def test_the_foot_says_what_one_sees_and_of_several_results_what_they_share() -> None:
-    def result(**problem: Any) -> Any:
-        return {"attributes": {"experiment": "route_codes"}, "config": {"problem": problem}}
-
-    light, heavy = (result(A=["2", "1", "3/2"], h0="1", mu=mu) for mu in ("1/1000", "1/100"))
-    seen, one = captions.foot("light", [light])
+def test_the_foot_says_what_one_sees_with_the_name_and_the_body() -> None:
+    attributes = {"experiment": "route_codes", "name": "light"}
+    problem = {"A": ["2", "1", "3/2"], "h0": "1", "mu": "1/1000"}
+    result: Any = {"attributes": attributes, "config": {"problem": problem}}
+    seen, one = captions.foot(result)
     assert captions.caption("route_codes").startswith(f"{seen} A column ")
     assert one == "light: A = (2, 1, 1.5), mu = 0.001, h0 = 1"
-    assert captions.foot("both", [light, heavy]) == [seen, "both: A = (2, 1, 1.5), h0 = 1"]
+    result["config"] = {}
+    assert captions.foot(result) == [seen, "light"]
 
 
 def test_losses_come_first_and_every_problem_has_its_tables() -> None:
@@ -238,7 +238,9 @@ def test_losses_come_first_and_every_problem_has_its_tables() -> None:
 def claims(*cases: tuple[str, str, float, str]) -> dict[str, Any]:
     """The claims of a kind: name, verdict, part of the bound, and why it is beyond."""
     columns = (np.array(column) for column in zip(*cases, strict=True))
-    return {"claims": dict(zip(("name", "verdict", "ratio", "limit"), columns, strict=True))}
+    told = dict(zip(("name", "verdict", "ratio", "limit"), columns, strict=True))
+    count = len(cases)
+    return {"claims": {**told, "measured": np.array(["x"] * count), "note": np.array([""] * count)}}
 
 
 def test_trials_are_counted_by_kind_and_those_beyond_are_named() -> None:
@@ -248,7 +250,7 @@ def test_trials_are_counted_by_kind_and_those_beyond_are_named() -> None:
     }
     counted, beyond = stress.tables(loaded(content))
     assert counted.rows == [("long time", "1", "1", "0", "0.25"), ("honesty", "0", "0", "1", "0")]
-    assert beyond.rows == [("limit", "long time, b", "known why"), ("FAILED", "honesty, c", "")]
+    assert beyond.rows == [("limit", "long time, b", "x; known why"), ("FAILED", "honesty, c", "x")]
 
 
 def test_without_any_beyond_there_is_one_table() -> None:

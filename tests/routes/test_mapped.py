@@ -17,6 +17,7 @@ from rigidpend.orbits.integrate import Crossings, Outcome
 from rigidpend.orbits.integrate.arithmetic import resolve
 from rigidpend.orbits.return_map import MapError, ReturnMap
 from rigidpend.orbits.return_map.build import FIRST, SECOND, THIRD, Design
+from rigidpend.orbits.return_map.program import Program
 from rigidpend.routes import certainty, choice, costs, mapped
 from rigidpend.routes.phases import Phases
 from rigidpend.routes.problem import RouteProblem
@@ -251,7 +252,7 @@ def test_the_longest_map_is_made_here_and_the_other_beside_it_where_that_pays(
 def test_the_first_map_errs_by_more_where_the_second_is_less_sharp_than_planned(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
-    first, second = costs.SHARPER, costs.SHARPER + costs.CLOSEST
+    first, second = costs.SHARPER, costs.SHARPER + GAP
 
     def terms() -> list[int]:
         maps = mapped.Maps(run(of=1000))
@@ -266,11 +267,22 @@ def test_the_first_map_errs_by_more_where_the_second_is_less_sharp_than_planned(
         return replace(made, errors=worse) if design == SECOND else made
 
     monkeypatch.setattr(mapped.Maps, "made", spoilt)
+    allowed, program = list[float](), ReturnMap.program
+
+    def watched(made: ReturnMap, bits: int, least: Any, most: Any, coarse: float) -> Program:
+        allowed.append(coarse)
+        return program(made, bits, least, most, coarse)
+
+    monkeypatch.setattr(ReturnMap, "program", watched)
     less = terms()
     assert less[0] < planned[0]
     assert less[1:] == planned[1:]
+    assert sorted({*allowed}) == [0.0, 2.0 ** (GAP - 60)]
 
 
 def test_a_third_map_is_made_at_once_from_so_many_orbits_on() -> None:
     designs = [mapped.designs_of(n) for n in (mapped.THIRDS - 1, mapped.THIRDS)]
     assert designs == [[FIRST, SECOND], [FIRST, SECOND, THIRD]]
+    maps = unmade()
+    for maps.designs, most in zip(designs, (2, 3), strict=True):
+        assert maps.most(53) == most

@@ -11,9 +11,11 @@ import h5py
 import numpy as np
 import pytest
 
+from rigidpend.machine.progress import tell_nobody
 from rigidpend.results import store
 from rigidpend.routes.certified.pieces import Step
 from rigidpend.runs import certificate_files as storage
+from rigidpend.runs import certificates, loading
 from tests.cli.calls import call
 from tests.config.samples import SMALL, changed, written
 
@@ -100,6 +102,28 @@ def test_what_is_no_certificate_is_said(folder: Path) -> None:
     assert done.returncode == 1
     assert "tiny.h5: neither a certificate, which rigidpend certify writes" in done.stderr
     assert call(folder, "certify", "--check", "absent.h5").returncode == 3
+
+
+class Proving(Exception):
+    """A proof that begins."""
+
+
+@pytest.mark.parametrize(
+    ("setting", "code"), [("problem.J1_0=1e-9", ""), ("problem.mu=0.001", "x")]
+)
+def test_another_problem_and_other_code_are_proven_anew(
+    folder: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, setting: str, code: str
+) -> None:
+    def begin(*_: Any) -> None:
+        raise Proving
+
+    (tmp_path / FILE).write_bytes((folder / FILE).read_bytes())
+    config = loading.load(written(tmp_path, TINY, "tiny.yaml"), [setting])
+    monkeypatch.setattr(certificates, "Parts", begin)
+    if code:
+        monkeypatch.setattr(certificates, "code_hash_of", lambda _: code)
+    with pytest.raises(Proving):
+        certificates.certify(config, tmp_path, jobs=1, report=tell_nobody)
 
 
 def test_steps_survive_packing() -> None:

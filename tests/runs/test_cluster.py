@@ -308,3 +308,9 @@ def plain(tree: Any) -> Any:
     if isinstance(tree, dict):
         return {name: plain(node) for name, node in tree.items()}
     return repr(np.asarray(tree).tolist())
+
+
+def test_a_worker_needs_the_code_that_proves_as_well(monkeypatch: pytest.MonkeyPatch) -> None:
+    before = cluster.facts_of("route_map", "taylor")
+    monkeypatch.setattr(cluster, "code_hash_of", lambda file: f"another {file.name}")
+    assert cluster.facts_of("route_map", "taylor")["code"] != before["code"]

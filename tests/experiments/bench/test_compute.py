@@ -95,7 +95,7 @@ def data(said: Any, folder: Path) -> Any:
 
 def test_the_command_prints_one_json_document_and_draws(said: Any, folder: Path) -> None:
     found = json.loads(said.stdout)
-    assert set(found) >= {"machine", "losses", "pendulum", "codes", "random_phases"}
+    assert set(found["data"]) >= {"meetings", "pendulum", "codes", "random_phases"}
     assert found["machine"]["processor"]
     assert (folder / "bench_quick.png").read_text() == "drawn"
     assert "reference" in said.stderr

@@ -9,7 +9,7 @@ import pytest
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from rigidpend.experiments.route_codes.draw import draw, draw_together
+from rigidpend.experiments.route_codes.draw import draw
 from tests.experiments.figures import styled
 from tests.results.loaded import loaded
 
@@ -55,12 +55,6 @@ def cell_sides(axes: Axes, columns: int, rows: int) -> Any:
     figure: Any = axes.figure
     box, (wide, high) = axes.get_position(), figure.get_size_inches()
     return box.width * wide / columns, box.height * high / rows
-
-
-def test_results_drawn_together_are_told_apart_by_their_labels(data: Data) -> None:
-    figure = draw_together([(said, loaded(data)) for said in ("mu = 1", "mu = 2")])
-    titles = [axes.get_title(loc="left") for axes in figure.axes]
-    assert titles == ["left, mu = 1", "right", "left, mu = 2", "right"]
 
 
 def test_zero_is_black_one_is_white_and_square_cells_stand_around_their_phases(data: Data) -> None:
