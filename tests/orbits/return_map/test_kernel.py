@@ -17,12 +17,7 @@ from rigidpend.orbits.return_map import ReturnMap, kernel, program, return_map
 from rigidpend.orbits.return_map.expansions import chebyshev_basis, fourier_basis
 from rigidpend.orbits.return_map.kernel import Followed
 from rigidpend.orbits.return_map.precision import precision
-from rigidpend.orbits.return_map.program import (
-    radians,
-    reciprocal_of,
-    shortened,
-    significant,
-)
+from rigidpend.orbits.return_map.program import radians, reciprocal_of, shortened, significant
 from rigidpend.orbits.return_map.starts import Entry
 from tests.bodies import GENERIC
 
