@@ -11,6 +11,7 @@ import pytest
 
 import rigidpend
 from docs import notebooks
+from rigidpend.numbers.checked import ParameterError
 from rigidpend.results import store
 from rigidpend.routes.herpolhode import SampledOrbit
 from tests.bodies import FIG4
@@ -141,6 +142,21 @@ def test_what_is_shown_is_short_and_safe(result: Any, tmp_path: Path) -> None:
     named = changed("only:", "script:", SMALL)
     other = rigidpend.run(written(tmp_path, named, "other.yaml"), folder=tmp_path, called="a")
     assert "<script" not in other._repr_html_()
+
+
+def test_a_file_may_have_any_name_and_numbers_may_be_an_array(tmp_path: Path) -> None:
+    path = written(tmp_path, SMALL, "my body (2).yaml")
+    found = rigidpend.run(path, A=np.array([2.0, 1.25, 1.75]), called="other", folder=tmp_path)
+    assert found.config["problem"]["A"] == ["2", "5/4", "7/4"]
+    assert rigidpend.run(path, folder=tmp_path).path.name == "my body (2).h5"
+    assert rigidpend.run(path, mu=0.01, folder=tmp_path).path.name == "my body (2)_mu=0.01.h5"
+
+
+def test_what_makes_no_single_result_is_refused(tmp_path: Path) -> None:
+    with pytest.raises(ParameterError, match="all names 14 configs: give one of them"):
+        rigidpend.run("all", folder=tmp_path)
+    with pytest.raises(ValueError, match="called: a name is made of"):
+        rigidpend.run("fig4", arrays={"x": {"start": 0}}, folder=tmp_path)
 
 
 def test_what_is_wrong_is_said_as_on_the_command_line(tmp_path: Path) -> None:

@@ -98,12 +98,13 @@ def _file(name: str, by_name: dict[str, Path], folder: Path) -> Path:
         raise ConfigError.of(Origin(name), "a folder, not a file" if path.is_dir() else message)
     if name in by_name:
         return by_name[name]
-    for candidate in (path.with_name(f"{path.name}{suffix}") for suffix in SUFFIXES[:2]):
-        if path.name and candidate.is_file():
+    # Of the folder itself, as of nothing, there is no name.
+    for suffix in SUFFIXES[:2] if path.name else ():
+        if (candidate := path.with_name(f"{path.name}{suffix}")).is_file():
             return candidate
     stored = folder / f"{name}.h5"
     if name and stored.is_file():
         return stored
     names = [*by_name, *own()]
     others = f"; known are {', '.join(names)} and all, or give a FILE.yaml or a RESULT.h5"
-    raise ConfigError.of(Origin(name), f"no such config{meant(name, names, 0.6) or others}")
+    raise ConfigError.of(Origin(name or "''"), f"no such config{meant(name, names, 0.6) or others}")

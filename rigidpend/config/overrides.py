@@ -155,6 +155,8 @@ def free_name(name: str, origin: Origin) -> str:
 
 def in_one_line(node: Any) -> str:
     """Write plain data as YAML in one line, numbers with the fewest digits that give them back."""
+    # Of NumPy's arrays and numbers, which are imported by whoever gives them.
+    node = node.tolist() if hasattr(node, "tolist") else node
     if isinstance(node, Mapping):
         return "{" + ", ".join(f"{key}: {in_one_line(x)}" for key, x in node.items()) + "}"
     if isinstance(node, list | tuple):

@@ -132,9 +132,10 @@ def _swept(
         [partial(_loaded, path, copy.deepcopy(document), settings, x.settings) for x in every],
         [path.stem] * len(every),
     )
+    # The file's own name, before the ending, may be any that a file can have.
+    for variant in every if sweeps else ():
+        overrides.checked_name(variant.ending, Origin("sweep"))
     names = [f"{name or path.stem}{variant.ending}" for variant in every]
-    for each in names if sweeps else ():
-        overrides.checked_name(each, Origin("sweep"))
     found = [replace(x, name=n) for x, n in zip(members, names, strict=True)]
     return _titled(path, found, [*settings, *(sweep.key for sweep in sweeps)])
 

@@ -86,6 +86,12 @@ def test_an_unknown_name_is_answered_with_a_near_one_or_with_all(
     assert ("fig1, fig2" in said(name)) == (name == "zzzzzz")
 
 
+@pytest.mark.usefixtures("here")
+@pytest.mark.parametrize("name", ["", ".", "./", "/", ".."])
+def test_no_name_and_a_folder_are_no_config(name: str) -> None:
+    assert said(name).startswith(f"{name or repr(name)}: no such config; known are ")
+
+
 def test_what_is_no_file_is_said(here: Path) -> None:
     (here / "folder.yaml").mkdir()
     (here / "zero.yaml").symlink_to("/dev/zero")

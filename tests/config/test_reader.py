@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+import re
 from pathlib import Path
 
 import pytest
 
 from rigidpend.config import complaints, reader
+from rigidpend.config.complaints import ConfigError
 from rigidpend.runs import loading
 from tests.config.samples import FIG4, TEXT, changed, complaint, refused, written
 
@@ -104,6 +106,23 @@ def test_faults_before_the_end_of_what_is_yaml_are_said_with_it(tmp_path: Path) 
     first, last = refused(written(tmp_path, changed("mu: 0.001", "mu: *a") + "a: b: c\n"))
     assert first.place == ("problem", "mu")
     assert last.message.startswith("not YAML: ")
+
+
+@pytest.mark.parametrize(
+    ("text", "told"),
+    [
+        ("a: [1, 2\nb: 3\n", "t:2:2: not YAML: expected ',' or ']', but got ':'.* in line 1$"),
+        ("a: 1\nb: 'x\nc: 2\n", "t:4:1: not YAML: found unexpected end.* begins in line 2$"),
+        ("a:\n  b: 1\n c: 2\n", "t:3:2: not YAML: expected <block end>.*start>'$"),
+        ("a: [1\n", "t:2:1: not YAML: .* begins in line 1$"),
+        ("a: [1 }\n", "t:1:7: not YAML: expected ',' or ']', but got '}'$"),
+        ("a: 1\nb: \a\n", "t:2:1: not YAML: unacceptable character #x0007"),
+    ],
+)
+def test_what_is_no_yaml_is_said_with_the_line_where_it_begins(text: str, told: str) -> None:
+    with pytest.raises(ConfigError) as caught:
+        reader.parse(text, "t")
+    assert re.match(told, str(caught.value).splitlines()[0])
 
 
 @pytest.mark.parametrize("value", ['"\\0"', '"\\e[31m"', '"\\ud800"', '"\\x85"'])

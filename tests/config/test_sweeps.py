@@ -41,6 +41,12 @@ def test_lists_and_expressions_are_values_too_and_names_tell_them() -> None:
     assert [member.name for member in members] == ["fig4_step=1over10", "fig4_step=piover40"]
 
 
+def test_a_file_of_any_name_can_be_swept(tmp_path: Path) -> None:
+    path = written(tmp_path, SMALL, "my body (2).yaml")
+    [found] = loading.load_swept([path], (), ["problem.mu=1e-4,1/2"])
+    assert [x.name for x in found] == ["my body (2)_mu=1e-4", "my body (2)_mu=1over2"]
+
+
 @pytest.mark.parametrize(
     ("option", "said"),
     [

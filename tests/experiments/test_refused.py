@@ -95,6 +95,10 @@ REFUSED = {
         f"{PLANE} problem.zooms={{a: {{theta2_0: [4, 5], rows: [-8, -7]}}}}": "not theta2_0",
         f"{PLANE} problem.zooms={{a: {{columns: [2, 1], rows: [1, 2]}}}}": "zooms.a.columns",
     },
+    "closed_orbits": {
+        "problem.h=0.001": "problem.h: h > mu is broken: h = 0.001, mu = 0.001",
+        "problem.h=1e20": "problem.h: h = 1e20 is outside of 1e-06 to 1e+06",
+    },
     "splitting": {
         "problem.bodies.b.A=[2, 3, 1]": "problem.bodies.b.A: A1 > A3 > A2 is broken",
         "problem.bodies.b.r=[-1, 1, 0]": "problem.bodies.b.r: r1, r2 >= 0 is broken",
@@ -102,6 +106,7 @@ REFUSED = {
         "problem.mu=[0, 1e-4]": "problem.mu: mu must be more than 0",
         "problem.mu=[1e-4]": "problem.mu: expected at least 2",
         "problem.mu=[1e-4, 2]": "problem.h0: h0 > mu is broken: h0 = 1, mu = 2",
+        "problem.h0=1e20": "problem.h0: h0 = 1e20 is outside of 1e-06 to 1e+06: take other units",
         "problem.mu=[1e-200, 1e-4]": "problem.mu: mu = 1e-200 is below 1e-100 h0",
         "problem.drawn=z": "problem.drawn: no such body: z (known: a, fig4, b",
         "problem.phases=3": "problem.phases: input should be greater than or equal to 9",

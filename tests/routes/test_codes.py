@@ -114,7 +114,12 @@ def test_hess_body_never_crosses_its_invariant_plane() -> None:
         ({"h0": np.ma.masked}, ProblemError, "h0: masked is not a real number"),
         ({"h0": "one"}, ProblemError, "h0: 'one'"),
         ({"J1_0": float("inf")}, ProblemError, "J1_0: inf is not finite"),
-        ({"h0": "1e400"}, ProblemError, "h0 = 1e400 is outside of"),
+        (
+            {"h0": "1e400"},
+            ProblemError,
+            "h0 = 1e400 is outside of 1e-06 to 1e+06: take other units",
+        ),
+        ({"h0": "1e7"}, ProblemError, "h0 and mu times a number, actions times its root"),
         (
             {"body": Body((2, 1, "1.5"), (1, 1, 0), "1e-330")},
             ProblemError,

@@ -36,8 +36,10 @@ MAX_STEPS = 1_000_000
 """Steps without a crossing after which an orbit counts as failed; a passage takes some fifty."""
 TOGETHER = {53: 512, 106: 64, 159: 16, 212: 8, 424: 8}
 """Orbits, by bits, that are carried at a time: the kernel then works for 4 ms or more."""
-STEPS = {53: 128, 106: 32, 159: 16, 212: 8, 424: 2}
+STEPS = {53: 128, 106: 32, 159: 16, 212: 8, 424: 8}
 """Steps in a call, by bits; who is done sooner goes on to no purpose, on the average for half."""
+FEWEST = 8
+"""Steps in a call at least, for which there is room in the notes."""
 EXPECTED = 50
 """Steps that a passage takes."""
 LANE = np.dtype([("orbit", int), ("count", int), ("silence", int), ("last", float)])
@@ -96,7 +98,7 @@ class Batch:
             note(self._told)
             left = int(self.orbits.n_crossings - self.lanes["count"].min())
             # Few where all orbits are nearly done.
-            number = max(8, min(STEPS[self.kind], MAX_STEPS, left * EXPECTED // 2))
+            number = max(FEWEST, min(STEPS[self.kind], MAX_STEPS, left * EXPECTED // 2))
             self._take(self.carried(number), number)
             self.load(self._ended())
         written(np.hstack(self.seen), self.found, self.orbits.passage_limit)
@@ -119,7 +121,9 @@ class Batch:
         given = self.states, self.width, self.times, self.parameters
         count = self.kernel(*given, 2 * depth, groups, number, self.notes)
         taken = self.notes[:count]
-        return crossings_on(taken[taken["lane"] < m], self.bits)
+        # Where series overflow nothing is known, and the orbit ends as one that failed.
+        known = np.isfinite(taken["after"]) & (taken["lane"] < m)
+        return crossings_on(taken[known], self.bits)
 
     def _take(self, found: Array, number: int) -> None:
         """Take in the crossings on so many steps."""

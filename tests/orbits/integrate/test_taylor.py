@@ -76,6 +76,33 @@ def test_steps_are_noted_to_twice_the_depth_of_a_touch_of_the_largest_orbit(bits
     assert depths == [pytest.approx(2 * touch(bits) * largest, rel=1e-12)]
 
 
+@pytest.mark.parametrize("bits", [53, 106, 159, 212, 424])
+def test_notes_have_room_for_every_step_of_every_lane(bits: int) -> None:
+    """However few crossings are left to find, and were each step in doubt."""
+    run = batch.Batch(task(fan(LANES), bits, n_crossings=1), bits, 2.0 ** (1 - bits))
+    noted: list[int] = []
+
+    def kernel(*given: Any) -> int:
+        groups, steps, notes = given[5:]
+        assert groups * run.abreast * steps <= len(notes)
+        noted.append(steps)
+        run.times[0] = np.inf
+        return 0
+
+    run.kernel = kernel
+    run.run()
+    assert noted
+
+
+def test_an_orbit_whose_series_overflow_fails_and_no_other_does() -> None:
+    """Of a rotation so fast the coefficients grow beyond 1e308, the largest of doubles."""
+    states = fan(3)
+    states[:3, 1] *= 1e12
+    found, known = (find(x, "taylor", 106, n_crossings=2) for x in (states, fan(3)))
+    assert found.outcome.tolist() == [Outcome.COMPLETE, Outcome.FAILED, Outcome.COMPLETE]
+    assert same(tuple(x[..., [0, 2]] for x in found), tuple(x[..., [0, 2]] for x in known))
+
+
 def noted(begin: Any, after: float) -> Any:
     """A note of a step of 1 on which M begins so, and M3 goes evenly to a value."""
     [step] = np.zeros(1, following.note(3, 53))
