@@ -61,7 +61,8 @@ def expected_tables(problem: RouteProblem, orbits: int, most: float) -> float:
 
     They take no more than `most`; infinity where none do, or the orbits have no map.
     """
-    which = problem.body, *problem.energies
+    own = problem.in_unit(problem.unit)
+    which = own.body, *own.energies
     with contextlib.suppress(MapError):
         for pair in wanted(problem):
             each = (expected_cost(*which, _bits_of(x, pair), x) for x in designs_of(orbits))
@@ -101,7 +102,9 @@ class Maps:
         least_time: bool = False,
         kept: bool = False,
     ) -> None:
-        self.run, self.problem, self.kept = run, run.problem, kept
+        self.run, self.kept, self.unit = run, kept, run.problem.unit
+        self.problem = run.problem.in_unit(self.unit)
+        """The problem in a unit of its own."""
         self._lock, self._ready = threading.Lock(), dict[tuple[int, Design], Program]()
         self._budgets = dict[tuple[int, Design], float]()
         self.designs = designs_of(run.orbits)
@@ -201,11 +204,12 @@ class Maps:
         with self._lock:
             if (bits, design) not in self._ready:
                 made = self.made(design, _bits_of(design, self.pair))
-                starts, coarse = self.run.starts, 0.0
+                ends, coarse = [self.problem, self.problem], 0.0
                 if bits == self.pair[0] < self.pair[1] and design == FIRST:
                     # By so much the second is sharper in any case, whatever its tables came to.
                     coarse = 2.0**FINER * self.made(SECOND, self.pair[1]).errors.largest
-                ends = starts.least if starts else self.problem, self.problem
+                if self.run.starts is not None:
+                    ends[0] = self.run.starts.least.in_unit(self.unit)
                 least, most = (beginning(end, design, made.bits).Qp for end in ends)
                 self._ready[bits, design] = made.program(bits, least, most, coarse)
             return self._ready[bits, design]
@@ -216,7 +220,7 @@ class Maps:
         phase, height = self._begin(bits, design, begin, columns)
         Qp = begin.Qp + 0 * phase
         found = kernel.follow(program, Qp, phase, height, self.problem.n_symbols + 1)
-        return found.time * _unit(design.unit, 53), found.separatrix
+        return found.time * (_unit(design.unit, 53) / float(self.unit)), found.separatrix
 
     def _beginning(self, design: Design, bits: int, columns: Any) -> Beginning:
         """The common part of the starts of some columns."""
@@ -230,7 +234,7 @@ class Maps:
     def _actions(self) -> tuple[tuple[float, ...], Any]:
         """Each J1_0 of the starts once, and the number of that of each orbit."""
         assert self.run.starts is not None
-        J1_0, which = np.unique(self.run.starts.J1_0, return_inverse=True)
+        J1_0, which = np.unique(self.run.starts.J1_0 / float(self.unit), return_inverse=True)
         return tuple(J1_0.tolist()), which
 
     def _begin(self, bits: int, design: Design, begin: Beginning, columns: Any) -> tuple[Any, Any]:
