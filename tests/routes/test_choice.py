@@ -237,8 +237,10 @@ def test_orbits_that_start_beside_the_upper_periodic_orbit_have_no_map(above: st
     J1_0 = f"sqrt(2*1.3342*3/4) - {above}"
     with pytest.raises(MapError, match="is above J2_0/2"):
         found(PHASES[:2], J1_0=J1_0, n_symbols=2, method="map")
+    problem = replace(PROBLEM, J1_0=exact(J1_0))
     with pytest.raises(MapError, match="is above J2_0/2"):
-        surface(replace(PROBLEM, J1_0=exact(J1_0)))
+        surface(problem)
+    assert mapped.expected_tables(problem, 1000, math.inf) == math.inf
     routes = found(PHASES, J1_0=J1_0, n_symbols=2)
     assert not routes.by_map.any()
     # Of the orbit with J1 and J2 - J1 interchanged, which a map would follow, they are others.
