@@ -63,14 +63,6 @@ class AlignedCoefficients(NamedTuple):
     """Factor (kappa + sin^2(alpha0/2))/(2 sin(alpha0/2)), from Qp - Qm to omega_2."""
     kappa: Any
 
-    def in_unit(self, unit: Scalar) -> AlignedCoefficients:
-        """The same body where M is counted in so large a unit, and t' in its inverse.
-
-        A force has the unit of M^2, for gamma has none.
-        """
-        names = "force_p", "force_m", "mu_r1", "mu_r2"
-        return self._replace(**{name: getattr(self, name) / unit / unit for name in names})
-
 
 def aligned_coefficients(p: Angles, m: Elementary) -> AlignedCoefficients:
     """Coefficients of :func:`aligned` from the body's angles, in the namespace `m`."""

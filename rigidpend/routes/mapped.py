@@ -61,8 +61,7 @@ def expected_tables(problem: RouteProblem, orbits: int, most: float) -> float:
 
     They take no more than `most`; infinity where none do, or the orbits have no map.
     """
-    own = problem.in_unit(problem.unit)
-    which = own.body, *own.energies
+    which = problem.body, *problem.energies
     with contextlib.suppress(MapError):
         check_start(problem)
         for pair in wanted(problem):
@@ -116,9 +115,7 @@ class Maps:
         kept: bool = False,
     ) -> None:
         check_start(run.problem)
-        self.run, self.kept, self.unit = run, kept, run.problem.unit
-        self.problem = run.problem.in_unit(self.unit)
-        """The problem in a unit of its own."""
+        self.run, self.problem, self.kept = run, run.problem, kept
         self._lock, self._ready = threading.Lock(), dict[tuple[int, Design], Program]()
         self._budgets = dict[tuple[int, Design], float]()
         self.designs = designs_of(run.orbits)
@@ -218,12 +215,11 @@ class Maps:
         with self._lock:
             if (bits, design) not in self._ready:
                 made = self.made(design, _bits_of(design, self.pair))
-                ends, coarse = [self.problem, self.problem], 0.0
+                starts, coarse = self.run.starts, 0.0
                 if bits == self.pair[0] < self.pair[1] and design == FIRST:
                     # By so much the second is sharper in any case, whatever its tables came to.
                     coarse = 2.0**FINER * self.made(SECOND, self.pair[1]).errors.largest
-                if self.run.starts is not None:
-                    ends[0] = self.run.starts.least.in_unit(self.unit)
+                ends = starts.least if starts else self.problem, self.problem
                 least, most = (beginning(end, design, made.bits).Qp for end in ends)
                 self._ready[bits, design] = made.program(bits, least, most, coarse)
             return self._ready[bits, design]
@@ -234,7 +230,7 @@ class Maps:
         phase, height = self._begin(bits, design, begin, columns)
         Qp = begin.Qp + 0 * phase
         found = kernel.follow(program, Qp, phase, height, self.problem.n_symbols + 1)
-        return found.time * (_unit(design.unit, 53) / float(self.unit)), found.separatrix
+        return found.time * _unit(design.unit, 53), found.separatrix
 
     def _beginning(self, design: Design, bits: int, columns: Any) -> Beginning:
         """The common part of the starts of some columns."""
@@ -248,7 +244,7 @@ class Maps:
     def _actions(self) -> tuple[tuple[float, ...], Any]:
         """Each J1_0 of the starts once, and the number of that of each orbit."""
         assert self.run.starts is not None
-        J1_0, which = np.unique(self.run.starts.J1_0 / float(self.unit), return_inverse=True)
+        J1_0, which = np.unique(self.run.starts.J1_0, return_inverse=True)
         return tuple(J1_0.tolist()), which
 
     def _begin(self, bits: int, design: Design, begin: Beginning, columns: Any) -> tuple[Any, Any]:

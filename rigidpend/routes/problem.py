@@ -5,7 +5,6 @@ from __future__ import annotations
 import functools
 import math
 from dataclasses import dataclass
-from fractions import Fraction
 from typing import Any
 
 from rigidpend.machine import files
@@ -20,8 +19,6 @@ MAX_SYMBOLS = 100_000
 """Symbols on an orbit at most."""
 LEAST = 1e-100
 """Least h0, and least mu relative to it: what is smaller is lost in doubles."""
-NEAR = 4
-"""Binary exponent of J2_0 up to which no other unit is taken."""
 OF_SYMBOL = 11
 """Bytes of a result for each symbol: itself, whether it is certain, separatrix, crossing time."""
 SMALLEST_RATIO = "1e-500"
@@ -82,22 +79,6 @@ class RouteProblem:
         """The least and the largest energy of orbits, over all phases."""
         # The energy is h0 + mu times a height, which is between -1 and 1 at every phase.
         return self.h0 - self.body.mu, self.h0 + self.body.mu
-
-    @property
-    def unit(self) -> Fraction:
-        """Unit of M, a power of two, in which J2_0 is about one; 1 where it is not far from it."""
-        exponent = math.frexp(float(self.J2_0(53)))[1]
-        return Fraction(2) ** exponent if abs(exponent) > NEAR else Fraction(1)
-
-    def in_unit(self, unit: Fraction) -> RouteProblem:
-        """The same orbits where M is counted in a unit, t' in its inverse and energy in its square.
-
-        What is exact stays so.
-        """
-        if unit == 1:
-            return self
-        body = Body(self.body.A, self.body.r, self.body.mu / unit**2)
-        return RouteProblem(body, self.h0 / unit**2, self.J1_0 / unit, self.n_symbols)
 
     def J2_0(self, bits: int) -> Any:
         """J2_0 = sqrt(2 h0/kappa), dimensionless (after eq. sol_3), in `bits` bits."""

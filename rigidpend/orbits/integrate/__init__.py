@@ -18,9 +18,7 @@ Engines are imported when they are used, not before.
 
 from __future__ import annotations
 
-import math
 from enum import IntEnum
-from fractions import Fraction
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -69,32 +67,6 @@ class Crossings(NamedTuple):
     """(n,), values of `Outcome`."""
 
 
-SLOWEST, FASTEST = 2.0**-5, 2.0**5
-"""Rates of rotation, radians per unit of t', between which orbits are integrated in t' itself.
-
-A term of order k of a series grows as the rate to the power k: at a rate of 100 the 150 terms of
-424 bits leave the range of doubles."""
-
-
-def own_unit(coefficients: AlignedCoefficients, M: Any) -> float:
-    """Unit of M, a power of two, in which orbits of such M, (3, n), rotate at some radian in t'."""
-    fastest = float(coefficients.kappa) * float(np.abs(M).max(initial=0))
-    if not 0 < fastest < math.inf or SLOWEST <= fastest <= FASTEST:
-        return 1.0
-    return 2.0 ** math.frexp(fastest)[1]
-
-
-def in_unit(orbits: Orbits, unit: float) -> Orbits:
-    """Orbits with M and t' in other units: without rounding, for a power of two."""
-    if unit == 1:
-        return orbits
-    exact = Fraction(unit) if orbits.states.dtype == object else unit
-    states = orbits.states.copy()
-    states[:3] = states[:3] / exact
-    coefficients = orbits.coefficients.in_unit(exact)
-    return Orbits(coefficients, states, orbits.n_crossings, orbits.passage_limit * unit)
-
-
 def no_crossings(n_crossings: int, n: int) -> Crossings:
     """A record to be filled in: every orbit not yet integrated."""
     return Crossings(
@@ -139,8 +111,6 @@ def crossings(orbits: Orbits, *, engine: str, bits: int, tolerance: float, jobs:
     n, compiled = orbits.states.shape[1], in_kernel(engine, bits)
     if not n:
         return no_crossings(orbits.n_crossings, 0)
-    unit = own_unit(orbits.coefficients, orbits.states[:3])
-    orbits = in_unit(orbits, unit)
     work: Any
     further: tuple[Any, ...] = bits, tolerance
     if compiled:
@@ -157,8 +127,7 @@ def crossings(orbits: Orbits, *, engine: str, bits: int, tolerance: float, jobs:
 
         work, further, count = reference_orbit.crossings, (bits, engine, tolerance), n
     parts = [orbits._replace(states=states) for states in spread(orbits.states, count, axis=1)]
-    found = joined(side_by_side(work, further, not compiled, parts, jobs))
-    return found._replace(time=found.time / unit)
+    return joined(side_by_side(work, further, not compiled, parts, jobs))
 
 
 def on_one_thread(engine: str, bits: int, n: int) -> bool:

@@ -23,9 +23,7 @@ from rigidpend.orbits.integrate import (
     Crossings,
     Orbits,
     Outcome,
-    in_unit,
     no_crossings,
-    own_unit,
     silent_outcome,
 )
 from rigidpend.orbits.integrate.arithmetic import PAIRS, kernel_bits
@@ -227,12 +225,10 @@ def advance(
 
     The kernel's numbers that have as many `bits` serve; `tolerance` is that of 53 bits.
     """
-    kind, states = kernel_bits(bits), np.array(state, dtype=object)[:, None]
+    kind = kernel_bits(bits)
     order = taylor_step.order_of(tolerance * 2.0 ** (53 - kind))
-    unit = own_unit(coefficients, states[:3])
-    orbits = in_unit(Orbits(coefficients, states, 0, 0.0), unit)
-    kernel, parameters = following.carrying(order, kind), in_parts(orbits.coefficients, kind)
-    begin = in_parts(orbits.states, kind).reshape(-1, 1)
+    kernel, parameters = following.carrying(order, kind), in_parts(coefficients, kind)
+    begin = in_parts(np.array(state, dtype=object), kind).reshape(-1, 1)
     # All lanes carry the orbit; what is noted of its crossings is not looked at.
     lanes, time = np.repeat(begin, LANES, axis=1), np.zeros((2, LANES))
     room = np.empty(LANES, following.note(order, kind))
@@ -240,7 +236,6 @@ def advance(
     for _ in range(count):
         check_stop()
         kernel(lanes, LANES, time, parameters, 0.0, 1, 1, room)
-        here = exactly(lanes[:, 0].reshape(-1, len(state)))
-        here[:3] *= Fraction(unit)
-        found.append((exactly(time[:, :1])[0] / Fraction(unit), tuple(here)))
+        here = tuple(exactly(lanes[:, 0].reshape(-1, len(state))))
+        found.append((exactly(time[:, :1])[0], here))
     return found

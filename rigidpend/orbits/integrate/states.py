@@ -18,7 +18,7 @@ from rigidpend.machine.workers import check_stop, side_by_side, spread
 from rigidpend.mechanics.equations import AlignedCoefficients, aligned
 from rigidpend.numbers.exact import fraction
 from rigidpend.numbers.generic import Array, Numbers
-from rigidpend.orbits.integrate import Orbits, Outcome, crossings, own_unit
+from rigidpend.orbits.integrate import Orbits, Outcome, crossings
 from rigidpend.orbits.integrate.arithmetic import (
     FINEST_TOLERANCE,
     PAIRS,
@@ -74,11 +74,6 @@ def states_at(
     """
     if tolerance is not None and not 0 < tolerance < float("inf"):
         raise ValueError(f"tolerance must be a number above 0, got {tolerance}")
-    if isinstance(field, AlignedCoefficients) and (unit := _unit_of(field, states)) != 1:
-        own, begin, grid = _in_unit(field, states, times, unit)
-        found = states_at(own, begin, grid, bits, jobs, engine=engine, tolerance=tolerance)
-        found[:3] = found[:3] * unit
-        return found
     if bits == 53:
         return _in_doubles(field, states, times, check_engine(engine), tolerance)
     if not isinstance(field, AlignedCoefficients):
@@ -100,27 +95,6 @@ def states_at(
     given = AlignedCoefficients(*map(fraction, field)), exactly_(states), exactly_(times)
     back = np.frompyfunc(lambda x: number(x.numerator) / x.denominator, 1, 1)
     return back(states_at(*given, bits, jobs, tolerance=tolerance))
-
-
-def _unit_of(field: AlignedCoefficients, states: Any) -> Any:
-    """The unit of M of `own_unit`, as a number that divides the states without rounding."""
-    if isinstance(states, PairArray):
-        return own_unit(field, states.parts[0, :3])
-    M = np.asarray(states)[:3]
-    unit = own_unit(field, M.astype(float))
-    return Fraction(unit) if M.size and isinstance(M.flat[0], Fraction) else unit
-
-
-def _in_unit(
-    field: AlignedCoefficients, states: Any, times: Any, unit: Any
-) -> tuple[AlignedCoefficients, Any, Any]:
-    """The field, the states and the times where M and t' are in other units."""
-    if not isinstance(states, PairArray):
-        states, times = np.array(states), np.array(times)
-    else:
-        states = PairArray(states.parts.copy())
-    states[:3] = states[:3] / unit
-    return field.in_unit(unit), states, times * unit
 
 
 def _in_doubles(

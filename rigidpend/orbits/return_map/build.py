@@ -59,8 +59,6 @@ ATTEMPTS = 4
 """Number of times the orders are raised before a map is refused."""
 FLOQUET = 1e-11
 """Largest difference from the Floquet exponent, which is found in doubles."""
-FARTHEST = 1e6
-"""Largest energy, and the inverse of the least: some 100 terms are then ordinary doubles."""
 
 
 class Design(NamedTuple):
@@ -329,12 +327,6 @@ def _attempt(
 def _floquet_exponent(body: Body, low: float, high: float) -> float:
     """The exponent per radian in the middle; refuses orbits without a map at either end."""
     found = []
-    if not 1 / FARTHEST < high < FARTHEST:
-        raise MapError(
-            f"the energy h = {high:.6g} is outside of {1 / FARTHEST:.0e} to {FARTHEST:.0e}, where"
-            " series of many terms leave the range of doubles; in a larger or smaller unit of"
-            " energy, of h and mu alike, the orbits are the same"
-        )
     for h in (low, (low + high) / 2, high):
         try:
             orbit = floquet.periodic_orbit(body.angles(), h, 2, 1)

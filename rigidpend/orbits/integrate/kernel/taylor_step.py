@@ -38,7 +38,7 @@ from rigidpend.orbits.integrate.kernel.machine_code import LANES, Writer, hexade
 from rigidpend.orbits.integrate.kernel.tape import FUNCTIONS, PARTNERS, TracedField
 
 LONGEST = 32.0
-"""Longest step in the unit of time of a call; only an orbit that stands still comes to it."""
+"""Longest step, t'; only an orbit that stands still comes to it."""
 FEW_BITS = -(1 << 32)
 """The sign, the exponent and the first 20 bits of a double."""
 LOGARITHM = (-1025.4983531488, 4.0292113911, -2.0783351683, 0.6260321822, -0.0784406762)
