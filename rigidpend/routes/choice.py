@@ -103,6 +103,10 @@ def decided(run: Run, method: str = "auto", *, kept: bool = False) -> Mapped:
         try:
             maps = Maps(run, least_time=method == "auto" and not few, kept=few)
             return decided_by(maps, sampled=sampled)
+        except certainty.Contradiction:
+            # Asked once more, without a sample, wrong symbols would be called certain.
+            _asked.pop(run.problem, None)
+            raise
         except MapError as reason:
             # What was asked for by name is not replaced in silence.
             if method == "map":

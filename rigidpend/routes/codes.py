@@ -36,7 +36,11 @@ class RouteCodes(NamedTuple):
     crossing_time: NDArray[np.float64]
     """(n_symbols + 1, n), t' of the crossings of J1 = J2/2; NaN where there is none."""
     separatrix: NDArray[np.uint8]
-    """(n_symbols + 1, n), 1..4; 0 where there is no crossing."""
+    """(n_symbols + 1, n), 1..4; 0 where there is no crossing.
+
+    By the half plane of M3 = 0 in which M is: upwards 2 where Q+ > 0, else 4; downwards 1 where
+    Q- < 0, else 3. A large mu leads orbits far from all four.
+    """
     by_map: NDArray[np.bool_]
     """(n,), True where return maps alone found the column, without integration of any part."""
 

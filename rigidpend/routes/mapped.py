@@ -67,11 +67,24 @@ def expected_tables(problem: RouteProblem, orbits: int, most: float) -> float:
     """
     which = problem.body, *problem.energies
     with contextlib.suppress(MapError):
+        check_start(problem)
         for pair in wanted(problem):
             each = (expected_cost(*which, _bits_of(x, pair), x) for x in designs_of(orbits))
             if (tables := sum(each)) <= most:
                 return tables
     return math.inf
+
+
+def check_start(problem: RouteProblem) -> None:
+    """Refuse starts beyond the section, which is as far from the upper orbit as from the lower.
+
+    Their components Q are those of starts before it, and a map would take them for such.
+    """
+    if 2 * problem.J1_0.at(53) > problem.J2_0(53):
+        raise MapError(
+            f"J1_0 = {problem.J1_0} is above J2_0/2: orbits that start beside the upper periodic"
+            " orbit do not begin in the normal form, which is the lower one's"
+        )
 
 
 def _bits_of(design: Design, pair: tuple[int, int]) -> int:
@@ -109,6 +122,7 @@ class Maps:
         least_time: bool = False,
         kept: bool = False,
     ) -> None:
+        check_start(run.problem)
         self.run, self.problem, self.kept = run, run.problem, kept
         self._lock, self._ready = threading.Lock(), dict[tuple[int, Design], Program]()
         self._budgets = dict[Task, float]()

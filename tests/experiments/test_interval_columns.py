@@ -11,6 +11,7 @@ import pytest
 
 from rigidpend.experiments.route_intervals import compute
 from rigidpend.experiments.route_intervals.compute import contradictions
+from rigidpend.numbers.exact import exact, exacts
 from rigidpend.numbers.expressions import NO_SYMBOL
 from rigidpend.routes.certified.checker import Undecided
 from tests.experiments.trees import reference
@@ -41,15 +42,43 @@ QUARTER = np.pi / 2
 def test_a_column_has_the_symbols_of_its_interval(
     phase: float, code: list[int], told: bool
 ) -> None:
+    phases = [3.1 * QUARTER, phase]
     columns = {
-        "theta2_0": np.array([3.1 * QUARTER, phase]),
+        "theta2_0": np.array(phases),
         "codes": np.array([[0, x] for x in code], dtype=np.uint8),
         "certain": np.ones((3, 2), dtype=bool),
     }
-    assert contradictions(INTERVALS, columns) == ([] if told else [phase])
+    assert contradictions(INTERVALS, exacts(phases), columns) == ([] if told else [phase])
     # What is uncertain contradicts nothing.
     columns["certain"][:] = False
-    assert contradictions(INTERVALS, columns) == []
+    assert contradictions(INTERVALS, exacts(phases), columns) == []
+
+
+# Beyond 1e15 rad the nearest double is further from a phase than an interval is long.
+@pytest.mark.parametrize("turns", [10**9, 10**17, 10**30, -(10**30)])
+@pytest.mark.parametrize(
+    ("within", "code", "told"),
+    [
+        ("0.99*pi/2", 0, True),
+        ("0.99*pi/2", 1, False),
+        ("1.01*pi/2", 1, True),
+        ("1.99*pi/2", 1, True),
+        ("2.01*pi/2", 1, True),
+        ("2.01*pi/2", 0, False),
+        ("2.99*pi/2", 0, False),
+        ("3.01*pi/2", 0, True),
+    ],
+)
+def test_a_far_column_lies_in_the_interval_of_its_exact_phase(
+    turns: int, within: str, code: int, told: bool
+) -> None:
+    phase = exact(f"{turns}*2*pi + {within}")
+    columns = {
+        "theta2_0": np.array([float(phase)]),
+        "codes": np.array([[code]], dtype=np.uint8),
+        "certain": np.ones((1, 1), dtype=bool),
+    }
+    assert contradictions(INTERVALS, [phase], columns) == ([] if told else [float(phase)])
 
 
 def test_an_interval_that_is_not_proven_again_is_in_no_theorem(monkeypatch: Any) -> None:
@@ -70,7 +99,8 @@ def test_an_interval_that_is_not_proven_again_is_in_no_theorem(monkeypatch: Any)
 def test_a_run_ends_with_an_error_where_a_column_is_another(monkeypatch: Any) -> None:
     data = reference("fig4_intervals")["data"]
     parts = [{"intervals": data["intervals"], "proof": data["proof"]}]
-    config: Any = SimpleNamespace(problem=None)
+    grid = SimpleNamespace(phases=exacts(data["columns"]["theta2_0"]))
+    config: Any = SimpleNamespace(problem=SimpleNamespace(columns=grid))
     means: Any = SimpleNamespace(report=print, jobs=1)
     columns = dict(data["columns"])
     monkeypatch.setattr(compute, "_columns", lambda *_: columns)

@@ -18,12 +18,14 @@ from rigidpend.experiments.route_intervals.schema import Config, Problem
 from rigidpend.experiments.shared import rational
 from rigidpend.machine import progress
 from rigidpend.machine.workers import cores, side_by_side
+from rigidpend.numbers.exact import Exact, context
 from rigidpend.numbers.expressions import NO_SYMBOL
 from rigidpend.routes.certified import intervals as lines
 from rigidpend.routes.certified import pieces
 from rigidpend.routes.certified.checker import Undecided
 from rigidpend.routes.certified.intervals import EnclosedStarts, PhaseInterval
 from rigidpend.routes.certified.pieces import FamilyStep
+from rigidpend.routes.phases import DOUBLED, angle
 
 FIRST = 5
 """Halvings with which the search begins."""
@@ -31,6 +33,8 @@ ROUND = 2
 """Intervals that each process takes before they are kept."""
 COLUMN_SYMBOLS = 15
 """Symbols of a column: as many as Fig. 4 has rows."""
+HALVED = 64
+"""Halvings of the line at which places of columns are told."""
 UNDECIDED = "undecided, nothing is proven"
 SECONDS = 1.5
 """Seconds that an interval takes on one core, tried and proven."""
@@ -59,7 +63,7 @@ def _joined(config: Config, trees: Sequence[Tree], means: Means) -> Tree:
         raise ArithmeticError("undecided: no symbol is proven on any interval")
     shares = shares_of(unpacked(intervals), intervals["codes"])
     columns = _columns(config.problem, means.jobs)
-    if contradicted := contradictions(intervals, columns):
+    if contradicted := contradictions(intervals, config.problem.columns.phases, columns):
         raise ArithmeticError(f"proven symbols are others than those of theta2_0 = {contradicted}")
     told = ", ".join(f"{float(share):.4g}" for share in shares)
     means.report(f"{intervals['place'].size} intervals; shares of the line: {told}")
@@ -86,20 +90,30 @@ def _columns(problem: Problem, jobs: int) -> Data:
     return {name: getattr(found, name) for name in COLUMNS}
 
 
-def contradictions(intervals: Data, columns: Data) -> list[float]:
+def contradictions(intervals: Data, phases: Sequence[Exact], columns: Data) -> list[float]:
     """Columns, by theta2_0, with other certain symbols than are proven of their interval."""
-    phases, count = columns["theta2_0"], len(intervals["codes"])
+    places, count = _places(phases), len(intervals["codes"])
     codes, certain = columns["codes"][:count], columns["certain"][:count]
-    # A whole turn later the line begins anew.
-    turns = (phases / (2 * np.pi)) % 1.0
     found = np.zeros(len(phases), dtype=bool)
     for place, depth, proven in zip(
         intervals["place"], intervals["depth"], intervals["codes"].T, strict=True
     ):
-        inside = np.floor(np.ldexp(turns, depth)) == place
+        inside = places >> np.uint64(HALVED - depth) == np.uint64(place)
         told = (proven[: len(codes), None] != NO_SYMBOL) & certain
         found |= inside & (told & (codes != proven[: len(codes), None])).any(axis=0)
-    return [float(x) for x in phases[found]]
+    return [float(x) for x in columns["theta2_0"][found]]
+
+
+def _places(phases: Sequence[Exact]) -> NDArray[np.uint64]:
+    """The places of phases on the line halved `HALVED` times, (n,).
+
+    Of far phases doubles do not tell where in their turn they are.
+    """
+    m = context(DOUBLED)
+    of_radian = m.mpf(2) ** HALVED / (2 * m.pi)
+    # A whole turn later the line begins anew.
+    places = [int(m.floor(angle(x, DOUBLED) * of_radian)) % (1 << HALVED) for x in phases]
+    return np.array(places, dtype=np.uint64)
 
 
 def _part(every: Sequence[PhaseInterval], config: Config, jobs: int) -> Tree:

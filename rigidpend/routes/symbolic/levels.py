@@ -30,7 +30,7 @@ from rigidpend.orbits.return_map.conjugacy import TorusRates, inverted, torus_ra
 from rigidpend.orbits.return_map.passage import Entered
 from rigidpend.orbits.return_map.precision import precision
 from rigidpend.orbits.return_map.reduced import coefficients
-from rigidpend.routes.mapped import start_Qp
+from rigidpend.routes.mapped import check_start, start_Qp
 from rigidpend.routes.problem import RouteProblem
 
 Mask: TypeAlias = NDArray[np.bool_]
@@ -215,4 +215,5 @@ class Surface(NamedTuple):
 @functools.lru_cache(maxsize=8)
 def surface(problem: RouteProblem) -> Surface:
     """The orbits of a problem with their map; MapError, with the reason, where they have none."""
+    check_start(problem)
     return Surface(problem, return_map(problem.body, h=problem.energies))
