@@ -33,6 +33,7 @@ from rigidpend.mechanics.in_space import (
     plateaus,
     regime,
 )
+from rigidpend.numbers.exact import context
 from rigidpend.orbits.integrate.states import states_at
 from tests.orbits.integrate.problems import ENGINES, on_separatrix
 from tests.strategies import (
@@ -95,6 +96,14 @@ def test_order_eq_tri1_errs_in_the_second_order_along_perturbed_orbits(
         errors.append((ahead - behind) - part * first)
     assert abs(errors[0]) < 50 * 0.0004**2
     assert errors[0] / errors[1] == pytest.approx(4, rel=0.05)
+
+
+def test_increments_keep_their_digits_where_alpha0_is_near_pi() -> None:
+    body, m = Body(A=(2, 1, "1.9999999999"), r=(3, 1, 0), mu="0.01"), context(113)
+    p = body.angles(113)
+    unit = p.mu * m.pi * p.kappa / m.sin(p.alpha0)
+    expected = [float(unit * m.sin((p.beta0 + side * p.alpha0) / 2)) for side in (-1, 1)]
+    np.testing.assert_allclose(increments(body.angles(), 1.0)[:2], expected, rtol=1e-15)
 
 
 def assert_ordered(body: Body) -> None:
