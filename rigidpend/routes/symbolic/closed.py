@@ -55,6 +55,8 @@ MOST_SYMBOLS = 60
 ROUNDS = 12
 LOST = 12
 """Bits by which a passage may fail to meet the next."""
+GROWN = 4.0
+"""Factor by which it may fail by more than roundings have grown to, where that is more."""
 GUARD = 15
 """Bits that the numbers of the section have beyond those of the integration."""
 
@@ -244,6 +246,9 @@ def closing(orbit: ClosedOrbit, bits: int = 113) -> Closing:
         return exactly(off), late
 
     slopes, n = tangents(chain)[:, :2], len(chain.b)
+    # Within a passage roundings of d, relative, and of chi grow to so much of chi.
+    grown = float(np.abs(slopes[:, 1] * np.stack((chain.d[:-1], np.ones(n)), axis=1)).max())
+    met = Fraction(max(2.0**LOST, GROWN * grown)) / 2**bits
     # Where passages lead, less the next crossing, are the gaps: behind the last is the first one.
     matrix = -np.roll(np.eye(2 * n), 2, axis=1)
     for k, slope in enumerate(slopes):
@@ -253,7 +258,7 @@ def closing(orbit: ClosedOrbit, bits: int = 113) -> Closing:
     for _ in range(ROUNDS):
         off, late = gaps(places, np.roll(places, -1, axis=0), times)
         times, size = times + late, np.abs(off).max()
-        if size < Fraction(1, 2 ** (bits - LOST)):
+        if size < met:
             break
         step = -np.linalg.solve(matrix, (off / size).astype(float).ravel())
         places = places + exact_of(step.reshape(n, 2)) * size
