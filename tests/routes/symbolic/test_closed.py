@@ -100,6 +100,13 @@ def test_an_orbit_closes_where_a_passage_stretches_more_than_a_thousand_times() 
     assert found.error < found.expected < 1e-15
 
 
+@pytest.mark.slow
+def test_a_gap_is_less_than_expected_where_passages_happen_to_meet_sharply() -> None:
+    body = Body((2, "1.32", "1.72"), ("0.62", "0.02", 0), "3.68e-3")
+    found = closing(closed_orbit(body, "01", h=1))
+    assert found.error < found.expected < 1e-26
+
+
 def test_long_passages_have_the_multiplier_of_what_they_pass() -> None:
     """Two half rotations more multiply each passage's stretching by the Floquet multiplier."""
     few, many = (closed(level(), (0,), n).trace for n in (18, 20))
