@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property, partial
 from html import escape
 from pathlib import Path
@@ -196,6 +196,7 @@ def run(
     """
     from rigidpend.config import overrides
     from rigidpend.config.catalogue import resolve
+    from rigidpend.config.complaints import Origin
     from rigidpend.machine import workers
     from rigidpend.machine.progress import shown
     from rigidpend.runs import loading, runner
@@ -208,13 +209,18 @@ def run(
         jobs = checked.whole("jobs", jobs, 1)
     pairs = {**pairs, **{f"problem.{key}": value for key, value in problem.items()}}
     given = [(key, overrides.in_one_line(value)) for key, value in pairs.items()]
-    [path] = resolve((str(checked.path("name", name)),), folder)
+    paths = resolve((str(checked.path("name", name)),), folder)
+    if len(paths) != 1:
+        raise ParameterError("name", f"{name} names {len(paths)} configs: give one of them")
+    [path] = paths
     # The name that a sweep would give it, so that either finds the other's result.
     ending = overrides.ending(given)
     options = [f"{key}={value}" for key, value in given]
-    chosen = f"{path.stem}{ending}" if called is None else called
-    [group] = loading.load_groups([path], options, (), chosen)
-    [config] = group.members
+    chosen = ending if called is None else called
+    if called is not None or ending:
+        overrides.checked_name(chosen, Origin("called"))
+    [[config]] = loading.load_swept([path], options)
+    config = replace(config, name=f"{path.stem}{ending}" if called is None else called)
     planned = runner.plan(config, folder)
     if planned.reason:
         jobs = workers.cores() if jobs is None else jobs

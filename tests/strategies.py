@@ -99,13 +99,11 @@ def rational_vectors() -> st.SearchStrategy[tuple[Fraction, ...]]:
 
 
 def floats_of(body: Body) -> tuple[Any, Any, float]:
-    """A, the unit vector r, and mu, as doubles."""
     A, r = (np.array([float(x) for x in triple]) for triple in (body.A, body.r))
     return A, r / np.linalg.norm(r), float(body.mu)
 
 
 def in_units(c: Canonical, factor: Any) -> Canonical:
-    """The same state, its actions in units of 1/factor."""
     return c._replace(J1=c.J1 * factor, J2mJ1=c.J2mJ1 * factor, J3=c.J3 * factor)
 
 

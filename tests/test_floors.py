@@ -63,24 +63,13 @@ def test_the_linter_sees_a_slip_in_every_contract(tmp_path: Path) -> None:
     assert all(any(name in line for line in broken) for name in SLIPS)
 
 
-def test_the_package_s_docstring_names_the_floors_in_their_order() -> None:
+def test_the_floors_are_the_folders_and_stand_in_the_docstring_and_in_the_guide() -> None:
+    order = [x for floor in floors.floors() for x in floor if (floors.PACKAGE / x).is_dir()]
     told = (rigidpend.__doc__ or "").partition("Folders\n-------")[2].partition("Words\n-----")[0]
-    named = [
-        line.split("/")[0] for line in told.splitlines() if line[:1].isalpha() and "/ " in line
-    ]
-    assert named == [
-        name for floor in floors.floors() for name in floor if (floors.PACKAGE / name).is_dir()
-    ]
-
-
-def test_few_names_stand_at_the_root() -> None:
+    lines = [line for line in told.splitlines() if line[:1].isalpha() and "/ " in line]
+    assert [line.split("/")[0] for line in lines] == order
     names = {path.name for path in floors.PACKAGE.iterdir()} - {"__pycache__", "py.typed"}
-    assert names == {"__init__.py", "__main__.py", "notebook.py"} | {
-        name for floor in floors.floors() for name in floor if (floors.PACKAGE / name).is_dir()
-    }
+    assert names == {"__init__.py", "__main__.py", "notebook.py", *order}
     assert len(names) <= 15
-
-
-def test_the_guide_shows_the_floors() -> None:
     text = (ROOT / readme_tables.HOUSE).read_text(encoding="utf-8")
     assert readme_tables.renewed(readme_tables.HOUSE, text) == text

@@ -54,21 +54,18 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 @pytest.fixture(scope="module")
 def by_run(folder: Path) -> set[str]:
-    """The modules that a first run imports."""
     return after_each(folder, "rigidpend run small.yaml -j 1")[-1]
 
 
 def test_the_package_help_and_completion_import_nothing_heavy(tmp_path: Path) -> None:
     """One process does all in turn: whoever of them imports something is found by asking fewer."""
-    helps = [f"rigidpend {words}" for words in ("--help", "--version", "completion zsh")]
+    helps = [f"rigidpend {words}" for words in ("--help", "--version")]
     helps += [f"rigidpend {name} --help" for name in COMMANDS]
     names = "complete run fig\ncomplete ru\ncomplete run fig4 --for"
-    keys = "complete run fig4 --set problem."
-    alone, helped, named, keyed = after_each(tmp_path, "\n".join(helps), names, keys)
+    alone, helped, named = after_each(tmp_path, "\n".join(helps), names)
     assert {name for name in alone if name.startswith("rigidpend.")} == set()
     assert {f"rigidpend.cli.{name}" for name in ("run", "find", "measure")} <= helped
     assert (alone | helped | named) & HEAVY == set()
-    assert keyed & (HEAVY - {"yaml", "pydantic"}) == set()
 
 
 @pytest.mark.slow

@@ -17,86 +17,57 @@ CERTAINTY = "rigidpend/routes/certainty.py"
 NOTHING = reached.Reach({}, {})
 
 
-@pytest.mark.parametrize(
-    ("before", "after"),
-    [
-        ("a == b", ["a != b"]),
-        ("a < b", ["a <= b", "a * 0.5 < b", "a < b * 0.5", "a * 0.99 < b", "a < b * 0.99"]),
-        ("a > 0", ["a >= 0"]),
-        ("a + b", ["a - b"]),
-        ("a // b", ["a * b"]),
-        ("a and b", ["a or b", "b", "a"]),
-        ("not a", ["a"]),
-        ("-a", ["a"]),
-        ("3", ["4", "0"]),
-        ("0.5", ["1.0"]),
-        ("0.0", ["1.0"]),
-        ("True", ["False"]),
-        ("max(a.b, 1)", ["min(a.b, 1)"]),
-        ("np.minimum(a, b)", ["np.maximum(a, b)"]),
-        ("np.isnan(a)", ["np.isnan(a) & False"]),
-        ("f(a, b.c, d)", ["f(b.c, a, d)"]),
-    ],
-)
-def test_an_expression_is_changed(before: str, after: list[str]) -> None:
-    node = ast.parse(before, mode="eval").body
-    assert [ast.unparse(x) for x in mutations.changes(node)] == after
-    assert ast.unparse(node) == before, "the node itself stays"
+CHANGED = {
+    "a == b": ["a != b"],
+    "a < b": ["a <= b", "a * 0.5 < b", "a < b * 0.5", "a * 0.99 < b", "a < b * 0.99"],
+    "a > 0.0": ["a >= 0.0", "1.0"],
+    "a + b": ["a - b"],
+    "a // b": ["a * b"],
+    "a and b": ["a or b", "b", "a"],
+    "not a": ["a"],
+    "-a": ["a"],
+    "3": ["4", "0"],
+    "0.5": ["1.0"],
+    "True": ["False"],
+    "a = max(a.b, c)": ["min(a.b, c)"],
+    "a = np.minimum(a.b, 0.5)": ["np.maximum(a.b, 0.5)", "1.0"],
+    "a = np.isnan(a)": ["np.isnan(a) & False"],
+    "a = f(a, b.c, d)": ["f(b.c, a, d)"],
+    "return a": ["return None"],
+    "f(a)": ["None"],
+    "a += b": ["a -= b"],
+    "if a:\n    b": ["if not a:\n    b"],
+    "if a:\n    raise b": ["if not a:\n    raise b", "if False:\n    raise b"],
+    "while a:\n    b": ["while not a:\n    b"],
+    "MOST = -0.5": ["MOST = -0.5 * 10", "MOST = -0.5 * 0.5", "0.5", "1.0"],
+    # Names, texts, and ends that return nothing are left alone.
+    **{x: [] for x in ("a", "'word'", "a = f(a)[b]", "a.b", "(a, b)", "return None")},
+    # A key loses its parts.
+    "key = (a, b)": ["(b,)", "(a,)"],
+    "def followed(a):\n    b = [a, b]": ["[b]", "[a]"],
+    "c = digest({'a': a, **b})": ["{**b}", "{'a': a}"],
+    "c = (a, b)": [],
+    # Annotations, decorators, docstrings, what is for types alone and lengths that are equal.
+    '@f(3)\ndef f(a: Literal[1]) -> Literal[2]:\n    """Three 3."""\n    b: C[3] = a': [],
+    "if TYPE_CHECKING:\n    a = b": [],
+    "if CHECKING:\n    a = b": ["if not CHECKING:\n    a = b"],
+    "b = zip(a, strict=True)": [],
+    "b = sorted(a, reverse=True)": ["False"],
+}
+"""Code, and what the changes of its places make of each."""
 
 
-@pytest.mark.parametrize(
-    ("before", "after"),
-    [
-        ("return a", ["return None"]),
-        ("f(a)", ["None"]),
-        ("a += 1", ["a -= 1"]),
-        ("if a:\n    b", ["if not a:\n    b"]),
-        ("if a:\n    raise b", ["if not a:\n    raise b", "if False:\n    raise b"]),
-        ("while a:\n    b", ["while not a:\n    b"]),
-        ("MOST = 2 ** (-6)", ["MOST = 2 ** (-6) * 10", "MOST = 2 ** (-6) * 0.5"]),
-    ],
-)
-def test_a_statement_is_changed(before: str, after: list[str]) -> None:
-    [node] = ast.parse(before).body
-    assert [ast.unparse(ast.fix_missing_locations(x)) for x in mutations.changes(node)] == after
-
-
-@pytest.mark.parametrize("text", ["a", "'word'", "f(a)[b]", "a.b", "(a, b)", "return None"])
-def test_names_texts_and_ends_that_return_nothing_are_left_alone(text: str) -> None:
-    [node] = ast.parse(text).body
-    assert not list(mutations.changes(node.value if isinstance(node, ast.Expr) else node))
-
-
-@pytest.mark.parametrize(
-    ("text", "without"),
-    [
-        ("key = (a, b)", ["(b,)", "(a,)"]),
-        ("def followed(a):\n    return [a, b]", ["[b]", "[a]"]),
-        ("c = digest({1: a, **b})", ["{**b}", "{1: a}"]),
-        ("c = (a, b)", []),
-    ],
-)
-def test_a_key_loses_its_parts(text: str, without: list[str]) -> None:
-    found = [
-        ast.unparse(x)
-        for place in mutations.places(ast.parse(text))
+@pytest.mark.parametrize("code", CHANGED)
+def test_what_can_be_changed_is_and_nothing_else(code: str) -> None:
+    tree = ast.parse(code)
+    before = ast.unparse(tree)
+    changed = [
+        ast.unparse(ast.fix_missing_locations(x))
+        for place in mutations.places(tree)
         for x in mutations.changes(place.node, keyed=place.keyed)
-        if isinstance(x, ast.Tuple | ast.List | ast.Dict)
     ]
-    assert found == without
-
-
-def test_annotations_decorators_and_docstrings_are_left_alone() -> None:
-    annotated = '@f(3)\ndef f(a: Literal[1]) -> Literal[2]:\n    """Three 3."""\n    b: C[3] = a'
-    for text, changed in (
-        (annotated, 0),
-        ("if TYPE_CHECKING:\n    a = 1\n", 0),
-        ("if CHECKING:\n    a = 1\n", 2),
-        ("b = zip(a, strict=True)", 0),
-        ("b = sorted(a, reverse=True)", 1),
-    ):
-        every = mutations.places(ast.parse(text))
-        assert sum(len(list(mutations.changes(place.node))) for place in every) == changed
+    assert changed == CHANGED[code]
+    assert ast.unparse(tree) == before, "the code itself stays"
 
 
 def test_numbers_of_a_drawing_are_taste() -> None:
@@ -133,14 +104,11 @@ def declared(folder: Path, **changed: Any) -> Path:
 
 
 def test_a_declared_mutant_is_found_by_its_line_and_its_change(tmp_path: Path) -> None:
-    found = mutations.equivalent(declared(tmp_path))
-    assert found == {mutations.mutants(CERTAINTY)[0]: "why"}
-
-
-@pytest.mark.parametrize("stale", [{"line": "no such line"}, {"change": "1  ->  7"}, {"nth": 99}])
-def test_an_entry_that_fits_no_mutant_is_an_error(tmp_path: Path, stale: dict[str, Any]) -> None:
-    with pytest.raises(ValueError, match="fits no mutant: rigidpend/routes/certainty"):
-        mutations.equivalent(declared(tmp_path, **stale))
+    assert mutations.equivalent(declared(tmp_path)) == {mutations.mutants(CERTAINTY)[0]: "why"}
+    stale: list[dict[str, Any]] = [{"line": "no such line"}, {"change": "1  ->  7"}, {"nth": 99}]
+    for wrong in stale:
+        with pytest.raises(ValueError, match="fits no mutant: rigidpend/routes/certainty"):
+            mutations.equivalent(declared(tmp_path, **wrong))
 
 
 def test_every_declared_mutant_is_one_that_can_be_drawn_and_has_a_reason() -> None:
@@ -149,7 +117,7 @@ def test_every_declared_mutant_is_one_that_can_be_drawn_and_has_a_reason() -> No
     assert all(reason.endswith(".") for reason in reasons.values())
 
 
-def test_the_nearest_tests_reach_the_line_the_shortest_first() -> None:
+def test_the_nearest_tests_reach_the_line_and_the_rest_are_of_the_mirrored_folder() -> None:
     mutant = next(x for x in mutations.mutants(CERTAINTY) if x.statement != x.text)
     own, other = "tests/routes/test_certainty.py::test_", "tests/x.py::test_"
     seconds = {f"{own}a": 2.5, f"{other}b": 1, f"{own}c": 1, f"{other}d": mutants.NEAR - 4}
@@ -158,13 +126,9 @@ def test_the_nearest_tests_reach_the_line_the_shortest_first() -> None:
     assert mutants.nearest(mutant, known) == [f"{own}c", f"{own}a", f"{other}b"]
     assert mutants.nearest(mutant._replace(statement="another"), known)[3:] == []
     assert mutants.nearest(mutant, NOTHING) == []
-
-
-def test_the_rest_are_the_other_files_of_the_mirrored_folder() -> None:
-    own = "tests/routes/test_certainty.py"
-    rest = mutants.around(mutations.mutants(CERTAINTY)[0], [own])
-    assert own not in rest
-    assert "tests/routes/test_codes.py" in rest
+    own_file = "tests/routes/test_certainty.py"
+    rest = mutants.around(mutant, [own_file])
+    assert (own_file in rest, "tests/routes/test_codes.py" in rest) == (False, True)
 
 
 @pytest.mark.parametrize(

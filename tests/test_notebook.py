@@ -11,13 +11,14 @@ import pytest
 
 import rigidpend
 from docs import notebooks
+from rigidpend.numbers.checked import ParameterError
 from rigidpend.results import store
 from rigidpend.routes.herpolhode import SampledOrbit
+from tests.bodies import FIG4
+from tests.cli.calls import REFERENCE
 from tests.config.samples import SMALL, changed, written
 
 ROOT = Path(__file__).resolve().parents[1]
-REFERENCE = ROOT / "results" / "reference"
-BODY = rigidpend.Body(A=(2, 1, "3/2"), r=(1, 1, 0), mu="0.001")
 
 
 @pytest.fixture(scope="module")
@@ -121,9 +122,8 @@ def test_an_orbit_has_its_angles_and_its_hodograph() -> None:
 
 
 def test_a_table_finds_its_values_by_name() -> None:
-    table = rigidpend.theory(BODY, "1.3342", "1e-8")
+    table = rigidpend.theory(FIG4, "1.3342", "1e-8")
     assert table["alpha0"] == 1.9106332362490186
-    assert table["Melnikov zeros"] == pytest.approx([1.563050, 4.704643], abs=5e-7)
     assert table["regime"] == "iv"
     with pytest.raises(KeyError, match="known: A, r, mu"):
         table["beta"]
@@ -142,6 +142,21 @@ def test_what_is_shown_is_short_and_safe(result: Any, tmp_path: Path) -> None:
     named = changed("only:", "script:", SMALL)
     other = rigidpend.run(written(tmp_path, named, "other.yaml"), folder=tmp_path, called="a")
     assert "<script" not in other._repr_html_()
+
+
+def test_a_file_may_have_any_name_and_numbers_may_be_an_array(tmp_path: Path) -> None:
+    path = written(tmp_path, SMALL, "my body (2).yaml")
+    found = rigidpend.run(path, A=np.array([2.0, 1.25, 1.75]), called="other", folder=tmp_path)
+    assert found.config["problem"]["A"] == ["2", "5/4", "7/4"]
+    assert rigidpend.run(path, folder=tmp_path).path.name == "my body (2).h5"
+    assert rigidpend.run(path, mu=0.01, folder=tmp_path).path.name == "my body (2)_mu=0.01.h5"
+
+
+def test_what_makes_no_single_result_is_refused(tmp_path: Path) -> None:
+    with pytest.raises(ParameterError, match="all names 14 configs: give one of them"):
+        rigidpend.run("all", folder=tmp_path)
+    with pytest.raises(ValueError, match="called: a name is made of"):
+        rigidpend.run("fig4", arrays={"x": {"start": 0}}, folder=tmp_path)
 
 
 def test_what_is_wrong_is_said_as_on_the_command_line(tmp_path: Path) -> None:

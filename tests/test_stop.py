@@ -94,7 +94,6 @@ def signalled(process: subprocess.Popen[str], *numbers: signal.Signals) -> float
 
 
 def ended(process: subprocess.Popen[str]) -> tuple[int, str]:
-    """The exit code, and what was said."""
     try:
         _, said = process.communicate(timeout=60)
     except subprocess.TimeoutExpired:

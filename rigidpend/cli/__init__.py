@@ -18,7 +18,7 @@ COMMANDS = {
     **{name: name for name in ("find", "certify")},
     **dict.fromkeys(("verify", "reference"), "verify"),
     **dict.fromkeys(("bench", "stress"), "measure"),
-    **dict.fromkeys(("cache", "doctor", "completion"), "computer"),
+    **dict.fromkeys(("cache", "doctor"), "computer"),
 }
 """Modules of the commands, in the order in which they are listed."""
 
@@ -79,12 +79,14 @@ def main() -> None:
     date; 1 failed or different; 2 wrong usage or config; 3 something needed is absent; 4 an
     error of rigidpend, with a log; 130 and 143 interrupted, what is finished is kept.
 
+    The last line lets bash complete commands, options and names; zsh_source is for zsh.
+
     \b
     Examples:
       rigidpend list
       rigidpend run fig4
       rigidpend render fig4
       rigidpend run fig4 --set problem.J1_0=1e-10 --out /tmp/mine
-      eval "$(rigidpend completion bash)"
+      eval "$(_RIGIDPEND_COMPLETE=bash_source rigidpend)"
     """
     wording.say_warnings(common.say)

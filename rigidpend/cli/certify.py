@@ -65,9 +65,8 @@ def certify_command(
     if file:
         told[str(file)] = certificates.check(file, jobs=jobs, report=say)
     paths = configs_of(names, RESULTS, name)
-    groups = loading.load_groups(paths, settings, (), name)
     how: Any = {"jobs": jobs, "force": force, "scheduler": scheduler}
-    for loaded in (each for group in groups for each in group.members):
+    for [loaded] in loading.load_swept(paths, settings, (), name):
         report = partial(_say, loaded.name)
         told[loaded.name] = certificates.certify(loaded, folder, report=report, **how)
     if as_json:

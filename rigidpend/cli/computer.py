@@ -1,4 +1,4 @@
-"""`rigidpend cache`, `doctor`, `completion`: what is kept, installed and completed here."""
+"""`rigidpend cache`, `doctor`: what is kept and installed here."""
 
 from __future__ import annotations
 
@@ -19,9 +19,8 @@ if TYPE_CHECKING:
 
 @click.command("cache")
 @click.option("--clear", is_flag=True, help="Remove the whole cache.")
-@click.option("--files", "each", is_flag=True, help="Print every file, not the subfolders alone.")
 @JSON
-def cache_command(clear: bool, each: bool, as_json: bool) -> None:
+def cache_command(clear: bool, as_json: bool) -> None:
     """Print the folder of the cache, with its subfolders and their sizes.
 
     It holds compiled code, return maps and what plans found out, which are made again when they
@@ -31,7 +30,6 @@ def cache_command(clear: bool, each: bool, as_json: bool) -> None:
     \b
     Examples:
       rigidpend cache
-      rigidpend cache --files
       rigidpend cache --clear
     """
     from rigidpend.machine import cache
@@ -46,10 +44,9 @@ def cache_command(clear: bool, each: bool, as_json: bool) -> None:
         click.echo(f"{cache.folder()}: {_size(sum(one.size for one in found))}")
         if found:
             print_table([_row(one) for one in found])
-        # Damaged files are named even where files are only counted: they are what to act on.
-        for path in (path for one in found for path in one.files if each or path in one.damaged):
-            damaged = any(path in one.damaged for one in found)
-            click.echo(f"{path}  {_size(path.stat().st_size)}{'  damaged' if damaged else ''}")
+        # Damaged files are named, for they are what to act on.
+        for path in (path for one in found for path in one.damaged):
+            click.echo(f"{path}  {_size(path.stat().st_size)}  damaged")
 
 
 def _row(one: Subfolder) -> list[str]:
@@ -154,28 +151,3 @@ def _writable(folder: Path) -> bool:
     """True if files can be made in a folder, or the folder itself where it is not there yet."""
     near = next(each for each in (folder, *folder.absolute().parents) if each.exists())
     return near.is_dir() and os.access(near, os.W_OK)
-
-
-@click.command("completion")
-@click.argument("shell", type=click.Choice(["bash", "zsh", "fish"]))
-@click.pass_context
-def completion_command(context: click.Context, shell: str) -> None:
-    """Print the script by which a shell completes commands, names and keys.
-
-    Commands, options, names of configs and keys of --set.
-
-    For every new shell: put the line of the example into ~/.bashrc, with zsh for bash into
-    ~/.zshrc, or `rigidpend completion fish | source` into ~/.config/fish/config.fish.
-
-    \b
-    Example:
-      eval "$(rigidpend completion bash)"
-    """
-    from click.shell_completion import get_completion_class
-
-    kind = get_completion_class(shell)
-    assert kind is not None
-    root = context.find_root()
-    maker = kind(root.command, {}, "rigidpend", "_RIGIDPEND_COMPLETE")
-    # `source` would run bash to see how old it is, which a printed script need not.
-    click.echo(maker.source_template % maker.source_vars())

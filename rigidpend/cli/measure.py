@@ -2,15 +2,21 @@
 
 from __future__ import annotations
 
+import math
 import sys
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
+from typing import TYPE_CHECKING, Any
 
 import click
 
 from rigidpend.cli.common import DONE, FAILED, print_json, say
 from rigidpend.cli.options import JOBS, JSON, OUT, SETTINGS
 from rigidpend.config.catalogue import resolve
+
+if TYPE_CHECKING:
+    from rigidpend.experiments.data import Loaded
+    from rigidpend.machine.wording import Table
 
 
 @click.command("bench")
@@ -35,19 +41,10 @@ def bench_command(
       rigidpend bench --set meeting.rounds=31 --json
     """
     from rigidpend.experiments.bench import report
-    from rigidpend.machine import wording
-    from rigidpend.results import store
 
     # One at a time: whatever runs beside a timing disturbs it.
-    result = store.load(measured("bench", quick, settings, folder, force=force, jobs=1))
-    machine = result["provenance"]
-    if as_json:
-        print_json({"machine": machine, **report.summary(result["data"])})
-        return
-    click.echo(f"{machine['processor']}, {machine['system']}; {machine['created']}\n")
-    for table in report.tables(result):
-        for line in wording.terminal(table):
-            click.echo(line)
+    result = measured("bench", quick, settings, folder, force=force, jobs=1)
+    _tell(result, report.tables(result), as_json)
 
 
 @click.command("stress")
@@ -75,24 +72,21 @@ def stress_command(
       rigidpend stress --quick
       rigidpend stress --set problem.honesty.orbits=1000000 --json
     """
+    from rigidpend.experiments.stress import FAILED as REFUTED
     from rigidpend.experiments.stress import draw
-    from rigidpend.results import store
 
-    result = store.load(measured("stress", quick, settings, folder, force=force, jobs=jobs))
-    machine, data = result["provenance"], result["data"]
-    if as_json:
-        print_json({"machine": machine, **draw.summary(data)})
-    else:
-        click.echo(f"{machine['processor']}, {machine['system']}; {machine['created']}")
-        click.echo("\n".join(draw.text(data)))
-    sys.exit(FAILED if draw.counts(data)["FAILED"] else DONE)
+    result = measured("stress", quick, settings, folder, force=force, jobs=jobs)
+    _tell(result, [*draw.claims_tables(result), *draw.tables(result)], as_json)
+    refuted = any(REFUTED in group["claims"]["verdict"] for group in result["data"].values())
+    sys.exit(FAILED if refuted else DONE)
 
 
 def measured(
     name: str, quick: bool, settings: Sequence[str], folder: Path, *, force: bool, jobs: int
-) -> Path:
+) -> Loaded:
     """Run a measurement unless it is up to date, and draw it; its result."""
     from rigidpend import render
+    from rigidpend.results import store
     from rigidpend.runs import loading, runner
 
     [path] = resolve((f"{name}_quick" if quick else name,))
@@ -106,6 +100,30 @@ def measured(
     else:
         tell(f"{planned.target} is up to date")
     picture = planned.target.with_suffix(".png")
-    render.render([planned.target], picture)
+    render.render(planned.target, picture)
     tell(f"{picture} drawn")
-    return planned.target
+    return store.load(planned.target)
+
+
+def _tell(result: Loaded, tables: Sequence[Table], as_json: bool) -> None:
+    """Print what was measured, and where: as tables, or as data."""
+    from rigidpend.machine import wording
+
+    machine = result["provenance"]
+    if as_json:
+        print_json({"machine": machine, "data": _plain(result["data"])})
+        return
+    click.echo(f"{machine['processor']}, {machine['system']}; {machine['created']}\n")
+    for line in (line for table in tables for line in wording.terminal(table)):
+        click.echo(line)
+
+
+def _plain(value: Any) -> Any:
+    """Data as JSON can hold it; None for what is not finite."""
+    if isinstance(value, Mapping):
+        return {name: _plain(each) for name, each in value.items()}
+    if hasattr(value, "tolist"):
+        value = value.tolist()
+    if isinstance(value, list):
+        return [_plain(each) for each in value]
+    return None if isinstance(value, float) and not math.isfinite(value) else value

@@ -32,34 +32,6 @@ def complete_names(_: click.Context, __: click.Parameter, incomplete: str) -> li
     return [*map(CompletionItem, found)] or [CompletionItem(incomplete, type="file")]
 
 
-def complete_settings(
-    ctx: click.Context, _: click.Parameter, incomplete: str
-) -> list[CompletionItem]:
-    """Offer the keys of the configs that are named."""
-    known = catalogue.known()
-    # While a line is being typed, click leaves its arguments here.
-    files = [known.get(name, Path(name)) for name in ctx.args]
-    keys = dict.fromkeys(key for file in files if file.is_file() for key in _keys(file))
-    return [CompletionItem(key) for key in keys if key.startswith(incomplete)]
-
-
-def _keys(file: Path) -> list[str]:
-    """List ``a.b=`` for each value of a file, except those inside lists."""
-    # Imported here: only who completes a key pays for it.
-    from rigidpend.config import reader
-    from rigidpend.config.complaints import ConfigError
-
-    try:
-        values = reader.read(file).values
-    # While somebody types there is no place for a complaint.
-    except ConfigError:
-        return []
-    # What has keys inside is a section, which no setting gives as a whole.
-    inner = {place[:-1] for place in values if place and isinstance(place[-1], str)}
-    places = [place for place in values if place not in inner]
-    return [f"{'.'.join(map(str, p))}=" for p in places if all(isinstance(x, str) for x in p)]
-
-
 FOLDER, FILE = NamedPath(folder=True), NamedPath(folder=False)
 OUT = click.option(
     "--out",
@@ -81,7 +53,6 @@ SETTINGS = click.option(
     "settings",
     multiple=True,
     metavar="a.b=VALUE",
-    shell_complete=complete_settings,
     help="Override a value of the config; may be given again.",
 )
 SWEEPS = click.option(
@@ -89,7 +60,6 @@ SWEEPS = click.option(
     "sweeps",
     multiple=True,
     metavar="a.b=VALUE,VALUE...",
-    shell_complete=complete_settings,
     help="A result for each of the values, and for each combination if given again.",
 )
 

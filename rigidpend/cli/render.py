@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 import sys
+from collections.abc import Mapping
 from pathlib import Path
 
 import click
@@ -16,7 +17,7 @@ from rigidpend.cli.common import (
     say,
     sentence,
 )
-from rigidpend.cli.options import FILE, NAMES, OUT, SWEEPS, complete_names
+from rigidpend.cli.options import FILE, NAMES, OUT, complete_names
 from rigidpend.config import catalogue
 
 FEW = 3
@@ -25,7 +26,6 @@ FEW = 3
 
 @click.command("render")
 @NAMES
-@SWEEPS
 @OUT
 @click.option(
     "--format",
@@ -36,13 +36,10 @@ FEW = 3
     help="Format of the figure.",
 )
 @click.option("--force", is_flag=True, help="Draw figures that are up to date as well.")
-def render_command(
-    names: tuple[str, ...], sweeps: tuple[str, ...], folder: Path, suffix: str, force: bool
-) -> None:
+def render_command(names: tuple[str, ...], folder: Path, suffix: str, force: bool) -> None:
     """Draw stored results as FOLDER/NAME.png, a RESULT.h5 beside itself.
 
-    A figure of the same result, drawn by the same code, is kept. The results of a sweep are
-    drawn one by one, and together where their experiment says how.
+    A figure of the same result, drawn by the same code, is kept.
 
     A result that is absent or damaged does not keep the others from being drawn; how to make it is
     said at the end. Exit code 1: one is damaged; 3: one that was named, or everything, is absent.
@@ -51,80 +48,51 @@ def render_command(
     Examples:
       rigidpend render all
       rigidpend render fig4 --format pdf
-      rigidpend render fig4 --sweep problem.mu=1e-4,1e-3 --out swept
+      rigidpend render swept/fig4_mu=1e-4.h5 swept/fig4_mu=1e-3.h5
     """
     from rigidpend.machine.workers import cores, side_by_side
 
-    absent: dict[Path, list[Path]] = {}
-    alone: dict[Path, str] = {}
-    together: list[tuple[list[Path], str]] = []
-    for path in catalogue.resolve(names, folder):
-        title, members = _members(path, sweeps)
-        sources = [folder_of(path, folder) / f"{name}.h5" for name in members]
-        lacking = [source for source in sources if not os.path.lexists(source)]
-        if lacking:
-            absent[path] = lacking
-        elif len(sources) > 1:
-            together.append((sources, title))
-        alone |= {source: source.stem for source in sources if source not in lacking}
-    tasks = [([source], name) for source, name in alone.items()]
+    # Each once, in the order in which they are named.
+    paths = {folder_of(x, folder) / f"{x.stem}.h5": x for x in catalogue.resolve(names, folder)}
+    absent = {source: x for source, x in paths.items() if not os.path.lexists(source)}
+    sources = [source for source in paths if source not in absent]
     # To import what draws takes a process as long as some figures.
-    new = sum(force or not source.with_suffix(f".{suffix}").exists() for source in alone)
+    new = sum(force or not source.with_suffix(f".{suffix}").exists() for source in sources)
     jobs = cores() if new > FEW else 1
-    drawn = dict(zip(alone, side_by_side(_drawn, (suffix, force), True, tasks, jobs), strict=True))
-    every = list(drawn.values())
-    # Together they are drawn only if none is left out.
-    whole = [task for task in together if all(drawn[source] for source in task[0])]
-    every += [_drawn(task, suffix, force) for task in whole]
+    drawn = side_by_side(_drawn, (suffix, force), True, sources, jobs)
     if absent:
-        _tell_absent(absent, sweeps, folder)
-    if not all(every):
+        _tell_absent(absent, folder)
+    if not all(drawn):
         sys.exit(FAILED)
-    if absent and not (every and "all" in names):
+    if absent and not (drawn and "all" in names):
         sys.exit(ABSENT)
 
 
-def _drawn(task: tuple[list[Path], str], suffix: str, force: bool) -> bool:
-    """Draw a result, or several together, under a name; where that fails say why."""
+def _drawn(source: Path, suffix: str, force: bool) -> bool:
+    """Draw a result; where that fails say why."""
     from rigidpend import render as drawing
     from rigidpend.machine.files import StoreError
     from rigidpend.machine.workers import check_stop
 
-    sources, name = task
     check_stop()
-    target = sources[0].parent / f"{name}.{suffix}"
+    target = source.with_suffix(f".{suffix}")
     try:
-        drawn = drawing.render(sources, target, force=force)
+        drawn = drawing.render(source, target, force=force)
     except StoreError as error:
         say(f"rigidpend: {sentence(error)}")
         return False
-    if drawn is not None:
-        say(f"{name}: {target} {'drawn' if drawn else 'up to date'}")
+    say(f"{source.stem}: {target} {'drawn' if drawn else 'up to date'}")
     return True
 
 
-def _tell_absent(absent: dict[Path, list[Path]], sweeps: tuple[str, ...], folder: Path) -> None:
-    """Say which results are absent, and the command that makes them."""
+def _tell_absent(absent: Mapping[Path, Path], folder: Path) -> None:
+    """Say which results of configs are absent, and the command that makes them."""
     from rigidpend.runs import remedies
 
-    files = [str(file) for each in absent.values() for file in each]
     known = catalogue.known()
-    names = [path.stem if known.get(path.stem) == path else str(path) for path in absent]
-    swept = [word for each in sweeps for word in ("--sweep", each)]
-    are = "is" if len(files) == 1 else "are"
-    call = remedies.call("run", [*names, *swept], folder)
-    say(f"rigidpend: {', '.join(files)} {are} not there; {call}")
-
-
-def _members(path: Path, sweeps: tuple[str, ...]) -> tuple[str, list[str]]:
-    """Names of the results that a config stands for, and of all of them together."""
-    # To draw one result its config need not be read, nor pydantic imported.
-    if not sweeps and not (path.suffix != ".h5" and catalogue.is_sweep(path)):
-        return path.stem, [path.stem]
-    from rigidpend.runs import loading
-
-    [group] = loading.load_groups([path], (), sweeps)
-    return group.title, [each.name for each in group.members]
+    names = [x.stem if known.get(x.stem) == x else str(x) for x in absent.values()]
+    files, are = ", ".join(map(str, absent)), "is" if len(absent) == 1 else "are"
+    say(f"rigidpend: {files} {are} not there; {remedies.call('run', names, folder)}")
 
 
 @click.command("report")

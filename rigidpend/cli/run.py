@@ -92,8 +92,8 @@ def run_command(
     of the last run. A result RESULT.h5 in place of a name is computed again where it is, by the
     config in it.
 
-    With --sweep, or the section sweep of a config, there is a result for each combination of
-    values, side by side as far as --jobs goes; its name tells them: FOLDER/fig4_mu=1e-3.h5.
+    With --sweep there is a result for each combination of values, side by side as far as --jobs
+    goes; its name tells them: FOLDER/fig4_mu=1e-3.h5.
 
     With --json stdout has, for each config, its status, reason, file, seconds and error.
 
@@ -122,8 +122,8 @@ def run_command(
     if changed := [x for x in paths if x not in known]:
         from rigidpend.runs import loading
 
-        groups = loading.load_groups(changed, settings, sweeps, name)
-        known |= {group.path: group.members for group in groups}
+        swept = loading.load_swept(changed, settings, sweeps, name)
+        known |= zip(changed, swept, strict=True)
     named = [(x, folder_of(x, folder), each) for x in paths for each in known[x]]
     _check_twins([(place / each.name, x) for x, place, each in named])
     runs = Runs(jobs, scheduler, keep_going)

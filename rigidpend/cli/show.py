@@ -46,33 +46,25 @@ def list_command(folder: Path, as_json: bool) -> None:
 
 
 def _entries(folder: Path) -> Iterator[dict[str, Any]]:
-    """An entry for each config, for each member of its sweep, and for each other result."""
+    """An entry for each config, and for each other result."""
     from rigidpend.runs import runner
 
-    swept: set[str] = set()
     for name, path in _named(folder):
-        # Members of a sweep are listed by its config, not as strays once more.
-        if path.suffix == ".h5" and name in swept:
-            continue
         place = folder_of(path, folder)
-        if known := runner.recalled(path, place):
-            yield _entry(path, known.name, known.experiment, known)
-            continue
-        from rigidpend.runs import loading
-
+        experiment: str | None = None
+        found: Plan | Exception
         try:
-            [group] = loading.load_groups([path])
+            if known := runner.recalled(path, place):
+                experiment, found = known.experiment, known
+            else:
+                from rigidpend.runs import loading
+
+                config = loading.load(path)
+                experiment = config.experiment
+                found = runner.plan_kept(config, path, place)
         except Exception as error:  # noqa: BLE001
-            yield _entry(path, name, None, error)
-            continue
-        for member in group.members:
-            swept.add(member.name)
-            found: Plan | Exception
-            try:
-                found = runner.plan_kept(member, path, place)
-            except Exception as error:  # noqa: BLE001
-                found = error
-            yield _entry(path, member.name, member.experiment, found)
+            found = error
+        yield _entry(path, name, experiment, found)
 
 
 def _named(folder: Path) -> list[tuple[str, Path]]:

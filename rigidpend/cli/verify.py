@@ -14,9 +14,6 @@ from rigidpend.cli.common import ABSENT, DONE, FAILED, print_json, say
 from rigidpend.cli.options import FOLDER, JOBS, JSON, NAMED, SETTINGS, complete_names
 from rigidpend.config.catalogue import PACKAGE, REFERENCES, resolve
 
-ENGINES = "Taylor series and DOP853"
-"""Reference where none is stored."""
-
 
 @click.command("verify")
 @click.argument("names", nargs=-1, metavar=f"[{NAMED}|all]...", shell_complete=complete_names)
@@ -49,16 +46,16 @@ def verify_command(
     must be as proven. The exit code is 1 where something differs, 3 where there is nothing to
     compare with.
 
-    With --set, where no stored result is of that problem, the reference is computed too: by
-    the Taylor engine, and DOP853 is compared with it. Where they differ by no more than DOP853 at
-    two tolerances differs from itself, nothing is decided, and the exit code is 3.
+    With --set other numerics are held against the stored result, as another engine. Two results of
+    a problem of one's own are compared by the file of one and the folder of the other.
 
     \b
     Examples:
       rigidpend verify
       rigidpend verify fig4 --reference old/results
       rigidpend verify all --results results --json
-      rigidpend verify fig4 --set problem.mu=0.01
+      rigidpend verify fig4 --set numerics.engine=scipy
+      rigidpend verify results/fig4.h5 --results old/results
     """
     from rigidpend.machine import progress
     from rigidpend.machine.workers import check_stop
@@ -110,25 +107,17 @@ def _compared(
     from rigidpend.runs import loading, regression, remedies
 
     loaded = loading.load(path, settings)
-    given: dict[str, Any] = {"jobs": jobs, "report": hear}
     # The first folder's that is there; the first folder's if none is.
     places = [path] if path.suffix == ".h5" else [each / f"{loaded.name}.h5" for each in folders]
     stored = next(filter(Path.exists, places), places[0])
     read = results / stored.name if results else None
     outcome: dict[str, Any] = {"name": loaded.name, "reference": str(stored), "same": False}
-    outcome |= {"absent": False, "undecided": [], "error": None, "differences": []}
-    undecided: Sequence[Any] = ()
+    outcome |= {"absent": False, "error": None, "differences": []}
     try:
         # The certificate of what is read, if results are given; else that of the reference.
         proof = storage.beside(read or stored)
-        # Settings of numerics leave the problem as it is: the stored reference stands.
-        if settings and not read and not regression.is_of(loaded, stored):
-            outcome["reference"], proof = ENGINES, None
-            referee = regression.verify_by_engines(loaded, **given)
-            found, undecided = referee.differences, referee.undecided
-            outcome["tolerances"] = referee.tolerances
-        else:
-            found = regression.verify(loaded, stored, fresh=read, certificate=proof, **given)
+        given: Any = {"jobs": jobs, "report": hear}
+        found = regression.verify(loaded, stored, fresh=read, certificate=proof, **given)
     except store.StoreError as error:
         absent = isinstance(error, files.Absent)
         said = f"{error}; {remedies.reference(path, stored)}"
@@ -136,11 +125,9 @@ def _compared(
             said = remedies.told(error)
         return {**outcome, "absent": absent, "error": said}
     return outcome | {
-        "same": not found and not undecided,
-        "absent": bool(undecided and not found),
+        "same": not found,
         "differences": [_parts(x) for x in found],
         "proven": storage.count(proof) if proof else 0,
-        "undecided": [_parts(x) for x in undecided],
     }
 
 
@@ -161,20 +148,11 @@ def _tell(outcome: dict[str, Any]) -> None:
     if outcome["error"]:
         say(f"rigidpend: {outcome['error']}")
         return
-    same, undecided = outcome["same"], outcome["undecided"]
-    verdict = "the same as in" if same else "differs from"
-    if outcome["reference"] == ENGINES:
-        verdict = "the same by" if same else "differs by"
-        verdict = "not decided by" if undecided and not outcome["differences"] else verdict
+    verdict = "the same as in" if outcome["same"] else "differs from"
     proven = f"; {outcome['proven']} symbols are proven" if outcome["proven"] else ""
     click.echo(f"{outcome['name']}: {verdict} {outcome['reference']}{proven}")
-    lines = [difference["said"] for difference in outcome["differences"]]
-    if undecided:
-        fine, coarse = outcome["tolerances"]
-        said = f"DOP853 differs as much from itself, at tolerances {fine:g} and {coarse:g}:"
-        lines += [f"undecided, for {said}", *(difference["said"] for difference in undecided)]
-    for line in lines:
-        click.echo(f"  {line}")
+    for difference in outcome["differences"]:
+        click.echo(f"  {difference['said']}")
 
 
 @click.command("reference")

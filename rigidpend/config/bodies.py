@@ -118,11 +118,9 @@ class WeightedBodies(Part):
 
     @model_validator(mode="after")
     def _energy(self) -> Self:
-        from rigidpend.routes.problem import LEAST, ProblemError
+        from rigidpend.routes.problem import LEAST, ProblemError, check_energy
 
-        if not float(self.h0) > float(self.mu[-1]):
-            message = f"h0 > mu is broken: h0 = {self.h0}, mu = {self.mu[-1]}"
-            raise ProblemError("h0", message)
+        check_energy("h0", self.h0, self.mu[-1])
         if not (self.mu[0] / self.h0).at(53) > LEAST:
             message = f"mu = {self.mu[0]} is below {LEAST} h0, where doubles lose it"
             raise ProblemError("mu", message)

@@ -11,8 +11,6 @@ MEASURE = "measure"
 """Folder of configs that measure this machine for minutes; `all` leaves them out."""
 NAMING, LOOKED_AT = re.compile(rb"^experiment *:", re.MULTILINE), 10_000
 """The key that every config has, and how many bytes of a file are searched for it."""
-SWEEPING = re.compile(rb"^sweep *:", re.MULTILINE)
-"""The key of a config that stands for several results."""
 PACKAGE = Path(__file__).resolve().parents[1]
 """Folder of the package, in a checkout or as installed."""
 RESULTS = Path("results")
@@ -48,24 +46,19 @@ def known() -> dict[str, Path]:
 
 def own() -> dict[str, Path]:
     """Map names to the configs that lie in this very folder, other than those of `known`."""
-    paths = [path for path in sorted(Path().glob("*.y*ml")) if _has_line(path, NAMING)]
+    paths = [path for path in sorted(Path().glob("*.y*ml")) if _is_config(path)]
     others = known() if paths else {}
     return {path.stem: path for path in paths if path.stem not in others}
 
 
-def is_sweep(path: Path) -> bool:
-    """True if a YAML file has the key of a sweep."""
-    return _has_line(path, SWEEPING)
-
-
-def _has_line(path: Path, line: re.Pattern[bytes]) -> bool:
-    """True if a file can be read and has a line near its beginning."""
+def _is_config(path: Path) -> bool:
+    """True if a file can be read and has near its beginning the key that every config has."""
     try:
         # A device or a pipe might never end.
         if not path.is_file():
             return False
         with path.open("rb") as file:
-            return line.search(file.read(LOOKED_AT)) is not None
+            return NAMING.search(file.read(LOOKED_AT)) is not None
     except OSError:
         return False
 
@@ -105,12 +98,13 @@ def _file(name: str, by_name: dict[str, Path], folder: Path) -> Path:
         raise ConfigError.of(Origin(name), "a folder, not a file" if path.is_dir() else message)
     if name in by_name:
         return by_name[name]
-    for candidate in (path.with_name(f"{path.name}{suffix}") for suffix in SUFFIXES[:2]):
-        if path.name and candidate.is_file():
+    # Of the folder itself, as of nothing, there is no name.
+    for suffix in SUFFIXES[:2] if path.name else ():
+        if (candidate := path.with_name(f"{path.name}{suffix}")).is_file():
             return candidate
     stored = folder / f"{name}.h5"
     if name and stored.is_file():
         return stored
     names = [*by_name, *own()]
     others = f"; known are {', '.join(names)} and all, or give a FILE.yaml or a RESULT.h5"
-    raise ConfigError.of(Origin(name), f"no such config{meant(name, names, 0.6) or others}")
+    raise ConfigError.of(Origin(name or "''"), f"no such config{meant(name, names, 0.6) or others}")

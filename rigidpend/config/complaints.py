@@ -92,7 +92,9 @@ def closest(word: str, known: Iterable[str], cutoff: float) -> str:
     """The known word that is closest to another; empty if none is as close as the cutoff."""
     import difflib
 
-    return next(iter(difflib.get_close_matches(word, list(known), 1, cutoff)), "")
+    small = {name.casefold(): name for name in known}
+    near = difflib.get_close_matches(word.casefold(), list(small), 1, cutoff)
+    return small[near[0]] if near else ""
 
 
 def _blank(character: str) -> str:

@@ -1,10 +1,6 @@
 """Settings ``a.b=VALUE``, and sweeps: a config for each combination of values, named by them.
 
-A setting is as if it were written in the file. A sweep is asked for by ``--sweep
-KEY=VALUE,VALUE``, or by the section ``sweep`` of a config::
-
-    sweep:
-      problem.mu: [1e-4, 1e-3, 1e-2]
+A setting is as if it were written in the file. A sweep is ``--sweep KEY=VALUE,VALUE``.
 """
 
 from __future__ import annotations
@@ -22,16 +18,12 @@ from rigidpend.numbers.expressions import named
 
 INDEXED = re.compile(r"\[(\w+)\]")
 """An index as other languages write it."""
-SECTION = "sweep"
-"""The key of a config under which a sweep stands."""
 MOST = 1000
 """Most results of one sweep."""
 LONGEST = 150
 """Characters of a name at most, which leaves room for what is added to it in files."""
 NAME = re.compile(r"\w[\w.,=+-]*")
 """Form of a name: no blank, no slash, and no point or dash at its beginning."""
-DEVICE = re.compile(r"(con|prn|aux|nul|com\d|lpt\d)(\..*)?", re.IGNORECASE)
-"""Names that are devices on Windows, whatever ending they have."""
 IN_NAMES = str.maketrans({"/": "over", "*": "", " ": "", "[": "", "]": "", "(": "", ")": ""})
 """Stand-ins in names of files for what numbers are written with."""
 FORM = "expected KEY.KEY=VALUE,VALUE, as in problem.mu=1e-4,1e-3"
@@ -44,7 +36,7 @@ class Sweep(NamedTuple):
     key: str
     values: tuple[str, ...]
     origin: Origin = Origin("sweep")
-    """The option or the place in a file that asks for it."""
+    """The option that asks for it."""
 
 
 class Variant(NamedTuple):
@@ -104,25 +96,19 @@ def _key(holder: Any, text: str, place: Place, origin: Origin) -> str | int:
 
 
 def option(text: str) -> Sweep:
-    """Read an option ``KEY=VALUE,VALUE``."""
+    """Read an option ``KEY=VALUE,VALUE``, and write each value as a setting has it."""
     origin = Origin(f"--sweep {text}")
     key, equals, values = text.partition("=")
     if not equals or not all(key.split(".")):
         raise ConfigError.of(origin, FORM)
-    return _sweep(key, reader.value(f"[{values}]", origin), origin, ())
-
-
-def taken_from(document: Document) -> list[Sweep]:
-    """Take the section ``sweep`` out of a config."""
-    place: Place = (SECTION,)
-    section = document.tree.pop(SECTION, {})
-    if not isinstance(section, dict):
-        message = "expected keys with lists of values, as in problem.mu: [1e-4, 1e-3]"
-        raise ConfigError.of(document.origin(place), message, place)
-    return [
-        _sweep(key, values, document.origin((SECTION, key)), (SECTION, key))
-        for key, values in section.items()
-    ]
+    texts = tuple(map(in_one_line, reader.value(f"[{values}]", origin)))
+    twice = [text for text in texts if texts.count(text) > 1]
+    if len(texts) < 2:
+        wrong = f"a sweep of {key} needs two values or more, as in {key}=1e-4,1e-3"
+        raise ConfigError.of(origin, wrong)
+    if twice:
+        raise ConfigError.of(origin, f"the value {twice[0]} is given twice")
+    return Sweep(key, texts, origin)
 
 
 def variants(sweeps: Sequence[Sweep]) -> list[Variant]:
@@ -151,7 +137,7 @@ def ending(pairs: Sequence[tuple[str, str]]) -> str:
 
 
 def checked_name(name: str, origin: Origin) -> str:
-    """A name of a result, if it can be one of a file on any system."""
+    """A name of a result, if it can be one of a file."""
     formed = isinstance(name, str) and NAME.fullmatch(name) and len(name) <= LONGEST
     if not formed or name == "all":
         message = f"a name is made of up to {LONGEST} letters, digits and _ . , = + -"
@@ -160,39 +146,17 @@ def checked_name(name: str, origin: Origin) -> str:
 
 
 def free_name(name: str, origin: Origin) -> str:
-    """A name, if it is not that of a certificate, or of a device on some system."""
+    """A name, if it is not that of a certificate."""
     if name.casefold().endswith(CERTIFICATE):
         taken = f"what ends in {CERTIFICATE} is the proof of a result"
-    elif DEVICE.fullmatch(name):
-        taken = "it is a device on Windows"
-    elif name.endswith("."):
-        taken = "Windows leaves out the point at its end"
-    else:
-        return name
-    raise ConfigError.of(origin, f"choose another name than {name!r}: {taken}")
-
-
-def _sweep(key: str, values: Any, origin: Origin, place: Place) -> Sweep:
-    """Check the values of a key, and write each as a setting has it."""
-    texts = tuple(map(in_one_line, values)) if isinstance(values, list) else ()
-    twice = [text for text in texts if texts.count(text) > 1]
-    if key.split(".")[0] == SECTION:
-        inner = key.partition(".")[2]
-        wrong = f"a sweep cannot change the section {SECTION}: write {inner}"
-    elif isinstance(values, dict):
-        inner = next(iter(values), "KEY")
-        wrong = f"a swept key is written whole, as in {key}.{inner}: [1e-4, 1e-3]"
-    elif len(texts) < 2:
-        wrong = f"a sweep of {key} needs two values or more, as in {key}=1e-4,1e-3"
-    elif twice:
-        wrong = f"the value {twice[0]} is given twice"
-    else:
-        return Sweep(key, texts, origin)
-    raise ConfigError.of(origin, wrong, place)
+        raise ConfigError.of(origin, f"choose another name than {name!r}: {taken}")
+    return name
 
 
 def in_one_line(node: Any) -> str:
     """Write plain data as YAML in one line, numbers with the fewest digits that give them back."""
+    # Of NumPy's arrays and numbers, which are imported by whoever gives them.
+    node = node.tolist() if hasattr(node, "tolist") else node
     if isinstance(node, Mapping):
         return "{" + ", ".join(f"{key}: {in_one_line(x)}" for key, x in node.items()) + "}"
     if isinstance(node, list | tuple):

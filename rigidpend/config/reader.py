@@ -83,10 +83,11 @@ def parse(text: str, source: str) -> Document:
     except ConfigError:
         raise
     except yaml.MarkedYAMLError as error:
-        reader.stop(error.problem_mark, (), f"not YAML: {error.problem}")
+        reader.stop(error.problem_mark, (), f"not YAML: {_reason(error)}")
     except (yaml.YAMLError, ValueError) as error:
         reason = str(error).splitlines()[0]
-        document.refuse(Origin(source), (), f"not YAML: {reason}")
+        line = text.count("\n", 0, getattr(error, "position", 0)) + 1
+        document.refuse(Origin(source, line, 1), (), f"not YAML: {reason}")
         raise ConfigError(document.complaints) from None
     return document
 
@@ -101,6 +102,17 @@ def value(text: str, origin: Origin) -> Any:
     if complaints:
         raise ConfigError([Complaint(origin, one.place, one.message) for one in complaints])
     return document.tree
+
+
+def _reason(error: yaml.MarkedYAMLError) -> str:
+    """Reason that a text is no YAML, with the line in which what is not closed was begun."""
+    reason, begun, found = str(error.problem), error.context_mark, error.problem_mark
+    if "'\\t'" in reason:
+        return f"{reason}: write blanks in the place of the tab"
+    # An indentation that does not fit tells by itself what is wrong.
+    if not begun or not found or begun.line == found.line or "block" in str(error.context):
+        return reason
+    return f"{reason}, {error.context} that begins in line {begun.line + 1}"
 
 
 def _text(path: Path) -> str:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import re
 import textwrap
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping
 from typing import Any
 
 import yaml
@@ -146,18 +146,3 @@ def written(value: Any, key: str = "") -> str:
     if isinstance(value, list | tuple):
         return f"[{', '.join(map(written, value))}]"
     return as_written(str(value))
-
-
-def label(config: Mapping[str, Any], others: Sequence[Mapping[str, Any]]) -> str:
-    """Say in short by what a config differs from others: ``mu = 1e-3, J1_0 = 1e-8``."""
-    keys = {key for other in others for key in changes(other, config)}
-    values = [(key, value) for key, value in _leaves(config) if key in keys]
-    named = ((key.rpartition(".")[2], value) for key, value in values)
-    return ", ".join(f"{key} = {written(value, key)}" for key, value in named)
-
-
-def _leaves(node: Mapping[str, Any], prefix: str = "") -> Iterator[tuple[str, Any]]:
-    for key, value in node.items():
-        yield f"{prefix}{key}", value
-        if isinstance(value, Mapping):
-            yield from _leaves(value, f"{prefix}{key}.")

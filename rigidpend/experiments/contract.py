@@ -31,9 +31,6 @@
         Sentences on what the figure shows, of whatever body.
     ``tables(result)``
         Tables of a stored result, which set its numbers beside those that the paper prints.
-    ``draw_together(results)``
-        Draws several results in one figure: pairs of a label, by what they differ, and a stored
-        result.
 
 Nothing is registered; a folder with a ``schema.py`` is an experiment. `schema.py` and `compute.py`
 import no matplotlib, `draw.py` no integrator, for each is loaded without the others; `__init__.py`

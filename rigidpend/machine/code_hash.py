@@ -10,7 +10,7 @@ import functools
 import hashlib
 import json
 import os
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -123,19 +123,35 @@ def _files(name: str) -> list[str]:
     return [f"{'/'.join(inner)}.py", *around]
 
 
-def as_text(node: Any) -> str:
+def as_text(tree: ast.AST) -> str:
     """Text of a syntax tree, absent fields left out, so that versions of Python agree.
 
     `ast.dump` and `ast.unparse` change from one version of Python to the next, also by fields
-    that are new and empty.
+    that are new and empty. Whether a name is read or written is told by where it stands.
     """
-    if isinstance(node, list):
-        return f"[{' '.join([as_text(x) for x in node if not _is_text(x)])}]"
-    if not isinstance(node, ast.AST):
-        return repr(node)
-    fields = [(name, getattr(node, name, None)) for name in _in_order(node._fields)]
-    inner = [f"{name}={as_text(x)}" for name, x in fields if x is not None and x != []]
-    return f"{type(node).__name__}({' '.join(inner)})"
+    words: list[str] = []
+    _spell(tree, words.append)
+    return " ".join(words)
+
+
+def _spell(node: Any, put: Callable[[str], None]) -> None:
+    """Put the words of a node of a syntax tree, of a list of them, or of a value."""
+    if isinstance(node, ast.AST):
+        put(type(node).__name__ + "(")
+        for name in _in_order(node._fields):
+            value = getattr(node, name, None)
+            if value is not None and value != [] and name != "ctx":
+                put(name)
+                _spell(value, put)
+        put(")")
+    elif isinstance(node, list):
+        put("[")
+        for each in node:
+            if not _is_text(each):
+                _spell(each, put)
+        put("]")
+    else:
+        put(repr(node))
 
 
 @functools.cache

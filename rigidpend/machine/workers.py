@@ -89,7 +89,7 @@ def note(text: Callable[[], str]) -> None:
 
 
 class WorkerError(RuntimeError):
-    """Error: a worker process ended before its work was done."""
+    """Error: a worker process ended before its work was done, or none may begin."""
 
 
 def cores() -> int:
@@ -165,10 +165,12 @@ def ahead(
 def apart(
     work: Callable[..., Result],
     arguments: tuple[Any, ...],
-    hear: Callable[[Any], object],
+    hear: Callable[[Any], object] | None = None,
     limit: float = math.inf,
 ) -> Result:
-    """Do ``work(*arguments, say)`` in a process of its own, as :func:`side_by_side` does.
+    """Do work in a process of its own, as :func:`side_by_side` does.
+
+    It is ``work(*arguments)``, or ``work(*arguments, say)`` where something hears it.
 
     Raises TimeoutError where it takes more than `limit` seconds, and ends it.
     """
@@ -205,8 +207,12 @@ def _in_processes(
 def _processes(count: int, lines: Any) -> AbstractContextManager[Executor]:
     """A pool of processes, with the queue by which they are heard, or None."""
     from concurrent.futures import ProcessPoolExecutor
-    from multiprocessing import get_context
+    from multiprocessing import current_process, get_context
 
+    if current_process().daemon:
+        raise WorkerError(
+            "this process belongs to a pool that lets it begin none of its own: take jobs=1"
+        )
     # A fork would copy the locks of threads that do not run in the child.
     spawn = get_context("spawn")
     pool = ProcessPoolExecutor(count, spawn, initializer=_follow_parent, initargs=(lines,))

@@ -26,6 +26,8 @@ from rigidpend.runs import certificate_files as storage
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
+    from rigidpend.experiments.data import Loaded
+
 KEYS = ("name", "config_hash", "code_hash", "engine", "drawn_from")
 """Attributes that an image tells, besides its experiment."""
 PIXELS = 20_000
@@ -52,52 +54,31 @@ class Undrawable(store.StoreError):
     """A result whose values cannot be drawn, as those of a foreign file."""
 
 
-def render(sources: Sequence[Path], target: Path, *, force: bool = False) -> bool | None:
-    """Draw a result, or several of one experiment together if that says how.
+def render(source: Path, target: Path, *, force: bool = False) -> bool:
+    """Draw a result into a file whose suffix is the format, unless the image there is up to date.
 
-    Where a certificate is beside a result, what that proves is marked.
-
-    Parameters
-    ----------
-    sources : sequence of Path
-        Result files.
-    target : Path
-        Image; its suffix is the format.
-    force : bool, optional
-        Draw even where the image is up to date.
-
-    Returns
-    -------
-    bool or None
-        Whether it was drawn; None where the experiment does not say how to draw several.
-
-    Raises
-    ------
-    StoreError
-        A result cannot be read, or the figure not written.
+    Whether it was drawn; `force` draws it even so. Where a certificate is beside the result, what
+    that proves is marked. StoreError where the result cannot be read, or the figure not written.
     """
-    experiment = str(store.attributes(sources[0])["experiment"])
-    if len(sources) > 1 and not hasattr(experiments.drawing(experiment), "draw_together"):
-        return None
-    origin = drawn_from(sources, experiment)
+    origin = drawn_from(source, str(store.attributes(source)["experiment"]))
     if not force and kept(target, origin):
         return False
     files.make_way(target)
-    results = [storage.marked(store.load(each), storage.beside(each)) for each in sources]
+    result = storage.marked(store.load(source), storage.beside(source))
     try:
-        drawn = image(results, target.suffix[1:], target.stem, origin)
+        drawn = image(result, target.suffix[1:], origin)
     except Undrawable as error:
-        raise Undrawable.of(sources[0], str(error)) from error
+        raise Undrawable.of(source, str(error)) from error
     files.write(target, drawn)
     return True
 
 
-def drawn_from(sources: Sequence[Path], experiment: str) -> str:
-    """Fingerprint of all that an image of some results of an experiment depends on."""
+def drawn_from(source: Path, experiment: str) -> str:
+    """Fingerprint of all that the image of a result of an experiment depends on."""
     drawing = inside("experiments", experiment, "draw.py")
     own = [inside("render", name) for name in ("__init__.py", "captions.py")]
-    certificates = map(storage.certificate_of, sources)
-    parts = [files.content(each) if each.is_file() else b"" for each in (*sources, *certificates)]
+    every = source, storage.certificate_of(source)
+    parts = [files.content(each) if each.is_file() else b"" for each in every]
     parts += [STYLE.read_bytes(), code_hash_of(drawing, *own).encode()]
     parts += [installed.version(name).encode() for name in LIBRARIES]
     digests = (hashlib.sha256(part).digest() for part in parts)
@@ -114,36 +95,22 @@ def kept(target: Path, origin: str) -> bytes | None:
     return found if whole and origin.encode() in found else None
 
 
-def image(results: Sequence[Any], suffix: str, title: str = "", origin: str = "") -> bytes:
-    """Draw a loaded result, or several together under a title, as the bytes of a file.
+def image(result: Loaded, suffix: str, origin: str = "") -> bytes:
+    """Draw a loaded result as the bytes of a file, whose format is one of `ENDS`.
 
-    Its format is one of `ENDS`. It tells what it was drawn from, :func:`drawn_from`. Undrawable
-    is raised of values, of which the layout declares no range, that cannot be drawn.
+    It tells what it was drawn from, :func:`drawn_from`. Undrawable is raised of values, of which
+    the layout declares no range, that cannot be drawn.
     """
     # What the user's shell says of a display does not matter to a figure in a file, and an
     # unknown backend there would stop matplotlib's import.
     os.environ["MPLBACKEND"] = "agg"
     import matplotlib
 
-    first, *others = results
-    told = {**first["attributes"], "drawn_from": origin}
-    if others:
-        # Several results have no fingerprint of their own to be told by the image.
-        told |= {"name": title, "config_hash": "several"}
+    told = {**result["attributes"], "drawn_from": origin}
     with matplotlib.rc_context(fname=STYLE):
         try:
-            drawing = experiments.drawing(told["experiment"])
-            if others:
-                from rigidpend.config import writer
-
-                configs = [result["config"] for result in results]
-                # What each differs by from the others.
-                labels = [writer.label(config, configs) for config in configs]
-                figure = drawing.draw_together(list(zip(labels, results, strict=True)))
-            else:
-                figure = drawing.draw(first)
-            foot = captions.foot(str(told.get("name", "unnamed")), results)
-            return _image(figure, suffix, told, foot)
+            figure = experiments.drawing(told["experiment"]).draw(result)
+            return _image(figure, suffix, told, captions.foot(result))
         except OF_VALUES as error:
             raise Undrawable(f"cannot be drawn: {wording.error(error)}") from error
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping
 from typing import Any
 
 from rigidpend import experiments
@@ -20,13 +20,11 @@ def caption(experiment: str) -> str:
     return str(getattr(experiments.drawing(experiment), "CAPTION", ""))
 
 
-def foot(name: str, results: Sequence[Loaded]) -> list[str]:
-    """The lines at the foot of a figure: what one sees, the name, and what its results share."""
-    seen, stop, _ = caption(str(results[0]["attributes"]["experiment"])).partition(". ")
-    first, *others = (result["config"].get("problem", {}) for result in results)
-    if others:
-        first = {k: x for k, x in first.items() if all(x == other.get(k) for other in others)}
-    said = "; ".join(bodies({**results[0], "config": {"problem": first}}))
+def foot(result: Loaded) -> list[str]:
+    """The lines at the foot of a figure: what one sees, then the name and the body."""
+    attributes = result["attributes"]
+    seen, stop, _ = caption(str(attributes["experiment"])).partition(". ")
+    name, said = str(attributes.get("name", "unnamed")), "; ".join(bodies(result))
     return [*filter(None, [seen + stop.strip()]), f"{name}: {said}" if said else name]
 
 

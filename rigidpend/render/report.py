@@ -120,7 +120,7 @@ def _section(source: Path) -> ResultSection:
             certificate = beside(source)
         except store.StoreError as error:
             doubt = f"nothing is marked as proven: {remedies.told(error)}"
-        origin = render.drawn_from([source], str(result["attributes"]["experiment"]))
+        origin = render.drawn_from(source, str(result["attributes"]["experiment"]))
         drawn = render.kept(source.with_suffix(".png"), origin)
         return section(marked(result, certificate), drawn)._replace(doubt=doubt)
     except render.Undrawable as error:
@@ -148,7 +148,7 @@ def section(result: Any, drawn: bytes | None = None) -> ResultSection:
         name=str(attributes.get("name", "unnamed")),
         figure=str(attributes.get("figure", "")),
         experiment=experiment,
-        picture=picture(drawn or render.image([result], "png")),
+        picture=picture(drawn or render.image(result, "png")),
         caption=captions.caption(experiment),
         bodies=captions.bodies(result),
         tables=experiments.tables(experiment, result),

@@ -25,7 +25,7 @@ times its difference from the other one in 0.57/R, 0.55/R, 0.53/R and 0.95/R of 
 from __future__ import annotations
 
 import functools
-from collections.abc import Callable, Collection, Sequence
+from collections.abc import Callable, Sequence
 from typing import Any, NamedTuple, TypeAlias
 
 import numpy as np
@@ -73,6 +73,8 @@ class Decided(NamedTuple):
 
 Columns: TypeAlias = NDArray[np.intp]
 Compute: TypeAlias = Callable[[int, Scales, Any], Crossings]
+Third: TypeAlias = Callable[[Columns], Crossings]
+Most: TypeAlias = Callable[[int], int]
 Both: TypeAlias = Callable[[Columns], Sequence[Crossings]]
 Work: TypeAlias = Callable[[Columns], Decided]
 Share: TypeAlias = Callable[[Work, Columns, int], list[tuple[Columns, Decided]]]
@@ -110,7 +112,7 @@ def decide(
     precisions: tuple[int, ...],
     share: Share = undivided,
     both: Both | None = None,
-    single: Collection[int] = (),
+    most: Most = lambda _: 3,
 ) -> Decided:
     """Compute `n` columns, and those with an uncertain symbol again in higher precision.
 
@@ -134,15 +136,16 @@ def decide(
     both : callable, optional
         ``both(columns)`` gives the two computations in the first precision, of which none waits
         for the other. By default they come one after the other.
-    single : collection of int, optional
-        Precisions above the first in which one computation is all.
+    most : callable, optional
+        ``most(bits)`` is how many computations of a precision there are at most, from 1 to 3; of
+        the first precision at least 2.
     """
     least = precisions[0]
     both = both or (lambda columns: [compute(least, x, columns) for x in (FIRST, SECOND)])
 
     def settle(columns: Columns) -> Decided:
         first, second = both(columns)
-        third = functools.partial(compute, least, THIRD)
+        third = functools.partial(compute, least, THIRD) if most(least) > 2 else None
         certain = _established(first, second, rate, third, columns)
         return Decided(second, certain, np.full(columns.size, least, dtype=np.uint16))
 
@@ -152,7 +155,7 @@ def decide(
         np.concatenate([piece.certain for _, piece in pieces], axis=1),
         np.concatenate([piece.bits for _, piece in pieces]),
     )
-    climb(compute, found, rate, precisions[1:], single, share)
+    climb(compute, found, rate, precisions[1:], most, share)
     return found
 
 
@@ -161,7 +164,7 @@ def climb(
     found: Decided,
     rate: float,
     precisions: tuple[int, ...],
-    single: Collection[int] = (),
+    most: Most = lambda _: 3,
     share: Share = undivided,
 ) -> None:
     """Decide what is open further in higher precisions, from what is found on: in its place."""
@@ -169,21 +172,21 @@ def climb(
         left = np.flatnonzero(~found.certain.all(axis=0))
         if not left.size:
             break
-        further = functools.partial(_further, compute, found, rate, bits, bits in single)
+        further = functools.partial(_further, compute, found, rate, bits, most(bits))
         for columns, piece in share(further, left, bits):
             replace(found, columns, piece)
 
 
 def _further(
-    compute: Compute, found: Decided, rate: float, bits: int, once: bool, columns: Columns
+    compute: Compute, found: Decided, rate: float, bits: int, most: int, columns: Columns
 ) -> Decided:
     """Decide some columns in a precision, from what is found of them on.
 
     One computation is held against the last one of a lower precision; where these differ a second
-    one is held against the first, unless `once` says that one is all.
+    one is held against the first, and a third one against both, if there are so many.
     """
     known = part(found, columns)
-    for scales in (FIRST, SECOND)[: 1 if once else 2]:
+    for scales in (FIRST, SECOND)[:most]:
         open_ = np.flatnonzero(~known.certain.all(axis=0))
         if not open_.size:
             break
@@ -193,7 +196,7 @@ def _further(
             limits = LINEAR * np.exp2(np.minimum(0, more - GAP))
             certain = agreement(before, sharper, rate, limits)
         else:
-            third = functools.partial(compute, bits, THIRD)
+            third = functools.partial(compute, bits, THIRD) if most > 2 else None
             certain = _established(before, sharper, rate, third, columns[open_])
         decided = np.full(open_.size, bits, dtype=np.uint16)
         replace(known, open_, Decided(sharper, certain, decided))
@@ -201,10 +204,12 @@ def _further(
 
 
 def _established(
-    a: Crossings, b: Crossings, rate: float, third: Callable[[Any], Crossings], columns: Any
+    a: Crossings, b: Crossings, rate: float, third: Third | None, columns: Any
 ) -> NDArray[np.bool_]:
     """Mask of the symbols that computations of equal precision establish: two, or a third."""
     found = agreement(a, b, rate, CLOSE)
+    if third is None:
+        return found
     left = np.flatnonzero(~found[-1])
     near = agreement(columns_of(a, left), columns_of(b, left), rate, AGREEMENT)
     some = (near & ~found[:, left]).any(axis=0)

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from rigidpend.numbers import checked
 from rigidpend.numbers.exact import PRECISIONS
-from rigidpend.orbits.integrate import Crossings, Outcome, no_crossings
+from rigidpend.orbits.integrate import Crossings, Outcome
 from rigidpend.routes import certainty, costs
 from rigidpend.routes.certainty import Columns, Compute, Decided
 from rigidpend.routes.cycle import symbols
@@ -24,8 +24,8 @@ if TYPE_CHECKING:
 
 METHODS = ("auto", "map", "integration")
 """Ways in which codes are computed in double precision."""
-PIECE = 2048
-"""Columns of a piece where maps serve: they round alike where the pieces are."""
+PIECE = 2**19
+"""Passages of a piece where maps serve, which bounds the memory."""
 OFTEN = 0.1
 """Seconds of integration of a problem, in all calls, after which kept maps serve few orbits too.
 
@@ -151,9 +151,9 @@ def decided_by(maps: Maps, *, sampled: bool = True) -> Mapped:
     compute, left = with_maps(maps, run.crossings, precisions)
 
     def share(work: certainty.Work, columns: Columns, _: int) -> list[tuple[Columns, Decided]]:
-        return in_pieces(work, columns, PIECE, run.jobs)
+        return in_pieces(work, columns, max(1, PIECE // (run.problem.n_symbols + 1)), 1)
 
-    known = certainty.decide(compute, n, rate, within, share, single=maps.single)
+    known = certainty.decide(compute, n, rate, within, share, most=maps.most)
     open_ = np.flatnonzero(~known.certain.all(axis=0))
     beyond = tuple(p for p in precisions if p > maps.most_bits)
     if open_.size and beyond:
@@ -193,10 +193,7 @@ def with_maps(
 
     def compute(bits: int, scales: Scales, columns: Columns) -> Crossings:
         if not maps.serve(bits, scales):
-            if scales != certainty.THIRD or bits >= max(precisions):
-                return by_integration(bits, scales, columns)
-            # The next precision settles them, by one computation.
-            return no_crossings(maps.problem.n_symbols + 1, len(columns))
+            return by_integration(bits, scales, columns)
         found = maps.crossings(bits, scales, columns)
         outside = np.flatnonzero(found.outcome != Outcome.COMPLETE)
         if outside.size and bits in precisions:

@@ -11,6 +11,7 @@ import math
 import warnings
 from collections.abc import Sequence
 
+from rigidpend.numbers.checked import GAP
 from rigidpend.numbers.exact import PRECISIONS
 from rigidpend.orbits.integrate.arithmetic import PAIRS, kernel_bits
 from rigidpend.routes.problem import RouteProblem, narrowness, passage_rotations, whisker_growth
@@ -30,14 +31,17 @@ SHARPER, SHARPEST = 64, 80
 """Bits of the first map that decides what those in doubles leave open, in pairs of doubles.
 
 It has the larger number where passages are deep."""
-FINER = 8
-"""Bits by which the second map is sharper than the first, if it pays.
+CLOSEST = 8
+"""Bits by which two precisions differ at least, where one computation by each is to decide."""
+FINER = {SHARPER: (GAP, CLOSEST), SHARPEST: (CLOSEST,)}
+"""Bits by which the second map is sharper than the first, the most that pay.
 
 So they differ by what the first errs by, and one computation by each settles nearly as much as do
-those of two precisions: of eight bodies drawn by lot they left 0 to 16 of 20,000 orbits open. Of 80
-and 88 bits they left 2 to 18 of four bodies, and 102, 199 and 206 of three whose passages take 20
-to 28 rotations. Of 64 bits and of doubles they left 1, 12 and 140 open of three bodies whose tables
-converge slowly, where those of 72 bits would take longer than they may."""
+those of two precisions: of 17 bodies drawn by lot maps of 64 and 75 bits left 0 to 4 of 20,000
+orbits open, where those of 64 and 72 left up to 17. Of 80 and 88 bits they left 2 to 18 of four
+bodies, and 102, 199 and 206 of three whose passages take 20 to 28 rotations. Of 64 bits and of
+doubles they left 1, 12 and 140 open of three bodies whose tables converge slowly, where those of 72
+bits would take longer than they may."""
 DEEP = 9.5
 """Rotations in a passage from which on it is.
 
@@ -134,8 +138,8 @@ def at_stake(problem: RouteProblem, orbits: int, precisions: Sequence[int] = PRE
 def wanted(problem: RouteProblem) -> tuple[tuple[int, int], ...]:
     """Bits of the first map and of the second; fewer where these do not settle or pay."""
     least = (SHARPEST, SHARPER) if passage_rotations(problem) >= DEEP else (SHARPER,)
-    pairs = ((bits, second) for bits in least for second in (bits + FINER, 53))
-    return *pairs, (53, 53)
+    seconds = {bits: (*(bits + more for more in FINER[bits]), 53) for bits in least}
+    return *((bits, second) for bits in least for second in seconds[bits]), (53, 53)
 
 
 def budget(problem: RouteProblem, orbits: int, precisions: Sequence[int] = PRECISIONS) -> float:

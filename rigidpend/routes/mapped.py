@@ -13,7 +13,7 @@ import contextlib
 import functools
 import math
 import threading
-from typing import Any, NamedTuple
+from typing import Any, NamedTuple, TypeAlias
 
 import numpy as np
 
@@ -34,9 +34,9 @@ from rigidpend.orbits.return_map.build import (
 )
 from rigidpend.orbits.return_map.precision import precision
 from rigidpend.orbits.return_map.program import Program
-from rigidpend.orbits.return_map.storage import is_kept
+from rigidpend.orbits.return_map.storage import build_apart, is_kept
 from rigidpend.routes import certainty, costs
-from rigidpend.routes.costs import FINER, wanted
+from rigidpend.routes.costs import CLOSEST, wanted
 from rigidpend.routes.phases import turned
 from rigidpend.routes.problem import RouteProblem
 from rigidpend.routes.run import Run
@@ -47,6 +47,10 @@ THIRDS = 100_000
 
 Its tables take 0.3 s of a core and more; it saves 0.8 microseconds an orbit in this call and in
 those that follow."""
+APART = 0.3
+"""Seconds of a core for the longest map from which on others are made beside it, by processes.
+
+These take as long to begin."""
 DESIGNS = {certainty.FIRST: FIRST, certainty.SECOND: SECOND, certainty.THIRD: THIRD}
 """The map in the place of an integration in some scales, with the same unit of M."""
 
@@ -73,6 +77,10 @@ def expected_tables(problem: RouteProblem, orbits: int, most: float) -> float:
 def _bits_of(design: Design, pair: tuple[int, int]) -> int:
     """The bits of the map of a design, given those of the first and of the second."""
     return pair[design == SECOND]
+
+
+Task: TypeAlias = tuple[Design, int]
+"""A design, and the bits of its map."""
 
 
 class Maps:
@@ -103,7 +111,7 @@ class Maps:
     ) -> None:
         self.run, self.problem, self.kept = run, run.problem, kept
         self._lock, self._ready = threading.Lock(), dict[tuple[int, Design], Program]()
-        self._budgets = dict[tuple[int, Design], float]()
+        self._budgets = dict[Task, float]()
         self.designs = designs_of(run.orbits)
         most = costs.budget(run.problem, run.orbits, run.arithmetic.precisions)
         self._settle(most if least_time else math.inf)
@@ -136,22 +144,35 @@ class Maps:
         One computation is only worth as much as it is sharper than the one before it.
         """
         precisions = self.run.arithmetic.precisions
-        far = all(abs(p - bits) >= FINER for p in precisions)
+        far = all(abs(p - bits) >= CLOSEST for p in precisions)
         return bits in precisions or (bits < max(precisions) and far)
 
     def _make(self, pair: tuple[int, int], most: float) -> None:
-        """Make maps of all designs side by side, if they are expected to take no more."""
+        """Make maps of all designs, side by side where that pays, if they may take so long."""
         tasks = [(design, _bits_of(design, pair)) for design in self.designs]
         which = self.problem.body, *self.problem.energies
-        if self.kept and not all(is_kept(*which, own, design) for design, own in tasks):
+        missing = [(design, bits) for design, bits in tasks if not is_kept(*which, bits, design)]
+        if self.kept and missing:
             raise MapError("none is kept")
-        if most < math.inf:
-            expected = [expected_cost(*which, own, design) for design, own in tasks]
-            if sum(expected) > most:
-                raise Costly(sum(expected), most)
-            for (design, own), each in zip(tasks, expected, strict=True):
-                self._budgets[own, design] = most * each / sum(expected)
-        side_by_side(lambda task: self.made(*task), (), False, tasks, self.run.jobs)
+        expected = [expected_cost(*which, bits, design) for design, bits in tasks]
+        if sum(expected) > most:
+            raise Costly(sum(expected), most)
+        for task, each in zip(tasks, expected, strict=True):
+            self._budgets[task] = most * (each / sum(expected))
+        # The longest is made here, and the others beside it.
+        own = tasks[expected.index(max(expected))]
+        if self.run.jobs > 1 and len(missing) > 1 and max(expected) > APART:
+            side_by_side(self._prepare, (own, which), False, missing, self.run.jobs)
+        for task in tasks:
+            self.made(*task)
+
+    def _prepare(self, task: Task, own: Task, which: Any) -> None:
+        """Make a map that is made beside others: all but one by processes."""
+        if task == own:
+            self.made(*task)
+        else:
+            (body, *ends), (design, bits) = which, task
+            build_apart(body, ends, bits, design, self._budgets[task])
 
     @property
     def most_bits(self) -> int:
@@ -163,13 +184,17 @@ class Maps:
         """The precisions of the run with those of the maps among them."""
         return tuple(sorted({*self.run.arithmetic.precisions, *self.levels}))
 
-    @property
-    def single(self) -> set[int]:
-        """Bits of maps of which one computation is made, for a sharper one is to come.
+    def most(self, bits: int) -> int:
+        """The most computations of a precision.
 
-        A second one at the first map's bits would be by the second map, whose own are next.
+        By a map's own bits one, where a sharper one is to come: a second would be by the second
+        map, whose own bits are next. A third is by integration only in the last precision: before
+        it, the next one settles more.
         """
-        return {bits for bits in self.levels if bits < max(self.run.arithmetic.precisions)}
+        last = max(self.run.arithmetic.precisions)
+        if bits in self.levels and bits < last:
+            return 1
+        return 3 if bits == last or self.serve(bits, certainty.THIRD) else 2
 
     def serve(self, bits: int, scales: Scales) -> bool:
         """True if there is such a map; the others serve as many bits as the first if they can."""
@@ -192,7 +217,7 @@ class Maps:
             h=self.problem.energies,
             bits=bits,
             design=design,
-            budget=self._budgets.get((bits, design), math.inf),
+            budget=self._budgets.get((design, bits), math.inf),
         )
 
     def _program(self, bits: int, design: Design) -> Program:
@@ -204,7 +229,8 @@ class Maps:
                 starts, coarse = self.run.starts, 0.0
                 if bits == self.pair[0] < self.pair[1] and design == FIRST:
                     # By so much the second is sharper in any case, whatever its tables came to.
-                    coarse = 2.0**FINER * self.made(SECOND, self.pair[1]).errors.largest
+                    more = self.pair[1] - bits
+                    coarse = 2.0**more * self.made(SECOND, self.pair[1]).errors.largest
                 ends = starts.least if starts else self.problem, self.problem
                 least, most = (beginning(end, design, made.bits).Qp for end in ends)
                 self._ready[bits, design] = made.program(bits, least, most, coarse)
@@ -215,7 +241,8 @@ class Maps:
         begin = self._beginning(design, bits, columns)
         phase, height = self._begin(bits, design, begin, columns)
         Qp = begin.Qp + 0 * phase
-        found = kernel.follow(program, Qp, phase, height, self.problem.n_symbols + 1)
+        crossings = self.problem.n_symbols + 1
+        found = kernel.follow(program, Qp, phase, height, crossings, self.run.jobs)
         return found.time * _unit(design.unit, 53), found.separatrix
 
     def _beginning(self, design: Design, bits: int, columns: Any) -> Beginning:

@@ -18,7 +18,11 @@ from rigidpend.numbers.exact import Exact, ExactError, context, function
 MAX_SYMBOLS = 100_000
 """Symbols on an orbit at most."""
 LEAST = 1e-100
-"""Least h0, and least mu relative to it: what is smaller is lost in doubles."""
+"""Least mu relative to h0: what is smaller is lost in doubles."""
+FARTHEST = 1e6
+"""Largest energy, and one over the least.
+
+Of larger ones series of high order overflow; of smaller ones the longest step is short."""
 OF_SYMBOL = 11
 """Bytes of a result for each symbol: itself, whether it is certain, separatrix, crossing time."""
 SMALLEST_RATIO = "1e-500"
@@ -27,6 +31,20 @@ SMALLEST_RATIO = "1e-500"
 
 class ProblemError(ParameterError):
     """A value that the problem excludes."""
+
+
+def check_energy(name: str, h: Exact, mu: Exact) -> None:
+    """Refuse an energy that is not above mu, or that other units would bring closer to 1."""
+    m = context(113)
+    energy = h.in_context(m)
+    if not energy > mu.in_context(m):
+        raise ProblemError(name, f"{name} > mu is broken: {name} = {h}, mu = {mu}")
+    if not 1 / m.mpf(FARTHEST) <= energy <= FARTHEST:
+        raise ProblemError(
+            name,
+            f"{name} = {h} is outside of {1 / FARTHEST} to {FARTHEST:g}: take other units;"
+            f" {name} and mu times a number, actions times its root, are the same problem",
+        )
 
 
 @dataclass(frozen=True)
@@ -51,10 +69,7 @@ class RouteProblem:
             object.__setattr__(self, name, checked.number(name, getattr(self, name), ProblemError))
         m = context(113)
         h0, mu = self.h0.in_context(m), self.body.mu.in_context(m)
-        if not h0 > mu:
-            raise ProblemError("h0", f"h0 > mu is broken: h0 = {self.h0}, mu = {self.body.mu}")
-        if not LEAST < h0 < 1 / m.mpf(LEAST):
-            raise ProblemError("h0", f"h0 = {self.h0} is outside of {LEAST} to {1 / LEAST}")
+        check_energy("h0", self.h0, self.body.mu)
         if 0 < mu < LEAST * h0:
             message = f"mu = {self.body.mu} is below {LEAST} h0, where doubles lose it; mu = 0?"
             raise ProblemError("mu", message)

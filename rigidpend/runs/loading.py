@@ -10,7 +10,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
 from pathlib import Path
-from typing import Any, NamedTuple, TypeVar
+from typing import Any, TypeVar
 
 from pydantic import ValidationError
 
@@ -20,7 +20,6 @@ from rigidpend.config.complaints import Complaint, ConfigError, Origin, meant
 from rigidpend.config.overrides import Sweep
 from rigidpend.config.reader import Document
 from rigidpend.config.schema import ExperimentConfig
-from rigidpend.numbers.exact import Exact
 from rigidpend.orbits.integrate import arithmetic
 from rigidpend.runs import provenance
 
@@ -37,8 +36,6 @@ class LoadedConfig:
     experiment: str
     content: ExperimentConfig
     """Instance of the experiment's schema."""
-    sweeps: tuple[Sweep, ...] = ()
-    """Sweeps that the file asks for; the content has none of their values."""
 
     def resolved(self) -> dict[str, Any]:
         """All values, defaults included, as plain JSON data; numbers exact."""
@@ -55,22 +52,6 @@ class LoadedConfig:
         asked = self.content.numerics_asked
         return (asked["engine"] or arithmetic.DEFAULT_ENGINE) if asked else ""
 
-    def with_engine(self, engine: str, tolerance: Exact | None = None) -> LoadedConfig:
-        """The same config, computed by that engine, at its own tolerance or that one."""
-        content: Any = self.content
-        asked = {"engine": engine} | ({"tolerance": tolerance} if tolerance else {})
-        numerics = content.numerics.model_copy(update=asked)
-        return replace(self, content=content.model_copy(update={"numerics": numerics}))
-
-
-class Group(NamedTuple):
-    """The configs that one file stands for: one, or each combination of a sweep."""
-
-    path: Path
-    title: str
-    """Name of all of them together."""
-    members: Sequence[LoadedConfig]
-
 
 def resolved_yaml(config: LoadedConfig) -> str:
     """Write a config with all its defaults as YAML, which :func:`load` reads as the same config.
@@ -82,9 +63,7 @@ def resolved_yaml(config: LoadedConfig) -> str:
     from rigidpend.config.schema import WRITTEN
 
     dumped = config.content.model_dump(mode="json", context=WRITTEN, exclude={"figure"})
-    text = writer.to_yaml(dumped, type(config.content))
-    swept = (f"  {sweep.key}: [{', '.join(sweep.values)}]\n" for sweep in config.sweeps)
-    return f"{text}\nsweep:\n{''.join(swept)}" if config.sweeps else text
+    return writer.to_yaml(dumped, type(config.content))
 
 
 def load(path: Path, settings: Sequence[str] = ()) -> LoadedConfig:
@@ -113,11 +92,6 @@ def _loaded(
             overrides.override(document, setting, origin)
         except ConfigError as error:
             document.complaints += error.complaints
-    own: list[Sweep] = []
-    try:
-        own = overrides.taken_from(document)
-    except ConfigError as error:
-        document.complaints += error.complaints
     experiment = _experiment(document)
     model = experiments.schema(experiment)
     try:
@@ -126,49 +100,44 @@ def _loaded(
         raise validation.config_error(document, model, error.errors()) from None
     if document.complaints:
         raise ConfigError(document.complaints)
-    return LoadedConfig(path.stem, experiment, content, tuple(own))
+    return LoadedConfig(path.stem, experiment, content)
 
 
-def load_groups(
+def load_swept(
     paths: Sequence[Path],
     settings: Sequence[str] = (),
     sweeps: Sequence[str] = (),
     name: str | None = None,
-) -> list[Group]:
-    """Load several configs, with their sweeps; the complaints about all are raised together.
+) -> list[list[LoadedConfig]]:
+    """Load the configs that each file stands for: itself, or each combination of a sweep.
 
-    Options are ``KEY=VALUE`` and ``KEY=VALUE,VALUE``, the latter in place of the file's own sweeps
-    of the same keys. The name is that of the result of a single file, or the beginning of its
-    results' names.
+    Options are ``KEY=VALUE`` and ``KEY=VALUE,VALUE``; complaints about all are raised together. The
+    name is that of the result of a single file, or the beginning of its results' names.
     """
     if name is not None:
         overrides.checked_name(name, Origin("--name"))
     options = [overrides.option(text) for text in sweeps]
-    calls = [partial(_group, path, settings, options, name) for path in paths]
+    calls = [partial(_swept, path, settings, options, name) for path in paths]
     return _together(calls, [path.stem for path in paths])
 
 
-def _group(
-    path: Path, settings: Sequence[str], options: Sequence[Sweep], name: str | None
-) -> Group:
+def _swept(
+    path: Path, settings: Sequence[str], sweeps: Sequence[Sweep], name: str | None
+) -> list[LoadedConfig]:
     document = _read(path)
-    base = _loaded(path, copy.deepcopy(document), settings)
-    given = {sweep.key: sweep for sweep in (*base.sweeps, *options)}
-    if not given:
-        [base] = _titled(path, [base], settings)
-        return Group(path, name or base.name, [replace(base, name=name or base.name)])
-    every = overrides.variants(list(given.values()))
+    # One without an ending and of no further settings, where nothing is swept.
+    every = overrides.variants(sweeps)
     # Read once: of a thousand members the file is the same.
     members = _together(
         [partial(_loaded, path, copy.deepcopy(document), settings, x.settings) for x in every],
         [path.stem] * len(every),
     )
-    names = [f"{name or base.name}{variant.ending}" for variant in every]
-    for each in names:
-        overrides.checked_name(each, Origin("sweep"))
-    swept = [replace(x, name=n, sweeps=()) for x, n in zip(members, names, strict=True)]
-    names = [name or base.name, *overrides.short_names(list(given))]
-    return Group(path, "_".join(names), _titled(path, swept, list(given)))
+    # The file's own name, before the ending, may be any that a file can have.
+    for variant in every if sweeps else ():
+        overrides.checked_name(variant.ending, Origin("sweep"))
+    names = [f"{name or path.stem}{variant.ending}" for variant in every]
+    found = [replace(x, name=n) for x, n in zip(members, names, strict=True)]
+    return _titled(path, found, [*settings, *(sweep.key for sweep in sweeps)])
 
 
 def _together(calls: Sequence[Callable[[], Result]], names: Sequence[str]) -> list[Result]:

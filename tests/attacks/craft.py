@@ -12,8 +12,8 @@ import h5py
 import numpy as np
 
 from rigidpend.machine.files import sealed, unsealed
+from tests.cli.calls import REFERENCE
 
-REFERENCE = Path(__file__).resolve().parents[2] / "results" / "reference"
 SECRET = b"a secret that must not be told, in 40 bytes"
 
 Change = Callable[[Any, Path], Any]
@@ -79,7 +79,6 @@ def soft_link(target: str) -> Change:
 
 
 def replaced(place: str, values: Any, **how: Any) -> Change:
-    """Another dataset in the place of one."""
     return lambda file, _: (file.pop(place), file.create_dataset(place, data=values, **how))
 
 
@@ -217,13 +216,9 @@ ATTACKS: dict[str, Callable[[Path], bytes]] = {
     "name an array": attack(attribute("/", "name", [1, 2, 3])),
     "name a formula": attack(attribute("/", "name", "$\\frac{$"), "fig2"),
     "figure markup": attack(attribute("/", "figure", "<script>"), "fig2"),
-    "attribute of nothing": attack(attribute("/", "extra", h5py.Empty("f8"))),
     "attribute a structure": attack(attribute("data/case1/t", "extra", STRUCTURE)),
     "attribute a reference": attack(lambda file, _: file.attrs.__setitem__("x", file["data"].ref)),
     "units a number": attack(attribute("data/vertices/J1", "units", 3.5), "fig2"),
-    "no data": attack(lambda file, _: file.pop("data")),
-    "no config": attack(lambda file, _: file.pop("config")),
-    "no provenance": attack(lambda file, _: file.pop("provenance")),
     "more at the root": attack(lambda file, _: file.create_group("more")),
     "format version of many": attack(attribute("/", "format_version", [1, 1])),
 }

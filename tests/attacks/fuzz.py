@@ -9,7 +9,7 @@ from pathlib import Path
 
 from rigidpend.machine.files import sealed, unsealed
 from rigidpend.results import store
-from tests.attacks.craft import REFERENCE
+from tests.cli.calls import REFERENCE
 
 NAMES = ("fig2", "fig4", "precession", "fig5")
 HEADS = 4096
@@ -37,16 +37,7 @@ def spent() -> float:
 def watched(
     folder: Path, count: int, seed: int, seal: bool
 ) -> tuple[list[tuple[str, float]], float]:
-    """Fuzz so many files, one after the other, and read each.
-
-    Returns
-    -------
-    list of tuple
-        What is said of each, empty where it was read, and the seconds of the processor that it
-        took, in this process and those that it started.
-    float
-        The peak of memory of this process and its own, MB.
-    """
+    """Fuzz and read so many files: what is said of each, its seconds, and the peak, MB."""
     chance, found = random.Random(seed), []
     images = [unsealed((REFERENCE / f"{name}.h5").read_bytes()) or b"" for name in NAMES]
     path = folder / "fuzzed.h5"

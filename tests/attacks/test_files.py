@@ -14,7 +14,7 @@ import pytest
 from rigidpend import render
 from rigidpend.results import store
 from tests.attacks import craft, fuzz, lot
-from tests.cli.calls import call
+from tests.cli.calls import REFERENCE, call
 
 SECONDS, MEGABYTES = 2.0, 500
 """What a reader may need of the processor, with what it starts, and of memory."""
@@ -62,7 +62,7 @@ def test_an_attack_is_a_sentence_or_a_figure(
         return
     # What is made as a result, with values that are none, ends where it is drawn.
     try:
-        render.image([result], "png")
+        render.image(result, "png")
     except render.Undrawable:
         assert name not in DRAWN
     else:
@@ -75,7 +75,7 @@ def test_no_command_tells_what_another_file_holds(
 ) -> None:
     results = tmp_path / "results"
     craft.written(results, "external storage", seal=True).rename(results / "fig5.h5")
-    shutil.copy(craft.REFERENCE / "fig2.h5", results / "fig2.h5")
+    shutil.copy(REFERENCE / "fig2.h5", results / "fig2.h5")
     monkeypatch.setattr(render, "PIXELS", 800)
     for command, code in (
         (["report"], 1),

@@ -2,9 +2,13 @@
 
 from __future__ import annotations
 
+import contextlib
 import os
+import resource
+import signal
 import subprocess
 import sys
+from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
@@ -23,6 +27,9 @@ LIMITED = UNTRACED | {"PYTHONDONTWRITEBYTECODE": "1"}
 """The same where files may not be long: Python 3.11 keeps what of compiled code finds room, and
 every later process fails that imports it."""
 
+OF_CHECKOUT = os.environ | {"PYTHONPATH": str(Path(__file__).resolve().parents[2])}
+"""Where a program in another folder finds this package and its tests."""
+
 Done = subprocess.CompletedProcess[str]
 
 
@@ -38,3 +45,40 @@ def call(folder: Path, *arguments: str) -> Done:
     assert "Traceback" not in done.stderr, done.stderr
     assert "\x1b" not in done.output
     return Done(arguments, done.exit_code, done.stdout, done.stderr)
+
+
+def started(folder: Path, *arguments: str) -> subprocess.Popen[str]:
+    """A command in a session of its own, as from a shell that waits for it."""
+    return subprocess.Popen(
+        [sys.executable, "-W", "error", "-m", "rigidpend", *arguments],
+        cwd=folder,
+        env=UNTRACED,
+        stdout=subprocess.DEVNULL,
+        stderr=subprocess.PIPE,
+        text=True,
+        start_new_session=True,
+        # Tests may be started in the background, where Ctrl-C is ignored.
+        preexec_fn=lambda: signal.signal(signal.SIGINT, signal.SIG_DFL),
+    )
+
+
+def succeeded(folder: Path, *arguments: str) -> Done:
+    """The same, which must end well."""
+    done = call(folder, *arguments)
+    assert done.returncode == 0, done.stderr + done.stdout
+    return done
+
+
+@contextlib.contextmanager
+def short_files(most: int) -> Iterator[None]:
+    """No file may be larger than so many bytes, as where no room is left on a disk."""
+    before = resource.getrlimit(resource.RLIMIT_FSIZE)
+    with pytest.MonkeyPatch.context() as patch:
+        # Of compiled code as much would be kept as finds room, and Git would leave a lock.
+        patch.setattr(sys, "dont_write_bytecode", True)
+        patch.setenv("PATH", "")
+        resource.setrlimit(resource.RLIMIT_FSIZE, (most, before[1]))
+        try:
+            yield
+        finally:
+            resource.setrlimit(resource.RLIMIT_FSIZE, before)

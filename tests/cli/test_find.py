@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 
 from rigidpend.routes import symbolic
-from tests.cli.calls import call
+from tests.cli.calls import call, succeeded
 from tests.remembered import remembered
 
 ROOT = Path(__file__).resolve().parents[2]
@@ -18,8 +18,7 @@ ROOT = Path(__file__).resolve().parents[2]
 def test_a_code_gives_a_phase(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(symbolic, "find_orbit", remembered(symbolic.find_orbit))
     asked = ("--code", "0^11 1^10", "--digits", "12")
-    done = call(ROOT, "find", "fig4", *asked)
-    assert done.returncode == 0
+    done = succeeded(ROOT, "find", "fig4", *asked)
     # Lines that go on in the next one begin with spaces.
     lines = [line for line in done.stdout.splitlines() if not line.startswith(" ")]
     rows = dict(line.split(maxsplit=1) for line in lines)

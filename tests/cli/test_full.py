@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 import os
-import resource
 import shutil
 import subprocess
 import sys
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
+from unittest.mock import Mock
 
 import pytest
 
@@ -17,7 +17,7 @@ from rigidpend import render
 from rigidpend.cli import common
 from rigidpend.machine import cache
 from rigidpend.runs.parts import Parts
-from tests.cli.calls import LIMITED, REFERENCE, call
+from tests.cli.calls import LIMITED, REFERENCE, call, short_files, succeeded
 from tests.config.samples import SMALL, written
 
 FULL = Path("/dev/full")
@@ -27,7 +27,6 @@ KEPT = "rigidpend.machine.cache.KeptFileWarning"
 
 
 def streams(folder: Path, *arguments: str, **how: Any) -> subprocess.CompletedProcess[str]:
-    """A command whose streams lead somewhere else."""
     return subprocess.run(
         # What cannot be kept in the user's cache is told by a warning, and is another matter.
         [sys.executable, "-W", "error", "-W", f"ignore::{KEPT}", "-m", "rigidpend", *arguments],
@@ -46,7 +45,7 @@ def test_a_full_stdout_is_one_sentence_and_a_full_stderr_no_reason_not_to_comput
     small: Path,
 ) -> None:
     with FULL.open("w") as full:
-        done = streams(small, "completion", "zsh", stdout=full, stderr=subprocess.PIPE)
+        done = streams(small, "run", "--help", stdout=full, stderr=subprocess.PIPE)
         said = done.stderr.splitlines()[-1]
         assert (done.returncode, said) == (1, "rigidpend: No space left on device")
         assert "Exception" not in done.stderr
@@ -68,14 +67,8 @@ def test_a_disk_that_is_full_for_figures_is_one_sentence(
     (small / "results").mkdir()
     shutil.copy(REFERENCE / "fig2.h5", small / "results")
     monkeypatch.setattr(render, "PIXELS", 300)
-    # Of compiled code as much would be kept as finds room.
-    monkeypatch.setattr(sys, "dont_write_bytecode", True)
-    before = resource.getrlimit(resource.RLIMIT_FSIZE)
-    resource.setrlimit(resource.RLIMIT_FSIZE, (1000, before[1]))
-    try:
+    with short_files(1000):
         done = call(small, "render", "fig2")
-    finally:
-        resource.setrlimit(resource.RLIMIT_FSIZE, before)
     assert done.returncode == 1
     assert done.stderr.endswith("fig2.png: cannot be written: File too large\n")
     assert [x.name for x in (small / "results").iterdir()] == ["fig2.h5"]
@@ -88,11 +81,9 @@ def test_a_config_whose_result_would_have_too_long_a_name_is_one_sentence(tmp_pa
     assert "File name too long" in done.stderr
 
 
-def test_an_error_of_ours_without_room_for_a_log_is_said(monkeypatch: pytest.MonkeyPatch) -> None:
-    def full(_: BaseException) -> Path:
-        raise OSError(28, "No space left on device")
-
-    said = common.sentence(ZeroDivisionError("mine"), full)
+def test_an_error_of_ours_without_room_for_a_log_is_said() -> None:
+    full = OSError(28, "No space left on device")
+    said = common.sentence(ZeroDivisionError("mine"), Mock(side_effect=full))
     assert said.endswith("please report it; no log could be written: No space left on device")
 
 
@@ -108,8 +99,7 @@ def test_what_is_no_regular_file_makes_room_or_is_left_alone(
     (out / "elsewhere").write_text("mine")
     for place in ("fig.log", ".fig.parts", ".fig.h5.abc.part"):
         make(out / place)
-    done = call(tmp_path, "run", "fig.yaml", "--out", "out", "-j", "1")
-    assert done.returncode == 0, done.stderr
+    succeeded(tmp_path, "run", "fig.yaml", "--out", "out", "-j", "1")
     assert (out / "elsewhere").read_text() == "mine"
     assert (out / "fig.h5").is_file()
     assert (out / "fig.log").is_file()

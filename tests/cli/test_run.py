@@ -13,6 +13,7 @@ import sys
 from pathlib import Path
 from types import SimpleNamespace
 from typing import Any
+from unittest.mock import Mock
 
 import pytest
 
@@ -20,7 +21,7 @@ from rigidpend.cli import run
 from rigidpend.machine import progress, workers
 from rigidpend.results import store
 from rigidpend.runs import runner
-from tests.cli.calls import ENVIRONMENT, Done, call
+from tests.cli.calls import ENVIRONMENT, Done, call, succeeded
 from tests.config.samples import SMALL, changed, written
 
 
@@ -29,7 +30,6 @@ def state(path: Path) -> tuple[bytes, int]:
 
 
 def lines(path: Path) -> list[str]:
-    """A log without its times."""
     return [line.split(maxsplit=1)[1] for line in path.read_text().splitlines()]
 
 
@@ -61,8 +61,7 @@ def test_no_result_depends_on_the_jobs(desk: Path, result: Path) -> None:
     """The same again by --force on two processors, in another folder."""
     (desk / "forced").mkdir()
     shutil.copy(result, desk / "forced")
-    done = call(desk, "run", "fig4", "--force", "-j", "2", "--out", "forced")
-    assert done.returncode == 0, done.stderr
+    done = succeeded(desk, "run", "fig4", "--force", "-j", "2", "--out", "forced")
     assert done.stderr.startswith("fig4: computing (--force), ")
     one, two = (store.load(x)["data"] for x in (result, desk / "forced" / "fig4.h5"))
     fields = [(array, name) for array in one for name in one[array]]
@@ -76,8 +75,7 @@ def test_a_read_only_folder_of_configs_is_enough(tmp_path: Path) -> None:
     path = written(tmp_path / "configs", SMALL, "mine.yaml")
     path.chmod(0o444)
     (tmp_path / "configs").chmod(0o555)
-    done = call(tmp_path, "run", "mine")
-    assert done.returncode == 0, done.stderr
+    succeeded(tmp_path, "run", "mine")
     assert (tmp_path / "results" / "mine.h5").is_file()
     assert [x.name for x in (tmp_path / "configs").iterdir()] == ["mine.yaml"]
 
@@ -134,17 +132,13 @@ numerics: {precisions: [53]}
 
 
 @pytest.mark.slow
-def test_the_first_failure_ends_a_run(failing: Path) -> None:
+def test_the_first_failure_ends_a_run_that_does_not_keep_going(failing: Path) -> None:
     done = call(failing, "run", "a.yaml", "c.yaml", "--out", "other", "--json")
     assert done.returncode == 1
     assert [entry["status"] for entry in json.loads(done.stdout)] == ["failed", "not run"]
     assert done.stderr.splitlines()[-1].startswith("rigidpend: a: ")
     assert not (failing / "other" / "c.h5").exists()
     assert "failed: " in lines(failing / "other" / "a.log")[-1]
-
-
-@pytest.mark.slow
-def test_a_run_that_keeps_going_computes_the_rest(failing: Path) -> None:
     done = call(failing, "run", "a.yaml", "b.yaml", "c.yaml", "-k", "--json")
     assert done.returncode == 1
     a, b, c = json.loads(done.stdout)
@@ -176,8 +170,7 @@ def test_long_configs_have_processes_of_their_own_side_by_side(
     monkeypatch.setattr(workers, "apart", apart)
     monkeypatch.setattr(run, "LONG", 0.0)
     given = ("run", "b.yaml", "c.yaml", "-j", "2", "--json", "--out", ".")
-    done = call(tmp_path, *given)
-    assert done.returncode == 0, done.stderr
+    done = succeeded(tmp_path, *given)
     assert [x["status"] for x in json.loads(done.stdout)] == ["computed", "computed"]
     assert begun == [1, 1]
     for name in ("b", "c"):
@@ -215,10 +208,7 @@ def test_the_longest_come_first_and_a_killed_process_leaves_nothing_half_written
 def test_an_interrupted_run_has_its_document_too(
     desk: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    def interrupt(*_: Any, **__: Any) -> None:
-        raise KeyboardInterrupt
-
-    monkeypatch.setattr(runner, "run", interrupt)
+    monkeypatch.setattr(runner, "run", Mock(side_effect=KeyboardInterrupt))
     done = call(desk, "run", "small.yaml", "fig2", "--json", "--out", "interrupted")
     assert done.returncode == 130
     assert [one["status"] for one in json.loads(done.stdout)] == ["interrupted", "not run"]

@@ -11,7 +11,7 @@ from PIL import Image
 
 from rigidpend.results import store
 from rigidpend.runs import provenance
-from tests.cli.calls import REFERENCE, call
+from tests.cli.calls import REFERENCE, call, succeeded
 from tests.config.samples import FIG4, SMALL, changed, written
 
 
@@ -39,18 +39,27 @@ STATUS = {
 
 @pytest.mark.slow
 def test_list_names_every_config_with_its_experiment_and_status(place: Path) -> None:
-    done = call(place, "list")
-    assert (done.returncode, done.stderr) == (0, "")
-    assert all(len(line) <= 80 for line in done.stdout.splitlines())
-    rows = {line.split()[0]: line for line in done.stdout.splitlines()}
+    listed = call(place, "list")
+    assert (listed.returncode, listed.stderr) == (0, "")
+    lines = listed.stdout.splitlines()
+    assert all(len(line) <= 80 for line in lines)
+    rows = {line.split()[0]: line for line in lines}
     assert {FIG4.stem, "fig1", "fig2", *STATUS} <= set(rows)
     for name, status in STATUS.items():
         assert rows[name].split()[1] == "route_codes"
         assert rows[name].endswith(f"  {status}")
     assert " - " in rows["d_bad"]
-    said = " ".join(done.stdout.split())
+    said = " ".join(listed.stdout.split())
     assert f"cannot be used: {Path('configs', 'd_bad.yaml')}:7:7: problem.mu: " in said
     assert f"cannot be used: {Path('results', 'e_damaged.h5')}: " in said
+    # Of another folder of results.
+    told = json.loads(call(place, "list", "--out", "none", "--json").stdout)
+    by_name = {entry["name"]: entry for entry in told}
+    done = by_name["a_done"]
+    assert (done["status"], done["reason"]) == ("to run", "no result yet")
+    assert done["file"] == str(Path("none", "a_done.h5"))
+    assert by_name["d_bad"]["status"] == "cannot be used"
+    assert (done["in_all"], by_name["m_slow"]["in_all"]) == (True, False)
 
 
 @pytest.mark.slow
@@ -83,50 +92,31 @@ def test_what_is_uncertain_is_said_at_the_end_and_in_the_list(tmp_path: Path) ->
 
 
 @pytest.mark.slow
-def test_list_can_look_at_other_results(place: Path) -> None:
-    done = call(place, "list", "--out", "none", "--json")
-    by_name = {entry["name"]: entry for entry in json.loads(done.stdout)}
-    assert by_name["a_done"]["status"] == "to run"
-    assert by_name["a_done"]["reason"] == "no result yet"
-    assert by_name["a_done"]["file"] == str(Path("none", "a_done.h5"))
-    assert by_name["d_bad"]["status"] == "cannot be used"
-    assert (by_name["a_done"]["in_all"], by_name["m_slow"]["in_all"]) == (True, False)
-
-
-@pytest.mark.slow
-def test_describe_prints_what_follows_from_the_parameters(tmp_path: Path) -> None:
+def test_describe_has_the_rows_and_as_json_the_config_and_its_hash_too(tmp_path: Path) -> None:
     done = call(tmp_path, "describe", "fig4")
     assert (done.returncode, done.stderr) == (0, "")
     assert all(len(line) <= 80 for line in done.stdout.splitlines())
     lines = (line.split(maxsplit=1) for line in done.stdout.splitlines()[1:])
     rows = dict(words for words in lines if len(words) == 2)
-    assert rows["alpha0"].split()[1] == "rad"
-    assert float(rows["alpha0"].split()[0]) == pytest.approx(1.9106332362490186, rel=1e-15)
-    assert float(rows["kappa"].split()[0]) == pytest.approx(4 / 3, rel=1e-15)
+    assert rows["alpha0"].split()[:2] == ["1.9106332362490186", "rad"]
     assert "  Melnikov zeros      1.5630503595" in done.stdout
     # Of the theory besides.
     assert rows["regime"].split()[0] == "iv"
-    assert float(rows["multipliers"].split(",")[0]) == pytest.approx(9.22061, abs=1e-5)
-
-
-@pytest.mark.slow
-def test_describe_as_json_has_the_config_its_hash_and_the_rows(tmp_path: Path) -> None:
     done = call(tmp_path, "describe", "fig4", "--json", "--set", "problem.mu=1/3")
     [described] = json.loads(done.stdout)
     assert described["config"]["problem"]["mu"] == "1/3"
     assert described["config_hash"] == provenance.config_hash(described["config"])
     assert {row["name"] for row in described["rows"]} >= {"A", "r", "mu", "alpha0", "h0"}
     everything = json.loads(call(tmp_path, "describe", "all", "--json").stdout)
-    rows = {one["name"]: {row["name"] for row in one["rows"]} for one in everything}
-    assert {"fig1", "fig4", "fig5"} <= set(rows)
+    told = {one["name"]: {row["name"] for row in one["rows"]} for one in everything}
+    assert set(told) >= {"fig1", "fig4", "fig5"}
     # Of a body without weight there is no theory.
-    assert [name for name in ("fig1", "fig4") if "Melnikov zeros" in rows[name]] == ["fig4"]
+    assert [name for name in ("fig1", "fig4") if "Melnikov zeros" in told[name]] == ["fig4"]
 
 
 @pytest.mark.slow
 def test_a_png_says_which_result_it_shows(desk: Path, result: Path) -> None:
-    done = call(desk, "render", "fig4", "--out", "deep/results")
-    assert done.returncode == 0, done.stderr
+    succeeded(desk, "render", "fig4", "--out", "deep/results")
     attributes = store.attributes(result)
     with Image.open(result.with_suffix(".png")) as image:
         told = {key: x for key, x in image.info.items() if isinstance(x, str)}

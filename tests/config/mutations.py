@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import copy
 import random
 from collections.abc import Iterator
 from typing import Any
@@ -34,41 +35,41 @@ def trees() -> list[Any]:
 
 def mutated(tree: Any, chance: random.Random) -> str:
     """The text of a tree after one to four changes."""
-    copy = _copied(tree)
+    changed = copy.deepcopy(tree)
     for _ in range(chance.randint(1, 4)):
-        _change(copy, chance)
-    return _top(copy)
+        _change(changed, chance)
+    return _top(changed)
 
 
 def settings(tree: Any, chance: random.Random) -> list[str]:
     """Some options ``a.b=VALUE``: places of a tree, or nearly, and any value."""
     made = []
     for _ in range(chance.randint(1, 3)):
-        place = [str(x) for x in chance.choice(list(_places(tree, ())))]
+        place = list(chance.choice([x for x, _ in _nodes(tree)]))
         if place and chance.random() < 0.2:
             place[chance.randrange(len(place))] = chance.choice(["", "x", "7", "-1", "A", "mu"])
         made.append(f"{'.'.join(place)}={_text(chance.choice(VALUES))}")
     return made
 
 
-def _places(node: Any, place: tuple[Any, ...]) -> Iterator[tuple[Any, ...]]:
-    yield place
-    inner = node.items() if isinstance(node, dict) else enumerate(node)
+def _nodes(node: Any, place: tuple[str, ...] = ()) -> Iterator[tuple[tuple[str, ...], Any]]:
+    """All that a tree holds, each with its place."""
+    yield place, node
     if isinstance(node, dict | list):
-        for key, value in inner:
-            yield from _places(value, (*place, key))
+        for key, inner in node.items() if isinstance(node, dict) else enumerate(node):
+            yield from _nodes(inner, (*place, str(key)))
 
 
 def _change(tree: Any, chance: random.Random) -> None:
     """Write, delete, double, rename or exchange something, anywhere."""
-    holder: Any = chance.choice(list(_holders(tree)))
+    holder = chance.choice([x for _, x in _nodes(tree) if isinstance(x, dict | list)])
     keys: list[Any] = list(holder) if isinstance(holder, dict) else list(range(len(holder)))
     if not keys:
         return
     key, other = chance.choice(keys), chance.choice(keys)
     kind = chance.randrange(6)
     if kind < 2:
-        holder[key] = _copied(chance.choice(VALUES))
+        holder[key] = copy.deepcopy(chance.choice(VALUES))
     elif kind == 2:
         del holder[key]
     elif kind == 3:
@@ -83,26 +84,11 @@ def _change(tree: Any, chance: random.Random) -> None:
         holder.append(holder[key])
 
 
-def _holders(node: Any) -> Iterator[Any]:
-    if isinstance(node, dict | list):
-        yield node
-        for inner in list(node.values()) if isinstance(node, dict) else node:
-            yield from _holders(inner)
-
-
-def _copied(node: Any) -> Any:
-    if isinstance(node, dict):
-        return {key: _copied(value) for key, value in node.items()}
-    return [_copied(value) for value in node] if isinstance(node, list) else node
-
-
 def _top(tree: Any) -> str:
-    """Lines `key: value`, values in brackets."""
     return "".join(f"{key}: {_text(value)}\n" for key, value in tree.items())
 
 
 def _text(node: Any) -> str:
-    """A node in YAML's flow style, texts as they are, right or wrong."""
     if isinstance(node, dict):
         return "{" + ", ".join(f"{key}: {_text(value)}" for key, value in node.items()) + "}"
     if isinstance(node, list):

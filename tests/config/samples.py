@@ -73,7 +73,6 @@ def refused(path: Path, settings: Sequence[str] = ()) -> list[Complaint]:
 
 
 def content(kind: type[C], path: Path, settings: Sequence[str] = ()) -> C:
-    """The checked content of a config of that experiment."""
     found = loading.load(path, settings).content
     assert isinstance(found, kind)
     return found

@@ -13,7 +13,6 @@ from tests.config.samples import FIG4, SMALL, TEXT, written
 
 @pytest.fixture
 def here(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
-    """An empty working directory."""
     monkeypatch.chdir(tmp_path)
     return tmp_path
 
@@ -87,13 +86,18 @@ def test_an_unknown_name_is_answered_with_a_near_one_or_with_all(
     assert ("fig1, fig2" in said(name)) == (name == "zzzzzz")
 
 
-@pytest.mark.parametrize("name", ["absent.yaml", "absent.yml", "configs/fig4.yaml"])
-def test_a_path_that_is_not_there_is_said(here: Path, name: str) -> None:
-    assert said(name) == f"{name}: there is no such file"
+@pytest.mark.usefixtures("here")
+@pytest.mark.parametrize("name", ["", ".", "./", "/", ".."])
+def test_no_name_and_a_folder_are_no_config(name: str) -> None:
+    assert said(name).startswith(f"{name or repr(name)}: no such config; known are ")
 
 
-def test_a_folder_or_a_device_is_not_a_file(here: Path) -> None:
+def test_what_is_no_file_is_said(here: Path) -> None:
     (here / "folder.yaml").mkdir()
     (here / "zero.yaml").symlink_to("/dev/zero")
-    told = "folder.yaml: a folder, not a file\nzero.yaml: not a file"
-    assert said("folder.yaml", "zero.yaml") == told
+    told = {
+        **dict.fromkeys(("absent.yaml", "a.yml", "configs/fig4.yaml"), "there is no such file"),
+        "folder.yaml": "a folder, not a file",
+        "zero.yaml": "not a file",
+    }
+    assert said(*told).splitlines() == [f"{name}: {reason}" for name, reason in told.items()]

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from fractions import Fraction
 from pathlib import Path
 from typing import Any
 
@@ -11,57 +10,46 @@ import pytest
 from rigidpend.config import catalogue
 from rigidpend.experiments.route_codes.schema import Config
 from rigidpend.runs import loading
-from tests.config.samples import FIG4, changed, content, refused, written
+from tests.config.samples import FIG4, TEXT, changed, content, refused, written
 
-
-def problem_with(*settings: str) -> Any:
-    return loading.load(FIG4, settings).content.problem
-
-
-def test_a_value_is_replaced_and_the_rest_stays() -> None:
-    loaded = loading.load(FIG4, ["problem.mu=1e-10"])
-    expected = loading.load(FIG4).resolved()
-    expected["problem"]["mu"] = "1/10000000000"
-    expected["figure"] = ""
-    assert loaded.resolved() == expected
-    assert loaded.name == "fig4"
+LEFT, RIGHT = (
+    {"start": start, "step": step, "count": count}
+    for start, step, count in (("0", "1/10", 63), ("3*pi/40", "1/100", 32))
+)
+ONE, ARRAY = "{start: 0, step: 1/2, count: 3}", {"start": "0", "step": "1/2", "count": 3}
+WHOLE, COUNT = f"problem.arrays={{left: {ONE}}}", "problem.arrays.left.count=5"
 
 
 @pytest.mark.parametrize(
-    ("setting", "value"),
+    ("settings", "key", "expected"),
     [
-        ("problem.mu=0.1", Fraction(1, 10)),
-        ("problem.mu= 1/3 ", Fraction(1, 3)),
-        ("problem.mu='2e-3'", Fraction(1, 500)),
-        ("problem.mu=1e-3 # as printed", Fraction(1, 1000)),
+        (["problem.mu=1e-10"], "mu", "1/10000000000"),
+        (["problem.mu= 1/3 "], "mu", "1/3"),
+        (["problem.mu='2e-3'"], "mu", "1/500"),
+        (["problem.mu=2e-3 # as printed"], "mu", "1/500"),
+        (["problem.A.2=1.75"], "A", ["2", "1", "7/4"]),
+        (["problem.A=[3, 1, 2.5]"], "A", ["3", "1", "5/2"]),
+        ([f"problem.arrays={{one: {ONE}}}"], "arrays", {"one": ARRAY}),
+        ([f"problem.arrays.new={ONE}"], "arrays", {"left": LEFT, "right": RIGHT, "new": ARRAY}),
+        # Later ones win.
+        (["problem.mu=0.1", "problem.mu=0.2"], "mu", "1/5"),
+        ([COUNT, WHOLE], "arrays", {"left": ARRAY}),
+        ([WHOLE, COUNT], "arrays", {"left": {**ARRAY, "count": 5}}),
     ],
 )
-def test_values_are_typed_as_in_the_file(setting: str, value: Fraction) -> None:
-    assert problem_with(setting).mu.fraction == value
-
-
-ONE = "{start: 0, step: 1/2, count: 3}"
-
-
-@pytest.mark.parametrize(
-    ("setting", "key", "expected"),
-    [
-        ("problem.A.2=1.75", "A", ["2", "1", "7/4"]),
-        ("problem.A=[3, 1, 2.5]", "A", ["3", "1", "5/2"]),
-        (f"problem.arrays={{one: {ONE}}}", "arrays", ["one"]),
-        (f"problem.arrays.new={ONE}", "arrays", ["left", "right", "new"]),
-    ],
-)
-def test_an_entry_a_whole_list_or_a_mapping_is_replaced_or_added(
-    setting: str, key: str, expected: list[str]
+def test_a_value_a_whole_list_or_a_mapping_is_replaced_or_added_and_the_rest_stays(
+    settings: list[str], key: str, expected: Any
 ) -> None:
-    assert list(loading.load(FIG4, [setting]).resolved()["problem"][key]) == expected
+    loaded, resolved = loading.load(FIG4, settings), loading.load(FIG4).resolved()
+    resolved["problem"][key], resolved["figure"] = expected, ""
+    assert (loaded.name, loaded.resolved()) == ("fig4", resolved)
 
 
-def test_a_part_that_the_file_leaves_out_is_made(tmp_path: Path) -> None:
-    text = FIG4.read_text(encoding="utf-8")
-    path = written(tmp_path, text[: text.index("numerics:")])
-    assert content(Config, path, ["numerics.engine=scipy"]).numerics.engine == "scipy"
+def test_what_the_file_leaves_out_or_has_wrong_can_be_set(tmp_path: Path) -> None:
+    bare = written(tmp_path, TEXT[: TEXT.index("numerics:")])
+    assert content(Config, bare, ["numerics.engine=scipy"]).numerics.engine == "scipy"
+    wrong = written(tmp_path, changed("mu: 0.001", "mu: x"))
+    assert content(Config, wrong, ["problem.mu=0"]).problem.mu.fraction == 0
 
 
 def test_the_word_that_the_settings_show_for_a_default_is_taken() -> None:
@@ -70,18 +58,6 @@ def test_the_word_that_the_settings_show_for_a_default_is_taken() -> None:
     assert problem.model_dump(include={"half_turns", "approach", "h0"}) == dict.fromkeys(
         ("h0", "half_turns", "approach")
     )
-
-
-def test_later_settings_win() -> None:
-    assert problem_with("problem.mu=0.1", "problem.mu=0.2").mu.fraction == Fraction(1, 5)
-    whole = "problem.arrays={left: {start: 0, step: 1, count: 2}}"
-    assert problem_with("problem.arrays.left.count=5", whole).arrays["left"].count == 2
-    assert problem_with(whole, "problem.arrays.left.count=5").arrays["left"].count == 5
-
-
-def test_what_is_wrong_in_the_file_can_be_set_right(tmp_path: Path) -> None:
-    path = written(tmp_path, changed("mu: 0.001", "mu: x"))
-    assert content(Config, path, ["problem.mu=0"]).problem.mu.fraction == 0
 
 
 REFUSED = """
@@ -107,11 +83,6 @@ def test_a_wrong_setting_is_named_with_what_is_wrong(case: str) -> None:
     setting, said = case.split(" | ")
     [problem] = refused(FIG4, [setting])
     assert str(problem).startswith(f"--set {setting}: {said}")
-
-
-def test_a_word_that_is_none_of_some_is_told_with_the_one_that_was_meant() -> None:
-    [problem] = refused(FIG4.parent / "route_map.yaml", ["problem.rows.axis=log10_J1"])
-    assert str(problem).endswith("got 'log10_J1'; did you mean log10_J1_0?")
 
 
 def test_the_file_s_own_errors_keep_their_places(tmp_path: Path) -> None:

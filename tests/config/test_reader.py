@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+import re
 from pathlib import Path
 
 import pytest
 
 from rigidpend.config import complaints, reader
+from rigidpend.config.complaints import ConfigError
 from rigidpend.runs import loading
 from tests.config.samples import FIG4, TEXT, changed, complaint, refused, written
 
@@ -39,37 +41,26 @@ def test_a_huge_file_is_not_parsed(tmp_path: Path, monkeypatch: pytest.MonkeyPat
     assert str(problem) == f"{path}: larger than {reader.MAX_BYTES} bytes, which no config is"
 
 
-@pytest.mark.parametrize(
-    ("content", "line"),
-    [
-        (b"\x89HDF\r\n\x1a\n\0\0\0", 1),
-        (bytes(range(256)), 2),
-        (TEXT.encode("utf-16"), 1),
-        (TEXT.replace("none", "öde").encode("latin-1"), 10),
-    ],
-    ids=["HDF5", "all bytes", "UTF-16", "Latin-1"],
-)
-def test_what_is_not_utf8_is_refused_with_its_line(
-    tmp_path: Path, content: bytes, line: int
-) -> None:
-    path = written(tmp_path, content)
+KEYS = "expected keys: experiment, problem"
+NO_CONFIGS: dict[str | bytes, str] = {
+    b"\x89HDF\r\n\x1a\n\0\0\0": ":1:1: not text in UTF-8",
+    bytes(range(256)): ":2:1: not text in UTF-8",
+    TEXT.encode("utf-16"): ":1:1: not text in UTF-8",
+    TEXT.replace("none", "öde").encode("latin-1"): ":10:1: not text in UTF-8",
+    **{f"{x}\n": f":1:1: {KEYS}\n    {x}\n    ^" for x in ("words", '"quoted"', "true")},
+    "- a\n- b\n": f":1:1: {KEYS}\n    - a\n    ^",
+    **dict.fromkeys(("# a\n", ""), f": {KEYS}"),
+}
+"""Contents of files, and what is said behind their path."""
+
+
+@pytest.mark.parametrize("text", NO_CONFIGS, ids=range(len(NO_CONFIGS)))
+def test_what_holds_no_keys_is_refused_with_its_line(tmp_path: Path, text: str | bytes) -> None:
+    path = written(tmp_path, text)
     [problem] = refused(path)
-    assert str(problem) == f"{path}:{line}:1: not text in UTF-8"
-
-
-@pytest.mark.parametrize("content", ["words\n", "- a\n- b\n", '"quoted"\n', "true\n", "# a\n", ""])
-def test_what_is_no_mapping_says_what_is_expected(tmp_path: Path, content: str) -> None:
-    path = written(tmp_path, content)
-    [problem] = refused(path)
-    expected = complaint(path, content, 0, "", "expected keys: experiment, problem")
-    assert str(problem) == expected or content in ("# a\n", "")
-    assert problem.message == "expected keys: experiment, problem"
-
-
-def test_what_cannot_be_opened_says_why(tmp_path: Path) -> None:
-    [absent] = refused(tmp_path / "none.yaml")
+    assert str(problem) == f"{path}{NO_CONFIGS[text]}"
+    absent, folder = (refused(x)[0] for x in (tmp_path / "none.yaml", tmp_path))
     assert str(absent) == f"{tmp_path / 'none.yaml'}: cannot be read: No such file or directory"
-    [folder] = refused(tmp_path)
     assert str(folder) == f"{tmp_path}: cannot be read: Is a directory"
 
 
@@ -115,6 +106,23 @@ def test_faults_before_the_end_of_what_is_yaml_are_said_with_it(tmp_path: Path) 
     first, last = refused(written(tmp_path, changed("mu: 0.001", "mu: *a") + "a: b: c\n"))
     assert first.place == ("problem", "mu")
     assert last.message.startswith("not YAML: ")
+
+
+@pytest.mark.parametrize(
+    ("text", "told"),
+    [
+        ("a: [1, 2\nb: 3\n", "t:2:2: not YAML: expected ',' or ']', but got ':'.* in line 1$"),
+        ("a: 1\nb: 'x\nc: 2\n", "t:4:1: not YAML: found unexpected end.* begins in line 2$"),
+        ("a:\n  b: 1\n c: 2\n", "t:3:2: not YAML: expected <block end>.*start>'$"),
+        ("a: [1\n", "t:2:1: not YAML: .* begins in line 1$"),
+        ("a: [1 }\n", "t:1:7: not YAML: expected ',' or ']', but got '}'$"),
+        ("a: 1\nb: \a\n", "t:2:1: not YAML: unacceptable character #x0007"),
+    ],
+)
+def test_what_is_no_yaml_is_said_with_the_line_where_it_begins(text: str, told: str) -> None:
+    with pytest.raises(ConfigError) as caught:
+        reader.parse(text, "t")
+    assert re.match(told, str(caught.value).splitlines()[0])
 
 
 @pytest.mark.parametrize("value", ['"\\0"', '"\\e[31m"', '"\\ud800"', '"\\x85"'])

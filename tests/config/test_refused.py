@@ -17,9 +17,10 @@ r: [1, 1, 0] -> r: ^*a | problem.r | anchors and aliases are not read: write it 
 mu: 0.001 -> mu: ^!!float 0.001 | problem.mu | the tag tag:yaml.org,2002:float is not read
 numerics: -> ^---\nnumerics: | - | a second document; a config has one
 numerics: -> ? ^[a, b]\n: 1\nnumerics: | - | a key must be a plain word
-  mu: 0.001 -> ^\tmu: 0.001 | - | not YAML: found character '\t' that cannot start any token
+  mu: 0.001 -> ^\tmu: 0.001 | - | any token: write blanks in the place of the tab
 count: 32}\n\nnumerics: -> count: 32\nnumerics^: | - | not YAML: expected ',' or '}', but got ':'
 n_symbols: 15 -> ^n_symbls: 15 | problem.n_symbls | unknown key; did you mean n_symbols? (known: A
+n_symbols: 15 -> ^N_SYMBOLS: 15 | problem.N_SYMBOLS | unknown key; did you mean n_symbols? (known
 n_symbols: 15 -> ^zzz: 15 | problem.zzz | unknown key (known: A, r, mu, h0, J1_0, n_symbols, arrays)
 numerics: -> ^numeric: | numeric | did you mean numerics? (known: figure, experiment, problem, num
 problem:\n  A: [2, 1, 1.5]          # principal -> ^problem:\n  # principal | problem.A | required

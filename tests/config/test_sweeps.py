@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from pathlib import Path
 from typing import Any
+from unittest.mock import Mock
 
 import pytest
 
@@ -12,50 +13,38 @@ from rigidpend.config.complaints import ConfigError
 from rigidpend.config.overrides import Sweep
 from rigidpend.numbers.exact import Exact
 from rigidpend.runs import loading
-from tests.config.samples import FIG4, SMALL, refused, written
+from tests.config.samples import FIG4, SMALL, written
 
 
 def test_every_combination_has_a_result_named_by_its_values() -> None:
     given = ["problem.mu=1e-4,1e-3", "problem.J1_0=1e-8,1e-6,1e-7"]
-    [group] = loading.load_groups([FIG4], (), given)
-    assert group.title == "fig4_mu_J1_0"
-    assert [member.name for member in group.members] == [
+    [members] = loading.load_swept([FIG4], (), given)
+    assert [member.name for member in members] == [
         f"fig4_mu={mu}_J1_0={J1_0}" for mu in ("1e-4", "1e-3") for J1_0 in ("1e-8", "1e-6", "1e-7")
     ]
-    third = group.members[2].resolved()["problem"]
+    third = members[2].resolved()["problem"]
     assert (third["mu"], third["J1_0"]) == ("1/10000", "1/10000000")
     assert third["h0"] == loading.load(FIG4).resolved()["problem"]["h0"]
 
 
-def test_lists_and_expressions_are_values_too() -> None:
+def test_lists_and_expressions_are_values_too_and_names_tell_them() -> None:
     found = overrides.option("problem.A=[2, 1, 1.5],[3, 2, 2.5]")
     assert found[:2] == Sweep("problem.A", ("[2, 1, 1.5]", "[3, 2, 2.5]"))[:2]
-    endings = [variant.ending for variant in overrides.variants([found])]
-    assert endings == ["_A=2,1,1.5", "_A=3,2,2.5"]
-    [group] = loading.load_groups([FIG4], (), ["problem.arrays.left.step=1/10,pi/40"])
-    assert [member.name for member in group.members] == ["fig4_step=1over10", "fig4_step=piover40"]
-
-
-def test_a_config_can_ask_for_its_sweep(tmp_path: Path) -> None:
-    path = written(tmp_path, f"{SMALL}\nsweep:\n  problem.mu: [1e-4, 1e-3]\n", "mine.yaml")
-    [group] = loading.load_groups([path])
-    assert [member.name for member in group.members] == ["mine_mu=1e-4", "mine_mu=1e-3"]
-    # An option takes the place of the file's own values of the same key.
-    [other] = loading.load_groups([path], (), ["problem.mu=1,0.5"], "named")
-    assert [member.name for member in other.members] == ["named_mu=1", "named_mu=0.5"]
-    assert loading.resolved_yaml(loading.load(path)).endswith(
-        "\nsweep:\n  problem.mu: [1e-4, 1e-3]\n"
-    )
-
-
-def test_values_are_written_as_in_a_config() -> None:
     data = {"a": (1, 2.5, True, None), "b": {"c": "x"}}
     assert overrides.in_one_line(data) == "{a: [1, 2.5, true, null], b: {c: x}}"
-
-
-def test_keys_that_end_alike_are_told_in_full() -> None:
+    # Keys that end alike are told in full.
     keys = ["problem.arrays.left.step", "problem.arrays.right.step", "problem.A.0"]
     assert overrides.short_names(keys) == [*keys[:2], "A.0"]
+    endings = [variant.ending for variant in overrides.variants([found])]
+    assert endings == ["_A=2,1,1.5", "_A=3,2,2.5"]
+    [members] = loading.load_swept([FIG4], (), ["problem.arrays.left.step=1/10,pi/40"])
+    assert [member.name for member in members] == ["fig4_step=1over10", "fig4_step=piover40"]
+
+
+def test_a_file_of_any_name_can_be_swept(tmp_path: Path) -> None:
+    path = written(tmp_path, SMALL, "my body (2).yaml")
+    [found] = loading.load_swept([path], (), ["problem.mu=1e-4,1/2"])
+    assert [x.name for x in found] == ["my body (2)_mu=1e-4", "my body (2)_mu=1over2"]
 
 
 @pytest.mark.parametrize(
@@ -66,6 +55,7 @@ def test_keys_that_end_alike_are_told_in_full() -> None:
         ("problem.mu=1,1", "the value 1 is given twice"),
         ("problem.mu=1,[2", "--sweep problem.mu=1,[2: not YAML"),
         ("problem.mu=1/2,1over2", "two values would have the same name"),
+        (f"problem.mu={0.5:.160f},0.1", "a name is made of up to 150 letters"),
         ("problem.mew=1,2", "--sweep problem.mew=1,2: problem.mew: unknown key (known: A, r, mu"),
         ("problem.mu=1e-4,5", "h0 > mu is broken"),
         ("problem.mu=" + ",".join(map(str, range(1001))), "more than 1000 combinations"),
@@ -73,69 +63,49 @@ def test_keys_that_end_alike_are_told_in_full() -> None:
 )
 def test_what_is_wrong_with_a_sweep_is_named(option: str, said: str) -> None:
     with pytest.raises(ConfigError) as caught:
-        loading.load_groups([FIG4], (), [option])
+        loading.load_swept([FIG4], (), [option])
     assert said in str(caught.value)
 
 
-@pytest.mark.parametrize(
-    ("section", "said"),
-    [
-        ("3", "expected keys with lists of values"),
-        ("{problem.mu: 3}", "a sweep of problem.mu needs two values or more"),
-        ("{sweep.problem.mu: [1, 3]}", "cannot change the section sweep: write problem.mu"),
-        ("{problem: {mu: [1, 3]}}", "written whole, as in problem.mu: [1e-4, 1e-3]"),
-    ],
-)
-def test_a_section_of_another_form_is_refused(tmp_path: Path, section: str, said: str) -> None:
-    [complaint] = refused(written(tmp_path, f"{SMALL}\nsweep: {section}\n"))
-    assert complaint.place[0] == "sweep"
-    assert said in complaint.message
+NO_NAMES = ("", "a/b", "../x", "all", ".hidden", "x" * 200, "a\nb")
+TAKEN = ("fig5.certificate", "Fig5.Certificate")
+NAMES = dict.fromkeys(NO_NAMES, "a name is made of")
+NAMES |= dict.fromkeys(TAKEN, "--name: choose another name than")
+NAMES |= dict.fromkeys(("console", "nulls", "fig5.certificates", "a.b", "lpt"), "")
 
 
-@pytest.mark.parametrize("name", ["", "a/b", "../x", "all", ".hidden", "x" * 200, "a\nb"])
-def test_a_name_that_is_no_file_s_is_refused(name: str) -> None:
-    with pytest.raises(ConfigError, match="a name is made of"):
-        loading.load_groups([FIG4], (), (), name)
-
-
-@pytest.mark.parametrize(
-    "name",
-    ["fig5.certificate", "Fig5.Certificate", "CON", "nul", "com1.mine", "Lpt9", "a.", "fig5_."],
-)
-def test_a_name_that_is_of_something_else_is_refused(tmp_path: Path, name: str) -> None:
-    with pytest.raises(ConfigError, match="--name: choose another name than"):
-        loading.load_groups([FIG4], name=name)
-    # A file's name becomes that of its result.
-    with pytest.raises(ConfigError, match="choose another name than"):
-        loading.load(written(tmp_path, SMALL, f"{name}.yaml"))
-
-
-@pytest.mark.parametrize("name", ["console", "nulls", "fig5.certificates", "a.b", "lpt"])
-def test_a_name_that_only_begins_like_one_is_free(name: str) -> None:
-    [group] = loading.load_groups([FIG4], name=name)
-    assert group.members[0].name == name
+@pytest.mark.parametrize("name", NAMES)
+def test_a_name_that_is_no_file_s_or_of_something_else_is_refused(
+    tmp_path: Path, name: str
+) -> None:
+    """One that only begins like such a name is free."""
+    if not NAMES[name]:
+        [[member]] = loading.load_swept([FIG4], name=name)
+        assert member.name == name
+        return
+    with pytest.raises(ConfigError, match=NAMES[name]):
+        loading.load_swept([FIG4], name=name)
+    if name in TAKEN:
+        # A file's name becomes that of its result.
+        with pytest.raises(ConfigError, match="choose another name than"):
+            loading.load(written(tmp_path, SMALL, f"{name}.yaml"))
 
 
 def test_the_file_of_a_sweep_is_read_once(monkeypatch: pytest.MonkeyPatch) -> None:
-    read: list[Path] = []
     evaluated: list[str] = []
-    own, rounded = reader.read, Exact._rounded
-
-    def counted(path: Path) -> reader.Document:
-        read.append(path)
-        return own(path)
+    read, rounded = Mock(wraps=reader.read), Exact._rounded
 
     def noted(x: Exact, bits: int, guard: int) -> Any:
         evaluated.append(x.text)
         return rounded(x, bits, guard)
 
-    monkeypatch.setattr(reader, "read", counted)
+    monkeypatch.setattr(reader, "read", read)
     monkeypatch.setattr(Exact, "_rounded", noted)
     values = ",".join(f"{k}e-7" for k in range(1, 41))
-    [group] = loading.load_groups([FIG4], (), [f"problem.mu={values}"])
-    assert {member.content.figure for member in group.members} == {""}
+    [members] = loading.load_swept([FIG4], (), [f"problem.mu={values}"])
+    assert {member.content.figure for member in members} == {""}
     # Once for the sweep, and at most once more to learn which figure of the paper it was.
-    assert len(group.members) == 40 > 20 * len(read)
+    assert len(members) == 40 > 20 * read.call_count
     # Of a member: its mu where each condition on it stands, and what stands beside it there, h0,
     # J1_0 and J2_0; no phase, no A and no r, which all members share.
     assert len(evaluated) <= 42 * 15

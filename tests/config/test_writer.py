@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 
 from rigidpend.config import reader, writer
-from rigidpend.config.writer import BESIDE, WIDTH, changes, label, sentence
+from rigidpend.config.writer import BESIDE, WIDTH, changes, sentence
 from rigidpend.runs import loading, provenance
 from tests.config.samples import FIG4, written
 
@@ -74,10 +74,3 @@ def test_changes_are_told_from_what_to_what() -> None:
 def test_the_word_for_null_is_that_of_the_config() -> None:
     before, after = {"problem": {"beta0": None}}, {"problem": {"beta0": "1/2"}}
     assert sentence(changes(before, after)) == "problem.beta0 from gamma0 to 0.5"
-    assert label(before, [after]) == "beta0 = gamma0"
-
-
-def test_a_label_says_by_what_a_config_differs_from_others() -> None:
-    [group] = loading.load_groups([FIG4], (), ["problem.mu=1e-4,1e-2", "problem.n_symbols=3,4"])
-    configs = [member.resolved() for member in group.members]
-    assert label(configs[1], configs) == "mu = 1e-4, n_symbols = 4"

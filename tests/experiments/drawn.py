@@ -62,7 +62,6 @@ class Place(NamedTuple):
 
 
 def places(layout: Layout, data: Any) -> Iterator[Place]:
-    """The datasets of a result, those of fixed short dimensions component by component."""
     for path, _, field in fields(layout, data):
         yield from Place(path, field).components()
 
@@ -249,7 +248,6 @@ def _groups(tree: Any) -> Any:
 
 
 def _keys(said: str) -> set[str]:
-    """The places that are told of a dataset."""
     return {place.rstrip("=<") for place in said.split(", ")}
 
 
@@ -268,7 +266,6 @@ def _mark(new: Any, drawn: list[Any]) -> str:
 
 
 def names_of_axes(figure: Figure) -> dict[str, list[str]]:
-    """The names of the axes of each panel, and of the bar of colours."""
     return {
         panel: [axes.get_xlabel(), axes.get_ylabel()]
         for panel, axes in zip(PANELS, figure.axes, strict=False)

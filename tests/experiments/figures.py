@@ -25,19 +25,5 @@ def styled(draw: Callable[[Loaded], Figure], result: Loaded, *, laid_out: bool =
 
 
 def panel(figure: Figure, letter: str) -> Any:
-    """The panel whose title begins with a letter."""
     [found] = [x for x in figure.axes if x.get_title(loc="left").startswith(f"{letter})")]
     return found
-
-
-def check_on_page(figure: Figure) -> None:
-    """Hold that a figure, laid out, is no wider than a page, and no panel sticks out of it."""
-    assert figure.get_size_inches()[0] <= 7.2 + 1e-9
-    width, height = figure.bbox.size
-    for axes in figure.axes:
-        box = axes.get_tightbbox()
-        assert box is not None
-        assert box.x0 > -1
-        assert box.y0 > -1
-        assert box.x1 < width + 1
-        assert box.y1 < height + 1

@@ -26,7 +26,6 @@ OWN = {"bench": ("A1", "A2", "A3", "mu", "h0")}
 
 
 def signature(function: Any) -> str:
-    """The parameters of a function as they are written."""
     return str(inspect.signature(function)).replace("'", "")
 
 
@@ -52,7 +51,6 @@ def test_every_experiment_offers_what_the_contract_says(name: str) -> None:
 
 
 def fields(layout: Layout) -> Iterator[tuple[str, Field]]:
-    """All fields of a layout by name, in groups too."""
     for name, node in layout.items():
         assert name.strip("<>?").replace(" ", "_").isidentifier(), name
         if isinstance(node, Field):

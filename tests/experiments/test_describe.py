@@ -48,15 +48,12 @@ def test_numbers_are_numbers_for_programs_too() -> None:
     rows = described("fig4", "problem.mu=1/3")
     assert (rows["mu"].value, rows["mu"].number) == ("1/3", 1 / 3)
     assert rows["n_symbols"].number == 15
+    assert "mu" not in described("fig1"), "a body without weight"
     zeros = rows["Melnikov zeros"].number
     assert zeros == pytest.approx([1.563050, 4.704643], abs=1e-2)
     assert described("fig2")["separatrices"].number == pytest.approx(
         [-0.339837, 3.481430, 5.943348, 9.764615], abs=1e-6
     )
-
-
-def test_a_body_without_weight_is_told_no_mu() -> None:
-    assert "mu" not in described("fig1")
 
 
 PLANE = "problem.zooms={}", "problem.n_symbols=15"

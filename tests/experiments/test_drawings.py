@@ -17,6 +17,7 @@ from matplotlib.figure import Figure
 from matplotlib.text import Text
 
 from rigidpend import experiments
+from rigidpend.results import store
 from tests.cli.calls import REFERENCE
 from tests.experiments import drawn
 from tests.experiments.figures import styled
@@ -52,7 +53,7 @@ def test_each_dataset_is_seen_where_it_belongs_and_nowhere_else(name: str) -> No
 
 def words(figure: Figure) -> Iterator[Text]:
     """The texts that a drawing puts in places of its own, which matplotlib does not keep apart."""
-    legends = [*figure.legends]
+    legends = [x for part in (figure, *figure.subfigs) for x in part.legends]
     for axes in figure.axes:
         legends += filter(None, [axes.get_legend()])
         yield from (axes.xaxis.label, axes.yaxis.label)
@@ -61,14 +62,28 @@ def words(figure: Figure) -> Iterator[Text]:
     yield from figure.texts
 
 
+MEASURED = ("bench", "stress")
+"""Results that no config of a figure has."""
+
+
 @pytest.mark.slow
-@pytest.mark.parametrize("name", WHERE)
+@pytest.mark.parametrize("name", [*WHERE, *MEASURED])
 def test_words_are_on_the_page_and_none_is_upon_another(name: str) -> None:
-    result = reference(name)
+    measured = REFERENCE.parent / "measured" / f"{name}.h5"
+    result = store.load(measured) if name in MEASURED else reference(name)
     drawing = experiments.drawing(result["attributes"]["experiment"])
     made = styled(drawing.draw, result, laid_out=True)
     boxes = [x.get_window_extent() for x in words(made) if x.get_visible() and x.get_text()]
     assert made.get_figwidth() <= 7.2 + 1e-9
+    assert made.get_figheight() < 9.1
+    # Pixels; of two figures a frame is broad.
+    edge = 3 if name in ("asymptotic_orbits", "fig4") else 1
+    for axes in made.axes:
+        box = axes.get_tightbbox()
+        assert box is not None
+        assert min(box.x0, box.y0) > -edge
+        assert box.x1 < made.bbox.width + edge
+        assert box.y1 < made.bbox.height + edge
     for k, box in enumerate(boxes):
         assert 0 <= box.x0 < box.x1 <= made.bbox.width
         assert 0 <= box.y0 < box.y1 <= made.bbox.height

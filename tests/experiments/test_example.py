@@ -5,8 +5,6 @@ from __future__ import annotations
 import json
 import re
 import shutil
-import subprocess
-import sys
 from pathlib import Path
 
 import h5py
@@ -15,6 +13,7 @@ import pytest
 
 from rigidpend import Body
 from tests.cli.calls import UNTRACED
+from tests.processes import python
 
 ROOT = Path(__file__).resolve().parents[2]
 PAGE = (ROOT / "docs" / "experiments.md").read_text(encoding="utf-8")
@@ -48,15 +47,7 @@ print(json.dumps([(each.exit_code, each.output) for each in done]))
 
 def rigidpend(house: Path, *commands: str) -> list[tuple[int, str]]:
     """How commands of that copy end and what they print; a copy counts as covered in no case."""
-    done = subprocess.run(
-        [sys.executable, "-W", "error", "-c", COMMANDS, *commands],
-        cwd=house,
-        env={**UNTRACED, "PYTHONPATH": str(house)},
-        capture_output=True,
-        text=True,
-        timeout=120,
-        check=False,
-    )
+    done = python(house, "-c", COMMANDS, *commands, env={**UNTRACED, "PYTHONPATH": str(house)})
     assert done.returncode == 0, done.stderr
     return [tuple(each) for each in json.loads(done.stdout)]
 

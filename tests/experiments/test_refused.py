@@ -6,8 +6,9 @@ import re
 
 import pytest
 
+from rigidpend.config import catalogue
 from tests.config.samples import refused
-from tests.experiments.trees import CONFIGS, asked
+from tests.experiments.trees import asked
 
 PLANE = (
     "problem.theta2_0=1.2 problem.columns={axis: h0, ends: [1, 2], count: 3}"
@@ -15,6 +16,17 @@ PLANE = (
 )
 """A plane whose config gives columns."""
 REFUSED = {
+    "bench": {
+        "problem.methods=[scipy_dop854]": "problem.methods: no such method: 'scipy_dop854'",
+        "problem.problems=[code]": "problem.problems: no such problem: 'code'",
+        "search.tolerances=[1e-9, 1e-3]": "search.tolerances: expected tolerances that",
+        "search.tolerances=[1e-9, 0]": "search.tolerances: expected tolerances that",
+        "search.tolerances=[1]": "search.tolerances: a tolerance is at most 0.1",
+        "search.slowest=0": "search.slowest: expected seconds, more than 0",
+        "meeting.rounds=0": "meeting.rounds: input should be greater",
+        "bodies.methods=[]": "bodies.methods: expected at least",
+        "numerics.engine=scipy": "numerics: unknown key",
+    },
     "exponents": {"problem.n_symbols=11": "n_symbols must be at most 10"},
     "fig1": {
         "problem.A=[1, 2, 1.5]": "problem.A: A1 > A3 > A2 is broken",
@@ -49,6 +61,15 @@ REFUSED = {
         "problem.factor=9.22061431681464812345": "in at most 40 characters as a quotient, got 9.2",
     },
     "fig5": {"problem.n_wound=6": "problem.n_wound: n_wound = 6 is more than n_symbols = 5"},
+    "full_shift": {
+        "problem.mu=0": "mu > 0",
+        "problem.h=0.0005": "h > mu",
+        "problem.around=-1e-15": "a number from 0",
+        "problem.approach=b 0^15": "of starts of one h0",
+        "problem.h=null problem.h0=1.3342 problem.approach=a 0^8 2^9": "symbols are 0 and 1",
+        "problem.A=[2, 1.5, 1.5]": "A1 > A3 > A2 is broken",
+        "problem.r=[1, 1, 0.1]": "r3 = 0 is broken",
+    },
     "precession": {
         "problem.drawn=0.2": "problem.drawn: no such mu: 0.2 (known: 1e-5, 3e-5",
         "numerics.precisions=[53, 64]": "numerics.precisions: unknown key",
@@ -60,6 +81,7 @@ REFUSED = {
         "problem.rows={axis: gamma0, ends: [1, 2], count: 4}": "problem.rows",
         "problem.rows={axis: alpha0, ends: [1, 4], count: 4}": "pi > alpha0 > 0",
         "problem.rows={axis: h0, ends: [1/10000, 2], count: 4}": "h0 > mu",
+        "problem.rows.axis=log10_J1": "got 'log10_J1'; did you mean log10_J1_0?",
         "problem.n_symbols=251": "n_symbols of a plane must be at most 250",
         "problem.theta2_0.count=1": "count",
         "problem.theta2_0.cuont=1": "did you mean count",
@@ -73,6 +95,10 @@ REFUSED = {
         f"{PLANE} problem.zooms={{a: {{theta2_0: [4, 5], rows: [-8, -7]}}}}": "not theta2_0",
         f"{PLANE} problem.zooms={{a: {{columns: [2, 1], rows: [1, 2]}}}}": "zooms.a.columns",
     },
+    "closed_orbits": {
+        "problem.h=0.001": "problem.h: h > mu is broken: h = 0.001, mu = 0.001",
+        "problem.h=1e20": "problem.h: h = 1e20 is outside of 1e-06 to 1e+06",
+    },
     "splitting": {
         "problem.bodies.b.A=[2, 3, 1]": "problem.bodies.b.A: A1 > A3 > A2 is broken",
         "problem.bodies.b.r=[-1, 1, 0]": "problem.bodies.b.r: r1, r2 >= 0 is broken",
@@ -80,9 +106,14 @@ REFUSED = {
         "problem.mu=[0, 1e-4]": "problem.mu: mu must be more than 0",
         "problem.mu=[1e-4]": "problem.mu: expected at least 2",
         "problem.mu=[1e-4, 2]": "problem.h0: h0 > mu is broken: h0 = 1, mu = 2",
+        "problem.h0=1e20": "problem.h0: h0 = 1e20 is outside of 1e-06 to 1e+06: take other units",
         "problem.mu=[1e-200, 1e-4]": "problem.mu: mu = 1e-200 is below 1e-100 h0",
         "problem.drawn=z": "problem.drawn: no such body: z (known: a, fig4, b",
         "problem.phases=3": "problem.phases: input should be greater than or equal to 9",
+    },
+    "stress": {
+        "problem.honesty.tolerances=[1e-14, 1e-3]": "a spoilt tolerance is from 1e-13 to 0.01, got",
+        "problem.honesty.tolerances=[1e-3, 0.1]": "a spoilt tolerance is from 1e-13 to 0.01, got",
     },
 }
 """By config and settings, each of which begins with its part: the place and the reason told."""
@@ -91,7 +122,7 @@ REFUSED = {
 @pytest.mark.parametrize(("name", "setting"), [(x, y) for x in REFUSED for y in REFUSED[x]])
 def test_what_has_no_meaning_is_refused_where_it_is_written(name: str, setting: str) -> None:
     settings = re.split(r" (?=problem\.|numerics\.)", setting)
-    [found] = refused(CONFIGS / f"{name}.yaml", settings)
+    [found] = refused(catalogue.known()[name], settings)
     assert REFUSED[name][setting] in str(found)
 
 

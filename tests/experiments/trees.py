@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import copy
 import functools
-import operator
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
@@ -41,7 +40,8 @@ def settled(node: Field | Layout, tree: Any) -> Any:
 
 def asked(name: str, *settings: str) -> Any:
     """The checked content of a shipped config, with settings."""
-    return loading.load(CONFIGS / f"{name}.yaml", settings).content
+    [path] = CONFIGS.rglob(f"{name}.yaml")
+    return loading.load(path, settings).content
 
 
 def computed(given: Any, parts: list[str] | None = None, **means: Any) -> Any:
@@ -67,11 +67,12 @@ def made(given: Any, means: Means) -> Any:
 
 def reference(name: str) -> Loaded:
     """The stored reference of a config, read once, as each test's own."""
-    return copy.deepcopy(_reference(name))
+    return copy.deepcopy(shared_reference(name))
 
 
 @functools.cache
-def _reference(name: str) -> Loaded:
+def shared_reference(name: str) -> Loaded:
+    """The same for all tests, none of which may change it."""
     return store.load(REFERENCE / f"{name}.h5")
 
 
@@ -88,17 +89,6 @@ def from_file(folder: Path, experiment: str, tree: Any) -> Loaded:
 
 
 def with_change(data: Any, change: Callable[[Any], Any]) -> Any:
-    """A copy of the data of a result, changed."""
     other = copy.deepcopy(data)
     change(other)
     return other
-
-
-def shifted(data: Any, place: tuple[str, ...], by: float, at: int = 0) -> Any:
-    """A copy of the data of a result, of which one array is off at an index of its last axis."""
-
-    def change(other: Any) -> None:
-        array = functools.reduce(operator.getitem, place, other)
-        array[..., at] += np.asarray(by).astype(array.dtype)
-
-    return with_change(data, change)

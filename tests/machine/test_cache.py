@@ -8,6 +8,7 @@ import shutil
 import sys
 from collections.abc import Callable
 from pathlib import Path
+from unittest.mock import Mock
 
 import pytest
 
@@ -47,21 +48,18 @@ def test_what_is_damaged_or_of_nothing_is_told_and_removed(
     assert not one.exists()
 
 
-@pytest.mark.parametrize("of", [b"two", b"e", b"", b"onerigidpend keeps this for one"])
-def test_a_copy_of_another_is_told_and_not_believed_by_its_name(one: Path, of: bytes) -> None:
-    copy = one.with_name(cache.name_of(of))
-    shutil.copy(one, copy)
-    with pytest.warns(cache.KeptFileWarning, match=f"{copy}: of something else than its name says"):
-        assert cache.load_file(copy, of) is None
-    assert not copy.exists()
-
-
-def test_no_content_passes_for_what_it_is_of(tmp_path: Path) -> None:
+def test_a_copy_of_another_is_told_and_no_content_passes_for_what_it_is_of(one: Path) -> None:
     """Its length is under the digest too."""
-    path = tmp_path / "a"
-    cache.save_file(path, b"short", b"content" + cache.MARK + b"long, ")
-    with pytest.warns(cache.KeptFileWarning):
-        assert cache.load_file(path, b"long, " + cache.MARK + b"short") is None
+    mixed = b"short", b"long, " + cache.MARK + b"short"
+    cache.save_file(one.with_name("mixed"), mixed[0], b"content" + cache.MARK + b"long, ")
+    others = [(one, of) for of in (b"two", b"e", b"", b"onerigidpend keeps this for one")]
+    for source, of in (*others, (one.with_name("mixed"), mixed[1])):
+        copy = one.with_name(cache.name_of(of))
+        shutil.copy(source, copy)
+        said = f"{copy}: of something else than its name says"
+        with pytest.warns(cache.KeptFileWarning, match=said):
+            assert cache.load_file(copy, of) is None
+        assert not copy.exists()
 
 
 @pytest.mark.parametrize(
@@ -84,11 +82,12 @@ def test_only_regular_files_are_opened_and_what_is_there_makes_room(
         cache.save_file(path, b"one", b"new")
         assert cache.load_file(path, b"one") == b"new"
     assert cache.load_file(one, b"one") == b"content"
+    with pytest.raises(files.StoreError, match="a folder is in the place of a file: move it away"):
+        files.write(one.parent, b"")
 
 
 @pytest.fixture
 def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
-    """An empty cache of the test's own."""
     monkeypatch.setattr(sys, "platform", "linux")
     monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path / "cache"))
     assert cache.folder() == tmp_path / "cache" / "rigidpend"
@@ -105,15 +104,13 @@ def test_it_lies_where_the_user_s_programs_keep_theirs(
         assert cache.folder() == tmp_path / place / "rigidpend"
 
 
-def test_what_is_saved_is_loaded_by_what_it_is_of(folder: Path) -> None:
-    cache.save(folder / "maps", b"a", b"content", 999)
-    assert cache.load(folder / "maps", b"a") == b"content"
-    assert cache.load(folder / "maps", b"b") is None
-    assert cache.load(folder / "maps" / cache.name_of(b"a") / "below", b"a") is None
-
-
-def test_those_used_longest_ago_make_room(folder: Path) -> None:
+def test_what_is_saved_is_loaded_and_those_used_longest_ago_make_room(
+    folder: Path,
+) -> None:
     maps = folder / "maps"
+    cache.save(maps, b"a", b"content", 999)
+    assert (cache.load(maps, b"a"), cache.load(maps, b"b")) == (b"content", None)
+    assert cache.load(maps / cache.name_of(b"a") / "below", b"a") is None
     for k, of in enumerate((b"a", b"b", b"c")):
         cache.save(maps, of, bytes(1000), 10_000)
         os.utime(maps / cache.name_of(of), (k, k))
@@ -131,10 +128,8 @@ def test_those_used_longest_ago_make_room(folder: Path) -> None:
 def test_a_folder_that_cannot_be_written_is_told_once(
     folder: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    def full(*_: object, **__: object) -> None:
-        raise OSError(errno.ENOSPC, "No space left on device")
-
-    monkeypatch.setattr(files, "replace", full)
+    full = OSError(errno.ENOSPC, "No space left on device")
+    monkeypatch.setattr(files, "replace", Mock(side_effect=full))
     said = rf"^{folder}: nothing can be kept there \(No space left on device\)"
     with pytest.warns(cache.KeptFileWarning, match=said):
         cache.save(folder / "maps", b"a", b"content", 999)
@@ -180,8 +175,3 @@ def test_clearing_follows_no_link(folder: Path, tmp_path: Path) -> None:
     with pytest.raises(NotADirectoryError, match="a link, which is not followed"):
         cache.clear()
     assert (mine / "thesis").read_text() == "text"
-
-
-def test_a_folder_in_the_place_of_a_file_is_left_to_its_owner(tmp_path: Path) -> None:
-    with pytest.raises(files.StoreError, match="a folder is in the place of a file: move it away"):
-        files.write(tmp_path, b"")

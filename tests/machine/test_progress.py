@@ -79,6 +79,9 @@ def test_what_experiments_are_expected_to_take_counts_before_they_begin() -> Non
     assert course.left() == pytest.approx(202.0)
     course.hear("zoom", "computing")
     assert course.at(54.0).left() == pytest.approx(152.0)
+    # What takes longer than expected and says nothing has no time left.
+    assert course.at(260.0).left() is None
+    assert course.said() == "1 of 3 done, 4 min"
     # A twentieth of it in 60 s: its own pace and what is expected count alike.
     course.at(64.0).hear("zoom", PartDone("level", 1, 20))
     assert course.left() == pytest.approx(0.95 * (1200 + 200) / 2 + 2)
@@ -92,13 +95,6 @@ def test_the_time_left_learns_from_late_parts_more_than_from_early_ones() -> Non
         course.at(49.0 + done).hear("a", PartDone("part", done, 100))
     # By the mean of all parts it would be 99 s, by what was expected 5 s.
     assert course.left() == pytest.approx(50.0, rel=0.1)
-
-
-def test_what_takes_longer_than_expected_and_says_nothing_has_no_time_left() -> None:
-    course = Clocked(1, {"a": 10.0})
-    course.hear("a", "computing")
-    assert course.at(4.0).said() == "0 of 1 done, 4 s, about 6 s left"
-    assert course.at(11.0).said() == "0 of 1 done, 11 s"
 
 
 def test_several_at_a_time_share_what_is_left() -> None:

@@ -9,8 +9,6 @@ import contextlib
 import json
 import os
 import signal
-import subprocess
-import sys
 import time
 from pathlib import Path
 from typing import NamedTuple
@@ -19,7 +17,7 @@ import pytest
 
 from rigidpend.machine import signals
 from tests.attacks.lot import drawn, trials
-from tests.cli.calls import UNTRACED, call
+from tests.cli.calls import OF_CHECKOUT, UNTRACED, call, started
 from tests.config.samples import SMALL, changed, written
 from tests.processes import python
 
@@ -33,7 +31,6 @@ SAID = {
 LONG = ("run", "fig4", "--set", "problem.n_symbols=9999", "--set", "numerics.precisions=[53]")
 """A command that takes some seconds."""
 SOON = ("run", "small.yaml")
-PACKAGE = os.environ | {"PYTHONPATH": str(Path(__file__).resolve().parents[2])}
 
 PROGRAM = """
 import os, runpy, signal, sys, time
@@ -88,8 +85,6 @@ LASTS = 3.0
 
 
 class End(NamedTuple):
-    """How a process ended."""
-
     code: int
     seconds: float
     said: str
@@ -153,13 +148,12 @@ if __name__ == '__main__':
     assert not both & signal.pthread_sigmask(signal.SIG_BLOCK, [])
     child.join()
 """
-    done = python(tmp_path, written(tmp_path, script, "script.py").name, env=PACKAGE)
+    done = python(tmp_path, written(tmp_path, script, "script.py").name, env=OF_CHECKOUT)
     assert (done.returncode, done.stderr) == (0, "")
 
 
 @pytest.fixture(scope="module")
 def desk(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """A folder for the commands, with their configs and results."""
     folder = tmp_path_factory.mktemp("desk")
     longer = changed("n_symbols: 3", "n_symbols: 200", changed("count: 5", "count: 63", SMALL))
     whole = changed("precisions: [53]", "engine: scipy\n  precisions: [53, 113]", SMALL)
@@ -171,17 +165,7 @@ def desk(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 def disturbed(folder: Path, command: str, number: signal.Signals, moment: float) -> End:
     """Send a signal at a moment after a command's start, in seconds, to all of its processes."""
-    process = subprocess.Popen(
-        [sys.executable, "-m", "rigidpend", *COMMANDS[command]],
-        cwd=folder,
-        env=UNTRACED,
-        stdout=subprocess.DEVNULL,
-        stderr=subprocess.PIPE,
-        text=True,
-        start_new_session=True,
-        # Tests may be started in the background, where Ctrl-C is ignored.
-        preexec_fn=lambda: signal.signal(signal.SIGINT, signal.SIG_DFL),
-    )
+    process = started(folder, *COMMANDS[command])
     time.sleep(moment)
     with contextlib.suppress(ProcessLookupError):
         os.killpg(process.pid, number)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 
 import pytest
 
@@ -39,7 +40,7 @@ def test_columns_are_wrapped_where_a_line_has_no_room() -> None:
     assert list(columns([("one", "")], 3)) == ["one"]
 
 
-def test_terminal_columns_are_aligned() -> None:
+def test_a_table_has_three_forms_which_align_or_escape_every_cell() -> None:
     assert list(terminal(TABLE)) == [
         "Times",
         "  method          time",
@@ -48,23 +49,9 @@ def test_terminal_columns_are_aligned() -> None:
         "  a note",
         "",
     ]
-
-
-def test_markdown_has_a_rule_and_escapes_bars() -> None:
-    assert list(markdown(TABLE)) == [
-        "Times",
-        "",
-        "| method | time |",
-        "| --- | --- |",
-        "| a&#124;b | 1 s |",
-        "| <long name> | 20.5 ms |",
-        "",
-        "a note",
-    ]
-    assert next(markdown(TABLE._replace(caption=""))) == "| method | time |"
-
-
-def test_html_escapes_every_cell() -> None:
+    rows = ["| method | time |", "| --- | --- |", "| a&#124;b | 1 s |", "| <long name> | 20.5 ms |"]
+    assert list(markdown(TABLE)) == ["Times", "", *rows, "", "a note"]
+    assert next(markdown(TABLE._replace(caption=""))) == rows[0]
     text = html(TABLE._replace(note="<b>"))
     assert "<td>&lt;long name&gt;</td>" in text
     assert '<p class="note">&lt;b&gt;</p>' in text
@@ -72,21 +59,21 @@ def test_html_escapes_every_cell() -> None:
 
 
 @pytest.mark.parametrize(
-    ("value", "text"),
+    ("write", "value", "text"),
     [
-        (1.0, "1 s"),
-        (0.0999, "99.9 ms"),
-        (1.5e-6, "1.5 us"),
-        (2e-9, "0.002 us"),
-        (1234.0, "1,234 s"),
-        (math.inf, "-"),
-        (math.nan, "-"),
+        (seconds, 1.0, "1 s"),
+        (seconds, 0.0999, "99.9 ms"),
+        (seconds, 1.5e-6, "1.5 us"),
+        (seconds, 2e-9, "0.002 us"),
+        (seconds, 1234.0, "1,234 s"),
+        (seconds, math.inf, "-"),
+        (seconds, math.nan, "-"),
+        (times, 0.9555, "0.956"),
+        (times, 2285.7, "2,286"),
+        (times, math.inf, "-"),
     ],
 )
-def test_times_have_units(value: float, text: str) -> None:
-    assert seconds(value) == text
-
-
-@pytest.mark.parametrize(("ratio", "text"), [(0.9555, "0.956"), (2285.7, "2,286"), (math.inf, "-")])
-def test_ratios_have_three_digits(ratio: float, text: str) -> None:
-    assert times(ratio) == text
+def test_times_have_units_and_ratios_three_digits(
+    write: Callable[[float], str], value: float, text: str
+) -> None:
+    assert write(value) == text

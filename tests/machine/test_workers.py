@@ -5,6 +5,7 @@ from __future__ import annotations
 import os
 import threading
 import time
+from multiprocessing import current_process
 from pathlib import Path
 from typing import Any
 
@@ -20,6 +21,7 @@ from rigidpend.machine.workers import (
     spread,
     worth_processes,
 )
+from tests.cli.calls import OF_CHECKOUT
 from tests.machine.work import place, spoken
 from tests.processes import python
 
@@ -75,6 +77,7 @@ def test_work_goes_ahead_of_its_use_in_processes_but_for_the_first() -> None:
 @pytest.mark.parametrize(("parts", "jobs", "worth"), [(7, 2, False), (8, 2, True), (9, 1, False)])
 def test_many_parts_are_worth_processes(parts: int, jobs: int, worth: bool) -> None:
     assert worth_processes(parts, jobs) == worth
+    assert 1 <= cores() <= (os.cpu_count() or 1)
 
 
 @pytest.mark.parametrize(("jobs", "holds_interpreter"), [(1, True), (1, False), (2, False)])
@@ -111,6 +114,12 @@ def test_the_end_of_work_apart_comes_through(
         workers.apart(spoken, (parts,), lambda _: None, limit)
 
 
+def test_a_process_of_a_pool_begins_none(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setitem(current_process()._config, "daemon", True)  # type: ignore[attr-defined]
+    with pytest.raises(WorkerError, match="take jobs=1"):
+        workers.apart(spoken, (1,), lambda _: None)
+
+
 MODULE = """
 import os
 def spoken(parts, say):
@@ -136,9 +145,8 @@ def test_a_program_is_not_run_by_the_processes_that_it_lets_begin(tmp_path: Path
     """It needs no ``if __name__ == "__main__"``, and hears by its own functions."""
     (tmp_path / "program.py").write_text(PROGRAM)
     (tmp_path / "module.py").write_text(MODULE)
-    environment = {**os.environ, "PYTHONPATH": str(Path(__file__).resolve().parents[2])}
     # By its name: then it has both a file and a specification.
-    done = python(tmp_path, "-m", "program", env=environment)
+    done = python(tmp_path, "-m", "program", env=OF_CHECKOUT)
     assert (done.returncode, done.stderr) == (0, "")
     assert sorted(done.stdout.splitlines()) == ["once", *["part 0"] * 2, "part 1", "part 2"]
 
@@ -152,10 +160,6 @@ def test_spread_cuts_into_even_pieces_that_join_again(columns: int, parts: int) 
     assert max(sizes) - min(sizes) <= 1
     assert min(sizes) > 0
     np.testing.assert_array_equal(np.concatenate(pieces, axis=1), array)
-
-
-def test_cores_are_those_that_this_process_may_use() -> None:
-    assert 1 <= cores() <= (os.cpu_count() or 1)
 
 
 def test_long_work_says_how_far_it_is_after_a_silence(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -60,9 +60,24 @@ RATIONAL = {
 }
 
 
-@pytest.mark.parametrize(("text", "value"), RATIONAL.items())
-def test_agrees_a_rational_text_with_its_fraction(text: str, value: Fraction) -> None:
-    assert exact(text).fraction == value
+OF_OTHER_KINDS = [
+    *((x, Fraction(float(x))) for x in (0.1, -1e-6, 5e-324, 1.7976931348623157e308)),
+    (np.float64(0.1), Fraction(0.1)),
+    (np.float32(0.1), Fraction(13421773, 2**27)),
+    (Decimal("0.1"), Fraction(1, 10)),
+    (Decimal("1E+2"), Fraction(100)),
+    (Fraction(-2, 6), Fraction(-1, 3)),
+    (10**40, Fraction(10**40)),
+    (np.int64(-3), Fraction(-3)),
+    (np.uint8(200), Fraction(200)),
+    (context(300).mpf(2) ** -200, Fraction(1, 2**200)),
+]
+
+
+@pytest.mark.parametrize(("given", "value"), [*RATIONAL.items(), *OF_OTHER_KINDS])
+def test_agrees_a_rational_number_with_its_fraction(given: Any, value: Fraction) -> None:
+    assert exact(given).fraction == value
+    assert float(exact(given)) == float(value)
 
 
 @pytest.mark.parametrize("bits", [53, 113, 300])
@@ -76,40 +91,30 @@ def test_agrees_a_rational_text_with_its_fraction(text: str, value: Fraction) ->
         ("4*atan(1/5) - atan(1/239)", lambda m: m.pi / 4),
         ("tan(1)/1e-300", lambda m: m.tan(1) * m.mpf(10) ** 300),
         ("1/3", lambda m: 1 / m.mpf(3)),
+        # What cancels, or has many turns.
+        ("pi - 3.14159265358979323846", lambda m: m.pi - m.mpf("3.14159265358979323846")),
+        ("sin(1e40)", lambda m: m.sin(m.mpf(10) ** 40)),
+        ("cos(pi*1e30)", lambda m: m.cos(m.pi * m.mpf(10) ** 30)),
+        ("sqrt(2) - 1.41421356237309504880", lambda m: m.sqrt(2) - m.mpf("1.4142135623730950488")),
     ],
 )
 def test_agrees_at_with_mpmath_to_the_last_bit(text: str, value: Any, bits: int) -> None:
     with mpmath.workprec(MANY):
         expected = as_fraction(value(mpmath.mp))
-    found = exact(text).at(bits)
-    assert abs(as_fraction(found) - expected) <= abs(expected) / 2**bits
-    assert as_fraction(found) == fraction(found, bits)
+    found = as_fraction(exact(text).at(bits))
+    assert found == fraction(exact(text).at(bits), bits) == nearest(expected, bits)
     assert float(exact(text)) == expected.numerator / expected.denominator
 
 
-def test_agrees_a_float_with_the_double_that_it_is() -> None:
-    for x in (0.1, -1e-6, 5e-324, 1.7976931348623157e308, np.float64(0.1)):
-        assert exact(x).fraction == Fraction(float(x))
-        assert float(exact(x)) == x
-    assert exact(0.1).fraction != exact("0.1").fraction
-    assert exact(0.1) != exact("0.1")
-
-
-@pytest.mark.parametrize(
-    ("value", "expected"),
-    [
-        (Decimal("0.1"), Fraction(1, 10)),
-        (Decimal("1E+2"), Fraction(100)),
-        (Fraction(-2, 6), Fraction(-1, 3)),
-        (10**40, Fraction(10**40)),
-        (np.int64(-3), Fraction(-3)),
-        (np.uint8(200), Fraction(200)),
-        (np.float32(0.1), Fraction(13421773, 2**27)),
-        (context(300).mpf(2) ** -200, Fraction(1, 2**200)),
-    ],
-)
-def test_agrees_other_numbers_with_their_fractions(value: Any, expected: Fraction) -> None:
-    assert exact(value).fraction == expected
+def nearest(x: Fraction, bits: int) -> Fraction:
+    """A fraction rounded to that many bits; ties do not occur."""
+    size = abs(x.numerator).bit_length() - x.denominator.bit_length()
+    unit = Fraction(2) ** (size - bits)
+    while abs(x) / unit >= 2**bits:
+        unit *= 2
+    while abs(x) / unit < 2 ** (bits - 1):
+        unit /= 2
+    return round(x / unit) * unit
 
 
 REFUSED_VALUES = [math.nan, math.inf, -math.inf, True, np.True_, None, 1j, b"1", [1]]
@@ -253,33 +258,6 @@ def test_refused_what_is_huge_at_once(make: Any) -> None:
     assert time.perf_counter() - begin < 1
 
 
-@pytest.mark.parametrize(
-    ("text", "value"),
-    [
-        ("pi - 3.14159265358979323846", lambda m: m.pi - m.mpf("3.14159265358979323846")),
-        ("sin(1e40)", lambda m: m.sin(m.mpf(10) ** 40)),
-        ("cos(pi*1e30)", lambda m: m.cos(m.pi * m.mpf(10) ** 30)),
-        ("sqrt(2) - 1.41421356237309504880", lambda m: m.sqrt(2) - m.mpf("1.4142135623730950488")),
-    ],
-)
-@pytest.mark.parametrize("bits", [53, 113])
-def test_agrees_what_cancels_with_mpmath_to_the_last_bit(text: str, value: Any, bits: int) -> None:
-    with mpmath.workprec(MANY):
-        expected = as_fraction(value(mpmath.mp))
-    assert as_fraction(exact(text).at(bits)) == nearest(expected, bits)
-
-
-def nearest(x: Fraction, bits: int) -> Fraction:
-    """A fraction rounded to that many bits; ties do not occur."""
-    size = abs(x.numerator).bit_length() - x.denominator.bit_length()
-    unit = Fraction(2) ** (size - bits)
-    while abs(x) / unit >= 2**bits:
-        unit *= 2
-    while abs(x) / unit < 2 ** (bits - 1):
-        unit /= 2
-    return round(x / unit) * unit
-
-
 def test_agrees_a_deep_expression() -> None:
     """Forty levels: were each to ask the one below it twice, this would not end."""
     x = mpmath.mpf(1)
@@ -313,6 +291,7 @@ def test_agrees_equality_with_value_and_writing() -> None:
     assert exact("2/4") == exact(0.5) == exact(Decimal("0.50"))
     assert len({exact("2/4"), exact(0.5), exact("pi"), PI}) == 2
     assert exact("pi") != exact(math.pi)
+    assert exact(0.1) != exact("0.1")
     assert exact("pi") != "pi"
 
 

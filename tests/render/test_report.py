@@ -7,22 +7,17 @@ import shutil
 from pathlib import Path
 from typing import Any
 
-import numpy as np
 import pytest
 
 from rigidpend import experiments, render
 from rigidpend.experiments.asymptotic_surfaces import draw as asymptotic_surfaces
-from rigidpend.experiments.bench import report as bench
 from rigidpend.experiments.herpolhodes import draw as herpolhodes
-from rigidpend.experiments.stress import draw as stress
 from rigidpend.render import captions, report
 from rigidpend.render.report import DEPARTURES
 from rigidpend.results import store
 from rigidpend.runs import loading
 from tests.cli.calls import REFERENCE
-from tests.experiments.bench.data import data
-from tests.experiments.trees import reference
-from tests.results.loaded import loaded
+from tests.experiments.trees import CONFIGS, reference
 
 SMALL = ("fig2", "fig4")
 VOID = {"meta", "img", "br"}
@@ -127,7 +122,6 @@ def test_the_routes_are_the_paper_s_beside_the_file_s_for_its_figure_alone() -> 
 
 
 def first_rows(name: str) -> list[list[str]]:
-    """The first rows of the tables of a reference."""
     result = reference(name)
     drawing = experiments.drawing(result["attributes"]["experiment"])
     return [list(table.rows[0]) for table in drawing.tables(result)]
@@ -188,69 +182,35 @@ def test_one_bad_file_is_a_section_and_a_bad_certificate_a_sentence(
     assert page.count("<img ") == 2
 
 
-PLANE = Path(__file__).parents[2] / "configs" / "route_map.yaml"
-BODY = "A = (2, 1, 1.5), r along (1, 1, 0), mu = 0.001, h0 = 1.3342, J1_0 = 1e-8"
+COLUMNS = "problem.columns={axis: h0, ends: [1, 2], count: 4}"
 
 
-def told(*settings: str) -> list[str]:
-    """The captions of a result of the plane, with settings."""
-    result: Any = {"config": loading.load(PLANE, settings).resolved()}
-    return captions.bodies(result)
+@pytest.mark.parametrize(
+    ("name", "settings", "told"),
+    [
+        ("route_map", (), "h0 = 1.3342, J1_0 = 1e-8"),
+        (
+            "route_map",
+            ("problem.theta2_0=4.7057", COLUMNS, "problem.zooms={}"),
+            "h0 = 1.3342, J1_0 = 1e-8, theta2_0 = 4.7057",
+        ),
+        ("closed_orbits", (), "h = 1.3342, half_turns = 11"),
+    ],
+)
+def test_what_all_orbits_of_a_result_share_is_told(
+    name: str, settings: tuple[str, ...], told: str
+) -> None:
+    """Phases along an axis are not."""
+    result: Any = {"config": loading.load(CONFIGS / f"{name}.yaml", settings).resolved()}
+    assert captions.bodies(result) == [f"A = (2, 1, 1.5), r along (1, 1, 0), mu = 0.001, {told}"]
 
 
-def test_a_phase_that_all_cells_have_is_told() -> None:
-    columns = "problem.columns={axis: h0, ends: [1, 2], count: 4}"
-    found = told("problem.theta2_0=4.7057", columns, "problem.zooms={}")
-    assert found == [f"{BODY}, theta2_0 = 4.7057"]
-    # Phases along an axis are not.
-    assert told() == [BODY]
-
-
-def test_the_energy_and_the_half_rotations_of_closed_orbits_are_told() -> None:
-    result: Any = {"config": loading.load(PLANE.with_name("closed_orbits.yaml")).resolved()}
-    [found] = captions.bodies(result)
-    assert found.endswith("mu = 0.001, h = 1.3342, half_turns = 11")
-
-
-def test_the_foot_says_what_one_sees_and_of_several_results_what_they_share() -> None:
-    def result(**problem: Any) -> Any:
-        return {"attributes": {"experiment": "route_codes"}, "config": {"problem": problem}}
-
-    light, heavy = (result(A=["2", "1", "3/2"], h0="1", mu=mu) for mu in ("1/1000", "1/100"))
-    seen, one = captions.foot("light", [light])
+def test_the_foot_says_what_one_sees_with_the_name_and_the_body() -> None:
+    attributes = {"experiment": "route_codes", "name": "light"}
+    problem = {"A": ["2", "1", "3/2"], "h0": "1", "mu": "1/1000"}
+    result: Any = {"attributes": attributes, "config": {"problem": problem}}
+    seen, one = captions.foot(result)
     assert captions.caption("route_codes").startswith(f"{seen} A column ")
     assert one == "light: A = (2, 1, 1.5), mu = 0.001, h0 = 1"
-    assert captions.foot("both", [light, heavy]) == [seen, "both: A = (2, 1, 1.5), h0 = 1"]
-
-
-def test_losses_come_first_and_every_problem_has_its_tables() -> None:
-    found = [table.caption for table in bench.tables(loaded(data()))]
-    assert found == [
-        "Where another method is faster than ours",
-        "Bodies drawn by lot",
-        "The slowest bodies: route_codes as it comes, every symbol certain",
-        "free body, to an error of 1e-09",
-        "route codes, every symbol right",
-        "Random phases",
-    ]
-
-
-def claims(*cases: tuple[str, str, float, str]) -> dict[str, Any]:
-    """The claims of a kind: name, verdict, part of the bound, and why it is beyond."""
-    columns = (np.array(column) for column in zip(*cases, strict=True))
-    return {"claims": dict(zip(("name", "verdict", "ratio", "limit"), columns, strict=True))}
-
-
-def test_trials_are_counted_by_kind_and_those_beyond_are_named() -> None:
-    content = {
-        "long_time": claims(("a", "passed", 0.25, ""), ("b", "limit", 3.0, "known why")),
-        "honesty": claims(("c", "FAILED", 7.0, "")),
-    }
-    counted, beyond = stress.tables(loaded(content))
-    assert counted.rows == [("long time", "1", "1", "0", "0.25"), ("honesty", "0", "0", "1", "0")]
-    assert beyond.rows == [("limit", "long time, b", "known why"), ("FAILED", "honesty, c", "")]
-
-
-def test_without_any_beyond_there_is_one_table() -> None:
-    content = {"honesty": claims(("c", "passed", 0.5, ""))}
-    assert len(stress.tables(loaded(content))) == 1
+    result["config"] = {}
+    assert captions.foot(result) == [seen, "light"]

@@ -13,6 +13,7 @@ import time
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
+from unittest.mock import Mock
 
 import h5py
 import numpy as np
@@ -57,7 +58,6 @@ def declared(monkeypatch: pytest.MonkeyPatch) -> None:
 
 @pytest.fixture
 def path(tmp_path: Path) -> Path:
-    """A result file."""
     store.write(tmp_path / "x.h5", LAYOUT, TREE, *TOLD)
     return tmp_path / "x.h5"
 
@@ -111,10 +111,7 @@ def test_a_failed_or_interrupted_write_leaves_the_old_file_and_nothing_else(
 ) -> None:
     before = path.read_bytes()
 
-    def fail(*_: object) -> None:
-        raise error
-
-    monkeypatch.setattr(os, function, fail)
+    monkeypatch.setattr(os, function, Mock(side_effect=error))
     with pytest.raises((StoreError, SystemExit)) as caught:
         store.write(path, LAYOUT, OTHER, *TOLD)
     said = f"{path}: cannot be written: No space left on device"
@@ -129,10 +126,9 @@ def test_a_failed_or_interrupted_write_leaves_the_old_file_and_nothing_else(
 def test_a_file_in_the_place_of_a_folder_is_named(tmp_path: Path, act: Any) -> None:
     (tmp_path / "file").write_text("mine")
     target = tmp_path / "file" / "x.h5"
-    with pytest.raises(StoreError) as caught:
+    said = rf"^{target}: {target.parent} is not writable \(.*choose another folder with --out$"
+    with pytest.raises(StoreError, match=said):
         act(target)
-    assert str(caught.value).startswith(f"{target}: {target.parent} is not writable (")
-    assert str(caught.value).endswith("choose another folder with --out")
     assert (tmp_path / "file").read_text() == "mine"
 
 
@@ -150,37 +146,18 @@ def refusal(path: Path) -> str:
     return text
 
 
-def test_an_absent_file_is_named(tmp_path: Path) -> None:
-    with pytest.raises(files.Absent, match="there is no such file"):
-        store.load(tmp_path / "none.h5")
+@pytest.mark.parametrize("content", [None, b"", b"words", b"\x89HDF\r\n\x1a\n", bytes(5000)])
+def test_what_is_absent_or_no_hdf5_is_refused(tmp_path: Path, content: bytes | None) -> None:
+    path = tmp_path / "x.h5"
+    if content is None:
+        with pytest.raises(files.Absent, match="there is no such file"):
+            store.load(path)
+        return
+    path.write_bytes(content)
+    assert "not a readable HDF5 file" in refusal(path)
 
 
-@pytest.mark.parametrize("content", [b"", b"words", b"\x89HDF\r\n\x1a\n", bytes(5000)])
-def test_what_is_no_hdf5_is_refused(tmp_path: Path, content: bytes) -> None:
-    (tmp_path / "x.h5").write_bytes(content)
-    assert "not a readable HDF5 file" in refusal(tmp_path / "x.h5")
-
-
-def versioned(version: Any) -> Callable[[Any], None]:
-    """Give a file another format version, or none."""
-
-    def change(file: Any) -> None:
-        del file.attrs["format_version"]
-        if version is not None:
-            file.attrs["format_version"] = version
-
-    return change
-
-
-def with_attributes(place: str, *values: Any) -> Callable[[Any], None]:
-    return lambda file: file[place].attrs.update({f"more {k}": x for k, x in enumerate(values)})
-
-
-def without(name: str) -> Callable[[Any], None]:
-    return lambda file: file.pop(name)
-
-
-UNFIT = "not a result that can be used: "
+VERSION = "its format version is"
 
 
 @pytest.mark.parametrize(
@@ -188,13 +165,23 @@ UNFIT = "not a result that can be used: "
     [
         (lambda file: file.attrs.pop("format"), "an HDF5 file, but not a result of rigidpend"),
         *(
-            (versioned(x), f"its format version is {x}, this program reads 1")
-            for x in (0, "1", None)
+            (lambda file, x=x: file.attrs.update(format_version=x), f"{VERSION} {x}, this program")
+            for x in (0, "1")
         ),
-        (with_attributes("/", *[1] * 65), "attributes, too many"),
-        (with_attributes("data/ant", h5py.Empty("f")), "an attribute without a value"),
-        (with_attributes("data/count", 1j), "an attribute that is neither a text nor a number"),
-        *((without(x), f"{UNFIT}{x} is absent") for x in ("config", "provenance", "data")),
+        (lambda file: file.attrs.pop("format_version"), f"{VERSION} None, this program reads 1"),
+        (lambda file: file.attrs.update({str(k): k for k in range(65)}), "attributes, too many"),
+        (
+            lambda file: file["data/ant"].attrs.update(more=h5py.Empty("f")),
+            "an attribute without a value",
+        ),
+        (
+            lambda file: file["data/count"].attrs.update(more=1j),
+            "an attribute that is neither a text nor a number",
+        ),
+        *(
+            (lambda file, x=x: file.pop(x), f"not a result that can be used: {x} is absent")
+            for x in ("config", "provenance", "data")
+        ),
     ],
 )
 def test_a_file_that_is_made_otherwise_is_refused(
@@ -282,22 +269,14 @@ def test_no_damage_goes_unnoticed_hangs_or_crashes(path: Path) -> None:
             assert whole or said.startswith(f"{path}: not a readable HDF5 file: ")
 
 
-def edited(path: Path) -> None:
-    """Change a file with another program, which drops what is behind the HDF5 file."""
+@pytest.mark.slow
+def test_what_another_program_changed_is_read_and_damage_to_it_is_noticed_too(path: Path) -> None:
+    """Of these some crash HDF5: they are read in another process first."""
+    # Another program drops what is behind the HDF5 file.
     with h5py.File(path, "a") as file:
         file["data/count"][()] = 8
-
-
-def test_what_another_program_changed_is_read(path: Path) -> None:
-    edited(path)
     assert files.unsealed(path.read_bytes()) is None
     assert store.load(path)["data"]["count"] == 8
-
-
-@pytest.mark.slow
-def test_damage_to_what_another_program_changed_is_noticed_too(path: Path) -> None:
-    """Of these some crash HDF5: they are read in another process first."""
-    edited(path)
     content, chance = path.read_bytes(), random.Random(21)
     with h5py.File(path, "r") as file:
         start = file["data/zebra/codes"].id.get_chunk_info(0).byte_offset

@@ -18,7 +18,7 @@ from rigidpend.routes import certainty, choice, costs
 from rigidpend.routes.cells import AXES, Cells, cell_problem, cells_of_each, cells_of_starts
 from rigidpend.routes.phases import Phases
 from rigidpend.routes.problem import ProblemError, RouteProblem, passage_limit, phase_rate
-from rigidpend.routes.run import Run, Starts
+from rigidpend.routes.run import Run, Starts, in_pieces
 from tests.orbits.integrate.problems import FIG4, same
 
 N = 4
@@ -56,6 +56,22 @@ def test_agrees_the_codes_with_those_of_each_start_alone(
 def test_no_result_depends_on_the_jobs(many: bool, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(choice, "PIECE", 16)
     assert same(*(of_starts(monkeypatch, many, jobs=jobs) for jobs in (1, 3)))
+
+
+def test_a_piece_has_no_more_passages_than_memory_is_meant_for(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    taken = list[int]()
+
+    def watched(work: Any, columns: Any, size: int, jobs: int) -> Any:
+        taken.append(size)
+        return in_pieces(work, columns, size, jobs)
+
+    monkeypatch.setattr(choice, "in_pieces", watched)
+    for passages in (7 * (N + 1), N):
+        monkeypatch.setattr(choice, "PIECE", passages)
+        of_starts(monkeypatch, many=True)
+    assert {*taken} == {7, 1}
 
 
 def test_the_least_start_says_how_long_to_wait_and_the_largest_is_asked_of_maps() -> None:

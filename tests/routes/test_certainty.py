@@ -177,8 +177,24 @@ def test_two_of_precisions_that_differ_by_less_must_agree_better(more: int, limi
         separatrices = np.repeat(record().separatrix, off.size, axis=1)
         return Crossings(times, separatrices, np.zeros(off.size, dtype=np.uint8))
 
-    found = decide(compute, 2, 1.0, (53, 53 + more), single={53 + more})
+    found = decide(compute, 2, 1.0, (53, 53 + more), most=lambda bits: 1 + (bits == 53))
     assert found.certain.all(axis=0).tolist() == [True, False]
+
+
+@pytest.mark.parametrize("most", [1, 2, 3])
+def test_no_more_computations_of_a_precision_are_made_than_there_are(most: int) -> None:
+    """Columns that one, two and three of them would establish."""
+    noted = Noted(
+        first_53=[9, 9, 9],
+        second_53=[0, 0, 0],
+        first_106=[0, 1, 1],
+        second_106=[0, 1, 1 + 10 * CLOSE],
+        third_106=[0, 1, 1],
+    )
+    found = decide(noted, 3, 1.0, (53, 106), most=lambda bits: 2 if bits == 53 else most)
+    assert found.certain.all(axis=0).tolist() == [most >= n for n in (1, 2, 3)]
+    asked = [(106, scales) for scales in (FIRST, SECOND, THIRD)[:most]]
+    assert [x[:2] for x in noted.asked[2:]] == asked
 
 
 def test_decide_keeps_what_two_establish_and_doubts_what_comes_after() -> None:

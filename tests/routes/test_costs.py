@@ -88,14 +88,15 @@ def test_orbits_are_expected_to_take_the_cheaper_way(
     integrated = orbits * costs.integration(problem())
     by_maps = orbits * costs.by_maps(problem())
     most = costs.budget(problem(), orbits)
-    # Of maps of 53, 64 and 72 bits; what those take that are made: the sharpest that pay.
+    # Of maps of 53, 64, 72 and 75 bits; what those take that are made: the sharpest that pay.
     for shares, tables in (
-        ((0.1, 0.4, 0.59), 0.99),
-        ((0.1, 0.4, 0.61), 0.5),
-        ((0.49, 0.52, 0.6), 0.98),
-        ((0.51, 0.6, 0.7), None),
+        ((0.1, 0.4, 0.5, 0.59), 0.99),
+        ((0.1, 0.4, 0.59, 0.61), 0.99),
+        ((0.1, 0.4, 0.61, 0.61), 0.5),
+        ((0.49, 0.52, 0.6, 0.6), 0.98),
+        ((0.51, 0.6, 0.7, 0.7), None),
     ):
-        each = dict(zip((53, 64, 72), shares, strict=True))
+        each = dict(zip((53, 64, 72, 75), shares, strict=True))
         monkeypatch.setattr(mapped, "expected_cost", lambda *x, each=each: each[x[-2]] * most)
         by_either = integrated if tables is None else tables * most + by_maps
         expected = by_either if orbits > 10_000 else integrated

@@ -44,6 +44,7 @@ def problem(body: Body = FIG4, h0: Any = "1.3342", J1_0: Any = "1e-8", n: Any = 
         ({"n": MAX_SYMBOLS + 1}, "n_symbols must be a whole number from 1 to 100000, got 100001"),
         ({"n": 1.5}, "n_symbols must be a whole number from 1 to 100000, got 1.5"),
         ({"h0": "0.001"}, "h0 > mu is broken: h0 = 0.001, mu = 0.001"),
+        ({"h0": "1000001"}, "h0 = 1000001 is outside of 1e-06 to 1e+06: take other units"),
         ({"J1_0": 0}, "0 < J1_0 < J2_0 is broken: J1_0 = 0, J2_0 = 1.41467"),
         ({"J1_0": "-1e-9"}, "0 < J1_0 < J2_0 is broken"),
         ({"J1_0": "1.4147"}, "0 < J1_0 < J2_0 is broken: J1_0 = 1.4147, J2_0 = 1.41467"),
@@ -61,6 +62,15 @@ def test_accepts_values_at_the_edge_of_what_it_excludes() -> None:
     assert problem(h0="0.001 + 1e-20", J1_0="1e-3", n=1).n_symbols == 1
     assert problem(J1_0="1.41467", n=MAX_SYMBOLS).n_symbols == MAX_SYMBOLS
     assert problem(J1_0="1.5e-500").J2_0(53) > 1
+
+
+def test_energies_reach_from_a_millionth_to_a_million() -> None:
+    weightless = Body((2, 1, "1.5"), (1, 1, 0), 0)
+    for h0 in ("1e-6", "1e6"):
+        assert problem(weightless, h0).h0 == exact(h0)
+    for h0 in ("1e-6 - 1e-20", "1e6 + 1e-20"):
+        with pytest.raises(ProblemError, match="is outside of 1e-06 to 1e"):
+            problem(weightless, h0)
 
 
 def test_J2_0_has_the_energy_of_the_rotation_in_every_precision() -> None:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from pathlib import Path
 from typing import Any
+from unittest.mock import Mock
 
 import pytest
 
@@ -85,21 +86,16 @@ def test_the_tolerance_in_the_file_is_the_one_that_was_used(
     asked: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """A tolerance finer than the engine can keep is stored as the finest, not as written."""
-    used: list[Arithmetic] = []
-    compute = route_codes.compute
-
-    def noted(config: Any, means: Means) -> Any:
-        used.append(means.arithmetic)
-        return compute(config, means)
-
-    monkeypatch.setattr(route_codes, "compute", noted)
+    compute = Mock(wraps=route_codes.compute)
+    monkeypatch.setattr(route_codes, "compute", compute)
     path = written(tmp_path, SMALL, "small.yaml")
     planned = runner.plan(loading.load(path, [f"numerics.tolerance={asked}"]), tmp_path)
     runner.run(planned, jobs=1, report=print)
     stored, engine = store.attributes(planned.target), DEFAULT_ENGINE
     by_asked = {"1e-20": FINEST_TOLERANCE, "auto": DEFAULT_TOLERANCE, "1e-9": {engine: 1e-9}}
-    assert stored["tolerance"] == by_asked[asked][engine] == used[0].tolerance
-    assert tuple(stored["precisions"]) == used[0].precisions
+    [((_, means), _)] = compute.call_args_list
+    assert stored["tolerance"] == by_asked[asked][engine] == means.arithmetic.tolerance
+    assert tuple(stored["precisions"]) == means.arithmetic.precisions
 
 
 def test_resolving_what_is_resolved_changes_nothing() -> None:

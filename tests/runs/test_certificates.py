@@ -11,11 +11,13 @@ import h5py
 import numpy as np
 import pytest
 
+from rigidpend.machine.progress import tell_nobody
 from rigidpend.results import store
 from rigidpend.routes.certified.pieces import Step
 from rigidpend.runs import certificate_files as storage
+from rigidpend.runs import certificates, loading
 from scripts import check_certificate
-from tests.cli.calls import call
+from tests.cli.calls import call, succeeded
 from tests.config.samples import SMALL, changed, written
 
 TINY = changed("count: 5", "count: 2", changed("n_symbols: 3", "n_symbols: 2", SMALL))
@@ -24,12 +26,10 @@ FILE = "tiny.certificate.h5"
 
 @pytest.fixture(scope="module")
 def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """A folder with a result and its certificate."""
     made = tmp_path_factory.mktemp("certified")
     written(made, TINY, "tiny.yaml")
     assert call(made, "run", "tiny.yaml", "--out", ".").returncode == 0
-    done = call(made, "certify", "tiny.yaml", "--out", ".", "-j", "1")
-    assert done.returncode == 0, done.stderr
+    done = succeeded(made, "certify", "tiny.yaml", "--out", ".", "-j", "1")
     assert done.stdout == "tiny: only: 4 of 4 symbols of 2 orbits proven\n"
     return made
 
@@ -63,8 +63,7 @@ def test_it_is_checked_again_without_integration(
         monkeypatch.setattr(
             f"{name}.Approximation" if "cert" in name else f"{name}.crossings", None
         )
-    done = call(folder, "certify", "--check", FILE, "-j", "1", "--json")
-    assert done.returncode == 0, done.stderr
+    done = succeeded(folder, "certify", "--check", FILE, "-j", "1", "--json")
     [[found]] = json.loads(done.stdout).values()
     assert found == {"array": "only", "orbits": 2, "symbols": 4, "proven": 4, "undecided": []}
 
@@ -76,31 +75,36 @@ def test_what_is_up_to_date_is_left_alone(folder: Path) -> None:
     assert (folder / FILE).stat().st_mtime_ns == before
 
 
-def altered(folder: Path, target: Path, change: Callable[[Any], None]) -> Path:
-    """A copy of the certificate with a change, without its seal."""
-    image = (folder / FILE).read_bytes()
-    raw = target / "other.certificate.h5"
+def altered(certificate: Path, target: Path, change: Callable[[Any], object]) -> Path:
+    """A copy of a certificate with a change, without its seal."""
+    image = certificate.read_bytes()
     with h5py.File.in_memory(image[: image.rindex(b"\nrigidpend sha256 ")]) as file:
-        change(file["data/only"])
+        change(file)
         file.flush()
-        raw.write_bytes(file.id.get_file_image())
-    return raw
+        target.write_bytes(file.id.get_file_image())
+    return target
 
 
-def turn_a_symbol(group: Any) -> None:
-    group["codes"][1, 0] = 1 - group["codes"][1, 0]
+class Proving(Exception):
+    """A proof that begins."""
 
 
-def test_an_unchanged_copy_without_a_seal_passes(folder: Path, tmp_path: Path) -> None:
-    other = altered(folder, tmp_path, lambda group: None)
-    assert call(folder, "certify", "--check", str(other), "-j", "1").returncode == 0
+@pytest.mark.parametrize(
+    ("setting", "code"), [("problem.J1_0=1e-9", ""), ("problem.mu=0.001", "x")]
+)
+def test_another_problem_and_other_code_are_proven_anew(
+    folder: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, setting: str, code: str
+) -> None:
+    def begin(*_: Any) -> None:
+        raise Proving
 
-
-def test_what_is_no_certificate_is_said(folder: Path) -> None:
-    done = call(folder, "certify", "--check", "tiny.h5")
-    assert done.returncode == 1
-    assert "tiny.h5: neither a certificate, which rigidpend certify writes" in done.stderr
-    assert call(folder, "certify", "--check", "absent.h5").returncode == 3
+    (tmp_path / FILE).write_bytes((folder / FILE).read_bytes())
+    config = loading.load(written(tmp_path, TINY, "tiny.yaml"), [setting])
+    monkeypatch.setattr(certificates, "Parts", begin)
+    if code:
+        monkeypatch.setattr(certificates, "code_hash_of", lambda _: code)
+    with pytest.raises(Proving):
+        certificates.certify(config, tmp_path, jobs=1, report=tell_nobody)
 
 
 def test_steps_survive_packing() -> None:
@@ -109,18 +113,22 @@ def test_steps_survive_packing() -> None:
     assert storage.unpacked(storage.packed(orbits)) == orbits
 
 
-def test_wrong_usage_is_said(folder: Path) -> None:
-    for arguments in ((), ("tiny.yaml", "--check", FILE)):
-        assert call(folder, "certify", *arguments).returncode == 2
-    done = call(folder, "certify", "fig1")
-    assert done.returncode == 2
-    assert "no route codes to prove" in done.stderr
-
-
-def test_a_zoom_needs_its_result(folder: Path) -> None:
-    done = call(folder, "certify", "fig4_zoom", "--out", ".")
-    assert done.returncode == 3
-    assert "rigidpend run fig4_zoom" in done.stderr
+@pytest.mark.parametrize(
+    ("arguments", "code", "said"),
+    [
+        ("", 2, ""),
+        (f"tiny.yaml --check {FILE}", 2, ""),
+        ("fig1", 2, "no route codes to prove"),
+        ("fig4_zoom --out .", 3, "rigidpend run fig4_zoom"),
+        ("--check tiny.h5", 1, "tiny.h5: neither a certificate, which rigidpend certify writes"),
+        ("--check absent.h5", 3, ""),
+    ],
+)
+def test_wrong_usage_and_what_is_no_certificate_are_said(
+    folder: Path, arguments: str, code: int, said: str
+) -> None:
+    done = call(folder, "certify", *arguments.split())
+    assert (done.returncode, said in done.stderr) == (code, True)
 
 
 @pytest.mark.slow
@@ -157,11 +165,13 @@ def test_verify_counts_what_is_proven_and_finds_a_contradiction(
     for name in ("tiny.h5", FILE):
         (tmp_path / name).write_bytes((folder / name).read_bytes())
     arguments = ("verify", "tiny.yaml", "--reference", ".", "--results", ".")
-    done = call(tmp_path, *arguments)
-    assert done.returncode == 0, done.stderr + done.stdout
+    done = succeeded(tmp_path, *arguments)
     assert "4 symbols are proven" in done.stdout
-    other = altered(folder, tmp_path, turn_a_symbol)
-    other.replace(tmp_path / FILE)
+
+    def turn_a_symbol(file: Any) -> None:
+        file["data/only/codes"][1, 0] ^= 1
+
+    altered(folder / FILE, tmp_path / FILE, turn_a_symbol)
     done = call(tmp_path, *arguments)
     assert done.returncode == 1
     assert "symbol 2 of column 0 is proven to be another" in done.stdout
@@ -191,18 +201,3 @@ def test_a_single_route_is_held_against_its_proof_too(folder: Path) -> None:
     level["centre"] = f"1.{30 * '0'}1"
     assert "proven" not in storage.marked(levels, one)["data"]["levels"]["only"]
     assert storage.contradictions(levels, one) == ["only: the certificate is of another centre"]
-
-
-@pytest.mark.slow
-def test_a_figure_marks_what_is_proven(folder: Path) -> None:
-    from rigidpend import experiments
-    from rigidpend.experiments.plots import PROVEN
-
-    result = store.load(folder / "tiny.h5")
-    marked = storage.marked(result, storage.beside(folder / "tiny.h5"))
-    assert marked["data"]["only"]["proven"].all()
-    assert "proven" not in result["data"]["only"]
-    figure = experiments.drawing("route_codes").draw(marked)
-    assert "proven symbol" in [text.get_text() for text in figure.legends[0].get_texts()]
-    [dots] = [line for line in figure.axes[0].get_lines() if line.get_color() == PROVEN]
-    assert np.size(dots.get_xdata()) == 4

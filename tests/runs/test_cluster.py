@@ -258,25 +258,24 @@ class Failing:
         return fail, (ModuleNotFoundError("No module named 'mpmath'", name="mpmath"),)
 
 
-@pytest.mark.parametrize("what", ["code", "engine"])
-def test_a_worker_with_other_code_or_libraries_is_refused(what: str) -> None:
-    said = rf"the worker on .* has another {what} .* install the same rigidpend and .* libraries"
-    with pytest.raises(WorkerError, match=said):
-        on_worker(dict, **{what: "another"})
-    assert on_worker(dict)[0] == {}
-
-
 @pytest.mark.parametrize(
-    ("given", "said"),
+    ("given", "other", "said"),
     [
-        (MemoryError(), " has not enough memory: give it more, .* --memory-limit"),
-        (ImportError("x"), r": tests cannot be loaded there \(x\): install it anew"),
-        (Failing(), ": mpmath cannot be loaded there .*: install it anew"),
+        *(
+            ((), {what: "another"}, f" has another {what} .* install the same rigidpend and .* lib")
+            for what in ("code", "engine")
+        ),
+        ((MemoryError(),), {}, " has not enough memory: give it more, .* --memory-limit"),
+        ((ImportError("x"),), {}, r": tests cannot be loaded there \(x\): install it anew"),
+        ((Failing(),), {}, ": mpmath cannot be loaded there .*: install it anew"),
     ],
 )
-def test_what_a_worker_lacks_is_said_of_it(given: Any, said: str) -> None:
+def test_what_a_worker_lacks_or_has_otherwise_is_said_of_it(
+    given: Any, other: dict[str, str], said: str
+) -> None:
     with pytest.raises(WorkerError, match=rf"the worker on \S+{said}"):
-        on_worker(fail, given)
+        on_worker(fail if given else dict, *given, **other)
+    assert on_worker(dict)[0] == {}
 
 
 @pytest.mark.parametrize(
@@ -308,3 +307,9 @@ def plain(tree: Any) -> Any:
     if isinstance(tree, dict):
         return {name: plain(node) for name, node in tree.items()}
     return repr(np.asarray(tree).tolist())
+
+
+def test_a_worker_needs_the_code_that_proves_as_well(monkeypatch: pytest.MonkeyPatch) -> None:
+    before = cluster.facts_of("route_map", "taylor")
+    monkeypatch.setattr(cluster, "code_hash_of", lambda *files: f"another {len(files)}")
+    assert cluster.facts_of("route_map", "taylor")["code"] != before["code"]

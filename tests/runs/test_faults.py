@@ -7,13 +7,13 @@ from __future__ import annotations
 
 import errno
 import os
-import resource
 import signal
 import subprocess
 import sys
 import time
 from pathlib import Path
 from typing import Any
+from unittest.mock import Mock
 
 import pytest
 
@@ -24,7 +24,7 @@ from rigidpend.machine import cache, files, workers
 from rigidpend.machine.progress import tell_nobody
 from rigidpend.runs import loading, regression, runner
 from tests.attacks import lot
-from tests.cli.calls import UNTRACED, call
+from tests.cli.calls import OF_CHECKOUT, call, short_files, started
 from tests.config.samples import written
 
 KILLS = lot.trials(1, 0.05)
@@ -51,18 +51,8 @@ numerics:
 """Three levels and their centres, of soon passed orbits: four parts, half a second."""
 
 
-def started(folder: Path, *arguments: str) -> subprocess.Popen[str]:
-    """The run of the zoom, in a session of its own, as from a shell that waits for it."""
-    given = ("run", str(folder.parent / "zoom.yaml"), "--out", str(folder), *arguments)
-    return subprocess.Popen(
-        [sys.executable, "-W", "error", "-m", "rigidpend", *given],
-        env=UNTRACED,
-        stderr=subprocess.PIPE,
-        text=True,
-        start_new_session=True,
-        # Tests may be started in the background, where Ctrl-C is ignored.
-        preexec_fn=lambda: signal.signal(signal.SIGINT, signal.SIG_DFL),
-    )
+def run_of_zoom(folder: Path, *arguments: str) -> subprocess.Popen[str]:
+    return started(folder.parent, "run", "zoom.yaml", "--out", str(folder), *arguments)
 
 
 def once_more(folder: Path) -> list[str]:
@@ -113,7 +103,7 @@ def test_a_stopped_run_goes_on_whenever_it_was_stopped(tmp_path: Path, undisturb
             desk.mkdir()
             written(desk, ZOOM, "zoom.yaml")
             how = list(CODES)[index % 3]
-            process = started(desk / "out")
+            process = run_of_zoom(desk / "out")
             time.sleep(chance.uniform(0.3, LASTS))
             process.send_signal(how)
             _, said = process.communicate(timeout=60)
@@ -130,7 +120,7 @@ def test_a_killed_run_uses_what_was_finished(
 ) -> None:
     written(tmp_path, ZOOM, "zoom.yaml")
     out = tmp_path / "out"
-    process = started(out)
+    process = run_of_zoom(out)
     while not list(out.glob(".zoom.parts/*/level01.kept")):
         time.sleep(0.01)
     process.kill()
@@ -138,14 +128,10 @@ def test_a_killed_run_uses_what_was_finished(
     assert content(out) == [".zoom.parts"]
     kept = {path.name for path in out.glob(".zoom.parts/*/[!.]*.kept")}
     assert len(kept) >= 3
-    write, made = files.replace, set[str]()
-
-    def noted(path: Path, *given: Any, **named: Any) -> None:
-        made.add(path.name)
-        write(path, *given, **named)
-
-    monkeypatch.setattr(files, "replace", noted)
+    replace = Mock(wraps=files.replace)
+    monkeypatch.setattr(files, "replace", replace)
     assert f"goes on from {len(kept)} finished parts" in once_more(out)
+    made = {path.name for (path, *_), _ in replace.call_args_list}
     assert "zoom.h5" in made
     assert not made & kept
     same(out, undisturbed)
@@ -158,7 +144,7 @@ def test_runs_at_once_do_each_other_no_harm_and_notice_nobody_s_end(
     """One is killed, or is over, while another computes the same here."""
     written(tmp_path, ZOOM, "zoom.yaml")
     out = tmp_path / "out"
-    other = started(out, "--force")
+    other = run_of_zoom(out, "--force")
     while not list(out.glob(".zoom.parts/*/level00.kept")):
         time.sleep(0.01)
 
@@ -193,22 +179,14 @@ def test_what_a_run_left_that_was_killed_at_its_very_end_is_tidied_up(desk: Path
 
 @pytest.mark.slow
 def test_no_room_is_one_sentence_and_afterwards_the_run_goes_on(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, undisturbed: Path
+    tmp_path: Path, undisturbed: Path
 ) -> None:
-    """No file may be larger than so many bytes: enough for some parts, not for the result."""
+    """There is enough for some parts, not for the result."""
     written(tmp_path, ZOOM, "zoom.yaml")
     out, most = tmp_path / "out", 40_000
     assert undisturbed.stat().st_size > most
-
-    # Of compiled code as much would be kept as finds room, and Git would leave a lock.
-    monkeypatch.setattr(sys, "dont_write_bytecode", True)
-    monkeypatch.setenv("PATH", "")
-    before = resource.getrlimit(resource.RLIMIT_FSIZE)
-    resource.setrlimit(resource.RLIMIT_FSIZE, (most, before[1]))
-    try:
+    with short_files(most):
         done = call(tmp_path, "run", "zoom.yaml", "--out", str(out), "-j1")
-    finally:
-        resource.setrlimit(resource.RLIMIT_FSIZE, before)
     assert done.returncode == 1, done.stderr
     said = done.stderr.splitlines()[-1]
     assert said.startswith("rigidpend: ")
@@ -221,11 +199,9 @@ def test_no_room_is_one_sentence_and_afterwards_the_run_goes_on(
 def test_a_folder_that_became_read_only_is_named_before_anything_is_computed(
     desk: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    def refuse(*_: Any, **__: Any) -> Any:
-        raise PermissionError(errno.EACCES, "Permission denied")
-
+    refused = PermissionError(errno.EACCES, "Permission denied")
     planned = small(force=True)
-    monkeypatch.setattr(files, "_temporary", refuse)
+    monkeypatch.setattr(files, "_temporary", Mock(side_effect=refused))
     monkeypatch.setattr(experiments, "computation", None)
     with pytest.raises(files.StoreError, match=r"not writable \(Permission denied\); choose anoth"):
         runner.follow(planned, jobs=1, say=tell_nobody)
@@ -234,9 +210,7 @@ def test_a_folder_that_became_read_only_is_named_before_anything_is_computed(
 def test_a_result_in_a_read_only_folder_stays_up_to_date(
     desk: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    def refuse(*_: Any, **__: Any) -> Any:
-        raise OSError(errno.EROFS, "Read-only file system")
-
+    refuse = Mock(side_effect=OSError(errno.EROFS, "Read-only file system"))
     config = small().config
     (SMALL.parent / ".small.h5.abc.part").write_bytes(b"half")
     for function in ("unlink", "mkdir", "replace", "rmdir"):
@@ -285,9 +259,7 @@ def test_workers_end_with_a_parent_that_is_killed(tmp_path: Path) -> None:
     """Else each killed run would leave processes that wait for ever."""
     script = tmp_path / "script.py"
     script.write_text(SIGNED)
-    root = str(Path(__file__).resolve().parents[2])
-    environment = {**os.environ, "PYTHONPATH": root}
-    parent = subprocess.Popen([sys.executable, script], env=environment, cwd=tmp_path)
+    parent = subprocess.Popen([sys.executable, script], env=OF_CHECKOUT, cwd=tmp_path)
     while len(list(tmp_path.glob("*.pid"))) < 2:
         time.sleep(0.01)
     parent.kill()

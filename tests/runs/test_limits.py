@@ -15,22 +15,15 @@ from rigidpend.results import store
 from rigidpend.routes.certified import codes
 from rigidpend.routes.certified.pieces import ORBIT_STEPS
 from rigidpend.runs import certificate_files as storage
+from rigidpend.runs import loading
 from tests.attacks import lot
+from tests.config.samples import FIG4
 from tests.processes import python
 
 NAME = "bomb.certificate.h5"
-CONFIG = {
-    "experiment": "route_codes",
-    "problem": {
-        "A": ["2", "1", "3/2"],
-        "r": ["1", "1", "0"],
-        "mu": "1/1000",
-        "h0": "6671/5000",
-        "J1_0": "1/100000000",
-        "n_symbols": 1,
-        "arrays": {"one": {"start": "0", "step": "1", "count": 1}},
-    },
-}
+SETTINGS = ["problem.n_symbols=1", "problem.arrays={one: {start: 0, step: 1, count: 1}}"]
+RESOLVED = loading.load(FIG4, SETTINGS).resolved()
+CONFIG = {key: RESOLVED[key] for key in ("experiment", "problem")}
 CHECKED = f"""
 import resource, sys
 sys.path.insert(0, {str(Path(__file__).parents[2])!r})
@@ -70,7 +63,6 @@ def bomb(steps: int, terms: int) -> dict[str, Any]:
 
 
 def written(folder: Path, fields: dict[str, Any]) -> Path:
-    """A certificate of given fields."""
     path = folder / NAME
     with h5py.File(path, "w", libver=("earliest", "v110")) as file:
         file.attrs.update({"format": "rigidpend", "format_version": 1})
@@ -108,19 +100,14 @@ def test_a_bomb_is_refused_before_it_takes_memory(tmp_path: Path) -> None:
         assert any(x in line for x in ("too large", "steps", "coefficients", "size allows")), line
 
 
-def test_more_steps_than_its_bytes_can_prove_are_refused(tmp_path: Path) -> None:
-    path = written(tmp_path, bomb(1000, 1))
-    most = path.stat().st_size // storage.EACH
-    with pytest.raises(store.StoreError, match=rf"1000 steps, .* has {most} at most"):
-        storage.read(path)
-
-
-def test_more_coefficients_than_its_bytes_can_hold_are_refused(tmp_path: Path) -> None:
-    with pytest.raises(store.StoreError, match=r"300000 coefficients, .* at most"):
-        storage.read(written(tmp_path, bomb(50, 1000)))
-
-
-def test_more_steps_of_an_orbit_than_a_prover_takes_are_refused() -> None:
+def test_more_than_its_bytes_can_hold_or_a_prover_takes_is_refused(tmp_path: Path) -> None:
+    most = written(tmp_path, bomb(1000, 1)).stat().st_size // storage.EACH
+    for steps, terms, said in (
+        (1000, 1, rf"1000 steps, .* has {most} at most"),
+        (50, 1000, r"300000 coefficients, .* at most"),
+    ):
+        with pytest.raises(store.StoreError, match=said):
+            storage.read(written(tmp_path, bomb(steps, terms)))
     with pytest.raises(store.StoreError, match=f"number of steps of an orbit is {ORBIT_STEPS + 1}"):
         storage.unpacked(bomb(ORBIT_STEPS + 1, 1))
 

@@ -20,7 +20,7 @@ from rigidpend.runs import certificates, orbit_proofs
 from scripts import check_full_shift
 from scripts import check_orbit as script
 from scripts.check_certificate import Fails, Refused
-from tests.cli.calls import call
+from tests.cli.calls import succeeded
 from tests.experiments.trees import reference
 from tests.remembered import Inline, remembered
 
@@ -31,8 +31,7 @@ NAME = f"x{orbit_proofs.SUFFIX}"
 @pytest.fixture(scope="module")
 def file(tmp_path_factory: pytest.TempPathFactory) -> Path:
     folder = tmp_path_factory.mktemp("orbit")
-    done = call(folder, "find", "fig4", "--code", CODE, "--json", "-j", "1", "--proof", NAME)
-    assert done.returncode == 0, done.stderr
+    done = succeeded(folder, "find", "fig4", "--code", CODE, "--json", "-j", "1", "--proof", NAME)
     (folder / "found.json").write_text(done.stdout)
     return folder / NAME
 
@@ -163,5 +162,6 @@ def test_steps_of_some_sets_are_those_of_all() -> None:
 
 
 def test_a_proof_has_a_name_by_which_it_is_known(tmp_path: Path) -> None:
-    done = call(tmp_path, "find", "fig4", "--code", "0", "--code", "1", "--proof", NAME)
-    assert (done.returncode, "--proof is of one orbit" in done.stderr) == (2, True)
+    nothing: Any = None
+    with pytest.raises(store.StoreError, match=r"a proof is named X\.orbit\.certificate\.h5"):
+        orbit_proofs.prove(nothing, nothing, tmp_path / "x.h5", jobs=1, report=print)

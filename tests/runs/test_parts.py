@@ -55,32 +55,27 @@ def test_a_kept_part_is_used_again_with_its_values_and_types(target: Path) -> No
         Parts(target, "b").keep("first", not_again)
 
 
-def cut(path: Path) -> None:
-    path.write_bytes(path.read_bytes()[:100])
+def copied(name: str, run: str) -> Callable[[Path], None]:
+    """Write another part, or that of another run, over a part."""
 
+    def change(path: Path) -> None:
+        other = Parts(path.parents[2] / "fig.h5", run)
+        other.keep(name, lambda: {"wrong": PART["one"]})
+        shutil.copy(other._path(name), path)
 
-def no_tree(path: Path) -> None:
-    cache.save_file(path, b"a, part first", b"nothing")
-
-
-def another_part(path: Path) -> None:
-    Parts(path.parents[2] / "fig.h5", "a").keep("second", lambda: {"wrong": PART["one"]})
-    shutil.copy(path.with_name("second.kept"), path)
-
-
-def of_another_run(path: Path) -> None:
-    other = Parts(path.parents[2] / "fig.h5", "b")
-    other.keep("first", lambda: {"wrong": PART["one"]})
-    shutil.copy(other._path("first"), path)
+    return change
 
 
 @pytest.mark.parametrize(
     ("change", "said"),
     [
-        (cut, "damaged; it is made again"),
-        (no_tree, "no part of a run"),
-        (another_part, "of something else than its name says"),
-        (of_another_run, "of something else than its name says"),
+        (lambda path: os.truncate(path, 100), "damaged; it is made again"),
+        (
+            lambda path: cache.save_file(path, b"a, part first", b"nothing"),
+            "no part of a run",
+        ),
+        (copied("second", "a"), "of something else than its name says"),
+        (copied("first", "b"), "of something else than its name says"),
     ],
 )
 def test_a_part_that_is_none_of_its_run_is_told_and_computed_again(
@@ -104,13 +99,6 @@ def test_whatever_bytes_there_are_they_are_a_part_or_refused() -> None:
                 changed[at : at + chance.randrange(9)] = new
             with contextlib.suppress(*UNFIT):
                 unpacked(bytes(changed))
-
-
-def test_dropped_parts_leave_nothing_of_any_fingerprint(target: Path) -> None:
-    with Parts(target, "b") as parts:
-        parts.keep("first", lambda: PART)
-    Parts(target, "a").drop()
-    assert list(target.parent.iterdir()) == []
 
 
 def test_a_copy_of_the_open_folder_that_a_child_has_holds_nothing(target: Path) -> None:
@@ -138,8 +126,13 @@ def test_parts_that_another_run_uses_stay_until_it_drops_them(target: Path) -> N
     assert len(two) == 1
 
 
-def test_sweep_removes_what_nobody_uses(target: Path) -> None:
-    sweep(target)
+@pytest.mark.parametrize("remove", [sweep, lambda target: Parts(target, "a").drop()])
+def test_nothing_of_any_fingerprint_that_nobody_uses_is_left(
+    target: Path, remove: Callable[[Path], None]
+) -> None:
+    with Parts(target, "b") as parts:
+        parts.keep("first", lambda: PART)
+    remove(target)
     assert list(target.parent.iterdir()) == []
 
 

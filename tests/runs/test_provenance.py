@@ -10,6 +10,7 @@ import shutil
 import subprocess
 import sys
 from pathlib import Path
+from unittest.mock import Mock
 
 import llvmlite
 import pytest
@@ -192,21 +193,16 @@ def test_each_file_is_parsed_once_and_by_no_later_process(
 ) -> None:
     monkeypatch.setattr(cache, "folder", lambda: tmp_path)
     code_hash._read.cache_clear()
-    parsed: list[bytes] = []
-    parse = ast.parse
-
-    def noting(source: bytes) -> ast.AST:
-        parsed.append(source)
-        return parse(source)
-
-    monkeypatch.setattr(ast, "parse", noting)
+    parse = Mock(wraps=ast.parse)
+    monkeypatch.setattr(ast, "parse", parse)
     first = provenance.code_hash("phase_portraits")
     provenance.code_hash("heteroclinic_cycle")
+    parsed = [source for (source,), _ in parse.call_args_list]
     assert len(parsed) == len(set(parsed)) > 10
     code_hash._read.cache_clear()
-    parsed.clear()
+    parse.reset_mock()
     assert provenance.code_hash("phase_portraits") == first
-    assert parsed == []
+    parse.assert_not_called()
 
 
 LAID_OUT = "\n".join(line.partition("#")[0].rstrip() for line in TEXT.splitlines())
@@ -255,13 +251,10 @@ def test_provenance_says_what_ran_where_and_when_as_far_as_it_is_known(
     made = datetime.datetime.fromisoformat(found["created"])
     assert abs(datetime.datetime.now(datetime.UTC) - made) < datetime.timedelta(minutes=1)
     assert all(isinstance(value, str) and value for value in found.values())
-    monkeypatch.setenv("PATH", "")
-    assert provenance.provenance()["commit"] == "unknown"
-
-
-def test_an_engine_is_named_with_its_version() -> None:
     assert provenance.engine_name("scipy") == f"scipy (scipy {scipy.__version__})"
     assert provenance.engine_name("taylor") == f"taylor (llvmlite {llvmlite.__version__})"
+    monkeypatch.setenv("PATH", "")
+    assert provenance.provenance()["commit"] == "unknown"
 
 
 @pytest.mark.parametrize("told", ["model name\t: A processor 3 GHz\nflags\t\t: fpu sse2\n", ""])

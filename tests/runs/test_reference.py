@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import datetime
-import functools
 from pathlib import Path
 from typing import Any
 
@@ -11,18 +10,16 @@ import numpy as np
 import pytest
 
 from rigidpend import experiments
-from rigidpend.experiments import compare
-from rigidpend.experiments.contract import Means
+from rigidpend.experiments.compare import Difference
 from rigidpend.experiments.data import Field, Layout, fields, members, named
 from rigidpend.orbits.integrate.arithmetic import resolve
 from rigidpend.results import store
 from rigidpend.runs import loading, regression
-from tests.cli.calls import call
+from tests.cli.calls import REFERENCE, call
 from tests.config.samples import SMALL, written
-from tests.experiments.trees import made
+from tests.experiments import trees
+from tests.experiments.trees import asked, computed, shared_reference
 
-ROOT = Path(__file__).resolve().parents[2]
-FOLDER = ROOT / "results" / "reference"
 SETTINGS = {
     # What makes it quicker; of the reference is then taken what belongs to it.
     "fig1": (),
@@ -50,21 +47,8 @@ KEPT = ("sample", "offsets")
 """Which points of a curve are kept may hang on the last bit as well, for one in ten of them."""
 
 
-def computed(name: str, engine: str, settings: tuple[str, ...] = ()) -> Any:
-    loaded = loading.load(ROOT / "configs" / f"{name}.yaml", settings or SETTINGS[name])
-    # DOP853 would begin processes.
-    means = Means(resolve(engine), 1, lambda _: None)
-    return made(loaded.content, means)
-
-
-@functools.cache
-def reference_of(name: str) -> Any:
-    """A stored reference, read once for all tests, none of which changes it."""
-    return store.load(FOLDER / f"{name}.h5")
-
-
-def held(name: str) -> Any:
-    return reference_of(name)["data"]
+def differences(name: str, stored: Any, fresh: Any) -> list[Difference]:
+    return trees.differences(shared_reference(name)["attributes"]["experiment"], stored, fresh)
 
 
 def part(stored: Any, fresh: Any) -> Any:
@@ -74,23 +58,19 @@ def part(stored: Any, fresh: Any) -> Any:
     return stored if isinstance(fresh, str) else stored[tuple(map(slice, np.shape(fresh)))]
 
 
-def differences(name: str, stored: Any, fresh: Any) -> list[str]:
-    layout = experiments.layout(reference_of(name)["attributes"]["experiment"])
-    return list(compare.differences(layout, stored, fresh))
-
-
 @pytest.mark.slow
 @pytest.mark.parametrize("name", SETTINGS)
 def test_each_reference_is_found_again(name: str) -> None:
-    fresh = computed(name, "taylor")
-    assert differences(name, part(held(name), fresh), fresh) == []
+    fresh = computed(asked(name, *SETTINGS[name]), arithmetic=resolve("taylor"))
+    assert differences(name, part(shared_reference(name)["data"], fresh), fresh) == []
 
 
 @pytest.mark.slow
 @pytest.mark.parametrize("name", SCIPY)
 def test_the_scipy_engine_agrees_with_the_same_references(name: str) -> None:
-    fresh = computed(name, "scipy", SCIPY[name])
-    assert differences(name, part(held(name), fresh), fresh) == []
+    # One job, for DOP853 would begin processes.
+    fresh = computed(asked(name, *SCIPY[name]), arithmetic=resolve("scipy"))
+    assert differences(name, part(shared_reference(name)["data"], fresh), fresh) == []
 
 
 CEILINGS = {
@@ -158,13 +138,13 @@ def single(stored: Any, layout: Layout) -> Any:
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("name", sorted(path.stem for path in FOLDER.glob("*.h5")))
+@pytest.mark.parametrize("name", sorted(path.stem for path in REFERENCE.glob("*.h5")))
 def test_every_dataset_altered_by_more_than_its_allowance_is_noticed(name: str) -> None:
     """Half of the allowance passes, and what is compared exactly may change by nothing."""
-    assert len(reference_of(name)["attributes"]["reasons"]) > 0
-    assert (FOLDER / f"{name}.h5").stat().st_size < 2_000_000
-    layout = experiments.layout(reference_of(name)["attributes"]["experiment"])
-    stored = single(held(name), layout)
+    assert len(shared_reference(name)["attributes"]["reasons"]) > 0
+    assert (REFERENCE / f"{name}.h5").stat().st_size < 2_000_000
+    layout = experiments.layout(shared_reference(name)["attributes"]["experiment"])
+    stored = single(shared_reference(name)["data"], layout)
     for place in (tuple(each.split("/")) for each, x, _ in fields(layout, stored) if np.size(x)):
         if place[-1] in NOT_COMPARED:
             assert not differences(name, stored, with_change(stored, place, lambda x: x + 1))

@@ -8,7 +8,7 @@ import shutil
 from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
-from typing import Any
+from unittest.mock import Mock
 
 import h5py
 import pytest
@@ -25,21 +25,9 @@ CONFIG, RESULTS, RESULT = Path("configs/small.yaml"), Path("results"), Path("res
 MU = "its config changed: problem.mu from 0.001 to 0.002"
 
 
-def other_code(patch: pytest.MonkeyPatch) -> None:
-    patch.setattr(provenance, "code_hash", lambda _: "another")
-
-
-def other_engine(patch: pytest.MonkeyPatch) -> None:
-    patch.setattr(importlib.metadata, "version", lambda _: "0.0")
-
-
 def other_format(_: pytest.MonkeyPatch) -> None:
     with h5py.File(RESULT, "a") as file:
         file.attrs["format_version"] = store.FORMAT_VERSION + 1
-
-
-def no_result(_: pytest.MonkeyPatch) -> None:
-    RESULT.unlink()
 
 
 @pytest.mark.parametrize(
@@ -48,9 +36,19 @@ def no_result(_: pytest.MonkeyPatch) -> None:
         ([], None, False, ""),
         (["problem.mu=1e-3"], None, False, ""),
         ([], None, True, "--force"),
-        ([], no_result, False, "no result yet"),
-        (["problem.mu=0.002"], other_engine, False, f"{MU}; the engine changed"),
-        ([], other_code, False, "the code that computes it changed"),
+        ([], lambda _: RESULT.unlink(), False, "no result yet"),
+        (
+            ["problem.mu=0.002"],
+            lambda patch: patch.setattr(importlib.metadata, "version", lambda _: "0.0"),
+            False,
+            f"{MU}; the engine changed",
+        ),
+        (
+            [],
+            lambda patch: patch.setattr(provenance, "code_hash", lambda _: "another"),
+            False,
+            "the code that computes it changed",
+        ),
         ([], other_format, False, "its result has another format version"),
     ],
 )
@@ -96,10 +94,7 @@ def test_a_run_that_ends_early_leaves_the_old_result(
 ) -> None:
     before = RESULT.read_bytes()
 
-    def compute(*_: Any) -> Any:
-        raise error
-
-    monkeypatch.setattr(route_codes, "compute", compute)
+    monkeypatch.setattr(route_codes, "compute", Mock(side_effect=error))
     planned = runner.plan(loading.load(CONFIG), RESULTS, force=True)
     with pytest.raises(error):
         runner.run(planned, jobs=1, report=tell_nobody)

@@ -13,13 +13,12 @@ import numpy as np
 import pytest
 
 from rigidpend.cli import verify
-from rigidpend.experiments.compare import Difference
 from rigidpend.experiments.shared import APART, crossing_tolerance
 from rigidpend.mechanics.body import Body
 from rigidpend.numbers.exact import exact
 from rigidpend.results import store
 from rigidpend.routes.problem import RouteProblem, phase_rate
-from rigidpend.runs import loading, regression, runner
+from rigidpend.runs import loading, regression
 from tests.cli.calls import Done, call
 from tests.config.samples import changed
 
@@ -147,7 +146,9 @@ def test_the_worst_element_is_named_with_both_values_and_what_is_allowed(desk: P
     assert found["said"].endswith(f"(may differ by {found['allowed']:.2g}, 2 of 20 differ)")
 
 
-def test_one_absent_reference_does_not_keep_the_others_from_being_compared(desk: Path) -> None:
+def test_what_is_absent_is_said_and_keeps_no_other_from_being_compared(
+    desk: Path,
+) -> None:
     shutil.copy("configs/small.yaml", "configs/other.yaml")
     said = f"results/reference/other.h5: there is no such file; {MEND}"
     done = called("configs/other.yaml", *READ)
@@ -159,6 +160,9 @@ def test_one_absent_reference_does_not_keep_the_others_from_being_compared(desk:
     assert (small["name"], small["same"], small["error"]) == ("small", True, None)
     assert (other["name"], other["same"], other["differences"]) == ("other", False, [])
     assert other["error"] == said
+    done = called("configs/small.yaml", "--results", "none")
+    absent = "none/small.h5: there is no such file; call: rigidpend run small --out none"
+    assert (done.returncode, done.stderr) == (3, f"rigidpend: {absent}\n")
 
 
 def test_a_folder_of_ones_own_hides_no_reference_of_the_package(desk: Path) -> None:
@@ -183,67 +187,6 @@ def test_all_are_compared_if_none_is_named_and_strays_are_told(
     assert called(*READ).returncode == 0
 
 
-def test_a_result_is_of_a_config_with_other_numerics_but_not_of_another_problem(desk: Path) -> None:
-    """By what is asked, in whatever order: only the settings of numerics may be others."""
-    own, stored = Path("configs/small.yaml"), Path("results/small.h5")
-    assert regression.is_of(loading.load(own, ["numerics.precisions=[53, 106, 200]"]), stored)
-    assert not regression.is_of(loading.load(own, ["problem.mu=0.002"]), stored)
-    assert not regression.is_of(loading.load(own), Path("results/absent.h5"))
-
-
-@pytest.mark.parametrize(
-    ("difference", "size"),
-    [
-        (Difference("a", 1.0, 3.0), 2.0),
-        (Difference("a", np.nan, 3.0), np.inf),
-        (Difference("a", "one", "other"), np.inf),
-        ("a is only stored", np.inf),
-    ],
-)
-def test_what_is_no_number_is_a_difference_that_no_error_of_an_engine_excuses(
-    difference: str, size: float
-) -> None:
-    assert regression._size(difference) == size
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize("case", ["agree", "late", "coarse"])
-def test_a_referee_accuses_of_what_is_more_than_its_own_error(
-    desk: Path, monkeypatch: pytest.MonkeyPatch, case: str
-) -> None:
-    """At 1e-7 DOP853 errs by more than is allowed; at its own tolerance it sees a late time."""
-    compute, engines = runner.run, list[str]()
-
-    def late(planned: Any, **more: Any) -> str:
-        told = compute(planned, **more)
-        engines.append(planned.config.engine)
-        if planned.config.engine == "taylor" and case == "late":
-            with h5py.File(planned.target, "a") as file:
-                file["data/only/crossing_time"][1, 1] += 1e-6
-        return told
-
-    monkeypatch.setattr(regression, "run", late)
-    tolerance, count = ("1e-7", 5) if case == "coarse" else ("auto", 2)
-    numerics = f"numerics.tolerance={tolerance}"
-    settings = (
-        *("problem.mu=0.002", "problem.n_symbols=2"),
-        *(f"problem.arrays.only.count={count}", numerics),
-    )
-    given = [word for each in settings for word in ("--set", each)]
-    # DOP853 would begin processes.
-    done = called("configs/small.yaml", *given, "-j1", "--json")
-    [found] = json.loads(done.stdout)["results"]
-    assert done.returncode == {"agree": 0, "late": 1, "coarse": 3}[case]
-    assert engines == ["taylor", "scipy", "scipy"][: 2 if case == "agree" else 3]
-    late_one = [("only/crossing_time[1, 1]", True)] if case == "late" else []
-    later = [(x["place"], float(x["stored"]) > float(x["computed"])) for x in found["differences"]]
-    assert later == late_one
-    if case == "coarse":
-        assert found["tolerances"] == [1e-7, 1e-6]
-        places = {one["place"].partition("[")[0] for one in found["undecided"]}
-        assert places == {"only/crossing_time", "only/certain"}
-
-
 def test_the_tolerance_grows_with_the_passages_and_stays_below_what_symbols_need() -> None:
     allowed = crossing_tolerance(16)[:, 0]
     assert allowed.shape == (16,)
@@ -253,6 +196,14 @@ def test_the_tolerance_grows_with_the_passages_and_stays_below_what_symbols_need
     # A symbol turns over when the phase errs by a radian.
     problem = RouteProblem(Body((2, 1, "1.5"), (1, 1, 0), "1e-3"), exact("1.3342"), exact(1e-8), 1)
     assert APART * phase_rate(problem) < 0.1
+
+
+@pytest.mark.slow
+def test_what_is_computed_to_be_compared_tells_how_far_it_is(desk: Path) -> None:
+    lines: list[str] = []
+    config, stored = loading.load(Path("configs/small.yaml")), Path("results/reference/small.h5")
+    assert regression.verify(config, stored, jobs=1, report=lines.append) == []
+    assert any(line.startswith("only: 5 orbits") for line in lines)
 
 
 def test_a_result_read_in_place_of_one_computed_must_be_there(desk: Path) -> None:

@@ -19,7 +19,6 @@ from rigidpend.orbits.integrate.arithmetic import resolve
 from rigidpend.orbits.integrate.states import states_at
 from rigidpend.surfaces import heteroclinic
 from rigidpend.surfaces.heteroclinic import increments
-from rigidpend.surfaces.surface_orbits import surface
 from tests.orbits.integrate.problems import find, theta1_on
 
 GENERIC = Body(A=(2, "1.2", "1.7"), r=(1, 3, 0), mu="0.05")
@@ -108,16 +107,6 @@ def test_the_error_told_holds_against_more_steps(monkeypatch: pytest.MonkeyPatch
     monkeypatch.setattr(heteroclinic, "STEPS", 3 * heteroclinic.STEPS)
     finer = increments(GENERIC, H0, ARITHMETIC)
     assert np.abs(finer.gained - found.gained).max() < found.error.max() + 1e-15
-
-
-@pytest.mark.slow
-def test_agrees_engines(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(heteroclinic, "DEPTH", 8.0)
-    s = surface(HESS, H0, 53)
-    by_scipy, by_taylor = (
-        heteroclinic._gain(s, math.pi / 2, x)[0] for x in (resolve("scipy", 3e-14), ARITHMETIC)
-    )
-    assert by_scipy == pytest.approx(by_taylor, rel=0, abs=1e-13)
 
 
 def test_an_orbit_that_is_not_found_is_an_error(monkeypatch: pytest.MonkeyPatch) -> None:

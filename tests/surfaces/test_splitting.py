@@ -1,33 +1,27 @@
-"""The splitting: against quadrature, against real backward integration, in several precisions."""
+"""The splitting: against real backward integration, in several precisions; orbits of S1-."""
 
 from __future__ import annotations
 
-import functools
 import math
 from typing import Any
 
 import numpy as np
 import pytest
-from scipy.integrate import quad
 
 from rigidpend import Body
-from rigidpend.mechanics.equations import AlignedCoefficients, eq1
+from rigidpend.mechanics.coordinates import Aligned, body_from_aligned, scale
+from rigidpend.mechanics.equations import AlignedCoefficients, energy
 from rigidpend.numbers.exact import exact
 from rigidpend.orbits.integrate.arithmetic import resolve
 from rigidpend.orbits.integrate.states import states_at
 from rigidpend.orbits.return_map.precision import precision
 from rigidpend.surfaces import splitting
 from rigidpend.surfaces.heteroclinic import phase_at_start
-from rigidpend.surfaces.splitting import (
-    TOP,
-    amplitude,
-    distance,
-    harmonics,
-    measure,
-)
+from rigidpend.surfaces.splitting import TOP, amplitude, distance, harmonics, measure
 from rigidpend.surfaces.surface_orbits import (
     Points,
     coefficients,
+    kind,
     launch,
     meet,
     numbers,
@@ -39,34 +33,11 @@ from tests.bodies import FIG4
 GENERIC = Body(A=(2, "1.2", "1.7"), r=(1, 3, 0), mu="0.02")
 LARGE_NU = Body(A=(2, "1.7", "1.85"), r=(2, 1, 0), mu="0.3")
 TABLE_1A = Body(A=(2, "0.2", "1.8"), r=("sqrt(0.2)", "sqrt(1.6)", 0), mu="1e-6")
-TABLE_1G = Body(A=(2, 1, "1.04"), r=("sqrt(0.96)", "0.2", 0), mu="1e-6")
 ARITHMETIC = resolve(None, 3e-14)
 H0 = exact(1)
 ALLOWED, LIGHT = 1e-9, 4e-15
 """Errors up to which a splitting counts as resolved: at any weight, and where mu is 1e-6 h0."""
 M = numbers(53)
-
-
-@pytest.mark.parametrize("body", [FIG4, GENERIC])
-@pytest.mark.parametrize("separatrix", [1, 2])
-def test_first_order_distance_is_the_quadrature_of_the_linear_equation(
-    body: Body, separatrix: int
-) -> None:
-    """theta1' = -(J2 - 2 J1) sin(alpha0) x + mu f: x decays and grows as J1 (J2 - J1) does."""
-    s = surface(body, exact("0.9"), 53, separatrix)
-    p = s.p._replace(**{key: float(x) for key, x in s.p._asdict().items()})
-    J2 = math.sqrt(2 * 0.9 / p.kappa)
-    u, theta1 = J2 * math.sin(p.alpha0), p.alpha0 + p.beta0
-
-    def rate(t: float, g: float) -> float:
-        J1 = J2 / (1 + math.exp(-u * t))
-        theta2 = g - theta1 / 2 + p.kappa * J2 * t
-        forced = eq1((theta1, J1, theta2, J2), p, math)[0]
-        return float(forced * 4 * J1 * (J2 - J1) / J2**2)
-
-    for g in (0.0, 0.8, 2.5):
-        found, _ = quad(rate, -40 / u, 40 / u, args=(g,), epsabs=1e-15, epsrel=1e-11, limit=500)
-        assert float(amplitude(s)) * math.cos(g) == pytest.approx(found, rel=1e-6)
 
 
 def points(start: list[Any], g: list[Any], offset: list[Any], bits: int) -> Points:
@@ -138,12 +109,6 @@ def test_order_the_curve_errs_in_the_second_order_and_its_cosine_in_the_third(bo
     assert 1e-7 < abs(one.excess[0]) < 1e-4
 
 
-WAYS = [
-    *(("taylor", bits) for bits in (53, 64, 113)),
-    ("scipy", 53),
-]
-
-
 @pytest.mark.slow
 def test_agrees_precisions_with_113_bits_within_the_errors_they_tell() -> None:
     truth, *others = (
@@ -156,26 +121,6 @@ def test_agrees_precisions_with_113_bits_within_the_errors_they_tell() -> None:
         # What is told of the curve is rounded to doubles.
         assert gap <= found.error + truth.error + 1e-15 * abs(truth.excess[1])
         assert found.error < 2000 * 2.0**-found.bits
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize(("engine", "bits"), WAYS)
-def test_agrees_points_of_the_section_with_130_bit_integers(engine: str, bits: int) -> None:
-    """At nu = 11.3, where the distance is 1e-3 of what each surface swings."""
-    found, exactly = (_met(*way) for way in ((engine, bits), ("scipy", 130)))
-    swing = float(TABLE_1G.mu)
-    assert abs(found[1] - exactly[1]) < 1000 * swing * 2.0**-bits
-    assert abs(found[0] - exactly[0]) < 5000 * 2.0**-bits
-    assert abs(exactly[1]) > 0.1 * swing
-
-
-@functools.cache
-def _met(engine: str, bits: int) -> tuple[Any, Any]:
-    """Where an orbit that starts alike in any precision meets the section."""
-    s = surface(TABLE_1G, H0, bits)
-    points = meet(s, [numbers(bits).mpf(2)], numbers(bits).mpf(40), resolve(engine, 3e-14))
-    assert points is not None
-    return numbers(300).mpf(points.phase[0]), numbers(300).mpf(points.offset[0])
 
 
 @pytest.mark.slow
@@ -231,3 +176,42 @@ def test_orbits_are_doubled_until_the_error_is_that_of_integration(
 
     monkeypatch.setattr(splitting, "_twice", twice)
     assert measure(GENERIC, H0, 0.0, ARITHMETIC._replace(precisions=(53,))).n == orbits
+
+
+# ---- Orbits of S1- up to the section: energy, angles, and that they are on S1-.
+
+
+@pytest.mark.parametrize("mu", ["1e-6", "0.02", "0.6"])
+@pytest.mark.parametrize("theta2_0", [0.3, 2.0, 4.5])
+def test_invariant_orbits_start_with_the_energy_asked_for_and_J3_zero(
+    mu: str, theta2_0: float
+) -> None:
+    body = Body(GENERIC.A, GENERIC.r, mu)
+    state = launch(surface(body, exact("0.8"), 53), M.mpf(theta2_0), M.mpf(8))
+    A, r, mu_ = body.floats()
+    moments, gamma = body_from_aligned(Aligned(*map(float, state)), body.alpha0, scale(A, math))
+    assert energy(moments, gamma, A, r, mu_) == pytest.approx(0.8, rel=1e-15)
+    assert abs(moments @ gamma) < 1e-15
+    assert gamma @ gamma == pytest.approx(1, rel=1e-15)
+
+
+def test_a_small_offset_keeps_its_relative_precision() -> None:
+    tiny = M.mpf("1e-20")
+    state = (M.sin(tiny / 2 + 2), M.sin(tiny / 2), 0, 1, 0, 0)
+    _, offset = section_angles(state, M.mpf(2), M)
+    assert abs(offset / tiny - 1) < 1e-20
+
+
+def test_the_section_is_met_at_the_same_point_from_any_depth() -> None:
+    """A turn of theta2 earlier the same orbit of S1- is lower by exp(-2 pi^2/nu), to O(mu)."""
+    s = surface(GENERIC, H0, 53)
+    phases = [2 * M.pi * k / 32 for k in range(32)]
+    found = []
+    for depth in (40, 43, 60):
+        met = meet(s, phases, M.mpf(depth), ARITHMETIC)
+        assert met is not None
+        told = harmonics(met, kind(s, ARITHMETIC))
+        assert told is not None
+        found.append(np.array(told[0], dtype=float))
+    assert np.abs(found[0]).max() > 1e-5
+    assert np.ptp(found, axis=0).max() < 1e-15

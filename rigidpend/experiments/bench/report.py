@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import itertools
 import math
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -245,16 +245,6 @@ def phases_table(data: Data) -> Table:
     return Table("Random phases", ("method", *heads), rows, note)
 
 
-def summary(data: Data) -> dict[str, Any]:
-    """All that was measured as plain data, for JSON, and the losses: None for what is infinite."""
-    lost = [
-        {"problem": problem, "threads": threads, **result._asdict()}
-        for problem, threads, result in losses(data)
-    ]
-    found: dict[str, Any] = _plain({"losses": lost, **data})
-    return found
-
-
 def level_text(data: Data, problem: str) -> str:
     """Name a problem with the level at which methods meet."""
     level = PROBLEMS[problem].level
@@ -287,14 +277,3 @@ def _threads(data: Data) -> list[int]:
 
 def _problems(data: Data) -> Iterator[str]:
     return (name for name in PROBLEMS if name in data)
-
-
-def _plain(value: Any) -> Any:
-    """Value as JSON can hold it; None for what is not finite."""
-    if isinstance(value, Mapping):
-        return {name: _plain(each) for name, each in value.items()}
-    if hasattr(value, "tolist"):
-        value = value.tolist()
-    if isinstance(value, list | tuple):
-        return [_plain(each) for each in value]
-    return None if isinstance(value, float) and not math.isfinite(value) else value

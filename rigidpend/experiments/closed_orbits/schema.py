@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
-from typing import Annotated
+from typing import Annotated, Self
 
-from pydantic import Field
+from pydantic import Field, model_validator
 
 from rigidpend.config.bodies import HeavyBody
 from rigidpend.config.schema import ExperimentConfig, Number, Whole
+from rigidpend.routes.problem import check_energy
 
 
 class Problem(HeavyBody):
@@ -23,6 +24,11 @@ class Problem(HeavyBody):
     """Symbols of the longest words whose orbits are integrated in 113 bits."""
     symbols: Annotated[Whole, Field(ge=100, le=10_000)]
     """Symbols of the long orbit beside which averages over closed ones are put."""
+
+    @model_validator(mode="after")
+    def _rotates(self) -> Self:
+        check_energy("h", self.h, self.mu)
+        return self
 
 
 class Config(ExperimentConfig):

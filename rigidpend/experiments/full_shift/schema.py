@@ -10,6 +10,7 @@ from rigidpend.config.bodies import HeavyBody
 from rigidpend.config.schema import AUTO, ExperimentConfig, Number, Whole
 from rigidpend.numbers.checked import ParameterError
 from rigidpend.numbers.exact import exact
+from rigidpend.routes.problem import check_energy
 
 
 class Problem(HeavyBody):
@@ -37,8 +38,7 @@ class Problem(HeavyBody):
         name, level = ("h", self.h) if self.h is not None else ("h0", self.h0)
         if level is None or (self.h is not None and self.h0 is not None):
             raise ParameterError("h", "either h or h0 is wanted")
-        if not float(level) > float(self.mu):
-            raise ParameterError(name, f"{name} > mu is broken: {level}, mu = {self.mu}")
+        check_energy(name, level, self.mu)
         if self.h0 is not None and float(self.around):
             raise ParameterError("around", "with h0 the energies are those of the line")
         if self.approach is not None:

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import itertools
-from collections.abc import Sequence
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -66,7 +64,7 @@ def draw(result: Loaded) -> Figure:
     arrays = _read(result)
     bands = [arrays[k : k + ACROSS] for k in range(0, len(arrays), ACROSS)]
     zooms = [(whole, part) for whole in arrays for part in arrays if part.magnifies(whole)]
-    figure = _arranged(bands, magnified=bool(zooms))
+    figure = _arranged(bands, bool(zooms))
     panels = dict(zip((array.name for array in arrays), figure.axes, strict=True))
     for whole, part in zooms:
         (start, end), axes = part.ends, panels[whole.name]
@@ -74,16 +72,6 @@ def draw(result: Loaded) -> Figure:
         frame.set(edgecolor=plots.ZOOM, linewidth=1.4, zorder=4)
         axes.add_patch(frame)
         panels[part.name].spines[:].set(color=plots.ZOOM, linewidth=1.4)
-    return figure
-
-
-def draw_together(results: Sequence[tuple[str, Loaded]]) -> Figure:
-    """Draw the arrays of several results, a row for each, in one figure."""
-    bands = [_read(result)[:ACROSS] for _, result in results]
-    figure = _arranged(bands)
-    firsts = itertools.accumulate(map(len, bands), initial=0)
-    for (label, _), band, first in zip(results, bands, firsts, strict=False):
-        figure.axes[first].set_title(f"{band[0].name}, {label}", loc="left")
     return figure
 
 
@@ -95,7 +83,7 @@ def _read(result: Loaded) -> list[Array]:
     ]
 
 
-def _arranged(bands: list[list[Array]], *, magnified: bool = False) -> Figure:
+def _arranged(bands: list[list[Array]], magnified: bool) -> Figure:
     """Arrays in rows, with cells as large as there is room for, above a legend."""
     rooms = [plots.WIDTH - LEFT - RIGHT - BETWEEN * (len(band) - 1) for band in bands]
     columns = [sum(array.codes.shape[1] for array in band) for band in bands]

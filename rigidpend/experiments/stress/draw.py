@@ -1,13 +1,11 @@
 """Trials at the limits: drift, claims against their bounds, growth of errors, symbols decided.
 
-Tables count those that passed by kind and name the failures; as text and as JSON every claim.
+Tables count those that passed by kind and name the failures; those of the command have every claim.
 """
 
 from __future__ import annotations
 
-import math
 import textwrap
-from collections import Counter
 from collections.abc import Iterator
 from typing import Any
 
@@ -19,7 +17,7 @@ from matplotlib.ticker import MaxNLocator
 from rigidpend.experiments.data import Data, Loaded
 from rigidpend.experiments.plots import BLUE, GREEN, ORANGE, RED, WIDTH, entry, title
 from rigidpend.experiments.stress import FAILED, LIMIT, PASSED
-from rigidpend.machine.wording import Table, terminal
+from rigidpend.machine.wording import Column, Table
 
 CAPTION = (
     "Each trial goes to a limit, and its value stays below the bound that was stated before it"
@@ -40,11 +38,6 @@ INTEGRALS = (("energy", BLUE), (r"$|\gamma|$", RED), (r"$M\cdot\gamma$", GREEN))
 """Integrals of motion in the order in which results have them, with their colours."""
 PRECISIONS = {53: (BLUE, "-"), 64: (GREEN, "--"), 106: (ORANGE, ":"), 113: (RED, "-.")}
 """Colour and style of each precision, bits."""
-TOLD = (
-    *("name", "measured", "unit", "reason"),
-    *("value", "bound", "ratio", "verdict", "limit", "note"),
-)
-"""Facts of a claim that are told, as text and as JSON."""
 BESIDE, LINES = 46, 6.3
 """Characters in a line beside the claims, and its size in points."""
 
@@ -183,14 +176,14 @@ def _draw_symbols(axes: Axes, curves: Any) -> None:
 def tables(result: Loaded) -> list[Table]:
     """The trials by kind, then those beyond their bounds, from a loaded result."""
     rows, beyond = [], list[tuple[str, ...]]()
-    for group, content in result["data"].items():
-        kind, claims = group.replace("_", " "), content["claims"]
+    for kind, claims in _kinds(result):
         verdicts, passed = claims["verdict"], claims["verdict"] == PASSED
         numbers = (str((verdicts == x).sum()) for x in LOOKS)
         rows.append((kind, *numbers, f"{claims['ratio'][passed].max(initial=0):.2g}"))
-        names, limits = (claims[key][~passed] for key in ("name", "limit"))
-        told = (f"{kind}, {name}" for name in names)
-        beyond += zip(verdicts[~passed], told, limits, strict=True)
+        for k in np.flatnonzero(~passed):
+            told = (str(claims[key][k]) for key in ("measured", "note", "limit"))
+            reason = "; ".join(filter(None, told))
+            beyond.append((verdicts[k], f"{kind}, {claims['name'][k]}", reason))
     caption = "Trials, and the largest part of its bound that one which passed reached"
     found = [Table(caption, ("kind", *LOOKS, "largest part"), rows)]
     if beyond:
@@ -198,41 +191,17 @@ def tables(result: Loaded) -> list[Table]:
     return found
 
 
-def lines(data: Data) -> list[dict[str, Any]]:
-    """All claims of a result's data."""
-    found = []
-    for group, content in data.items():
-        columns = (np.asarray(content["claims"][key]).tolist() for key in TOLD)
-        rows = zip(*columns, strict=True)
-        found += [{"group": group, **dict(zip(TOLD, row, strict=True))} for row in rows]
-    return found
-
-
-def counts(data: Data) -> dict[str, int]:
-    """The number of claims of each verdict."""
-    counted = Counter(line["verdict"] for line in lines(data))
-    return {verdict: counted[verdict] for verdict in LOOKS}
-
-
-def summary(data: Data) -> dict[str, Any]:
-    """Counts and claims as JSON can hold them: what is not finite is a text."""
-    told = [
-        {k: str(x) if isinstance(x, float) and not math.isfinite(x) else x for k, x in line.items()}
-        for line in lines(data)
+def claims_tables(result: Loaded) -> list[Table]:
+    """Every claim with its value and its bound, a table for each kind of trial."""
+    forms = dict.fromkeys(("value", "bound", "ratio"), ".2g")
+    keys = ("name", "value", "bound", "ratio", "unit", "verdict")
+    return [
+        Table.of(kind, [Column(key, claims[key], forms.get(key, "")) for key in keys])
+        for kind, claims in _kinds(result)
     ]
-    return {"counts": counts(data), "claims": told}
 
 
-def text(data: Data) -> Iterator[str]:
-    """All for people: by how much each claim passes, then what does not and why."""
-    found = lines(data)
-    header = ("claim", "value", "bound", "of bound", "unit", "verdict")
-    row = "{name}\t{value:.2g}\t{bound:.2g}\t{ratio:.2g}\t{unit}\t{verdict}"
-    for group in data:
-        rows = [row.format(**line).split("\t") for line in found if line["group"] == group]
-        yield from terminal(Table(group.replace("_", " "), header, rows))
-    for x in found:
-        if x["verdict"] != PASSED:
-            why = "; ".join(filter(None, (x["measured"], x["note"], x["limit"])))
-            yield f"{x['verdict']}: {x['group']}, {x['name']}: {why}"
-    yield ", ".join(f"{number} {verdict}" for verdict, number in counts(data).items())
+def _kinds(result: Loaded) -> Iterator[tuple[str, Data]]:
+    """The kinds of trials in words, with their claims."""
+    for group, content in result["data"].items():
+        yield group.replace("_", " "), content["claims"]

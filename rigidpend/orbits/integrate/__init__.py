@@ -116,7 +116,7 @@ def crossings(orbits: Orbits, *, engine: str, bits: int, tolerance: float, jobs:
     if compiled:
         from rigidpend.orbits.integrate import batch
 
-        work, count = batch.crossings, min(jobs, -(-n // batch.WORTH[batch.bits_of_numbers(bits)]))
+        work, count = batch.crossings, min(jobs, -(-n // batch.worth_a_thread(bits)))
     elif bits == 53:
         from rigidpend.orbits.integrate import dop853
 
@@ -136,4 +136,4 @@ def on_one_thread(engine: str, bits: int, n: int) -> bool:
         return False
     from rigidpend.orbits.integrate import batch
 
-    return n <= batch.WORTH[batch.bits_of_numbers(bits)]
+    return n <= batch.worth_a_thread(bits)

@@ -29,17 +29,17 @@ from rigidpend.orbits.integrate import (
 from rigidpend.orbits.integrate.arithmetic import PAIRS, kernel_bits
 from rigidpend.orbits.integrate.kernel import following, taylor_step
 from rigidpend.orbits.integrate.kernel.lane_numbers import exactly, in_parts
-from rigidpend.orbits.integrate.kernel.machine_code import LANES
+from rigidpend.orbits.integrate.kernel.machine_code import FEW, LANES, lanes_for
 from rigidpend.orbits.integrate.passages import UNDECIDED, crossings_of_series, touch, value_at
 
 MAX_STEPS = 1_000_000
 """Steps without a crossing after which an orbit counts as failed; a passage takes some fifty."""
 TOGETHER = {53: 512, 106: 64, 159: 16, 212: 8, 424: 8}
 """Orbits, by bits, that are carried at a time: the kernel then works for 4 ms or more."""
-WORTH = {53: 256, 106: 16, 159: 8, 212: 8, 424: 8}
-"""Orbits, by bits, that are worth a thread: 20 ms of work."""
-STEPS = {53: 128, 106: 32, 159: 16, 212: 8, 424: 2}
+STEPS = {53: 128, 106: 32, 159: 16, 212: 8, 424: 8}
 """Steps in a call, by bits; who is done sooner goes on to no purpose, on the average for half."""
+FEWEST = 8
+"""Steps in a call at least, for which there is room in the notes."""
 EXPECTED = 50
 """Steps that a passage takes."""
 LANE = np.dtype([("orbit", int), ("count", int), ("silence", int), ("last", float)])
@@ -65,16 +65,22 @@ def bits_of_numbers(bits: int) -> int:
     return 3 * PAIRS // 2 if PAIRS < bits <= TRIPLES else kernel_bits(bits)
 
 
+def worth_a_thread(bits: int) -> int:
+    """The number of orbits that a thread of their own carries for 10 ms or more."""
+    return 256 if bits_of_numbers(bits) == 53 else LANES
+
+
 class Batch:
     """Orbits of one body on their way: each column is one that is not yet done."""
 
     def __init__(self, orbits: Orbits, bits: int, tolerance: float) -> None:
         self.orbits, self.bits, order = orbits, bits, taylor_step.order_of(tolerance)
         self.kind = bits = bits_of_numbers(bits)
-        self.kernel = following.carrying(order, bits)
         states = np.concatenate(in_parts(orbits.states, bits))
         self.n = states.shape[1]
-        self.width = min(TOGETHER[bits], -(-self.n // LANES) * LANES)
+        self.abreast = lanes_for(self.n)
+        self.kernel = following.carrying(order, bits, self.abreast)
+        self.width = min(TOGETHER[bits], -(-self.n // self.abreast) * self.abreast)
         self.found, self.seen = no_crossings(orbits.n_crossings, self.n), [np.empty((3, 0))]
         self.parameters = in_parts(orbits.coefficients, bits)
         self.initial = np.concatenate((states, np.zeros((2, self.n))))
@@ -92,7 +98,7 @@ class Batch:
             note(self._told)
             left = int(self.orbits.n_crossings - self.lanes["count"].min())
             # Few where all orbits are nearly done.
-            number = max(8, min(STEPS[self.kind], MAX_STEPS, left * EXPECTED // 2))
+            number = max(FEWEST, min(STEPS[self.kind], MAX_STEPS, left * EXPECTED // 2))
             self._take(self.carried(number), number)
             self.load(self._ended())
         written(np.hstack(self.seen), self.found, self.orbits.passage_limit)
@@ -108,14 +114,16 @@ class Batch:
     def carried(self, number: int) -> Array:
         """All columns some steps further: the crossings on the way, by columns."""
         m = self.lanes.size
-        groups = -(-m // LANES)
+        groups = -(-m // self.abreast)
         # Lanes without an orbit repeat the first: their steps are not looked at.
         self.states[:, m:], self.times[:, m:] = self.states[:, :1], self.times[:, :1]
         depth = touch(self.bits) * float(np.sqrt((self.states[:3, :m] ** 2).sum(axis=0).max()))
         given = self.states, self.width, self.times, self.parameters
         count = self.kernel(*given, 2 * depth, groups, number, self.notes)
         taken = self.notes[:count]
-        return crossings_on(taken[taken["lane"] < m], self.bits)
+        # Where series overflow nothing is known, and the orbit ends as one that failed.
+        known = np.isfinite(taken["after"]) & (taken["lane"] < m)
+        return crossings_on(taken[known], self.bits)
 
     def _take(self, found: Array, number: int) -> None:
         """Take in the crossings on so many steps."""
@@ -227,15 +235,15 @@ def advance(
     """
     kind = kernel_bits(bits)
     order = taylor_step.order_of(tolerance * 2.0 ** (53 - kind))
-    kernel, parameters = following.carrying(order, kind), in_parts(coefficients, kind)
+    kernel, parameters = following.carrying(order, kind, FEW), in_parts(coefficients, kind)
     begin = in_parts(np.array(state, dtype=object), kind).reshape(-1, 1)
     # All lanes carry the orbit; what is noted of its crossings is not looked at.
-    lanes, time = np.repeat(begin, LANES, axis=1), np.zeros((2, LANES))
-    room = np.empty(LANES, following.note(order, kind))
+    lanes, time = np.repeat(begin, FEW, axis=1), np.zeros((2, FEW))
+    room = np.empty(FEW, following.note(order, kind))
     found = []
     for _ in range(count):
         check_stop()
-        kernel(lanes, LANES, time, parameters, 0.0, 1, 1, room)
+        kernel(lanes, FEW, time, parameters, 0.0, 1, 1, room)
         here = tuple(exactly(lanes[:, 0].reshape(-1, len(state))))
         found.append((exactly(time[:, :1])[0], here))
     return found

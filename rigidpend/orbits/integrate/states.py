@@ -28,7 +28,7 @@ from rigidpend.orbits.integrate.arithmetic import (
 )
 from rigidpend.orbits.integrate.kernel import following, taylor_step
 from rigidpend.orbits.integrate.kernel.lane_numbers import exactly, in_parts
-from rigidpend.orbits.integrate.kernel.machine_code import FEW, LANES
+from rigidpend.orbits.integrate.kernel.machine_code import lanes_for
 from rigidpend.orbits.integrate.kernel.tape import ALIGNED, trace
 from rigidpend.orbits.integrate.pair_arrays import PairArray
 
@@ -168,7 +168,7 @@ def _sampled(
     (parts, size, n), kind = states.shape, kernel_bits(bits)
     if tolerance is None:
         tolerance = FINEST_TOLERANCE["taylor"] * 2.0 ** (53 - min(kind, bits + SPARE_BITS))
-    lanes = FEW if n <= FEW else LANES
+    lanes = lanes_for(n)
     if isinstance(field, AlignedCoefficients):
         traced, parameters = ALIGNED, in_parts(field, kind)
     else:

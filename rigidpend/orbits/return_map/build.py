@@ -80,11 +80,15 @@ class Costly(MapError):
     """A map that would take longer to build than it may; `needed` is how long at least."""
 
     def __init__(self, needed: float, budget: float) -> None:
-        super().__init__(
+        super().__init__(needed, budget)
+        self.needed = needed
+
+    def __str__(self) -> str:
+        needed, budget = self.args
+        return (
             f"its tables would take {needed:.2g} s of a core at least, more than the {budget:.2g} s"
             " that they may: integration is expected to be faster"
         )
-        self.needed = needed
 
 
 WHOLE = Design()

@@ -13,11 +13,12 @@ from __future__ import annotations
 
 import ctypes
 import functools
+import itertools
 from typing import Any, NamedTuple
 
 import numpy as np
 
-from rigidpend.machine.workers import check_stop
+from rigidpend.machine.workers import check_stop, side_by_side
 from rigidpend.numbers.generic import Scalar
 from rigidpend.orbits.integrate.kernel import machine_code
 from rigidpend.orbits.integrate.kernel.lane_numbers import Value
@@ -28,6 +29,8 @@ from rigidpend.orbits.return_map.program import FUNCTIONS, STAGE, Program
 
 AT_ONCE = 2**15
 """Passages of a call: some 0.01 s in doubles, 0.2 s in pairs."""
+WORTHWHILE = {53: 2**13, 106: 2**10}
+"""Passages that are worth a thread, which takes 0.1 ms to begin and as long to end."""
 ROWS = X, PHASE, ENERGY, FACTOR, TIME, IMAGE, INSIDE = range(7)
 """Rows of an orbit's state between two calls."""
 
@@ -49,7 +52,9 @@ class Followed(NamedTuple):
     """uint8, 1..4; 0 where the tables do not reach as far as that crossing."""
 
 
-def follow(program: Program, Qp: Scalar, phase: Scalar, e: Scalar, crossings: int) -> Followed:
+def follow(
+    program: Program, Qp: Scalar, phase: Scalar, e: Scalar, crossings: int, jobs: int = 1
+) -> Followed:
     """Follow orbits from their start to so many crossings of M3 = 0.
 
     Parameters
@@ -62,6 +67,9 @@ def follow(program: Program, Qp: Scalar, phase: Scalar, e: Scalar, crossings: in
     e : (N,) array
         Energies, -1 to 1 in the map's interval.
     crossings : int
+    jobs : int, optional
+        Threads, which share the orbits. Python's own lines are left to one: threads that take
+        turns with the interpreter wait longer than they compute.
     """
     orbits = np.stack((program.starts.place(Qp), phase, e, Qp))
     bits, n = program.bits, orbits.shape[-1]
@@ -74,8 +82,6 @@ def follow(program: Program, Qp: Scalar, phase: Scalar, e: Scalar, crossings: in
     times = np.empty((crossings, stride))
     separatrices = np.empty((crossings, stride), dtype=np.uint8)
     most = len(program.lengths) * FUNCTIONS + program.energies + 2 * max(1, program.most)
-    room = np.empty(most * parts * LANES + 8)
-    aligned = room.ctypes.data + -room.ctypes.data % 64
     passages = functools.partial(
         _function(bits),
         program.stages.ctypes.data,
@@ -89,20 +95,28 @@ def follow(program: Program, Qp: Scalar, phase: Scalar, e: Scalar, crossings: in
     )
     further = max(1, AT_ONCE // LANES)
     abreast = max(1, further // max(1, crossings))
-    for group in range(0, groups, abreast):
-        for crossing in range(0, crossings, further):
-            check_stop()
-            here = crossing * stride + group * LANES
-            passages(
-                rows.ctypes.data + group * LANES * rows.itemsize,
-                stride,
-                min(abreast, groups - group),
-                crossing,
-                min(further, crossings - crossing),
-                aligned,
-                times.ctypes.data + here * times.itemsize,
-                separatrices.ctypes.data + here,
-            )
+
+    def carry(some: range) -> None:
+        room = np.empty(most * parts * LANES + 8)
+        aligned = room.ctypes.data + -room.ctypes.data % 64
+        for group in some[::abreast]:
+            for crossing in range(0, crossings, further):
+                check_stop()
+                here = crossing * stride + group * LANES
+                passages(
+                    rows.ctypes.data + group * LANES * rows.itemsize,
+                    stride,
+                    min(abreast, some.stop - group),
+                    crossing,
+                    min(further, crossings - crossing),
+                    aligned,
+                    times.ctypes.data + here * times.itemsize,
+                    separatrices.ctypes.data + here,
+                )
+
+    threads = min(jobs, max(1, groups * crossings * LANES // WORTHWHILE[bits]))
+    ends = [groups * k // threads for k in range(threads + 1)]
+    side_by_side(carry, (), False, [range(*x) for x in itertools.pairwise(ends)], threads)
     return Followed(times[:, :n], separatrices[:, :n])
 
 

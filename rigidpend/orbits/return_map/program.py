@@ -22,6 +22,7 @@ ln|W/scale|/Lambda is a smooth function of I and h, reduced by whole turns befor
 from __future__ import annotations
 
 import math
+from collections.abc import Iterable, Iterator
 from fractions import Fraction
 from typing import Any, NamedTuple
 
@@ -231,11 +232,7 @@ class _Writer:
             own, sharp_counts = _extent(sharp)
             sharp_counts += [0] * (rows - own)
             self.harmonics += zip(counts, sharp_counts, strict=True)
-            for i in (*range(1, rows), 0):
-                # The sums over harmonics begin with zero, and the constant comes last.
-                later, last = 2 * sharp_counts[i] + 1, 2 * counts[i] + 1
-                for k in (*range(later, last), *range(1, later), 0):
-                    self._write(values[:, :, i, k], sharp[:, i, k])
+            self._write(values, sharp, _places(counts, sharp_counts))
             most = max(1, *sharp_counts)
             self.known[id(terms)] = rows, own, first, listed, max(counts), most
         return self.known[id(terms)]
@@ -245,9 +242,8 @@ class _Writer:
         first = len(self.lengths)
         values, sharp = self._parted(coefficients)
         count = coefficients.shape[1]
-        own = 1 + _last(sharp.any(axis=(0, 2)))
-        for k in range(count - 1, -1, -1):
-            self._write(values[:, :, k], sharp[:, k])
+        own = 1 + int(_last(sharp.any(axis=(0, 2))))
+        self._write(values, sharp, ((k,) for k in range(count - 1, -1, -1)))
         return count, max(1, count - own), first
 
     def _parted(self, terms: Any) -> tuple[Any, Any]:
@@ -257,20 +253,35 @@ class _Writer:
         largest = sizes.reshape(-1, FUNCTIONS).max(axis=0)
         return values, sizes > self.limit * largest
 
-    def _write(self, series: Any, sharp: Any) -> None:
-        """Write three sums over polynomials of the energy, (parts, energies, 3)."""
-        length = 1 + _last((series[0] != 0).any(axis=1))
-        self.lengths.append((length, 1 + _last(sharp.any(axis=1), -1)))
-        self.values.append(series[:, length - 1 :: -1])
+    def _write(self, values: Any, sharp: Any, places: Iterable[tuple[int, ...]]) -> None:
+        """Write three sums over polynomials of the energy for each place, in their order.
+
+        Values are (parts, energies, ..., 3), and a mask of sharp ones (energies, ..., 3).
+        """
+        counts, own = (1 + _last(x.any(axis=-1), -1) for x in (values[0] != 0, sharp))
+        for at in places:
+            length = max(1, counts[at])
+            self.lengths.append((length, own[at]))
+            self.values.append(values[:, length - 1 :: -1, *at])
+
+
+def _places(counts: list[int], sharp_counts: list[int]) -> Iterator[tuple[int, int]]:
+    """The places of a table's series, as they are summed: by rows, from the second on."""
+    for i in (*range(1, len(counts)), 0):
+        # The sums over harmonics begin with zero, and the constant comes last.
+        later, last = 2 * sharp_counts[i] + 1, 2 * counts[i] + 1
+        for k in (*range(later, last), *range(1, later), 0):
+            yield i, k
 
 
 def _extent(used: Any) -> tuple[int, list[int]]:
     """Rows of a table up to the last with a term, and up to which harmonic each of them goes."""
     terms = used.any(axis=(0, 3))
-    rows = 1 + _last(terms.any(axis=1))
-    return rows, [(1 + _last(row)) // 2 for row in terms[:rows]]
+    rows = 1 + int(_last(terms.any(axis=1)))
+    return rows, ((1 + _last(terms.T)) // 2)[:rows].tolist()
 
 
-def _last(mask: Any, none: int = 0) -> int:
-    """Index of the last True in a row."""
-    return int(np.flatnonzero(mask).max(initial=none))
+def _last(mask: Any, none: int = 0) -> Any:
+    """Index of the last True along the first axis."""
+    found = len(mask) - 1 - np.argmax(mask[::-1], axis=0)
+    return np.where(mask.any(axis=0), found, none)

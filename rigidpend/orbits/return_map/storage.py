@@ -13,15 +13,16 @@ import io
 import json
 import math
 import threading
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator, Sequence
 from pathlib import Path
-from typing import Any
+from typing import Any, TypeAlias
 
 import numpy as np
 
 from rigidpend import __version__
 from rigidpend.machine import cache
 from rigidpend.machine.code_hash import code_hash_of
+from rigidpend.machine.workers import WorkerError, apart
 from rigidpend.mechanics.body import Body
 from rigidpend.numbers import checked
 from rigidpend.numbers.checked import ParameterError
@@ -47,6 +48,7 @@ from rigidpend.orbits.return_map.reduced import coefficients
 
 MOST = 500_000_000
 """Bytes of all kept maps: one of Fig. 4 takes half a million, of a nearly symmetric body 50."""
+Make: TypeAlias = Callable[..., ReturnMap]
 RECORDS = {x.__name__: x for x in (NormalForm, Interval, Chart, ChartTable, Orders, Errors)}
 """Content of a stored map."""
 
@@ -109,6 +111,36 @@ def is_kept(body: Body, low: Exact, high: Exact, bits: int, design: Design) -> b
     return isinstance(_kept(body, low, high, bits, design).known, ReturnMap)
 
 
+def build_apart(
+    body: Body, ends: Sequence[Exact], bits: int, design: Design, budget: float
+) -> None:
+    """Build a map in a process of its own, unless it is known; raises as :func:`return_map`.
+
+    Threads would not do: most of the time is Python's own, and they take turns with it.
+    """
+    low, high = ends
+    _kept(body, low, high, bits, design).within(budget, _by_process)
+
+
+def _by_process(*task: Any) -> ReturnMap:
+    try:
+        found = apart(_built, task)
+    except (WorkerError, OSError, ImportError, NotImplementedError):
+        # It was killed, or the system has no processes or nothing that they could speak through.
+        return build(*task)
+    if isinstance(found, MapError):
+        raise found
+    return found
+
+
+def _built(*task: Any) -> ReturnMap | MapError:
+    """The map, or why there is none: what a process answers."""
+    try:
+        return build(*task)
+    except MapError as refused:
+        return refused
+
+
 @functools.lru_cache(maxsize=16)
 def _kept(body: Body, low: Exact, high: Exact, bits: int, design: Design) -> _Kept:
     return _Kept(body, low, high, bits, design)
@@ -122,13 +154,13 @@ class _Kept:
         self._of = followed(body, low, high, bits, design, table_bits(bits))
         self._lock, self.known = threading.Lock(), self._stored()
 
-    def within(self, budget: float) -> ReturnMap:
+    def within(self, budget: float, make: Make | None = None) -> ReturnMap:
         """The map, if it is to be had for a budget; else MapError."""
         # Threads ask for the same map: one makes it, and the others wait.
         with self._lock:
             known = self.known
             if known is None or (isinstance(known, Costly) and known.needed <= budget):
-                self.known = known = self._made(budget)
+                self.known = known = self._made(make or build, budget)
         if isinstance(known, Costly):
             raise Costly(known.needed, budget)
         if isinstance(known, MapError):
@@ -137,9 +169,9 @@ class _Kept:
             raise Costly(known.cost, budget)
         return known
 
-    def _made(self, budget: float) -> ReturnMap | MapError:
+    def _made(self, make: Make, budget: float) -> ReturnMap | MapError:
         try:
-            made = build(*self._task, budget)
+            made = make(*self._task, budget)
         except MapError as refused:
             needed = refused.needed if isinstance(refused, Costly) else None
             self._save([str(refused), needed])

@@ -106,7 +106,7 @@ def _read(text: str) -> Address:
             term = _TERM.match(word, at)
             if term is None:
                 told = "symbols are 0 and 1, half rotations follow as in 0^9"
-                raise AddressError(f"{told}: {short(word[at:], 40)!r}")
+                raise AddressError(f"{short(word[at:], 40)!r} in a code cannot be read: {told}")
             symbol, turns, repeated, each, times = term.groups()
             terms += [(symbol or repeated, turns or each)] * int(times or 1)
             at = term.end()

@@ -37,11 +37,8 @@ def test_a_bound_on_half_rotations_that_no_orbit_keeps_is_said() -> None:
 
 def test_every_kind_is_counted(data: Any) -> None:
     assert [len(data["orbits"][n]["theta2_0"]) for n in "012"] == [2, 2, 22]
-    assert [str(data["orbits"][n]["ends"]) for n in "012"] == [
-        "heteroclinic",
-        "homoclinic",
-        "heteroclinic",
-    ]
+    ends = [str(data["orbits"][n]["ends"]) for n in "012"]
+    assert ends == ["heteroclinic", "homoclinic", "heteroclinic"]
     assert data["orbits"]["2"]["half_turns"].max() == 10
     for orbits in data["orbits"].values():
         assert (np.diff(orbits["theta2_0"]) > 0).all()

@@ -42,18 +42,17 @@ def test_samples_at_other_times_are_no_agreement(data: Any) -> None:
     assert "same times" in found
 
 
-@pytest.mark.parametrize(("off", "told"), [(0.9e-11, 0), (1.1e-11, 1)])
-def test_phases_at_the_cut_are_near_each_other(off: float, told: int) -> None:
-    within: Any = CURVES["S1_minus"]["theta2_0"].within
-    stored, fresh = ({"theta2_0": np.array([x])} for x in (0.0, 2 * np.pi - off))
-    assert len(within.apart("theta2_0", stored, fresh)) == told
-
-
-@pytest.mark.parametrize(("off", "told"), [(0.9e-12, 0), (1.1e-12, 1)])
-def test_points_are_compared_where_both_results_have_one(off: float, told: int) -> None:
+@pytest.mark.parametrize(("part", "told"), [(0.9, 0), (1.1, 1)])
+def test_points_are_compared_where_both_have_one_and_phases_also_across_the_cut(
+    part: float, told: int
+) -> None:
     """The fresh one lacks the second of four; at J1 = J2/2 an error has not grown."""
-    within: Any = CURVES["S1_minus"]["theta1"].within
+    phase: Any
+    theta1: Any
+    phase, theta1 = (CURVES["S1_minus"][name].within for name in ("theta2_0", "theta1"))
+    ends = ({"theta2_0": np.array([x])} for x in (0.0, 2 * np.pi - part * 1e-11))
+    assert len(phase.apart("theta2_0", *ends)) == told
     stored = {"sample": np.arange(4), "theta1": np.arange(4.0), "offsets": np.array([0, 4])}
-    fresh = {"sample": np.array([0, 2, 3]), "theta1": np.array([0.0, 2.0, 3.0 + off])}
+    fresh = {"sample": np.array([0, 2, 3]), "theta1": np.array([0.0, 2.0, 3.0 + part * 1e-12])}
     both = stored | {"J1_over_J2": np.full(4, 0.5)}, fresh | {"offsets": np.array([0, 3])}
-    assert len(within.apart("theta1", *both)) == told
+    assert len(theta1.apart("theta1", *both)) == told

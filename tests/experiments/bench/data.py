@@ -8,7 +8,6 @@ import numpy as np
 
 
 def record(error: Any, seconds: Any, **more: Any) -> dict[str, Any]:
-    """The record of a method's search."""
     n = len(error)
     columns = {"setting": 0, "error": error, "seconds": seconds}
     columns |= {"tolerance": np.logspace(-2, -1 - n, n), **more}
@@ -16,13 +15,11 @@ def record(error: Any, seconds: Any, **more: Any) -> dict[str, Any]:
 
 
 def guest(rounds: Any, error: float = 1e-10, **more: Any) -> dict[str, Any]:
-    """The record of a method at a meeting."""
     numbers = {name: np.float64(value) for name, value in {"error": error, **more}.items()}
     return {"rounds": np.array(rounds, dtype=float), "chosen": "tolerance 1e-09", **numbers}
 
 
 def codes_guest(rounds: Any) -> dict[str, Any]:
-    """The same at the codes."""
     return guest(rounds, 1e-7, wrong_symbols=0.0)
 
 
@@ -40,7 +37,6 @@ def with_bodies(first: Any, again: Any, orbits: float, **more: float) -> dict[st
 
 
 def bodies(**methods: Any) -> dict[str, Any]:
-    """Bodies drawn by lot, with the records of methods."""
     n = len(next(iter(methods.values()))["first"])
     told = {"A1": 2, "A2": 1, "A3": 1.5, "r1": 0.6, "r2": 0.8, "h0": 1, "J1_0": 1e-8}
     columns = {name: np.full(n, float(x)) for name, x in told.items()}

@@ -78,7 +78,6 @@ def apart() -> Iterator[Executor]:
 
 
 def errors_of(problem: str, name: str, tolerance: Any) -> dict[str, Any]:
-    """What an answer errs by."""
     return given(problem).error(answered(problem, name, tolerance), given(problem).truth)
 
 

@@ -17,20 +17,16 @@ from rigidpend.experiments.bench import report as reading
 from rigidpend.experiments.bench.compute import by_worker
 from rigidpend.experiments.bench.methods import METHODS
 from rigidpend.experiments.bench.problems import SEED, drawn
-from rigidpend.experiments.bench.schema import Config
 from rigidpend.experiments.contract import Means
 from rigidpend.orbits.integrate.arithmetic import CLOSED_FORM, EngineError
 from rigidpend.results import store
 from rigidpend.runs import loading, runner
-from tests.config.samples import content as typed
-from tests.config.samples import refused
+from tests.experiments.trees import CONFIGS, asked
 from tests.orbits.integrate.problems import needs_heyoka
 
 pytestmark = [pytest.mark.slow, needs_heyoka("the references in 113 bits")]
 """Most tests look at the one result of a small run."""
 
-CONFIGS = Path(__file__).resolve().parents[3] / "configs" / "measure"
-FULL, QUICK = (CONFIGS / f"{name}.yaml" for name in ("bench", "bench_quick"))
 SMALL = [
     "problem.problems=[pendulum, codes]",
     "problem.methods=[closed_form, route_codes, aligned_batch, diffrax]",
@@ -69,7 +65,6 @@ def here(work: Any, given: Any, budgets: float) -> Any:
 
 
 def called(folder: Path, *words: str) -> Any:
-    """The command in small."""
     settings = [x for setting in SMALL for x in ("--set", setting)]
     return CliRunner().invoke(bench_command, ["--quick", "--out", str(folder), *settings, *words])
 
@@ -95,7 +90,7 @@ def data(said: Any, folder: Path) -> Any:
 
 def test_the_command_prints_one_json_document_and_draws(said: Any, folder: Path) -> None:
     found = json.loads(said.stdout)
-    assert set(found) >= {"machine", "losses", "pendulum", "codes", "random_phases"}
+    assert set(found["data"]) >= {"meetings", "pendulum", "codes", "random_phases"}
     assert found["machine"]["processor"]
     assert (folder / "bench_quick.png").read_text() == "drawn"
     assert "reference" in said.stderr
@@ -153,12 +148,14 @@ def test_an_interrupted_run_goes_on_where_it_was(
 ) -> None:
     few = ["problem.problems=[pendulum]", "problem.methods=[closed_form, aligned_batch]"]
     few += ["phases.methods=[]", "bodies.kept=0", "bodies.drawn=0"]
-    planned = runner.plan(loading.load(QUICK, [*SMALL, *few]), tmp_path)
-    asked: list[str] = []
+    planned = runner.plan(
+        loading.load(CONFIGS / "measure" / "bench_quick.yaml", [*SMALL, *few]), tmp_path
+    )
+    begun: list[str] = []
 
     def breaking(work: Any, given: Any, budgets: float) -> Any:
-        asked.append(f"{work.__name__} {given[1]}")
-        if len(asked) in (2, 4):
+        begun.append(f"{work.__name__} {given[1]}")
+        if len(begun) in (2, 4):
             raise KeyboardInterrupt
         return here(work, given, budgets)
 
@@ -168,7 +165,7 @@ def test_an_interrupted_run_goes_on_where_it_was(
             runner.run(planned, jobs=1, report=lambda _: None)
     # What follows the search of both is their meeting.
     found = ["search closed_form", *["search aligned_batch"] * 2, "meeting pendulum"]
-    assert asked == found
+    assert begun == found
     # Without a body that is drawn there is no group of them.
     runner.run(planned, jobs=1, report=lambda _: None)
     assert not store.load(planned.target)["data"].get("bodies")
@@ -177,32 +174,12 @@ def test_an_interrupted_run_goes_on_where_it_was(
 def test_without_heyoka_there_is_no_reference(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(principal_axes, "installed", lambda: False)
     with pytest.raises(EngineError, match="heyoka"):
-        bench.compute(typed(Config, QUICK), Means(CLOSED_FORM))
+        bench.compute(asked("bench_quick"), Means(CLOSED_FORM))
 
 
 def test_the_full_config_asks_for_everything() -> None:
-    content = typed(Config, FULL)
+    content = asked("bench")
     assert set(METHODS) - set(content.problem.methods) == {"route_codes_auto"}
     assert (content.bodies.kept, content.bodies.drawn, content.bodies.orbits) == (40, 20, 20_000)
     assert content.meeting.rounds >= 11
     assert content.phases.orbits == 2000
-
-
-@pytest.mark.parametrize(
-    ("setting", "place", "message"),
-    [
-        ("problem.methods=[scipy_dop854]", "problem.methods", "no such method: 'scipy_dop854'"),
-        ("problem.problems=[code]", "problem.problems", "no such problem: 'code'"),
-        ("search.tolerances=[1e-9, 1e-3]", "search.tolerances", "expected tolerances that"),
-        ("search.tolerances=[1e-9, 0]", "search.tolerances", "expected tolerances that"),
-        ("search.tolerances=[1]", "search.tolerances", "a tolerance is at most 0.1"),
-        ("search.slowest=0", "search.slowest", "expected seconds, more than 0"),
-        ("meeting.rounds=0", "meeting.rounds", "input should be greater"),
-        ("bodies.methods=[]", "bodies.methods", "expected at least"),
-        ("numerics.engine=scipy", "numerics", "unknown key"),
-    ],
-)
-def test_a_config_that_cannot_be_is_refused(setting: str, place: str, message: str) -> None:
-    [found] = refused(FULL, [setting])
-    assert ".".join(map(str, found.place)) == place
-    assert found.message.startswith(message)

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -11,9 +10,8 @@ from matplotlib.figure import Figure
 
 from rigidpend.experiments.bench.draw import APPEARANCES, draw, style
 from rigidpend.experiments.bench.methods import METHODS
-from rigidpend.results.store import load
 from tests.experiments.bench.data import data
-from tests.experiments.figures import check_on_page, panel, styled
+from tests.experiments.figures import panel, styled
 from tests.results.loaded import loaded
 
 
@@ -75,10 +73,3 @@ def test_families_look_different_and_the_legend_holds_those_that_are_shown(
         *("rigidpend", "rigidpend, every symbol certain", "heyoka, batches", "SciPy DOP853"),
         "two runs of a peer compared",
     ]
-
-
-def test_the_stored_measurement_is_one_page_and_does_not_leave_it() -> None:
-    made = styled(draw, load(Path("results/measured/bench.h5")), laid_out=True)
-    check_on_page(made)
-    assert made.get_figwidth() == 7.2
-    assert made.get_figheight() < 9

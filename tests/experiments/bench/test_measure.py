@@ -24,7 +24,6 @@ SHORT = replace(FIG4, n_symbols=2)
 
 
 def asking(**parts: Any) -> Any:
-    """A config of parts that have such keys."""
     made = {k: SimpleNamespace(**x) if isinstance(x, dict) else x for k, x in parts.items()}
     return SimpleNamespace(**made)
 
@@ -142,7 +141,6 @@ def test_a_short_solve_counts_when_it_has_been_made_in_its_turn_before(
 
 
 def searching(*tolerances: Any) -> Any:
-    """What a search at the pendulum is given."""
     sizes, search = {"orbits": 2, "turns": 1}, {"tolerances": tolerances, "slowest": 1.0}
     config = asking(problem=sizes, search=search)
     return config, "scipy_dop853", {"pendulum": {"states": np.ones((6, 2))}}
@@ -342,7 +340,6 @@ def test_ours_follows_as_many_orbits_as_it_is_expected_to_in_its_time(
 
 
 def phases(made: Any, monkeypatch: pytest.MonkeyPatch, chunk: int, *sizes: float) -> Any:
-    """Lines of a method on random phases."""
     monkeypatch.setattr(measure, "made", made)
     monkeypatch.setattr(measure, "CHUNK", chunk)
     config = asking(phases=dict(zip(("orbits", "seconds"), sizes, strict=True)))
@@ -383,11 +380,6 @@ def test_free_bodies_turn_both_ways_about_both_axes() -> None:
     assert [np.sign(M[k % 2, k]) for k in range(4)] == [1, 1, -1, -1]
 
 
-def test_random_orbits_are_the_same_in_every_run() -> None:
-    one, more = problems.random_routes(SHORT, 5), problems.random_routes(SHORT, 9)
-    np.testing.assert_array_equal(one.states, more.of(np.arange(5)).states)
-
-
 def test_a_wrong_symbol_that_a_method_does_not_vouch_for_is_wrong_and_not_trusted() -> None:
     codes, certain = np.array([[0, 1, 1]]), np.array([[True, True, False]])
     answer = Crossed(codes.astype(np.uint8), np.zeros((2, 3)), certain)
@@ -396,7 +388,9 @@ def test_a_wrong_symbol_that_a_method_does_not_vouch_for_is_wrong_and_not_truste
     assert judged(answer._replace(certain=None), np.zeros((1, 3)))["wrong_trusted"] == 2
 
 
-def test_bodies_drawn_by_lot_are_the_same_ones_and_lie_in_the_domain() -> None:
+def test_orbits_and_bodies_drawn_by_lot_are_the_same_ones_and_lie_in_the_domain() -> None:
+    one, more = problems.random_routes(SHORT, 5), problems.random_routes(SHORT, 9)
+    np.testing.assert_array_equal(one.states, more.of(np.arange(5)).states)
     bodies = problems.drawn()
     assert bodies[:3] == problems.drawn(problems.SEED, 3)
     assert set(bodies).isdisjoint(problems.drawn(problems.SEED + 1, 3))

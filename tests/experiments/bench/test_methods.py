@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -10,16 +9,14 @@ import pytest
 
 from rigidpend.experiments.bench import methods as choice
 from rigidpend.experiments.bench.methods import METHODS, PROBLEMS, Entrant
-from rigidpend.experiments.bench.schema import Config, Workload
-from tests.config.samples import content as typed
+from rigidpend.experiments.bench.schema import Workload
 from tests.experiments.bench.data import record
-
-FULL = Path(__file__).resolve().parents[3] / "configs" / "measure" / "bench.yaml"
+from tests.experiments.trees import asked
 
 
 @pytest.fixture(scope="module")
 def content() -> Any:
-    return typed(Config, FULL)
+    return asked("bench")
 
 
 @pytest.mark.parametrize(
@@ -52,7 +49,7 @@ def test_guests_bring_their_tolerance_and_variant(content: Any) -> None:
     assert found["closed_form"].tolerance is None
 
 
-def test_tolerances_stop_where_a_method_takes_no_finer(content: Any) -> None:
+def test_defaults_answer_and_tolerances_stop_where_a_method_takes_no_finer(content: Any) -> None:
     for key, method in METHODS.items():
         tried: Any = choice.tolerances(key, content.search)
         if method.finest is None:
@@ -60,12 +57,11 @@ def test_tolerances_stop_where_a_method_takes_no_finer(content: Any) -> None:
         else:
             assert len(tried) >= 8, key
             assert min(tried) >= method.finest
+    assert all(name in METHODS[x.default].answers for name, x in PROBLEMS.items())
+    # What a config leaves out of the problems is what the full one says.
+    assert content.problem == Workload()
     usual = choice.best("codes", "cyrk", {}, content.search)
     assert usual == Entrant(1e-13, {"method": "DOP853"})
-
-
-def test_what_a_config_leaves_out_of_the_problems_is_what_the_full_one_says(content: Any) -> None:
-    assert content.problem == Workload()
 
 
 def test_scipy_takes_the_finest_tolerance_that_it_is_asked_for_and_none_finer() -> None:
@@ -77,7 +73,3 @@ def test_scipy_takes_the_finest_tolerance_that_it_is_asked_for_and_none_finer() 
     ask(choice.FINEST_SCIPY)
     with pytest.warns(UserWarning, match="rtol"):
         ask(0.95 * choice.FINEST_SCIPY)
-
-
-def test_every_default_is_a_method_that_answers() -> None:
-    assert all(name in METHODS[x.default].answers for name, x in PROBLEMS.items())

@@ -62,23 +62,25 @@ def test_a_body_without_such_orbits_is_named() -> None:
         computed(config, [])
 
 
+STRICT, PAIRS = ((2,), (1,), (0,), (3,), (4,)), ((1, 2), (0,), (3, 4))
+
+
 @pytest.mark.parametrize(
-    ("gained", "holds"),
+    ("groups", "gained", "error", "holds"),
     [
-        ([1, 2, -1, -2], True),
-        ([2, 1, -2, -1], False),
-        ([2, 2, -2, -2], False),
-        ([1, 2, 1, -2], False),
-        ([np.nan, 2, -1, -2], False),
+        (STRICT, [1, 2, -1, -2], 0.1, True),
+        (STRICT, [2, 1, -2, -1], 0.1, False),
+        (STRICT, [2, 2, -2, -2], 0.1, False),
+        (STRICT, [1, 2, 1, -2], 0.1, False),
+        (STRICT, [np.nan, 2, -1, -2], 0.1, False),
+        # Equal ones are equal within their errors.
+        (PAIRS, [1, 1.05, -1, -1], 0.03, True),
+        (PAIRS, [1, 1.05, -1, -1], 0.02, False),
+        # The least of a group is beyond the largest of the next by two errors.
+        (((1, 2), (3, 4)), [1, 0.85, 0.75, 0.75], 0.08, False),
     ],
 )
-def test_an_order_holds_or_does_not(gained: list[float], holds: bool) -> None:
-    groups = ((2,), (1,), (0,), (3,), (4,))
-    assert in_order(np.array(gained, dtype=float), 0.1, groups) is holds
-
-
-def test_equal_increments_are_equal_within_their_errors() -> None:
-    groups = ((1, 2), (0,), (3, 4))
-    gained = np.array([1.0, 1.05, -1.0, -1.0])
-    assert in_order(gained, 0.03, groups)
-    assert not in_order(gained, 0.02, groups)
+def test_an_order_holds_or_does_not(
+    groups: Any, gained: list[float], error: float, holds: bool
+) -> None:
+    assert in_order(np.array(gained, dtype=float), error, groups) is holds

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from types import SimpleNamespace
 from typing import Any
+from unittest.mock import Mock
 
 import numpy as np
 import pytest
@@ -27,7 +28,6 @@ Data = dict[str, dict[str, Any]]
 
 @pytest.fixture(scope="module")
 def content(tmp_path_factory: pytest.TempPathFactory) -> Any:
-    """A checked config of two arrays."""
     path = written(tmp_path_factory.mktemp("config"), SMALL)
     return loading.load(path, [SECOND, "problem.n_symbols=5"]).content
 
@@ -74,17 +74,12 @@ def test_compute_is_route_codes_of_each_array_with_melnikov_s_zeros(
 
 
 def test_numerics_reach_the_computation(content: Any, monkeypatch: pytest.MonkeyPatch) -> None:
-    seen: list[Any] = []
-
-    def stop(*given: Any, **_: Any) -> Any:
-        seen.append(given)
-        raise InterruptedError
-
+    stop = Mock(side_effect=InterruptedError)
     monkeypatch.setattr(route_codes, "codes_of", stop)
     arithmetic = resolve("scipy", 1e-9, (60, 80))
     with pytest.raises(InterruptedError):
         computed(content, arithmetic=arithmetic, jobs=3)
-    [(problem, _, *numerics)] = seen
+    [((problem, _, *numerics), _)] = stop.call_args_list
     assert problem is content.problem.routes
     assert numerics == [arithmetic, 3]
 

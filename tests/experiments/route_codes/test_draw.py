@@ -9,7 +9,7 @@ import pytest
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from rigidpend.experiments.route_codes.draw import draw, draw_together
+from rigidpend.experiments.route_codes.draw import draw
 from tests.experiments.figures import styled
 from tests.results.loaded import loaded
 
@@ -32,7 +32,6 @@ def array(phases: Any, rows: int = 15, zeros: Any = ZEROS) -> dict[str, Any]:
 
 @pytest.fixture
 def data() -> Data:
-    """Two arrays as in Fig. 4."""
     return {"left": array(LEFT), "right": array(RIGHT)}
 
 
@@ -55,12 +54,6 @@ def cell_sides(axes: Axes, columns: int, rows: int) -> Any:
     figure: Any = axes.figure
     box, (wide, high) = axes.get_position(), figure.get_size_inches()
     return box.width * wide / columns, box.height * high / rows
-
-
-def test_results_drawn_together_are_told_apart_by_their_labels(data: Data) -> None:
-    figure = draw_together([(said, loaded(data)) for said in ("mu = 1", "mu = 2")])
-    titles = [axes.get_title(loc="left") for axes in figure.axes]
-    assert titles == ["left, mu = 1", "right", "left, mu = 2", "right"]
 
 
 def test_zero_is_black_one_is_white_and_square_cells_stand_around_their_phases(data: Data) -> None:
@@ -123,7 +116,9 @@ def test_uncertain_and_proven_cells_and_no_others_are_marked(data: Data) -> None
     for row, column in cells:
         data["left"]["certain"][row, column] = False
         data["left"]["proven"][14 - row, column] = True
-    left, right = drawn(data).axes
+    figure = drawn(data)
+    assert "proven symbol" in legend(figure)
+    left, right = figure.axes
     for marker, rows in (("x", 0), ("o", 14)):
         found = [(round(y) - 1, round(x * 10)) for x, y in marks(left, marker)]
         assert sorted(found) == sorted((abs(rows - row), column) for row, column in cells)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from typing import Any
+from unittest.mock import Mock
 
 import numpy as np
 import pytest
@@ -14,7 +15,7 @@ from rigidpend.experiments.route_map import compute as route_map
 from rigidpend.machine import files
 from rigidpend.orbits.integrate.arithmetic import resolve
 from rigidpend.routes import choice
-from rigidpend.routes.cells import Cells, cells_of_starts
+from rigidpend.routes.cells import cells_of_starts
 from tests.experiments.trees import asked, computed, differences
 
 SMALL = (
@@ -108,7 +109,6 @@ def axis_of(name: str, count: int) -> str:
 
 
 def over(across: str, upwards: str, *settings: str) -> Any:
-    """A small plane of two parameters."""
     axes = f"problem.columns={axis_of(across, 3)}", f"problem.rows={axis_of(upwards, 4)}"
     return content("problem.theta2_0=1.2", *axes, *settings)
 
@@ -190,14 +190,10 @@ def test_tiles_are_kept_and_none_is_computed_twice(
 
 
 def test_planes_share_the_tables_of_all_their_starts(monkeypatch: pytest.MonkeyPatch) -> None:
-    asked: list[Any] = []
-
-    def noted(*given: Any, **common: Any) -> Cells:
-        asked.append((common["ends"], common["orbits"]))
-        return cells_of_starts(*given, **common)
-
-    monkeypatch.setattr(route_map, "cells_of_starts", noted)
+    cells = Mock(wraps=cells_of_starts)
+    monkeypatch.setattr(route_map, "cells_of_starts", cells)
     computed(content(ONE_ZOOM))
+    asked = [(common["ends"], common["orbits"]) for _, common in cells.call_args_list]
     # Twice 20 cells, from the lowest row of the plane to its highest.
     assert asked == [(pytest.approx((10**-9.375, 10**-5.625)), 40)] * 2
 
@@ -208,14 +204,9 @@ def test_planes_share_the_tables_of_all_their_starts(monkeypatch: pytest.MonkeyP
 def test_a_plane_costs_an_array_of_orbits_for_each_body_as_much_as_the_middle_one(
     monkeypatch: pytest.MonkeyPatch, pair: tuple[str, str], arrays: int, mu: float
 ) -> None:
-    asked: list[Any] = []
-
-    def seconds(*given: Any) -> float:
-        asked.append(given)
-        return 7.0
-
+    seconds = Mock(return_value=7.0)
     monkeypatch.setattr(choice, "expected_seconds", seconds)
     assert route_map.cost(over(*pair)) == 7 * arrays
-    [(one, orbits)] = asked
+    [((one, orbits), _)] = seconds.call_args_list
     assert float(one.body.mu) == pytest.approx(mu)
     assert orbits == 12 // arrays

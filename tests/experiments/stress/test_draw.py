@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -10,8 +9,7 @@ import pytest
 from matplotlib.figure import Figure
 
 from rigidpend.experiments.stress.draw import CEILING, FLOOR, LOOKS, draw
-from rigidpend.results.store import load
-from tests.experiments.figures import check_on_page, panel, styled
+from tests.experiments.figures import panel, styled
 from tests.results.loaded import loaded
 
 TIMES = np.array([0.5, 10.0, 100.0])
@@ -52,7 +50,7 @@ def figure() -> Figure:
     return styled(draw, loaded(data))
 
 
-def test_curves_are_where_their_numbers_are(figure: Figure) -> None:
+def test_curves_are_where_their_numbers_are_by_the_names_of_their_axes(figure: Figure) -> None:
     walk, *engine = lines(figure, "a")
     np.testing.assert_array_equal(walk, np.transpose([TIMES, WALK]))
     for k in range(3):
@@ -67,6 +65,13 @@ def test_curves_are_where_their_numbers_are(figure: Figure) -> None:
     np.testing.assert_array_equal(measured, [[0, 1], [20, 0.5], [30, 0]])
     np.testing.assert_array_equal(predicted, [[0, 1], [25, 0.5], [35, 0]])
     assert panel(figure, "d").get_legend().get_texts()[0].get_text() == "64 bits"
+    axes = {letter: panel(figure, letter) for letter in "abcd"}
+    assert {k: (x.get_xlabel(), x.get_ylabel(), x.get_yscale()) for k, x in axes.items()} == {
+        "a": ("rotations", "rms drift, relative", "log"),
+        "b": ("value / bound", "", "linear"),
+        "c": ("crossing", "phase error, rad", "log"),
+        "d": ("symbols", "share of orbits with more", "linear"),
+    }
 
 
 def test_every_claim_is_a_point_at_its_ratio_and_what_is_beyond_is_named(figure: Figure) -> None:
@@ -85,18 +90,6 @@ def test_every_claim_is_a_point_at_its_ratio_and_what_is_beyond_is_named(figure:
     assert all(x.get_position()[0] > CEILING for x in axes.texts), "on the right of all marks"
     counts = [x.get_text().split()[0] for x in axes.get_legend().get_texts()]
     assert counts == ["3", "1", "1"]
-
-
-def test_the_stored_trials_do_not_leave_their_page() -> None:
-    made = styled(draw, load(Path("results/measured/stress.h5")), laid_out=True)
-    check_on_page(made)
-    axes = {x.get_title(loc="left")[0]: x for x in made.axes}
-    assert {k: (x.get_xlabel(), x.get_ylabel(), x.get_yscale()) for k, x in axes.items()} == {
-        "a": ("rotations", "rms drift, relative", "log"),
-        "b": ("value / bound", "", "linear"),
-        "c": ("crossing", "phase error, rad", "log"),
-        "d": ("symbols", "share of orbits with more", "linear"),
-    }
 
 
 def test_trials_that_refused_leave_their_panels_empty() -> None:

@@ -22,7 +22,6 @@ RATE = phase_rate(
 
 
 def run(extreme: extremes.Extreme = ORDINARY) -> set[str]:
-    """The claims that fail, of the error and of what is uncertain."""
     return {x.removeprefix("x: ") for x in failed(extremes.trial("bodies", extreme, 1, 1, 1))}
 
 
@@ -35,14 +34,10 @@ def test_every_body_is_one_and_special_ones_are_special() -> None:
     assert {p.beta0 for p in angles} >= {0.0, np.pi}
 
 
-def test_an_ordinary_route_passes_and_a_refusal_fails() -> None:
-    assert run() == set()
-    assert run(ORDINARY._replace(J1_0="5")) == {"error", "uncertain"}
-
-
 @pytest.mark.parametrize(
     ("change", "fails"),
     [
+        (lambda x: x, set()),
         (lambda x: x._replace(separatrix=x.separatrix % 4 + 1), {"error"}),
         # A hundredth of a radian is the most that passes.
         (lambda x: x._replace(crossing_time=x.crossing_time + 0.008 / RATE), set()),

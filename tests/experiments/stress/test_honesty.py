@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from typing import Any
+from unittest.mock import Mock
 
 import numpy as np
 import pytest
@@ -176,10 +177,7 @@ def test_orbits_are_found_and_read_back_and_what_is_found_otherwise_is_found_out
 
 
 def test_codes_without_an_orbit_are_counted(monkeypatch: pytest.MonkeyPatch) -> None:
-    def none(*_: Any, **__: Any) -> Any:
-        raise NoOrbit
-
-    monkeypatch.setattr(honesty, "find_orbit", none)
+    monkeypatch.setattr(honesty, "find_orbit", Mock(side_effect=NoOrbit))
     assert list(verdicts(ADDRESSES).values()) == ["FAILED", "passed", "passed"]
 
 

@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-import json
 import math
 from pathlib import Path
 from typing import Any
+from unittest.mock import Mock
 
 import numpy as np
 import pytest
@@ -54,10 +54,8 @@ def test_verdict_and_ratio(
 
 @pytest.mark.parametrize("error", [ProblemError("J1_0", "no such orbit"), ArithmeticError("stuck")])
 def test_a_refusal_refutes_every_claim_of_its_trial(error: Exception) -> None:
-    def refuse() -> Findings:
-        raise error
-
-    made: Any = Trial("k", "t", [claim("a", 1.0), claim("b", 1.0, 9.0)], refuse).tried()
+    claims = [claim("a", 1.0), claim("b", 1.0, 9.0)]
+    made: Any = Trial("k", "t", claims, Mock(side_effect=error)).tried()
     assert verdicts(made) == {"a": FAILED, "b": FAILED}
     assert {x["note"] for x in made["claims"].values()} == {f"refused: {error}"}
     assert made["curves"] == {}
@@ -69,26 +67,24 @@ def test_a_claim_that_nothing_was_measured_of_fails_and_one_not_declared_is_refu
         trial([claim("a", 1.0)], 0.5, 0.1).tried()
 
 
-def test_table_and_json_tell_what_was_stored(tmp_path: Path) -> None:
+def test_tables_tell_what_was_stored(tmp_path: Path) -> None:
     claims = [claim("x", 2), claim("y", 2), claim("z", 2, 6)]
     made: Any = trial(claims, 1, math.inf, 5).tried()
+    made["claims"]["y"]["note"] = "stuck"
     tree = {"some_group": {**made, "claims": compute.table(made["claims"])}}
     result = from_file(tmp_path, "stress", tree)
-    data = result["data"]
-    told = json.loads(json.dumps(draw.summary(data), allow_nan=False))
-    assert told["counts"] == {PASSED: 1, LIMIT: 1, FAILED: 1}
-    assert [x["name"] for x in told["claims"]] == ["x", "y", "z"]
-    assert told["claims"][1]["value"] == "inf"
-    assert told["claims"][2]["reason"] == "the reason"
-    said = list(draw.text(data))
-    assert said[-1] == "1 passed, 1 limit, 1 FAILED"
-    assert ["z", "5", "2", "2.5", "rad", "limit"] in [x.split() for x in said]
-    assert any(x.startswith("limit: some_group, z") and x.endswith("known why") for x in said)
-    assert any("FAILED: some_group, y: what is measured; known why" in x for x in said)
+    [every] = draw.claims_tables(result)
+    assert (every.caption, len(every.rows)) == ("some group", 3)
+    assert every.rows[2] == ("z", "5", "2", "2.5", "rad", "limit")
     kinds, beyond = draw.tables(result)
     assert kinds.rows == [("some group", "1", "1", "1", "0.5")], "part of what passed alone"
-    names = [tuple(row[:2]) for row in beyond.rows]
-    assert names == [("FAILED", "some group, y"), ("limit", "some group, z")]
+    assert beyond.rows == [
+        ("FAILED", "some group, y", "what is measured; stuck; known why"),
+        ("limit", "some group, z", "what is measured; known why"),
+    ]
+    passed: Any = trial(claims[:1], 1).tried()
+    tree = {"some_group": {**passed, "claims": compute.table(passed["claims"])}}
+    assert len(draw.tables(from_file(tmp_path, "stress", tree))) == 1
 
 
 @pytest.mark.slow

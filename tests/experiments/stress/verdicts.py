@@ -2,24 +2,19 @@
 
 from __future__ import annotations
 
-from pathlib import Path
 from typing import Any
 
 from rigidpend.experiments.stress import scenes
 from rigidpend.experiments.stress.scenes import Trial
-from rigidpend.experiments.stress.schema import Config
-from tests.config.samples import content
-
-CONFIGS = Path(__file__).resolve().parents[3] / "configs" / "measure"
+from tests.experiments import trees
 
 
 def asked(*settings: str, config: str = "stress_quick") -> Any:
     """The problem of a config, its keys set otherwise."""
-    return content(Config, CONFIGS / f"{config}.yaml", [f"problem.{x}" for x in settings]).problem
+    return trees.asked(config, *(f"problem.{x}" for x in settings)).problem
 
 
 def verdicts(trial: Trial | Any) -> dict[str, str]:
-    """The verdict on each claim of a trial, or of one that was tried."""
     made: Any = trial.tried() if isinstance(trial, Trial) else trial
     return {name: claim["verdict"] for name, claim in made["claims"].items()}
 

@@ -2,15 +2,18 @@
 
 from __future__ import annotations
 
+import functools
+import math
 from typing import Any
 
 import numpy as np
 import pytest
+from numpy.typing import NDArray
 
 from rigidpend.orbits import integrate
-from rigidpend.orbits.integrate import dop853
+from rigidpend.orbits.integrate import Crossings, Outcome, dop853
 from rigidpend.orbits.integrate.arithmetic import in_kernel, kernel_bits, resolve
-from tests.orbits.integrate.problems import fan, find, same, task
+from tests.orbits.integrate.problems import FIG4, FREE, WAYS, fan, find, on_separatrix, same, task
 
 
 def test_the_kernel_serves_up_to_424_bits() -> None:
@@ -73,3 +76,91 @@ def test_errors_of_Q_count_by_the_smallest_orbit_and_others_by_one() -> None:
     np.testing.assert_array_equal(floor.T * 2.0**30, [[smallest, smallest, 1, 1, 1, 1]])
     states[:2] = 0
     np.testing.assert_array_equal(dop853.floor(task(states), 0.5), np.full((6, 1), 0.5))
+
+
+# ---- Every engine on the same orbits, from bit for bit the same numbers, and on closed solutions.
+
+EACH = [("taylor", 53), ("taylor", 106), ("scipy", 53), ("scipy", 60)]
+"""One way for each way of computing: doubles, sums of them, a system of SciPy's, integers."""
+J2, THETA2, V = 1.3, 0.7, 12.0
+"""|M|, initial phase and v of the separatrices below: J1 from 8e-6 J2 up, or down to it."""
+
+
+@pytest.mark.slow
+def test_agrees_integers_with_sums_of_doubles_from_a_small_J1() -> None:
+    """From J1 = 1e-60: the small component has its own leading zeros."""
+    expected = find(fan(1, J1=1e-60), "scipy", 60, n_crossings=1).time
+    found = find(fan(1, J1=1e-60), "taylor", 106, n_crossings=1)
+    # The time on a step is found in doubles, and the sum rounded.
+    np.testing.assert_allclose(found.time, expected, rtol=3e-16)
+
+
+def separatrix_J1(separatrix: int, times: NDArray[np.float64]) -> NDArray[np.float64]:
+    """J1 on (sol_1)-(sol_22): rising on 2 and 4, sinking on 1 and 3."""
+    falling = 1 if separatrix in (1, 3) else -1
+    exponent = falling * (J2 * math.sin(FREE.alpha0) * times - V)
+    return J2 / (np.exp(exponent) + 1)
+
+
+@pytest.mark.parametrize(
+    ("separatrix", "engine", "bits"), [(2 + 2 * (k % 2), *way) for k, way in enumerate(EACH)]
+)
+def test_agrees_the_one_crossing_of_an_unperturbed_separatrix(
+    separatrix: int, engine: str, bits: int
+) -> None:
+    J1 = float(separatrix_J1(separatrix, np.zeros(1))[0])
+    begin = on_separatrix(separatrix, FREE, J1, THETA2, J2)
+    found = find(begin[:, None], engine, bits, body=FREE, passage_limit=40)
+    # J1 = J2/2 where u t = v; then the orbit stays on Q = 0 and never comes back.
+    assert found.time[0, 0] == pytest.approx(V / (J2 * math.sin(FREE.alpha0)), abs=1e-10)
+    assert np.isnan(found.time[1:]).all()
+    assert found.separatrix[:, 0].tolist() == [separatrix, 0, 0, 0]
+    assert found.outcome.tolist() == [Outcome.ASYMPTOTIC]
+
+
+@functools.cache
+def whole(engine: str, bits: int) -> tuple[Any, Crossings]:
+    """An orbit with two crossings."""
+    begin = fan(3, J1=1e-2)[:, [2]]
+    return begin, find(begin, engine, bits, n_crossings=2)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(("engine", "bits"), EACH[:-1])
+def test_outcome_a_limit_ends_an_orbit_before_a_crossing_that_comes_later(
+    engine: str, bits: int
+) -> None:
+    begin, expected = whole(engine, bits)
+    waited = float(np.diff(expected.time, axis=0)[0, 0])
+    assert waited > 10
+    found = find(begin, engine, bits, n_crossings=2, passage_limit=waited * (1 + 1e-9))
+    assert same(found, expected)
+    for limit, crossed in ((0.75 * waited, 1), (1.0, 0)):
+        found = find(begin, engine, bits, n_crossings=2, passage_limit=limit)
+        assert found.outcome.tolist() == [Outcome.NO_CROSSING]
+        assert np.isfinite(found.time).sum() == np.count_nonzero(found.separatrix) == crossed
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(("engine", "bits"), EACH)
+def test_outcome_orbits_that_end_differently_share_a_call(engine: str, bits: int) -> None:
+    """gamma = 0 takes the weight away: such an orbit is asymptotic beside others that go on."""
+    states = fan(3, J1=1e-2)[:, 1:]
+    states[3:, 0] = 0
+    found = find(states, engine, bits, n_crossings=2, passage_limit=30)
+    assert found.outcome.tolist() == [Outcome.ASYMPTOTIC, Outcome.COMPLETE]
+    alone = whole("taylor", 106) if bits > 53 else whole(engine, bits)
+    np.testing.assert_allclose(found.time[:, [1]], alone[1].time, rtol=1e-12)
+    assert found.separatrix[:, 0].tolist() == [2, 0]
+
+
+@pytest.mark.parametrize(("engine", "bits"), WAYS)
+def test_agrees_a_crossing_right_after_the_start(engine: str, bits: int) -> None:
+    """Where the lane, or the integrator, has just stopped at the crossing of another orbit."""
+    states = fan(20 if bits == 53 else 1 if engine == "scipy" else 2)
+    last_bit = 2.0 ** (1 - bits)
+    states[0], states[2] = 1.0, -500 * last_bit
+    found = find(states, engine, bits, n_crossings=1)
+    # M3' is near 1/(2 sin(alpha0)).
+    expected = 500 * last_bit * 2 * math.sin(FIG4.alpha0)
+    np.testing.assert_allclose(found.time[0], expected, rtol=0.1)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from fractions import Fraction
-from itertools import islice, pairwise
+from itertools import pairwise
 from types import SimpleNamespace
 from typing import Any
 
@@ -14,7 +14,7 @@ import pytest
 from rigidpend import Body
 from rigidpend.mechanics.equations import aligned
 from rigidpend.numbers.exact import exact
-from rigidpend.orbits.integrate import Outcome, bigint, neighbours
+from rigidpend.orbits.integrate import Outcome, neighbours
 from rigidpend.orbits.integrate.reference_orbit import (
     BLOCK,
     PRECISIONS,
@@ -85,46 +85,7 @@ def test_a_precision_falls_where_growth_has_taken_its_bits_and_no_sooner(
     assert used == {k: min(x for x in PRECISIONS if x >= bits) for k, bits in left.items()}
 
 
-@pytest.mark.slow
-def test_a_falling_precision_costs_no_neighbour_a_bit(monkeypatch: pytest.MonkeyPatch) -> None:
-    """The error stays below a rounding of a neighbour at the least distance, 1e-12."""
-    used: list[int] = []
-    falling, high = orbit(PHASE, BITS), exactly(monkeypatch)
-    advanced = falling.advanced
-
-    def noted(state: Any, bits: int) -> Any:
-        used.append(bits)
-        return advanced(state, bits)
-
-    monkeypatch.setattr(falling, "advanced", noted)
-    k = next(k for k in range(1000) if falling.reaches(k) and falling.growth[k] > 1e8)
-    assert (used[0], used[-1]) == (212, 106)
-    time, state = falling.points[k][:2]
-    near = next(j for j in range(1000) if high.reaches(j) and high.points[j].time > float(time))
-    true = _at(high, near - 1, time)
-    off = max(abs(float(x - y)) for x, y in zip(state, true, strict=True))
-    assert 0 < off < 2.0**-53 * falling.growth[k] * 1e-12
-
-
 PHASE, BITS = "4.705696853133541796856", reference_bits(1e-12, 53)
-
-
-def exactly(monkeypatch: pytest.MonkeyPatch) -> ReferenceOrbit:
-    """The same orbit with steps in more bits, by integers, that never fall."""
-    high = orbit(PHASE, BITS)
-
-    def fine(state: Any, _: int) -> Any:
-        taken = islice(bigint.steps(high.coefficients, state, high.bits + 24), 8)
-        return [(step.time(step.length), step.at(step.length)) for step in taken]
-
-    monkeypatch.setattr(high, "advanced", fine)
-    return high
-
-
-def _at(orbit: ReferenceOrbit, k: int, time: Fraction) -> list[Fraction]:
-    """The state of an orbit a little after its point k."""
-    step = next(bigint.steps(orbit.coefficients, orbit.points[k].state, orbit.bits + 150))
-    return list(step.at(step.since_begin(time - orbit.points[k].exact_time)))
 
 
 def test_an_orbit_that_does_not_cross_ends() -> None:

@@ -7,9 +7,16 @@ from typing import Any
 import numpy as np
 import pytest
 
-from rigidpend.orbits.integrate import Outcome, batch
+from rigidpend.orbits.integrate import (
+    Crossings,
+    Orbits,
+    Outcome,
+    batch,
+    no_crossings,
+    on_one_thread,
+)
 from rigidpend.orbits.integrate.kernel import following, taylor_step
-from rigidpend.orbits.integrate.kernel.machine_code import LANES
+from rigidpend.orbits.integrate.kernel.machine_code import FEW, LANES
 from rigidpend.orbits.integrate.passages import touch
 from tests.orbits.integrate.problems import GENERIC, fan, find, same, task
 
@@ -69,6 +76,33 @@ def test_steps_are_noted_to_twice_the_depth_of_a_touch_of_the_largest_orbit(bits
     assert depths == [pytest.approx(2 * touch(bits) * largest, rel=1e-12)]
 
 
+@pytest.mark.parametrize("bits", [53, 106, 159, 212, 424])
+def test_notes_have_room_for_every_step_of_every_lane(bits: int) -> None:
+    """However few crossings are left to find, and were each step in doubt."""
+    run = batch.Batch(task(fan(LANES), bits, n_crossings=1), bits, 2.0 ** (1 - bits))
+    noted: list[int] = []
+
+    def kernel(*given: Any) -> int:
+        groups, steps, notes = given[5:]
+        assert groups * run.abreast * steps <= len(notes)
+        noted.append(steps)
+        run.times[0] = np.inf
+        return 0
+
+    run.kernel = kernel
+    run.run()
+    assert noted
+
+
+def test_an_orbit_whose_series_overflow_fails_and_no_other_does() -> None:
+    """Of a rotation so fast the coefficients grow beyond 1e308, the largest of doubles."""
+    states = fan(3)
+    states[:3, 1] *= 1e12
+    found, known = (find(x, "taylor", 106, n_crossings=2) for x in (states, fan(3)))
+    assert found.outcome.tolist() == [Outcome.COMPLETE, Outcome.FAILED, Outcome.COMPLETE]
+    assert same(tuple(x[..., [0, 2]] for x in found), tuple(x[..., [0, 2]] for x in known))
+
+
 def noted(begin: Any, after: float) -> Any:
     """A note of a step of 1 on which M begins so, and M3 goes evenly to a value."""
     [step] = np.zeros(1, following.note(3, 53))
@@ -105,8 +139,43 @@ def test_numbers_of_the_kernel_have_the_bits_that_are_asked_for() -> None:
     """Three doubles have 159 bits, and their signs two more; the next ones have no fewer."""
     found = {bits: batch.bits_of_numbers(bits) for bits in (53, 54, 106, 107, 160, 161, 212, 213)}
     assert list(found.values()) == [53, 106, 106, 159, 159, 212, 212, 424]
-    for table in (batch.TOGETHER, batch.WORTH, batch.STEPS):
+    for table in (batch.TOGETHER, batch.STEPS):
         assert set(table) == set(found.values())
+
+
+def test_few_orbits_take_narrow_vectors(monkeypatch: pytest.MonkeyPatch) -> None:
+    taken: list[int] = []
+    real = following.carrying
+
+    def watched(*given: Any) -> Any:
+        taken.append(given[-1])
+        return real(*given)
+
+    monkeypatch.setattr(following, "carrying", watched)
+    for n in (FEW, FEW + 1):
+        find(fan(n), "taylor", n_crossings=1)
+    assert taken == [FEW, LANES]
+
+
+@pytest.mark.parametrize("bits", [53, 106])
+def test_orbits_are_shared_among_threads_that_they_are_worth(
+    bits: int, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    shared: list[int] = []
+
+    def count(orbits: Orbits, *_: Any) -> Crossings:
+        shared.append(orbits.states.shape[1])
+        return no_crossings(orbits.n_crossings, orbits.states.shape[1])
+
+    monkeypatch.setattr(batch, "crossings", count)
+    least, found = batch.worth_a_thread(bits), []
+    for n in (least, least + 1):
+        assert on_one_thread("taylor", bits, n) is (n == least)
+        shared.clear()
+        find(np.repeat(fan(1), n, axis=1), "taylor", bits, jobs=9)
+        found.append(len(shared))
+        assert sum(shared) == n
+    assert found == [1, 2]
 
 
 @pytest.mark.parametrize(("bits", "expected"), [(53, 2.0**-40), (106, 2.0**-93), (160, 2.0**-147)])

@@ -10,18 +10,14 @@ import numpy as np
 import pytest
 
 from rigidpend.machine.signals import Stopped
+from rigidpend.machine.workers import side_by_side
 from rigidpend.orbits.integrate.kernel.machine_code import LANES
 from rigidpend.orbits.integrate.pair_arrays import PairArray
 from rigidpend.orbits.return_map import ReturnMap, kernel, program, return_map
 from rigidpend.orbits.return_map.expansions import chebyshev_basis, fourier_basis
 from rigidpend.orbits.return_map.kernel import Followed
 from rigidpend.orbits.return_map.precision import precision
-from rigidpend.orbits.return_map.program import (
-    radians,
-    reciprocal_of,
-    shortened,
-    significant,
-)
+from rigidpend.orbits.return_map.program import radians, reciprocal_of, shortened, significant
 from rigidpend.orbits.return_map.starts import Entry
 from tests.bodies import GENERIC
 
@@ -57,11 +53,12 @@ def followed(
     e: Any,
     ends: tuple[float, float] = POINT,
     crossings: int = CROSSINGS,
+    jobs: int = 1,
 ) -> Followed:
     own, a = precision(made.bits), precision(bits)
     given = made.program(bits, *map(own.number, ends))
     Qp, phase, e = (a.array(x) for x in (QP + 0 * phase, phase, e))
-    return kernel.follow(given, Qp, phase, e, crossings)
+    return kernel.follow(given, Qp, phase, e, crossings, jobs)
 
 
 class Full(NamedTuple):
@@ -174,6 +171,27 @@ def test_the_kernel_follows_in_pieces_between_which_it_may_be_stopped(
     monkeypatch.setattr(kernel, "check_stop", lambda: count(14))
     with pytest.raises(Stopped):
         followed(made, bits, phase, e)
+
+
+@pytest.mark.parametrize("bits", BITS)
+def test_threads_share_orbits_that_are_worth_them_and_change_none(
+    made: ReturnMap, bits: int, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    (phase, e), shared = (x[:20] for x in drawn()), list[Any]()
+    alone = followed(made, bits, phase, e)
+
+    def watched(work: Any, given: Any, holds: bool, parts: Any, jobs: int) -> Any:
+        shared.append(parts)
+        return side_by_side(work, given, holds, parts, jobs)
+
+    monkeypatch.setattr(kernel, "side_by_side", watched)
+    # Three groups of orbits.
+    passages = 3 * LANES * CROSSINGS
+    for worth in (passages // 2, passages // 2 + 1):
+        monkeypatch.setattr(kernel, "WORTHWHILE", dict.fromkeys((53, 106), worth))
+        for one, other in zip(followed(made, bits, phase, e, jobs=3), alone, strict=True):
+            np.testing.assert_array_equal(one, other)
+    assert shared == [[range(1), range(1, 3)], [range(3)]]
 
 
 @pytest.mark.parametrize(("last", "terms"), [(1.001, 4), (0.999, 2)])

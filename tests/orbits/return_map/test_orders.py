@@ -85,24 +85,17 @@ def test_a_map_of_larger_orders_costs_more(rough: Coefficients, name: str) -> No
     twice = orders._replace(**{name: 2 * getattr(orders, name)})
     share = cost(twice, rough, H, 53, theta3=True) / cost(orders, rough, H, 53, theta3=True)
     assert 1 < share < 8
-
-
-def test_a_normal_form_costs_as_the_cube_of_its_degree(rough: Coefficients) -> None:
-    """Where charts cost little."""
+    # Where charts cost little a normal form costs as the cube of its degree.
     few, many = (
         cost(Orders(n, 99, 2, 3, 3, 9, 2.5), rough, H, 53, theta3=False) for n in (50, 100)
     )
     assert 7.5 < many / few < 8.2
 
 
-def test_a_map_that_tells_no_theta3_is_expected_to_cost_less() -> None:
+def test_a_map_is_expected_to_cost_more_in_more_bits_and_with_theta3() -> None:
     h = exact("1.3342")
     short, whole = (expected_cost(FIG4, h, h, 64, design) for design in (FIRST, WHOLE))
     assert 0.4 < short / whole < 0.85
-
-
-def test_a_map_in_more_bits_is_expected_to_cost_more() -> None:
-    h = exact("1.3342")
     costs = [expected_cost(FIG4, h, h, bits, FIRST) for bits in (53, 64, 106, 113)]
     assert costs == sorted(costs)
     assert costs[-1] < 4 * costs[0]

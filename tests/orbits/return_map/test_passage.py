@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 from fractions import Fraction
-from typing import Any
 
 import numpy as np
 import pytest
@@ -16,7 +15,6 @@ from rigidpend.orbits.return_map.build import FIRST
 from rigidpend.orbits.return_map.poincare import section_state
 from rigidpend.orbits.return_map.precision import precision
 from rigidpend.orbits.return_map.reduced import coefficients, theta3_rate
-from rigidpend.surfaces import melnikov
 from tests.orbits.integrate.problems import GENERIC
 from tests.strategies import apart
 
@@ -106,27 +104,6 @@ def test_agrees_a_map_for_codes_with_one_that_tells_theta3_too(
     np.testing.assert_allclose(b.slopes[..., ok], a.slopes[:3][..., ok], rtol=1e-9)
 
 
-@pytest.mark.parametrize("rising", [True, False])
-def test_invariant_a_passage_preserves_the_area_dJ2_dchi(made: ReturnMap, rising: bool) -> None:
-    here, c = points(made, rising), made.coefficients
-    passed = made.at(H).passage(here, slopes=True)
-
-    def J2(point: SectionPoint, d: Any) -> Any:
-        Qp, Qm, *_ = section_state(point.rising, d, point.chi, H, c, DOUBLES)
-        return np.hypot((Qp + Qm) * c.to_M1, (Qp - Qm) * c.to_M2)
-
-    def momentum_slope(point: SectionPoint) -> Any:
-        step = 1e-5
-        return (J2(point, point.d + step) - J2(point, point.d - step)) / (2 * step)
-
-    (dd, dchi), (cd, cchi) = passed.slopes[0], passed.slopes[1]
-    area = (dd * cchi - dchi * cd) * momentum_slope(passed.point) / momentum_slope(here)
-    ok = passed.inside
-    cancelled = np.abs(dd * cchi) + np.abs(dchi * cd)
-    np.testing.assert_allclose(np.abs(area[ok]), 1, rtol=1e-8, atol=0)
-    assert (np.abs(area[ok] - area[ok][0]) < 1e-8 + 1e-13 * cancelled[ok]).all()
-
-
 @pytest.mark.parametrize("backward", [False, True])
 @pytest.mark.parametrize("rising", [True, False])
 def test_agrees_the_derivatives_with_differences(
@@ -153,32 +130,6 @@ def test_agrees_the_derivatives_with_differences(
             moved[1] += 1
         scale = 1 + np.abs(slopes).max(axis=0)
         assert (np.abs(moved - slopes) < 1e-5 * scale)[:, same].all()
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize(
-    ("shape", "mu", "within"), [((2, 1, "1.5"), "1e-6", 1e-6), ((2, "1.2", "1.7"), "1e-4", 1e-4)]
-)
-def test_order_the_splitting_is_melnikovs_amplitude_to_first_order(
-    shape: Any, mu: str, within: float
-) -> None:
-    """The surfaces of the two periodic orbits cross the section mu kappa J2 |Im| apart."""
-    body = Body(shape, (1, 3, 0), mu)
-    level = return_map(body, h=H).at(H)
-    chi = np.linspace(0, 2 * math.pi, 4001)
-
-    def stable(chi: Any) -> Any:
-        """d where U = 0; the lower orbit's unstable surface is its mirror image."""
-        d = 0 * chi
-        for _ in range(20):
-            seen = level.charts[True].forward.look_up_slopes(d, chi, DOUBLES)
-            d = d - seen.value[0] / seen.by_x[0]
-        return d
-
-    J2 = math.sqrt(2 * H / body.kappa)
-    gap = np.abs(stable(-chi) - stable(chi)).max() * J2 * math.sin(body.alpha0) / 2
-    expected = abs(melnikov.amplitude(2, J2, body.angles())) * body.kappa * J2 * float(body.mu)
-    assert gap == pytest.approx(expected, rel=within)
 
 
 def test_agrees_a_passage_with_integration_in_pairs() -> None:

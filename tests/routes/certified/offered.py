@@ -22,14 +22,7 @@ from rigidpend.orbits.integrate.states import states_at
 from rigidpend.orbits.return_map.poincare import state_of
 from rigidpend.orbits.return_map.precision import precision
 from rigidpend.orbits.return_map.reduced import coefficients
-from rigidpend.routes.certified import (
-    approximation,
-    codes,
-    intervals,
-    passages,
-    pieces,
-    sections,
-)
+from rigidpend.routes.certified import approximation, codes, intervals, passages, pieces, sections
 from rigidpend.routes.certified.balls import LogarithmicNorm, enclosed
 from rigidpend.routes.certified.checker import Undecided
 from rigidpend.routes.certified.models import Family

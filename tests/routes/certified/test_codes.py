@@ -17,38 +17,46 @@ from rigidpend.routes.problem import ProblemError, RouteProblem
 from tests.routes.reference import fig4_left
 
 BODY = Body((2, 1, "3/2"), (1, 1, 0), "0.001")
-COLUMNS = [33]
-"""Columns of Fig. 4, left: one of the hardest."""
-SYMBOLS = 8
-"""Of its 15: the work goes with their cube."""
+
+
+def by_lot(seed: int) -> tuple[Body, list[str], str, str, int]:
+    drawn = random.Random(seed)
+    A3 = drawn.randrange(105, 195)
+    r = drawn.randrange(0, 20), drawn.randrange(1, 20), 0
+    body = Body((2, 1, f"{A3}/100"), r, f"{drawn.randrange(1, 100)}e-4")
+    J1_0, h0 = f"1e-{drawn.randrange(3, 12)}", f"{drawn.randrange(100, 300)}/100"
+    return body, [f"{drawn.random() * 6.28}"], h0, J1_0, 3
+
+
+PROVEN = [
+    (BODY, ["1/10", "3*pi/40 + 1/100", "47/10"], "1.3342", "1e-8", 3),
+    # A column of Fig. 4, left, one of the hardest: 8 symbols of its 15.
+    (BODY, ["33/10"], "1.3342", "1e-8", 8),
+    (BODY, ["5/4"], "1.3342", "1.4", 2),
+    (Body((2, 1, "3/2"), (1, 1, 0), "1e-9"), ["5/4"], "1.3342e-6", "1e-11", 2),
+    (Body((2, "3/2", "9/5"), (0, 1, 0), "0.01"), ["5/4"], "10/9", "2.39205e-9", 2),
+    (Body((3, 1, "5/2"), (3, 1, 0), "0.05"), ["5/4"], "2", "1e-3", 2),
+    *map(by_lot, range(2)),
+]
 
 
 @pytest.mark.slow
-def test_columns_of_fig4_are_proven_and_are_those_of_113_bits() -> None:
-    known = fig4_left()
-    phases = [known.theta2_0[k] for k in COLUMNS]
-    found = certify_codes(BODY, phases, h0=known.h0, J1_0=known.J1_0, n_symbols=SYMBOLS)
-    assert found.status == ["proven"] * len(COLUMNS)
-    assert found.reason == [""] * len(COLUMNS)
+@pytest.mark.parametrize(("body", "phases", "h0", "J1_0", "n"), PROVEN)
+def test_proven_routes_enclose_those_of_113_bits(
+    body: Body, phases: list[str], h0: str, J1_0: str, n: int
+) -> None:
+    found = certify_codes(body, phases, h0=h0, J1_0=J1_0, n_symbols=n)
+    finer = route_codes(body, phases, h0=h0, J1_0=J1_0, n_symbols=n, precisions=(113,))
     assert found.proven.all()
-    assert np.array_equal(found.codes, known.codes[:SYMBOLS, COLUMNS])
-    # The reference is 113-bit arithmetic, printed with fewer digits than the proof has.
-    away = np.abs(found.crossing_time - known.crossing_time[: SYMBOLS + 1, COLUMNS])
-    assert (away <= found.time_radius + 1e-6).all()
-
-
-@pytest.mark.slow
-def test_few_symbols_are_proven_and_enclose_those_of_113_bits() -> None:
-    phases = ["1/10", "3*pi/40 + 1/100", "47/10"]
-    found = certify_codes(BODY, phases, h0="1.3342", J1_0="1e-8", n_symbols=3)
-    finer = route_codes(BODY, phases, h0="1.3342", J1_0="1e-8", n_symbols=3, precisions=(113,))
-    assert found.proven.all()
+    assert (found.status, found.reason) == (["proven"] * len(phases), [""] * len(phases))
     assert np.array_equal(found.codes, finer.codes)
     assert np.array_equal(found.separatrix, finer.separatrix)
-    assert (np.abs(found.crossing_time - finer.crossing_time) <= found.time_radius + 1e-14).all()
-    assert (found.time_radius < 1e-2).all()
-    assert (found.bound < 2**-6).all()
-    assert found.theta2_0 == pytest.approx([0.1, 3 * np.pi / 40 + 0.01, 4.7], abs=1e-15)
+    # Both are rounded to doubles once or twice; late ones of 113 bits are known to 1e-6.
+    off, known = np.abs(found.crossing_time - finer.crossing_time), finer.crossing_time
+    assert (off - found.time_radius <= (2 * np.spacing(known) if n < 8 else 1e-6)).all()
+    assert found.time_radius.max() < 1e-2
+    assert found.bound.max() < 2**-6
+    assert found.theta2_0.tolist() == finer.theta2_0.tolist()
 
 
 @pytest.mark.slow
@@ -118,43 +126,6 @@ def test_no_orbits_are_no_trouble() -> None:
     found = certify_codes(BODY, [], h0="1.3342", J1_0="1e-8", n_symbols=2)
     assert found.codes.shape == (2, 0)
     assert found.status == []
-
-
-@pytest.mark.slow
-def test_both_ends_and_other_bodies_agree_with_integration() -> None:
-    cases = [
-        (Body((2, "3/2", "9/5"), (0, 1, 0), "0.01"), "10/9", "2.39205e-9"),
-        (Body((3, 1, "5/2"), (3, 1, 0), "0.05"), "2", "1e-3"),
-        (BODY, "1.3342", "1.4"),
-        (Body((2, 1, "3/2"), (1, 1, 0), "1e-9"), "1.3342e-6", "1e-11"),
-    ]
-    for body, h0, J1_0 in cases:
-        found = certify_codes(body, "5/4", h0=h0, J1_0=J1_0, n_symbols=2)
-        finer = route_codes(body, "5/4", h0=h0, J1_0=J1_0, n_symbols=2, precisions=(113,))
-        assert found.proven.all()
-        assert np.array_equal(found.codes, finer.codes)
-
-
-def random_problem(drawn: random.Random) -> tuple[Body, str, str, str]:
-    A3 = drawn.randrange(105, 195)
-    body = Body(
-        (2, 1, f"{A3}/100"),
-        (drawn.randrange(0, 20), drawn.randrange(1, 20), 0),
-        f"{drawn.randrange(1, 100)}e-4",
-    )
-    J1_0 = f"1e-{drawn.randrange(3, 12)}"
-    return body, f"{drawn.randrange(100, 300)}/100", J1_0, f"{drawn.random() * 6.28}"
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize("seed", range(2))
-def test_random_bodies_agree_with_113_bits(seed: int) -> None:
-    body, h0, J1_0, phase = random_problem(random.Random(seed))
-    found = certify_codes(body, phase, h0=h0, J1_0=J1_0, n_symbols=3)
-    finer = route_codes(body, phase, h0=h0, J1_0=J1_0, n_symbols=3, precisions=(113,))
-    proven = found.proven[:, 0]
-    assert np.array_equal(found.codes[proven, 0], finer.codes[proven, 0])
-    assert proven.all() or not finer.certain.all()
 
 
 @pytest.mark.parametrize(

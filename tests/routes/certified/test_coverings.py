@@ -38,8 +38,6 @@ from rigidpend.routes.certified.pieces import (
     unpacked_quads,
 )
 from rigidpend.routes.symbolic.address import parsed
-from rigidpend.routes.symbolic.closed import closed, words
-from rigidpend.routes.symbolic.levels import Level
 from rigidpend.runs import certificates
 from scripts import check_full_shift as script
 from scripts.check_certificate import Fails, Interval, Refused
@@ -119,26 +117,24 @@ def test_C1_points_of_the_section(stored: Stored, factor: float, reason: str) ->
     agree(reason, *stored.beginning(stored.quads[0], off))
 
 
-@pytest.mark.parametrize("k", range(5))
+@pytest.mark.parametrize("k", range(6))
 def test_C1_bounds_are_the_same_for_both(stored: Stored, k: int) -> None:
-    """Of solutions and their derivatives, each component of the start moved in turn."""
+    """Of solutions and their derivatives, each component of the start moved in turn.
+
+    On a line with a large J1 some derivatives are of the size of Qp: on the stored one, 2e-4, they
+    hardly count.
+    """
+    if k == 5:
+        setting, ends = ShiftProblem(BODY, exact(GIVEN["h"]), 14), (1.5, 1.502)
+        start: Any = LineStarts(setting, Fraction("0.01")).between(np.array(ends))[0]
+        first, *_ = line_pieces(setting, start, ends)
+    else:
+        start, first = [*stored.quads, stored.line][k], stored.orbits[k][0]
     for component in range(6):
-        off = moved(stored.orbits[k][0], component, (0, 1, 0), 1e-9)
-        mine, theirs = stored.beginning(stored.quads[k] if k < 4 else stored.line, off)
-        assert [float(x.upper()) for x in mine()] == pytest.approx(
-            list(map(float, theirs())), rel=1e-3
-        )
-
-
-def test_C1_bounds_of_a_line_with_a_large_J1_are_the_same_for_both(stored: Stored) -> None:
-    """Some derivatives are of the size of Qp: on the stored line, 2e-4, they hardly count."""
-    setting, ends = ShiftProblem(BODY, exact(GIVEN["h"]), 14), (1.5, 1.502)
-    line, _ = LineStarts(setting, Fraction("0.01")).between(np.array(ends))
-    first, *_ = line_pieces(setting, line, ends)
-    for component in (0, 4):
-        mine, theirs = stored.beginning(line, moved(first, component, (0, 1, 0), 1e-9))
+        mine, theirs = stored.beginning(start, moved(first, component, (0, 1, 0), 1e-9))
         found, wanted = [float(x.upper()) for x in mine()], list(map(float, theirs()))
-        assert found[:2] == pytest.approx(wanted[:2], rel=1e-6, abs=0)
+        assert found == pytest.approx(wanted, rel=1e-3)
+        assert k < 5 or found[:2] == pytest.approx(wanted[:2], rel=1e-6, abs=0)
 
 
 def test_the_line_of_starts_is_where_theorem_2_says(stored: Stored) -> None:
@@ -448,46 +444,59 @@ def test_with_a_wider_bound_of_C6_a_false_relation_is_believed(
 # ---- C7
 
 
+CONES = [
+    ((1.51, 0.5, 0.0), (0.5, 0.49, 0.0), 0.0, ""),
+    ((-1.51, 0.5, 0.0), (-0.5, -0.49, 0.0), 0.0, ""),
+    ((1.49, 0.5, 0.0), (0.5, 0.49, 0.0), 0.0, "C7"),
+    ((-1.49, 0.5, 0.0), (0.5, 0.49, 0.0), 0.0, "C7"),
+    ((1.51, -0.53, 0.0), (0.5, 0.49, 0.0), 0.0, "C7"),
+    ((1.51, 0.5, 0.0), (0.5, 0.51, 0.0), 0.0, "C7"),
+    ((1.51, 0.5, 0.0), (0.5, -0.51, 0.0), 0.0, "C7"),
+]
+OF_ENERGIES = [
+    ((2.5, 0.4, 69.6), (0.2, 0.3, 31.36), 0.0, ""),
+    ((2.5, 0.4, 71.2), (0.2, 0.3, 31.36), 0.0, "C7"),
+    ((2.5, 0.4, 69.6), (0.2, 0.3, 32.64), 0.0, "C7"),
+    ((2.5, 0.4, 0.0), (0.2, 0.3, 0.0), 0.017, ""),
+    ((2.5, 0.4, 0.0), (0.2, 0.3, 0.0), -0.01735, "C7"),
+]
+
+
 @pytest.mark.parametrize(
-    ("cone", "reason"),
-    [
-        ((1.01 + 0.5, 0.5, 0.5, 0.49), ""),
-        ((-1.01 - 0.5, 0.5, -0.5, -0.49), ""),
-        ((0.99 + 0.5, 0.5, 0.5, 0.49), "C7"),
-        ((-0.99 - 0.5, 0.5, 0.5, 0.49), "C7"),
-        ((1.01 + 0.5, -0.53, 0.5, 0.49), "C7"),
-        ((1.01 + 0.5, 0.5, 0.5, 0.51), "C7"),
-        ((1.01 + 0.5, 0.5, 0.5, -0.51), "C7"),
-    ],
+    ("U", "V", "w_u", "reason", "curve"),
+    [(*x, curve) for curve in ((0.0,), (0.0, 0.25, -2.0)) for x in CONES]
+    + [(*x, (0.0,)) for x in OF_ENERGIES],
 )
-@pytest.mark.parametrize("curve", [(0.0,), (0.0, 0.25, -2.0)])
 def test_C7_differences_grow_along_u_or_shrink_along_v(
-    cone: tuple[float, ...], reason: str, curve: tuple[float, ...]
+    U: Any, V: Any, w_u: float, reason: str, curve: tuple[float, ...]
 ) -> None:
-    """U = U_u u + U_v v and V alike at the middle of the set, and nearly so on all of it."""
-    quad = made(True, (2.0**-10, 2.0**-9, 0.0, -0.5), curve)
+    """U = U_u u + U_v v + U_w w and V alike, of a set that moves; w may change with u."""
+    quad = made(True, (2.0**-10, 2.0**-9, 0.0, -0.5), curve)._replace(moves=((Fraction(1, 4),),))
     a, b, _, l1 = (float(x) for x in quad[1:5])
-    by_u, by_v, along_u, along_v = cone
-    g = whole({
-        (0, 1, 0): 2 * (a * by_u - b * along_u) / l1,
-        (0, 0, 1): 2 * (a * by_v - b * along_v) / l1,
-    })  # fmt: skip
-    # d = p(g) + a U, whole in u and v.
-    bent = whole({(0, 1, 0): 2 * a * by_u, (0, 0, 1): 2 * a * by_v})
-    d = sections.curve(quad.p, Family.of(g, BITS)) + Family.of(bent, BITS)
-    source, other = arrived([bent, g], [arb(1), arb(0.5), arb(0.5)])
-    at, up = quad_of(quad).curve(other.g, script.ENERGY) + other.d, other.g
-    slopes = [[each.partial(name) for name in "uvw"] for each in (d, source.g)]
-    stretch, squeeze = coverings._cone(source._replace(d=d, slopes=slopes), quad)
-    assert stretch == pytest.approx(abs(by_u) - abs(by_v), abs=1e-9)
-    assert squeeze == pytest.approx(abs(along_u) + abs(along_v), abs=1e-9)
+    of_d, level = [a * x for x in U], (w_u, 0.0, 1.0)
+    of_g = [(a * x - b * y) / l1 for x, y in zip(U, V, strict=True)]
+    axes = (0, 1, 0, 0), (0, 0, 1, 0), (0, 0, 0, 1)
+    rows = [
+        whole({at: 2 * x for at, x in zip(axes, row, strict=True)}) for row in (of_d, of_g, level)
+    ]
+    # d = p(g) + w/4 + a U, whole in u, v and w.
+    off, up, w = (Family.of(row, BITS) for row in rows)
+    at = sections.moved([quad.p, *quad.moves], up, w) + off
+    slopes = [[each.partial(name) for name in "uvw"] for each in (at, up, w)]
+    there = arb(1), arb(1), arb(1)
+    of = passages.Reached(at, up, True, there, 0.0, 0.0, (1.0, 1.0), [], slopes[:2], w, slopes[2])
+    stretch, squeeze = coverings._cone(of, quad)
+    assert stretch == pytest.approx(abs(U[0]) - abs(U[1]) - U[2] / 64 - 64 * abs(w_u), abs=1e-9)
+    assert squeeze == pytest.approx(abs(V[0]) + abs(V[1]) + V[2] / 64, abs=1e-9)
+    off_, up_, w_ = (series(row, BITS) for row in rows)
+    at_ = quad_of(quad).curve(up_, w_) + off_
+    along = [tuple(each.along(i) for each in (at_, up_, w_)) for i in script.ALONG]
+    other = script.Arrival(at_, up_, 1, [], [], Interval.of(0), along, w_)
     one = coverings.Relation(0, 1, 2.0, 0.5, stretch, squeeze)
-    along = [(at.along(i), up.along(i), script.Series.of(i == 3)) for i in script.ALONG]
-    theirs = other._replace(d=at, slopes=along)
     agree(
         reason,
         lambda: coverings.prove_cones([one]),
-        lambda: script.check_cone(theirs, quad_of(quad)),
+        lambda: script.check_cone(other, quad_of(quad)),
     )
 
 
@@ -888,20 +897,6 @@ def test_a_file_that_is_no_proof_is_refused_at_once(how: str, tmp_path: Path, ca
     assert how in capsys.readouterr().err
 
 
-@pytest.mark.parametrize("how", ["moved", "dropped", "a coefficient", "an end"])
-def test_what_is_changed_proves_nothing(stored: Stored, how: str) -> None:
-    """By both checkers, of the first steps of the set that is changed."""
-    quad, (first, second, third, *_) = stored.quads[0], stored.orbits[0]
-    if how == "moved":
-        quad = quad._replace(p=(quad.p[0] + Fraction(1, 1000), *quad.p[1:]))
-    elif how == "a coefficient":
-        first = moved(first, 3, (2, 0, 0), 1e-3)
-    steps = [first, third] if how == "dropped" else [first]
-    wanted = "C4" if how == "an end" else "C3"
-    agree(wanted, *stored.of_set(quad, steps))
-    assert second.terms != third.terms
-
-
 @pytest.mark.slow
 def test_a_changed_bit_proves_nothing(stored: Stored) -> None:
     """A bit that is worth more than the bound allows, in any coefficient of a set."""
@@ -920,30 +915,6 @@ def test_a_changed_bit_proves_nothing(stored: Stored) -> None:
 @pytest.mark.parametrize("other", [{"mu": "2e-3"}, {"h": "1.335"}, {"A": ("2", "1", "1.501")}])
 def test_a_proof_is_of_one_body_and_energy(stored: Stored, other: Any) -> None:
     agree("C3", *stored.of_set(stored.quads[0], stored.orbits[0][:1], **other))
-
-
-SETS = [(rising, symbol) for rising in (True, False) for symbol in (0, 1)]
-"""Section and symbol of each set."""
-
-
-@pytest.mark.slow
-def test_closed_orbits_of_all_words_lie_in_the_sets(stored: Stored) -> None:
-    """Found by the return map alone, for all words of up to six symbols.
-
-    By C7 they stretch by more than their relations do, all together.
-    """
-    level = Level.of(BODY, GIVEN["h"])
-    quads = dict(zip(SETS, stored.quads, strict=True))
-    stretch = dict(zip(SETS, stored.data["relations"]["stretch"].min(axis=1), strict=True))
-    for word in words(6):
-        orbit = closed(level, word, 14)
-        chain, least = orbit.chain, 1.0
-        for k, symbol in enumerate(word * (1 + len(word) % 2)):
-            at = k % 2 == 0, symbol
-            U, V = places(quads[at], chain.d[k], -np.sin(chain.chi[k]))
-            assert max(abs(U), abs(V)) < 1, (word, k)
-            least *= stretch[at]
-        assert abs(orbit.multiplier) ** (1 + len(word) % 2) > least, word
 
 
 @pytest.mark.slow

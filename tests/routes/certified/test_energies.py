@@ -26,12 +26,10 @@ from rigidpend.routes.certified import (
     sections,
 )
 from rigidpend.routes.certified.balls import enclosed
-from rigidpend.routes.certified.models import Family
 from rigidpend.routes.certified.pieces import (
     FamilyStep,
     Quad,
     StartLine,
-    made,
     unpacked,
     unpacked_line,
     unpacked_quads,
@@ -45,7 +43,6 @@ from tests.attacks import lot
 from tests.config.samples import content as typed
 from tests.routes.certified.offered import (
     BARELY,
-    BITS,
     BODY,
     CONFIG,
     GIVEN,
@@ -59,10 +56,8 @@ from tests.routes.certified.offered import (
     points,
     quad_of,
     said,
-    series,
     step,
     value,
-    whole,
 )
 from tests.weakened import weakened
 
@@ -182,14 +177,6 @@ def test_an_approach_ends_across_both_sets_of_its_section() -> None:
     # Of sets so high that the image does not reach from end to end.
     each += [(quad._replace(a=1000 * quad.a), first) for quad, first in each]
     assert covered(setting, (link.of, link.pieces()), each) == ["", "", "C6", "C6"]
-
-
-def test_energies_grow_evenly_with_w() -> None:
-    spread = Fraction(1, 1000)
-    energies = sections.Numbers.of(BODY, H0, spread).energies
-    for side, end in (("lower", 1.3332), ("upper", 1.3352)):
-        assert float(getattr(energies.range, side)()) == pytest.approx(end, abs=1e-9)
-        assert float(getattr(energies.partial("w").range, side)()) == pytest.approx(1e-3, abs=1e-9)
 
 
 def test_a_line_is_about_its_orbit_and_a_set_keeps_away_from_the_stable_surface() -> None:
@@ -497,43 +484,6 @@ def test_phases_of_a_line_are_told_in_every_quarter(
     monkeypatch.setattr(sections, "line_beginning", loose)
     low, high = sections.phases(numbers, line, [first])
     assert high - low > 1e-4
-
-
-@pytest.mark.parametrize(
-    ("U_w", "V_w", "w_u", "reason"),
-    [
-        (69.6, 31.36, 0.0, ""),
-        (71.2, 31.36, 0.0, "C7"),
-        (69.6, 32.64, 0.0, "C7"),
-        (0.0, 0.0, 0.017, ""),
-        (0.0, 0.0, -0.01735, "C7"),
-    ],
-)
-def test_C7_where_energies_differ(U_w: float, V_w: float, w_u: float, reason: str) -> None:
-    """U = 2.5 u + 0.4 v + U_w w and V alike, of a set that moves; w may change with u."""
-    quad = made(True, (2.0**-10, 2.0**-9, 0.0, -0.5), (0.0,))._replace(moves=((Fraction(1, 4),),))
-    a, b, _, l1 = (float(x) for x in quad[1:5])
-    U, V, level = (2.5, 0.4, U_w), (0.2, 0.3, V_w), (w_u, 0.0, 1.0)
-    d = [a * x + z / 4 for x, z in zip(U, level, strict=True)]
-    g = [(a * x - b * y) / l1 for x, y in zip(U, V, strict=True)]
-    places = [(0, 1, 0, 0), (0, 0, 1, 0), (0, 0, 0, 1)]
-    rows = [whole({at: 2 * x for at, x in zip(places, row, strict=True)}) for row in (d, g, level)]
-    at, up, w = (Family.of(row, BITS) for row in rows)
-    by_d, by_g, by_w = ([each.partial(name) for name in "uvw"] for each in (at, up, w))
-    sheet = (arb(1), arb(1), arb(1))
-    source = passages.Reached(at, up, True, sheet, 0.0, 0.0, (1.0, 1.0), [], [by_d, by_g], w, by_w)
-    stretch, squeeze = coverings._cone(source, quad)
-    assert stretch == pytest.approx(2.1 - U_w / 64 - 64 * abs(w_u), abs=1e-9)
-    assert squeeze == pytest.approx(0.5 + V_w / 64, abs=1e-9)
-    one = coverings.Relation(0, 1, 2.0, 0.5, stretch, squeeze)
-    at_, up_, w_ = theirs = [series(row, BITS) for row in rows]
-    along = [tuple(each.along(i) for each in theirs) for i in script.ALONG]
-    other = script.Arrival(at_, up_, 1, [], [], Interval.of(0), along, w_)
-    agree(
-        reason,
-        lambda: coverings.prove_cones([one]),
-        lambda: script.check_cone(other, quad_of(quad)),
-    )
 
 
 @pytest.mark.slow

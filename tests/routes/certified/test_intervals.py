@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 import shutil
 from collections.abc import Callable
 from fractions import Fraction
@@ -16,6 +17,7 @@ from flint import arb, ctx
 from rigidpend import Body, route_codes
 from rigidpend.experiments.route_intervals import compute
 from rigidpend.numbers.exact import exact
+from rigidpend.results import store
 from rigidpend.routes.certified import interval_search, intervals, pieces
 from rigidpend.routes.certified.checker import Undecided
 from rigidpend.routes.certified.horseshoe import ShiftProblem
@@ -23,22 +25,17 @@ from rigidpend.routes.certified.interval_search import ProvenInterval, within
 from rigidpend.routes.certified.intervals import EnclosedStarts, PhaseInterval
 from rigidpend.routes.certified.models import Family
 from rigidpend.routes.certified.pieces import FamilyStep
-from rigidpend.runs import loading
+from rigidpend.runs import certificates, loading
 from scripts import check_intervals as script
 from scripts.check_certificate import Fails, Refused
 from tests.attacks import lot
-from tests.cli.calls import REFERENCE
-from tests.routes.certified.offered import BITS, constant, said, step
+from tests.cli.calls import REFERENCE, call
+from tests.remembered import Inline, remembered
+from tests.routes.certified.offered import BITS, BODY, J1, constant, said, step
 
-BODY = Body(A=(2, 1, "3/2"), r=(1, 1, 0), mu="0.001")
-GIVEN = {
-    "A": ["2", "1", "3/2"],
-    "r": ["1", "1", "0"],
-    "mu": "0.001",
-    "h0": "1.3342",
-    "J1_0": "1e-8",
-}
-H0, J1 = exact("1.3342"), Fraction(1, 10**8)
+GIVEN = {"A": ["2", "1", "3/2"], "r": ["1", "1", "0"], "mu": "0.001"}
+GIVEN |= {"h0": "1.3342", "J1_0": "1e-8"}
+H0 = exact("1.3342")
 CONFIG = Path(__file__).parents[3] / "configs" / "fig4_intervals.yaml"
 SETTING = ShiftProblem(BODY, H0, 1, h0=H0)
 ONE, TWO = (SETTING, J1, 1, 4), (SETTING, J1, 2, 6)
@@ -182,7 +179,7 @@ def test_what_is_left_of_cosine_and_sine_is_counted(monkeypatch: pytest.MonkeyPa
 )
 def test_H5_the_large_Q_beside_its_bound(rising: bool, factor: float, reason: str) -> None:
     """M3 = 0 rises where gamma1 = 1, and falls where gamma2 = 1."""
-    starts, bound = EnclosedStarts.of(Body(A=(2, 1, "3/2"), r=(1, 1, 0), mu=1), H0, J1), 1e-3
+    starts, bound = EnclosedStarts.of(Body(A=BODY.A, r=BODY.r, mu=1), H0, J1), 1e-3
     values, told = [0.0] * 6, list[Any]()
     values[0 if rising else 1], values[3 if rising else 4] = factor * bound, 1.0
     mine = [Family.of(constant(x), BITS) for x in values]
@@ -274,3 +271,79 @@ def test_a_flipped_symbol_is_refused(one: ProvenInterval, monkeypatch: pytest.Mo
     packed["family"] = [int(k > 0) for k in packed["family"]]
     for claimed, told in (([0], False), ([1], True), ([0, 0], True)):
         assert bool(script.checked((GIVEN, 0, 4, claimed, packed))) is told
+
+
+# ---- Files: checked whole from the command line, spoilt, and as the page tells of one.
+
+PAGE = Path(__file__).parents[3] / "docs" / "full-shift.md"
+SHORT = (
+    *("--set", "problem.n_symbols=1", "--set", "problem.halvings=3"),
+    # So long a way before the first crossing takes time alone.
+    *("--set", "problem.J1_0=1/2", "--name", "short"),
+)
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A folder with a result of one symbol on intervals of 2 pi/8, half of which have it."""
+    found = tmp_path_factory.mktemp("intervals")
+    done = call(found, "run", "fig4_intervals", *SHORT, "--out", ".", "-j", "1")
+    assert done.returncode == 0, done.stderr
+    return found
+
+
+KEPT = [
+    (module, name, remembered(getattr(module, name)))
+    for module, name in ((intervals, "symbols"), (script, "prove"))
+]
+"""Intervals that are the same in all files are proven once by each checker."""
+
+
+@pytest.fixture
+def once(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(compute, "cores", lambda: 1)
+    monkeypatch.setattr(script, "ProcessPoolExecutor", Inline)
+    for kept in KEPT:
+        monkeypatch.setattr(*kept)
+
+
+@pytest.mark.slow
+@pytest.mark.usefixtures("once")
+def test_a_whole_file_is_checked_again(folder: Path) -> None:
+    [said] = certificates.check(folder / "short.h5", jobs=1, report=print)
+    words = "1 symbol, the same on each interval, of all starts on 1/2 of the line"
+    assert str(said).startswith(f"proven: {words}")
+    [told] = script.check(folder / "short.h5")
+    assert told.endswith("1 on 1/2, 0.5")
+
+
+@pytest.mark.slow
+@pytest.mark.usefixtures("once")
+@pytest.mark.parametrize("how", ["a symbol", "a coefficient"])
+def test_a_spoilt_file_is_not_proven(how: str, folder: Path) -> None:
+    file = folder / "spoilt.h5"
+    shutil.copy(folder / "short.h5", file)
+    with h5py.File(file, "r+") as content:
+        if how == "a symbol":
+            codes = content["data/intervals/codes"]
+            proven = int((codes[0] != 255).argmax())
+            codes[0, proven] = 1 - codes[0, proven]
+        else:
+            # The first of Q+ of the first step.
+            content["data/proof/coefficients"][0, 0] += 1 << 50
+    with pytest.raises(store.StoreError, match="undecided"):
+        certificates.check(file, jobs=1, report=print)
+    with pytest.raises(Fails):
+        list(script.check(file))
+
+
+def test_the_page_tells_the_shares_of_the_reference() -> None:
+    with h5py.File(REFERENCE / "fig4_intervals.h5") as content:
+        shares = [Fraction(float(x)) for x in content["data/shares"]]
+        count = len(content["data/intervals/place"])
+    head = r"^\| `n_symbols` \| `halvings` .*\n.*\n"
+    row = re.search(head + r"\| 2 \| 5 \|(.*)\|", PAGE.read_text(encoding="utf-8"), re.MULTILINE)
+    assert row
+    told = [x.strip() for x in row[1].split("|")]
+    assert [Fraction(x) for x in told[: len(shares)]] == shares
+    assert told[3] == str(count)

@@ -17,6 +17,7 @@ from rigidpend.routes.certified.codes import prove
 from rigidpend.routes.problem import RouteProblem
 from scripts import check_certificate
 from scripts.check_certificate import Interval
+from tests.routes.certified.offered import interval
 
 SCRIPTS = sorted(Path(check_certificate.__file__).parent.glob("check_*.py"))
 ALLOWED = {"h5py", "yaml"}
@@ -41,18 +42,11 @@ def test_it_imports_nothing_of_the_package(script: Path) -> None:
     assert found <= ALLOWED | STANDARD | {""}
 
 
-def fraction(x: arb) -> Fraction:
-    mantissa, exponent = x.man_exp()
-    return Fraction(int(mantissa)) * Fraction(2) ** int(exponent)
-
-
 def overlap(ball: arb, other: Interval) -> bool:
     """True if both, and each narrow, can hold the same number."""
-    middle, radius = fraction(ball.mid()), fraction(ball.rad())
-    low, high = (Fraction(x, 1 << Interval.digits) for x in (other.low, other.high))
-    assert radius < Fraction(1, 1 << 100)
-    assert high - low < Fraction(1, 1 << 100)
-    return low <= middle + radius and middle - radius <= high
+    mine = interval(ball)
+    assert max(x.high - x.low for x in (mine, other)) < 1 << Interval.digits - 100
+    return mine.low <= other.high and other.low <= mine.high
 
 
 @pytest.mark.parametrize(

@@ -7,7 +7,6 @@ import pytest
 
 from rigidpend.numbers.generic import Array
 from rigidpend.orbits.integrate.arithmetic import resolve
-from rigidpend.orbits.return_map import SectionPoint
 from rigidpend.routes.symbolic import asymptotic
 from rigidpend.routes.symbolic.asymptotic import doubly_asymptotic, skeleton, track
 from rigidpend.routes.symbolic.chain import NoOrbit
@@ -29,16 +28,7 @@ def scanned(low: float, high: float, count: int, n: int, half_turns: int) -> Arr
 
 
 @pytest.mark.slow
-def test_a_blind_scan_finds_the_same_orbits() -> None:
-    for count, (found, _) in zip((2, 6, 34), skeleton(level(), 2, 11), strict=True):
-        blind = scanned(0.0, 2 * np.pi, 20_000, len(found.symbols), 11)
-        b = np.sort(np.mod(found.b, 2 * np.pi))
-        assert len(b) == count
-        np.testing.assert_allclose(blind, b, rtol=0, atol=2 * np.pi / 20_000)
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize(("n", "count"), [(3, 18), (4, 104)])
+@pytest.mark.parametrize(("n", "count"), [(2, 22), (3, 18), (4, 104)])
 def test_a_blind_scan_of_windows_finds_the_same_orbits(n: int, count: int) -> None:
     """Windows in the densest parts, where arcs turn back and zeros end in pairs."""
     b = np.sort(np.mod(rough(4)[n].b, 2 * np.pi))
@@ -58,15 +48,6 @@ def test_a_coarser_grid_finds_as_many(monkeypatch: pytest.MonkeyPatch) -> None:
     expected = [len(one.b) for one in rough(4)[:4]]
     monkeypatch.setattr(asymptotic, "PER_CELL", 3)
     assert [len(one.b) for one, _ in skeleton(level(), 3, HALF_TURNS)] == expected
-
-
-def test_longer_passages_keep_what_shorter_ones_have() -> None:
-    few, many = skeleton(level(), 2, 9), rough(2)
-    for (less, _), more in zip(few, many, strict=True):
-        gap = np.abs(np.mod(less.b[:, None] - more.b + np.pi, 2 * np.pi) - np.pi)
-        assert (gap.min(axis=1, initial=np.inf) < 1e-9).all()
-        inside = (more.half_turns <= 9).all(axis=0)
-        assert inside.sum() == len(less.b)
 
 
 def test_without_symbols_they_cross_at_gamma3_0() -> None:
@@ -104,20 +85,10 @@ def test_the_reversor_takes_heteroclinic_orbits_to_such_and_symmetric_codes_to_t
     assert symmetric > 1
 
 
-def test_the_map_follows_them_from_crossing_to_crossing() -> None:
-    """The chain joins inverse charts, where here passages lead forward."""
-    chain = orbits(3).chain
-    for k in range(3):
-        passed = level().map_level.passage(SectionPoint(k % 2 == 0, chain.d[k], chain.chi[k]))
-        np.testing.assert_allclose(passed.turned, np.diff(chain.chi, axis=0)[k], atol=1e-10)
-        np.testing.assert_allclose(passed.point.d, chain.d[k + 1], rtol=0, atol=1e-12)
-        np.testing.assert_allclose(passed.time, chain.time[k], rtol=0, atol=1e-9)
-    assert chain.residual.max() < 1e-13
-
-
 def test_slopes_are_differences() -> None:
     """The slope of I = U V behind the last crossing, where U vanishes, against orbits beside."""
     found, step = orbits(2), 1e-7
+    assert found.chain.residual.max() < 1e-13
     U = [track(level(), found.b + side * step, 2).U for side in (-1, 1)]
     slope = (U[1] - U[0]) / (2 * step) * found.V
     np.testing.assert_allclose(slope, found.I_slope, rtol=1e-5, atol=0)

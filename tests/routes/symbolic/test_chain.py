@@ -9,17 +9,8 @@ import numpy as np
 import pytest
 
 from rigidpend.orbits.return_map import SectionPoint
-from rigidpend.orbits.return_map.precision import precision
 from rigidpend.routes.problem import RouteProblem
-from rigidpend.routes.symbolic.chain import (
-    NoOrbit,
-    System,
-    on_surface,
-    passages,
-    section_points,
-    section_states,
-    signs_of,
-)
+from rigidpend.routes.symbolic.chain import NoOrbit, System, on_surface, passages, signs_of
 from rigidpend.routes.symbolic.levels import surface
 from rigidpend.routes.symbolic.shortest import INSIDE, exactly, lessened, path, shortest
 from tests.routes.symbolic.fig4 import BODY, J1_0, H, chain_of, level
@@ -129,18 +120,6 @@ def test_no_unknown_changes_by_more_than_half_a_radian_at_once(
         one.solved(one.guess(np.pi * CELLS, 0.0) + 0.8)
     steps = np.abs(np.diff(seen, axis=0)).max(axis=1)
     assert steps.max() == pytest.approx(0.5)
-
-
-def test_points_of_the_section_are_read_off_states_beside_any_separatrix() -> None:
-    """Mirror images have the same place."""
-    here, a = level(), precision(53)
-    d, chi = np.array([1e-3, -2e-3, 3e-3, 4e-4]), np.array([0.3, -1.2, 2.9, -2.0])
-    states = section_states(d, chi, here.h, here.c, a)
-    for sides in (1, np.array([-1, -1, 1, 1, 1, -1])[:, None]):
-        found = section_points(sides * states, here.c, a)
-        np.testing.assert_array_equal(found.rising, [True, False] * 2)
-        np.testing.assert_allclose(found.d, d, rtol=1e-12)
-        np.testing.assert_allclose(found.chi, chi, rtol=1e-12)
 
 
 def test_an_orbit_arrives_otherwise_as_its_phase_changes() -> None:

@@ -10,64 +10,25 @@ import numpy as np
 import pytest
 
 from rigidpend import Body
+from rigidpend.mechanics.coordinates import Aligned, canonical_from_aligned
+from rigidpend.mechanics.equations import eq1
 from rigidpend.mechanics.floquet import periodic_orbit
-from rigidpend.numbers.generic import Array
-from rigidpend.orbits.return_map import SectionPoint
+from rigidpend.orbits.integrate.states import states_at
+from rigidpend.orbits.return_map import return_map
 from rigidpend.routes.symbolic import AddressError, NoOrbit, closed_orbit
-from rigidpend.routes.symbolic.closed import ClosedOrbit, closed, closing, lyapunov, words
+from rigidpend.routes.symbolic.chain import crossing_states
+from rigidpend.routes.symbolic.closed import ClosedOrbit, actions, closed, closing, lyapunov, words
+from rigidpend.routes.symbolic.levels import Level
 from rigidpend.routes.symbolic.stretching import stretching
 from tests.routes.symbolic.fig4 import BODY, H, chain_of, level
 
 TURNS = 11
-NEAR = 0.9
-"""Radians from its cell's middle within which every crossing of these orbits lies.
-
-Further out, near pi/2, images of the curve below turn back and cross a cell in part."""
-SAMPLES = 300
-"""Samples of each piece of the curve: a piece is the 20th part of one, or larger."""
 
 
 @pytest.fixture(scope="module")
 def orbits() -> list[ClosedOrbit]:
     """All of up to six symbols, with 11 half rotations a passage."""
     return [closed(level(), word, TURNS) for word in words(6)]
-
-
-def pieces(n: int, first: int) -> Array:
-    """Symbols (n, pieces) on the pieces of a curve that n passages take across a cell each.
-
-    The curve consists of upward crossings: the unstable surface of the lower orbit, to some per
-    cent. Where its image by n/2 second returns crosses the cell, one point returns to itself. Only
-    the forward map is used, which integration holds: no code, no inverse chart, no chain.
-    """
-    low, high = np.array([math.pi * first - NEAR]), np.array([math.pi * first + NEAR])
-    for k in range(1, n + 1):
-        chi = low[:, None] + (high - low)[:, None] * np.linspace(0, 1, SAMPLES)
-        start = chi.ravel()
-        at = SectionPoint(True, -6.31e-4 * np.cos(start) + 1.54e-4 * np.sin(start), start)
-        inside, symbols, grown = np.ones(start.size, dtype=bool), [], start
-        for _ in range(k):
-            passed = level().map_level.passage(at)
-            at, inside, grown = passed.point, inside & passed.inside, grown + passed.turned
-            symbols.append(passed.symbol)
-        near = inside & (np.abs(grown - math.pi * (first + TURNS * k)) < NEAR)
-        kind = np.pad(np.where(near, 1 + symbols[-1], 0).reshape(chi.shape), ((0, 0), (1, 1)))
-        changed = kind[:, 1:] != kind[:, :-1]
-        begin, end = (np.nonzero(changed & (side > 0)) for side in (kind[:, 1:], kind[:, :-1]))
-        low = chi[begin[0], np.maximum(begin[1] - 1, 0)]
-        high = chi[end[0], np.minimum(end[1], SAMPLES - 1)]
-    return np.array(symbols).reshape(n, *chi.shape)[:, begin[0], begin[1]]
-
-
-@pytest.mark.parametrize("first", [0, 1])
-@pytest.mark.parametrize("n", [2, 4, pytest.param(6, marks=pytest.mark.slow)])
-def test_there_are_as_many_orbits_as_the_second_return_has_points(
-    orbits: list[ClosedOrbit], n: int, first: int
-) -> None:
-    found = pieces(n, first)
-    assert found.shape[1] == len(np.unique(found, axis=1).T) == 2**n
-    periods = [len(orbit.chain.b) for orbit in orbits]
-    assert sum(period // 2 for period in periods if n % period == 0) == 2**n
 
 
 def test_words_are_one_for_each_orbit() -> None:
@@ -171,3 +132,36 @@ def test_a_multiplier_is_of_its_trace_and_not_inside_of_the_unit_circle(trace: f
     assert m + 1 / m == pytest.approx(trace)
     assert abs(m) >= 1 - 1e-15
     assert orbit.stable == (abs(trace) < 2)
+
+
+# ---- Actions: their derivative in the energy, and the form in the paper's letters.
+
+STEP = 1e-4
+"""Half the difference of energies; its square, times the third derivative, is left."""
+WORDS = [(0,), (0, 1), (1, 0), (0, 0, 1)]
+
+
+def test_the_derivative_in_the_energy_is_the_period() -> None:
+    made = return_map(BODY, h=(H - BODY.mu, H + BODY.mu))
+    ends = [Level(made, float(H) + side * STEP) for side in (-1, 1)]
+    low, high = (actions([closed(one, word, TURNS).chain for word in WORDS]) for one in ends)
+    periods = [closed(level(), word, TURNS).period for word in WORDS]
+    np.testing.assert_allclose((high - low) / (2 * STEP), periods, rtol=1e-7)
+
+
+@pytest.mark.parametrize("word", [(0, 1), (0, 0, 1)])
+def test_the_action_is_the_integral_in_canonical_variables(word: tuple[int, ...]) -> None:
+    """J1 dtheta1 + J2 dtheta2 along the paper's equations, through each passage."""
+    chain = closed(level(), word, TURNS).chain
+    p = BODY.angles()
+    states = crossing_states(chain)[:, :-1]
+    at = canonical_from_aligned(Aligned(*states), p.alpha0, p.beta0)
+    begin = np.array([at.theta1, at.J1, at.theta2, at.J1 + at.J2mJ1])
+
+    def rates(state: Any, m: Any) -> tuple[Any, ...]:
+        found = eq1(state[:4], p, m)
+        return (*found, state[1] * found[0] + state[3] * found[2])
+
+    grown = states_at(rates, np.vstack((begin, 0 * begin[:1])), chain.time[None])[4, 0]
+    [found] = actions([chain])
+    assert found == pytest.approx(grown.sum(), rel=1e-12)

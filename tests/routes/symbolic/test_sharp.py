@@ -15,14 +15,7 @@ from rigidpend.orbits.integrate.states import states_at
 from rigidpend.routes.symbolic import sharp as module
 from rigidpend.routes.symbolic.chain import NoOrbit
 from rigidpend.routes.symbolic.sharp import Launch, sharp
-from tests.routes.symbolic.fig4 import (
-    BODY,
-    J1_0,
-    H,
-    launch,
-    level,
-    orbits,
-)
+from tests.routes.symbolic.fig4 import BODY, J1_0, H, launch, level, orbits
 
 LAST_DIGIT = Fraction(1, 10**29)
 

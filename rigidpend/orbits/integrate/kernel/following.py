@@ -40,7 +40,7 @@ def note(order: int, bits: int) -> Any:
 
 
 @functools.cache
-def carrying(order: int, bits: int) -> Any:
+def carrying(order: int, bits: int, lanes: int = LANES) -> Any:
     """The kernel that notes steps, for series of an order, in numbers of so many bits.
 
     It is called with (state, stride, time, parameters, depth, groups, steps, notes), all arrays of
@@ -53,14 +53,14 @@ def carrying(order: int, bits: int) -> Any:
     - groups, steps: vectors of lanes, and steps for each of them;
     - notes: an array of `note`, with room for one on each step of each lane.
     """
-    return functools.partial(_carrying(room_for(order, bits), bits), *of_order(order, bits))
+    return functools.partial(_carrying(room_for(order, bits), bits, lanes), *of_order(order, bits))
 
 
 @functools.cache
-def _carrying(room: Room, bits: int) -> Any:
+def _carrying(room: Room, bits: int, lanes: int) -> Any:
     array, count, number = machine_code.ArrayPointer, ctypes.c_int64, ctypes.c_double
     kinds = (count, array, array, array, count, array, array, number, count, count, array)
-    return machine_code.function(_Carrying(room, bits, ALIGNED).whole(), "carry", *kinds)
+    return machine_code.function(_Carrying(room, bits, ALIGNED, lanes).whole(), "carry", *kinds)
 
 
 @functools.cache
@@ -102,7 +102,7 @@ class _Carrying(Kernel):
         self.count = code.variable("i64")
         code.store("0", self.count, "i64", 8)
         with code.loop("%groups") as group:
-            first = code.mul(group, LANES)
+            first = code.mul(group, code.lanes)
             with self.lanes_from(first), code.loop("%steps"):
                 self._step(first)
         head = (
@@ -189,7 +189,7 @@ class _Carrying(Kernel):
         """Copy one lane of successive vectors."""
         code = self.code
         with code.loop(count) as i:
-            code.keep(code.scalar(vectors, code.add(code.mul(i, LANES), lane)), to, i)
+            code.keep(code.scalar(vectors, code.add(code.mul(i, code.lanes), lane)), to, i)
 
 
 class _Sampling(Kernel):

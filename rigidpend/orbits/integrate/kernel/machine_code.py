@@ -20,8 +20,13 @@ from rigidpend.machine import cache
 
 LANES = 8
 """Doubles in a vector: one of AVX-512, two of AVX2, four of NEON."""
-FEW = 2
-"""Doubles in a vector where there are no more orbits: processors do several such at a time."""
+FEW = 4
+"""Doubles in a vector where there are no more orbits: longer ones take up to twice as long."""
+
+
+def lanes_for(orbits: int) -> int:
+    """The doubles in a vector that so many orbits are carried in."""
+    return FEW if orbits <= FEW else LANES
 
 
 class Writer:
