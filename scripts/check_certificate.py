@@ -560,21 +560,27 @@ def phases_of(config: dict[str, Any], stated: Mapping[str, Sequence[str]]) -> di
     found: dict[str, list[str]] = {}
     if config["experiment"] == "route_codes":
         for name, grid in problem["arrays"].items():
-            start, step = grid["start"], grid["step"]
+            start, step = _quoted(grid["start"]), _quoted(grid["step"])
             _check_few(found)
-            found[name] = [f"({start}) + ({step})*{k}" for k in _counted(grid["count"])]
+            found[name] = [f"{start} + {step}*{k}" for k in _counted(grid["count"])]
     elif config["experiment"] == "herpolhodes":
         found = {name: [case["theta2_0"]] for name, case in problem["cases"].items()}
     elif config["experiment"] == "route_zoom":
         names = [f"level{k:02d}" for k in _counted(problem["levels"])]
         for level, name in enumerate(names):
-            step = f"({problem['step']})/{_count(problem['factor'])}**{level}"
+            step = f"{_quoted(problem['step'])}/{_quoted(problem['factor'])}**{level}"
             _check_few(found)
-            first = stated[name][0] if len(stated.get(name, ())) else "0"
-            found[name] = [f"({first}) + {step}*{k}" for k in _counted(problem["count"])]
+            first = _quoted(stated[name][0] if len(stated.get(name, ())) else "0")
+            found[name] = [f"{first} + {step}*{k}" for k in _counted(problem["count"])]
     else:
         raise Refused(f"its config: no route codes in {str(config['experiment'])[:60]!r}")
     return found
+
+
+def _quoted(text: str) -> str:
+    """A number in brackets; refused where it is none by itself, for brackets could change that."""
+    number(text)
+    return f"({text})"
 
 
 def _count(value: Any) -> int:

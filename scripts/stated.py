@@ -367,7 +367,7 @@ def of_multipliers(random: Any, count: int) -> Shares:
         truth, period = multiplier(one, H0, family)
         rest = 1 - float(one.mu)
         off = abs(float(abs(found.exponent_per_period) - truth)) * 2.0**46
-        yield rest * max(off, abs(float(found.period - period)) * 2.0**48)
+        yield rest * max(off, abs(float(found.period / period - 1)) * 2.0**48)
 
 
 STATED = (

@@ -79,12 +79,15 @@ def periodic_orbit(p: Angles, h0: float, family: int = 1, epsilon: int = 1) -> P
     The energy h0 is kappa J2_0^2/2 where J2_0 is J2 at r . gamma = 0. In family 1, at J1 = 0,
     orbits leave along epsilon = 1 and approach along -1; in family 2, at J1 = J2, conversely.
 
-    The logarithm of the multiplier errs by less than 2^-46 h0/(h0 - mu), and the period by less
-    than 2^-48 h0/(h0 - mu): mu is rounded, and beside h0 the motion nearly rests at its highest
-    point. Bodies drawn by lot, with h0 - mu from 0.9 h0 down to 1e-7 h0, reach half of each.
+    The logarithm of the multiplier errs by less than 2^-46 h0/(h0 - mu), and the period, relative,
+    by less than 2^-48 h0/(h0 - mu): mu is rounded, and beside h0 the motion nearly rests at its
+    highest point. Bodies drawn by lot, with h0 - mu from 0.9 h0 down to 1e-7 h0, reach half of
+    each. Two moments that differ by a hundredth or less make the error of the logarithm up to some
+    hundred times as large: the angles are rounded, and small parts of the motion follow from them.
 
     NotHyperbolic is raised where there is no such orbit, ArithmeticError where `MOST` steps don't
-    settle theta1: h0 - mu is so small, or the motion so nearly parabolic, that rounding decides.
+    settle theta1: h0 - mu is so small, the motion so nearly parabolic, or the body so nearly
+    symmetric, that rounding decides.
     """
     if epsilon not in (1, -1):
         raise ValueError(f"epsilon is 1 or -1, not {epsilon!r}")

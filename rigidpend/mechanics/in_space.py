@@ -64,8 +64,8 @@ def increments(p: Angles, h0: float) -> NDArray[np.float64]:
     alpha0 (+ 2 pi), as in (sol_1) and (sol_12). The initial values alpha0 - beta0 (+ 2 pi) printed
     beside their increments are a slip; the increments are right.
     """
-    # The second form of (tri1): 2/J2_0^2 = kappa/h0.
-    unit = p.mu * np.pi * p.kappa / (h0 * np.sin(p.alpha0))
+    # The second form of (tri1): 2/J2_0^2 = kappa/h0, and pi kappa/sin(alpha0) is nu.
+    unit = p.mu * p.nu / h0
     first = unit * np.sin((p.beta0 - p.alpha0) / 2)
     second = unit * np.sin((p.beta0 + p.alpha0) / 2)
     # 3 and 4 lie 2 pi further in theta1, where sin(theta1/2) of (th3) has the opposite sign.

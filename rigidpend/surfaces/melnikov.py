@@ -79,10 +79,14 @@ def amplitude(number: int, J2_0: Any, p: Angles, m: Elementary = np) -> Any:
     On 2 and 4 it is never zero, for 0 < alpha0 + beta0 < 2 pi; on 1 and 3 it is in the Hess
     case alpha0 = beta0.
     """
-    # 1/sinh(nu), which neither overflows nor cancels.
-    decay = -2 * m.exp(-p.nu) / m.expm1(-2 * p.nu)
     lean = m.sin(theta1(number, p, m) / 2)
-    return -direction(number) * 2 * p.nu / (p.kappa * J2_0) * lean * decay
+    return -direction(number) * 2 / (p.kappa * J2_0) * lean * decay(p.nu, m)
+
+
+def decay(nu: Any, m: Elementary = np) -> Any:
+    """Factor nu/sinh(nu), by which Melnikov's integral is exponentially small."""
+    # So written it neither overflows nor cancels.
+    return -2 * nu * m.exp(-nu) / m.expm1(-2 * nu)
 
 
 def delta(motion: SeparatrixMotion, p: Angles, m: Elementary = np) -> Any:

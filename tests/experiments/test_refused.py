@@ -56,9 +56,9 @@ REFUSED = {
         "problem.symbol=16": "symbol 16 is beyond n_symbols = 15",
         "problem.step=0": "step must be greater than 0, got 0",
         "problem.step=1e-190": "the last level's step would be 1e-201, below 1e-200",
-        "problem.factor=1.999": "factor must be from 2 to 1000000, in at most 20 characters, got",
+        "problem.factor=1.999": "factor must be from 2 to 1000000, in at most 40 characters",
         "problem.factor=1000001": "factor must be from 2 to 1000000",
-        "problem.factor=9.22061431681464812345": "in at most 20 characters",
+        "problem.factor=9.22061431681464812345": "in at most 40 characters as a quotient, got 9.2",
     },
     "fig5": {"problem.n_wound=6": "problem.n_wound: n_wound = 6 is more than n_symbols = 5"},
     "full_shift": {

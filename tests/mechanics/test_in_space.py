@@ -27,6 +27,7 @@ from rigidpend.mechanics.in_space import (
     plateaus,
     regime,
 )
+from rigidpend.numbers.exact import context
 from rigidpend.orbits.integrate.states import states_at
 from tests.orbits.integrate.problems import ENGINES
 from tests.strategies import (
@@ -67,6 +68,14 @@ def test_eq_tri1_is_the_integral_of_th3_along_the_unperturbed_separatrix(
     begin, end = (-far, 0.0) if number % 2 == 0 else (0.0, far)
     half, _ = quad(rate, begin, end, epsabs=1e-15, epsrel=1e-12, limit=200)
     assert increments(p, h0_of(body))[number - 1] == pytest.approx(2 * half, abs=1e-12)
+
+
+def test_increments_keep_their_digits_where_alpha0_is_near_pi() -> None:
+    body, m = Body(A=(2, 1, "1.9999999999"), r=(3, 1, 0), mu="0.01"), context(113)
+    p = body.angles(113)
+    unit = p.mu * m.pi * p.kappa / m.sin(p.alpha0)
+    expected = [float(unit * m.sin((p.beta0 + side * p.alpha0) / 2)) for side in (-1, 1)]
+    np.testing.assert_allclose(increments(body.angles(), 1.0)[:2], expected, rtol=1e-15)
 
 
 def assert_ordered(body: Body) -> None:

@@ -16,6 +16,7 @@ from rigidpend.results import store
 from rigidpend.routes.certified.pieces import Step
 from rigidpend.runs import certificate_files as storage
 from rigidpend.runs import certificates, loading
+from scripts import check_certificate
 from tests.cli.calls import call, succeeded
 from tests.config.samples import SMALL, changed, written
 
@@ -128,6 +129,32 @@ def test_wrong_usage_and_what_is_no_certificate_are_said(
 ) -> None:
     done = call(folder, "certify", *arguments.split())
     assert (done.returncode, said in done.stderr) == (code, True)
+
+
+@pytest.mark.slow
+def test_both_checkers_prove_a_zoom_by_a_factor_of_many_digits(tmp_path: Path) -> None:
+    """As it is kept: a quotient of whole numbers."""
+    zoom = ("fig4_zoom", "--set", "problem.levels=2", "--set", "problem.count=3")
+    given = (*zoom, "--set", "problem.n_symbols=2", "--name", "zoom", "--out", ".", "-j", "1")
+    for command in ("run", "certify"):
+        done = call(tmp_path, command, *given)
+        assert done.returncode == 0, done.stderr
+    file = tmp_path / "zoom.certificate.h5"
+    assert len(storage.read(file)["config"]["problem"]["factor"]) > 20
+    done = call(tmp_path, "certify", "--check", file.name)
+    assert done.returncode == 0, done.stderr
+    assert done.stdout.count("6 of 6 symbols of 3 orbits proven") == 2
+    *_, last = check_certificate.check(file)
+    assert last == "proven: 12 symbols, all that the certificate claims"
+
+
+@pytest.mark.parametrize("place", ["start", "step"])
+def test_a_number_of_a_grid_is_one_by_itself(place: str) -> None:
+    """Not only between brackets."""
+    grid = {"start": "0", "step": "1", "count": 1, place: "0) + (1"}
+    problem = {"experiment": "route_codes", "problem": {"arrays": {"one": grid}}}
+    with pytest.raises(check_certificate.Refused, match="is no number"):
+        check_certificate.phases_of(problem, {})
 
 
 @pytest.mark.slow

@@ -22,6 +22,7 @@ from rigidpend.routes.symbolic.asymptotic import (
     doubly_asymptotic,
     skeleton,
 )
+from rigidpend.routes.symbolic.chain import NoOrbit
 from rigidpend.routes.symbolic.levels import Level
 from rigidpend.routes.symbolic.sharp import Launch, sharp
 
@@ -41,6 +42,11 @@ def compute(config: Config, means: Means) -> Tree:
     lengths: dict[str, Tree] = {}
     drawn: dict[str, Tree] = {}
     for n, (rough, arcs) in enumerate(skeleton(level, problem.symbols, problem.half_turns)):
+        if not rough.b.size:
+            said = f"passages of at most half_turns = {problem.half_turns} half rotations"
+            raise NoOrbit(
+                f"no orbit with {n} symbols has only {said}: allow more, or fewer symbols"
+            )
         name, orbits = str(n), _ordered(launch, doubly_asymptotic(level, rough))
         means.report(f"{name} symbols: {len(orbits.b)} orbits")
         lengths[name] = means.part(

@@ -16,6 +16,7 @@ from rigidpend.experiments.precession import SLOPE, UNCERTAINTY
 from rigidpend.experiments.precession.schema import Config
 from rigidpend.mechanics.body import Body
 from rigidpend.mechanics.in_space import increments, regime
+from rigidpend.numbers.exact import Exact
 from rigidpend.numbers.generic import Array
 from rigidpend.surfaces import heteroclinic
 
@@ -35,7 +36,7 @@ def _body(config: Config, name: str, means: Means) -> Tree:
     """Compute the fields of one body."""
     problem, h0 = config.problem, float(config.problem.h0)
     bodies = [problem.bodies[name].heavy(mu) for mu in problem.mu]
-    found = [heteroclinic.increments(body, problem.h0, means.arithmetic) for body in bodies]
+    found = [_increments(name, body, problem.h0, means) for body in bodies]
     first = np.array([increments(body.angles(), h0) for body in bodies])
     gained = np.array([x.gained for x in found])
     unit = np.array([unit_of(body, h0) for body in bodies])
@@ -65,6 +66,15 @@ def _body(config: Config, name: str, means: Means) -> Tree:
         "mean_slope": mean_slope,
         "ordered": np.array([in_order(*x, order.value) for x in zip(mean, error, strict=True)]),
     }
+
+
+def _increments(name: str, body: Body, h0: Exact, means: Means) -> heteroclinic.Increments:
+    """Increments of a body at one mu; ArithmeticError says of which body where there are none."""
+    try:
+        return heteroclinic.increments(body, h0, means.arithmetic)
+    except ArithmeticError as error:
+        said = f"body {name}, mu = {body.mu}: {error}; with less weight there may be one"
+        raise ArithmeticError(said) from None
 
 
 def uncertainty(found: heteroclinic.Increments, unit: float) -> float:

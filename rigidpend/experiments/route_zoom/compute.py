@@ -20,7 +20,7 @@ from rigidpend.experiments.contract import Means, Routes
 from rigidpend.experiments.data import Data, Tree
 from rigidpend.experiments.route_zoom.schema import Config, Problem
 from rigidpend.machine.progress import PartDone
-from rigidpend.numbers.exact import Exact, exact, exacts
+from rigidpend.numbers.exact import Exact, exact
 from rigidpend.routes.neighbourhood import (
     Bracket,
     Neighbourhood,
@@ -45,11 +45,11 @@ def compute(config: Config, means: Means) -> Tree:
     # One reference for all levels: the orbit closest to the change, to which all columns are near.
     around = Neighbourhood(problem.routes, last.between(1, 2), finest, means.arithmetic, means.jobs)
     groups: dict[str, Tree] = {}
-    for level, (bracket, step) in enumerate(zip(brackets, steps, strict=True)):
-        name = f"level{level:02d}"
+    levels = zip(_names(problem), brackets, steps, strict=True)
+    for level, (name, bracket, step) in enumerate(levels, 1):
         groups[name] = means.part(name, partial(_level, around, problem, bracket, step))
         bits = " and ".join(map(str, np.unique(groups[name]["bits"])))
-        done = level + 1, problem.levels
+        done = level, problem.levels
         means.report(
             PartDone("{}/{}: ".format(*done) + f"step {float(step):.0e}, {bits} bits", *done)
         )
@@ -65,6 +65,11 @@ def cost(config: Config) -> float:
     """Estimate of the seconds that a config takes on two cores."""
     problem = config.problem
     return AT_LEAST * problem.levels * (problem.n_symbols + 1) * (1 + problem.count / COLUMNS)
+
+
+def _names(problem: Problem) -> list[str]:
+    """The names of the levels in a result."""
+    return [f"level{level:02d}" for level in range(problem.levels)]
 
 
 def _steps(problem: Problem) -> list[Exact]:
@@ -118,9 +123,12 @@ def _phases(centre: Exact, problem: Problem, step: Exact) -> list[Exact]:
 
 
 def orbits(config: Config, stored: Callable[[], Data]) -> Routes:
-    """The orbits of each level, at the phases that a computation has found."""
-    levels = stored()["levels"].items()
-    return {name: (config.problem.routes, exacts(level["theta2_0"])) for name, level in levels}
+    """The orbits of each level, around the centre that a computation has found."""
+    problem, levels = config.problem, stored()["levels"]
+    return {
+        name: (problem.routes, _phases(exact(levels[name]["centre"]), problem, step))
+        for name, step in zip(_names(problem), _steps(problem), strict=True)
+    }
 
 
 def describe(config: Config) -> list[Row]:

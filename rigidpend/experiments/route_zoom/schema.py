@@ -14,8 +14,10 @@ from rigidpend.numbers.exact import exact
 FINEST = -200
 """Least exponent of a step, rad: below that doubles lose what has yet to grow from it."""
 
-LONGEST = 20
-"""Characters of the factor, whose powers are written out in every phase."""
+LONGEST = 40
+"""Characters of the factor as a quotient, whose powers are written out in every phase.
+
+A quotient is what results and certificates keep of it, which are read by the same rule."""
 
 
 class Problem(RouteStart):
@@ -42,8 +44,11 @@ class Problem(RouteStart):
             raise ValueError(f"symbol {self.symbol} is beyond n_symbols = {self.n_symbols}")
         if not float(self.step) > 0:
             raise ValueError(f"step must be greater than 0, got {self.step}")
-        if not 2 <= float(self.factor) <= 1e6 or len(self.factor.text) > LONGEST:
-            said = f"factor must be from 2 to 1000000, in at most {LONGEST} characters"
+        quotient = str(self.factor.fraction or self.factor)
+        if not 2 <= float(self.factor) <= 1e6 or len(quotient) > LONGEST:
+            said = (
+                f"factor must be from 2 to 1000000, in at most {LONGEST} characters as a quotient"
+            )
             raise ValueError(f"{said}, got {self.factor}")
         finest = math.log10(float(self.step)) - (self.levels - 1) * math.log10(float(self.factor))
         if finest < FINEST:

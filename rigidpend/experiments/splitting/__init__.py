@@ -87,7 +87,8 @@ BODIES = {
     ),
     "error": _each(
         "1",
-        "(bodies, mu): what is uncertain of `excess`, from two computations",
+        "(bodies, mu): what is uncertain of `excess`, from two computations, before its numbers"
+        " are rounded to doubles",
         within=stated(_error),
     ),
     "resolved": Field(FLAG, EACH, "1", "(bodies, mu): whether the error is small beside (mu/h0)^2"),

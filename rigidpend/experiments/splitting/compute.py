@@ -16,6 +16,7 @@ from rigidpend.experiments.splitting.schema import Config, Problem
 from rigidpend.numbers.generic import Array
 from rigidpend.orbits.integrate.arithmetic import DEFAULT_TOLERANCE
 from rigidpend.surfaces import surface_orbits
+from rigidpend.surfaces.melnikov import decay
 from rigidpend.surfaces.splitting import FEWEST, SurfaceSplitting, amplitude, distance, measure
 
 BEGIN, ORBIT, ORBITS = 1.0, (5e-4, 8e-3), 1200
@@ -36,7 +37,7 @@ def compute(config: Config, means: Means) -> Tree:
         "mu_over_h0": mu_over_h0(problem),
         "bodies": bodies,
         "curve": _curve(problem, found[problem.drawn]),
-        "closed_form": {"nu": nu, "decay": _decay(nu)},
+        "closed_form": {"nu": nu, "decay": decay(nu)},
     }
 
 
@@ -51,7 +52,7 @@ def cost(config: Config) -> float:
     seconds = BEGIN
     for shape in problem.bodies.values():
         nu = shape.heavy(problem.mu[0]).nu
-        doubles = DEFAULT_TOLERANCE["taylor"] / _decay(nu) < admitted(ratio)
+        doubles = DEFAULT_TOLERANCE["taylor"] < decay(nu) * admitted(ratio)
         seconds += float((orbits * np.where(doubles, *ORBIT)).sum())
     return seconds
 
@@ -74,7 +75,7 @@ def _body(config: Config, name: str, means: Means) -> Tree:
         **{key: getattr(body, key) for key in ("alpha0", "beta0", "nu")},
         **told,
         "orbits": np.array([x.n for x in found]),
-        "reduced": whole[:, 0] * _decay(body.nu),
+        "reduced": whole[:, 0] * decay(body.nu),
         "largest": amplitudes * _largest(whole),
         "curve_excess": curve_excess,
         "slope_amplitude": slope(ratio, np.abs(excess[:, 0])),
@@ -85,11 +86,6 @@ def _body(config: Config, name: str, means: Means) -> Tree:
 def _largest(harmonics: Array) -> Array:
     """Largest |distance| over all phases, for harmonics (n, k)."""
     return np.array([np.abs(distance(row, GRID)).max() for row in harmonics])
-
-
-def _decay(nu: Any) -> Any:
-    """Factor nu/sinh(nu), by which Melnikov's amplitude is exponentially small."""
-    return nu / np.sinh(nu)
 
 
 def _curve(problem: Problem, body: Any) -> dict[str, Any]:

@@ -97,7 +97,8 @@ class LevelTable(NamedTuple):
     def _by_phase(self, T: Any) -> Any:
         """The Fourier coefficients (N, n_phase, F) where polynomials of x are (N, n_x)."""
         values = self.values.reshape(len(self.values), self.n_x, -1)
-        return grouped(T, values, self.counts).reshape(len(T), self.n_phase, -1)
+        shape = len(T), self.n_phase, values.shape[-1] // self.n_phase
+        return grouped(T, values, self.counts).reshape(shape)
 
 
 def _summed(coefficients: Any, F: Any) -> Any:

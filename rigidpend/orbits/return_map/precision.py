@@ -126,7 +126,8 @@ def product(x: Scalar, y: Scalar) -> Any:
         parts = [product(x, y[..., k : k + few]) for k in range(0, width, few)]
         return np.concatenate(parts, axis=-1)
     few = UNDIVIDED // terms // width
-    parts = [np.matmul(x[..., k : k + few, :], y) for k in range(0, rows, few)]
+    # Of no rows the product is one part too.
+    parts = [np.matmul(x[..., k : k + few, :], y) for k in range(0, max(rows, 1), few)]
     return parts[0] if len(parts) == 1 else np.concatenate(parts, axis=-2)
 
 

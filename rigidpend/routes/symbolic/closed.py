@@ -55,6 +55,8 @@ MOST_SYMBOLS = 60
 ROUNDS = 12
 LOST = 12
 """Bits by which a passage may fail to meet the next."""
+GROWN = 4.0
+"""Roundings of the last bit in a passage: what they have grown to is its error, if that is more."""
 GUARD = 15
 """Bits that the numbers of the section have beyond those of the integration."""
 
@@ -244,6 +246,9 @@ def closing(orbit: ClosedOrbit, bits: int = 113) -> Closing:
         return exactly(off), late
 
     slopes, n = tangents(chain)[:, :2], len(chain.b)
+    # Within a passage a rounding of d, relative, or of chi grows to so much of chi.
+    grown = float(np.abs(slopes[:, 1] * np.stack((chain.d[:-1], np.ones(n)), axis=1)).max())
+    met = Fraction(max(2.0**LOST, GROWN * grown)) / 2**bits
     # Where passages lead, less the next crossing, are the gaps: behind the last is the first one.
     matrix = -np.roll(np.eye(2 * n), 2, axis=1)
     for k, slope in enumerate(slopes):
@@ -253,7 +258,7 @@ def closing(orbit: ClosedOrbit, bits: int = 113) -> Closing:
     for _ in range(ROUNDS):
         off, late = gaps(places, np.roll(places, -1, axis=0), times)
         times, size = times + late, np.abs(off).max()
-        if size < Fraction(1, 2 ** (bits - LOST)):
+        if size < met:
             break
         step = -np.linalg.solve(matrix, (off / size).astype(float).ravel())
         places = places + exact_of(step.reshape(n, 2)) * size
@@ -263,7 +268,9 @@ def closing(orbit: ClosedOrbit, bits: int = 113) -> Closing:
     error = float(np.abs(gaps(first, first, np.array([period]))[0]).max())
     growth = n * float(np.abs(_derivative(chain)).max())
     moved = float(np.abs(places - begin).max())
-    return Closing(error, growth * (float(size) + 2.0**-bits), moved, period, tuple(first[0]))
+    # Roundings in the passages of the whole are others than those that the gap is of.
+    expected = growth * (float(size) + (1 + GROWN * grown) * 2.0**-bits)
+    return Closing(error, expected, moved, period, tuple(first[0]))
 
 
 exact_of = np.frompyfunc(lambda x: Fraction(float(x)), 1, 1)

@@ -47,7 +47,9 @@ STEP = 1e-4
 FIRST_ERROR = 1e-12
 """Error of b by the map in doubles, radians, at most."""
 GAINED = 1e-6
-"""Share of an error that a correction leaves, at most."""
+"""Share of an error that a correction leaves, at most.
+
+Where ten times that is left, the next correction is told once more, farther from the end."""
 NEAREST, FARTHEST = 1e-9, 1e-2
 """Distances from the periodic orbit at which orbits end, as v of the normal form."""
 ROUNDS = 8
@@ -214,13 +216,17 @@ def sharp(launch: Launch, orbits: DoublyAsymptotic, jobs: int = 1) -> Sharp:
     begun, error = launch.anchors(orbits.b), FIRST_ERROR
     slope = orbits.I_slope * begun.b_slope
     theta2 = [Fraction(float(x)) for x in begun.theta2]
-    for _ in range(ROUNDS):
+    for rounds in range(ROUNDS):
         states = launch.states(begun, theta2)
         distance = np.sqrt(np.abs(orbits.I_slope) * error).clip(NEAREST, FARTHEST)
         step = -_invariant(launch, orbits, states, distance, jobs) / slope
         last = float(np.abs(step).max(initial=0.0))
-        if last > 10 * error:
+        if last > 10 * error and not rounds:
             raise NoOrbit(f"integration finds an orbit {last:.2g} rad from where the map has it")
+        if last > 10 * error:
+            # The correction before gained less: so near to its end an orbit does not tell how much.
+            error = last
+            continue
         theta2 = [x + Fraction(float(y)) for x, y in zip(theta2, step, strict=True)]
         if last < FINEST:
             break

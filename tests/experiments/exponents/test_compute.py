@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import copy
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -16,7 +17,7 @@ from rigidpend.routes.cells import Cells, cells_of_starts
 from rigidpend.routes.problem import RouteProblem
 from rigidpend.routes.symbolic.levels import surface
 from rigidpend.routes.symbolic.stretching import stretched
-from tests.experiments.trees import asked, computed, differences
+from tests.experiments.trees import asked, computed, differences, reference
 from tests.routes.symbolic.fig4 import BODY, H
 
 SMALL = [
@@ -105,3 +106,11 @@ def test_without_an_established_code_a_cell_stays_blank(
     other = computed(asked("exponents", *SMALL))
     blank = np.isnan(other["exponent"]) & np.isfinite(data["exponent"])
     np.testing.assert_array_equal(np.flatnonzero(blank), [7, 9])
+
+
+def test_the_page_says_by_how_much_passages_multiply() -> None:
+    page = (Path(__file__).parents[3] / "docs" / "addresses.md").read_text(encoding="utf-8")
+    growth = reference("exponents")["data"]["growth"]
+    first, second, third = np.exp(np.diff(growth["exponent"][2] * growth["passages"], prepend=0))
+    numbers = f"by {first / 1000:.0f},000, the second by {second:.1f} and the third by {third:.1f}"
+    assert numbers in page

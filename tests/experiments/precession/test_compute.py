@@ -11,6 +11,7 @@ from rigidpend.experiments.precession.compute import in_order
 from tests.experiments.trees import asked, computed
 
 SMALL = "problem.mu=[1e-4, 1e-3, 1e-2, 0.1]", "problem.drawn=1/100"
+HEAVY = "problem.mu=[0.6, 0.7]", "problem.drawn=0.6"
 BODIES = ("i", "ii", "iii", "iv", "v")
 
 
@@ -53,6 +54,12 @@ def test_remainders_are_those_of_the_increments(data: Any) -> None:
     np.testing.assert_array_equal(bodies["remainder"], np.abs(gap).max(axis=2))
     np.testing.assert_allclose(bodies["mean_remainder"], np.abs(gap.mean(axis=2)), atol=1e-15)
     assert (np.abs(bodies["first_order"]) <= bodies["unit"][..., None] * (1 + 1e-15)).all()
+
+
+def test_a_body_without_such_orbits_is_named() -> None:
+    config = asked("precession", "problem.bodies={x: {A: [2, 0.2, 1.8], r: [1, 0, 0]}}", *HEAVY)
+    with pytest.raises(ArithmeticError, match=r"body x, mu = 0\.6: no orbit of S1- was found .*;"):
+        computed(config, [])
 
 
 STRICT, PAIRS = ((2,), (1,), (0,), (3,), (4,)), ((1, 2), (0,), (3, 4))

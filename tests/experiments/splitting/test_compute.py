@@ -11,6 +11,7 @@ import pytest
 from rigidpend.experiments import splitting
 from rigidpend.experiments.shared import SMALL as SMALL_RATIO
 from rigidpend.experiments.shared import slope
+from rigidpend.experiments.splitting.compute import cost
 from tests.experiments.trees import asked, computed, differences
 
 BODIES = "{a: {A: [2, 0.2, 1.8], r: [1, 2, 0]}, fig4: {A: [2, 1, 1.5], r: [1, 1, 0]}}"
@@ -49,6 +50,13 @@ def test_a_slope_is_as_sure_as_its_logarithms_are() -> None:
     one = allowed(1e-3, 2e-3)
     assert one == pytest.approx(splitting.MARGIN * splitting.admitted(1e-3) / 1e-3)
     assert allowed(-4e-3, 2e-3) == pytest.approx(one / 2)
+
+
+def test_a_splitting_below_all_doubles_has_a_cost_and_no_overflow() -> None:
+    flat = asked("splitting", "problem.bodies={s: {A: [1.002, 1, 1.001], r: [1, 1, 0]}}",
+                 "problem.mu=[1e-3, 1e-2]", "problem.drawn=s")  # fmt: skip
+    with np.errstate(all="raise", under="ignore"):
+        assert cost(flat) > cost(asked("splitting", *SMALL))
 
 
 def test_order_the_slopes_are_one_for_the_curve_and_two_for_its_cosine(data: Any) -> None:

@@ -66,6 +66,11 @@ def test_points_of_many_groups_are_taken_in_blocks(bits: int, counts: list[int])
     assert np.abs(a.floats(np.concatenate(found)) - (rows[:, :, None] * each).sum(1)).max() < 1e-14
 
 
+def test_a_product_without_rows_has_none() -> None:
+    assert product(np.empty((2, 0, 9)), np.empty((9, 40_000))).shape == (2, 0, 40_000)
+    assert product(np.empty((2, 0, 9)), np.empty((9, 3))).shape == (2, 0, 3)
+
+
 @pytest.mark.parametrize(("rows", "width"), [(1, 7), (7, 1), (40_000, 3), (3, 40_000), (2, 2)])
 def test_products_in_doubles_are_whole_however_they_are_divided(rows: int, width: int) -> None:
     random = np.random.default_rng(1)

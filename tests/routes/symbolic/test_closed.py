@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 import pytest
 
+from rigidpend import Body
 from rigidpend.mechanics.coordinates import Aligned, canonical_from_aligned
 from rigidpend.mechanics.equations import eq1
 from rigidpend.mechanics.floquet import periodic_orbit
@@ -51,6 +52,20 @@ def test_integration_closes_to_rounding(word: tuple[int, ...]) -> None:
     assert found.error < found.expected < 1e-17
     assert found.moved < 1e-11
     assert float(found.period) == pytest.approx(orbit.period, abs=1e-10)
+
+
+@pytest.mark.slow
+def test_an_orbit_closes_where_a_passage_stretches_more_than_a_thousand_times() -> None:
+    body = Body((2, "1.01", "1.48"), ("0.85", "0.53", 0), "0.0004")
+    found = closing(closed_orbit(body, "0", h=1, half_turns=17))
+    assert found.error < found.expected < 1e-15
+
+
+@pytest.mark.slow
+def test_a_gap_is_less_than_expected_where_passages_happen_to_meet_sharply() -> None:
+    body = Body((2, "1.32", "1.72"), ("0.62", "0.02", 0), "3.68e-3")
+    found = closing(closed_orbit(body, "01", h=1))
+    assert found.error < found.expected < 1e-26
 
 
 def test_long_passages_have_the_multiplier_of_what_they_pass() -> None:

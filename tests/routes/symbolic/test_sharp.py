@@ -31,6 +31,17 @@ def test_phases_do_not_depend_on_where_orbits_begin_and_end(
         assert abs(one - other) < LAST_DIGIT
 
 
+def test_a_correction_may_gain_less_than_expected(monkeypatch: pytest.MonkeyPatch) -> None:
+    """As where a passage stretches more: the map's slopes err by more of themselves there."""
+    monkeypatch.setattr(module, "ROUNDS", 5)
+    with_all = sharp(launch(), orbits(1))
+    monkeypatch.setattr(module, "GAINED", 1e-13)
+    found = sharp(launch(), orbits(1))
+    assert found.error.max() < module.FINEST
+    for one, other in zip(with_all.theta2_0, found.theta2_0, strict=True):
+        assert abs(one - other) < LAST_DIGIT
+
+
 def test_the_map_is_confirmed_to_its_rounding() -> None:
     found = sharp(launch(), orbits(2))
     assert np.abs(found.moved).max() < 2e-13
