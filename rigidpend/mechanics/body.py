@@ -16,6 +16,11 @@ from rigidpend.numbers.generic import Elementary, Scalar
 SAME_WITHIN = 1e-15
 """Distance below which two angles are equal to within the rounding of doubles, radians."""
 
+FARTHEST_ENERGY = 1e6
+"""Largest energy, and one over the least.
+
+Of larger ones series of high order overflow; of smaller ones the longest step is short."""
+
 OUTSIDE = (
     "with the centre of gravity out of the plane of axes 1 and 2, those of the largest and the"
     " smallest moment, gravity turns the body out of every rotation about axis 3: there is no"
@@ -26,6 +31,20 @@ OUTSIDE = (
 
 class BodyError(ParameterError):
     """Error: a body that the paper's conditions exclude; names the condition and the values."""
+
+
+def check_units(
+    name: str, energy: Exact, error: type[ParameterError] = ParameterError
+) -> None:
+    """Refuse an energy that other units would bring closer to 1."""
+    m = context(113)
+    if not 1 / m.mpf(FARTHEST_ENERGY) <= energy.in_context(m) <= FARTHEST_ENERGY:
+        raise error(
+            name,
+            f"{name} = {energy} is outside of {1 / FARTHEST_ENERGY} to {FARTHEST_ENERGY:g}: take"
+            f" other units; {name} and mu times a number, actions times its root, are the same"
+            " problem",
+        )
 
 
 class Angles(NamedTuple):

@@ -9,7 +9,7 @@ from typing import Any
 
 from rigidpend.machine import files
 from rigidpend.mechanics import pendulum
-from rigidpend.mechanics.body import Body
+from rigidpend.mechanics.body import Body, check_units
 from rigidpend.mechanics.free_body import fastest_rate
 from rigidpend.numbers import checked
 from rigidpend.numbers.checked import ParameterError
@@ -19,10 +19,6 @@ MAX_SYMBOLS = 100_000
 """Symbols on an orbit at most."""
 LEAST = 1e-100
 """Least mu relative to h0: what is smaller is lost in doubles."""
-FARTHEST = 1e6
-"""Largest energy, and one over the least.
-
-Of larger ones series of high order overflow; of smaller ones the longest step is short."""
 OF_SYMBOL = 11
 """Bytes of a result for each symbol: itself, whether it is certain, separatrix, crossing time."""
 SMALLEST_RATIO = "1e-500"
@@ -36,15 +32,9 @@ class ProblemError(ParameterError):
 def check_energy(name: str, h: Exact, mu: Exact) -> None:
     """Refuse an energy that is not above mu, or that other units would bring closer to 1."""
     m = context(113)
-    energy = h.in_context(m)
-    if not energy > mu.in_context(m):
+    if not h.in_context(m) > mu.in_context(m):
         raise ProblemError(name, f"{name} > mu is broken: {name} = {h}, mu = {mu}")
-    if not 1 / m.mpf(FARTHEST) <= energy <= FARTHEST:
-        raise ProblemError(
-            name,
-            f"{name} = {h} is outside of {1 / FARTHEST} to {FARTHEST:g}: take other units;"
-            f" {name} and mu times a number, actions times its root, are the same problem",
-        )
+    check_units(name, h, ProblemError)
 
 
 @dataclass(frozen=True)

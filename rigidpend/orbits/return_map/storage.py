@@ -23,7 +23,7 @@ from rigidpend import __version__
 from rigidpend.machine import cache
 from rigidpend.machine.code_hash import code_hash_of
 from rigidpend.machine.workers import WorkerError, apart
-from rigidpend.mechanics.body import Body
+from rigidpend.mechanics.body import Body, check_units
 from rigidpend.numbers import checked
 from rigidpend.numbers.checked import ParameterError
 from rigidpend.numbers.exact import FINEST, GUARD_BITS, Exact
@@ -87,7 +87,7 @@ def return_map(
         The orbits are not resolved: an elliptic periodic orbit, too large a mu, a negative
         multiplier; the message gives the reason. Or building takes more than the budget.
     ParameterError
-        Energies that are no numbers or don't ascend, or bits that are not 53 to `FINEST`.
+        Energies that are no numbers, don't ascend or are far from 1, or bits that are not 53 to `FINEST`.
 
     Examples
     --------
@@ -103,6 +103,8 @@ def return_map(
     low, high = (checked.number("h", x) for x in ends)
     if float(high - low) < 0:
         raise ParameterError("h", f"the energies must ascend, got {low} and {high}")
+    for end in (low, high):
+        check_units("h", end)
     return _kept(body, low, high, bits, design).within(budget)
 
 

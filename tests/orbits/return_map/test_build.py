@@ -196,6 +196,9 @@ def test_wrong_arguments_are_refused() -> None:
         return_map(FIG4, h=H, bits=24)
     with pytest.raises(ValueError, match="ascend"):
         return_map(FIG4, h=("1.34", "1.33"))
+    for far in ("1.01e6", "0.99e-6"):
+        with pytest.raises(ParameterError, match=f"h = {far} is outside of 1e-06 to 1e"):
+            return_map(Body((2, 1, "1.5"), (1, 1, 0), 0), h=far)
 
 
 @pytest.mark.slow
