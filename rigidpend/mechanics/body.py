@@ -33,9 +33,7 @@ class BodyError(ParameterError):
     """Error: a body that the paper's conditions exclude; names the condition and the values."""
 
 
-def check_units(
-    name: str, energy: Exact, error: type[ParameterError] = ParameterError
-) -> None:
+def check_units(name: str, energy: Exact, error: type[ParameterError] = ParameterError) -> None:
     """Refuse an energy that other units would bring closer to 1."""
     m = context(113)
     if not 1 / m.mpf(FARTHEST_ENERGY) <= energy.in_context(m) <= FARTHEST_ENERGY:

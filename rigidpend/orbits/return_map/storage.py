@@ -87,7 +87,8 @@ def return_map(
         The orbits are not resolved: an elliptic periodic orbit, too large a mu, a negative
         multiplier; the message gives the reason. Or building takes more than the budget.
     ParameterError
-        Energies that are no numbers, don't ascend or are far from 1, or bits that are not 53 to `FINEST`.
+        Energies that are no numbers, don't ascend or are far from 1, or bits that are not 53 to
+        `FINEST`.
 
     Examples
     --------
