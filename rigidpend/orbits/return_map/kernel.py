@@ -72,7 +72,7 @@ def follow(
         turns with the interpreter wait longer than they compute.
     """
     orbits = np.stack((program.starts.place(Qp), phase, e, Qp))
-    bits, n = program.bits, orbits.shape[-1]
+    n = orbits.shape[-1]
     groups = -(-n // LANES)
     stride = groups * LANES
     parts = len(program.values)
@@ -82,17 +82,7 @@ def follow(
     times = np.empty((crossings, stride))
     separatrices = np.empty((crossings, stride), dtype=np.uint8)
     most = len(program.lengths) * FUNCTIONS + program.energies + 2 * max(1, program.most)
-    passages = functools.partial(
-        _function(bits),
-        program.stages.ctypes.data,
-        program.harmonics.ctypes.data,
-        program.lengths.ctypes.data,
-        program.values.ctypes.data,
-        program.values.shape[1] * FUNCTIONS,
-        len(program.lengths),
-        program.energies,
-        program.limits.ctypes.data,
-    )
+    passages = _passages(program)
     further = max(1, AT_ONCE // LANES)
     abreast = max(1, further // max(1, crossings))
 
@@ -114,10 +104,26 @@ def follow(
                     separatrices.ctypes.data + here,
                 )
 
-    threads = min(jobs, max(1, groups * crossings * LANES // WORTHWHILE[bits]))
+    worth = groups * crossings * LANES // WORTHWHILE[program.bits]
+    threads = max(1, min(jobs, groups, worth))
     ends = [groups * k // threads for k in range(threads + 1)]
     side_by_side(carry, (), False, [range(*x) for x in itertools.pairwise(ends)], threads)
     return Followed(times[:, :n], separatrices[:, :n])
+
+
+def _passages(program: Program) -> Any:
+    """The kernel's function, with all of a program as its first arguments."""
+    return functools.partial(
+        _function(program.bits),
+        program.stages.ctypes.data,
+        program.harmonics.ctypes.data,
+        program.lengths.ctypes.data,
+        program.values.ctypes.data,
+        program.values.shape[1] * FUNCTIONS,
+        len(program.lengths),
+        program.energies,
+        program.limits.ctypes.data,
+    )
 
 
 @functools.cache

@@ -15,11 +15,20 @@ from scipy.special import ellipj, ellipk
 from rigidpend.mechanics.equations import AlignedCoefficients, aligned_coefficients
 from rigidpend.numbers.exact import context, fraction
 from rigidpend.orbits.integrate import states
-from rigidpend.orbits.integrate.kernel import following, machine_code
+from rigidpend.orbits.integrate.kernel import machine_code
 from rigidpend.orbits.integrate.kernel.machine_code import FEW, LANES
 from rigidpend.orbits.integrate.states import first_crossings, states_at
 from rigidpend.orbits.return_map.precision import precision
-from tests.orbits.integrate.problems import ENGINES, FIG4, GENERIC, WAYS, fan, find, task
+from tests.orbits.integrate.problems import (
+    ENGINES,
+    FIG4,
+    GENERIC,
+    WAYS,
+    fan,
+    find,
+    lanes_taken,
+    task,
+)
 
 K2 = 0.9
 TOLERANCES = (1e-4, 1e-6, 1e-8, 1e-10, 1e-12)
@@ -126,14 +135,7 @@ def test_a_field_with_another_function_is_refused_by_name() -> None:
 def test_few_orbits_take_narrow_vectors_and_keep_every_bit(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
-    taken: list[int] = []
-    real = following.sampling
-
-    def watched(*given: Any) -> Any:
-        taken.append(given[-1])
-        return real(*given)
-
-    monkeypatch.setattr(following, "sampling", watched)
+    taken = lanes_taken(monkeypatch, "sampling")
     begin, times = fan(FEW + 1), np.linspace(1, 9, 5)
     more, few = (states_at(C, begin[:, :n], times) for n in (FEW + 1, FEW))
     assert taken == [LANES, FEW]

@@ -18,7 +18,7 @@ from rigidpend.orbits.integrate import (
 from rigidpend.orbits.integrate.kernel import following, taylor_step
 from rigidpend.orbits.integrate.kernel.machine_code import FEW, LANES
 from rigidpend.orbits.integrate.passages import touch
-from tests.orbits.integrate.problems import GENERIC, fan, find, same, task
+from tests.orbits.integrate.problems import GENERIC, fan, find, lanes_taken, same, task
 
 
 @pytest.mark.parametrize("bits", [53, 106, 212])
@@ -144,14 +144,7 @@ def test_numbers_of_the_kernel_have_the_bits_that_are_asked_for() -> None:
 
 
 def test_few_orbits_take_narrow_vectors(monkeypatch: pytest.MonkeyPatch) -> None:
-    taken: list[int] = []
-    real = following.carrying
-
-    def watched(*given: Any) -> Any:
-        taken.append(given[-1])
-        return real(*given)
-
-    monkeypatch.setattr(following, "carrying", watched)
+    taken = lanes_taken(monkeypatch, "carrying")
     for n in (FEW, FEW + 1):
         find(fan(n), "taylor", n_crossings=1)
     assert taken == [FEW, LANES]

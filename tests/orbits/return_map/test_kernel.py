@@ -191,7 +191,9 @@ def test_threads_share_orbits_that_are_worth_them_and_change_none(
         monkeypatch.setattr(kernel, "WORTHWHILE", dict.fromkeys((53, 106), worth))
         for one, other in zip(followed(made, bits, phase, e, jobs=3), alone, strict=True):
             np.testing.assert_array_equal(one, other)
-    assert shared == [[range(1), range(1, 3)], [range(3)]]
+    monkeypatch.setattr(kernel, "WORTHWHILE", dict.fromkeys((53, 106), 1))
+    followed(made, bits, phase[:LANES], e[:LANES], jobs=3)
+    assert shared == [[range(1), range(1, 3)], [range(3)], [range(1)]]
 
 
 @pytest.mark.parametrize(("last", "terms"), [(1.001, 4), (0.999, 2)])
