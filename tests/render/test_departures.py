@@ -128,7 +128,7 @@ def orbit(body: Body, J2: float, J1: float, theta2: float, times: Any) -> Any:
         Canonical(J1, J2 - J1, 0.0, p.beta0 + 1.0, theta2, 0.0, 1.0), p.alpha0, p.beta0
     )
     coefficients = aligned_coefficients(p, math)
-    return states_at(lambda x, _: aligned(x, coefficients), start, times)
+    return states_at(lambda x: aligned(x, coefficients), start, times)
 
 
 def test_h0_of_section_3_is_not_the_energy_constant_of_the_pendulum() -> None:

@@ -198,7 +198,7 @@ def test_eq_eq2_is_the_slope_of_eq1_in_mu_and_the_distance(
 def linear_orbit(motion: SeparatrixMotion, p: Any, begin: Any, times: Any) -> Any:
     """(eq2) integrated, its time being a fifth variable."""
 
-    def field(x: Any, _: Any) -> tuple[Any, ...]:
+    def field(x: Any) -> tuple[Any, ...]:
         return (*linearised(x[4], x[:4], motion, p, np), 1.0)
 
     return states_at(field, [*begin, times[0]], times, engine="scipy")[:4]

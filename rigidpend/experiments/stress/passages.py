@@ -115,7 +115,7 @@ def _squares(scene: Scene, times: Array, states: Array) -> float:
     """Integral of (weight times component)^2, summed, back from a crossing at the last time."""
     c = scene.c
 
-    def backward(y: Scalar, _: Any) -> list[Any]:
+    def backward(y: Scalar) -> list[Any]:
         # Cotangents obey the transposed equations with the opposite sign.
         back = (-sum(w * s for w, s in zip(y[6:], x, strict=True)) for x in jacobian(y[:6], c))
         return [*aligned(y[:6], c), *back]
@@ -152,14 +152,14 @@ def growths(scene: Scene, state: Array, until: float) -> tuple[Array, Array]:
     return times[k] + share * (times[k + 1] - times[k]), logarithm - logarithm[:1]
 
 
-def with_tangent(c: AlignedCoefficients) -> Callable[[Any, Any], list[Any]]:
+def with_tangent(c: AlignedCoefficients) -> Callable[[Any], list[Any]]:
     """The aligned field of 12 components: an orbit, and a small deviation from it.
 
     Over many passages the deviation grows by more than doubles have digits, so that a difference
     along it, as `routes.symbolic.stretching` takes it, would lose the orbit.
     """
 
-    def field(y: Scalar, _: Any) -> list[Any]:
+    def field(y: Scalar) -> list[Any]:
         rows = zip(*jacobian(y[:6], c), strict=True)
         along = (sum(s * v for s, v in zip(row, y[6:], strict=True)) for row in rows)
         return [*aligned(y[:6], c), *along]

@@ -106,7 +106,7 @@ def sample(field: Any, states: Array, times: Array, tolerance: float) -> Array:
 
     def rates(_: float, flat: Array) -> Array:
         y = flat.reshape(states.shape) if n > 1 else flat
-        found = aligned(y, field) if isinstance(field, AlignedCoefficients) else field(y, np)
+        found = aligned(y, field) if isinstance(field, AlignedCoefficients) else field(y)
         return np.stack(np.broadcast_arrays(*found, y[0])[:size]).ravel()
 
     found: Any = solve_ivp(

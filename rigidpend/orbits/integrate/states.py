@@ -32,7 +32,7 @@ from rigidpend.orbits.integrate.kernel.machine_code import lanes_for
 from rigidpend.orbits.integrate.kernel.tape import ALIGNED, trace
 from rigidpend.orbits.integrate.pair_arrays import PairArray
 
-Field: TypeAlias = Callable[[Any, Any], Any]
+Field: TypeAlias = Callable[[Any], Any]
 
 SPARE_BITS = 8
 """Bits below the precision to which series are cut off, where the numbers have them."""
@@ -58,7 +58,7 @@ def states_at(
 ) -> Any:
     """Orbits, (d, k, n) or (d, k), at times of either sign.
 
-    ``field(state, m)`` gives the derivatives, from the functions of the namespace `m`: in doubles.
+    ``field(state)`` gives the derivatives, in doubles; by ``+ - * /`` alone but of engine `scipy`.
     `AlignedCoefficients` stand for the aligned field, in time t'. The states of all orbits, (d, n),
     or of one, (d,), are those at time 0, in numbers of the precision `bits`, as all others:
     doubles, pairs of them, Fractions or mpmath's. The times, (k,) for all or (k, n) for each its

@@ -175,7 +175,7 @@ def integrated(found: Stretched) -> Array:
 def variational_equations(c: AlignedCoefficients) -> Any:
     """The field of the aligned components with a deviation from them, 12 numbers, per t'."""
 
-    def rates(state: Any, _: Any) -> tuple[Any, ...]:
+    def rates(state: Any) -> tuple[Any, ...]:
         here, off = state[:6], state[6:]
         # Of a quadratic field half of this difference is the derivative, exactly.
         ahead, back = (
