@@ -22,7 +22,7 @@ from rigidpend.mechanics.body import Angles
 from rigidpend.mechanics.coordinates import Canonical, aligned_from_canonical
 from rigidpend.mechanics.equations import height
 from rigidpend.numbers.exact import GUARD_BITS, exact
-from rigidpend.orbits.integrate import Crossings, Outcome
+from rigidpend.orbits.integrate import Crossings
 from rigidpend.orbits.return_map import MapError, ReturnMap, kernel, return_map
 from rigidpend.orbits.return_map.build import (
     FIRST,
@@ -220,9 +220,11 @@ class Maps:
         """The crossings of some columns in t'; FAILED where an orbit leaves the tables."""
         one = bits > 53 and scales == certainty.FIRST
         design = self.levels[bits] if one else DESIGNS[scales]
-        time, separatrix = self._follow(self._program(bits, design), bits, design, columns)
-        outcome = np.where(separatrix[-1] != 0, Outcome.COMPLETE, Outcome.FAILED)
-        return Crossings(time, separatrix, outcome.astype(np.uint8))
+        program, begin = self._program(bits, design), self._beginning(design, bits, columns)
+        phase, height = self._begin(bits, design, begin, columns)
+        given = begin.Qp + 0 * phase, phase, height, self.problem.n_symbols + 1, self.run.jobs
+        found = kernel.follow(program, *given)
+        return found._replace(time=found.time * _unit(design.unit, 53))
 
     def made(self, design: Design, bits: int) -> ReturnMap:
         """The map of a design over the energies of all phases."""
@@ -249,15 +251,6 @@ class Maps:
                 least, most = (beginning(end, design, made.bits).Qp for end in ends)
                 self._ready[bits, design] = made.program(bits, least, most, coarse)
             return self._ready[bits, design]
-
-    def _follow(self, program: Program, bits: int, design: Design, columns: Any) -> tuple[Any, Any]:
-        """Times (n + 1, N) in t' and separatrices; NaN and 0 where the tables end."""
-        begin = self._beginning(design, bits, columns)
-        phase, height = self._begin(bits, design, begin, columns)
-        Qp = begin.Qp + 0 * phase
-        crossings = self.problem.n_symbols + 1
-        found = kernel.follow(program, Qp, phase, height, crossings, self.run.jobs)
-        return found.time * _unit(design.unit, 53), found.separatrix
 
     def _beginning(self, design: Design, bits: int, columns: Any) -> Beginning:
         """The common part of the starts of some columns."""

@@ -47,22 +47,6 @@ def unmade(bits: int = costs.SHARPER, second: int = 53, **more: Any) -> Any:
     return maps
 
 
-def test_orbits_that_leave_the_tables_on_the_way_have_failed(
-    monkeypatch: pytest.MonkeyPatch,
-) -> None:
-    separatrix = np.array([[2, 2, 2, 0], [3, 3, 0, 0], [4, 0, 0, 0]], dtype=np.uint8)
-    time = np.where(separatrix > 0, [[1.0], [2.0], [3.0]], np.nan)
-    maps = unmade()
-    monkeypatch.setattr(maps, "_program", lambda *_: None, raising=False)
-    monkeypatch.setattr(
-        maps, "_follow", lambda *x: (time[:, x[-1]], separatrix[:, x[-1]]), raising=False
-    )
-    record = maps.crossings(53, certainty.FIRST, np.arange(4))
-    assert record.outcome.tolist() == [Outcome.COMPLETE] + [Outcome.FAILED] * 3
-    np.testing.assert_array_equal(record.separatrix, separatrix)
-    np.testing.assert_array_equal(record.time, time)
-
-
 def test_orbits_cross_together_as_each_does_alone() -> None:
     maps = mapped.Maps(run(PHASES[:17]))
     alone = [maps.crossings(53, certainty.FIRST, np.array([k])) for k in range(17)]

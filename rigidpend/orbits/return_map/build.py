@@ -361,4 +361,4 @@ def _cast(x: Scalar, a: Precision) -> Any:
     """A record with its numbers in another precision."""
     if isinstance(x, (NormalForm, Chart, ChartTable, Interval)):
         return type(x)(*(_cast(one, a) for one in x))
-    return x if isinstance(x, (int, float)) else a.array(x)[()]
+    return x if x is None or isinstance(x, (int, float)) else a.array(x)[()]

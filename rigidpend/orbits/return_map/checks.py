@@ -10,7 +10,8 @@ from rigidpend.numbers.generic import Scalar
 from rigidpend.orbits.return_map.charts import (
     Chart,
     ChartTable,
-    kept,
+    Looked,
+    invariants,
     section_chart,
 )
 from rigidpend.orbits.return_map.normal_form import NormalForm
@@ -68,7 +69,7 @@ class Errors(NamedTuple):
 
 def held_out(
     rising: bool,
-    chart: Chart[ChartTable],
+    chart: Chart,
     nf: NormalForm,
     c: Coefficients,
     length: Scalar,
@@ -96,7 +97,7 @@ def held_out(
     there = inverse.look_up(I, s, a)
     back = forward.look_up(there[0], s + there[1], a)
     rates = weights @ nf.exponent, weights @ nf.rotation
-    again = kept(rising, back, s + there[1], *rates, a, counts)
+    again = invariants(rising, Looked(back), s + there[1], *rates, a, counts)
     off = (
         a.largest((again.I - I) / chart.inverse.width),
         a.largest(again.s - s),

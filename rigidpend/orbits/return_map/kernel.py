@@ -14,12 +14,13 @@ from __future__ import annotations
 import ctypes
 import functools
 import itertools
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 
 from rigidpend.machine.workers import check_stop, side_by_side
 from rigidpend.numbers.generic import Scalar
+from rigidpend.orbits.integrate import Crossings, Outcome
 from rigidpend.orbits.integrate.kernel import machine_code
 from rigidpend.orbits.integrate.kernel.lane_numbers import Value
 from rigidpend.orbits.integrate.kernel.machine_code import LANES
@@ -43,19 +44,13 @@ HEAD = (
 )
 
 
-class Followed(NamedTuple):
-    """Orbits through their crossings of M3 = 0, (crossings, N) each."""
-
-    time: np.ndarray[Any, Any]
-    """t' in the map's unit, doubles; NaN where the tables do not reach so far."""
-    separatrix: np.ndarray[Any, Any]
-    """uint8, 1..4; 0 where the tables do not reach as far as that crossing."""
-
-
 def follow(
     program: Program, Qp: Scalar, phase: Scalar, e: Scalar, crossings: int, jobs: int = 1
-) -> Followed:
+) -> Crossings:
     """Follow orbits from their start to so many crossings of M3 = 0.
+
+    Times are in the map's unit. There is no crossing where the tables do not reach so far, and the
+    orbit is FAILED.
 
     Parameters
     ----------
@@ -108,7 +103,8 @@ def follow(
     threads = max(1, min(jobs, groups, worth))
     ends = [groups * k // threads for k in range(threads + 1)]
     side_by_side(carry, (), False, [range(*x) for x in itertools.pairwise(ends)], threads)
-    return Followed(times[:, :n], separatrices[:, :n])
+    outcome = np.where(separatrices[-1, :n] != 0, Outcome.COMPLETE, Outcome.FAILED)
+    return Crossings(times[:, :n], separatrices[:, :n], outcome.astype(np.uint8))
 
 
 def _passages(program: Program) -> Any:

@@ -16,11 +16,10 @@ from rigidpend.numbers.generic import Scalar
 from rigidpend.orbits.return_map.charts import (
     Chart,
     Charts,
+    ChartTable,
     Invariants,
-    LevelTable,
     Looked,
     invariants,
-    kept,
 )
 from rigidpend.orbits.return_map.conjugacy import inverted, torus_rates
 from rigidpend.orbits.return_map.normal_form import NormalForm
@@ -168,10 +167,7 @@ class EnergyLevel:
         seen = _seen(forward, d, point.chi, slopes, a)
         rates = self.exponent, self.rotation
         with np.errstate(divide="ignore", invalid="ignore"):
-            if slopes:
-                at = invariants(not rising, seen, point.chi, *rates, a)
-            else:
-                at = kept(not rising, seen.value, point.chi, *rates, a)
+            at = invariants(not rising, seen, point.chi, *rates, a)
         other = seen.value[0 if rising else 1]
         inside = inside & (np.abs(at.I) <= inverse.width) & (other != 0)
         I, s = (np.where(inside, x, 0 * d) for x in (at.I, at.s))
@@ -191,10 +187,8 @@ class EnergyLevel:
         )
 
 
-def _seen(table: LevelTable, x: Scalar, phase: Scalar, slopes: bool, a: Precision) -> Looked:
-    if slopes:
-        return table.look_up_slopes(x, phase, a)
-    return Looked(table.look_up(x, phase, a), None, None)
+def _seen(table: ChartTable, x: Scalar, phase: Scalar, slopes: bool, a: Precision) -> Looked:
+    return table.look_up_slopes(x, phase, a) if slopes else Looked(table.look_up(x, phase, a))
 
 
 def _chained(seen: Looked, there: Looked, at: Invariants, turned: Scalar, side: Any) -> Any:
