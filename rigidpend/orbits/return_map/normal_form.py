@@ -239,15 +239,10 @@ class _Finder:
     def _left(self, A: Any, P: Any, exponent: Scalar) -> Any:
         """P^-1 (A P - P') - diag(exponent, -exponent)."""
         determinant = P[0][0] * P[1][1] - P[0][1] * P[1][0]
-        found = []
-        columns = []
-        for j in (0, 1):
-            columns.append(
-                [
-                    A[i][0] * P[0][j] + A[i][1] * P[1][j] - np.matmul(self.slope, P[i][j])
-                    for i in (0, 1)
-                ]
-            )
+        columns = [
+            [A[i][0] * P[0][j] + A[i][1] * P[1][j] - np.matmul(self.slope, P[i][j]) for i in (0, 1)]
+            for j in (0, 1)
+        ]
         found = [
             [(P[1][1] * x - P[0][1] * y) / determinant for x, y in columns],
             [(P[0][0] * y - P[1][0] * x) / determinant for x, y in columns],
