@@ -26,7 +26,6 @@ from rigidpend.orbits.return_map.expansions import Interval
 from rigidpend.orbits.return_map.normal_form import MapError, NormalForm, normal_form
 from rigidpend.orbits.return_map.orders import (
     Layer,
-    MapPlan,
     Orders,
     Shrinking,
     border_of,
@@ -183,13 +182,14 @@ def expected_cost(body: Body, low: Exact, high: Exact, bits: int, design: Design
 
     Raises MapError where there is none.
     """
-    plan = _plan(body, low, high, bits, design)
+    _, planned = _plan(body, low, high, bits, design)
     rough = coefficients(body.angles(), design.unit, precision(53))
     middle = float((low + high) / 2) * float(design.unit) ** 2
-    return cost(plan.orders, rough, middle, table_bits(bits), theta3=design.theta3)
+    return cost(planned, rough, middle, table_bits(bits), theta3=design.theta3)
 
 
-def _plan(body: Body, low: Exact, high: Exact, bits: int, design: Design) -> MapPlan:
+def _plan(body: Body, low: Exact, high: Exact, bits: int, design: Design) -> tuple[Layer, Orders]:
+    """Layer and orders of a map to be built, by the two looks."""
     ends = float(low), float(high)
     found = _looked(body, *ends)
     if isinstance(found, MapError):
@@ -198,8 +198,8 @@ def _plan(body: Body, low: Exact, high: Exact, bits: int, design: Design) -> Map
     below = 2.0 ** (table_bits(bits) - bits + MARGIN_BITS)
     target = min(2.0**-bits, _allowed(bits) / below)
     rough = coefficients(body.angles(), FIRST.unit, precision(53))
-    plan = MapPlan(layer, orders(rough, ends, layer, seen, target))
-    return plan.designed(float(design.unit), design.stretch, design.more)
+    planned, unit = orders(rough, ends, layer, seen, target), float(design.unit)
+    return layer.in_unit(unit), planned.designed(unit, design.stretch, design.more)
 
 
 def _allowed(bits: int) -> float:
