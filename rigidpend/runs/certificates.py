@@ -285,15 +285,7 @@ def _joined(proofs: Iterable[Tree], name: str, count: int, report: Report) -> di
 
 
 def _part(problem: RouteProblem, phases: Sequence[Exact], jobs: int, report: Report) -> Tree:
-    found = codes.certify_codes(
-        problem.body,
-        phases,
-        h0=problem.h0,
-        J1_0=problem.J1_0,
-        n_symbols=problem.n_symbols,
-        jobs=jobs,
-        report=report,
-    )
+    found = codes.proven_codes(problem, phases, None, jobs, report)
     told = (
         found._asdict()
         | storage.packed(found.steps)

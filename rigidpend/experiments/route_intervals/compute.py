@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 from fractions import Fraction
 from functools import partial
 from itertools import pairwise
@@ -77,16 +78,11 @@ def _joined(config: Config, trees: Sequence[Tree], means: Means) -> Tree:
 
 def _columns(problem: Problem, jobs: int) -> Data:
     """Symbols of single starts, by integration, which no proof rests on."""
-    from rigidpend.routes.codes import route_codes
+    from rigidpend.orbits.integrate.arithmetic import resolve
+    from rigidpend.routes.codes import codes_of
 
-    found = route_codes(
-        problem.body,
-        problem.columns.phases,
-        h0=problem.h0,
-        J1_0=problem.J1_0,
-        n_symbols=COLUMN_SYMBOLS,
-        jobs=jobs,
-    )
+    asked = replace(problem.routes, n_symbols=COLUMN_SYMBOLS)
+    found = codes_of(asked, problem.columns.phases, resolve(), jobs)
     return {name: getattr(found, name) for name in COLUMNS}
 
 
