@@ -45,7 +45,5 @@ class HerpolhodeNumerics(Numerics):
 
 
 class Config(ExperimentConfig):
-    """A whole config of this experiment."""
-
     problem: Problem
     numerics: HerpolhodeNumerics = HerpolhodeNumerics()
