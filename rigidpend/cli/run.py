@@ -12,15 +12,7 @@ from typing import TYPE_CHECKING
 
 import click
 
-from rigidpend.cli.common import (
-    DONE,
-    configs_of,
-    exit_code,
-    folder_of,
-    print_json,
-    say,
-    sentence,
-)
+from rigidpend.cli.common import DONE, configs_of, exit_code, folder_of, print_json, say, sentence
 from rigidpend.cli.options import JOBS, JSON, NAMES, OUT, SCHEDULER, SETTINGS, SWEEPS
 
 if TYPE_CHECKING:

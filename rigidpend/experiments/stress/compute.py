@@ -10,14 +10,7 @@ import numpy as np
 
 from rigidpend.experiments.contract import Means
 from rigidpend.experiments.data import Tree
-from rigidpend.experiments.stress import (
-    OF_CLAIM,
-    conserved,
-    extremes,
-    honesty,
-    passages,
-    scenes,
-)
+from rigidpend.experiments.stress import OF_CLAIM, conserved, extremes, honesty, passages, scenes
 from rigidpend.experiments.stress.scenes import Trial
 from rigidpend.machine.progress import PartDone
 

@@ -20,13 +20,7 @@ from rigidpend.orbits.integrate.arithmetic import resolve
 from rigidpend.orbits.return_map.expansions import nodes
 from rigidpend.orbits.return_map.precision import precision
 from rigidpend.routes.certified.checker import Undecided
-from rigidpend.routes.certified.family_orbits import (
-    GROWTH,
-    LENGTH,
-    LineStarts,
-    grid_of,
-    steps_of,
-)
+from rigidpend.routes.certified.family_orbits import GROWTH, LENGTH, LineStarts, grid_of, steps_of
 from rigidpend.routes.certified.horseshoe import NUMBERS, ShiftProblem
 from rigidpend.routes.certified.intervals import EnclosedStarts, PhaseInterval, symbols
 from rigidpend.routes.certified.pieces import CLOCK, FamilyStep, Powers
