@@ -55,12 +55,7 @@ def bench_command(
 @JOBS
 @click.option("--force", is_flag=True, help="Run even what is up to date.")
 def stress_command(
-    quick: bool,
-    folder: Path,
-    as_json: bool,
-    settings: tuple[str, ...],
-    jobs: int,
-    force: bool,
+    quick: bool, folder: Path, as_json: bool, settings: tuple[str, ...], jobs: int, force: bool
 ) -> None:
     """Test long times, extreme bodies, symmetries, and whether certain symbols are true.
 

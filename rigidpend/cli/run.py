@@ -288,10 +288,7 @@ class Runs:
             raise
 
     def _failed(
-        self,
-        outcome: RunOutcome,
-        error: Exception,
-        log: Callable[[BaseException], Path] | None,
+        self, outcome: RunOutcome, error: Exception, log: Callable[[BaseException], Path] | None
     ) -> str:
         """Note that a config failed, and of what."""
         self.code = max(self.code, exit_code(error))

@@ -173,10 +173,7 @@ class Part(BaseModel):
     """A part of a config: frozen, unknown keys refused; the text under a key is its meaning."""
 
     model_config = ConfigDict(
-        extra="forbid",
-        frozen=True,
-        arbitrary_types_allowed=True,
-        defer_build=True,
+        extra="forbid", frozen=True, arbitrary_types_allowed=True, defer_build=True
     )
 
 
