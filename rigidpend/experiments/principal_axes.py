@@ -179,6 +179,19 @@ def settled(
     return true, columns
 
 
+def judged(answer: Any, true: Any) -> dict[str, int]:
+    """Numbers of symbols of as many orbits as the truth has: of all, of wrong ones, and so on.
+
+    Those vouched for are told apart, and undecided ones; where it does not say which are `certain`
+    all of its `codes` are vouched for.
+    """
+    n = true.shape[1]
+    wrong = answer.codes[:, :n] != true
+    trusted = np.ones_like(wrong) if answer.certain is None else answer.certain[:, :n]
+    masks = {"symbols": wrong | True, "wrong_symbols": wrong, "wrong_trusted": wrong & trusted}
+    return {name: int(mask.sum()) for name, mask in {**masks, "undecided": ~trusted}.items()}
+
+
 def _angles(
     states: Any, body: Body, n_crossings: int, limit: float, bits: int
 ) -> NDArray[np.float64]:
