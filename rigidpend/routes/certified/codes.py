@@ -141,10 +141,8 @@ def proven_codes(
     problem: RouteProblem, theta2_0: Any, bits: int | None, jobs: int, report: Report
 ) -> CertifiedCodes:
     """Prove the route codes of the orbits of a checked problem: see :func:`certify_codes`."""
-    phases = Phases(theta2_0)
-    problem.afford(len(phases))
-    exactly = phases.exactly(range(len(phases)))
-    orbits = list(zip(exactly, *_expected(problem, theta2_0), strict=True))
+    phases, expected = Phases(theta2_0), _expected(problem, theta2_0)
+    orbits = list(zip(phases.exactly(range(len(phases))), *expected, strict=True))
     return _record(problem, phases.high, _proofs(_orbit, (problem, bits), orbits, jobs, report))
 
 
