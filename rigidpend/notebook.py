@@ -16,12 +16,11 @@ from typing import TYPE_CHECKING, Any
 from rigidpend.config.catalogue import RESULTS
 from rigidpend.numbers import checked
 from rigidpend.numbers.checked import ParameterError
+from rigidpend.numbers.generic import Array
 
 if TYPE_CHECKING:
-    import numpy as np
     import xarray
     from matplotlib.figure import Figure
-    from numpy.typing import NDArray
 
     from rigidpend.config.description import Row
     from rigidpend.experiments.data import Loaded
@@ -325,7 +324,7 @@ def theory(body: Body, h0: Any, J1_0: Any = None) -> TheoryTable:
     return TheoryTable(rows(body, h0, J1_0))
 
 
-def _samples(time: Any, step: Any, period: float) -> NDArray[np.float64]:
+def _samples(time: Any, step: Any, period: float) -> Array:
     """Times t' of samples from 0 to `time`, a step apart, the last at most that.
 
     What would take hours or all memory is refused, with what it would take.
