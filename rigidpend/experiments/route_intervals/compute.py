@@ -21,6 +21,7 @@ from rigidpend.machine import progress
 from rigidpend.machine.workers import cores, side_by_side
 from rigidpend.numbers.exact import Exact, context
 from rigidpend.numbers.expressions import NO_SYMBOL
+from rigidpend.orbits.integrate.arithmetic import resolve
 from rigidpend.routes.certified import intervals as lines
 from rigidpend.routes.certified import pieces
 from rigidpend.routes.certified.checker import Undecided
@@ -78,7 +79,6 @@ def _joined(config: Config, trees: Sequence[Tree], means: Means) -> Tree:
 
 def _columns(problem: Problem, jobs: int) -> Data:
     """Symbols of single starts, by integration, which no proof rests on."""
-    from rigidpend.orbits.integrate.arithmetic import resolve
     from rigidpend.routes.codes import codes_of
 
     asked = replace(problem.routes, n_symbols=COLUMN_SYMBOLS)
