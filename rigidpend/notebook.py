@@ -13,6 +13,7 @@ from html import escape
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from rigidpend import experiments
 from rigidpend.config.catalogue import RESULTS, resolve
 from rigidpend.config.complaints import Origin
 from rigidpend.machine.wording import Table, columns, html
@@ -80,7 +81,6 @@ class StoredResult:
         ModuleNotFoundError
             xarray is not installed: it is in the extra `notebook`.
         """
-        from rigidpend import experiments
         from rigidpend.results import labelled
 
         layout = experiments.layout(self.experiment)
@@ -231,7 +231,7 @@ def plot(result: StoredResult | Path | str) -> Figure:
     """Draw a result as `rigidpend render` does, as a figure of Matplotlib."""
     from matplotlib import rc_context
 
-    from rigidpend import experiments, render
+    from rigidpend import render
 
     stored = result
     if not isinstance(stored, StoredResult):

@@ -15,7 +15,7 @@ from typing import Any, TypeVar
 from pydantic import ValidationError
 
 from rigidpend import experiments
-from rigidpend.config import catalogue, overrides, reader, validation
+from rigidpend.config import catalogue, overrides, reader, validation, writer
 from rigidpend.config.complaints import Complaint, ConfigError, Origin, meant
 from rigidpend.config.overrides import Sweep
 from rigidpend.config.reader import Document
@@ -60,8 +60,6 @@ def resolved_yaml(config: LoadedConfig) -> str:
     Numbers are as they were written, and every key has its meaning and unit beside it. The name
     of the figure is left out: what is edited makes another one.
     """
-    from rigidpend.config import writer
-
     dumped = config.content.model_dump(mode="json", context=WRITTEN, exclude={"figure"})
     return writer.to_yaml(dumped, type(config.content))
 
