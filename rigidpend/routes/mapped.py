@@ -24,14 +24,7 @@ from rigidpend.mechanics.equations import height
 from rigidpend.numbers.exact import GUARD_BITS, exact
 from rigidpend.orbits.integrate import Crossings
 from rigidpend.orbits.return_map import MapError, ReturnMap, kernel, return_map
-from rigidpend.orbits.return_map.build import (
-    FIRST,
-    SECOND,
-    THIRD,
-    Costly,
-    Design,
-    expected_cost,
-)
+from rigidpend.orbits.return_map.build import FIRST, SECOND, THIRD, Costly, Design, expected_cost
 from rigidpend.orbits.return_map.precision import precision
 from rigidpend.orbits.return_map.program import Program
 from rigidpend.orbits.return_map.storage import build_apart, is_kept

@@ -54,6 +54,8 @@ run fig4 -q -v | 2 | --quiet and --verbose exclude each other
 run fig4 --out small.yaml | 2 | is a file
 run fig4 --out '' | 2 | got an empty text
 report --to '' | 2 | got an empty text
+certify --check '' | 2 | got an empty text
+find --code 01 --proof '' | 2 | got an empty text
 run small small --name one | 2 | --name is for one config; several keep their names
 run small fig4 --name one | 2 | --name is for one config; several keep their names
 describe all --resolved | 2 | --resolved prints one config, not all

@@ -19,13 +19,7 @@ from numpy.typing import NDArray
 from rigidpend.machine.workers import check_stop, note
 from rigidpend.mechanics.equations import AlignedCoefficients
 from rigidpend.numbers.generic import Array
-from rigidpend.orbits.integrate import (
-    Crossings,
-    Orbits,
-    Outcome,
-    no_crossings,
-    silent_outcome,
-)
+from rigidpend.orbits.integrate import Crossings, Orbits, Outcome, no_crossings, silent_outcome
 from rigidpend.orbits.integrate.arithmetic import PAIRS, kernel_bits
 from rigidpend.orbits.integrate.kernel import following, taylor_step
 from rigidpend.orbits.integrate.kernel.lane_numbers import exactly, in_parts

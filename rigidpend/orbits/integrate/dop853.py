@@ -14,13 +14,7 @@ from rigidpend.machine.workers import check_stop, note
 from rigidpend.mechanics.equations import AlignedCoefficients, aligned
 from rigidpend.mechanics.free_body import separatrix_beside
 from rigidpend.numbers.generic import Array
-from rigidpend.orbits.integrate import (
-    Crossings,
-    Orbits,
-    Outcome,
-    no_crossings,
-    silent_outcome,
-)
+from rigidpend.orbits.integrate import Crossings, Orbits, Outcome, no_crossings, silent_outcome
 
 SIDE_BY_SIDE = 64
 """Number of orbits in one system: all take the step of the most demanding one."""

@@ -21,25 +21,10 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from rigidpend.numbers.generic import Scalar
-from rigidpend.orbits.return_map.expansions import (
-    Interval,
-    fourier_analysis,
-    fourier_basis,
-    phases,
-)
-from rigidpend.orbits.return_map.jets import (
-    Deferred,
-    Jet,
-    Reciprocal,
-    convolved,
-)
+from rigidpend.orbits.return_map.expansions import Interval, fourier_analysis, fourier_basis, phases
+from rigidpend.orbits.return_map.jets import Deferred, Jet, Reciprocal, convolved
 from rigidpend.orbits.return_map.precision import Precision
-from rigidpend.orbits.return_map.reduced import (
-    Coefficients,
-    ReducedRates,
-    lift,
-    reduced,
-)
+from rigidpend.orbits.return_map.reduced import Coefficients, ReducedRates, lift, reduced
 
 MOST_CORRECTIONS = 40
 """Largest number of corrections of the Floquet frame; each squares its error, so few are made."""

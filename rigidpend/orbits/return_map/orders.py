@@ -22,11 +22,7 @@ from rigidpend.orbits.return_map.charts import (
     table_sizes,
 )
 from rigidpend.orbits.return_map.expansions import Interval, phases
-from rigidpend.orbits.return_map.normal_form import (
-    MapError,
-    normal_form,
-    powers,
-)
+from rigidpend.orbits.return_map.normal_form import MapError, normal_form, powers
 from rigidpend.orbits.return_map.precision import precision
 from rigidpend.orbits.return_map.reduced import Coefficients
 

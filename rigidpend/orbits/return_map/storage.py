@@ -30,14 +30,7 @@ from rigidpend.numbers.exact import FINEST, GUARD_BITS, Exact
 from rigidpend.numbers.expressions import named
 from rigidpend.numbers.generic import Scalar
 from rigidpend.orbits.integrate.pair_arrays import PairArray
-from rigidpend.orbits.return_map.build import (
-    WHOLE,
-    Costly,
-    Design,
-    ReturnMap,
-    build,
-    table_bits,
-)
+from rigidpend.orbits.return_map.build import WHOLE, Costly, Design, ReturnMap, build, table_bits
 from rigidpend.orbits.return_map.charts import Chart, ChartTable
 from rigidpend.orbits.return_map.checks import Errors
 from rigidpend.orbits.return_map.expansions import Interval

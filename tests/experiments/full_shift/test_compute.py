@@ -11,13 +11,7 @@ from rigidpend.experiments.compare import differences
 from rigidpend.experiments.contract import Means
 from rigidpend.experiments.full_shift import LAYOUT, draw
 from rigidpend.experiments.full_shift import compute as full_shift
-from rigidpend.routes.certified import (
-    chains,
-    coverings,
-    family_orbits,
-    horseshoe,
-    sections,
-)
+from rigidpend.routes.certified import chains, coverings, family_orbits, horseshoe, sections
 from rigidpend.routes.certified.pieces import FamilyStep, unpacked_quads
 from tests.experiments.trees import asked, reference
 
