@@ -191,7 +191,7 @@ class Exact:
 
     @property
     def key(self) -> Fraction | str:
-        """What tells it from other numbers: its value where it is rational, else its text."""
+        """Its value where it is rational, else its text: equal in equal numbers alone."""
         return self.text if self.fraction is None else self.fraction
 
     @functools.cached_property

@@ -110,6 +110,21 @@ def test_the_error_told_holds_against_more_steps(monkeypatch: pytest.MonkeyPatch
     assert np.abs(finer.gained - found.gained).max() < found.error.max() + 1e-15
 
 
+def test_orbits_are_followed_by_the_engine_that_is_asked_for(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    asked, other = [], resolve("scipy")
+
+    def noted(*given: Any, engine: str, tolerance: float) -> Any:
+        asked.append((engine, tolerance))
+        return states_at(*given, engine=engine, tolerance=tolerance)
+
+    monkeypatch.setattr(heteroclinic, "states_at", noted)
+    found = increments(GENERIC, H0, other).gained
+    assert set(asked) == {("scipy", other.tolerance)}
+    np.testing.assert_allclose(found, increments(GENERIC, H0, ARITHMETIC).gained, atol=1e-11)
+
+
 def test_secants_that_lead_nowhere_begin_anew() -> None:
     """Where the weight is strong, g is far from even in the phase of the start."""
     body = Body(A=(2, "1.141", "1.696"), r=("0.921", "0.389", 0), mu="0.6")

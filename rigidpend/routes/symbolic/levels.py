@@ -150,7 +150,7 @@ class Level:
         return np.asarray(signs * size, dtype=float), slope
 
     def displaced(self, bits: int) -> float:
-        """How far roundings of so many bits displace an orbit on a surface, radians, at most."""
+        """Radians by which roundings of so many bits displace an orbit on a surface, at most."""
         return math.ldexp(ROUNDINGS * self.unit / self.splitting, -bits)
 
     def half_turns(self, I: float) -> float:

@@ -52,7 +52,7 @@ GAINED = 1e-6
 
 Where ten times that is left, the next correction is told once more, farther from the end."""
 NEAREST, FARTHEST = 1e-15, 1e-2
-"""Where orbits end: v of the normal form, over the root of I's slope the square, and at most."""
+"""Ends of orbits, by v of the normal form: v^2 over the slope of I at least, and v at most."""
 ROUNDS = 16
 FINEST = 3e-30
 """Error that is left at most, radians: a third of the 30th digit."""
