@@ -308,3 +308,6 @@ def test_a_damaged_result_is_said_with_its_remedy_by_whoever_reads_it(tmp_path: 
     (tmp_path / proof).write_bytes(b"")
     done = call(tmp_path, "certify", "--check", str(proof))
     assert "call: rigidpend certify fig4 --force" in done.stderr
+    (results / "fig3.h5").mkdir()
+    said = call(tmp_path, "render", "fig3").stderr
+    assert said.endswith("; a folder is in its place: move that away\n"), "run --force refuses too"

@@ -25,7 +25,7 @@ from rigidpend.experiments.stress.scenes import (
     followed,
     random_phases,
 )
-from rigidpend.mechanics.equations import AlignedCoefficients, aligned
+from rigidpend.mechanics.equations import AlignedCoefficients, aligned, aligned_along
 from rigidpend.numbers.generic import Array, Numbers, Scalar
 from rigidpend.orbits.integrate import Orbits
 from rigidpend.orbits.integrate.states import states_at
@@ -167,18 +167,9 @@ def with_tangent(c: AlignedCoefficients) -> Callable[[Any], list[Any]]:
     return field
 
 
-def jacobian(x: Numbers, c: AlignedCoefficients) -> list[list[Any]]:
-    """Derivatives of the aligned field along each axis: six columns of six.
-
-    The field is quadratic, so that half the difference between two points on either side of x is
-    the derivative there, at any distance: here one.
-    """
-    columns = []
-    for j in range(6):
-        ahead, behind = ([a + side * (i == j) for i, a in enumerate(x)] for side in (1.0, -1.0))
-        both = zip(aligned(ahead, c), aligned(behind, c), strict=True)
-        columns.append([(a - b) / 2 for a, b in both])
-    return columns
+def jacobian(x: Numbers, c: AlignedCoefficients) -> list[tuple[Any, ...]]:
+    """Derivatives of the aligned field along each axis: six columns of six."""
+    return [aligned_along(x, axis, c) for axis in np.eye(6).tolist()]
 
 
 def compared(

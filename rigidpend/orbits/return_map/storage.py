@@ -202,7 +202,7 @@ class _Kept:
 
 def followed(body: Body, low: Exact, high: Exact, bits: int, design: Any, table: int) -> bytes:
     """All that a map follows from, the precision of its tables among it."""
-    parts = [__version__, _code(), *map(str, (*body.A, *body.r, body.mu, low, high))]
+    parts = [__version__, _code(), *(str(x.key) for x in (*body.A, *body.r, body.mu, low, high))]
     parts += [str(bits), json.dumps(tuple(design)), str(table)]
     return "\n".join(parts).encode()
 

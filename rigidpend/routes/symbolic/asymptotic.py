@@ -53,7 +53,7 @@ WIDENINGS = 8
 NARROWINGS = 40
 """Narrowings of a minimum of |U|: to 1e-8 of two samples, where it is flat to rounding."""
 MOVED = 1e-3
-"""Largest correction of a track's chi, radians: its error is 1e-16, grown along the orbit."""
+"""Largest correction of a track's chi, and error of b, radians."""
 
 
 class Track(NamedTuple):
@@ -107,8 +107,13 @@ def skeleton(level: Level, symbols: int, half_turns: int) -> list[tuple[Track, i
     Symbols are passages between the first crossing and the last, of as many half rotations at
     most. They come by b from an arbitrary first arc on, with the number of arcs between zeros with
     one symbol less on which they were sought. NoOrbit is raised where the surfaces do not cross, or
-    an arc leaves the tables.
+    so little that doubles do not place their orbits, or an arc leaves the tables.
     """
+    if (off := level.displaced(53)) > MOVED:
+        raise NoOrbit(
+            f"the body is nearly symmetric: its surfaces are split by {level.splitting:.1g} only,"
+            f" and doubles place an orbit on them within {off:.1g} rad; take a less symmetric body"
+        )
     b = np.linspace(0, 2 * np.pi, AROUND + 1)
     U = track(level, b, 0).U
     at = np.flatnonzero(np.signbit(U[:-1]) != np.signbit(U[1:]))
