@@ -13,13 +13,7 @@ from hypothesis import strategies as st
 from mpmath import MPContext
 
 from rigidpend.mechanics.body import Angles, Body
-from rigidpend.mechanics.coordinates import (
-    Aligned,
-    Canonical,
-    body_from_aligned,
-    canonical,
-    scale,
-)
+from rigidpend.mechanics.coordinates import Aligned, Canonical, body_from_aligned, canonical, scale
 from rigidpend.mechanics.in_space import angular_velocity, field, hodograph
 
 FINE = MPContext()

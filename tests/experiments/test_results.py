@@ -15,11 +15,7 @@ from rigidpend import experiments
 from rigidpend.experiments.data import fields
 from rigidpend.render import captions
 from tests.cli.calls import REFERENCE
-from tests.experiments.trees import (
-    differences,
-    from_file,
-    reference,
-)
+from tests.experiments.trees import differences, from_file, reference
 
 
 def coordinates(path: Path) -> set[str]:

@@ -32,12 +32,7 @@ from rigidpend.mechanics.equations import (
     hamiltonian_J3_0,
     theta3_rate,
 )
-from rigidpend.mechanics.free_body import (
-    SeparatrixMotion,
-    exponent,
-    separatrix,
-    theta1,
-)
+from rigidpend.mechanics.free_body import SeparatrixMotion, exponent, separatrix, theta1
 from rigidpend.mechanics.in_space import increments
 from rigidpend.orbits.integrate.states import states_at
 from rigidpend.surfaces import melnikov

@@ -145,9 +145,7 @@ def test_the_worst_element_is_named_with_both_values_and_what_is_allowed(desk: P
     assert found["said"].endswith(f"(may differ by {found['allowed']:.2g}, 2 of 20 differ)")
 
 
-def test_what_is_absent_is_said_and_keeps_no_other_from_being_compared(
-    desk: Path,
-) -> None:
+def test_what_is_absent_is_said_and_keeps_no_other_from_being_compared(desk: Path) -> None:
     shutil.copy("configs/small.yaml", "configs/other.yaml")
     said = f"results/reference/other.h5: there is no such file; {MEND}"
     done = called("configs/other.yaml", *READ)
