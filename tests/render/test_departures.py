@@ -9,6 +9,8 @@ place                                               test
 the Riccati equation at J1 = J2                     tests/mechanics/test_pendulum.py
 (gamma_dep), arcsin and arctan                      tests/mechanics/test_coordinates.py
 Grioli's bounds, which are right                    tests/mechanics/test_in_space.py
+"the nonzero increment" of alpha, in the Hess case  tests/surfaces/test_heteroclinic.py
+A2 + A3 > A1, which body a of Table 1 has not       tests/mechanics/test_body.py
 (Im), Legendre's integral, which is right           tests/surfaces/test_melnikov.py
 =================================================== =========================================
 """
@@ -31,11 +33,11 @@ from rigidpend.mechanics.equations import (
     theta3_rate,
 )
 from rigidpend.mechanics.free_body import SeparatrixMotion, exponent, separatrix, theta1
-from rigidpend.mechanics.in_space import increments, regime
+from rigidpend.mechanics.in_space import increments
 from rigidpend.orbits.integrate.states import states_at
 from rigidpend.surfaces import melnikov
 from tests.bodies import GENERIC
-from tests.strategies import FINE, fine_angles
+from tests.strategies import FINE
 from tests.surfaces.bracket import bracket_on
 
 J2_0 = 0.8
@@ -177,20 +179,3 @@ def test_in_the_hess_case_S2_minus_and_S1_plus_are_one_surface() -> None:
         # Qp = 0, separatrices 1 and 3 with both periodic orbits, stays whatever the weight.
         assert abs(aligned([0, *map(FINE.mpf, state[1:])], coefficients)[0]) < 1e-55
     assert abs(coefficients.force_m) > 0.1
-
-
-def test_alpha_gains_nothing_along_1_and_3_in_the_hess_case() -> None:
-    """Printed: "near the separatrices (sol_1)-(sol_22) [it] receives the nonzero increment"."""
-    body = Body(A=(2, "0.75", "1.5"), r=(1, 2, 0), mu="0.01")
-    found = increments(body.angles(), 1.0)
-    assert np.abs(found[[0, 2]]).max() < 1e-17 < 1e-3 < np.abs(found[[1, 3]]).min()
-    assert regime(body).name == "iii"
-
-
-def test_body_a_of_table_1_has_the_equality_that_is_excluded_in_print() -> None:
-    """Printed: A2 + A3 > A1, cos(alpha0/2) > cos^2(gamma0/2)."""
-    body = Body(A=(2, "0.2", "1.8"), r=(1, 0, 0), mu=0)
-    assert (f"{body.alpha0:.5f}", f"{body.gamma0:.5f}") == ("2.91891", "2.46192")
-    assert body.special_cases == ("flat",)
-    p = fine_angles(body)
-    assert abs(FINE.cos(p.alpha0 / 2) - FINE.cos(p.gamma0 / 2) ** 2) < 1e-55

@@ -32,9 +32,7 @@ ALONE = [FamilyStep(60, {(0, 0, 0): 2}, [{(0, 0, 0): 0}] * 6)]
 
 
 @pytest.mark.slow
-def test_sets_and_polynomials_are_found_as_they_are_stored(
-    monkeypatch: pytest.MonkeyPatch,
-) -> None:
+def test_sets_and_polynomials_are_found_as_they_are_stored(monkeypatch: pytest.MonkeyPatch) -> None:
     """What these prove is asked of the stored ones, by both checkers."""
 
     class Offered(Exception):
