@@ -6,12 +6,14 @@ import functools
 import math
 from collections.abc import Callable
 from dataclasses import dataclass
+from decimal import Decimal
 from typing import Any, NamedTuple
 
 import numpy as np
 
 from rigidpend.mechanics import floquet
 from rigidpend.mechanics.body import Body
+from rigidpend.numbers import checked
 from rigidpend.numbers.checked import ParameterError
 from rigidpend.numbers.exact import GUARD_BITS, Exact, exact
 from rigidpend.numbers.generic import Scalar
@@ -149,6 +151,8 @@ class ReturnMap:
     def at(self, h: Scalar) -> EnergyLevel:
         """The map at an energy, or at one for each of N orbits; ParameterError beyond its own."""
         a, (low, high) = precision(self.bits), self.energies
+        if isinstance(h, str | Decimal | Exact):
+            h = _number(checked.number("h", h), a)
         given = a.array(h)
         shown = np.atleast_1d(a.floats(given))
         # What is beyond an end by a rounding is on it.

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from decimal import Decimal
 from fractions import Fraction
 from typing import Any
 
@@ -158,8 +159,17 @@ def test_the_ends_of_a_map_are_its_own() -> None:
     """Ends that no double holds, given as the doubles beside them."""
     wide = return_map(GENERIC, h=("1.3332", "1.3352"))
     assert wide.at([1.3332, 1.3352, math.nextafter(1.3352, 2)]).h.size == 3
+    assert wide.at("1.3332").h == wide.at(Decimal("1.3332")).h == 1.3332
+    with pytest.raises(ParameterError, match="h: 'one'"):
+        wide.at("one")
     with pytest.raises(ParameterError):
         wide.at(1.3352 * (1 + 1e-12))
+
+
+def test_starts_that_are_none_are_outside(made: ReturnMap) -> None:
+    """On a periodic orbit or beyond it a start never crosses; its logarithm is no number."""
+    inside = [made.at(H).enter(Qp, np.array([0.1])).inside.item() for Qp in (1e-4, 0.0, -1e-4)]
+    assert inside == [True, False, False]
 
 
 def test_points_beyond_the_tables_are_marked(made: ReturnMap) -> None:
