@@ -159,7 +159,7 @@ def decided_by(maps: Maps, *, sampled: bool = True) -> Mapped:
 
     known = certainty.decide(compute, n, rate, within, share, most=maps.most)
     open_ = np.flatnonzero(~known.certain.all(axis=0))
-    beyond = tuple(p for p in precisions if p > maps.most_bits)
+    beyond = run.beyond(maps.most_bits)
     if open_.size and beyond:
         # Parts of a plane would say so again and again.
         if n == run.orbits:
@@ -167,7 +167,7 @@ def decided_by(maps: Maps, *, sampled: bool = True) -> Mapped:
             costs.warned(run.problem, open_.size, n, costs.beyond_maps(run.problem), reason)
         # Where they are a part other threads are at work on the rest.
         further = abreast(run) if n == run.orbits else run.crossings
-        certainty.climb(further, known, rate, beyond)
+        certainty.climb(further, known, rate, beyond, run.most)
     if sampled:
         # Doubles decide at least the first symbols of each; what is beyond them takes long.
         size = -(-SAMPLE * n // run.orbits)

@@ -36,7 +36,7 @@ from rigidpend.orbits.return_map.precision import precision
 from rigidpend.orbits.return_map.program import Program
 from rigidpend.orbits.return_map.storage import build_apart, is_kept
 from rigidpend.routes import certainty, costs
-from rigidpend.routes.costs import CLOSEST, wanted
+from rigidpend.routes.costs import wanted
 from rigidpend.routes.phases import turned
 from rigidpend.routes.problem import RouteProblem
 from rigidpend.routes.run import Run
@@ -165,8 +165,7 @@ class Maps:
         One computation is only worth as much as it is sharper than the one before it.
         """
         precisions = self.run.arithmetic.precisions
-        far = all(abs(p - bits) >= CLOSEST for p in precisions)
-        return bits in precisions or (bits < max(precisions) and far)
+        return bits in precisions or costs.fits(bits, precisions)
 
     def _make(self, pair: tuple[int, int], most: float) -> None:
         """Make maps of all designs, side by side where that pays, if they may take so long."""

@@ -18,6 +18,7 @@ from rigidpend.orbits.integrate.arithmetic import FINEST_TOLERANCE, Arithmetic, 
 from rigidpend.orbits.integrate.kernel.machine_code import LANES
 from rigidpend.routes import certainty
 from rigidpend.routes.certainty import Columns, Compute, Decided, Work
+from rigidpend.routes.costs import RUNGS, fits
 from rigidpend.routes.phases import Phases
 from rigidpend.routes.problem import RouteProblem, passage_limit, phase_rate
 from rigidpend.routes.start import Scales, Start, start, states_double, states_exact
@@ -67,6 +68,17 @@ class Run:
     def rate(self) -> float:
         """The fastest rate of all orbits, radians per unit of t'."""
         return max(map(phase_rate, self.each or [self.problem]))
+
+    def beyond(self, known: int) -> tuple[int, ...]:
+        """The precisions by which orbits climb that so many bits leave open: rungs among them."""
+        engine, _, precisions = self.arithmetic
+        asked = [x for x in precisions if x > known]
+        rungs = [x for x in RUNGS if in_kernel(engine, x) and fits(x, (known, *asked))]
+        return tuple(sorted((*asked, *rungs)))
+
+    def most(self, bits: int) -> int:
+        """The most computations of a precision: one on a rung, which the next one is to decide."""
+        return 3 if bits in self.arithmetic.precisions else 1
 
     def crossings(self, bits: int, scales: Scales, columns: Any) -> Crossings:
         """The crossings of those columns in `bits` bits, in t'."""
@@ -146,7 +158,8 @@ class Run:
             scales, jobs = (certainty.FIRST, certainty.SECOND), 2 if few else 1
             return side_by_side(_in_scales, given, not compiled, scales, jobs)
 
-        return certainty.decide(compute, n, self.rate, precisions, share, both)
+        ladder = precisions[0], *self.beyond(precisions[0])
+        return certainty.decide(compute, n, self.rate, ladder, share, both, self.most)
 
 
 def abreast(run: Run) -> Compute:
@@ -158,7 +171,11 @@ def abreast(run: Run) -> Compute:
 
     def compute(bits: int, scales: Scales, columns: Columns) -> Crossings:
         engine = run.arithmetic.engine
-        idle = run.jobs > 1 and integrate.on_one_thread(engine, bits, len(columns))
+        idle = (
+            run.jobs > 1
+            and run.most(bits) > 1
+            and integrate.on_one_thread(engine, bits, len(columns))
+        )
         if scales == certainty.FIRST and idle:
             both = certainty.FIRST, certainty.SECOND
             first, second = side_by_side(_in_scales, (run, bits, columns), False, both, 2)

@@ -1,0 +1,100 @@
+"""Precisions by which the orbits of a run climb."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import pytest
+
+from rigidpend.mechanics.body import Body
+from rigidpend.numbers.exact import exact
+from rigidpend.orbits.integrate.arithmetic import resolve
+from rigidpend.routes.certainty import FIRST, SECOND, agreement
+from rigidpend.routes.cycle import symbols
+from rigidpend.routes.phases import Phases
+from rigidpend.routes.problem import RouteProblem
+from rigidpend.routes.run import Run, abreast
+from tests.orbits.integrate.problems import FIG4
+
+# Drawn by lot: two orbits in three are beyond doubles.
+DEEP = RouteProblem(
+    Body(("1.965", "0.689", "1.942"), ("0.610", "0.792", 0), "0.0198"),
+    exact("1.1"), exact("1.2e-8"), 15,
+)  # fmt: skip
+
+GENTLE = RouteProblem(FIG4, exact("1.3342"), exact("1e-8"), 15)
+
+
+def run(*precisions: int, engine: str = "taylor", problem: RouteProblem = DEEP, n: int = 24) -> Run:
+    return Run(problem, Phases(np.linspace(0, 6.2, n)), resolve(engine, None, precisions), jobs=2)
+
+
+@pytest.mark.parametrize(
+    ("precisions", "known", "expected"),
+    [
+        ((53, 106, 160), 53, (64, 76, 88, 106, 117, 128, 160)),
+        ((53, 106, 160), 75, (88, 106, 117, 128, 160)),
+        ((53, 106, 160), 88, (106, 117, 128, 160)),
+        ((53, 113), 53, (64, 76, 88, 113)),
+        # At least eight bits from all that are asked for or known.
+        ((53, 72), 53, (64, 72)),
+        ((53, 71), 53, (71,)),
+        ((53, 106), 68, (76, 88, 106)),
+        ((53, 106), 69, (88, 106)),
+        ((53, 64), 53, (64,)),
+        ((53,), 53, ()),
+        ((106, 160), 106, (117, 128, 160)),
+    ],
+)
+def test_rungs_stand_between_precisions_and_far_from_all(
+    precisions: tuple[int, ...], known: int, expected: tuple[int, ...]
+) -> None:
+    assert run(*precisions).beyond(known) == expected
+
+
+def test_engines_whose_further_bits_are_integers_have_no_rungs() -> None:
+    assert run(53, 106, 160, engine="scipy").beyond(53) == (106, 160)
+
+
+def test_a_rung_is_computed_once_and_decides_with_the_one_below_it(
+    integrations: list[dict[str, Any]],
+) -> None:
+    found = run(53, 106).decided()
+    finer = {bits: [x["orbits"] for x in integrations if x["bits"] == bits] for bits in (64, 76)}
+    assert found.certain.all()
+    assert {64, 76} <= set(found.bits.tolist())
+    for bits, orbits in finer.items():
+        # Each orbit that is open below it comes once.
+        assert sum(orbits) == (found.bits >= bits).sum()
+
+
+def test_no_thread_makes_a_second_computation_on_a_rung(integrations: list[dict[str, Any]]) -> None:
+    compute, few = abreast(run(53, 106)), np.arange(2)
+    for bits, number in ((64, 1), (106, 2)):
+        integrations.clear()
+        compute(bits, FIRST, few)
+        assert len(integrations) == number
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(
+    ("problem", "rung", "sharper"), [(GENTLE, 64, 76), (DEEP, 64, 76), (DEEP, 76, 88)]
+)
+def test_what_two_rungs_differ_by_is_what_the_lower_one_errs_by(
+    problem: RouteProblem, rung: int, sharper: int
+) -> None:
+    """The sharper one errs by e^-8 of that as a rule; and no symbol of both is another in truth."""
+    means = run(53, 160, problem=problem, n=400)
+    every = np.arange(400)
+    low, high, truth = (means.crossings(x, FIRST, every) for x in (rung, sharper, 106))
+    with np.errstate(invalid="ignore"):
+        differ, err = (means.rate * np.abs(high.time - x.time) for x in (low, truth))
+    told = (differ > 1e-9) & (differ < 1e-2)
+    assert told.sum() > 50
+    assert np.median(err[told] / differ[told]) < 0.01
+    assert (err[told] < differ[told]).mean() > 0.99
+    agreed = agreement(low, high, means.rate, 1e-2)
+    other = means.crossings(106, SECOND, every)
+    sure = agreed & agreement(truth, other, means.rate, 1e-6)
+    np.testing.assert_array_equal(symbols(high.separatrix)[sure], symbols(truth.separatrix)[sure])
