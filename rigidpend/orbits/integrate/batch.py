@@ -56,6 +56,7 @@ CONVERGED = 1e-9
 def crossings(orbits: Orbits, bits: int, tolerance: float) -> Crossings:
     """Crossings of orbits: the same to the last bit whatever the other orbits.
 
+    (In units of M, see `units`, of others with an |M| alike.)
     `tolerance` is that of the Taylor series in 53 bits; every bit more halves it.
     """
     return Batch(orbits, bits, tolerance * 2.0 ** (53 - bits)).run()
