@@ -44,6 +44,10 @@ APART = 0.3
 """Seconds of a core for the longest map from which on others are made beside it, by processes.
 
 These take as long to begin."""
+PATIENCE = 20.0
+"""Seconds of a core that tables beyond doubles may take, if they do not pay but maps are wanted.
+
+Near the largest mu that a map serves they take some minutes, and those in doubles some seconds."""
 DESIGNS = {certainty.FIRST: FIRST, certainty.SECOND: SECOND, certainty.THIRD: THIRD}
 """The map in the place of an integration in some scales, with the same unit of M."""
 
@@ -120,23 +124,26 @@ class Maps:
         self._lock, self._ready = threading.Lock(), dict[tuple[int, Design], Program]()
         self._budgets = dict[Task, float]()
         self.designs = designs_of(run.orbits)
-        most = costs.budget(run.problem, run.orbits, run.arithmetic.precisions)
-        self._settle(most if least_time else math.inf)
+        pays = costs.budget(run.problem, run.orbits, run.arithmetic.precisions)
+        most = math.inf if kept else pays if least_time else max(pays, PATIENCE)
+        self._settle(most, pays if least_time else math.inf)
         for scales in (certainty.FIRST, certainty.SECOND):
             # The first crossing shows whether starts lie in the range of the normal form; where an
             # orbit goes from there is its own affair.
             if not self.crossings(53, scales, np.arange(1)).separatrix[0, 0]:
                 raise MapError(f"J1_0 = {run.problem.J1_0} lies outside of the normal form")
 
-    def _settle(self, most: float) -> None:
-        """Make the maps, of as many bits as are wanted or of the next that settle and pay."""
+    def _settle(self, most: float, in_doubles: float) -> None:
+        """Make the maps, of as many bits as are wanted or of the next that settle and pay.
+
+        The tables may take so many seconds of a core, and so many where they are in doubles."""
         *more, least = wanted(self.problem)
         for pair in more:
             with contextlib.suppress(MapError):
                 self._make(pair, most)
                 self._use(pair)
                 return
-        self._make(least, most)
+        self._make(least, in_doubles)
         self._use(least)
 
     def _use(self, pair: tuple[int, int]) -> None:

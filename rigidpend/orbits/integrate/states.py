@@ -31,6 +31,7 @@ from rigidpend.orbits.integrate.kernel.lane_numbers import exactly, in_parts
 from rigidpend.orbits.integrate.kernel.machine_code import lanes_for
 from rigidpend.orbits.integrate.kernel.tape import ALIGNED, trace
 from rigidpend.orbits.integrate.pair_arrays import PairArray
+from rigidpend.orbits.integrate.units import in_units, unit_for
 
 Field: TypeAlias = Callable[[Any], Any]
 
@@ -130,8 +131,13 @@ def _exact(
     """The same of Fractions, by the kernel or in integers."""
     states, times = task
     if in_kernel(engine, bits):
-        state, grid = (in_parts(x, kernel_bits(bits)) for x in task)
-        return exactly(_sampled(field, state, grid, bits, tolerance))
+        kind = kernel_bits(bits)
+        unit = unit_for(kind, states)
+        field, states = in_units(unit, field, states)
+        state, grid = (in_parts(np.array(x), kind) for x in (states, times * unit))
+        found = exactly(_sampled(field, state, grid, bits, tolerance))
+        found[:3] *= unit
+        return found
     each = np.broadcast_to(times, (len(times), states.shape[1]))
     columns = [_in_integers(field, *one, bits) for one in zip(states.T, each.T, strict=True)]
     return np.array(columns, dtype=object).transpose(2, 1, 0)

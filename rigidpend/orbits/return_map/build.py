@@ -6,10 +6,15 @@ import functools
 import math
 from collections.abc import Callable
 from dataclasses import dataclass
+from decimal import Decimal
 from typing import Any, NamedTuple
+
+import numpy as np
 
 from rigidpend.mechanics import floquet
 from rigidpend.mechanics.body import Body
+from rigidpend.numbers import checked
+from rigidpend.numbers.checked import ParameterError
 from rigidpend.numbers.exact import GUARD_BITS, Exact, exact
 from rigidpend.numbers.generic import Scalar
 from rigidpend.orbits import UNITS
@@ -143,9 +148,18 @@ class ReturnMap:
         )
 
     def at(self, h: Scalar) -> EnergyLevel:
-        """The map at an energy, or at one for each of N orbits, within the interval."""
-        a = precision(self.bits)
-        return EnergyLevel(self.normal_form, self.charts, a.array(h) * self._unit**2, a)
+        """The map at an energy, or at one for each of N orbits; ParameterError beyond its own."""
+        a, (low, high) = precision(self.bits), self.energies
+        if isinstance(h, str | Decimal | Exact):
+            h = _number(checked.number("h", h), a)
+        given = a.array(h)
+        shown = np.atleast_1d(a.floats(given))
+        # What is beyond an end by a rounding is on it.
+        off = ~(np.abs(shown - (low + high) / 2) <= (high - low) / 2 + 2.0**-50 * abs(high))
+        if off.any():
+            message = f"the map is one of energies from {low} to {high}, got h = {shown[off][0]}"
+            raise ParameterError("h", message)
+        return EnergyLevel(self.normal_form, self.charts, given * self._unit**2, a)
 
     def program(self, bits: int, least_Qp: Scalar, most_Qp: Scalar, coarse: float = 0.0) -> Program:
         """This map for `kernel.follow`, for orbits that start at least_Qp <= Qp <= most_Qp.

@@ -120,8 +120,8 @@ class EnergyLevel:
         inverse = self.charts[True].inverse
         I = at.u * at.v
         rates = torus_rates(self.exponent, self.rotation, I)
-        s = phase + a.log(at.v) / rates.exponent
-        inside = (np.abs(I) <= inverse.width) & (np.abs(at.v) <= nf.radius)
+        inside = (np.abs(I) <= inverse.width) & (at.v > 0) & (at.v <= nf.radius)
+        s = phase + a.log(np.where(inside, at.v, 1 + zero)) / rates.exponent
         seen = inverse.look_up(np.where(inside, I, zero), s, a)
         chi = s + seen[1]
         time = at.tau + seen[2] - rates.rotation * (chi - phase)
