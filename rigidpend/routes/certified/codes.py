@@ -137,7 +137,7 @@ def certify_codes(
     problem = RouteProblem(body, h0, J1_0, n_symbols)
     problem.afford(len(phases))
     exactly = phases.exactly(range(len(phases)))
-    orbits = list(zip(exactly, *_expected(problem, theta2_0), strict=True))
+    orbits = list(zip(exactly, *_expected(problem, exactly), strict=True))
     return _record(problem, phases.high, _proofs(_orbit, (problem, bits), orbits, jobs, report))
 
 
@@ -197,7 +197,7 @@ def _again(orbit: tuple[Exact, Sequence[Step]], problem: RouteProblem) -> Proof:
     return check(problem, *orbit)
 
 
-def _expected(problem: RouteProblem, theta2_0: Any) -> tuple[list[float], list[int]]:
+def _expected(problem: RouteProblem, theta2_0: Sequence[Exact]) -> tuple[list[float], list[int]]:
     """Times t' of the last crossings as doubles find them, and how many trials they are worth.
 
     Where there is no last crossing it is the time of a wait for it, and one trial tells as much
