@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from matplotlib.figure import Figure
 
-from rigidpend.experiments.stress.draw import CEILING, FLOOR, LOOKS, draw
+from rigidpend.experiments.stress.draw import CEILING, FLOOR, LOOKS, draw, tables
 from tests.experiments.figures import panel, styled
 from tests.results.loaded import loaded
 
@@ -28,7 +28,8 @@ DECIDED = {"bits": 64, "measured": np.array([30, 20]), "predicted": np.array([25
 def claims(curves: Any = None, **ratios: tuple[float, str]) -> dict[str, Any]:
     ratio, verdict = np.transpose([*ratios.values()])
     made = {"name": [*ratios], "ratio": ratio.astype(float), "verdict": verdict}
-    return {"claims": made, "curves": curves or {}}
+    notes = {key: [""] * len(ratios) for key in ("measured", "note", "limit")}
+    return {"claims": made | notes, "curves": curves or {}}
 
 
 def lines(figure: Figure, letter: str) -> list[Any]:
@@ -38,7 +39,7 @@ def lines(figure: Figure, letter: str) -> list[Any]:
 
 
 @pytest.fixture(scope="module")
-def figure() -> Figure:
+def result() -> Any:
     """One curve of each kind, and claims of three verdicts."""
     drifts = {"a": {**DRIFT, "name": "taylor at 2e-16", "walk": WALK}}
     passages = {"growth": GROWTH, "64_bits": DECIDED}
@@ -47,7 +48,22 @@ def figure() -> Figure:
         "long_time": claims(drifts, known=(3.0, "limit"), fine=(0.25, "passed")),
         "passages": claims(passages, fine=(0.5, "passed")),
     }
-    return styled(draw, loaded(data))
+    return loaded(data)
+
+
+@pytest.fixture(scope="module")
+def figure(result: Any) -> Figure:
+    return styled(draw, result)
+
+
+def test_trials_are_counted_by_kind_and_in_all(result: Any) -> None:
+    counted, beyond = tables(result)
+    assert counted.rows[0] == ("upper starts", "1", "0", "1", "0")
+    assert counted.rows[-1] == ("all", "3", "1", "1", "0.5")
+    assert [row[:2] for row in beyond.rows] == [
+        ("FAILED", "upper starts, far"),
+        ("limit", "long time, known"),
+    ]
 
 
 def test_curves_are_where_their_numbers_are_by_the_names_of_their_axes(figure: Figure) -> None:
