@@ -51,6 +51,8 @@ def test_a_single_result_can_have_a_name(swept: Path) -> None:
         again = call(swept, "run", name)
         assert again.stderr == f"heavy: {Path('results', 'heavy.h5')} is up to date\n"
         assert "0.1 " in call(swept, "describe", name).stdout
+    # Also where all is up to date.
+    assert "got ''" in call(swept, "run", "heavy", "--name", "").stderr
 
 
 @pytest.mark.slow
