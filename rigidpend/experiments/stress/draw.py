@@ -21,7 +21,7 @@ from rigidpend.machine.wording import Column, Table
 
 CAPTION = (
     "Each trial goes to a limit, and its value stays below the bound that was stated before it"
-    " ran: its share of it is less than 1. Drift of the integrals, growth of errors from passage"
+    " ran: its share of it is at most 1. Drift of the integrals, growth of errors from passage"
     " to passage, and how many symbols each precision decides."
 )
 HEIGHT = 8.8
@@ -38,7 +38,7 @@ INTEGRALS = (("energy", BLUE), (r"$|\gamma|$", RED), (r"$M\cdot\gamma$", GREEN))
 """Integrals of motion in the order in which results have them, with their colours."""
 PRECISIONS = {53: (BLUE, "-"), 64: (GREEN, "--"), 106: (ORANGE, ":"), 113: (RED, "-.")}
 """Colour and style of each precision, bits."""
-BESIDE, LINES = 46, 6.3
+BESIDE, LINES = 36, 6.3
 """Characters in a line beside the claims, and its size in points."""
 
 

@@ -109,7 +109,11 @@ def test_every_claim_is_a_point_at_its_ratio_and_what_is_beyond_is_named(figure:
 
 
 def test_trials_that_refused_leave_their_panels_empty() -> None:
-    refused = {"passages": claims(p=(np.inf, "FAILED")), "bodies": claims(b=(0.5, "passed"))}
-    made = draw(loaded(refused))
+    beyond = {"taylor at 3.0e-14, gamma: power": (np.inf, "FAILED")}
+    beyond["taylor at 3.0e-14, gamma: size"] = (np.inf, "FAILED")
+    refused = {"passages": claims(**beyond), "bodies": claims(b=(0.5, "passed"))}
+    made = styled(draw, loaded(refused), laid_out=True)
+    [named], frame = panel(made, "b").texts, panel(made, "b").bbox
+    assert named.get_window_extent().x1 < frame.x1
     assert len(panel(made, "a").lines) == 0
-    assert len(panel(made, "b").lines) == 3
+    assert len(panel(made, "b").lines) == 4
