@@ -35,7 +35,7 @@ SHOWN = 400
     metavar="PHASE",
     help="Of the orbits with the code, the one whose passages take the half rotations of this"
     " theta2_0 (radians), as far as it has the code: in fig5 00011 begins at 5.5225, and --near"
-    " 1.02 finds 1.0199999999988.",
+    " 1.02 finds the orbit beside 1.02.",
 )
 @click.option(
     "--digits", type=int, default=28, show_default=True, help="Digits of theta2_0 behind the point."
@@ -116,14 +116,17 @@ def find_command(
         else:
             print_table([_row(document) for document in documents])
         sys.exit(FAILED if any("error" in document for document in documents) else DONE)
+    if proof:
+        from rigidpend.runs import orbit_proofs
+
+        # Asked before a search that may take minutes.
+        orbit_proofs.prepare(proof)
     found = symbolic.find_orbit(code=codes[0], jobs=jobs, **given)
     if as_json:
         print_json(_document(found))
     else:
         print_table(_rows(found))
     if proof:
-        from rigidpend.runs import orbit_proofs
-
         orbit_proofs.prove(loaded, found, proof, jobs=jobs, report=say)
 
 

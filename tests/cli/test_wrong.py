@@ -67,6 +67,7 @@ find --code 01 --near x | 2 | near: 'x' is not understood
 find --code 011 --decimals 1 --near 1 | 2 | --decimals lists orbits, and --near chooses one: give o
 find --code 01 --code 11 --decimals 1 | 2 | --decimals lists orbits of one code, on this machine
 find --code 01 --code 11 --proof x | 2 | --proof is of one orbit, on this machine
+find --code '0^5 1^10' --proof x | 1 | x: a proof is named X.orbit.certificate.h5
 find --code '0^5 1^10' | 1 | rigidpend: none exists: passage 1
 find --code '0^90 1^3' --decimals 0 | 1 | none of the 7 phases
 run LONG.yaml | 1 | File name too long
