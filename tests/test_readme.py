@@ -120,6 +120,9 @@ def test_what_an_index_shows_needs_no_checkout() -> None:
         name, *given = words.split()
         cli.command(name).make_context(name, given)
     assert {"authors", "classifiers", "license"} <= project.keys()
+    # The notebooks are run by tests, and where the pages are built.
+    extras = {name: set(needed) for name, needed in project["optional-dependencies"].items()}
+    assert extras["notebook"] <= extras["docs"] & extras["test"]
 
 
 def test_the_lowest_versions_are_those_that_the_project_names() -> None:
