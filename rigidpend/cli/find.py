@@ -86,6 +86,7 @@ def find_command(
       rigidpend find fig4 --code 0001 --code 0010 --code 0011
       rigidpend find fig4 --code "0^11 1^10 1^11" --digits 45 --json
     """
+    from rigidpend.machine.workers import listening
     from rigidpend.routes import symbolic
     from rigidpend.runs import loading
 
@@ -121,7 +122,8 @@ def find_command(
 
         # Asked before a search that may take minutes.
         orbit_proofs.prepare(proof)
-    found = symbolic.find_orbit(code=codes[0], jobs=jobs, **given)
+    with listening(say):
+        found = symbolic.find_orbit(code=codes[0], jobs=jobs, **given)
     if as_json:
         print_json(_document(found))
     else:
@@ -166,10 +168,12 @@ def _row(document: dict[str, Any]) -> tuple[str, str, str]:
 
 def _list(code: str, decimals: int, given: dict[str, Any], as_json: bool, jobs: int) -> None:
     """Print the round phases of a code."""
+    from rigidpend.machine.workers import listening
     from rigidpend.routes.symbolic import NoOrbit
     from rigidpend.routes.symbolic.follow import round_phases
 
-    found = round_phases(code=code, decimals=decimals, jobs=jobs, **given)
+    with listening(say):
+        found = round_phases(code=code, decimals=decimals, jobs=jobs, **given)
     if not found.theta2_0:
         raise NoOrbit(
             f"none of the {found.tried} phases with {decimals} decimals has this code: try one more"
