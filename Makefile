@@ -22,9 +22,9 @@ help: ## list the targets
 setup: $(VENV)/.installed ## make .venv and install the package into it; other targets do so by themselves
 
 figures: $(VENV)/.installed ## set up, run every config, draw every figure and a report into results/
-	$(RUN) run all --out $(RESULTS) $(if $(JOBS),-j $(JOBS))
-	$(RUN) render all --out $(RESULTS)
-	$(RUN) report --out $(RESULTS)
+	$(RUN) run all --out "$(RESULTS)" $(if $(JOBS),-j $(JOBS))
+	$(RUN) render all --out "$(RESULTS)"
+	$(RUN) report --out "$(RESULTS)"
 
 check: $(VENV)/.installed-test ## check format, lint, which way imports go, and types
 	$(BIN)/ruff format --check .
@@ -103,17 +103,17 @@ reference: $(VENV)/.installed ## renew results/reference/: make reference REASON
 	$(RUN) reference $(or $(NAMES),all) --reason "$$REASON" $(if $(JOBS),-j $(JOBS))
 
 bench: $(VENV)/.installed-bench ## measure against other methods, store, renew README; a quarter of an hour, alone
-	$(RUN) bench --out $(RESULTS)
+	$(RUN) bench --out "$(RESULTS)"
 	mkdir -p results/measured results/gallery
-	cp $(RESULTS)/bench.h5 results/measured/
-	cp $(RESULTS)/bench.png results/gallery/
+	cp "$(RESULTS)"/bench.h5 results/measured/
+	cp "$(RESULTS)"/bench.png results/gallery/
 	$(BIN)/python -m scripts.readme_tables
 
 stress: $(VENV)/.installed ## trials at the limits, store, renew README; some ten minutes on two cores
-	$(RUN) stress --out $(RESULTS)
+	$(RUN) stress --out "$(RESULTS)"
 	mkdir -p results/measured results/gallery
-	cp $(RESULTS)/stress.h5 results/measured/
-	cp $(RESULTS)/stress.png results/gallery/
+	cp "$(RESULTS)"/stress.h5 results/measured/
+	cp "$(RESULTS)"/stress.png results/gallery/
 	$(BIN)/python -m scripts.readme_tables
 
 tables: $(VENV)/.installed ## write README's tables from results/measured/
@@ -121,11 +121,11 @@ tables: $(VENV)/.installed ## write README's tables from results/measured/
 
 gallery: figures ## draw every figure and keep it in results/gallery/, for the README
 	mkdir -p results/gallery
-	cp $(RESULTS)/*.png results/gallery/
+	cp "$(RESULTS)"/*.png results/gallery/
 
 clean: ## remove results and caches, keep the set-up
-	rm -rf $(RESULTS)/*.h5 $(RESULTS)/*.log $(RESULTS)/*.png $(RESULTS)/*.svg $(RESULTS)/*.pdf
-	rm -rf $(RESULTS)/.*.parts $(RESULTS)/report.html
+	rm -rf "$(RESULTS)"/*.h5 "$(RESULTS)"/*.log "$(RESULTS)"/*.png "$(RESULTS)"/*.svg "$(RESULTS)"/*.pdf
+	rm -rf "$(RESULTS)"/.*.parts "$(RESULTS)"/report.html
 	rm -rf .pytest_cache .mypy_cache .ruff_cache .hypothesis .coverage .coverage.*
 	rm -rf build/coverage build/docs build/doctrees docs/generated
 	find rigidpend tests scripts docs -name __pycache__ -type d -prune -exec rm -rf {} +

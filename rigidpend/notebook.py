@@ -87,7 +87,10 @@ class StoredResult:
         return labelled.tree(self.values, layout, self.loaded["attributes"])
 
     def __getitem__(self, key: str) -> Any:
-        return self.data[key]
+        try:
+            return self.data[key]
+        except KeyError:
+            raise KeyError(f"{key!r} (known: {', '.join(self.values)})") from None
 
     def __repr__(self) -> str:
         from rigidpend.render import captions

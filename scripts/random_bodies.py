@@ -110,7 +110,7 @@ def table(rows: Sequence[tuple[str, ...]], others: int, seed: int) -> Table:
     proven = sum(row[-1] == "**proven**" for row in rows)
     header = ("A", "r", "mu", "angle", "half rotations", "s", "s, second checker", "full shift")
     note = f"{proven} of {len(rows)} proven (seed {seed}; h = 1, J1_0 = 1e-10)."
-    return Table(f"{note} {others} others that were drawn have no return map.", header, rows)
+    return Table(f"{note} Without a return map, and left out: {others}.", header, rows)
 
 
 if __name__ == "__main__":

@@ -60,6 +60,8 @@ def test_arrays_have_their_dimensions_units_and_coordinates(result: Any) -> None
     np.testing.assert_array_equal(codes.values, result.values["only"]["codes"])
     np.testing.assert_allclose(codes.coords["theta2_0"], [1, 1.1, 1.2, 1.3, 1.4])
     assert codes.coords["theta2_0"].attrs["units"] == "rad"
+    with pytest.raises(KeyError, match="known: only"):
+        result["onyl"]
 
 
 @pytest.mark.slow

@@ -61,6 +61,8 @@ def test_every_target_of_make_is_there_and_the_pages_show_commands() -> None:
     shown = re.findall(r"(?:^|`)make ([a-z-]+)", "\n".join(TEXTS.values()), re.MULTILINE)
     makefile = (ROOT / "Makefile").read_text(encoding="utf-8")
     assert set(shown) <= set(re.findall(r"^([a-z-]+):", makefile, re.MULTILINE))
+    # A folder may have a blank in its name, and `make clean` removes.
+    assert makefile.count("$(RESULTS)") == makefile.count('"$(RESULTS)"') > 10
     assert {arguments[0] for arguments in commands()} > {"run", "render", "describe", "verify"}
 
 
@@ -120,6 +122,9 @@ def test_what_an_index_shows_needs_no_checkout() -> None:
         name, *given = words.split()
         cli.command(name).make_context(name, given)
     assert {"authors", "classifiers", "license"} <= project.keys()
+    # The notebooks are run by tests, and where the pages are built.
+    extras = {name: set(needed) for name, needed in project["optional-dependencies"].items()}
+    assert extras["notebook"] <= extras["docs"] & extras["test"]
 
 
 def test_the_lowest_versions_are_those_that_the_project_names() -> None:

@@ -90,6 +90,9 @@ def sentence(error: BaseException, log: Callable[[BaseException], Path] | None =
     code = exit_code(error)
     if isinstance(error, MemoryError):
         return "not enough memory; fewer orbits or fewer --jobs need less"
+    # Python 3.11 and 3.12 keep of compiled code what a full disk leaves of it.
+    if isinstance(error, EOFError) and "marshal" in str(error):
+        return f"{error}: remove the folders __pycache__ of rigidpend, cut short by a full disk"
     # Those of the package say themselves what to do.
     if type(error) is ModuleNotFoundError and code == ABSENT:
         return f"{error.name} is needed and not installed"

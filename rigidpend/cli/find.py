@@ -35,7 +35,7 @@ SHOWN = 400
     metavar="PHASE",
     help="Of the orbits with the code, the one whose passages take the half rotations of this"
     " theta2_0 (radians), as far as it has the code: in fig5 00011 begins at 5.5225, and --near"
-    " 1.02 finds 1.0199999999988.",
+    " 1.02 finds the orbit beside 1.02.",
 )
 @click.option(
     "--digits", type=int, default=28, show_default=True, help="Digits of theta2_0 behind the point."
@@ -86,6 +86,7 @@ def find_command(
       rigidpend find fig4 --code 0001 --code 0010 --code 0011
       rigidpend find fig4 --code "0^11 1^10 1^11" --digits 45 --json
     """
+    from rigidpend.machine.workers import listening
     from rigidpend.routes import symbolic
     from rigidpend.runs import loading
 
@@ -116,14 +117,18 @@ def find_command(
         else:
             print_table([_row(document) for document in documents])
         sys.exit(FAILED if any("error" in document for document in documents) else DONE)
-    found = symbolic.find_orbit(code=codes[0], jobs=jobs, **given)
+    if proof:
+        from rigidpend.runs import orbit_proofs
+
+        # Asked before a search that may take minutes.
+        orbit_proofs.prepare(proof)
+    with listening(say):
+        found = symbolic.find_orbit(code=codes[0], jobs=jobs, **given)
     if as_json:
         print_json(_document(found))
     else:
         print_table(_rows(found))
     if proof:
-        from rigidpend.runs import orbit_proofs
-
         orbit_proofs.prove(loaded, found, proof, jobs=jobs, report=say)
 
 
@@ -163,10 +168,12 @@ def _row(document: dict[str, Any]) -> tuple[str, str, str]:
 
 def _list(code: str, decimals: int, given: dict[str, Any], as_json: bool, jobs: int) -> None:
     """Print the round phases of a code."""
+    from rigidpend.machine.workers import listening
     from rigidpend.routes.symbolic import NoOrbit
     from rigidpend.routes.symbolic.follow import round_phases
 
-    found = round_phases(code=code, decimals=decimals, jobs=jobs, **given)
+    with listening(say):
+        found = round_phases(code=code, decimals=decimals, jobs=jobs, **given)
     if not found.theta2_0:
         raise NoOrbit(
             f"none of the {found.tried} phases with {decimals} decimals has this code: try one more"

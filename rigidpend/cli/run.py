@@ -107,7 +107,7 @@ def run_command(
 
     paths = configs_of(names, folder, name)
     known: dict[Path, Sequence[LoadedConfig | Plan]] = {}
-    for x in paths if not (force or sweeps or name) else ():
+    for x in paths if name is None and not (force or sweeps) else ():
         if (plan := runner.recalled(x, folder_of(x, folder), settings)) and not plan.reason:
             known[x] = [plan]
     if changed := [x for x in paths if x not in known]:

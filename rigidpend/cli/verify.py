@@ -89,7 +89,8 @@ def verify_command(
 def references() -> list[Path]:
     """Folders of the references: here, of the checkout, and as installed with the package."""
     known = (REFERENCES, PACKAGE.parent / REFERENCES, PACKAGE / "reference")
-    return [folder for folder in known if folder.is_dir()] or [REFERENCES]
+    # The first is where one's own are made, if there are none yet.
+    return [folder for folder in known if folder == REFERENCES or folder.is_dir()]
 
 
 def _compared(

@@ -146,7 +146,9 @@ def checked_name(name: str, origin: Origin) -> str:
 
 
 def free_name(name: str, origin: Origin) -> str:
-    """A name, if it is not that of a certificate."""
+    """A name, if it is text that a result can keep, and not that of a certificate."""
+    if name != name.encode("utf-8", "replace").decode():
+        raise ConfigError.of(origin, "the name of the file is not text in UTF-8: rename the file")
     if name.casefold().endswith(CERTIFICATE):
         taken = f"what ends in {CERTIFICATE} is the proof of a result"
         raise ConfigError.of(origin, f"choose another name than {name!r}: {taken}")

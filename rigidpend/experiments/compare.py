@@ -19,7 +19,7 @@ Scope: TypeAlias = ChainMap[str, Any]
 """A group of a result, and those around it."""
 
 ROOT, PROVENANCE = "/", "/provenance"
-VOLATILE = ("config_hash", "code_hash", "engine")
+VOLATILE = ("name", "config_hash", "code_hash", "engine")
 """Root attributes whose values may differ between equal results; configs are compared by key."""
 NUMERICS = ("tolerance", "precisions")
 """Those that other numerics change besides."""
@@ -81,9 +81,9 @@ def attributes(stored: Any, fresh: Any, place: str) -> list[Difference]:
 def outlines(stored: Any, fresh: Any, *, same_numerics: bool = True) -> list[Difference]:
     """Find where two result files differ in their structure: see `store.outline`.
 
-    Where, when and with what code and engine a result was made does not count, only that it
-    is said; nor do the reasons why a reference was renewed. With other numerics asked for, nor
-    does what follows from these.
+    Where, when and with what code and engine a result was made does not count, nor its name, only
+    that they are said; nor do the reasons why a reference was renewed. With other numerics asked
+    for, nor does what follows from these.
     """
     found = keys(stored, fresh)
     for place in [place for place in stored if place in fresh and place != PROVENANCE]:

@@ -21,7 +21,7 @@ PERIOD = 0.5
 PATIENCE, LOG_PATIENCE = 3.0, 30.0
 """Seconds of silence before a line that changes, and before lines that stay."""
 BETWEEN = 2.0
-"""Seconds between lines on parts, where each line stays."""
+"""Seconds from a line to one on a part, where each line stays."""
 RECENT = 4.0
 """Power of the share that was done by which a part weighs: the last fifth weighs 0.6 of all."""
 BELIEF = 0.05
@@ -110,7 +110,7 @@ class Progress:
         self._changing = not quiet and changes(self._stream)
         self._start = clock() if start is None else start
         self._courses: dict[str, _Course] = {}
-        self._shown, self._latest, self._part = "", "", -math.inf
+        self._shown, self._latest, self._said = "", "", -math.inf
         self._lock, self._over = threading.Lock(), threading.Event()
 
     def __enter__(self) -> Self:
@@ -193,11 +193,11 @@ class Progress:
         now = self._clock()
         if now - self._start < self._patience:
             return False
-        if not isinstance(text, PartDone) or self._changing:
-            return True
-        due = text.share == 1 or now - self._part >= BETWEEN
-        self._part = now if due else self._part
-        return due
+        early = now - self._said < BETWEEN and not self._changing
+        if isinstance(text, PartDone) and text.share < 1 and early:
+            return False
+        self._said = now
+        return True
 
     def _print(self, line: str) -> None:
         if not self._quiet:

@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import hashlib
 import io
+import logging
 import os
 import textwrap
 from collections.abc import Sequence
@@ -105,6 +106,8 @@ def image(result: Loaded, suffix: str, origin: str = "") -> bytes:
     os.environ["MPLBACKEND"] = "agg"
     import matplotlib
 
+    # It warns of the dates in matplotlib's own fonts.
+    logging.getLogger("fontTools").setLevel(logging.ERROR)
     told = {**result["attributes"], "drawn_from": origin}
     with matplotlib.rc_context(fname=STYLE):
         try:

@@ -12,6 +12,7 @@ import math
 import warnings
 from collections.abc import Sequence
 
+from rigidpend.machine.wording import seconds
 from rigidpend.numbers.checked import GAP
 from rigidpend.numbers.exact import PRECISIONS
 from rigidpend.orbits.integrate.arithmetic import PAIRS, kernel_bits
@@ -168,8 +169,8 @@ def fits(bits: int, precisions: Sequence[int]) -> bool:
 def wanted(problem: RouteProblem) -> tuple[tuple[int, int], ...]:
     """Bits of the first map and of the second; fewer where these do not settle or pay."""
     least = (SHARPEST, SHARPER) if passage_rotations(problem) >= DEEP else (SHARPER,)
-    seconds = {bits: (*(bits + more for more in FINER[bits]), 53) for bits in least}
-    return *((bits, second) for bits in least for second in seconds[bits]), (53, 53)
+    further = {bits: (*(bits + more for more in FINER[bits]), 53) for bits in least}
+    return *((bits, second) for bits in least for second in further[bits]), (53, 53)
 
 
 def budget(problem: RouteProblem, orbits: int, precisions: Sequence[int] = PRECISIONS) -> float:
@@ -187,8 +188,8 @@ def warned(problem: RouteProblem, orbits: int, of: int, each: float, reason: str
     """Warn if some of all orbits, of so many seconds each, make all of them slow."""
     if orbits * each > max(LONG, SLOW * problem.n_symbols * of):
         warnings.warn(
-            f"{orbits} of {of} orbits are integrated, {1e6 * each:.2g} microseconds each on a core,"
-            f" some {orbits * each:.2g} s in all: {reason}",
+            f"{orbits} of {of} orbits are integrated, {seconds(each)} each on a core,"
+            f" some {seconds(orbits * each)} in all: {reason}",
             SlowRoutesWarning,
             stacklevel=2,
         )

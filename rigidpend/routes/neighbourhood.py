@@ -213,4 +213,5 @@ def check_change(left: list[int], right: list[int], bracket: Bracket) -> None:
     if left[:-1] != right[:-1] or left == right:
         found = f"{left} at {bracket.low} and {right} at {bracket.high}"
         message = f"symbol {len(left)} must change, and no other before it; it is {found}"
-        raise NoChange(message)
+        where = "the first one does beside the Melnikov zeros that `rigidpend describe` tells"
+        raise NoChange(f"{message}; {where}")

@@ -7,8 +7,9 @@ angle, and the same in all computations.
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from fractions import Fraction
+from itertools import islice
 from typing import Any
 
 import numpy as np
@@ -49,6 +50,9 @@ class Phases:
 
     def __init__(self, values: Any) -> None:
         self._given: Any
+        if isinstance(values, Iterator):
+            # It gives them once, and may have no end.
+            values = list(islice(values, MOST_PHASES + 1))
         # A range may be of any length, and each of its numbers would be made.
         if isinstance(values, Sequence) and len(values) > MOST_PHASES:
             raise ExactError(f"theta2_0 has {len(values)} phases; {MOST_PHASES} are the most")

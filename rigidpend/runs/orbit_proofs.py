@@ -50,6 +50,13 @@ LAYOUT = {
 }
 
 
+def prepare(file: Path) -> None:
+    """Refuse a file to which no proof can be written."""
+    if not is_proof(file):
+        raise store.StoreError(f"{file}: a proof is named X{SUFFIX}")
+    store.prepare(file)
+
+
 def prove(
     config: LoadedConfig, found: FoundOrbit, file: Path, *, jobs: int, report: Report
 ) -> None:
@@ -59,9 +66,6 @@ def prove(
     """
     from rigidpend.routes.certified import chains, family_orbits
 
-    if not is_proof(file):
-        raise store.StoreError(f"{file}: a proof is named X{SUFFIX}")
-    store.prepare(file)
     stated = {key: config.resolved()["problem"][key] for key in PROBLEM}
     problem, J1 = _problem(file, stated)
     theta2, n = float(found.theta2_0), len(found.symbols)

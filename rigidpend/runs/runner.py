@@ -154,7 +154,7 @@ def _key(path: Path, target: Path, settings: Sequence[str]) -> str:
         return ""
     digests = [hashlib.sha256(content).hexdigest() for content in contents]
     engines = [provenance.engine_name(engine) for engine in ENGINES]
-    return f"{path.name} {digests} {[*settings]} {engines} by {package_digest()}"
+    return f"{path.name!r} {digests} {[*settings]} {engines} by {package_digest()}"
 
 
 def expected_seconds(planned: Plan) -> float | None:

@@ -7,6 +7,7 @@ from pathlib import Path
 
 import pytest
 
+from rigidpend.machine import workers
 from rigidpend.routes import symbolic
 from tests.cli.calls import call, succeeded
 from tests.remembered import remembered
@@ -18,7 +19,10 @@ ROOT = Path(__file__).resolve().parents[2]
 def test_a_code_gives_a_phase(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(symbolic, "find_orbit", remembered(symbolic.find_orbit))
     asked = ("--code", "0^11 1^10", "--digits", "12")
+    # As where a search takes long.
+    monkeypatch.setattr(workers, "SILENCE", 0)
     done = succeeded(ROOT, "find", "fig4", *asked)
+    assert "theta2_0 to" in done.stderr
     # Lines that go on in the next one begin with spaces.
     lines = [line for line in done.stdout.splitlines() if not line.startswith(" ")]
     rows = dict(line.split(maxsplit=1) for line in lines)

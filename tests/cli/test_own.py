@@ -43,6 +43,12 @@ def test_a_sweep_has_a_result_for_each_value_the_same_side_by_side_as_one_by_one
     assert listed >= {"mine", "mine_mu=1e-3", "mine_mu=1e-2"}
 
 
+def test_a_reference_of_ones_own_is_made_in_ones_own_folder(small: Path) -> None:
+    done = call(small, "verify", "small")
+    said = "there is no such file; call: rigidpend reference small.yaml --reason WHY\n"
+    assert (done.returncode, done.stderr) == (3, f"rigidpend: results/reference/small.h5: {said}")
+
+
 @pytest.mark.slow
 def test_a_single_result_can_have_a_name(swept: Path) -> None:
     succeeded(swept, "run", "mine", "--set", "problem.mu=0.1", "--name", "heavy")
@@ -51,6 +57,8 @@ def test_a_single_result_can_have_a_name(swept: Path) -> None:
         again = call(swept, "run", name)
         assert again.stderr == f"heavy: {Path('results', 'heavy.h5')} is up to date\n"
         assert "0.1 " in call(swept, "describe", name).stdout
+    # Also where all is up to date.
+    assert "got ''" in call(swept, "run", "heavy", "--name", "").stderr
 
 
 @pytest.mark.slow

@@ -39,6 +39,7 @@ run fig4 --set numerics.engine= | 2 | expected auto, taylor or scipy
 run fig4 --set problem.r=[1,1,1] | 2 | gravity turns the body out of every rotation about axis 3
 run fig4 fig1 --set problem= | 2 | --set problem=: problem: expected keys
 run \udcff | 2 | no such config
+run \udcfe.yaml | 2 | the name of the file is not text in UTF-8: rename the file
 run fig4 --set problem.\udcff=1 | 2 | problem: input should be a valid string
 describe pipe.yaml | 2 | pipe.yaml: not a file
 describe zero.yaml | 2 | zero.yaml: not a file
@@ -68,6 +69,7 @@ find --code 01 --near x | 2 | near: 'x' is not understood
 find --code 011 --decimals 1 --near 1 | 2 | --decimals lists orbits, and --near chooses one: give o
 find --code 01 --code 11 --decimals 1 | 2 | --decimals lists orbits of one code, on this machine
 find --code 01 --code 11 --proof x | 2 | --proof is of one orbit, on this machine
+find --code '0^5 1^10' --proof x | 1 | x: a proof is named X.orbit.certificate.h5
 find --code '0^5 1^10' | 1 | rigidpend: none exists: passage 1
 find --code '0^90 1^3' --decimals 0 | 1 | none of the 7 phases
 run LONG.yaml | 1 | File name too long
@@ -83,6 +85,7 @@ def strange(desk: Path) -> Path:
     """The desk, with what looks like configs and never ends."""
     os.mkfifo(desk / "pipe.yaml")
     (desk / "zero.yaml").symlink_to("/dev/zero")
+    (desk / "\udcfe.yaml").symlink_to("small.yaml")
     return desk
 
 
@@ -137,6 +140,9 @@ class Ours(ArithmeticError):
     """As a module of the package may derive one."""
 
 
+CUT = "marshal data too short"
+"""What Python says of compiled code that is cut short."""
+
 ENDS = [
     (KeyboardInterrupt(), 130, ""),
     (arithmetic.EngineError("no heyoka here"), 3, "no heyoka here"),
@@ -146,6 +152,11 @@ ENDS = [
     (WorkerError("killed"), 1, "killed"),
     (NoChange("nothing changes"), 1, "nothing changes"),
     (Ours("does not converge"), 1, "does not converge"),
+    (
+        EOFError(CUT),
+        4,
+        f"{CUT}: remove the folders __pycache__ of rigidpend, cut short by a full disk",
+    ),
     (MemoryError(), 1, "not enough memory; fewer orbits or fewer --jobs need less"),
 ]
 

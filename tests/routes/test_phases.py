@@ -35,6 +35,7 @@ PI = Fraction("3.14159265358979323846264338327950288")
         (np.array(["1/2", "5/4"], dtype=object), HALVES),
         ((0.5, "1.25"), HALVES),
         ([Fraction(1, 2), Decimal("1.25")], HALVES),
+        ((x / 4 for x in (2, 5)), HALVES),
         # A number alone is a sequence of one.
         *((value, TWO) for value in (2, 2.0, "4/2", np.float64(2), np.int64(2), np.array(2.0))),
     ],

@@ -162,6 +162,5 @@ def test_steps_of_some_sets_are_those_of_all() -> None:
 
 
 def test_a_proof_has_a_name_by_which_it_is_known(tmp_path: Path) -> None:
-    nothing: Any = None
     with pytest.raises(store.StoreError, match=r"a proof is named X\.orbit\.certificate\.h5"):
-        orbit_proofs.prove(nothing, nothing, tmp_path / "x.h5", jobs=1, report=print)
+        orbit_proofs.prepare(tmp_path / "x.h5")

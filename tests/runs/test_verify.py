@@ -71,7 +71,8 @@ EDITED = (
 
 def provenance(file: Any) -> None:
     """Change all that tells how a result was made."""
-    file.attrs.update({"code_hash": "another", "engine": "taylor (another)", "reasons": "another"})
+    told = {"code_hash": "another", "engine": "taylor (another)", "reasons": "another"}
+    file.attrs.update({"name": "another", **told})
     file["provenance"].attrs.update({"processor": "another", "further": 1})
 
 

@@ -17,11 +17,7 @@ from rigidpend.orbits.records import columns
 from rigidpend.routes.codes import codes_of
 from rigidpend.routes.herpolhode import samples
 from rigidpend.routes.problem import rotation_period
-from rigidpend.routes.symbolic.asymptotic import (
-    DoublyAsymptotic,
-    doubly_asymptotic,
-    skeleton,
-)
+from rigidpend.routes.symbolic.asymptotic import DoublyAsymptotic, doubly_asymptotic, skeleton
 from rigidpend.routes.symbolic.chain import NoOrbit
 from rigidpend.routes.symbolic.levels import Level
 from rigidpend.routes.symbolic.sharp import Launch, sharp

@@ -30,7 +30,7 @@ NAMES = {
 SHADES = LinearSegmentedColormap.from_list(
     "word", ["#1d3557", "#3f6f9f", "#9cc3d5", "#f3efe0", "#efc88b", "#cf7a4c", "#7a2e2e"]
 )
-"""Colours of words: blue where the first symbol is 0, red where it is 1."""
+"""Colours of words: blue where the first symbol is 0, orange where it is 1."""
 TALL, SMALL, BELOW, ABOVE, LEFT, GAP = 2.9, 1.75, 0.95, 0.15, 0.66, 0.58
 """Heights of the plane and of its zooms, margins, inches."""
 ACROSS = 3
@@ -147,10 +147,10 @@ def _entries(data: Data, zooms: Data) -> list[Any]:
 
 
 CAPTION = (
-    "Each cell is an orbit, coloured by its route code: blue if it leaves on the left first, red if"
-    " on the right, and shaded by what comes next. The closer to a line between two colours it"
-    " starts, the longer it stays with a periodic orbit; one rotation longer, for a start or a"
-    " weight exp(pi^2/nu) times smaller, and the same pattern comes again."
+    "Each cell is an orbit, coloured by its route code: blue if it leaves on the left first,"
+    " orange if on the right, and shaded by what comes next. The closer to a line between two"
+    " colours it starts, the longer it stays with a periodic orbit; one rotation longer, for a"
+    " start or a weight exp(pi^2/nu) times smaller, and the same pattern comes again."
 )
 
 

@@ -21,7 +21,7 @@ from rigidpend.machine.wording import Column, Table
 
 CAPTION = (
     "Each trial goes to a limit, and its value stays below the bound that was stated before it"
-    " ran: its share of it is less than 1. Drift of the integrals, growth of errors from passage"
+    " ran: its share of it is at most 1. Drift of the integrals, growth of errors from passage"
     " to passage, and how many symbols each precision decides."
 )
 HEIGHT = 8.8
@@ -38,7 +38,7 @@ INTEGRALS = (("energy", BLUE), (r"$|\gamma|$", RED), (r"$M\cdot\gamma$", GREEN))
 """Integrals of motion in the order in which results have them, with their colours."""
 PRECISIONS = {53: (BLUE, "-"), 64: (GREEN, "--"), 106: (ORANGE, ":"), 113: (RED, "-.")}
 """Colour and style of each precision, bits."""
-BESIDE, LINES = 46, 6.3
+BESIDE, LINES = 36, 6.3
 """Characters in a line beside the claims, and its size in points."""
 
 
@@ -175,20 +175,26 @@ def _draw_symbols(axes: Axes, curves: Any) -> None:
 
 def tables(result: Loaded) -> list[Table]:
     """The trials by kind, then those beyond their bounds, from a loaded result."""
-    rows, beyond = [], list[tuple[str, ...]]()
-    for kind, claims in _kinds(result):
-        verdicts, passed = claims["verdict"], claims["verdict"] == PASSED
-        numbers = (str((verdicts == x).sum()) for x in LOOKS)
-        rows.append((kind, *numbers, f"{claims['ratio'][passed].max(initial=0):.2g}"))
-        for k in np.flatnonzero(~passed):
+    kinds, beyond = list(_kinds(result)), list[tuple[str, ...]]()
+    rows = [_counted(kind, claims["verdict"], claims["ratio"]) for kind, claims in kinds]
+    every = [np.concatenate([x[key] for _, x in kinds]) for key in ("verdict", "ratio")]
+    rows.append(_counted("all", *every))
+    for kind, claims in kinds:
+        for k in np.flatnonzero(claims["verdict"] != PASSED):
             told = (str(claims[key][k]) for key in ("measured", "note", "limit"))
             reason = "; ".join(filter(None, told))
-            beyond.append((verdicts[k], f"{kind}, {claims['name'][k]}", reason))
+            beyond.append((claims["verdict"][k], f"{kind}, {claims['name'][k]}", reason))
     caption = "Trials, and the largest part of its bound that one which passed reached"
     found = [Table(caption, ("kind", *LOOKS, "largest part"), rows)]
     if beyond:
         found.append(Table("Beyond their bounds", ("verdict", "trial", "reason"), beyond))
     return found
+
+
+def _counted(kind: str, verdicts: Any, ratios: Any) -> tuple[str, ...]:
+    """A row: how many trials have each verdict, and the largest ratio of those that passed."""
+    numbers = (str((verdicts == x).sum()) for x in LOOKS)
+    return kind, *numbers, f"{ratios[verdicts == PASSED].max(initial=0):.2g}"
 
 
 def claims_tables(result: Loaded) -> list[Table]:

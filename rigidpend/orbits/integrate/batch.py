@@ -97,11 +97,11 @@ class Batch:
         self.load()
         while self.lanes.size:
             check_stop()
-            note(self._told)
             left = int(self.orbits.n_crossings - self.lanes["count"].min())
             # Few where all orbits are nearly done.
             number = max(FEWEST, min(STEPS[self.kind], MAX_STEPS, left * EXPECTED // 2))
             self._take(self.carried(number), number)
+            note(self._told)
             self.load(self._ended())
         written(np.hstack(self.seen), self.found, self.orbits.passage_limit)
         self.found.time[:] /= float(self.unit)

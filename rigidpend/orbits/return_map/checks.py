@@ -7,13 +7,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from rigidpend.numbers.generic import Scalar
-from rigidpend.orbits.return_map.charts import (
-    Chart,
-    ChartTable,
-    Looked,
-    invariants,
-    section_chart,
-)
+from rigidpend.orbits.return_map.charts import Chart, ChartTable, Looked, invariants, section_chart
 from rigidpend.orbits.return_map.normal_form import NormalForm
 from rigidpend.orbits.return_map.precision import Precision
 from rigidpend.orbits.return_map.reduced import Coefficients

@@ -141,8 +141,9 @@ def proven_codes(
     problem: RouteProblem, theta2_0: Any, bits: int | None, jobs: int, report: Report
 ) -> CertifiedCodes:
     """Prove the route codes of the orbits of a checked problem: see :func:`certify_codes`."""
-    phases, expected = Phases(theta2_0), _expected(problem, theta2_0)
-    orbits = list(zip(phases.exactly(range(len(phases))), *expected, strict=True))
+    phases = Phases(theta2_0)
+    exactly = phases.exactly(range(len(phases)))
+    orbits = list(zip(exactly, *_expected(problem, exactly), strict=True))
     return _record(problem, phases.high, _proofs(_orbit, (problem, bits), orbits, jobs, report))
 
 
@@ -202,7 +203,7 @@ def _again(orbit: tuple[Exact, Sequence[Step]], problem: RouteProblem) -> Proof:
     return check(problem, *orbit)
 
 
-def _expected(problem: RouteProblem, theta2_0: Any) -> tuple[list[float], list[int]]:
+def _expected(problem: RouteProblem, theta2_0: Sequence[Exact]) -> tuple[list[float], list[int]]:
     """Times t' of the last crossings as doubles find them, and how many trials they are worth.
 
     Where there is no last crossing it is the time of a wait for it, and one trial tells as much

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from matplotlib.figure import Figure
 
-from rigidpend.experiments.stress.draw import CEILING, FLOOR, LOOKS, draw
+from rigidpend.experiments.stress.draw import CEILING, FLOOR, LOOKS, draw, tables
 from tests.experiments.figures import panel, styled
 from tests.results.loaded import loaded
 
@@ -28,7 +28,8 @@ DECIDED = {"bits": 64, "measured": np.array([30, 20]), "predicted": np.array([25
 def claims(curves: Any = None, **ratios: tuple[float, str]) -> dict[str, Any]:
     ratio, verdict = np.transpose([*ratios.values()])
     made = {"name": [*ratios], "ratio": ratio.astype(float), "verdict": verdict}
-    return {"claims": made, "curves": curves or {}}
+    notes = {key: [""] * len(ratios) for key in ("measured", "note", "limit")}
+    return {"claims": made | notes, "curves": curves or {}}
 
 
 def lines(figure: Figure, letter: str) -> list[Any]:
@@ -38,7 +39,7 @@ def lines(figure: Figure, letter: str) -> list[Any]:
 
 
 @pytest.fixture(scope="module")
-def figure() -> Figure:
+def result() -> Any:
     """One curve of each kind, and claims of three verdicts."""
     drifts = {"a": {**DRIFT, "name": "taylor at 2e-16", "walk": WALK}}
     passages = {"growth": GROWTH, "64_bits": DECIDED}
@@ -47,7 +48,18 @@ def figure() -> Figure:
         "long_time": claims(drifts, known=(3.0, "limit"), fine=(0.25, "passed")),
         "passages": claims(passages, fine=(0.5, "passed")),
     }
-    return styled(draw, loaded(data))
+    return loaded(data)
+
+
+@pytest.fixture(scope="module")
+def figure(result: Any) -> Figure:
+    return styled(draw, result)
+
+
+def test_trials_are_counted_by_kind_and_in_all(result: Any) -> None:
+    counted = tables(result)[0]
+    assert counted.rows[0] == ("upper starts", "1", "0", "1", "0")
+    assert counted.rows[-1] == ("all", "3", "1", "1", "0.5")
 
 
 def test_curves_are_where_their_numbers_are_by_the_names_of_their_axes(figure: Figure) -> None:
@@ -93,7 +105,11 @@ def test_every_claim_is_a_point_at_its_ratio_and_what_is_beyond_is_named(figure:
 
 
 def test_trials_that_refused_leave_their_panels_empty() -> None:
-    refused = {"passages": claims(p=(np.inf, "FAILED")), "bodies": claims(b=(0.5, "passed"))}
-    made = draw(loaded(refused))
+    beyond = {"taylor at 3.0e-14, gamma: power": (np.inf, "FAILED")}
+    beyond["taylor at 3.0e-14, gamma: size"] = (np.inf, "FAILED")
+    refused = {"passages": claims(**beyond), "bodies": claims(b=(0.5, "passed"))}
+    made = styled(draw, loaded(refused), laid_out=True)
+    [named], frame = panel(made, "b").texts, panel(made, "b").bbox
+    assert named.get_window_extent().x1 < frame.x1
     assert len(panel(made, "a").lines) == 0
-    assert len(panel(made, "b").lines) == 3
+    assert len(panel(made, "b").lines) == 4

@@ -77,7 +77,7 @@ def test_tables_tell_what_was_stored(tmp_path: Path) -> None:
     assert (every.caption, len(every.rows)) == ("some group", 3)
     assert every.rows[2] == ("z", "5", "2", "2.5", "rad", "limit")
     kinds, beyond = draw.tables(result)
-    assert kinds.rows == [("some group", "1", "1", "1", "0.5")], "part of what passed alone"
+    assert kinds.rows[0] == ("some group", "1", "1", "1", "0.5"), "part of what passed alone"
     assert beyond.rows == [
         ("FAILED", "some group, y", "what is measured; stuck; known why"),
         ("limit", "some group, z", "what is measured; known why"),

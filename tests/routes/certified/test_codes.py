@@ -117,7 +117,7 @@ def test_progress_names_a_phase_of_a_grid_by_one_number(monkeypatch: pytest.Monk
     monkeypatch.setattr(codes, "BETWEEN", -1.0)
     lines: list[str] = []
     phase = exact("0") + exact("1/10") * 16
-    certify_codes(BODY, [phase], h0="1.3342", J1_0="1e-8", n_symbols=1, report=lines.append)
+    certify_codes(BODY, iter([phase]), h0="1.3342", J1_0="1e-8", n_symbols=1, report=lines.append)
     assert lines
     assert all(line.startswith("theta2_0 = 1.6: ") for line in lines)
 
