@@ -40,7 +40,7 @@ ORBITS = {
     "moved": _double(
         "rad",
         "theta2_0 in 106 bits less that by the map in doubles",
-        within=stated(lambda stored, _: 1e-12 + 10 * np.abs(stored["moved"]).max(initial=0.0)),
+        within=stated(lambda stored, _: max(1e-12, 10 * np.abs(stored["moved"]).max(initial=0.0))),
     ),
     "error": _double("rad", "last correction of theta2_0 in 106 bits", within=stated(DIGIT)),
     "arcs": Field(WHOLE, (), "1", "arcs of the unstable surface on which the orbits were sought"),

@@ -121,7 +121,7 @@ class EnergyLevel:
         I = at.u * at.v
         rates = torus_rates(self.exponent, self.rotation, I)
         inside = (np.abs(I) <= inverse.width) & (at.v > 0) & (at.v <= nf.radius)
-        s = phase + a.log(np.where(inside, at.v, 1 + zero)) / rates.exponent
+        s = phase + a.log(np.where(at.v > 0, at.v, 1 + zero)) / rates.exponent
         seen = inverse.look_up(np.where(inside, I, zero), s, a)
         chi = s + seen[1]
         time = at.tau + seen[2] - rates.rotation * (chi - phase)
