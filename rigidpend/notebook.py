@@ -13,15 +13,19 @@ from html import escape
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from rigidpend.config.catalogue import RESULTS
+from rigidpend import experiments
+from rigidpend.config.catalogue import RESULTS, resolve
+from rigidpend.config.complaints import Origin
+from rigidpend.machine.wording import Table, columns, html
 from rigidpend.numbers import checked
 from rigidpend.numbers.checked import ParameterError
+from rigidpend.numbers.exact import PRECISIONS
+from rigidpend.numbers.expressions import words
+from rigidpend.numbers.generic import Array
 
 if TYPE_CHECKING:
-    import numpy as np
     import xarray
     from matplotlib.figure import Figure
-    from numpy.typing import NDArray
 
     from rigidpend.config.description import Row
     from rigidpend.experiments.data import Loaded
@@ -64,8 +68,6 @@ class StoredResult:
     @property
     def words(self) -> dict[str, list[str]]:
         """Route codes as texts, one an orbit, for each array of them: ``?`` if uncertain."""
-        from rigidpend.numbers.expressions import words
-
         groups = self.values.get("levels", self.values).items()
         held = {name: x for name, x in groups if isinstance(x, Mapping) and "certain" in x}
         return {name: words(x["codes"], x["certain"]) for name, x in held.items()}
@@ -79,7 +81,6 @@ class StoredResult:
         ModuleNotFoundError
             xarray is not installed: it is in the extra `notebook`.
         """
-        from rigidpend import experiments
         from rigidpend.results import labelled
 
         layout = experiments.layout(self.experiment)
@@ -125,13 +126,9 @@ class TheoryTable(tuple["Row", ...]):
         return found[0].value if found[0].number is None else found[0].number
 
     def __repr__(self) -> str:
-        from rigidpend.machine.wording import columns
-
         return "\n".join(columns([row[:3] for row in self], 100))
 
     def _repr_html_(self) -> str:
-        from rigidpend.machine.wording import Table, html
-
         return str(html(Table("", ("name", "value", "meaning"), [row[:3] for row in self])))
 
 
@@ -198,8 +195,6 @@ def run(
         An argument that is none, or as the command `run` tells them.
     """
     from rigidpend.config import overrides
-    from rigidpend.config.catalogue import resolve
-    from rigidpend.config.complaints import Origin
     from rigidpend.machine import workers
     from rigidpend.machine.progress import shown
     from rigidpend.runs import loading, runner
@@ -239,7 +234,7 @@ def plot(result: StoredResult | Path | str) -> Figure:
     """Draw a result as `rigidpend render` does, as a figure of Matplotlib."""
     from matplotlib import rc_context
 
-    from rigidpend import experiments, render
+    from rigidpend import render
 
     stored = result
     if not isinstance(stored, StoredResult):
@@ -284,7 +279,6 @@ def orbit(
         rotations than memory or patience has.
     """
     from rigidpend.mechanics import in_space
-    from rigidpend.numbers.exact import PRECISIONS
     from rigidpend.orbits.integrate.arithmetic import resolve
     from rigidpend.orbits.integrate.states import states_at
     from rigidpend.routes import herpolhode
@@ -328,7 +322,7 @@ def theory(body: Body, h0: Any, J1_0: Any = None) -> TheoryTable:
     return TheoryTable(rows(body, h0, J1_0))
 
 
-def _samples(time: Any, step: Any, period: float) -> NDArray[np.float64]:
+def _samples(time: Any, step: Any, period: float) -> Array:
     """Times t' of samples from 0 to `time`, a step apart, the last at most that.
 
     What would take hours or all memory is refused, with what it would take.

@@ -24,15 +24,7 @@ BUILD = ROOT / "build" / "mutants"
 MAP = BUILD / "map.json"
 OF_TEXT = tuple(
     f"tests/test_{name}.py"
-    for name in (
-        "english",
-        "floors",
-        "generated_pages",
-        "imports",
-        "labels",
-        "mutants",
-        "readme",
-    )
+    for name in ("english", "floors", "generated_pages", "imports", "labels", "mutants", "readme")
 )
 """Tests of the texts: they notice that a file is written anew, whatever it says."""
 MOST = 100

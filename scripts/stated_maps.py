@@ -16,7 +16,7 @@ import numpy as np
 from rigidpend.experiments.bench.problems import drawn
 from rigidpend.orbits.return_map import MapError, ReturnMap, return_map
 from rigidpend.orbits.return_map.build import FIRST
-from rigidpend.orbits.return_map.charts import kept, section_chart
+from rigidpend.orbits.return_map.charts import Looked, invariants, section_chart
 from rigidpend.orbits.return_map.normal_form import normal_form
 from rigidpend.orbits.return_map.precision import precision
 from rigidpend.orbits.return_map.reduced import coefficients
@@ -60,7 +60,7 @@ def ratios(made: ReturnMap) -> tuple[Any, Any]:
         there = inverse.look_up(I, chi, a)
         back = true(there[0], chi + there[1])
         rates = weights[1] @ finer.exponent, weights[1] @ finer.rotation
-        I_back, s_back, *_ = kept(bool(rising), back, chi + there[1], *rates, a)
+        I_back, s_back, *_ = invariants(bool(rising), Looked(back), chi + there[1], *rates, a)
         off = [(I_back - I) / inverse.width, s_back - chi, *((back - there)[2:] / scale[2:])]
         # An inverse chart states what it errs by beside the chart's table.
         stated = made.errors.inverse + made.errors.charts

@@ -13,13 +13,7 @@ from hypothesis import strategies as st
 from mpmath import MPContext
 
 from rigidpend.mechanics.body import Angles, Body
-from rigidpend.mechanics.coordinates import (
-    Aligned,
-    Canonical,
-    body_from_aligned,
-    canonical,
-    scale,
-)
+from rigidpend.mechanics.coordinates import Aligned, Canonical, body_from_aligned, canonical, scale
 from rigidpend.mechanics.in_space import angular_velocity, field, hodograph
 
 FINE = MPContext()
@@ -149,13 +143,13 @@ def aligned_from_body(M: Any, gamma: Any, alpha0: float, s: float) -> Aligned:
     return Aligned(x + y, x - y, M3, *np.asarray(gamma, dtype=float))
 
 
-def field_with_alpha(body: Body) -> Callable[[Any, Any], tuple[Any, ...]]:
+def field_with_alpha(body: Body) -> Callable[[Any], tuple[Any, ...]]:
     """The aligned equations with quadratures of theta3, by (th3), and alpha, by (eqPV), in t'."""
     (A, _, _), without = body.floats(), field(body)
     alpha0, s = body.alpha0, scale(A, math)
 
-    def rates(state: Any, m: Any) -> tuple[Any, ...]:
-        found = without(state[:7], m)
+    def rates(state: Any) -> tuple[Any, ...]:
+        found = without(state[:7])
         M, gamma = body_from_aligned(Aligned(*state[:6]), alpha0, s)
         # M is linear in the aligned components, so the same map takes their rates to its own.
         dM, _ = body_from_aligned(Aligned(*found[:6]), alpha0, s)

@@ -77,6 +77,13 @@ def test_a_run_imports_one_engine_and_never_matplotlib(by_run: set[str]) -> None
 
 
 @pytest.mark.slow
+def test_what_has_a_closed_form_is_computed_without_an_integrator(tmp_path: Path) -> None:
+    found = after_each(tmp_path, "rigidpend run fig1 -j 1")[-1]
+    assert "rigidpend.mechanics.free_body" in found
+    assert found & {"heyoka", "llvmlite", "matplotlib", "scipy.integrate"} == set()
+
+
+@pytest.mark.slow
 def test_what_shows_and_a_run_of_what_is_up_to_date_import_no_engine_and_no_drawing(
     folder: Path, by_run: set[str]
 ) -> None:

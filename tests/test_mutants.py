@@ -174,20 +174,16 @@ def test_a_verdict_is_held_against_the_code_as_it_is(
     assert copy.read_text() == mutations.source(plain), "it is undone"
 
 
-def test_verdicts_are_kept_and_the_last_one_counts(tmp_path: Path) -> None:
-    kept, mutant = tmp_path / "new" / "verdicts.txt", mutations.mutants(CERTAINTY)[0]
-    for found in ("open", "killed"):
-        mutants.Verdicts(kept).add(mutant, mutants.Verdict(found, "test_a", 3.0))
-    assert mutants.Verdicts(kept) == {str(mutant): ("killed", "test_a", 3.0)}
-
-
-def test_the_share_is_of_those_that_were_judged(
+def test_verdicts_are_kept_and_the_share_is_of_those_that_were_judged(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     chosen = mutations.mutants(CERTAINTY)[:6]
-    verdicts = mutants.Verdicts(tmp_path / "kept")
+    verdicts = mutants.Verdicts(tmp_path / "new" / "kept")
+    # The last one counts.
+    verdicts.add(chosen[0], mutants.Verdict("open", "", 3.0))
     for mutant, found in zip(chosen, ["killed", "timeout", "survived", "killed"], strict=False):
-        verdicts.add(mutant, mutants.Verdict(found, "", 1.0))
+        verdicts.add(mutant, mutants.Verdict(found, "test_a", 3.0))
+    assert mutants.Verdicts(verdicts.kept) == verdicts
     assert mutants.told(chosen, verdicts, {chosen[4]: "why"}) == 75
     said = capsys.readouterr().out
     assert "| routes | 6 | 1 | 2 | 1 | 1 | 0 | 0 | 1 |" in said

@@ -9,10 +9,8 @@ import pytest
 
 from rigidpend import certify_codes, find_orbit
 from rigidpend.experiments.route_zoom import draw
-from rigidpend.numbers.exact import exact
 from rigidpend.orbits.return_map import return_map, storage
 from rigidpend.routes.certified import codes
-from rigidpend.routes.problem import RouteProblem
 from rigidpend.routes.symbolic import closed, find, follow, levels
 from tests.bodies import FIG4
 
@@ -27,16 +25,10 @@ def reached(*_: Any, **__: Any) -> Any:
     raise Reached
 
 
-def problem_with_symbols(n: int) -> Any:
-    RouteProblem(FIG4, exact("1.3342"), exact("1e-8"), n)
-    raise Reached
-
-
 LIMITS: dict[str, tuple[Callable[[int], Any], int, int]] = {
     "bits of a map": (lambda n: return_map(FIG4, h="1.3342", bits=n), 53, 9000),
     "digits of a phase": (lambda n: find_orbit(FIG4, "01", **START, digits=n), 10, 200),
     "symbols of a code": (lambda n: find_orbit(FIG4, "0" * n, **START), 1, 10_000),
-    "symbols of a problem": (problem_with_symbols, 1, 100_000),
     "bits of a proof": (
         lambda n: certify_codes(FIG4, ["1"], **START, n_symbols=1, bits=n),
         *(8, 4096),

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from rigidpend.cli.common import configs_of, print_json, say
-from rigidpend.cli.options import JOBS, JSON, OUT, SCHEDULER, SETTINGS, complete_names
+from rigidpend.cli.options import FILE, JOBS, JSON, OUT, SCHEDULER, SETTINGS, complete_names
 from rigidpend.config.catalogue import RESULTS
 
 if TYPE_CHECKING:
@@ -27,7 +27,7 @@ if TYPE_CHECKING:
 @click.option(
     "--check",
     "file",
-    type=click.Path(dir_okay=False, path_type=Path),
+    type=FILE,
     help="Check the proof in a certificate, or in a result that holds one as full_shift.h5 and"
     " fig4_intervals.h5, again, without integration.",
 )

@@ -169,7 +169,5 @@ def print_json(document: Any) -> None:
 
 def print_table(rows: Sequence[Sequence[str]], margin: str = "") -> None:
     """Print rows in columns that fit the terminal, or 80 characters where there is none."""
-    from rigidpend.machine import wording
-
     for line in wording.columns(rows, shutil.get_terminal_size().columns, margin):
         click.echo(line)

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from rigidpend.cli.common import DONE, FAILED, print_json, print_table, say
-from rigidpend.cli.options import JOBS, JSON, SCHEDULER, SETTINGS, complete_names
+from rigidpend.cli.options import FILE, JOBS, JSON, SCHEDULER, SETTINGS, complete_names
 from rigidpend.config.catalogue import resolve
 
 if TYPE_CHECKING:
@@ -49,7 +49,7 @@ SHOWN = 400
 )
 @click.option(
     "--proof",
-    type=click.Path(dir_okay=False, path_type=Path),
+    type=FILE,
     metavar="FILE",
     help="Prove that such an orbit has the whole code, by small sets along it, and write the"
     " proof: X.orbit.certificate.h5, for certify --check.",

@@ -13,10 +13,11 @@ import click
 from rigidpend.cli.common import DONE, FAILED, print_json, say
 from rigidpend.cli.options import JOBS, JSON, OUT, SETTINGS
 from rigidpend.config.catalogue import resolve
+from rigidpend.machine import wording
+from rigidpend.machine.wording import Table
 
 if TYPE_CHECKING:
     from rigidpend.experiments.data import Loaded
-    from rigidpend.machine.wording import Table
 
 
 @click.command("bench")
@@ -55,12 +56,7 @@ def bench_command(
 @JOBS
 @click.option("--force", is_flag=True, help="Run even what is up to date.")
 def stress_command(
-    quick: bool,
-    folder: Path,
-    as_json: bool,
-    settings: tuple[str, ...],
-    jobs: int,
-    force: bool,
+    quick: bool, folder: Path, as_json: bool, settings: tuple[str, ...], jobs: int, force: bool
 ) -> None:
     """Test long times, extreme bodies, symmetries, and whether certain symbols are true.
 
@@ -107,8 +103,6 @@ def measured(
 
 def _tell(result: Loaded, tables: Sequence[Table], as_json: bool) -> None:
     """Print what was measured, and where: as tables, or as data."""
-    from rigidpend.machine import wording
-
     machine = result["provenance"]
     if as_json:
         print_json({"machine": machine, "data": _plain(result["data"])})

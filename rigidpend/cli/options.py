@@ -42,11 +42,7 @@ OUT = click.option(
     help="Folder of the results.",
 )
 NAMES = click.argument(
-    "names",
-    nargs=-1,
-    required=True,
-    metavar=f"{NAMED}...",
-    shell_complete=complete_names,
+    "names", nargs=-1, required=True, metavar=f"{NAMED}...", shell_complete=complete_names
 )
 SETTINGS = click.option(
     "--set",

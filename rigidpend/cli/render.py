@@ -9,14 +9,7 @@ from pathlib import Path
 
 import click
 
-from rigidpend.cli.common import (
-    ABSENT,
-    DONE,
-    FAILED,
-    folder_of,
-    say,
-    sentence,
-)
+from rigidpend.cli.common import ABSENT, DONE, FAILED, folder_of, say, sentence
 from rigidpend.cli.options import FILE, NAMES, OUT, complete_names
 from rigidpend.config import catalogue
 

@@ -12,19 +12,11 @@ from typing import TYPE_CHECKING
 
 import click
 
-from rigidpend.cli.common import (
-    DONE,
-    configs_of,
-    exit_code,
-    folder_of,
-    print_json,
-    say,
-    sentence,
-)
+from rigidpend.cli.common import DONE, configs_of, exit_code, folder_of, print_json, say, sentence
 from rigidpend.cli.options import JOBS, JSON, NAMES, OUT, SCHEDULER, SETTINGS, SWEEPS
+from rigidpend.machine.progress import Progress, duration
 
 if TYPE_CHECKING:
-    from rigidpend.machine.progress import Progress
     from rigidpend.runs.loading import LoadedConfig
     from rigidpend.runs.logs import Logs
     from rigidpend.runs.runner import Plan
@@ -110,7 +102,6 @@ def run_command(
     begun = time.perf_counter()
     if quiet and verbose:
         raise click.UsageError("--quiet and --verbose exclude each other")
-    from rigidpend.machine import progress
     from rigidpend.runs import runner
     from rigidpend.runs.logs import Logs
 
@@ -130,7 +121,7 @@ def run_command(
     for x, place, each in named:
         runs.plan(each, x, place, settings, force=force)
     at_once, expected = runs.at_once(len(paths)), runs.expected
-    shown = progress.Progress(
+    shown = Progress(
         len(runs.waiting), expected, at_once, start=begun, quiet=quiet, verbose=verbose
     )
     try:
@@ -160,8 +151,6 @@ def _check_twins(named: Sequence[tuple[Path, Path]]) -> None:
 
 
 def _tell_plan(outcome: RunOutcome, shown: Progress, dry_run: bool, seconds: float | None) -> None:
-    from rigidpend.machine.progress import duration
-
     if outcome.status == "failed":
         return
     if outcome.status == "up to date":
@@ -296,10 +285,7 @@ class Runs:
             raise
 
     def _failed(
-        self,
-        outcome: RunOutcome,
-        error: Exception,
-        log: Callable[[BaseException], Path] | None,
+        self, outcome: RunOutcome, error: Exception, log: Callable[[BaseException], Path] | None
     ) -> str:
         """Note that a config failed, and of what."""
         self.code = max(self.code, exit_code(error))

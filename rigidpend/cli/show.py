@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
+from rigidpend import experiments
 from rigidpend.cli.common import INTERNAL, exit_code, folder_of, print_json, print_table
 from rigidpend.cli.options import JSON, NAMED, OUT, SETTINGS, complete_names
 from rigidpend.config import catalogue
@@ -121,7 +122,6 @@ def describe_command(name: str, settings: tuple[str, ...], resolved: bool, as_js
       rigidpend describe fig4 --resolved > mine.yaml
       rigidpend describe all --json
     """
-    from rigidpend import experiments
     from rigidpend.runs import loading
 
     paths = catalogue.resolve((name,))
@@ -142,8 +142,6 @@ def describe_command(name: str, settings: tuple[str, ...], resolved: bool, as_js
 
 
 def _document(loaded: Any) -> dict[str, Any]:
-    from rigidpend import experiments
-
     rows = experiments.describe(loaded.experiment, loaded.content)
     return {
         "name": loaded.name,

@@ -13,6 +13,7 @@ import click
 from rigidpend.cli.common import ABSENT, DONE, FAILED, print_json, say
 from rigidpend.cli.options import FOLDER, JOBS, JSON, NAMED, SETTINGS, complete_names
 from rigidpend.config.catalogue import PACKAGE, REFERENCES, resolve
+from rigidpend.machine import progress
 
 
 @click.command("verify")
@@ -57,7 +58,6 @@ def verify_command(
       rigidpend verify fig4 --set numerics.engine=scipy
       rigidpend verify results/fig4.h5 --results old/results
     """
-    from rigidpend.machine import progress
     from rigidpend.machine.workers import check_stop
     from rigidpend.runs.certificate_files import results_in
 

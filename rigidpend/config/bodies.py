@@ -14,11 +14,9 @@ from rigidpend.config.schema import Direction, Moments, Number, Part, Weight, Wh
 from rigidpend.mechanics.body import Body
 from rigidpend.numbers.checked import ParameterError
 from rigidpend.numbers.exact import Exact
+from rigidpend.numbers.generic import Array
 
 if TYPE_CHECKING:
-    import numpy as np
-    from numpy.typing import NDArray
-
     from rigidpend.routes.problem import RouteProblem
 
 
@@ -146,7 +144,7 @@ class Axis(Part):
         return Axis.model_construct(ends=ends, count=self.count)
 
     @property
-    def values(self) -> NDArray[np.float64]:
+    def values(self) -> Array:
         """The middles of the cells, doubles."""
         import numpy as np
 

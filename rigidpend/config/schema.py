@@ -109,23 +109,17 @@ def holding(allowed: Callable[[float], bool], said: str) -> AfterValidator:
     return AfterValidator(held)
 
 
-# Of any body: one field is judged at a time.
-_A, _R = exacts((2, 1, Fraction(3, 2))), exacts((1, 0, 0))
+def _of_body(name: str) -> AfterValidator:
+    """Validator of one field of a body, of which all others are those of any."""
+
+    def held(x: Any) -> Any:
+        Body(**{**_ANY_BODY, name: x})
+        return x
+
+    return AfterValidator(held)
 
 
-def _moments(A: Any) -> Any:
-    Body(A, _R, 0)
-    return A
-
-
-def _direction(r: Any) -> Any:
-    Body(_A, r, 0)
-    return r
-
-
-def _weight(mu: Exact) -> Exact:
-    Body(_A, _R, mu)
-    return mu
+_ANY_BODY: Any = {"A": exacts((2, 1, Fraction(3, 2))), "r": exacts((1, 0, 0)), "mu": 0}
 
 
 @_kept
@@ -140,9 +134,9 @@ Whole = Annotated[int, BeforeValidator(_whole)]
 Triple = tuple[Number, Number, Number]
 # Conditions on one field alone are checked there, so that all that are broken are said at once.
 TOLERANCE = holding(lambda x: 0 < x <= 1e-2, "tolerance must be more than 0 and at most 0.01")
-Moments = Annotated[Triple, AfterValidator(_moments)]
-Direction = Annotated[Triple, AfterValidator(_direction)]
-Weight = Annotated[Number, AfterValidator(_weight)]
+Moments = Annotated[Triple, _of_body("A")]
+Direction = Annotated[Triple, _of_body("r")]
+Weight = Annotated[Number, _of_body("mu")]
 Word = Annotated[str, StringConstraints(pattern=r"^[A-Za-z]\w*$", max_length=40)]
 
 
@@ -173,10 +167,7 @@ class Part(BaseModel):
     """A part of a config: frozen, unknown keys refused; the text under a key is its meaning."""
 
     model_config = ConfigDict(
-        extra="forbid",
-        frozen=True,
-        arbitrary_types_allowed=True,
-        defer_build=True,
+        extra="forbid", frozen=True, arbitrary_types_allowed=True, defer_build=True
     )
 
 

@@ -32,7 +32,11 @@ NEVER = {"J3": OF_J3, "J3_0": OF_J3}
 
 def config_error(document: Document, model: Any, errors: Iterable[Any]) -> ConfigError:
     """Collect all complaints about a document, by the reader and by the schema, in its order."""
-    said = [_problem(document, model, error) for error in errors]
+    given = list(errors)
+    # To pydantic a list is too short by the items that it has refused.
+    within = {error["loc"][:k] for error in given for k in range(len(error["loc"]))}
+    kept = (error for error in given if error["type"] != "too_short" or error["loc"] not in within)
+    said = [_problem(document, model, error) for error in kept]
     complaints = document.complaints + [p for p in said if not _passed_over(document, p.place)]
     return ConfigError(sorted(complaints, key=lambda p: (p.origin.line or 0, p.origin.column or 0)))
 

@@ -59,14 +59,13 @@ def shown(value: Any) -> str:
     return f"{value:.17g}" if isinstance(value, float | np.floating) else str(value)
 
 
-def keys(stored: Any, fresh: Any, place: str = "") -> list[Difference]:
+def keys(stored: Any, fresh: Any) -> list[Difference]:
     """Find the keys that only one of two mappings has."""
-    at = f"{place}/" if place else ""
     lost = [name for name in stored if name not in fresh]
     new = [name for name in fresh if name not in stored]
     return [
-        *(Difference(f"{at}{x}", PRESENT, ABSENT, words=" is only stored") for x in lost),
-        *(Difference(f"{at}{x}", ABSENT, PRESENT, words=" is only computed") for x in new),
+        *(Difference(x, PRESENT, ABSENT, words=" is only stored") for x in lost),
+        *(Difference(x, ABSENT, PRESENT, words=" is only computed") for x in new),
     ]
 
 

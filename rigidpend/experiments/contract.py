@@ -65,18 +65,13 @@ class Piece(NamedTuple):
     arguments: tuple[Any, ...]
 
 
-def compute_now(name: str, compute: Callable[[], Tree]) -> Tree:
-    """Compute a part at once, without a checkpoint."""
-    return compute()
-
-
 def compute_in_order(pieces: Sequence[Piece]) -> Iterator[Tree]:
     """Compute parts one after the other, without checkpoints."""
     return (piece.work(*piece.arguments) for piece in pieces)
 
 
 class Means(NamedTuple):
-    """The means of a computation: its arithmetic, workers, progress and checkpoints."""
+    """The means of a computation: its arithmetic, workers, progress and checkpoints, if any."""
 
     arithmetic: Arithmetic = CLOSED_FORM
     """Arithmetic, resolved once: the record that the result file stores."""
@@ -84,7 +79,7 @@ class Means(NamedTuple):
     """Number of threads or processes at a time."""
     report: Callable[[str], None] = tell_nobody
     """Receiver of lines of progress."""
-    part: Callable[[str, Callable[[], Tree]], Tree] = compute_now
+    part: Callable[[str, Callable[[], Tree]], Tree] = lambda name, compute: compute()
     """Checkpoint: ``part(name, compute)`` is ``compute()``, kept for an interrupted run."""
     pieces: Callable[[Sequence[Piece]], Iterator[Tree]] = compute_in_order
     """Checkpoints whose functions and arguments may go to other machines; trees in their order."""

@@ -23,6 +23,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from rigidpend.experiments.data import Field
 from rigidpend.numbers.expressions import NO_SYMBOL
+from rigidpend.numbers.generic import Array
 
 WIDTH = 7.2
 """Width of a page, inches."""
@@ -117,7 +118,7 @@ def panel(
     return figure.add_axes((left / wide, bottom / high, width / wide, height / high), label=label)
 
 
-def column_edges(phases: NDArray[np.float64]) -> NDArray[np.float64]:
+def column_edges(phases: Array) -> Array:
     """Edges of columns, halfway between their phases."""
     # A single column has no spacing: any width shows it.
     step = np.diff(phases) if phases.size > 1 else np.array([1.0])
@@ -127,7 +128,7 @@ def column_edges(phases: NDArray[np.float64]) -> NDArray[np.float64]:
 
 def draw_codes(
     axes: Axes,
-    edges: NDArray[np.float64],
+    edges: Array,
     codes: NDArray[np.uint8],
     cmap: Colormap = SYMBOL_COLOURS,
     norm: BoundaryNorm = SYMBOL_NORM,
@@ -140,28 +141,20 @@ def draw_codes(
     axes.set_ylabel("$i$", rotation=0, va="center", labelpad=6)
 
 
-def mark_doubt(
-    axes: Axes, x: NDArray[np.float64], certain: NDArray[np.bool_], size: float = 3.0
-) -> None:
+def mark_doubt(axes: Axes, x: Array, certain: NDArray[np.bool_], size: float = 3.0) -> None:
     """Cross out the cells of an array of codes that are not certain."""
     row, column = np.nonzero(~certain)
     if row.size:
         axes.plot(x[column], row + 1, "x", color=DOUBT, ms=size, mew=0.3 * size)
 
 
-def cell_ends(values: NDArray[np.float64]) -> tuple[float, float]:
+def cell_ends(values: Array) -> tuple[float, float]:
     """The outer ends of cells, from their middles."""
     half = (values[1] - values[0]) / 2
     return float(values[0] - half), float(values[-1] + half)
 
 
-def draw_cells(
-    axes: Axes,
-    x: NDArray[np.float64],
-    y: NDArray[np.float64],
-    values: NDArray[np.float64],
-    **colours: Any,
-) -> AxesImage:
+def draw_cells(axes: Axes, x: Array, y: Array, values: Array, **colours: Any) -> AxesImage:
     """Draw the values of a plane of cells, (rows, columns), around their middles, as colours."""
     return axes.imshow(
         values,
@@ -175,8 +168,8 @@ def draw_cells(
 
 def draw_changes(
     axes: Axes,
-    x: NDArray[np.float64],
-    y: NDArray[np.float64],
+    x: Array,
+    y: Array,
     codes: NDArray[np.uint8],
     lines: tuple[tuple[float, str], ...] = LINES,
 ) -> None:

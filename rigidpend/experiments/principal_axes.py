@@ -26,7 +26,7 @@ from rigidpend.mechanics.coordinates import TURN, momentum, scale, vertical
 from rigidpend.mechanics.equations import euler_poisson
 from rigidpend.mechanics.free_body import separatrix_theta1
 from rigidpend.numbers.exact import GUARD_BITS, context, exacts
-from rigidpend.numbers.generic import Scalar
+from rigidpend.numbers.generic import Array, Scalar
 from rigidpend.routes.cycle import symbols
 from rigidpend.routes.problem import RouteProblem, passage_limit
 
@@ -179,9 +179,20 @@ def settled(
     return true, columns
 
 
-def _angles(
-    states: Any, body: Body, n_crossings: int, limit: float, bits: int
-) -> NDArray[np.float64]:
+def judged(answer: Any, true: Any) -> dict[str, int]:
+    """Numbers of symbols of as many orbits as the truth has: of all, of wrong ones, and so on.
+
+    Those vouched for are told apart, and undecided ones; where it does not say which are `certain`
+    all of its `codes` are vouched for.
+    """
+    n = true.shape[1]
+    wrong = answer.codes[:, :n] != true
+    trusted = np.ones_like(wrong) if answer.certain is None else answer.certain[:, :n]
+    masks = {"symbols": wrong | True, "wrong_symbols": wrong, "wrong_trusted": wrong & trusted}
+    return {name: int(mask.sum()) for name, mask in {**masks, "undecided": ~trusted}.items()}
+
+
+def _angles(states: Any, body: Body, n_crossings: int, limit: float, bits: int) -> Array:
     """2 l, with l = atan2(M1, M2), at the crossings of M3 = 0: (n_crossings, n), NaN for none."""
     orbit: list[float] = []
 
@@ -199,7 +210,7 @@ def _angles(
     return found
 
 
-def beside(theta1: NDArray[np.float64], places: NDArray[np.float64]) -> NDArray[np.uint8]:
+def beside(theta1: Array, places: Array) -> NDArray[np.uint8]:
     """The separatrix nearest in theta1, modulo 4 pi: 1..4, and 0 for no crossing."""
     gaps = np.abs(np.remainder(theta1 - places[:, None, None] + TURN, 2 * TURN) - TURN)
     nearest = np.argmin(np.where(np.isnan(gaps), np.inf, gaps), axis=0) + 1

@@ -7,7 +7,6 @@ from functools import partial
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from rigidpend.experiments.compare import ROUNDING, relative, where
 from rigidpend.experiments.data import ANY, FLAG, FLOAT, TEXT, WHOLE, Allowed, Data, Field
@@ -31,7 +30,7 @@ Of two results each may err by a hundredth, far from the radian of the phase at 
 turns over."""
 
 
-def crossing_tolerance(crossings: int, growth: float = GROWTH) -> NDArray[np.float64]:
+def crossing_tolerance(crossings: int, growth: float = GROWTH) -> Array:
     """Allowed difference of the times of each of so many crossings, t', (crossings, 1).
 
     On the way to the first crossing an error stays relative. On a passage at a distance d it

@@ -106,6 +106,17 @@ def aligned(state: Numbers, c: AlignedCoefficients) -> tuple[Any, ...]:
     )
 
 
+def aligned_along(state: Numbers, change: Numbers, c: AlignedCoefficients) -> tuple[Any, ...]:
+    """Derivative of :func:`aligned` along a change of the state.
+
+    The field is quadratic: so half of a difference across is the derivative, at any distance.
+    """
+    ahead, back = (
+        aligned([x + side * y for x, y in zip(state, change, strict=True)], c) for side in (1, -1)
+    )
+    return tuple((x - y) / 2 for x, y in zip(ahead, back, strict=True))
+
+
 def hamiltonian_andoyer(a: Scalar, A: Numbers, beta0: Scalar, mu: Scalar, m: Elementary) -> Any:
     """Hamiltonian in Andoyer-Deprit variables, with cos p and cos q, physical units (eq. h_d)."""
     sinp, sinq, tilt = a.L / a.G, a.H / a.G, a.l + beta0 / 2

@@ -123,7 +123,7 @@ def fixed_components(omega: Numbers, gamma: Numbers, alpha: Any) -> NDArray[np.f
 
 
 @functools.lru_cache(maxsize=32)
-def field(body: Body) -> Callable[[Any, Any], tuple[Any, ...]]:
+def field(body: Body) -> Callable[[Any], tuple[Any, ...]]:
     """Field of the aligned equations with the quadrature of theta3, 7 numbers, time t'.
 
     alpha needs none: (th_al) gives it from theta3.
@@ -132,7 +132,7 @@ def field(body: Body) -> Callable[[Any, Any], tuple[Any, ...]]:
     p, s = body.angles(), scale(A, math)
     coefficients = aligned_coefficients(p, math)
 
-    def rates(state: Numbers, _: Any) -> tuple[Any, ...]:
+    def rates(state: Numbers) -> tuple[Any, ...]:
         M, _ = body_from_aligned(Aligned(*state[:6]), p.alpha0, s)
         # The precession is known per t, and t' = t s.
         return (*aligned(state[:6], coefficients), turning_rate(M, r, mu) / s)

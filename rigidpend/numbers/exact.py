@@ -184,17 +184,20 @@ class Exact:
         """Equality of what is written; two rationals are equal where their values are."""
         if not isinstance(other, Exact):
             return NotImplemented
-        if self.fraction is not None and other.fraction is not None:
-            return self.fraction == other.fraction
-        return self.text == other.text
+        return self.key == other.key
 
     def __hash__(self) -> int:
         return self._hash
 
+    @property
+    def key(self) -> Fraction | str:
+        """Its value where it is rational, else its text: equal in equal numbers alone."""
+        return self.text if self.fraction is None else self.fraction
+
     @functools.cached_property
     def _hash(self) -> int:
         # A key of caches: the hash of a Fraction takes a modular power each time.
-        return hash(self.text if self.fraction is None else self.fraction)
+        return hash(self.key)
 
 
 def exact(value: Any) -> Exact:

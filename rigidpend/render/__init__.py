@@ -18,6 +18,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from rigidpend import experiments
+from rigidpend.experiments.data import Loaded
 from rigidpend.machine import files, wording
 from rigidpend.machine.code_hash import code_hash_of, inside
 from rigidpend.render import captions
@@ -26,8 +27,6 @@ from rigidpend.runs import certificate_files as storage
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
-
-    from rigidpend.experiments.data import Loaded
 
 KEYS = ("name", "config_hash", "code_hash", "engine", "drawn_from")
 """Attributes that an image tells, besides its experiment."""

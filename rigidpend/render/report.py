@@ -13,11 +13,12 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Any, NamedTuple
 
-from rigidpend import experiments
+from rigidpend import experiments, render
 from rigidpend.machine import files, wording
 from rigidpend.machine.files import Absent
 from rigidpend.machine.wording import Table
 from rigidpend.machine.workers import check_stop, cores, side_by_side
+from rigidpend.render import captions
 from rigidpend.results import store
 from rigidpend.runs import remedies
 from rigidpend.runs.certificate_files import beside, marked, results_in
@@ -110,8 +111,6 @@ def build(sources: Sequence[Path]) -> tuple[str, list[str]]:
 
 def _section(source: Path) -> ResultSection:
     """The part of a file; a sentence where it cannot be shown."""
-    from rigidpend import render
-
     check_stop()
     try:
         result = store.load(source)
@@ -137,9 +136,6 @@ def _section(source: Path) -> ResultSection:
 
 def section(result: Any, drawn: bytes | None = None) -> ResultSection:
     """Make a result's part of the page, with its image, drawn now where none is given."""
-    from rigidpend import render
-    from rigidpend.render import captions
-
     attributes = result["attributes"]
     rows = {key: attributes.get(key, "") for key in ("engine", "config_hash", "code_hash")}
     rows |= result["provenance"]

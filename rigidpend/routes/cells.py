@@ -16,6 +16,7 @@ from rigidpend.mechanics.body import Body, BodyError
 from rigidpend.numbers.exact import exact, function
 from rigidpend.numbers.generic import Scalar
 from rigidpend.orbits.integrate.arithmetic import Arithmetic
+from rigidpend.orbits.records import columns, joined
 from rigidpend.routes import choice
 from rigidpend.routes.choice import Mapped
 from rigidpend.routes.cycle import symbols
@@ -124,8 +125,7 @@ def cells_of_each(
     ]
     found = side_by_side(_of_bodies, (problem, arithmetic), True, parts, jobs)
     back = np.argsort(np.concatenate(groups))
-    whole = zip(*(cells for part in found for cells in part), strict=True)
-    return Cells(*(np.concatenate(x, axis=-1)[..., back] for x in whole))
+    return columns(joined([cells for part in found for cells in part]), back)
 
 
 def _bodies(values: Mapping[str, Values], n: int) -> list[NDArray[np.intp]]:

@@ -33,7 +33,9 @@ from numpy.typing import NDArray
 
 from rigidpend.numbers.checked import GAP
 from rigidpend.orbits import UNITS
-from rigidpend.orbits.integrate import Crossings, Outcome, joined
+from rigidpend.orbits.integrate import Crossings, Outcome
+from rigidpend.orbits.records import columns as columns_of
+from rigidpend.orbits.records import joined, put
 from rigidpend.routes.start import Scales
 
 FIRST, SECOND, THIRD = (
@@ -150,11 +152,7 @@ def decide(
         return Decided(second, certain, np.full(columns.size, least, dtype=np.uint16))
 
     pieces = share(settle, np.arange(n), least)
-    found = Decided(
-        joined([piece.crossings for _, piece in pieces]),
-        np.concatenate([piece.certain for _, piece in pieces], axis=1),
-        np.concatenate([piece.bits for _, piece in pieces]),
-    )
+    found = joined([piece for _, piece in pieces])
     climb(compute, found, rate, precisions[1:], most, share)
     return found
 
@@ -174,7 +172,7 @@ def climb(
             break
         further = functools.partial(_further, compute, found, rate, bits, most(bits))
         for columns, piece in share(further, left, bits):
-            replace(found, columns, piece)
+            put(found, columns, piece)
 
 
 def _further(
@@ -185,7 +183,7 @@ def _further(
     One computation is held against the last one of a lower precision; where these differ a second
     one is held against the first, and a third one against both, if there are so many.
     """
-    known = part(found, columns)
+    known = columns_of(found, columns)
     for scales in (FIRST, SECOND)[:most]:
         open_ = np.flatnonzero(~known.certain.all(axis=0))
         if not open_.size:
@@ -199,7 +197,7 @@ def _further(
             third = functools.partial(compute, bits, THIRD) if most > 2 else None
             certain = _established(before, sharper, rate, third, columns[open_])
         decided = np.full(open_.size, bits, dtype=np.uint16)
-        replace(known, open_, Decided(sharper, certain, decided))
+        put(known, open_, Decided(sharper, certain, decided))
     return known
 
 
@@ -221,29 +219,3 @@ def _established(
             near &= agreement(columns_of(each, doubtful), c, rate, AGREEMENT)
         found[:, doubtful] |= near
     return found
-
-
-def columns_of(crossings: Crossings, columns: Any) -> Crossings:
-    """A copy of some columns of a record."""
-    time, separatrix, outcome = crossings
-    return Crossings(time[:, columns], separatrix[:, columns], outcome[columns])
-
-
-def part(decided: Decided, columns: Columns) -> Decided:
-    """A copy of some columns."""
-    crossings = columns_of(decided.crossings, columns)
-    return Decided(crossings, decided.certain[:, columns], decided.bits[columns])
-
-
-def put(target: Crossings, columns: Columns, source: Crossings) -> None:
-    """Replace some columns of a record."""
-    pairs: Any = zip(target, source, strict=True)
-    for into, array in pairs:
-        into[..., columns] = array
-
-
-def replace(target: Decided, columns: Columns, source: Decided) -> None:
-    """Replace some columns of what was decided."""
-    put(target.crossings, columns, source.crossings)
-    target.certain[:, columns] = source.certain
-    target.bits[columns] = source.bits

@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from rigidpend.numbers import checked
 from rigidpend.numbers.exact import PRECISIONS
 from rigidpend.orbits.integrate import Crossings, Outcome
+from rigidpend.orbits.records import put
 from rigidpend.routes import certainty, costs
 from rigidpend.routes.certainty import Columns, Compute, Decided
 from rigidpend.routes.cycle import symbols
@@ -201,7 +202,7 @@ def with_maps(
         found = maps.crossings(bits, scales, columns)
         outside = np.flatnonzero(found.outcome != Outcome.COMPLETE)
         if outside.size and bits in precisions:
-            certainty.put(found, outside, by_integration(bits, scales, columns[outside]))
+            put(found, outside, by_integration(bits, scales, columns[outside]))
         return found
 
     return compute, left

@@ -16,7 +16,13 @@ from rigidpend.machine.wording import seconds
 from rigidpend.numbers.checked import GAP
 from rigidpend.numbers.exact import PRECISIONS
 from rigidpend.orbits.integrate.arithmetic import PAIRS, kernel_bits
-from rigidpend.routes.problem import RouteProblem, narrowness, passage_rotations, whisker_growth
+from rigidpend.routes.problem import (
+    RouteProblem,
+    closeness,
+    narrowness,
+    passage_rotations,
+    whisker_growth,
+)
 
 SYMBOL, ROTATION, MAPPED = 3e-6, 1e-6, 0.5e-6
 """Seconds of a core a symbol takes: by integration, beside what each rotation takes; by maps.
@@ -128,10 +134,14 @@ def share_open(problem: RouteProblem, bits: int, *, displaced: bool = True) -> f
     """Estimate of the share of orbits that so many bits do not decide to their ends.
 
     An error grows by a factor a passage; and at first, where orbits are `displaced`, it is one of
-    what both surfaces are displaced by, which is more than what they are split by.
+    what both surfaces are displaced by, which is more than what they are split by. Where starts
+    are farther off than that, phases are not made anew: errors add up, and turn them ever more.
     """
-    nu = problem.body.angles().nu
-    nats = displaced * narrowness(nu) + problem.n_symbols * math.log(whisker_growth(nu))
+    nu, n, close = problem.body.angles().nu, problem.n_symbols, closeness(problem)
+    grown = n * math.log(whisker_growth(nu * math.exp(close - narrowness(nu))))
+    if close < narrowness(nu):
+        grown = max(grown, 2 * math.log(n * whisker_growth(nu)))
+    nats = displaced * close + grown
     return math.erfc((bits * math.log(2) - nats) / (math.sqrt(2) * SPREAD)) / 2
 
 

@@ -22,16 +22,9 @@ from rigidpend.mechanics.body import Angles
 from rigidpend.mechanics.coordinates import Canonical, aligned_from_canonical
 from rigidpend.mechanics.equations import height
 from rigidpend.numbers.exact import GUARD_BITS, exact
-from rigidpend.orbits.integrate import Crossings, Outcome
+from rigidpend.orbits.integrate import Crossings
 from rigidpend.orbits.return_map import MapError, ReturnMap, kernel, return_map
-from rigidpend.orbits.return_map.build import (
-    FIRST,
-    SECOND,
-    THIRD,
-    Costly,
-    Design,
-    expected_cost,
-)
+from rigidpend.orbits.return_map.build import FIRST, SECOND, THIRD, Costly, Design, expected_cost
 from rigidpend.orbits.return_map.precision import precision
 from rigidpend.orbits.return_map.program import Program
 from rigidpend.orbits.return_map.storage import build_apart, is_kept
@@ -51,6 +44,10 @@ APART = 0.3
 """Seconds of a core for the longest map from which on others are made beside it, by processes.
 
 These take as long to begin."""
+PATIENCE = 20.0
+"""Seconds of a core that tables beyond doubles may take, if they do not pay but maps are wanted.
+
+Near the largest mu that a map serves they take some minutes, and those in doubles some seconds."""
 DESIGNS = {certainty.FIRST: FIRST, certainty.SECOND: SECOND, certainty.THIRD: THIRD}
 """The map in the place of an integration in some scales, with the same unit of M."""
 
@@ -127,23 +124,26 @@ class Maps:
         self._lock, self._ready = threading.Lock(), dict[tuple[int, Design], Program]()
         self._budgets = dict[Task, float]()
         self.designs = designs_of(run.orbits)
-        most = costs.budget(run.problem, run.orbits, run.arithmetic.precisions)
-        self._settle(most if least_time else math.inf)
+        pays = costs.budget(run.problem, run.orbits, run.arithmetic.precisions)
+        most = math.inf if kept else pays if least_time else max(pays, PATIENCE)
+        self._settle(most, pays if least_time else math.inf)
         for scales in (certainty.FIRST, certainty.SECOND):
             # The first crossing shows whether starts lie in the range of the normal form; where an
             # orbit goes from there is its own affair.
             if not self.crossings(53, scales, np.arange(1)).separatrix[0, 0]:
                 raise MapError(f"J1_0 = {run.problem.J1_0} lies outside of the normal form")
 
-    def _settle(self, most: float) -> None:
-        """Make the maps, of as many bits as are wanted or of the next that settle and pay."""
+    def _settle(self, most: float, in_doubles: float) -> None:
+        """Make the maps, of as many bits as are wanted or of the next that settle and pay.
+
+        The tables may take so many seconds of a core, and so many where they are in doubles."""
         *more, least = wanted(self.problem)
         for pair in more:
             with contextlib.suppress(MapError):
                 self._make(pair, most)
                 self._use(pair)
                 return
-        self._make(least, most)
+        self._make(least, in_doubles)
         self._use(least)
 
     def _use(self, pair: tuple[int, int]) -> None:
@@ -219,9 +219,11 @@ class Maps:
         """The crossings of some columns in t'; FAILED where an orbit leaves the tables."""
         one = bits > 53 and scales == certainty.FIRST
         design = self.levels[bits] if one else DESIGNS[scales]
-        time, separatrix = self._follow(self._program(bits, design), bits, design, columns)
-        outcome = np.where(separatrix[-1] != 0, Outcome.COMPLETE, Outcome.FAILED)
-        return Crossings(time, separatrix, outcome.astype(np.uint8))
+        program, begin = self._program(bits, design), self._beginning(design, bits, columns)
+        phase, height = self._begin(bits, design, begin, columns)
+        given = begin.Qp + 0 * phase, phase, height, self.problem.n_symbols + 1, self.run.jobs
+        found = kernel.follow(program, *given)
+        return found._replace(time=found.time * _unit(design.unit, 53))
 
     def made(self, design: Design, bits: int) -> ReturnMap:
         """The map of a design over the energies of all phases."""
@@ -248,15 +250,6 @@ class Maps:
                 least, most = (beginning(end, design, made.bits).Qp for end in ends)
                 self._ready[bits, design] = made.program(bits, least, most, coarse)
             return self._ready[bits, design]
-
-    def _follow(self, program: Program, bits: int, design: Design, columns: Any) -> tuple[Any, Any]:
-        """Times (n + 1, N) in t' and separatrices; NaN and 0 where the tables end."""
-        begin = self._beginning(design, bits, columns)
-        phase, height = self._begin(bits, design, begin, columns)
-        Qp = begin.Qp + 0 * phase
-        crossings = self.problem.n_symbols + 1
-        found = kernel.follow(program, Qp, phase, height, crossings, self.run.jobs)
-        return found.time * _unit(design.unit, 53), found.separatrix
 
     def _beginning(self, design: Design, bits: int, columns: Any) -> Beginning:
         """The common part of the starts of some columns."""

@@ -20,10 +20,11 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from rigidpend.numbers.exact import GUARD_BITS, PI, Exact, fraction, rational
-from rigidpend.orbits.integrate import Crossings, joined
+from rigidpend.orbits.integrate import Crossings
 from rigidpend.orbits.integrate.arithmetic import Arithmetic
 from rigidpend.orbits.integrate.neighbours import Walk
 from rigidpend.orbits.integrate.reference_orbit import ReferenceOrbit, reference_bits, rung
+from rigidpend.orbits.records import joined
 from rigidpend.routes import certainty
 from rigidpend.routes.choice import Mapped
 from rigidpend.routes.codes import RouteCodes, routes_of

@@ -91,7 +91,9 @@ class Phases:
 
 
 def _is_sequence(values: Any) -> bool:
-    return not isinstance(values, str) and hasattr(values, "__len__") and np.ndim(values) > 0
+    # NumPy's own dimensions of a list end with an error where its parts differ in length.
+    listed = isinstance(values, Sequence) and not isinstance(values, str | bytes)
+    return listed or getattr(values, "ndim", 0) > 0
 
 
 def _halves(x: Exact) -> tuple[float, float]:

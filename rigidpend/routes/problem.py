@@ -120,15 +120,25 @@ def rotation_period(problem: RouteProblem) -> float:
 def passage_rotations(problem: RouteProblem) -> float:
     """Rotations of the pendulum that a passage of a periodic orbit usually takes.
 
-    J1/J2 falls to the splitting of the surfaces, some mu/h0 nu/sinh(nu) cos of a random phase, or
-    to rounding in doubles, and grows again, both by exp(2 pi^2/nu) in a rotation. Without weight
-    the orbit never returns: infinity.
+    J1/J2 falls to the splitting of the surfaces, some mu/h0 nu/sinh(nu) cos of a random phase, to
+    what the start is off them, or to rounding in doubles, and grows again, both by exp(2 pi^2/nu)
+    in a rotation. Without weight the orbit never returns: infinity.
     """
     p, m = problem.body.angles(), context(53)
     if not p.mu:
         return math.inf
     depth = float(m.log(2 * problem.h0.in_context(m) / problem.body.mu.in_context(m)))
-    return max(1.0, (depth + min(narrowness(p.nu), 53 * math.log(2))) * p.nu / math.pi**2)
+    return max(1.0, (depth + min(closeness(problem), 53 * math.log(2))) * p.nu / math.pi**2)
+
+
+def closeness(problem: RouteProblem) -> float:
+    """ln of how much closer orbits pass than both surfaces are displaced.
+
+    They are off a surface by what it is split, or all along by more where the start is: there a
+    part J1_0/J2_0 of what it is displaced is left.
+    """
+    start = float(context(53).log(problem.J2_0(53) / problem.J1_0.in_context(context(53))))
+    return min(narrowness(problem.body.angles().nu), start)
 
 
 def narrowness(nu: float) -> float:

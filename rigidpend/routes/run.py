@@ -16,6 +16,7 @@ from rigidpend.orbits import integrate
 from rigidpend.orbits.integrate import Crossings, Orbits
 from rigidpend.orbits.integrate.arithmetic import FINEST_TOLERANCE, Arithmetic, in_kernel
 from rigidpend.orbits.integrate.kernel.machine_code import LANES
+from rigidpend.orbits.records import columns as columns_of
 from rigidpend.routes import certainty
 from rigidpend.routes.certainty import Columns, Compute, Decided, Work
 from rigidpend.routes.costs import RUNGS, fits
@@ -183,7 +184,7 @@ def abreast(run: Run) -> Compute:
             return first
         if scales == certainty.SECOND and bits in seconds:
             known, second = seconds[bits]
-            return certainty.columns_of(second, np.searchsorted(known, columns))
+            return columns_of(second, np.searchsorted(known, columns))
         return run.crossings(bits, scales, columns)
 
     return compute

@@ -6,7 +6,7 @@ import json
 from collections.abc import Iterable, Mapping, Sequence
 from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 from pydantic import ValidationError
@@ -23,15 +23,12 @@ from rigidpend.numbers.exact import Exact, exact
 from rigidpend.numbers.expressions import NO_SYMBOL, ExactError, as_written
 from rigidpend.results import store
 from rigidpend.routes.certified import codes
-from rigidpend.routes.certified.codes import Report
+from rigidpend.routes.certified.codes import CertifiedCodes, Report
 from rigidpend.routes.problem import RouteProblem
 from rigidpend.runs import certificate_files as storage
 from rigidpend.runs import cluster, loading, orbit_proofs, provenance
 from rigidpend.runs.loading import LoadedConfig
 from rigidpend.runs.parts import Parts
-
-if TYPE_CHECKING:
-    from rigidpend.routes.certified.codes import CertifiedCodes
 
 AT_ONCE = 32
 """Orbits that are proven, and kept, at a time: a minute or so."""
@@ -285,15 +282,7 @@ def _joined(proofs: Iterable[Tree], name: str, count: int, report: Report) -> di
 
 
 def _part(problem: RouteProblem, phases: Sequence[Exact], jobs: int, report: Report) -> Tree:
-    found = codes.certify_codes(
-        problem.body,
-        phases,
-        h0=problem.h0,
-        J1_0=problem.J1_0,
-        n_symbols=problem.n_symbols,
-        jobs=jobs,
-        report=report,
-    )
+    found = codes.proven_codes(problem, phases, None, jobs, report)
     told = (
         found._asdict()
         | storage.packed(found.steps)

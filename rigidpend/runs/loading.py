@@ -15,11 +15,12 @@ from typing import Any, TypeVar
 from pydantic import ValidationError
 
 from rigidpend import experiments
-from rigidpend.config import catalogue, overrides, reader, validation
+from rigidpend.config import catalogue, overrides, reader, validation, writer
 from rigidpend.config.complaints import Complaint, ConfigError, Origin, meant
 from rigidpend.config.overrides import Sweep
 from rigidpend.config.reader import Document
-from rigidpend.config.schema import ExperimentConfig
+from rigidpend.config.schema import WRITTEN, ExperimentConfig
+from rigidpend.numbers import expressions
 from rigidpend.orbits.integrate import arithmetic
 from rigidpend.runs import provenance
 
@@ -59,9 +60,6 @@ def resolved_yaml(config: LoadedConfig) -> str:
     Numbers are as they were written, and every key has its meaning and unit beside it. The name
     of the figure is left out: what is edited makes another one.
     """
-    from rigidpend.config import writer
-    from rigidpend.config.schema import WRITTEN
-
     dumped = config.content.model_dump(mode="json", context=WRITTEN, exclude={"figure"})
     return writer.to_yaml(dumped, type(config.content))
 
@@ -166,7 +164,6 @@ def _read(path: Path) -> Document:
     """Read a config file, or the config that a result was made from."""
     if path.suffix != ".h5":
         return reader.read(path)
-    from rigidpend.numbers import expressions
     from rigidpend.results import store
 
     stored = expressions.everywhere(store.config(path))

@@ -22,14 +22,16 @@ from rigidpend.machine.wording import short
 from rigidpend.machine.workers import side_by_side
 from rigidpend.numbers.exact import exact
 from rigidpend.results import store
+from rigidpend.routes.certified import coverings, pieces, sections
 from rigidpend.routes.certified.checker import Undecided
 from rigidpend.routes.certified.codes import Report
+from rigidpend.routes.certified.pieces import Quad, StartLine
 from rigidpend.runs import certificate_files, provenance
 from rigidpend.runs.loading import LoadedConfig
 
+# What finds a proof is imported where one is made: a proof is checked without it.
 if TYPE_CHECKING:
     from rigidpend.routes.certified.chains import Link
-    from rigidpend.routes.certified.pieces import Quad, StartLine
     from rigidpend.routes.symbolic import FoundOrbit
 
 Result = TypeVar("Result")
@@ -62,7 +64,7 @@ def prove(
 
     Undecided where it cannot be proven.
     """
-    from rigidpend.routes.certified import chains, family_orbits, pieces
+    from rigidpend.routes.certified import chains, family_orbits
 
     stated = {key: config.resolved()["problem"][key] for key in PROBLEM}
     problem, J1 = _problem(file, stated)
@@ -93,8 +95,6 @@ def check(file: Path, jobs: int, report: Report) -> str:
 
     StoreError where it is none, or does not prove what it says.
     """
-    from rigidpend.routes.certified import pieces, sections
-
     stored = store.load(file, LAYOUT, ratio=certificate_files.RATIO)
     stated, data = stored["config"], stored["data"]
     (problem, J1), code = _problem(file, stated.get("problem")), str(stated.get("code"))
@@ -151,7 +151,7 @@ def _side_by_side(
 
 
 def _made(part: tuple[Sequence[Link], bool], say: Report) -> dict[str, Any]:
-    from rigidpend.routes.certified import chains, pieces
+    from rigidpend.routes.certified import chains
 
     made = pieces.packed(chains.linked(*part))
     say("made")
@@ -162,8 +162,6 @@ def _checked(
     part: tuple[int, Sequence[Quad | StartLine], Mapping[str, Any], bool], *of: Any
 ) -> list[bool]:
     """The symbols of a part; its last set, unless it is the last of all, is only covered."""
-    from rigidpend.routes.certified import coverings, pieces, sections
-
     *numbers, say = of
     first, sources, proof, whole = part
     links: list[Any] = list(zip(sources, pieces.unpacked(proof, len(sources)), strict=True))

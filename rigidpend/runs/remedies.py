@@ -20,6 +20,8 @@ def remedy(file: Path) -> str:
 
     Empty for a file that is not there and that no known config makes.
     """
+    if file.is_dir():
+        return "a folder is in its place: move that away"
     name = file.stem.removesuffix(CERTIFICATE)
     log = file.with_name(f"{name}.log")
     if name in {**catalogue.known(), **catalogue.own()}:

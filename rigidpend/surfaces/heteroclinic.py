@@ -13,9 +13,10 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from rigidpend.mechanics.body import Body
+from rigidpend.mechanics.body import Angles, Body
 from rigidpend.mechanics.coordinates import Aligned, body_from_aligned
 from rigidpend.mechanics.equations import AlignedCoefficients
+from rigidpend.mechanics.floquet import periodic_orbit
 from rigidpend.mechanics.free_body import exponent
 from rigidpend.mechanics.in_space import turning_rate
 from rigidpend.numbers.exact import Exact
@@ -39,10 +40,13 @@ DEPTH = 76.0
 What is left out before the start is exp(-DEPTH/2) = 3e-17 of the increment, below rounding."""
 NEAR = 1e-12
 """Allowed distance of g from +-pi/2 at the section, radians."""
-SECANTS = 60
-"""Secant steps at most."""
-STEPS = 24
-"""Steps of the trapezoid rule in a time 2 pi/u, plus one for each turn of theta2 in it."""
+SECANTS, BEGINNINGS = 30, 8
+"""Secant steps at most, and the number of phases from which they begin in turn."""
+STEPS, TURN = 24, 8
+"""Steps of the trapezoid rule in a time 2 pi/u, plus so many for each turn of theta2 in it.
+
+An overtone of the rotation that falls on the steps is summed as if it were constant, in coarser
+steps as well, so that no difference tells. Those from the eighth on are below rounding."""
 
 
 class Increments(NamedTuple):
@@ -73,22 +77,28 @@ def increments(body: Body, h0: Exact, arithmetic: Arithmetic) -> Increments:
 def phase_at_start(s: UnstableSurface, g: float, arithmetic: Arithmetic) -> tuple[float, float]:
     """Find theta2_0 of the orbit of S1- that meets the section at g, and its time, by secants."""
     m = numbers(s.bits)
-    # Without weight g is the phase at the start plus a constant: the first slope is 1.
-    goal, depth, slope = m.mpf(g), m.mpf(DEPTH), m.mpf(1)
-    phase = goal - lag(s, depth)
-    before: tuple[Any, Any] | None = None
-    for _ in range(SECANTS):
-        points = meet(s, [phase], depth, arithmetic)
-        if points is None:
-            break
-        gap = points.phase[0] - goal
-        if abs(gap) < NEAR:
-            return float(phase), float(points.time[0])
-        if before is not None:
-            slope = (gap - before[1]) / (phase - before[0])
-        before = phase, gap
-        phase -= gap / slope
-    raise ArithmeticError(f"no orbit of S1- was found that meets the section at g = {g:.6f}")
+    goal, depth, turn = m.mpf(g), m.mpf(DEPTH), 2 * m.pi
+    for k in range(BEGINNINGS):
+        # Without weight g is the phase at the start plus a constant: the first slope is 1.
+        phase, slope = goal - lag(s, depth) + k * turn / BEGINNINGS, m.mpf(1)
+        before: tuple[Any, Any] | None = None
+        for _ in range(SECANTS):
+            points = meet(s, [phase], depth, arithmetic)
+            if points is None:
+                break
+            gap = points.phase[0] - goal
+            gap -= turn * m.nint(gap / turn)
+            if abs(gap) < NEAR:
+                return float(phase), float(points.time[0])
+            if before is not None:
+                slope = (gap - before[1]) / (phase - before[0])
+            before = phase, gap
+            phase -= gap / slope
+    # The reason, where it is that a periodic orbit without an unstable direction has no S1-.
+    periodic_orbit(Angles(*map(float, s.p)), float(s.h0))
+    raise ArithmeticError(
+        f"no orbit of S1- was found that meets the section at g = {g:.6f} before anywhere else"
+    )
 
 
 def _gain(s: UnstableSurface, g: float, arithmetic: Arithmetic) -> tuple[float, float]:
@@ -99,7 +109,7 @@ def _gain(s: UnstableSurface, g: float, arithmetic: Arithmetic) -> tuple[float, 
     """
     theta2_0, time = phase_at_start(s, g, arithmetic)
     rate = float(exponent(J2_0(s), s.p, numbers(s.bits)))
-    step = math.tau / (rate * (STEPS + float(s.p.nu) / math.pi))
+    step = math.tau / (rate * (STEPS + TURN * float(s.p.nu) / math.pi))
     before = step * np.arange(4 * int(time / (4 * step)))
     turning = _turning(s, theta2_0, np.append(0.0, time - before[::-1]), arithmetic)[:0:-1]
     fine, coarse, coarser = (

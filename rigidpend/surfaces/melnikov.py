@@ -17,14 +17,12 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from rigidpend.mechanics.body import Angles
-from rigidpend.mechanics.equations import eq1
 from rigidpend.mechanics.free_body import (
     SeparatrixMotion,
     direction,
     exponent,
     separatrix,
     theta1,
-    unperturbed,
     v,
 )
 from rigidpend.numbers.exact import GUARD_BITS, context
@@ -32,32 +30,6 @@ from rigidpend.numbers.generic import Elementary, Numbers, Scalar
 
 if TYPE_CHECKING:
     from rigidpend.routes.problem import RouteProblem
-
-
-def bracket(state: Numbers, p: Angles, m: Elementary = np) -> Any:
-    """Poisson bracket {H0, H1/(kappa J2)} in (theta1, J1), which Melnikov's integral sums.
-
-    The derivatives of H = H0 + mu H1 are those in Hamilton's equations, at any theta1, J1, theta2,
-    J2; the mu of `p` has no part in this.
-    """
-    # H is linear in mu: H1 has the derivatives at mu = 1 less those at mu = 0. So the equations are
-    # written once, and any slip in them shows here too.
-    free, heavy = unperturbed(state, p, m), eq1(state, p._replace(mu=1), m)
-    H0_J1, H0_theta1 = free[0], -free[1]
-    H1_J1, H1_theta1 = heavy[0] - free[0], free[1] - heavy[1]
-    return (H0_theta1 * H1_J1 - H0_J1 * H1_theta1) / (p.kappa * state[3])
-
-
-def integrand(t: Scalar, motion: SeparatrixMotion, p: Angles, m: Elementary = np) -> Any:
-    """Integrand: :func:`bracket` at t' - t0 = t on a separatrix, to relative precision.
-
-    It falls off like exp(-u \\|t\\|), as J1 (J2 - J1) does.
-    """
-    at = separatrix(t, motion, p, m)
-    share = at.J1 / motion.J2_0 * (at.J2mJ1 / motion.J2_0)
-    # sin(theta1 + theta2) - sin(theta2) as a product: the paper's cosine at theta1/2 + theta2.
-    swing = m.cos(at.theta2 + at.theta1 / 2)
-    return -direction(motion.number) * sigma(motion.number, p, m) * share * swing
 
 
 def integral(motion: SeparatrixMotion, p: Angles, m: Elementary = np) -> Any:
@@ -93,11 +65,6 @@ def delta(motion: SeparatrixMotion, p: Angles, m: Elementary = np) -> Any:
     """Phase lag delta = theta1/2 +- kappa v/sin(alpha0), radians; + on separatrices 2 and 4."""
     lag = p.nu / m.pi * v(motion, m)
     return theta1(motion.number, p, m) / 2 + direction(motion.number) * lag
-
-
-def sigma(number: int, p: Angles, m: Elementary = np) -> Any:
-    """Factor sigma_0 = 2 sin(alpha0) sin(theta1/2)/kappa; theta1 as on the separatrix."""
-    return 2 * m.sin(p.alpha0) * m.sin(theta1(number, p, m) / 2) / p.kappa
 
 
 def zeros(problem: RouteProblem, number: int = 2) -> tuple[float, ...]:

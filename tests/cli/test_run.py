@@ -7,7 +7,6 @@ import json
 import os
 import pickle
 import pty
-import shutil
 import subprocess
 import sys
 from pathlib import Path
@@ -54,19 +53,6 @@ def test_a_run_says_why_and_what_it_does_on_stderr_and_in_its_log(
     assert (done.returncode, done.stdout) == (0, "")
     assert done.stderr == f"fig4: {Path('deep', 'results', 'fig4.h5')} is up to date\n"
     assert before == [state(result.with_suffix(suffix)) for suffix in (".h5", ".log")]
-
-
-@pytest.mark.slow
-def test_no_result_depends_on_the_jobs(desk: Path, result: Path) -> None:
-    """The same again by --force on two processors, in another folder."""
-    (desk / "forced").mkdir()
-    shutil.copy(result, desk / "forced")
-    done = succeeded(desk, "run", "fig4", "--force", "-j", "2", "--out", "forced")
-    assert done.stderr.startswith("fig4: computing (--force), ")
-    one, two = (store.load(x)["data"] for x in (result, desk / "forced" / "fig4.h5"))
-    fields = [(array, name) for array in one for name in one[array]]
-    assert len(fields) == 14
-    assert all(one[a][name].tobytes() == two[a][name].tobytes() for a, name in fields)
 
 
 @pytest.mark.slow

@@ -55,6 +55,8 @@ run fig4 -q -v | 2 | --quiet and --verbose exclude each other
 run fig4 --out small.yaml | 2 | is a file
 run fig4 --out '' | 2 | got an empty text
 report --to '' | 2 | got an empty text
+certify --check '' | 2 | got an empty text
+find --code 01 --proof '' | 2 | got an empty text
 run small small --name one | 2 | --name is for one config; several keep their names
 run small fig4 --name one | 2 | --name is for one config; several keep their names
 describe all --resolved | 2 | --resolved prints one config, not all
@@ -317,3 +319,6 @@ def test_a_damaged_result_is_said_with_its_remedy_by_whoever_reads_it(tmp_path: 
     (tmp_path / proof).write_bytes(b"")
     done = call(tmp_path, "certify", "--check", str(proof))
     assert "call: rigidpend certify fig4 --force" in done.stderr
+    (results / "fig3.h5").mkdir()
+    said = call(tmp_path, "render", "fig3").stderr
+    assert said.endswith("; a folder is in its place: move that away\n"), "run --force refuses too"

@@ -74,7 +74,7 @@ def test_a_path_is_taken_as_it_is(here: Path, name: str) -> None:
     [
         *((name, "did you mean fig") for name in ("fig", "Fig4", "fg4", "fig44")),
         ("melnikov_tset", "did you mean melnikov_test?"),
-        ("zzzzzz", "known are "),
+        *((name, "known are ") for name in ("zzzzzz", "", ".", "./", "/", "..")),
     ],
 )
 def test_an_unknown_name_is_answered_with_a_near_one_or_with_all(
@@ -82,14 +82,8 @@ def test_an_unknown_name_is_answered_with_a_near_one_or_with_all(
 ) -> None:
     (here / "configs").mkdir()
     written(here / "configs", SMALL, "melnikov_test.yaml")
-    assert said(name).startswith(f"{name}: no such config; {answer}")
-    assert ("fig1, fig2" in said(name)) == (name == "zzzzzz")
-
-
-@pytest.mark.usefixtures("here")
-@pytest.mark.parametrize("name", ["", ".", "./", "/", ".."])
-def test_no_name_and_a_folder_are_no_config(name: str) -> None:
-    assert said(name).startswith(f"{name or repr(name)}: no such config; known are ")
+    assert said(name).startswith(f"{name or repr(name)}: no such config; {answer}")
+    assert ("fig1, fig2" in said(name)) == (answer == "known are ")
 
 
 def test_what_is_no_file_is_said(here: Path) -> None:

@@ -94,12 +94,7 @@ def test_the_file_s_own_errors_keep_their_places(tmp_path: Path) -> None:
 
 @pytest.mark.parametrize(
     "setting",
-    [
-        "nope.x=1",
-        "problem.arrays.new.start=0",
-        "problem.A.0=0.5",
-        f"problem.A.{'9' * 5000}=1",
-    ],
+    ["nope.x=1", "problem.arrays.new.start=0", "problem.A.0=0.5", f"problem.A.{'9' * 5000}=1"],
     ids=["unknown part", "half an array", "one moment", "huge index"],
 )
 def test_what_a_setting_breaks_is_said_of_the_setting(setting: str) -> None:

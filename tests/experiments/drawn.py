@@ -16,16 +16,7 @@ from matplotlib.patches import Patch
 from matplotlib.text import Annotation, Text
 from matplotlib.ticker import FixedLocator
 
-from rigidpend.experiments.data import (
-    FLOAT,
-    TEXT,
-    Field,
-    Layout,
-    Loaded,
-    declared,
-    fields,
-    members,
-)
+from rigidpend.experiments.data import FLOAT, TEXT, Field, Layout, Loaded, declared, fields, members
 from tests.experiments.figures import styled
 
 Seen = dict[str, list[Any]]

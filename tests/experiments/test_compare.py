@@ -58,10 +58,6 @@ def tree() -> dict[str, Any]:
     }
 
 
-def test_a_tree_does_not_differ_from_itself() -> None:
-    assert differences(LAYOUT, tree(), tree()) == []
-
-
 @pytest.mark.parametrize(
     ("name", "index", "value", "said"),
     [

@@ -10,15 +10,7 @@ from typing import Any
 import pytest
 
 from rigidpend import experiments
-from rigidpend.experiments.data import (
-    FLAG,
-    FLOAT,
-    NUMBER,
-    TEXT,
-    WHOLE,
-    Field,
-    Layout,
-)
+from rigidpend.experiments.data import FLAG, FLOAT, NUMBER, TEXT, WHOLE, Field, Layout
 
 NAMES = experiments.names()
 OWN = {"bench": ("A1", "A2", "A3", "mu", "h0")}

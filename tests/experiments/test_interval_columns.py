@@ -22,63 +22,45 @@ INTERVALS = {
     "depth": np.array([2, 2]),
     "codes": np.array([[0, 1], [1, NO_SYMBOL]], dtype=np.uint8),
 }
-QUARTER = np.pi / 2
+CASES = [
+    ("0.99", [1, 1, 0], False),
+    ("0.99", [0], True),
+    ("0.99", [0, 0, 1], False),
+    ("1.01", [1, 1, 0], True),
+    ("1.99", [1], True),
+    ("2.01", [1, 0, 0], True),
+    ("2.01", [0], False),
+    ("2.99", [0, 1, 0], False),
+    ("3.01", [0, 0, 0], True),
+]
+"""In quarters of the line, a column's code, and whether it agrees with the intervals."""
 
 
 @pytest.mark.parametrize(
-    ("phase", "code", "told"),
+    ("turns", "within", "code", "told"),
     [
-        (0.0, [0, 1, 1], True),
-        (0.0, [0, 0, 1], False),
-        (0.99 * QUARTER, [1, 1, 0], False),
-        (1.01 * QUARTER, [1, 1, 0], True),
-        (2.01 * QUARTER, [1, 0, 0], True),
-        (2.99 * QUARTER, [0, 1, 0], False),
-        (3.01 * QUARTER, [0, 0, 0], True),
-        (4.01 * QUARTER, [1, 1, 1], False),
-        (-0.01 * QUARTER, [1, 1, 1], True),
+        (0, "0", [0, 1, 1], True),
+        (0, "0", [0, 0, 1], False),
+        (0, "4.01", [1, 1, 1], False),
+        (0, "-0.01", [1, 1, 1], True),
+        *((n, *case) for n in (0, 10**9, 10**17, 10**30, -(10**30)) for case in CASES),
     ],
 )
-def test_a_column_has_the_symbols_of_its_interval(
-    phase: float, code: list[int], told: bool
+def test_a_column_has_the_symbols_of_the_interval_of_its_exact_phase(
+    turns: int, within: str, code: list[int], told: bool
 ) -> None:
-    phases = [3.1 * QUARTER, phase]
+    """Beyond 1e15 rad the nearest double is further from a phase than an interval is long."""
+    phases = [exact("3.1*pi/2"), exact(f"{turns}*2*pi + {within}*pi/2")]
     columns = {
-        "theta2_0": np.array(phases),
+        "theta2_0": np.array([float(x) for x in phases]),
         "codes": np.array([[0, x] for x in code], dtype=np.uint8),
-        "certain": np.ones((3, 2), dtype=bool),
+        "certain": np.ones((len(code), 2), dtype=bool),
     }
-    assert contradictions(INTERVALS, exacts(phases), columns) == ([] if told else [phase])
+    wrong = [] if told else [float(phases[1])]
+    assert contradictions(INTERVALS, phases, columns) == wrong
     # What is uncertain contradicts nothing.
     columns["certain"][:] = False
-    assert contradictions(INTERVALS, exacts(phases), columns) == []
-
-
-# Beyond 1e15 rad the nearest double is further from a phase than an interval is long.
-@pytest.mark.parametrize("turns", [10**9, 10**17, 10**30, -(10**30)])
-@pytest.mark.parametrize(
-    ("within", "code", "told"),
-    [
-        ("0.99*pi/2", 0, True),
-        ("0.99*pi/2", 1, False),
-        ("1.01*pi/2", 1, True),
-        ("1.99*pi/2", 1, True),
-        ("2.01*pi/2", 1, True),
-        ("2.01*pi/2", 0, False),
-        ("2.99*pi/2", 0, False),
-        ("3.01*pi/2", 0, True),
-    ],
-)
-def test_a_far_column_lies_in_the_interval_of_its_exact_phase(
-    turns: int, within: str, code: int, told: bool
-) -> None:
-    phase = exact(f"{turns}*2*pi + {within}")
-    columns = {
-        "theta2_0": np.array([float(phase)]),
-        "codes": np.array([[code]], dtype=np.uint8),
-        "certain": np.ones((1, 1), dtype=bool),
-    }
-    assert contradictions(INTERVALS, [phase], columns) == ([] if told else [float(phase)])
+    assert contradictions(INTERVALS, phases, columns) == []
 
 
 def test_an_interval_that_is_not_proven_again_is_in_no_theorem(monkeypatch: Any) -> None:

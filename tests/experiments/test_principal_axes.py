@@ -28,9 +28,7 @@ def test_agrees_the_left_array_of_fig_4(bits: int) -> None:
 
 @pytest.mark.slow
 @needs_heyoka("orbits in principal axes")
-def test_agrees_another_body_and_the_jobs_change_nothing(
-    monkeypatch: pytest.MonkeyPatch,
-) -> None:
+def test_agrees_another_body_and_the_jobs_change_nothing(monkeypatch: pytest.MonkeyPatch) -> None:
     phases: Any = np.array([0.3, 1.9, 4.4])
     problem = RouteProblem(GENERIC, exact("1.3"), exact("1e-3"), 4)
     expected = route_codes(GENERIC, phases, h0="1.3", J1_0="1e-3", n_symbols=4).codes

@@ -80,6 +80,7 @@ REFUSED = {
         "problem.rows={axis: log10_J1_0, ends: [-10, 1], count: 4}": "J1_0",
         "problem.rows={axis: gamma0, ends: [1, 2], count: 4}": "problem.rows",
         "problem.rows={axis: alpha0, ends: [1, 4], count: 4}": "pi > alpha0 > 0",
+        "problem.rows={axis: beta0, ends: [1, 4], count: 4}": "r1, r2 >= 0 is broken",
         "problem.rows={axis: h0, ends: [1/10000, 2], count: 4}": "h0 > mu",
         "problem.rows.axis=log10_J1": "got 'log10_J1'; did you mean log10_J1_0?",
         "problem.n_symbols=251": "n_symbols of a plane must be at most 250",
@@ -113,6 +114,7 @@ REFUSED = {
     },
     "stress": {
         "problem.honesty.tolerances=[1e-14, 1e-3]": "a spoilt tolerance is from 1e-13 to 0.01, got",
+        "problem.honesty.tolerances=[0.1]": "a spoilt tolerance is from 1e-13 to 0.01, got",
         "problem.honesty.tolerances=[1e-3, 0.1]": "a spoilt tolerance is from 1e-13 to 0.01, got",
     },
 }
@@ -124,6 +126,12 @@ def test_what_has_no_meaning_is_refused_where_it_is_written(name: str, setting: 
     settings = re.split(r" (?=problem\.|numerics\.)", setting)
     [found] = refused(catalogue.known()[name], settings)
     assert REFUSED[name][setting] in str(found)
+
+
+def test_all_that_is_wrong_with_a_body_is_told_at_once() -> None:
+    wrong = {"A": "[1, 2, 3/2]", "r": "[1, 1, 1]", "mu": "-1"}
+    found = refused(catalogue.known()["fig4"], [f"problem.{k}={x}" for k, x in wrong.items()])
+    assert [each.place for each in found] == [("problem", k) for k in wrong]
 
 
 ACCEPTED = {

@@ -15,13 +15,7 @@ from rigidpend import experiments
 from rigidpend.experiments.data import fields
 from rigidpend.render import captions
 from tests.cli.calls import REFERENCE
-from tests.experiments.trees import (
-    CONFIGS,
-    differences,
-    from_file,
-    reference,
-)
-from tests.processes import modules_of_computing
+from tests.experiments.trees import differences, from_file, reference
 
 
 def coordinates(path: Path) -> set[str]:
@@ -70,13 +64,6 @@ def test_a_result_has_tables_and_differs_neither_from_itself_nor_from_its_file(
     assert [*stored] == [*kept]
     for place, values in stored.items():
         np.testing.assert_array_equal(values, kept[place], err_msg=place)
-
-
-@pytest.mark.slow
-def test_what_has_a_closed_form_is_computed_without_an_integrator() -> None:
-    found = modules_of_computing("phase_portraits", CONFIGS / "fig1.yaml")
-    assert "rigidpend.mechanics.free_body" in found
-    assert found & {"scipy.integrate", "heyoka", "matplotlib"} == set()
 
 
 ALLOWED: list[tuple[str, str, Any, float]] = [

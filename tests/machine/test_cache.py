@@ -104,9 +104,7 @@ def test_it_lies_where_the_user_s_programs_keep_theirs(
         assert cache.folder() == tmp_path / place / "rigidpend"
 
 
-def test_what_is_saved_is_loaded_and_those_used_longest_ago_make_room(
-    folder: Path,
-) -> None:
+def test_what_is_saved_is_loaded_and_those_used_longest_ago_make_room(folder: Path) -> None:
     maps = folder / "maps"
     cache.save(maps, b"a", b"content", 999)
     assert (cache.load(maps, b"a"), cache.load(maps, b"b")) == (b"content", None)

@@ -31,10 +31,7 @@ def test_a_table_is_made_of_columns_of_one_length_each_in_its_form() -> None:
 
 def test_columns_are_wrapped_where_a_line_has_no_room() -> None:
     rows = [("a", "1.5, 2.5, 3.5", "meaning of a"), ("long", "7", "")]
-    assert list(columns(rows, 80, " ")) == [
-        " a     1.5, 2.5, 3.5  meaning of a",
-        " long  7",
-    ]
+    assert list(columns(rows, 80, " ")) == [" a     1.5, 2.5, 3.5  meaning of a", " long  7"]
     narrow = list(columns(rows, 22))
     assert narrow == ["a     1.5,     meaning", "      2.5,     of a", "      3.5", "long  7"]
     assert list(columns([("one", "")], 3)) == ["one"]

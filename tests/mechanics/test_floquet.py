@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import math
-from typing import Any
+from types import SimpleNamespace
+from typing import Any, NamedTuple
 
 import numpy as np
 import pytest
@@ -42,6 +43,33 @@ def leaves(orbit: PeriodicOrbit) -> bool:
     return orbit.exponent > 0
 
 
+class Turning(NamedTuple):
+    """An angle, with its cosine and sine: whoever adds angles needs no functions of them."""
+
+    angle: Any
+    cos: Any
+    sin: Any
+
+    @classmethod
+    def of(cls, x: Any) -> Turning:
+        return x if isinstance(x, cls) else cls(x, math.cos(x), math.sin(x))
+
+    def __add__(self, other: Any) -> Turning:
+        x, c, s = Turning.of(other)
+        cos, sin = self.cos * c - self.sin * s, self.sin * c + self.cos * s
+        return Turning(self.angle + x, cos, sin)
+
+    def __sub__(self, other: Any) -> Turning:
+        x, c, s = Turning.of(other)
+        return self + Turning(-x, c, -s)
+
+    def rates(self, rate: Any) -> tuple[Any, Any, Any]:
+        return rate, -self.sin * rate, self.cos * rate
+
+
+FUNCTIONS = SimpleNamespace(cos=lambda x: Turning.of(x).cos, sin=lambda x: Turning.of(x).sin)
+
+
 def integrated(orbit: PeriodicOrbit, p: Angles, h0: float) -> Any:
     """theta1 and tau by (eq1) from the first point, in the sense in which errors shrink."""
     n = orbit.tau.size
@@ -51,16 +79,17 @@ def integrated(orbit: PeriodicOrbit, p: Angles, h0: float) -> Any:
     _, J2, tau = pendulum.canonical_motion(times[0], p, h0, orbit.family, math)
     theta1 = orbit.theta1[0] + (0 if leaves(orbit) else 2 * math.pi * orbit.turns)
 
-    def field(x: Any, m: Any) -> Any:
+    def field(x: Any) -> Any:
         # Held on J1 = 0 or J1 = J2, which is invariant but unstable to rounding.
-        theta1, tau, J2 = x
-        if orbit.family == 1:
-            found = eq1((theta1, 0.0, tau, J2), p, m)
-            return found[0], found[2], found[3]
-        found = eq1((theta1, J2, tau - theta1, J2), p, m)
-        return found[0], found[0] + found[2], found[3]
+        theta1, tau, J2 = Turning(*x[:3]), Turning(*x[3:6]), x[6]
+        upper = orbit.family == 2
+        state = (theta1, J2, tau - theta1, J2) if upper else (theta1, 0.0, tau, J2)
+        by_theta1, _, by_theta2, by_J2 = eq1(state, p, FUNCTIONS)
+        by_tau = by_theta1 + by_theta2 if upper else by_theta2
+        return *theta1.rates(by_theta1), *tau.rates(by_tau), by_J2
 
-    found = states_at(field, [theta1, tau, J2], times - times[0])[:2]
+    begin = [*Turning.of(theta1), *Turning.of(tau), J2]
+    found = states_at(field, begin, times - times[0])[[0, 3]]
     return found[:, :-1] if leaves(orbit) else found[:, ::-1][:, :-1]
 
 
@@ -89,7 +118,7 @@ def monodromy(p: Angles, h0: float, family: int) -> Any:
     M, gamma = coordinates.body_from_andoyer(coordinates.andoyer_from_canonical(state, p.beta0))
     begin = np.array(aligned_from_body(M, gamma, p.alpha0, 1.0))
 
-    def field(flat: Any, _: Any) -> Any:
+    def field(flat: Any) -> Any:
         # The field is quadratic: central differences of any step are its derivative.
         x, v = flat[:6, None], flat[6:].reshape(6, 6)
         ahead, behind = (np.array(aligned(x + side * v, c)) for side in (1, -1))

@@ -54,7 +54,7 @@ def rate(body: Body, M: Any) -> Any:
 def orbit(body: Body, M: Any, times: Any) -> Any:
     A, r, _ = floats_of(body)
     state = [*M, *UP]
-    return states_at(lambda s, _: euler_poisson(s[:3], s[3:], A, r, 0.0), state, times)[:3]
+    return states_at(lambda s: euler_poisson(s[:3], s[3:], A, r, 0.0), state, times)[:3]
 
 
 @pytest.mark.parametrize("number", free_body.SEPARATRICES)

@@ -30,13 +30,7 @@ from rigidpend.mechanics.in_space import (
 from rigidpend.numbers.exact import context
 from rigidpend.orbits.integrate.states import states_at
 from tests.orbits.integrate.problems import ENGINES
-from tests.strategies import (
-    ROUNDING,
-    aligned_from_body,
-    field_with_alpha,
-    momenta,
-    repeatable,
-)
+from tests.strategies import ROUNDING, aligned_from_body, field_with_alpha, momenta, repeatable
 
 FIG5 = Body(A=(2, "1.5", "1.8"), r=(0, 1, 0), mu="0.01")
 BODIES = [

@@ -137,6 +137,8 @@ REFUSED = {
         *("1/0", "1/(3 - 3)", "0**-1", "sin(1)/0", "1/(pi - pi)", "(pi - pi)**-1"),
         "1/(sqrt(2)**2 - 2)",
     ],
+    # Shown whole, and with the part that is wrong.
+    r"'1 \+ cot\(2\)'.*'cot\(2\)' is not understood": ["1 + cot(2)"],
     "not real": ["sqrt(-1)", "sqrt(3 - pi)", "sqrt(-sqrt(2))"],
     "whole number": ["2**0.5"],
     "at most 64": ["2**65", "9**9**9", "9**64**64"],
@@ -155,13 +157,6 @@ REFUSED = {
 def test_refused_texts_name_their_reason(text: str, reason: str) -> None:
     with pytest.raises(ExactError, match=reason):
         exact(text)
-
-
-def test_refused_text_is_shown_whole() -> None:
-    with pytest.raises(ExactError) as caught:
-        exact("1 + cot(2)")
-    assert "'1 + cot(2)'" in str(caught.value)
-    assert "'cot(2)' is not understood" in str(caught.value)
 
 
 @pytest.mark.slow

@@ -9,6 +9,8 @@ place                                               test
 the Riccati equation at J1 = J2                     tests/mechanics/test_pendulum.py
 (gamma_dep), arcsin and arctan                      tests/mechanics/test_coordinates.py
 Grioli's bounds, which are right                    tests/mechanics/test_in_space.py
+"the nonzero increment" of alpha, in the Hess case  tests/surfaces/test_heteroclinic.py
+A2 + A3 > A1, which body a of Table 1 has not       tests/mechanics/test_body.py
 (Im), Legendre's integral, which is right           tests/surfaces/test_melnikov.py
 =================================================== =========================================
 """
@@ -30,31 +32,22 @@ from rigidpend.mechanics.equations import (
     hamiltonian_J3_0,
     theta3_rate,
 )
-from rigidpend.mechanics.free_body import (
-    SeparatrixMotion,
-    exponent,
-    separatrix,
-    theta1,
-)
-from rigidpend.mechanics.in_space import increments, regime
+from rigidpend.mechanics.free_body import SeparatrixMotion, exponent, separatrix, theta1
+from rigidpend.mechanics.in_space import increments
 from rigidpend.orbits.integrate.states import states_at
 from rigidpend.surfaces import melnikov
 from tests.bodies import GENERIC
-from tests.strategies import FINE, fine_angles
+from tests.strategies import FINE
+from tests.surfaces.bracket import bracket_on
 
 J2_0 = 0.8
 MIDDLE = SeparatrixMotion(2, J2_0 / 2, J2_0 / 2, 0.0)
 
 
-def bracket_on(motion: SeparatrixMotion, t: float, phase: float) -> float:
-    """The bracket above (Im) at theta2* + phase, theta2* holding the motion's own theta2_0."""
-    p = GENERIC.angles()
-    c = separatrix(t, motion, p, math)
-    return float(melnikov.bracket((c.theta1, c.J1, c.theta2 + phase, c.J2), p, math))
-
-
 def summed(motion: SeparatrixMotion, phase: float) -> float:
-    return quad(lambda t: bracket_on(motion, t, phase), -60, 60, epsabs=1e-13, limit=500)[0]
+    p = GENERIC.angles()
+    here = quad(lambda t: bracket_on(motion, t, p, math, phase), -60, 60, epsabs=1e-13, limit=500)
+    return here[0]
 
 
 def printed_Im(motion: SeparatrixMotion, phase: float) -> float:
@@ -80,11 +73,12 @@ def test_Im_converges_absolutely() -> None:
     """Printed: "a divergent improper integral", of which a principal value is taken."""
     p, rate = GENERIC.angles(), exponent(MIDDLE.J2_0, GENERIC.angles(), math)
     sums = [
-        2 * quad(lambda t: abs(melnikov.integrand(t, MIDDLE, p, math)), 0, x / rate, limit=2000)[0]
+        2 * quad(lambda t: abs(bracket_on(MIDDLE, t, p, math)), 0, x / rate, limit=2000)[0]
         for x in (10, 20, 40)
     ]
     # At most |sigma_0|/u: the integral of J1 (J2 - J1)/J2^2 is 1/u.
-    assert sums[0] < sums[-1] < abs(melnikov.sigma(2, p, math)) / rate
+    sigma = 2 * math.sin(p.alpha0) * math.sin((p.alpha0 + p.beta0) / 2) / p.kappa
+    assert sums[0] < sums[-1] < sigma / rate
     tails = np.diff(sums)
     assert 0 < tails[0] < 3 * math.exp(-10) * sums[-1]
     assert abs(tails[1]) < 1e-7 * sums[-1]
@@ -128,7 +122,7 @@ def orbit(body: Body, J2: float, J1: float, theta2: float, times: Any) -> Any:
         Canonical(J1, J2 - J1, 0.0, p.beta0 + 1.0, theta2, 0.0, 1.0), p.alpha0, p.beta0
     )
     coefficients = aligned_coefficients(p, math)
-    return states_at(lambda x, _: aligned(x, coefficients), start, times)
+    return states_at(lambda x: aligned(x, coefficients), start, times)
 
 
 def test_h0_of_section_3_is_not_the_energy_constant_of_the_pendulum() -> None:
@@ -185,20 +179,3 @@ def test_in_the_hess_case_S2_minus_and_S1_plus_are_one_surface() -> None:
         # Qp = 0, separatrices 1 and 3 with both periodic orbits, stays whatever the weight.
         assert abs(aligned([0, *map(FINE.mpf, state[1:])], coefficients)[0]) < 1e-55
     assert abs(coefficients.force_m) > 0.1
-
-
-def test_alpha_gains_nothing_along_1_and_3_in_the_hess_case() -> None:
-    """Printed: "near the separatrices (sol_1)-(sol_22) [it] receives the nonzero increment"."""
-    body = Body(A=(2, "0.75", "1.5"), r=(1, 2, 0), mu="0.01")
-    found = increments(body.angles(), 1.0)
-    assert np.abs(found[[0, 2]]).max() < 1e-17 < 1e-3 < np.abs(found[[1, 3]]).min()
-    assert regime(body).name == "iii"
-
-
-def test_body_a_of_table_1_has_the_equality_that_is_excluded_in_print() -> None:
-    """Printed: A2 + A3 > A1, cos(alpha0/2) > cos^2(gamma0/2)."""
-    body = Body(A=(2, "0.2", "1.8"), r=(1, 0, 0), mu=0)
-    assert (f"{body.alpha0:.5f}", f"{body.gamma0:.5f}") == ("2.91891", "2.46192")
-    assert body.special_cases == ("flat",)
-    p = fine_angles(body)
-    assert abs(FINE.cos(p.alpha0 / 2) - FINE.cos(p.gamma0 / 2) ** 2) < 1e-55

@@ -11,13 +11,12 @@ import numpy as np
 import pytest
 
 from rigidpend import Body, route_codes
-from rigidpend.mechanics.body import BodyError
 from rigidpend.numbers.exact import exact
 from rigidpend.orbits.integrate.arithmetic import resolve
 from rigidpend.routes import certainty, choice, costs
 from rigidpend.routes.cells import AXES, Cells, cell_problem, cells_of_each, cells_of_starts
 from rigidpend.routes.phases import Phases
-from rigidpend.routes.problem import ProblemError, RouteProblem, passage_limit, phase_rate
+from rigidpend.routes.problem import RouteProblem, passage_limit, phase_rate
 from rigidpend.routes.run import Run, Starts, in_pieces
 from tests.orbits.integrate.problems import FIG4, same
 
@@ -128,17 +127,3 @@ def test_rows_replace_one_value_and_no_other() -> None:
     assert float(wider.alpha0) == pytest.approx(1.8, rel=1e-15)
     assert (wider.A[:2], wider.r, wider.mu) == (FIG4.A[:2], FIG4.r, FIG4.mu)
     assert set(AXES) == {"log10_J1_0", "mu", "h0", "beta0", "alpha0"}
-
-
-@pytest.mark.parametrize(
-    ("axis", "value", "error"),
-    [
-        ("h0", 1e-4, ProblemError),
-        ("log10_J1_0", 1.0, ProblemError),
-        ("beta0", 4.0, BodyError),
-        ("alpha0", 4.0, BodyError),
-    ],
-)
-def test_values_that_the_problem_excludes_are_refused(axis: str, value: float, error: Any) -> None:
-    with pytest.raises(error):
-        cells_of_each(PROBLEM, {axis: np.array([value])}, FEW[:1], DOUBLES)

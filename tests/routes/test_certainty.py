@@ -128,10 +128,6 @@ def test_decide_climbs_with_what_is_uncertain_alone() -> None:
     assert len(nothing.asked) == 2, "no more than it needs"
 
 
-def test_limits_are_in_the_order_of_what_they_must_guard_against() -> None:
-    assert 0 < CLOSE < AGREEMENT < LINEAR < 0.1
-
-
 @pytest.mark.parametrize("pair", [(FIRST, SECOND), (FIRST, THIRD), (SECOND, THIRD)])
 def test_scales_of_the_computations_differ_by_no_power_of_two(pair: Any) -> None:
     for first, second in zip(*pair, strict=True):

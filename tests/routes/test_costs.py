@@ -12,7 +12,7 @@ import pytest
 from rigidpend import Body
 from rigidpend.numbers.exact import exact
 from rigidpend.routes import choice, costs, mapped
-from rigidpend.routes.problem import RouteProblem
+from rigidpend.routes.problem import RouteProblem, passage_rotations
 from tests.orbits.integrate.problems import FIG4
 
 SYMMETRIC = Body(("2.673", "2.520", "2.527"), (1, 1, 0), "0.004")
@@ -58,6 +58,19 @@ def test_the_share_that_doubles_leave_open_is_near_what_was_measured(
     A: Any, mu: str, h0: Any, share: float
 ) -> None:
     assert 1 / 1.7 < costs.share_open(problem(Body(A, (1, 1, 0), mu), h0=h0), 53) / share < 1.7
+
+
+@pytest.mark.parametrize(
+    ("A", "J1_0", "rotations", "share"),
+    [((2, "1.7", "1.85"), "1e-4", 34.3, 0.05), ((2, "1.9", "1.95"), "1e-8", 162.0, 0.31)],
+)
+def test_starts_farther_off_than_surfaces_are_split_keep_passages_short(
+    A: Any, J1_0: str, rotations: float, share: float
+) -> None:
+    """Of 128 and 16 orbits by integration; by the splitting it were 46 and 277, and all open."""
+    one = RouteProblem(Body(A, (1, 1, 0), "0.001"), exact("1.3342"), exact(J1_0), 15)
+    assert passage_rotations(one) == pytest.approx(rotations, rel=0.06)
+    assert 1 / 1.7 < costs.share_open(one, 53) / share < 1.7
 
 
 def test_an_orbit_costs_what_each_precision_takes_of_those_left_open() -> None:

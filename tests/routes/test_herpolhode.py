@@ -31,10 +31,7 @@ from rigidpend.routes.problem import RouteProblem
 from tests.strategies import field_with_alpha
 
 TOLERANCE = 3e-14
-PUBLISHED = {
-    "1.02": "2-2*-1*-1-4-4*-3*-3-4-4*-1*-1",
-    "1.83": "2-2*-3*-3-4-4*-1*-1-2-2*-1*-1",
-}
+PUBLISHED = {"1.02": "2-2*-1*-1-4-4*-3*-3-4-4*-1*-1", "1.83": "2-2*-3*-3-4-4*-1*-1-2-2*-1*-1"}
 
 
 PROBLEM = RouteProblem(

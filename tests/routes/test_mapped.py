@@ -47,22 +47,6 @@ def unmade(bits: int = costs.SHARPER, second: int = 53, **more: Any) -> Any:
     return maps
 
 
-def test_orbits_that_leave_the_tables_on_the_way_have_failed(
-    monkeypatch: pytest.MonkeyPatch,
-) -> None:
-    separatrix = np.array([[2, 2, 2, 0], [3, 3, 0, 0], [4, 0, 0, 0]], dtype=np.uint8)
-    time = np.where(separatrix > 0, [[1.0], [2.0], [3.0]], np.nan)
-    maps = unmade()
-    monkeypatch.setattr(maps, "_program", lambda *_: None, raising=False)
-    monkeypatch.setattr(
-        maps, "_follow", lambda *x: (time[:, x[-1]], separatrix[:, x[-1]]), raising=False
-    )
-    record = maps.crossings(53, certainty.FIRST, np.arange(4))
-    assert record.outcome.tolist() == [Outcome.COMPLETE] + [Outcome.FAILED] * 3
-    np.testing.assert_array_equal(record.separatrix, separatrix)
-    np.testing.assert_array_equal(record.time, time)
-
-
 def test_orbits_cross_together_as_each_does_alone() -> None:
     maps = mapped.Maps(run(PHASES[:17]))
     alone = [maps.crossings(53, certainty.FIRST, np.array([k])) for k in range(17)]
@@ -181,11 +165,11 @@ def test_passages_that_take_long_ask_for_sharper_tables_at_once(
             raise MapError("they do not settle")
 
     monkeypatch.setattr(maps, "_make", make, raising=False)
-    maps._settle(math.inf)
+    maps._settle(math.inf, math.inf)
     assert (tried, maps.pair) == (expected, least)
     least = 0, 0
     with pytest.raises(MapError, match="settle"):
-        maps._settle(math.inf)
+        maps._settle(math.inf, math.inf)
 
 
 @pytest.mark.slow
@@ -221,6 +205,28 @@ def test_tables_share_what_all_of_them_may_cost(monkeypatch: pytest.MonkeyPatch)
         with pytest.raises(MapError):
             mapped.Maps(run(), least_time=True)
         assert budgets == expected
+
+
+def test_maps_by_name_have_no_tables_that_take_minutes_beyond_doubles(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """Those in doubles are made whatever they take, and sharper ones where they pay."""
+    asked: list[tuple[int, float]] = []
+
+    def refused(*_: Any, bits: int, budget: float, **__: Any) -> None:
+        asked.append((bits, budget))
+        raise MapError("refused")
+
+    monkeypatch.setattr(mapped, "return_map", refused)
+    for share in (0.49, 0.51):
+        each = share * mapped.PATIENCE
+        monkeypatch.setattr(mapped, "expected_cost", lambda *_, each=each: each)
+        with pytest.raises(MapError, match="refused"):
+            mapped.Maps(run())
+    assert asked == [(64, mapped.PATIENCE / 2)] * 3 + [(53, math.inf)] * 2
+    with pytest.raises(MapError, match="refused"):
+        mapped.Maps(run(of=10**7))
+    assert asked[5][1] > mapped.PATIENCE
 
 
 @pytest.mark.parametrize(

@@ -44,7 +44,6 @@ def problem(body: Body = FIG4, h0: Any = "1.3342", J1_0: Any = "1e-8", n: Any = 
         ({"n": MAX_SYMBOLS + 1}, "n_symbols must be a whole number from 1 to 100000, got 100001"),
         ({"n": 1.5}, "n_symbols must be a whole number from 1 to 100000, got 1.5"),
         ({"h0": "0.001"}, "h0 > mu is broken: h0 = 0.001, mu = 0.001"),
-        ({"h0": "1000001"}, "h0 = 1000001 is outside of 1e-06 to 1e+06: take other units"),
         ({"J1_0": 0}, "0 < J1_0 < J2_0 is broken: J1_0 = 0, J2_0 = 1.41467"),
         ({"J1_0": "-1e-9"}, "0 < J1_0 < J2_0 is broken"),
         ({"J1_0": "1.4147"}, "0 < J1_0 < J2_0 is broken: J1_0 = 1.4147, J2_0 = 1.41467"),
@@ -88,7 +87,8 @@ def test_rotation_period_brings_the_integrated_pendulum_around_once(body: Body, 
     J2 = math.sqrt(2 * (float(h0) - p.mu * math.sin(theta2)) / p.kappa)
     period = rotation_period(problem(body, h0))
     times = np.linspace(0, period, 20)
-    orbit = states_at(lambda state, m: eq1(state, p, m), [0.4, 0.0, theta2, J2], times)
+    begin = [0.4, 0.0, theta2, J2]
+    orbit = states_at(lambda state: eq1(state, p, np), begin, times, engine="scipy")
     assert orbit[2, -1] == pytest.approx(theta2 + 2 * math.pi, abs=1e-9)
     assert orbit[3, -1] == pytest.approx(J2, abs=1e-9)
 

@@ -19,7 +19,6 @@ from rigidpend.orbits.integrate.arithmetic import (
     DEFAULT_TOLERANCE,
     FINEST_TOLERANCE,
     Arithmetic,
-    NumericsError,
     resolve,
 )
 from rigidpend.results import store
@@ -102,22 +101,3 @@ def test_resolving_what_is_resolved_changes_nothing() -> None:
     once = resolve("scipy", "1e-20", (53, 64, 200))
     assert once == Arithmetic("scipy", FINEST_TOLERANCE["scipy"], (53, 200))
     assert resolve(*once) == once
-
-
-@pytest.mark.parametrize(
-    ("field", "given"),
-    [
-        ("tolerance", {"tolerance": 0.0}),
-        ("tolerance", {"tolerance": 0.0101}),
-        ("tolerance", {"tolerance": "nan"}),
-        ("precisions", {"precisions": ()}),
-        ("precisions", {"precisions": (52, 113)}),
-        ("precisions", {"precisions": (113, 53)}),
-        ("precisions", {"precisions": (53.5,)}),
-    ],
-)
-def test_a_choice_that_cannot_be_used_names_its_field(field: str, given: dict[str, Any]) -> None:
-    with pytest.raises(NumericsError) as caught:
-        resolve("scipy", **given)
-    assert caught.value.field == field
-    assert str(caught.value).startswith(field)

@@ -11,14 +11,7 @@ import pytest
 
 from rigidpend.experiments.route_codes.schema import Config
 from rigidpend.runs import loading
-from tests.config.samples import (
-    FIG4,
-    TEXT,
-    changed,
-    content,
-    refused,
-    written,
-)
+from tests.config.samples import FIG4, TEXT, changed, content, refused, written
 
 
 def test_fig4_holds_the_paper_s_values_exactly_and_leaves_the_numerics_to_the_engine() -> None:

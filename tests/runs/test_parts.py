@@ -70,10 +70,7 @@ def copied(name: str, run: str) -> Callable[[Path], None]:
     ("change", "said"),
     [
         (lambda path: os.truncate(path, 100), "damaged; it is made again"),
-        (
-            lambda path: cache.save_file(path, b"a, part first", b"nothing"),
-            "no part of a run",
-        ),
+        (lambda path: cache.save_file(path, b"a, part first", b"nothing"), "no part of a run"),
         (copied("second", "a"), "of something else than its name says"),
         (copied("first", "b"), "of something else than its name says"),
     ],

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import datetime
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
@@ -20,23 +21,14 @@ from tests.config.samples import SMALL, written
 from tests.experiments import trees
 from tests.experiments.trees import asked, computed, shared_reference
 
-SETTINGS = {
-    # What makes it quicker; of the reference is then taken what belongs to it.
-    "fig1": (),
-    "fig2": (),
-    "fig3": (),
-    "fig4": (),
-    "fig5": (),
-    "fig4_zoom": ("problem.levels=1",),
-}
-SCIPY = {
-    "fig3": ("problem.bodies={a: [2, 0.2, 1.8]}",),
-    "fig4": (
-        "problem.n_symbols=2",
-        "problem.arrays.left.count=1",
-        "problem.arrays.right.count=1",
-    ),
-}
+FEW = ("problem.n_symbols=2", *(f"problem.arrays.{x}.count=1" for x in ("left", "right")))
+AGAIN = [
+    *(("taylor", name, ()) for name in ("fig1", "fig2", "fig3", "fig4", "fig5")),
+    ("taylor", "fig4_zoom", ("problem.levels=1",)),
+    ("scipy", "fig3", ("problem.bodies={a: [2, 0.2, 1.8]}",)),
+    ("scipy", "fig4", FEW),
+]
+"""References by engine, and what makes them quicker: of them is then taken what belongs to it."""
 NOT_COMPARED = (
     *("bits", "orbits", "reference_bits", "by_map"),
     *("family", "terms", "powers", "coefficients", "edge", "stretch"),
@@ -59,17 +51,10 @@ def part(stored: Any, fresh: Any) -> Any:
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("name", SETTINGS)
-def test_each_reference_is_found_again(name: str) -> None:
-    fresh = computed(asked(name, *SETTINGS[name]), arithmetic=resolve("taylor"))
-    assert differences(name, part(shared_reference(name)["data"], fresh), fresh) == []
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize("name", SCIPY)
-def test_the_scipy_engine_agrees_with_the_same_references(name: str) -> None:
+@pytest.mark.parametrize(("engine", "name", "settings"), AGAIN)
+def test_each_reference_is_found_again(engine: str, name: str, settings: Sequence[str]) -> None:
     # One job, for DOP853 would begin processes.
-    fresh = computed(asked(name, *SCIPY[name]), arithmetic=resolve("scipy"))
+    fresh = computed(asked(name, *settings), arithmetic=resolve(engine))
     assert differences(name, part(shared_reference(name)["data"], fresh), fresh) == []
 
 

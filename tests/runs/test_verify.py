@@ -16,7 +16,6 @@ from rigidpend.cli import verify
 from rigidpend.experiments.shared import APART, crossing_tolerance
 from rigidpend.mechanics.body import Body
 from rigidpend.numbers.exact import exact
-from rigidpend.results import store
 from rigidpend.routes.problem import RouteProblem, phase_rate
 from rigidpend.runs import loading, regression
 from tests.cli.calls import Done, call
@@ -147,9 +146,7 @@ def test_the_worst_element_is_named_with_both_values_and_what_is_allowed(desk: P
     assert found["said"].endswith(f"(may differ by {found['allowed']:.2g}, 2 of 20 differ)")
 
 
-def test_what_is_absent_is_said_and_keeps_no_other_from_being_compared(
-    desk: Path,
-) -> None:
+def test_what_is_absent_is_said_and_keeps_no_other_from_being_compared(desk: Path) -> None:
     shutil.copy("configs/small.yaml", "configs/other.yaml")
     said = f"results/reference/other.h5: there is no such file; {MEND}"
     done = called("configs/other.yaml", *READ)
@@ -205,11 +202,3 @@ def test_what_is_computed_to_be_compared_tells_how_far_it_is(desk: Path) -> None
     config, stored = loading.load(Path("configs/small.yaml")), Path("results/reference/small.h5")
     assert regression.verify(config, stored, jobs=1, report=lines.append) == []
     assert any(line.startswith("only: 5 orbits") for line in lines)
-
-
-def test_a_result_read_in_place_of_one_computed_must_be_there(desk: Path) -> None:
-    done = called("configs/small.yaml", "--results", "none")
-    assert done.returncode == 3
-    mend = "call: rigidpend run small --out none"
-    assert done.stderr == f"rigidpend: none/small.h5: there is no such file; {mend}\n"
-    assert store.attributes(desk / "results" / "small.h5")["name"] == "small"

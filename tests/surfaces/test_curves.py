@@ -65,7 +65,7 @@ def test_agrees_with_hamilton_s_equations(name: str) -> None:
     p, curves, t = problem.body.angles(), lower(problem), times(problem)
     theta1, ratio, at = curve(curves, 5)
     begin = [p.alpha0 + p.beta0, float(problem.J1_0), THETA2_0[5], problem.J2_0(53)]
-    orbit = states_at(lambda x, m: eq1(x, p, m), begin, np.append(0, t[at]), engine="scipy")
+    orbit = states_at(lambda x: eq1(x, p, np), begin, np.append(0, t[at]), engine="scipy")
     gap = np.abs(theta1 - orbit[0, 1:]) * 4 * ratio * (1 - ratio)
     assert gap.max() < 1e-10
     np.testing.assert_allclose(ratio, orbit[1, 1:] / orbit[3, 1:], rtol=0, atol=1e-9)

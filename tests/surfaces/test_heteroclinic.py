@@ -19,6 +19,7 @@ from rigidpend.orbits.integrate.arithmetic import resolve
 from rigidpend.orbits.integrate.states import states_at
 from rigidpend.surfaces import heteroclinic
 from rigidpend.surfaces.heteroclinic import increments
+from rigidpend.surfaces.surface_orbits import surface
 from tests.orbits.integrate.problems import find, theta1_on
 
 GENERIC = Body(A=(2, "1.2", "1.7"), r=(1, 3, 0), mu="0.05")
@@ -102,11 +103,41 @@ def test_in_the_Hess_case_nothing_is_gained_along_1_and_3() -> None:
     assert np.abs(found[:, [1, 3]]).min() > 0.1
 
 
-def test_the_error_told_holds_against_more_steps(monkeypatch: pytest.MonkeyPatch) -> None:
-    found = increments(GENERIC, H0, ARITHMETIC)
+@pytest.mark.parametrize(
+    ("body", "rounding"),
+    # With the second overtones of the rotation fall on the steps, if these are few.
+    [(GENERIC, 1e-15), (Body((2, "1.632", "1.646"), ("0.666", "0.746", 0), "0.00731"), 3e-14)],
+)
+def test_the_error_told_holds_against_more_steps(
+    body: Body, rounding: float, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    found = increments(body, H0, ARITHMETIC)
     monkeypatch.setattr(heteroclinic, "STEPS", 3 * heteroclinic.STEPS)
-    finer = increments(GENERIC, H0, ARITHMETIC)
-    assert np.abs(finer.gained - found.gained).max() < found.error.max() + 1e-15
+    finer = increments(body, H0, ARITHMETIC)
+    assert np.abs(finer.gained - found.gained).max() < found.error.max() + rounding
+
+
+def test_theta3_is_followed_by_the_engine_that_is_asked_for() -> None:
+    """Two of one tolerance err otherwise, and agree to what is left of it."""
+    given = surface(GENERIC, H0, 53, 2), 1.0, np.linspace(0, 80, 9)
+    engines = (resolve(x, 1e-13) for x in ("taylor", "scipy"))
+    one, other = (heteroclinic._turning(*given, x) for x in engines)
+    assert np.abs(one).max() > 1e-3
+    assert 0 < np.abs(one - other).max() < 1e-10
+
+
+def test_secants_that_lead_nowhere_begin_anew() -> None:
+    """Where the weight is strong, g is far from even in the phase of the start."""
+    body = Body(A=(2, "1.141", "1.696"), r=("0.921", "0.389", 0), mu="0.6")
+    s = surface(body, H0, 53, 2)
+    found, _ = heteroclinic.phase_at_start(s, math.pi / 2, ARITHMETIC)
+    assert found % math.tau == pytest.approx(1.7224, abs=1e-4), "by bisection"
+
+
+def test_an_elliptic_periodic_orbit_is_said_to_have_no_surface() -> None:
+    body = Body(A=(2, "1.304", "1.354"), r=("0.666", "0.746", 0), mu="0.6")
+    with pytest.raises(ArithmeticError, match=r"not hyperbolic: .* sum 0\.976049"):
+        increments(body, H0, ARITHMETIC)
 
 
 def test_an_orbit_that_is_not_found_is_an_error(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from functools import partial
 
+import numpy as np
+
 from rigidpend.experiments.compare import stated
 from rigidpend.experiments.data import FLAG, FLOAT, TEXT, WHOLE, Field, Layout, held
 from rigidpend.experiments.shared import MEANING, kept, known
@@ -34,8 +36,11 @@ ORBITS = {
         "largest gap of the map where passages meet: rad, widths of tables",
         within=stated(1e-11),
     ),
+    # Where surfaces are split little, the map in doubles errs by more.
     "moved": _double(
-        "rad", "theta2_0 in 106 bits less that by the map in doubles", within=stated(1e-12)
+        "rad",
+        "theta2_0 in 106 bits less that by the map in doubles",
+        within=stated(lambda stored, _: 1e-12 + 10 * np.abs(stored["moved"]).max(initial=0.0)),
     ),
     "error": _double("rad", "last correction of theta2_0 in 106 bits", within=stated(DIGIT)),
     "arcs": Field(WHOLE, (), "1", "arcs of the unstable surface on which the orbits were sought"),

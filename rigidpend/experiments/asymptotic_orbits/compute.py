@@ -13,15 +13,11 @@ from rigidpend.experiments.contract import Means
 from rigidpend.experiments.data import Tree
 from rigidpend.mechanics import in_space
 from rigidpend.orbits.integrate.states import states_at
+from rigidpend.orbits.records import columns
 from rigidpend.routes.codes import codes_of
 from rigidpend.routes.herpolhode import samples
 from rigidpend.routes.problem import rotation_period
-from rigidpend.routes.symbolic.asymptotic import (
-    DoublyAsymptotic,
-    columns,
-    doubly_asymptotic,
-    skeleton,
-)
+from rigidpend.routes.symbolic.asymptotic import DoublyAsymptotic, doubly_asymptotic, skeleton
 from rigidpend.routes.symbolic.chain import NoOrbit
 from rigidpend.routes.symbolic.levels import Level
 from rigidpend.routes.symbolic.sharp import Launch, sharp

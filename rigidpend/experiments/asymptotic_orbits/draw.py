@@ -116,7 +116,7 @@ def tables(result: Loaded) -> list[Table]:
                 Column("map's error (rad)", largest["moved"], ".0e"),
             ],
             "All leave the lower periodic orbit. The map's error is that of theta2_0 in doubles,"
-            " against integration in 106 bits.",
+            " against integration.",
         ),
         Table.of(
             "The first orbits",

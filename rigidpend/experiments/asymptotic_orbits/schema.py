@@ -39,7 +39,5 @@ class Problem(HeavyBody):
 
 
 class Config(ExperimentConfig):
-    """A whole config of this experiment."""
-
     problem: Problem
     numerics: DoubleNumerics = DoubleNumerics()

@@ -62,7 +62,5 @@ class Problem(Part):
 
 
 class Config(ExperimentConfig):
-    """A whole config of this experiment."""
-
     problem: Problem
     numerics: DoubleNumerics = DoubleNumerics()

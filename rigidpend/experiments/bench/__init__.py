@@ -1,7 +1,5 @@
 """Benchmark: speed, error and trust of rigidpend beside other methods, each at its best.
 
-Here is the layout of a result: what it consists of, with unit and bound.
-
 methods    problems and methods as data: what is tried for each, and which setting is chosen
 problems   the task of each problem, its truth and its error; bodies drawn by lot
 solvers    a method made ready for a task; the equations as methods integrate them

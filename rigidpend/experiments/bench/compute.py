@@ -11,7 +11,7 @@ import os
 import tempfile
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from functools import partial
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
@@ -20,15 +20,13 @@ from rigidpend.experiments.bench import BODY, measure, methods
 from rigidpend.experiments.bench.measure import Line
 from rigidpend.experiments.bench.methods import METHODS, PROBLEMS, Entrant
 from rigidpend.experiments.bench.problems import stage
+from rigidpend.experiments.bench.schema import Config
 from rigidpend.experiments.contract import Means
 from rigidpend.experiments.data import Data, Tree
 from rigidpend.machine import wording
 from rigidpend.machine.workers import WorkerError, apart
 from rigidpend.numbers.generic import Array
 from rigidpend.orbits.integrate.arithmetic import EngineError
-
-if TYPE_CHECKING:
-    from rigidpend.experiments.bench.schema import Config
 
 PATIENCE, GRACE = 4, 240
 """A worker is ended after so many budgets, and so many seconds more."""

@@ -24,24 +24,22 @@ from collections.abc import Callable, Iterator
 from dataclasses import replace
 from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
 from rigidpend.experiments import principal_axes
-from rigidpend.experiments.bench import problems
+from rigidpend.experiments.bench import problems, schema
 from rigidpend.experiments.bench.methods import METHODS, Entrant, tolerances
 from rigidpend.experiments.bench.peers import made
-from rigidpend.experiments.bench.problems import FIG4, Crossed, Stage, Task, judged
+from rigidpend.experiments.bench.problems import FIG4, Crossed, Stage, Task
 from rigidpend.experiments.bench.solvers import Make, Solver
 from rigidpend.experiments.data import Data
+from rigidpend.experiments.principal_axes import judged
 from rigidpend.machine import wording
 from rigidpend.numbers.exact import exact
 from rigidpend.routes.choice import expected_seconds
 from rigidpend.routes.problem import RouteProblem
-
-if TYPE_CHECKING:
-    from rigidpend.experiments.bench import schema
 
 Line = dict[str, Any]
 """A measurement, as a worker tells it."""

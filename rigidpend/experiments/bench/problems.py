@@ -15,7 +15,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rigidpend.experiments.data import Data
-from rigidpend.experiments.principal_axes import carry, euler_poisson_field, initial, integrator
+from rigidpend.experiments.principal_axes import (
+    carry,
+    euler_poisson_field,
+    initial,
+    integrator,
+    judged,
+)
 from rigidpend.mechanics.body import Body
 from rigidpend.mechanics.coordinates import scale
 from rigidpend.mechanics.equations import cross, euler_poisson
@@ -247,19 +253,6 @@ def error_of_codes(answer: Crossed, truth: Data) -> dict[str, float]:
     gap = np.abs(answer.time - truth["time"])
     worst = np.where(np.isnan(gap), np.inf, gap).max(axis=0)
     return {"error": float(np.median(worst)), **judged(answer, truth["codes"])}
-
-
-def judged(answer: Crossed, true: Any) -> dict[str, int]:
-    """Numbers of symbols of as many orbits as the truth has: of all, of wrong ones, and so on.
-
-    Those vouched for are told apart, and undecided ones; all are vouched for by a method that does
-    not say which.
-    """
-    n = true.shape[1]
-    wrong = answer.codes[:, :n] != true
-    trusted = np.ones_like(wrong) if answer.certain is None else answer.certain[:, :n]
-    masks = {"symbols": wrong | True, "wrong_symbols": wrong, "wrong_trusted": wrong & trusted}
-    return {name: int(mask.sum()) for name, mask in {**masks, "undecided": ~trusted}.items()}
 
 
 def error_of_alpha(answer: Array, truth: Data) -> dict[str, float]:

@@ -227,7 +227,10 @@ def phases_table(data: Data) -> Table:
     rows = []
     for name in METHODS:
         found = [group.get(name) for group in groups.values()]
-        cells = ([*_per_million(x), _an_orbit(x)] if x else ["-"] * 3 for x in found)
+        cells = (
+            [*_per_million(x), seconds(float(x["seconds"] / x["orbits"]))] if x else ["-"] * 3
+            for x in found
+        )
         if any(found):
             rows.append([METHODS[name].label, *itertools.chain(*cells)])
     heads = [
@@ -260,10 +263,6 @@ def records(group: Data) -> list[tuple[str, Any]]:
 def _per_million(record: Data) -> list[str]:
     shares = (np.sum(record[name]) / np.sum(record["symbols"]) for name in TRUST)
     return [f"{1e6 * share:,.0f}" for share in shares]
-
-
-def _an_orbit(record: Data) -> str:
-    return seconds(float(record["seconds"]) / float(record["orbits"]))
 
 
 def _stated(ratio: tuple[float, float, float]) -> str:

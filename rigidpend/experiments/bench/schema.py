@@ -106,8 +106,6 @@ class Bodies(Part):
 
 
 class Config(ExperimentConfig):
-    """A whole config."""
-
     problem: Workload = Workload()
     search: Search
     meeting: Meeting

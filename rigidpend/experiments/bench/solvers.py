@@ -91,7 +91,7 @@ def flat(body: Body, size: int) -> Any:
     A, r, mu = body.floats()
     # The moments are components too, for the tape multiplies by reciprocals of parameters: with
     # quotients, which round once, CyRK was a sixth faster.
-    traced, parameters = trace(lambda y, _: FIELDS[size](y[size:], r, mu)(y[:size]), size + 3)
+    traced, parameters = trace(lambda y: FIELDS[size](y[size:], r, mu)(y[:size]), size + 3)
     components = [*(f"y{i}" for i in range(size)), *map(repr, A)]
     names: list[str] = []
     known: dict[str, str] = {}

@@ -14,14 +14,7 @@ from rigidpend.experiments.data import Tree
 from rigidpend.experiments.shared import columns
 from rigidpend.numbers.expressions import NO_SYMBOL
 from rigidpend.routes.symbolic.chain import System, on_surface, passages, signs_of
-from rigidpend.routes.symbolic.closed import (
-    ClosedOrbit,
-    actions,
-    closed,
-    closing,
-    lyapunov,
-    words,
-)
+from rigidpend.routes.symbolic.closed import ClosedOrbit, actions, closed, closing, lyapunov, words
 from rigidpend.routes.symbolic.levels import Level
 from rigidpend.routes.symbolic.shortest import path
 from rigidpend.routes.symbolic.stretching import stretching

@@ -32,6 +32,4 @@ class Problem(HeavyBody):
 
 
 class Config(ExperimentConfig):
-    """A whole config of this experiment."""
-
     problem: Problem

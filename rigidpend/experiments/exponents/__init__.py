@@ -48,10 +48,7 @@ _checked = partial(_double, ("checked",), gaps=True)
 _axis = partial(Field, FLOAT, within=of_largest(ROUNDING))
 
 LOG10_J1_0 = _axis(
-    ("rows",),
-    "1",
-    "decadic logarithms of the rows' initial actions",
-    symbol=r"$\log_{10} J_1^0$",
+    ("rows",), "1", "decadic logarithms of the rows' initial actions", symbol=r"$\log_{10} J_1^0$"
 )
 LAYOUT: Layout = {
     "codes": Field(

@@ -92,10 +92,8 @@ def tables(result: Loaded) -> list[Table]:
     quantiles = zip(growth["share"], growth["exponent"], strict=True)
     below = [Column(f"{100 * share:.0f} % of cells below", x, ".4f") for share, x in quantiles]
     known, difference = np.isfinite(data["exponent"]), np.abs(data["checked"]["difference"])
-    note, held = (
-        f"{known.sum()} of {known.size} cells are known.",
-        difference[np.isfinite(difference)],
-    )
+    note = f"{known.sum()} of {known.size} cells are known."
+    held = difference[np.isfinite(difference)]
     if held.size:
         note += (
             f" The variational equations differ by {np.median(held):.1g} in ln of the growth"

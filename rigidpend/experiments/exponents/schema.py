@@ -39,7 +39,5 @@ class Problem(RouteStart):
 
 
 class Config(ExperimentConfig):
-    """A whole config of this experiment."""
-
     problem: Problem
     numerics: Numerics = Numerics()

@@ -1,7 +1,4 @@
-"""Sets that passages stretch across each other: a proof that every code occurs.
-
-Here is the layout of a result: what it consists of, with unit and bound.
-"""
+"""Sets that passages stretch across each other: a proof that every code occurs."""
 
 from __future__ import annotations
 

@@ -60,6 +60,4 @@ class Problem(HeavyBody):
 
 
 class Config(ExperimentConfig):
-    """A whole config of this experiment."""
-
     problem: Problem

@@ -36,11 +36,7 @@ _CLOSED = of_largest(ROUNDING, least=1.0)
 
 _sample = partial(Field, FLOAT, ("samples",))
 _crossing = partial(
-    Field,
-    FLOAT,
-    ("symbols+1",),
-    "t' = t s",
-    within=lambda name, stored, fresh: _apart(stored)[:-1],
+    Field, FLOAT, ("symbols+1",), "t' = t s", within=lambda name, stored, fresh: _apart(stored)[:-1]
 )
 
 ALPHA = _sample("rad", "angle of omega's horizontal part from eta, by (th_al)", symbol=r"$\alpha$")

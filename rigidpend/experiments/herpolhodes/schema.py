@@ -8,6 +8,7 @@ from pydantic import Field, model_validator
 
 from rigidpend.config.bodies import RouteStart
 from rigidpend.config.schema import ExperimentConfig, Number, Numerics, Part, Whole, Word
+from rigidpend.numbers.checked import ParameterError
 
 
 class HerpolhodeCase(Part):
@@ -29,11 +30,9 @@ class Problem(RouteStart):
 
     @model_validator(mode="after")
     def _physics(self) -> Problem:
-        from rigidpend.routes.problem import ProblemError
-
         if self.n_wound > self.n_symbols:
             message = f"n_wound = {self.n_wound} is more than n_symbols = {self.n_symbols}"
-            raise ProblemError("n_wound", message)
+            raise ParameterError("n_wound", message)
         return self
 
 
@@ -45,7 +44,5 @@ class HerpolhodeNumerics(Numerics):
 
 
 class Config(ExperimentConfig):
-    """A whole config of this experiment."""
-
     problem: Problem
     numerics: HerpolhodeNumerics = HerpolhodeNumerics()

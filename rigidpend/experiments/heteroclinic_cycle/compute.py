@@ -5,7 +5,6 @@ from __future__ import annotations
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from rigidpend.experiments.contract import Means
 from rigidpend.experiments.data import Tree
@@ -14,6 +13,7 @@ from rigidpend.experiments.heteroclinic_cycle.schema import Config
 from rigidpend.mechanics.coordinates import TURN
 from rigidpend.mechanics.free_body import SEPARATRICES, separatrix_theta1
 from rigidpend.numbers.expressions import NO_SYMBOL
+from rigidpend.numbers.generic import Array
 from rigidpend.routes.cycle import TURNS
 
 
@@ -80,7 +80,7 @@ def _separatrix_edge(number: int, place: float, again: bool) -> Edge:
     return Edge(start, end, (place, place), J1, NO_SYMBOL, again)
 
 
-def _turn_edge(turn: tuple[int, int, int], theta1: NDArray[np.float64]) -> Edge:
+def _turn_edge(turn: tuple[int, int, int], theta1: Array) -> Edge:
     """Horizontal edge of a turn, to smaller theta1 for symbol 0, to larger for 1."""
     arriving, leaving, symbol = turn
     J1 = 1.0 if _rises(arriving) else 0.0

@@ -53,10 +53,8 @@ def _draw_rectangles(axes: Axes, rectangles: Any) -> None:
 
 def _draw_edges(axes: Axes, edges: Any) -> None:
     for k, symbol in enumerate(map(int, edges["symbol"])):
-        look, (start, end) = (
-            LOOKS[symbol],
-            zip(edges["theta1"][:, k], edges["J1"][:, k], strict=True),
-        )
+        look = LOOKS[symbol]
+        start, end = zip(edges["theta1"][:, k], edges["J1"][:, k], strict=True)
         colour = "0.6" if edges["again"][k] else look["color"]
         # Its ends leave room for the vertices.
         path = arrow(

@@ -11,6 +11,4 @@ class Problem(FreeBody):
 
 
 class Config(ExperimentConfig):
-    """A whole config of this experiment."""
-
     problem: Problem

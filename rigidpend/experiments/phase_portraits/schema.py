@@ -38,6 +38,4 @@ class Problem(FreeBody):
 
 
 class Config(ExperimentConfig):
-    """A whole config of this experiment."""
-
     problem: Problem

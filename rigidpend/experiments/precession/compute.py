@@ -73,7 +73,7 @@ def _increments(name: str, body: Body, h0: Exact, means: Means) -> heteroclinic.
     try:
         return heteroclinic.increments(body, h0, means.arithmetic)
     except ArithmeticError as error:
-        said = f"body {name}, mu = {body.mu}: {error}; with less weight there may be one"
+        said = f"body {name}, mu = {body.mu}: {error}; take less weight"
         raise ArithmeticError(said) from None
 
 

@@ -8,12 +8,12 @@ from typing import Any
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
-from numpy.typing import NDArray
 
 from rigidpend.experiments import plots
 from rigidpend.experiments.data import Data, Loaded
 from rigidpend.experiments.shared import MU_OVER_H0
 from rigidpend.machine.wording import Column, Table
+from rigidpend.numbers.generic import Array
 
 MARKERS = "osD^"
 """Markers of the separatrices 1, 2, 3, 4."""
@@ -156,7 +156,7 @@ def tables(result: Loaded) -> list[Table]:
     ]
 
 
-def _range(slopes: NDArray[np.float64]) -> str:
+def _range(slopes: Array) -> str:
     """Least and largest of some slopes; those of mere rounding are left out."""
     known = slopes[np.isfinite(slopes)]
     return f"{known.min():.3f} to {known.max():.3f}" if known.size else "rounding"

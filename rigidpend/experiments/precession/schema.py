@@ -23,7 +23,5 @@ class Problem(WeightedBodies):
 
 
 class Config(ExperimentConfig):
-    """A whole config of this experiment."""
-
     problem: Problem
     numerics: DoubleNumerics = DoubleNumerics()

@@ -24,8 +24,6 @@ class Problem(RouteStart):
 
 
 class Config(ExperimentConfig):
-    """A whole config of this experiment."""
-
     problem: Problem
     numerics: Numerics = Numerics()
 

@@ -1,7 +1,4 @@
-"""Intervals of initial phases: on each the first symbols of all orbits are proven the same.
-
-Here is the layout of a result: what it consists of, with unit and bound.
-"""
+"""Intervals of initial phases: on each the first symbols of all orbits are proven the same."""
 
 from __future__ import annotations
 

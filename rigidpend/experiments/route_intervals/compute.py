@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 from fractions import Fraction
 from functools import partial
 from itertools import pairwise
@@ -20,6 +21,7 @@ from rigidpend.machine import progress
 from rigidpend.machine.workers import cores, side_by_side
 from rigidpend.numbers.exact import Exact, context
 from rigidpend.numbers.expressions import NO_SYMBOL
+from rigidpend.orbits.integrate.arithmetic import resolve
 from rigidpend.routes.certified import intervals as lines
 from rigidpend.routes.certified import pieces
 from rigidpend.routes.certified.checker import Undecided
@@ -77,16 +79,10 @@ def _joined(config: Config, trees: Sequence[Tree], means: Means) -> Tree:
 
 def _columns(problem: Problem, jobs: int) -> Data:
     """Symbols of single starts, by integration, which no proof rests on."""
-    from rigidpend.routes.codes import route_codes
+    from rigidpend.routes.codes import codes_of
 
-    found = route_codes(
-        problem.body,
-        problem.columns.phases,
-        h0=problem.h0,
-        J1_0=problem.J1_0,
-        n_symbols=COLUMN_SYMBOLS,
-        jobs=jobs,
-    )
+    asked = replace(problem.routes, n_symbols=COLUMN_SYMBOLS)
+    found = codes_of(asked, problem.columns.phases, resolve(), jobs)
     return {name: getattr(found, name) for name in COLUMNS}
 
 

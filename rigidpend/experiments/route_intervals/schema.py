@@ -35,6 +35,4 @@ class Problem(RouteStart):
 
 
 class Config(ExperimentConfig):
-    """A whole config of this experiment."""
-
     problem: Problem

@@ -17,6 +17,7 @@ from rigidpend.experiments import plots
 from rigidpend.experiments.data import Data, Loaded
 from rigidpend.experiments.shared import MEANING
 from rigidpend.machine.wording import Column, Table
+from rigidpend.numbers.generic import Array
 
 NAMES = {
     "theta2_0": plots.axis_label(MEANING["theta2_0"]),
@@ -65,7 +66,7 @@ def draw(result: Loaded) -> Figure:
     return figure
 
 
-def words(codes: NDArray[np.uint8]) -> NDArray[np.float64]:
+def words(codes: NDArray[np.uint8]) -> Array:
     """Words as numbers in [0, 1), neighbours along a Gray code: (rows, columns).
 
     Symbol i says whether what follows it is mirrored, so that a word beside a change of a

@@ -9,14 +9,7 @@ from typing import Annotated, Any, Literal, Self
 from pydantic import Discriminator, Field, Tag, model_validator
 
 from rigidpend.config.bodies import Axis, Range, RouteStart, distinct
-from rigidpend.config.schema import (
-    AUTO,
-    ExperimentConfig,
-    Number,
-    Numerics,
-    Part,
-    Word,
-)
+from rigidpend.config.schema import AUTO, ExperimentConfig, Number, Numerics, Part, Word
 from rigidpend.machine import files
 from rigidpend.numbers.checked import ParameterError
 
@@ -130,7 +123,5 @@ class Problem(RouteStart):
 
 
 class Config(ExperimentConfig):
-    """A whole config of this experiment."""
-
     problem: Problem
     numerics: Numerics = Numerics()

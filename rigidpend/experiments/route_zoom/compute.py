@@ -21,13 +21,7 @@ from rigidpend.experiments.data import Data, Tree
 from rigidpend.experiments.route_zoom.schema import Config, Problem
 from rigidpend.machine.progress import PartDone
 from rigidpend.numbers.exact import Exact, exact
-from rigidpend.routes.neighbourhood import (
-    Bracket,
-    Neighbourhood,
-    NoChange,
-    check_change,
-    narrowed,
-)
+from rigidpend.routes.neighbourhood import Bracket, Neighbourhood, NoChange, check_change, narrowed
 from rigidpend.routes.phases import Grid
 
 FINER = 2.0**-20

@@ -58,7 +58,5 @@ class Problem(RouteStart):
 
 
 class Config(ExperimentConfig):
-    """A whole config of this experiment."""
-
     problem: Problem
     numerics: Numerics = Numerics()

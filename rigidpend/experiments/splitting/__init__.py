@@ -120,10 +120,7 @@ CURVE = {
         within=_curve,
     ),
 }
-CLOSED_FORM = {
-    "nu": _line("1", "pi kappa/sin(alpha0)"),
-    "decay": _line("1", "nu/sinh(nu)"),
-}
+CLOSED_FORM = {"nu": _line("1", "pi kappa/sin(alpha0)"), "decay": _line("1", "nu/sinh(nu)")}
 LAYOUT: Layout = {
     "mu_over_h0": MU_OVER_H0,
     "bodies": held(RELATIVE, {"name": NAME, **BODIES}),

@@ -25,7 +25,5 @@ class Problem(WeightedBodies):
 
 
 class Config(ExperimentConfig):
-    """A whole config of this experiment."""
-
     problem: Problem
     numerics: Numerics = Numerics()

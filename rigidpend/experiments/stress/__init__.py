@@ -1,7 +1,5 @@
 """Trials at the limits: each claim has a bound, declared before the run; a run may refute it.
 
-Here is the layout of a result: what it consists of, with unit and bound.
-
 scenes     claims, their limits and verdicts; orbits, their starts, and how far they are apart
 passages   growth of errors a passage, predicted from the variational equations; how many
            symbols a precision decides

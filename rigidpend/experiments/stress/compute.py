@@ -4,25 +4,16 @@ from __future__ import annotations
 
 import time
 from collections.abc import Iterator, Mapping
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
 from rigidpend.experiments.contract import Means
 from rigidpend.experiments.data import Tree
-from rigidpend.experiments.stress import (
-    OF_CLAIM,
-    conserved,
-    extremes,
-    honesty,
-    passages,
-    scenes,
-)
+from rigidpend.experiments.stress import OF_CLAIM, conserved, extremes, honesty, passages, scenes
 from rigidpend.experiments.stress.scenes import Trial
+from rigidpend.experiments.stress.schema import Config, Problem
 from rigidpend.machine.progress import PartDone
-
-if TYPE_CHECKING:
-    from rigidpend.experiments.stress.schema import Config, Problem
 
 
 def compute(config: Config, means: Means) -> Tree:

@@ -31,7 +31,6 @@ from rigidpend.orbits.integrate.arithmetic import resolve
 from rigidpend.orbits.return_map import ReturnMap
 from rigidpend.orbits.return_map.build import FIRST, Design
 from rigidpend.routes import choice, mapped
-from rigidpend.routes.codes import RouteCodes
 from rigidpend.routes.cycle import symbols
 from rigidpend.routes.phases import Phases
 from rigidpend.routes.problem import RouteProblem
@@ -138,13 +137,13 @@ def trial(asked: Any, J1_0: str, orbits: int, checked: int, jobs: int) -> Trial:
         alone = [
             scenes.routes(problem, phases, jobs, (53,), float(x), "integration") for x in tolerances
         ]
-        wrong, lies = np.transpose([counted(x, true) for x in (*alone, default)])
+        told = [principal_axes.judged(x, true) for x in (*alone, default)]
         coarsest = np.argmax(np.array(tolerances, dtype=float))
         values = [
-            *lies,
+            *(x["wrong_trusted"] for x in told),
             (default.codes[:, :checked] != true[:, :checked]).sum(),
             1 - default.certain.mean(),
-            1 - wrong[coarsest] / true.size,
+            1 - told[coarsest]["wrong_symbols"] / true.size,
         ]
         return Findings(values)
 
@@ -171,23 +170,14 @@ def true_codes(
     return true
 
 
-def counted(found: RouteCodes, true: Codes) -> tuple[int, int]:
-    """Numbers of wrong symbols, and of lies, on the first orbits, whose truth is known.
-
-    A lie is wrong and called certain.
-    """
-    n = true.shape[1]
-    differ = found.codes[:, :n] != true
-    return int(differ.sum()), int((differ & found.certain[:, :n]).sum())
-
-
 def hard_trial() -> Trial:
     """The default precisions on the orbit on which two computations once hid a radian."""
 
     def measure() -> Findings:
         phases = np.array([HARD_PHASE])
         found = scenes.routes(HARD, phases, 1)
-        return Findings([counted(found, true_codes(HARD, phases, found.codes, 1, 1))[1]])
+        true = true_codes(HARD, phases, found.codes, 1, 1)
+        return Findings([principal_axes.judged(found, true)["wrong_trusted"]])
 
     return Trial("honesty", "hard orbit", (HARD_CLAIM,), measure)
 

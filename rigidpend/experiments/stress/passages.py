@@ -25,7 +25,7 @@ from rigidpend.experiments.stress.scenes import (
     followed,
     random_phases,
 )
-from rigidpend.mechanics.equations import AlignedCoefficients, aligned
+from rigidpend.mechanics.equations import AlignedCoefficients, aligned, aligned_along
 from rigidpend.numbers.generic import Array, Numbers, Scalar
 from rigidpend.orbits.integrate import Orbits
 from rigidpend.orbits.integrate.states import states_at
@@ -115,7 +115,7 @@ def _squares(scene: Scene, times: Array, states: Array) -> float:
     """Integral of (weight times component)^2, summed, back from a crossing at the last time."""
     c = scene.c
 
-    def backward(y: Scalar, _: Any) -> list[Any]:
+    def backward(y: Scalar) -> list[Any]:
         # Cotangents obey the transposed equations with the opposite sign.
         back = (-sum(w * s for w, s in zip(y[6:], x, strict=True)) for x in jacobian(y[:6], c))
         return [*aligned(y[:6], c), *back]
@@ -152,14 +152,14 @@ def growths(scene: Scene, state: Array, until: float) -> tuple[Array, Array]:
     return times[k] + share * (times[k + 1] - times[k]), logarithm - logarithm[:1]
 
 
-def with_tangent(c: AlignedCoefficients) -> Callable[[Any, Any], list[Any]]:
+def with_tangent(c: AlignedCoefficients) -> Callable[[Any], list[Any]]:
     """The aligned field of 12 components: an orbit, and a small deviation from it.
 
     Over many passages the deviation grows by more than doubles have digits, so that a difference
     along it, as `routes.symbolic.stretching` takes it, would lose the orbit.
     """
 
-    def field(y: Scalar, _: Any) -> list[Any]:
+    def field(y: Scalar) -> list[Any]:
         rows = zip(*jacobian(y[:6], c), strict=True)
         along = (sum(s * v for s, v in zip(row, y[6:], strict=True)) for row in rows)
         return [*aligned(y[:6], c), *along]
@@ -167,18 +167,9 @@ def with_tangent(c: AlignedCoefficients) -> Callable[[Any, Any], list[Any]]:
     return field
 
 
-def jacobian(x: Numbers, c: AlignedCoefficients) -> list[list[Any]]:
-    """Derivatives of the aligned field along each axis: six columns of six.
-
-    The field is quadratic, so that half the difference between two points on either side of x is
-    the derivative there, at any distance: here one.
-    """
-    columns = []
-    for j in range(6):
-        ahead, behind = ([a + side * (i == j) for i, a in enumerate(x)] for side in (1.0, -1.0))
-        both = zip(aligned(ahead, c), aligned(behind, c), strict=True)
-        columns.append([(a - b) / 2 for a, b in both])
-    return columns
+def jacobian(x: Numbers, c: AlignedCoefficients) -> list[tuple[Any, ...]]:
+    """Derivatives of the aligned field along each axis: six columns of six."""
+    return [aligned_along(x, axis, c) for axis in np.eye(6).tolist()]
 
 
 def compared(

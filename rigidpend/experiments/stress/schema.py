@@ -98,6 +98,4 @@ class Problem(HeavyBody):
 
 
 class Config(ExperimentConfig):
-    """A whole config."""
-
     problem: Problem

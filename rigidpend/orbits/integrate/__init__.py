@@ -28,6 +28,7 @@ from rigidpend.machine.workers import side_by_side, spread
 from rigidpend.mechanics.equations import AlignedCoefficients
 from rigidpend.numbers.generic import Scalar
 from rigidpend.orbits.integrate.arithmetic import in_kernel
+from rigidpend.orbits.records import joined
 
 
 class Outcome(IntEnum):
@@ -74,11 +75,6 @@ def no_crossings(n_crossings: int, n: int) -> Crossings:
         np.zeros((n_crossings, n), dtype=np.uint8),
         np.full(n, Outcome.FAILED, dtype=np.uint8),
     )
-
-
-def joined(parts: list[Crossings]) -> Crossings:
-    """Records of successive orbits as one."""
-    return Crossings(*(np.concatenate(x, axis=-1) for x in zip(*parts, strict=True)))
 
 
 def silent_outcome(Qp: Scalar, Qm: Scalar) -> Outcome:

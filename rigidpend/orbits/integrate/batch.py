@@ -19,18 +19,13 @@ from numpy.typing import NDArray
 from rigidpend.machine.workers import check_stop, note
 from rigidpend.mechanics.equations import AlignedCoefficients
 from rigidpend.numbers.generic import Array
-from rigidpend.orbits.integrate import (
-    Crossings,
-    Orbits,
-    Outcome,
-    no_crossings,
-    silent_outcome,
-)
+from rigidpend.orbits.integrate import Crossings, Orbits, Outcome, no_crossings, silent_outcome
 from rigidpend.orbits.integrate.arithmetic import PAIRS, kernel_bits
 from rigidpend.orbits.integrate.kernel import following, taylor_step
 from rigidpend.orbits.integrate.kernel.lane_numbers import exactly, in_parts
 from rigidpend.orbits.integrate.kernel.machine_code import FEW, LANES, lanes_for
 from rigidpend.orbits.integrate.passages import UNDECIDED, crossings_of_series, touch, value_at
+from rigidpend.orbits.integrate.units import in_units, unit_for
 
 MAX_STEPS = 1_000_000
 """Steps without a crossing after which an orbit counts as failed; a passage takes some fifty."""
@@ -55,6 +50,7 @@ CONVERGED = 1e-9
 def crossings(orbits: Orbits, bits: int, tolerance: float) -> Crossings:
     """Crossings of orbits: the same to the last bit whatever the other orbits.
 
+    (In units of M, see `units`, of others with an |M| alike.)
     `tolerance` is that of the Taylor series in 53 bits; every bit more halves it.
     """
     return Batch(orbits, bits, tolerance * 2.0 ** (53 - bits)).run()
@@ -74,8 +70,14 @@ class Batch:
     """Orbits of one body on their way: each column is one that is not yet done."""
 
     def __init__(self, orbits: Orbits, bits: int, tolerance: float) -> None:
-        self.orbits, self.bits, order = orbits, bits, taylor_step.order_of(tolerance)
+        self.bits, order = bits, taylor_step.order_of(tolerance)
         self.kind = bits = bits_of_numbers(bits)
+        self.unit = unit = unit_for(bits, orbits.states)
+        """Unit of M: times are in its inverse."""
+        if unit != 1:
+            given = in_units(unit, orbits.coefficients, orbits.states)
+            orbits = Orbits(*given, orbits.n_crossings, orbits.passage_limit * float(unit))
+        self.orbits = orbits
         states = np.concatenate(in_parts(orbits.states, bits))
         self.n = states.shape[1]
         self.abreast = lanes_for(self.n)
@@ -102,14 +104,16 @@ class Batch:
             note(self._told)
             self.load(self._ended())
         written(np.hstack(self.seen), self.found, self.orbits.passage_limit)
+        self.found.time[:] /= float(self.unit)
         return self.found
 
     def _told(self) -> str:
         """Progress of these orbits, in words."""
         open_ = self.n - self.next + self.lanes.size
-        reached = float(self.times[0, : self.lanes.size].max())
+        reached = float(self.times[0, : self.lanes.size].max()) / float(self.unit)
+        limit = self.orbits.passage_limit / float(self.unit)
         said = f"{open_} of {self.n} orbits under way in {self.bits} bits, at t' = {reached:.4g}"
-        return f"{said} of {self.orbits.passage_limit:.4g} at most for each passage"
+        return f"{said} of {limit:.4g} at most for each passage"
 
     def carried(self, number: int) -> Array:
         """All columns some steps further: the crossings on the way, by columns."""
@@ -235,7 +239,9 @@ def advance(
     """
     kind = kernel_bits(bits)
     order = taylor_step.order_of(tolerance * 2.0 ** (53 - kind))
-    kernel, parameters = following.carrying(order, kind, FEW), in_parts(coefficients, kind)
+    unit = unit_for(kind, state)
+    scaled, state = in_units(unit, coefficients, state)
+    kernel, parameters = following.carrying(order, kind, FEW), in_parts(scaled, kind)
     begin = in_parts(np.array(state, dtype=object), kind).reshape(-1, 1)
     # All lanes carry the orbit; what is noted of its crossings is not looked at.
     lanes, time = np.repeat(begin, FEW, axis=1), np.zeros((2, FEW))
@@ -244,6 +250,7 @@ def advance(
     for _ in range(count):
         check_stop()
         kernel(lanes, FEW, time, parameters, 0.0, 1, 1, room)
-        here = tuple(exactly(lanes[:, 0].reshape(-1, len(state))))
-        found.append((exactly(time[:, :1])[0], here))
+        here = exactly(lanes[:, 0].reshape(-1, len(state)))
+        here[:3] *= unit
+        found.append((exactly(time[:, :1])[0] / unit, tuple(here)))
     return found

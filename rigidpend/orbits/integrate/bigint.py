@@ -22,6 +22,7 @@ from rigidpend.mechanics.equations import AlignedCoefficients
 from rigidpend.numbers.exact import GUARD_BITS
 from rigidpend.orbits.integrate.kernel.tape import ALIGNED
 from rigidpend.orbits.integrate.passages import crossings_of_series
+from rigidpend.orbits.integrate.units import in_units, unit_of
 
 GAIN = 1.2
 """Nats that an order gains: the cheapest choice of 1.0 to 2.4 from 448 to 704 bits.
@@ -36,8 +37,6 @@ LENGTH_BITS = 40
 SHORT = 16
 """Orders that are summed term by term: below some 300 bits products of fewer take longer."""
 
-WEIGHTS = ("force_p", "force_m", "mu_r1", "mu_r2")
-"""The coefficients that are proportional to mu."""
 State = tuple[Fraction, ...]
 
 
@@ -93,8 +92,7 @@ def steps(
     All numbers are Fractions; `bits` are relative to the smallest component of the state.
     """
     unit = unit_of(state)
-    c = coefficients._replace(**{x: getattr(coefficients, x) / unit**2 for x in WEIGHTS})
-    here = [*(x / unit for x in state[:3]), *state[3:]]
+    c, here = in_units(unit, coefficients, state)
     smallest = min(abs(x) for x in (*here, *c) if x)
     leading_zeros = smallest.denominator.bit_length() - smallest.numerator.bit_length()
     P = bits + GUARD_BITS + max(0, leading_zeros)
@@ -103,12 +101,6 @@ def steps(
         series, length = flow.expand(now)
         yield IntegerStep(series, time, length, P, unit)
         now, time = [value_at(one, length, P) for one in series], time + length
-
-
-def unit_of(state: Sequence[Fraction]) -> Fraction:
-    """A power of two, half of that next to |M|: so numbers, and steps in its time, are near one."""
-    largest = max(abs(x) for x in state[:3])
-    return Fraction(2) ** (largest.numerator.bit_length() - largest.denominator.bit_length() - 1)
 
 
 def fixed(x: Fraction, P: int) -> int:

@@ -14,13 +14,7 @@ from rigidpend.machine.workers import check_stop, note
 from rigidpend.mechanics.equations import AlignedCoefficients, aligned
 from rigidpend.mechanics.free_body import separatrix_beside
 from rigidpend.numbers.generic import Array
-from rigidpend.orbits.integrate import (
-    Crossings,
-    Orbits,
-    Outcome,
-    no_crossings,
-    silent_outcome,
-)
+from rigidpend.orbits.integrate import Crossings, Orbits, Outcome, no_crossings, silent_outcome
 
 SIDE_BY_SIDE = 64
 """Number of orbits in one system: all take the step of the most demanding one."""
@@ -106,7 +100,7 @@ def sample(field: Any, states: Array, times: Array, tolerance: float) -> Array:
 
     def rates(_: float, flat: Array) -> Array:
         y = flat.reshape(states.shape) if n > 1 else flat
-        found = aligned(y, field) if isinstance(field, AlignedCoefficients) else field(y, np)
+        found = aligned(y, field) if isinstance(field, AlignedCoefficients) else field(y)
         return np.stack(np.broadcast_arrays(*found, y[0])[:size]).ravel()
 
     found: Any = solve_ivp(

@@ -34,13 +34,13 @@ from rigidpend.orbits.integrate import (
     Orbits,
     Outcome,
     in_turn,
-    joined,
     no_crossings,
     silent_outcome,
 )
 from rigidpend.orbits.integrate.arithmetic import LADDER, in_kernel
 from rigidpend.orbits.integrate.batch import advance
 from rigidpend.orbits.integrate.passages import TOUCH, UNDECIDED, crossings_of_series, touch
+from rigidpend.orbits.records import joined
 
 BLOCK = 8
 """Steps at a time, all in one precision."""

@@ -31,8 +31,9 @@ from rigidpend.orbits.integrate.kernel.lane_numbers import exactly, in_parts
 from rigidpend.orbits.integrate.kernel.machine_code import lanes_for
 from rigidpend.orbits.integrate.kernel.tape import ALIGNED, trace
 from rigidpend.orbits.integrate.pair_arrays import PairArray
+from rigidpend.orbits.integrate.units import in_units, unit_for
 
-Field: TypeAlias = Callable[[Any, Any], Any]
+Field: TypeAlias = Callable[[Any], Any]
 
 SPARE_BITS = 8
 """Bits below the precision to which series are cut off, where the numbers have them."""
@@ -58,7 +59,7 @@ def states_at(
 ) -> Any:
     """Orbits, (d, k, n) or (d, k), at times of either sign.
 
-    ``field(state, m)`` gives the derivatives, from the functions of the namespace `m`: in doubles.
+    ``field(state)`` gives the derivatives, in doubles; by ``+ - * /`` alone but of engine `scipy`.
     `AlignedCoefficients` stand for the aligned field, in time t'. The states of all orbits, (d, n),
     or of one, (d,), are those at time 0, in numbers of the precision `bits`, as all others:
     doubles, pairs of them, Fractions or mpmath's. The times, (k,) for all or (k, n) for each its
@@ -130,8 +131,13 @@ def _exact(
     """The same of Fractions, by the kernel or in integers."""
     states, times = task
     if in_kernel(engine, bits):
-        state, grid = (in_parts(x, kernel_bits(bits)) for x in task)
-        return exactly(_sampled(field, state, grid, bits, tolerance))
+        kind = kernel_bits(bits)
+        unit = unit_for(kind, states)
+        field, states = in_units(unit, field, states)
+        state, grid = (in_parts(np.array(x), kind) for x in (states, times * unit))
+        found = exactly(_sampled(field, state, grid, bits, tolerance))
+        found[:3] *= unit
+        return found
     each = np.broadcast_to(times, (len(times), states.shape[1]))
     columns = [_in_integers(field, *one, bits) for one in zip(states.T, each.T, strict=True)]
     return np.array(columns, dtype=object).transpose(2, 1, 0)

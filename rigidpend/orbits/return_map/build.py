@@ -6,10 +6,15 @@ import functools
 import math
 from collections.abc import Callable
 from dataclasses import dataclass
+from decimal import Decimal
 from typing import Any, NamedTuple
+
+import numpy as np
 
 from rigidpend.mechanics import floquet
 from rigidpend.mechanics.body import Body
+from rigidpend.numbers import checked
+from rigidpend.numbers.checked import ParameterError
 from rigidpend.numbers.exact import GUARD_BITS, Exact, exact
 from rigidpend.numbers.generic import Scalar
 from rigidpend.orbits import UNITS
@@ -26,7 +31,6 @@ from rigidpend.orbits.return_map.expansions import Interval
 from rigidpend.orbits.return_map.normal_form import MapError, NormalForm, normal_form
 from rigidpend.orbits.return_map.orders import (
     Layer,
-    MapPlan,
     Orders,
     Shrinking,
     border_of,
@@ -144,9 +148,18 @@ class ReturnMap:
         )
 
     def at(self, h: Scalar) -> EnergyLevel:
-        """The map at an energy, or at one for each of N orbits, within the interval."""
-        a = precision(self.bits)
-        return EnergyLevel(self.normal_form, self.charts, a.array(h) * self._unit**2, a)
+        """The map at an energy, or at one for each of N orbits; ParameterError beyond its own."""
+        a, (low, high) = precision(self.bits), self.energies
+        if isinstance(h, str | Decimal | Exact):
+            h = _number(checked.number("h", h), a)
+        given = a.array(h)
+        shown = np.atleast_1d(a.floats(given))
+        # What is beyond an end by a rounding is on it.
+        off = ~(np.abs(shown - (low + high) / 2) <= (high - low) / 2 + 2.0**-50 * abs(high))
+        if off.any():
+            message = f"the map is one of energies from {low} to {high}, got h = {shown[off][0]}"
+            raise ParameterError("h", message)
+        return EnergyLevel(self.normal_form, self.charts, given * self._unit**2, a)
 
     def program(self, bits: int, least_Qp: Scalar, most_Qp: Scalar, coarse: float = 0.0) -> Program:
         """This map for `kernel.follow`, for orbits that start at least_Qp <= Qp <= most_Qp.
@@ -183,13 +196,14 @@ def expected_cost(body: Body, low: Exact, high: Exact, bits: int, design: Design
 
     Raises MapError where there is none.
     """
-    plan = _plan(body, low, high, bits, design)
+    _, planned = _plan(body, low, high, bits, design)
     rough = coefficients(body.angles(), design.unit, precision(53))
     middle = float((low + high) / 2) * float(design.unit) ** 2
-    return cost(plan.orders, rough, middle, table_bits(bits), theta3=design.theta3)
+    return cost(planned, rough, middle, table_bits(bits), theta3=design.theta3)
 
 
-def _plan(body: Body, low: Exact, high: Exact, bits: int, design: Design) -> MapPlan:
+def _plan(body: Body, low: Exact, high: Exact, bits: int, design: Design) -> tuple[Layer, Orders]:
+    """Layer and orders of a map to be built, by the two looks."""
     ends = float(low), float(high)
     found = _looked(body, *ends)
     if isinstance(found, MapError):
@@ -198,8 +212,8 @@ def _plan(body: Body, low: Exact, high: Exact, bits: int, design: Design) -> Map
     below = 2.0 ** (table_bits(bits) - bits + MARGIN_BITS)
     target = min(2.0**-bits, _allowed(bits) / below)
     rough = coefficients(body.angles(), FIRST.unit, precision(53))
-    plan = MapPlan(layer, orders(rough, ends, layer, seen, target))
-    return plan.designed(float(design.unit), design.stretch, design.more)
+    planned, unit = orders(rough, ends, layer, seen, target), float(design.unit)
+    return layer.in_unit(unit), planned.designed(unit, design.stretch, design.more)
 
 
 def _allowed(bits: int) -> float:
@@ -361,4 +375,4 @@ def _cast(x: Scalar, a: Precision) -> Any:
     """A record with its numbers in another precision."""
     if isinstance(x, (NormalForm, Chart, ChartTable, Interval)):
         return type(x)(*(_cast(one, a) for one in x))
-    return x if isinstance(x, (int, float)) else a.array(x)[()]
+    return x if x is None or isinstance(x, (int, float)) else a.array(x)[()]

@@ -18,7 +18,7 @@ from __future__ import annotations
 import functools
 import math
 from collections.abc import Callable
-from typing import Any, Generic, NamedTuple, TypeAlias, TypeVar
+from typing import Any, NamedTuple, TypeAlias
 
 import numpy as np
 
@@ -59,15 +59,15 @@ SPARE_X, SPARE_PHASES = 1, 2
 
 
 class Looked(NamedTuple):
-    """The F functions of a table and their derivatives, (F, N) each."""
+    """The F functions of a table, and their derivatives where they are asked for, (F, N) each."""
 
     value: Any
-    by_x: Any
-    by_phase: Any
+    by_x: Any = None
+    by_phase: Any = None
 
 
-class LevelTable(NamedTuple):
-    """Functions of x in [-width, width] and a phase, F of them, at E energies.
+class ChartTable(NamedTuple):
+    """Functions of x in [-width, width] and a phase, F of them, over energies or at E of them.
 
     Points to look them up at come in E groups, each with an energy in common.
     """
@@ -76,9 +76,15 @@ class LevelTable(NamedTuple):
     n_x: int
     n_phase: int
     values: Any
-    """(E, n_x n_phase, F) coefficients; the phase runs fastest."""
+    """(E, n_x n_phase, F) coefficients, or (count, ...) over energies; the phase runs fastest."""
     counts: Any = None
     """Points of each group, where these are not all of one length."""
+
+    def at(self, weights: Numbers, counts: Any = None) -> ChartTable:
+        """The table at E energies, of which `weights` are the Chebyshev polynomials, (E, count)."""
+        flat = self.values.reshape(len(self.values), -1)
+        values = product(weights, flat).reshape(len(weights), *self.values.shape[1:])
+        return self._replace(values=values, counts=counts)
 
     def look_up(self, x: Scalar, phase: Scalar, a: Precision) -> Any:
         """The functions at points, (F, N)."""
@@ -104,22 +110,6 @@ class LevelTable(NamedTuple):
 def _summed(coefficients: Any, F: Any) -> Any:
     """The functions (F, N) from Fourier coefficients (N, n, F) at points."""
     return np.matmul(F[:, None, :], coefficients)[:, 0].T
-
-
-class ChartTable(NamedTuple):
-    """Functions of x in [-width, width] and a phase, F of them, over an interval of energies."""
-
-    width: Any
-    n_x: int
-    n_phase: int
-    values: Any
-    """(count, n_x n_phase, F) coefficients; the phase runs fastest."""
-
-    def at(self, weights: Numbers, counts: Any = None) -> LevelTable:
-        """The table at E energies, of which `weights` are the Chebyshev polynomials, (E, count)."""
-        flat = self.values.reshape(len(self.values), -1)
-        values = product(weights, flat).reshape(len(weights), *self.values.shape[1:])
-        return LevelTable(self.width, self.n_x, self.n_phase, values, counts)
 
 
 def fitted(
@@ -284,19 +274,16 @@ def quadrature_points(length: float, c: Coefficients, h: float, bits: int) -> in
     return math.ceil(bits * math.log(2) / 2 / math.asinh(height * 2 / length))
 
 
-Kind = TypeVar("Kind")
-
-
-class Chart(NamedTuple, Generic[Kind]):
+class Chart(NamedTuple):
     """The chart of one section, both ways: tables over energies, or at some."""
 
-    forward: Kind
+    forward: ChartTable
     """U, V, and the constants of time and theta3, of (d, chi)."""
-    inverse: Kind
+    inverse: ChartTable
     """d, chi - s, and the same constants, of (I, s)."""
 
 
-Charts: TypeAlias = tuple[Chart[ChartTable], Chart[ChartTable]]
+Charts: TypeAlias = tuple[Chart, Chart]
 """The charts of downward and of upward crossings."""
 
 
@@ -353,7 +340,7 @@ def inverse_table(
 
 def _solved(
     rising: bool,
-    forward: LevelTable,
+    forward: ChartTable,
     rates: tuple[Numbers, Numbers],
     goal: tuple[Scalar, Scalar],
     a: Precision,
@@ -368,7 +355,7 @@ def _solved(
     d, chi = (a.array(x) for x in begin)
     for _ in range(MOST_ITERATIONS):
         value = forward.look_up(d, chi, a)
-        I, s, *_ = kept(rising, value, chi, *rates, a, forward.counts)
+        I, s, *_ = invariants(rising, Looked(value), chi, *rates, a, forward.counts)
         step, turn = correction(at.by_d, at.by_chi, (I - goal[0], s - goal[1]))
         d, chi = d - step, chi - turn
         # The slopes in doubles leave 2^-40 of a correction.
@@ -378,13 +365,14 @@ def _solved(
 
 
 def _newton(
-    rising: bool, table: LevelTable, rates: tuple[Any, Any], goal: Any
+    rising: bool, table: ChartTable, rates: tuple[Any, Any], goal: Any
 ) -> tuple[tuple[Any, Any], Looked, Invariants]:
     """The points in doubles, with the chart and the invariants there."""
     a = precision(53)
     d, chi = 0 * goal[0], goal[1] + 0
     # Where passages are long chi and s are many turns apart, the same at nearly all points.
-    chi = chi - (kept(rising, table.look_up(d, chi, a), chi, *rates, a, table.counts).s - goal[1])
+    begun = Looked(table.look_up(d, chi, a))
+    chi = chi - (invariants(rising, begun, chi, *rates, a, table.counts).s - goal[1])
     for _ in range(MOST_ITERATIONS):
         seen = table.look_up_slopes(d, chi, a)
         at = invariants(rising, seen, chi, *rates, a, table.counts)
@@ -397,7 +385,7 @@ def _newton(
     raise MapError(UNCOVERED)
 
 
-def _size(step: Any, turn: Any, table: LevelTable, a: Precision) -> float:
+def _size(step: Any, turn: Any, table: ChartTable, a: Precision) -> float:
     return a.largest(step) / float(table.width) + a.largest(turn)
 
 
@@ -410,7 +398,7 @@ def invariants(
     a: Precision,
     counts: Any = None,
 ) -> Invariants:
-    """I and s of points of a section, with their derivatives in (d, chi).
+    """I and s of points of a section, with their derivatives in (d, chi) if the chart has some.
 
     Parameters
     ----------
@@ -425,27 +413,15 @@ def invariants(
         Points of each group, where these are not all of one length.
     """
     (U, V), which, side = seen.value[:2], int(by_v), 1 if by_v else -1
-    I, s, rates, *_ = kept(by_v, seen.value, chi, exponent, rotation, a, counts)
-    W, depth = seen.value[which], s - chi
-    slopes = []
+    I, W = U * V, seen.value[which]
+    rates = torus_rates(exponent, rotation, I, counts)
+    depth = a.log(np.abs(W)) / rates.exponent
+    s = chi + depth if by_v else chi - depth
+    if seen.by_x is None:
+        return Invariants(I, s, rates)
+    slopes, depth = [], s - chi
     for own, by in enumerate((seen.by_x, seen.by_phase)):
         of_I = U * by[1] + V * by[0]
         of_depth = side * by[which] / W - depth * rates.exponent_slope * of_I
         slopes.append((of_I, own + of_depth / rates.exponent))
     return Invariants(I, s, rates, *slopes)
-
-
-def kept(
-    by_v: bool,
-    value: Any,
-    chi: Scalar,
-    exponent: Scalar,
-    rotation: Scalar,
-    a: Precision,
-    counts: Any = None,
-) -> Invariants:
-    """:func:`invariants` without the derivatives."""
-    I = value[0] * value[1]
-    rates = torus_rates(exponent, rotation, I, counts)
-    depth = a.log(np.abs(value[int(by_v)])) / rates.exponent
-    return Invariants(I, chi + depth if by_v else chi - depth, rates)

@@ -7,12 +7,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from rigidpend.numbers.generic import Scalar
-from rigidpend.orbits.return_map.charts import (
-    Chart,
-    ChartTable,
-    kept,
-    section_chart,
-)
+from rigidpend.orbits.return_map.charts import Chart, ChartTable, Looked, invariants, section_chart
 from rigidpend.orbits.return_map.normal_form import NormalForm
 from rigidpend.orbits.return_map.precision import Precision
 from rigidpend.orbits.return_map.reduced import Coefficients
@@ -68,7 +63,7 @@ class Errors(NamedTuple):
 
 def held_out(
     rising: bool,
-    chart: Chart[ChartTable],
+    chart: Chart,
     nf: NormalForm,
     c: Coefficients,
     length: Scalar,
@@ -96,7 +91,7 @@ def held_out(
     there = inverse.look_up(I, s, a)
     back = forward.look_up(there[0], s + there[1], a)
     rates = weights @ nf.exponent, weights @ nf.rotation
-    again = kept(rising, back, s + there[1], *rates, a, counts)
+    again = invariants(rising, Looked(back), s + there[1], *rates, a, counts)
     off = (
         a.largest((again.I - I) / chart.inverse.width),
         a.largest(again.s - s),

@@ -143,7 +143,8 @@ class Interval(NamedTuple):
         if self.n == 1:
             ones = np.ones((*np.shape(h), 1), dtype=float)
             return a.array(ones)
-        return chebyshev_basis((h - self.centre) / self.half_width, self.n, a)
+        # A difference of numbers, and not of arrays, may be a number.
+        return chebyshev_basis(a.array((h - self.centre) / self.half_width), self.n, a)
 
     def analysis(self, a: Precision) -> Any:
         """(n, n), from values at nodes to coefficients."""

@@ -14,12 +14,13 @@ from __future__ import annotations
 import ctypes
 import functools
 import itertools
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 
 from rigidpend.machine.workers import check_stop, side_by_side
 from rigidpend.numbers.generic import Scalar
+from rigidpend.orbits.integrate import Crossings, Outcome
 from rigidpend.orbits.integrate.kernel import machine_code
 from rigidpend.orbits.integrate.kernel.lane_numbers import Value
 from rigidpend.orbits.integrate.kernel.machine_code import LANES
@@ -43,19 +44,13 @@ HEAD = (
 )
 
 
-class Followed(NamedTuple):
-    """Orbits through their crossings of M3 = 0, (crossings, N) each."""
-
-    time: np.ndarray[Any, Any]
-    """t' in the map's unit, doubles; NaN where the tables do not reach so far."""
-    separatrix: np.ndarray[Any, Any]
-    """uint8, 1..4; 0 where the tables do not reach as far as that crossing."""
-
-
 def follow(
     program: Program, Qp: Scalar, phase: Scalar, e: Scalar, crossings: int, jobs: int = 1
-) -> Followed:
+) -> Crossings:
     """Follow orbits from their start to so many crossings of M3 = 0.
+
+    Times are in the map's unit. There is no crossing where the tables do not reach so far, and the
+    orbit is FAILED.
 
     Parameters
     ----------
@@ -108,7 +103,8 @@ def follow(
     threads = max(1, min(jobs, groups, worth))
     ends = [groups * k // threads for k in range(threads + 1)]
     side_by_side(carry, (), False, [range(*x) for x in itertools.pairwise(ends)], threads)
-    return Followed(times[:, :n], separatrices[:, :n])
+    outcome = np.where(separatrices[-1, :n] != 0, Outcome.COMPLETE, Outcome.FAILED)
+    return Crossings(times[:, :n], separatrices[:, :n], outcome.astype(np.uint8))
 
 
 def _passages(program: Program) -> Any:
@@ -190,7 +186,7 @@ class _Following(Sums):
         later = code(f"select i1 {code(f'icmp eq i64 {odd}, 1')}, i64 1, i64 2")
         stage = code(f"select i1 {code(f'icmp eq i64 {number}, 0')}, i64 0, i64 {later}")
         at = code(f"mul i64 {stage}, {STAGE}")
-        entries = [self.whole_number("%stages", code(f"add i64 {at}, {j}")) for j in range(STAGE)]
+        entries = [code.scalar("%stages", code.add(at, j), "i64") for j in range(STAGE)]
         x, phase, factor = (n.load(place, 0) for place in (self.x, self.phase, self.factor))
         self._stay_inside(x[0], self.one)
         W, other, begin = self.table(entries[:6], x, phase)
@@ -210,13 +206,13 @@ class _Following(Sums):
         n.store(n.plus(n.load(self.time, 0), taken), self.time, 0)
         self._turn_sides(W[0])
         self._tell(k, odd, first)
-        self._go_on(there, f.reduced_angle(self.opposite(new)))
+        self._go_on(there, f.reduced_angle(n.opposite(new)))
 
     def _go_on(self, x: Value, phase: Value) -> None:
         """The next crossing's place; of orbits beyond the tables a place that does no harm."""
         mask = self.code.compare("ogt", self.code.load(self.inside), "zeroinitializer")
         for value, place in ((x, self.x), (phase, self.phase)):
-            kept = tuple(self.chosen(mask, part, "zeroinitializer") for part in value)
+            kept = tuple(self.code.chosen(mask, part, "zeroinitializer") for part in value)
             self.numbers.store(kept, place, 0)
 
     def _turn_sides(self, W: str) -> None:
@@ -224,7 +220,7 @@ class _Following(Sums):
         code = self.code
         image, negative = code.load(self.image), code.compare("olt", W, "zeroinitializer")
         other = code(f"fneg {code.vector} {image}")
-        code.store(self.chosen(negative, other, image), self.image)
+        code.store(self.code.chosen(negative, other, image), self.image)
         self._stay(code.compare("one", W, "zeroinitializer"))
 
     def _tell(self, k: str, odd: str, first: str) -> None:
@@ -238,17 +234,16 @@ class _Following(Sums):
         rising = code.binary("fsub", code.number(3.0), image)
         falling = code.binary("fadd", code.number(2.0), image)
         down = code.everywhere(code(f"icmp eq i64 {odd}, 1"), "i1")
-        beside = code.binary("fmul", self.chosen(down, falling, rising), inside)
+        beside = code.binary("fmul", self.code.chosen(down, falling, rising), inside)
         small = f"<{LANES} x i8>"
         whole = code(f"fptoui {code.vector} {beside} to {small}")
         code.store(whole, code.at("%separatrices", place, "i8"), small, 1)
-        time = self.chosen(mask, code.element(self.time, 0), code.number(float("nan")))
+        time = self.code.chosen(mask, code.element(self.time, 0), code.number(float("nan")))
         code.store(time, code.at("%times", place, "double"), align=8)
 
     def _limit(self, stage: str, which: int) -> str:
         code = self.code
-        at = code(f"add i64 {code(f'mul i64 {stage}, 3')}, {which}")
-        return code.everywhere(code.load(code.at("%limits", at, "double"), "double", 8))
+        return code.everywhere(code.scalar("%limits", code.add(code.mul(stage, 3), which)))
 
     def _stay_inside(self, x: str, limit: str) -> None:
         self._stay(self.code.compare("ole", self.code.size(x), limit))
@@ -256,4 +251,4 @@ class _Following(Sums):
     def _stay(self, mask: str) -> None:
         """Orbits stay inside of the tables where a condition holds."""
         now = self.code.load(self.inside)
-        self.code.store(self.chosen(mask, now, "zeroinitializer"), self.inside)
+        self.code.store(self.code.chosen(mask, now, "zeroinitializer"), self.inside)

@@ -127,7 +127,7 @@ class Sums:
         with code.loop(end, start) as m:
             at = code(f"mul i64 {m}, 2")
             c, s = (n.load(self.waves, code(f"sub i64 {at}, {k}")) for k in (2, 1))
-            less = self.opposite(n.times(s, sin))
+            less = n.opposite(n.times(s, sin))
             next_ = (
                 n.settled(n.with_product(less, c, cos)),
                 n.settled(n.with_product(n.times(s, cos), c, sin)),
@@ -163,19 +163,13 @@ class Sums:
     def _two(self, base: str, index: str) -> list[str]:
         """The two whole numbers at an index."""
         first = self.code(f"mul i64 {index}, 2")
-        return [self.whole_number(base, self.code(f"add i64 {first}, {k}")) for k in (0, 1)]
-
-    def whole_number(self, base: str, index: str) -> str:
-        return self.code.load(self.code.at(base, index, "i64"), "i64", 8)
+        return [self.code.scalar(base, self.code.add(first, k), "i64") for k in (0, 1)]
 
     def _scalar(self, n: Doubles, index: str) -> Value:
         """A coefficient in each lane."""
-        code, found = self.code, []
-        for part in range(n.parts):
-            begin = code(f"mul i64 %apart, {part}")
-            place = code.at("%values", code(f"add i64 {begin}, {index}"), "double")
-            found.append(code.everywhere(code.load(place, "double", 8)))
-        return tuple(found)
+        code = self.code
+        places = [code.add(index, code.mul("%apart", part)) for part in range(n.parts)]
+        return tuple(code.everywhere(code.scalar("%values", place)) for place in places)
 
     def _clear(self, totals: list[str]) -> None:
         for total in totals:
@@ -187,12 +181,5 @@ class Sums:
     def _settled(self, n: Doubles, total: str) -> Value:
         return n.settled(n.load(total, 0))
 
-    def opposite(self, x: Value) -> Value:
-        return tuple(self.code(f"fneg {self.code.vector} {part}") for part in x)
-
     def number(self, x: float) -> Value:
         return self.numbers.of_double(self.code.number(x))
-
-    def chosen(self, mask: str, a: str, b: str) -> str:
-        v = self.code.vector
-        return self.code(f"select {self.code.mask} {mask}, {v} {a}, {v} {b}")

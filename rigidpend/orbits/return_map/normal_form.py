@@ -21,25 +21,10 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from rigidpend.numbers.generic import Scalar
-from rigidpend.orbits.return_map.expansions import (
-    Interval,
-    fourier_analysis,
-    fourier_basis,
-    phases,
-)
-from rigidpend.orbits.return_map.jets import (
-    Deferred,
-    Jet,
-    Reciprocal,
-    convolved,
-)
+from rigidpend.orbits.return_map.expansions import Interval, fourier_analysis, fourier_basis, phases
+from rigidpend.orbits.return_map.jets import Deferred, Jet, Reciprocal, convolved
 from rigidpend.orbits.return_map.precision import Precision
-from rigidpend.orbits.return_map.reduced import (
-    Coefficients,
-    ReducedRates,
-    lift,
-    reduced,
-)
+from rigidpend.orbits.return_map.reduced import Coefficients, ReducedRates, lift, reduced
 
 MOST_CORRECTIONS = 40
 """Largest number of corrections of the Floquet frame; each squares its error, so few are made."""
@@ -239,15 +224,10 @@ class _Finder:
     def _left(self, A: Any, P: Any, exponent: Scalar) -> Any:
         """P^-1 (A P - P') - diag(exponent, -exponent)."""
         determinant = P[0][0] * P[1][1] - P[0][1] * P[1][0]
-        found = []
-        columns = []
-        for j in (0, 1):
-            columns.append(
-                [
-                    A[i][0] * P[0][j] + A[i][1] * P[1][j] - np.matmul(self.slope, P[i][j])
-                    for i in (0, 1)
-                ]
-            )
+        columns = [
+            [A[i][0] * P[0][j] + A[i][1] * P[1][j] - np.matmul(self.slope, P[i][j]) for i in (0, 1)]
+            for j in (0, 1)
+        ]
         found = [
             [(P[1][1] * x - P[0][1] * y) / determinant for x, y in columns],
             [(P[0][0] * y - P[1][0] * x) / determinant for x, y in columns],

@@ -22,11 +22,7 @@ from rigidpend.orbits.return_map.charts import (
     table_sizes,
 )
 from rigidpend.orbits.return_map.expansions import Interval, phases
-from rigidpend.orbits.return_map.normal_form import (
-    MapError,
-    normal_form,
-    powers,
-)
+from rigidpend.orbits.return_map.normal_form import MapError, normal_form, powers
 from rigidpend.orbits.return_map.precision import precision
 from rigidpend.orbits.return_map.reduced import Coefficients
 
@@ -100,6 +96,18 @@ class Orders(NamedTuple):
             self.length,
         )
 
+    def designed(self, unit: float, stretch: float, more: int) -> Orders:
+        """Those of a design, in its unit."""
+        return Orders(
+            self.degree + more,
+            self.n_phase_orbit + more,
+            self.n_x + more // 2,
+            self.n_phase + more,
+            self.n_phase_inverse + more,
+            self.n_energy + more // 2 if self.n_energy > 1 else 1,
+            self.length / unit * stretch,
+        )
+
 
 class Layer(NamedTuple):
     """The layer of orbits that the tables are to hold."""
@@ -109,28 +117,9 @@ class Layer(NamedTuple):
     widths: tuple[float, float]
     """Largest |d| on downward and upward crossings."""
 
-
-class MapPlan(NamedTuple):
-    """Layer and orders of a map to be built, by the two looks."""
-
-    layer: Layer
-    orders: Orders
-
-    def designed(self, unit: float, stretch: float, more: int) -> MapPlan:
-        """The plan in units of a design, with arcs and orders of its own."""
-        (invariant, widths), o = self
-        return MapPlan(
-            Layer(invariant * unit**2, (widths[0] * unit, widths[1] * unit)),
-            Orders(
-                o.degree + more,
-                o.n_phase_orbit + more,
-                o.n_x + more // 2,
-                o.n_phase + more,
-                o.n_phase_inverse + more,
-                o.n_energy + more // 2 if o.n_energy > 1 else 1,
-                o.length / unit * stretch,
-            ),
-        )
+    def in_unit(self, unit: float) -> Layer:
+        """The same in another unit of M."""
+        return Layer(self.invariant * unit**2, (self.widths[0] * unit, self.widths[1] * unit))
 
 
 def cost(o: Orders, c: Coefficients, h: float, bits: int, *, theta3: bool) -> float:

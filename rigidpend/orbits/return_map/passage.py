@@ -16,11 +16,10 @@ from rigidpend.numbers.generic import Scalar
 from rigidpend.orbits.return_map.charts import (
     Chart,
     Charts,
+    ChartTable,
     Invariants,
-    LevelTable,
     Looked,
     invariants,
-    kept,
 )
 from rigidpend.orbits.return_map.conjugacy import inverted, torus_rates
 from rigidpend.orbits.return_map.normal_form import NormalForm
@@ -121,8 +120,8 @@ class EnergyLevel:
         inverse = self.charts[True].inverse
         I = at.u * at.v
         rates = torus_rates(self.exponent, self.rotation, I)
-        s = phase + a.log(at.v) / rates.exponent
-        inside = (np.abs(I) <= inverse.width) & (np.abs(at.v) <= nf.radius)
+        inside = (np.abs(I) <= inverse.width) & (at.v > 0) & (at.v <= nf.radius)
+        s = phase + a.log(np.where(inside, at.v, 1 + zero)) / rates.exponent
         seen = inverse.look_up(np.where(inside, I, zero), s, a)
         chi = s + seen[1]
         time = at.tau + seen[2] - rates.rotation * (chi - phase)
@@ -168,10 +167,7 @@ class EnergyLevel:
         seen = _seen(forward, d, point.chi, slopes, a)
         rates = self.exponent, self.rotation
         with np.errstate(divide="ignore", invalid="ignore"):
-            if slopes:
-                at = invariants(not rising, seen, point.chi, *rates, a)
-            else:
-                at = kept(not rising, seen.value, point.chi, *rates, a)
+            at = invariants(not rising, seen, point.chi, *rates, a)
         other = seen.value[0 if rising else 1]
         inside = inside & (np.abs(at.I) <= inverse.width) & (other != 0)
         I, s = (np.where(inside, x, 0 * d) for x in (at.I, at.s))
@@ -191,10 +187,8 @@ class EnergyLevel:
         )
 
 
-def _seen(table: LevelTable, x: Scalar, phase: Scalar, slopes: bool, a: Precision) -> Looked:
-    if slopes:
-        return table.look_up_slopes(x, phase, a)
-    return Looked(table.look_up(x, phase, a), None, None)
+def _seen(table: ChartTable, x: Scalar, phase: Scalar, slopes: bool, a: Precision) -> Looked:
+    return table.look_up_slopes(x, phase, a) if slopes else Looked(table.look_up(x, phase, a))
 
 
 def _chained(seen: Looked, there: Looked, at: Invariants, turned: Scalar, side: Any) -> Any:

@@ -8,11 +8,7 @@ import numpy as np
 
 from rigidpend.numbers.generic import Scalar
 from rigidpend.orbits.integrate.pair_arrays import PairArray
-from rigidpend.orbits.return_map.charts import (
-    INVERSE,
-    ChartTable,
-    fitted,
-)
+from rigidpend.orbits.return_map.charts import INVERSE, ChartTable, fitted
 from rigidpend.orbits.return_map.conjugacy import inverted
 from rigidpend.orbits.return_map.normal_form import MapError, NormalForm
 from rigidpend.orbits.return_map.precision import Precision

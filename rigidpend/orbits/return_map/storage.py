@@ -30,14 +30,7 @@ from rigidpend.numbers.exact import FINEST, GUARD_BITS, Exact
 from rigidpend.numbers.expressions import named
 from rigidpend.numbers.generic import Scalar
 from rigidpend.orbits.integrate.pair_arrays import PairArray
-from rigidpend.orbits.return_map.build import (
-    WHOLE,
-    Costly,
-    Design,
-    ReturnMap,
-    build,
-    table_bits,
-)
+from rigidpend.orbits.return_map.build import WHOLE, Costly, Design, ReturnMap, build, table_bits
 from rigidpend.orbits.return_map.charts import Chart, ChartTable
 from rigidpend.orbits.return_map.checks import Errors
 from rigidpend.orbits.return_map.expansions import Interval
@@ -209,7 +202,7 @@ class _Kept:
 
 def followed(body: Body, low: Exact, high: Exact, bits: int, design: Any, table: int) -> bytes:
     """All that a map follows from, the precision of its tables among it."""
-    parts = [__version__, _code(), *map(str, (*body.A, *body.r, body.mu, low, high))]
+    parts = [__version__, _code(), *(str(x.key) for x in (*body.A, *body.r, body.mu, low, high))]
     parts += [str(bits), json.dumps(tuple(design)), str(table)]
     return "\n".join(parts).encode()
 

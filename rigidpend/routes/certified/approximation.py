@@ -21,7 +21,7 @@ import numpy as np
 from flint import arb, fmpz_poly
 
 from rigidpend.machine.workers import check_stop
-from rigidpend.mechanics.equations import AlignedCoefficients, aligned
+from rigidpend.mechanics.equations import AlignedCoefficients, aligned, aligned_along
 from rigidpend.numbers.generic import Array
 from rigidpend.orbits.integrate.states import states_at
 from rigidpend.routes.certified.models import Model
@@ -232,14 +232,9 @@ class _Linear:
 
 
 def jacobian(states: Array, c: AlignedCoefficients) -> Array:
-    """Derivatives of the aligned field at states (6, n), as (n, 6, 6).
-
-    The field is quadratic, so half of a central difference over any distance is exact.
-    """
-    away = np.eye(6)[:, :, None]
-    here = states[:, None, :]
-    ahead, behind = (np.array(aligned(here + sign * away, c)) for sign in (1, -1))
-    return (ahead - behind).transpose(2, 0, 1) / 2
+    """Derivatives of the aligned field at states (6, n), as (n, 6, 6)."""
+    along = aligned_along(states[:, None], np.eye(6)[:, :, None], c)
+    return np.array(along).transpose(2, 0, 1)
 
 
 def _fundamental(J: Array, middle: Array, lengths: Array) -> Array:

@@ -14,13 +14,7 @@ from flint import arb, ctx
 from rigidpend.machine.workers import check_stop
 from rigidpend.mechanics.equations import AlignedCoefficients, aligned
 from rigidpend.mechanics.free_body import separatrix_beside
-from rigidpend.routes.certified.balls import (
-    SCALARS,
-    Enclosed,
-    LogarithmicNorm,
-    double_above,
-    upper,
-)
+from rigidpend.routes.certified.balls import SCALARS, Enclosed, LogarithmicNorm, double_above, upper
 from rigidpend.routes.certified.models import PARTS, VALUE_BITS, Model, Values, above
 from rigidpend.routes.certified.pieces import ORBIT_CLOCK, Step
 

@@ -23,11 +23,12 @@ from rigidpend.numbers import checked
 from rigidpend.numbers.exact import Exact
 from rigidpend.numbers.expressions import NO_SYMBOL, words
 from rigidpend.numbers.generic import Scalar
+from rigidpend.orbits.integrate.arithmetic import resolve
 from rigidpend.routes.certified.approximation import Approximation
 from rigidpend.routes.certified.balls import enclosed
 from rigidpend.routes.certified.checker import OrbitChecker, Outgrown, ProvenCrossing, Undecided
 from rigidpend.routes.certified.pieces import ORBIT_BITS, ORBIT_STEPS, Step
-from rigidpend.routes.codes import route_codes, shown
+from rigidpend.routes.codes import codes_of, shown
 from rigidpend.routes.cycle import symbols
 from rigidpend.routes.phases import Phases
 from rigidpend.routes.problem import ProblemError, RouteProblem, passage_limit
@@ -130,12 +131,17 @@ def certify_codes(
     ProblemError, ExactError
         A value that is excluded or that is no number; the message says which.
     """
-    phases, jobs = Phases(theta2_0), checked.whole("jobs", jobs, 1, error=ProblemError)
+    jobs = checked.whole("jobs", jobs, 1, error=ProblemError)
     if bits is not None:
         bits = checked.whole("bits", bits, FEWEST_BITS, ORBIT_BITS, ProblemError)
-    h0, J1_0 = (checked.number(n, x, ProblemError) for n, x in (("h0", h0), ("J1_0", J1_0)))
-    problem = RouteProblem(body, h0, J1_0, n_symbols)
-    problem.afford(len(phases))
+    return proven_codes(RouteProblem(body, h0, J1_0, n_symbols), theta2_0, bits, jobs, report)
+
+
+def proven_codes(
+    problem: RouteProblem, theta2_0: Any, bits: int | None, jobs: int, report: Report
+) -> CertifiedCodes:
+    """Prove the route codes of the orbits of a checked problem: see :func:`certify_codes`."""
+    phases = Phases(theta2_0)
     exactly = phases.exactly(range(len(phases)))
     orbits = list(zip(exactly, *_expected(problem, exactly), strict=True))
     return _record(problem, phases.high, _proofs(_orbit, (problem, bits), orbits, jobs, report))
@@ -204,15 +210,7 @@ def _expected(problem: RouteProblem, theta2_0: Sequence[Exact]) -> tuple[list[fl
     as several.
     """
     # Doubles are enough for an estimate of the time; where it is too short there is another trial.
-    routes = route_codes(
-        problem.body,
-        theta2_0,
-        h0=problem.h0,
-        J1_0=problem.J1_0,
-        n_symbols=problem.n_symbols,
-        precisions=(53,),
-        method="integration",
-    )
+    routes = codes_of(problem, theta2_0, resolve(precisions=(53,)), method="integration")
     limit, last = passage_limit(problem, 53), routes.crossing_time[-1]
     reached = np.nan_to_num(routes.crossing_time).max(axis=0)
     found = np.isfinite(last)

@@ -175,10 +175,7 @@ def moving(ws: Array, found: Sequence[Any]) -> Array:
 
 def _sections(setting: ShiftProblem, w: float = 0.0) -> list[_Section]:
     level = setting.level_of(w)
-    return [
-        _Section(level, True, 0.0),
-        _Section(level, False, math.pi * (setting.half_turns % 2)),
-    ]
+    return [_Section(level, True, 0.0), _Section(level, False, math.pi * (setting.half_turns % 2))]
 
 
 def angles(setting: ShiftProblem) -> list[float]:

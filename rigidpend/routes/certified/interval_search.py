@@ -14,21 +14,18 @@ import numpy as np
 from numpy.polynomial import chebyshev
 
 from rigidpend.machine.workers import check_stop
+from rigidpend.numbers.exact import exact
 from rigidpend.numbers.generic import Array
+from rigidpend.orbits.integrate.arithmetic import resolve
 from rigidpend.orbits.return_map.expansions import nodes
 from rigidpend.orbits.return_map.precision import precision
 from rigidpend.routes.certified.checker import Undecided
-from rigidpend.routes.certified.family_orbits import (
-    GROWTH,
-    LENGTH,
-    LineStarts,
-    grid_of,
-    steps_of,
-)
+from rigidpend.routes.certified.family_orbits import GROWTH, LENGTH, LineStarts, grid_of, steps_of
 from rigidpend.routes.certified.horseshoe import NUMBERS, ShiftProblem
 from rigidpend.routes.certified.intervals import EnclosedStarts, PhaseInterval, symbols
 from rigidpend.routes.certified.pieces import CLOCK, FamilyStep, Powers
-from rigidpend.routes.codes import route_codes
+from rigidpend.routes.codes import codes_of
+from rigidpend.routes.problem import RouteProblem
 
 NODES = 20
 """Nodes on an interval."""
@@ -78,15 +75,9 @@ def _sampled(
 ) -> tuple[Array, int]:
     """Times of crossings at nodes, and how many symbols are the same there and at the ends."""
     u = np.concatenate((nodes(NODES, precision(53)), [-1.0, 1.0]))
-    routes = route_codes(
-        setting.body,
-        2 * np.pi * (float(of.middle) + u / (2 << of.depth)),
-        h0=setting.h,
-        J1_0=J1,
-        n_symbols=n_symbols,
-        precisions=(53,),
-        method="integration",
-    )
+    problem = RouteProblem(setting.body, setting.h, exact(J1), n_symbols)
+    theta2 = 2 * np.pi * (float(of.middle) + u / (2 << of.depth))
+    routes = codes_of(problem, theta2, resolve(precisions=(53,)), method="integration")
     same = (routes.codes == routes.codes[:, :1]).all(axis=1) & (routes.codes[:, 0] <= 1)
     common = int(np.argmin(same)) if not same.all() else len(same)
     return routes.crossing_time[:, :NODES], common

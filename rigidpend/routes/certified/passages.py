@@ -16,12 +16,7 @@ from flint import arb, ctx
 from rigidpend.machine.workers import check_stop
 from rigidpend.mechanics.equations import AlignedCoefficients, aligned
 from rigidpend.routes.certified import checker
-from rigidpend.routes.certified.balls import (
-    SCALARS,
-    LogarithmicNorm,
-    double_above,
-    upper,
-)
+from rigidpend.routes.certified.balls import SCALARS, LogarithmicNorm, double_above, upper
 from rigidpend.routes.certified.checker import LARGEST, Undecided
 from rigidpend.routes.certified.models import VALUE_BITS as VALUES
 from rigidpend.routes.certified.models import Family, Values

@@ -104,11 +104,7 @@ class Numbers(NamedTuple):
 
     @classmethod
     def of(
-        cls,
-        body: Body,
-        h: Exact,
-        spread: Fraction = Fraction(0),
-        h0: Exact | None = None,
+        cls, body: Body, h: Exact, spread: Fraction = Fraction(0), h0: Exact | None = None
     ) -> Numbers:
         """Enclose those of a body."""
         with ctx.workprec(BITS):

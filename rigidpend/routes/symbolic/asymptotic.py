@@ -27,12 +27,13 @@ angles and other grids find the same orbits.
 from __future__ import annotations
 
 import math
-from typing import Any, NamedTuple, TypeVar
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from rigidpend.numbers.generic import Array
+from rigidpend.orbits.records import columns, joined
 from rigidpend.orbits.return_map import SectionPoint
 from rigidpend.routes.symbolic.address import Address, cells_of
 from rigidpend.routes.symbolic.chain import Chain, NoOrbit, System, on_surface, signs_of
@@ -52,20 +53,7 @@ WIDENINGS = 8
 NARROWINGS = 40
 """Narrowings of a minimum of |U|: to 1e-8 of two samples, where it is flat to rounding."""
 MOVED = 1e-3
-"""Largest correction of a track's chi, radians: its error is 1e-16, grown along the orbit."""
-
-Record = TypeVar("Record", bound=tuple[Any, ...])
-
-
-def columns(record: Record, where: slice | Signs | Mask) -> Record:
-    """Some of the columns of a record of arrays and of records, or all in another order."""
-
-    def of(x: Any) -> Any:
-        return columns(x, where) if isinstance(x, tuple) else x[..., where]
-
-    make: Any = getattr(record, "_make", tuple)
-    made: Record = make(x if isinstance(x, Level) else of(x) for x in record)
-    return made
+"""Largest correction of a track's chi, and error of b, radians."""
 
 
 class Track(NamedTuple):
@@ -93,8 +81,7 @@ class Track(NamedTuple):
 def track(level: Level, b: Array, n: int) -> Track:
     """Follow orbits of the surface, by their angles b, (N,), through n passages."""
     starts = range(0, max(len(b), 1), TOGETHER)
-    parts = [_track(level, b[k : k + TOGETHER], n) for k in starts]
-    return Track(*(np.concatenate(x, axis=-1) for x in zip(*parts, strict=True)))
+    return joined([_track(level, b[k : k + TOGETHER], n) for k in starts])
 
 
 def _track(level: Level, b: Array, n: int) -> Track:
@@ -120,8 +107,13 @@ def skeleton(level: Level, symbols: int, half_turns: int) -> list[tuple[Track, i
     Symbols are passages between the first crossing and the last, of as many half rotations at
     most. They come by b from an arbitrary first arc on, with the number of arcs between zeros with
     one symbol less on which they were sought. NoOrbit is raised where the surfaces do not cross, or
-    an arc leaves the tables.
+    so little that doubles do not place their orbits, or an arc leaves the tables.
     """
+    if (off := level.displaced(53)) > MOVED:
+        raise NoOrbit(
+            f"the body is nearly symmetric: its surfaces are split by {level.splitting:.1g} only,"
+            f" and doubles place an orbit on them within {off:.1g} rad; take a less symmetric body"
+        )
     b = np.linspace(0, 2 * np.pi, AROUND + 1)
     U = track(level, b, 0).U
     at = np.flatnonzero(np.signbit(U[:-1]) != np.signbit(U[1:]))

@@ -35,6 +35,8 @@ LONGEST_STEP = 0.5
 """Largest change of an angle in one iteration, radians."""
 SETTLED = 1e-9
 """Size of the last correction, radians or widths of tables; its square, below rounding, is left."""
+ROUGHEST = 1e-6
+"""Size below which a correction that is no smaller than the one before is rounding."""
 EARLY = 1e-3
 """Time t' below which a zero of M3 is the crossing that an orbit starts from."""
 ROUNDED = 2.0**-51
@@ -235,6 +237,7 @@ class System(NamedTuple):
 
         NoOrbit is raised where the iteration does not settle, or leaves the tables.
         """
+        before = math.inf
         for _ in range(MOST_ITERATIONS):
             left, by, _ = self.evaluated(x)
             try:
@@ -246,13 +249,14 @@ class System(NamedTuple):
             if not np.isfinite(size):
                 break
             x = x - step * min(1.0, LONGEST_STEP / max(size, 1e-300))
-            if size < SETTLED:
+            if size < SETTLED or before <= size < ROUGHEST:
                 made, widest = self.evaluated(x)[2], self.level.widest
                 at = np.argwhere(np.abs(made.I) >= widest)
                 if at.size:
                     needed = f"passage {at[0, 0] + 1} would need |I| above {widest:.3g}"
                     raise NoOrbit(f"{needed}, the tables' end")
                 return made
+            before = size
         raise NoOrbit("Newton's method does not settle")
 
 

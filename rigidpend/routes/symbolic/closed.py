@@ -195,7 +195,7 @@ def actions(chains: Sequence[Chain]) -> Array:
     states = np.concatenate([crossing_states(chain)[:, :-1] for chain in chains], axis=1)
     time = np.concatenate([chain.time for chain in chains])
 
-    def rates(state: Any, _: Any) -> tuple[Any, ...]:
+    def rates(state: Any) -> tuple[Any, ...]:
         """The aligned equations with the quadrature of the potential energy."""
         return (*aligned(state[:6], c), c.mu_r1 * state[3] + c.mu_r2 * state[4])
 

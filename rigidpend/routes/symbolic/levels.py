@@ -38,6 +38,8 @@ Signs: TypeAlias = NDArray[np.int64]
 
 LOOKS = 128
 """Phases at which the splitting is looked at."""
+ROUNDINGS = 30
+"""Roundings that displace an orbit, at most: 10 were seen with 100 bodies drawn by lot."""
 STEP = 1e-4
 """Step of the differences in theta2_0, radians: its square is the error of a slope."""
 
@@ -146,6 +148,10 @@ class Level:
             if np.abs(ratio).max(initial=0.0) < 1e-15:
                 break
         return np.asarray(signs * size, dtype=float), slope
+
+    def displaced(self, bits: int) -> float:
+        """Radians by which roundings of so many bits displace an orbit on a surface, at most."""
+        return math.ldexp(ROUNDINGS * self.unit / self.splitting, -bits)
 
     def half_turns(self, I: float) -> float:
         """The half rotations that a passage takes between crossings at multiples of pi."""

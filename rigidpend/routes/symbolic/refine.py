@@ -23,7 +23,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from rigidpend.machine.workers import note
-from rigidpend.mechanics.equations import AlignedCoefficients, aligned
+from rigidpend.mechanics.equations import AlignedCoefficients, aligned, aligned_along
 from rigidpend.numbers.exact import context, exact, fraction
 from rigidpend.numbers.generic import Array
 from rigidpend.orbits.integrate.arithmetic import LADDER
@@ -254,9 +254,7 @@ class _Legs:
     def _on_section(self, state: Any) -> tuple[Any, Any]:
         """The crossing beside a state, and by how much later it is, to the square of that time."""
         rates = np.array(aligned(state, self.c))
-        # The field is quadratic: so a central difference of any width is its derivative.
-        ahead, behind = (np.array(aligned(state + x * rates, self.c)) for x in (1, -1))
-        bend = (ahead - behind) / 4
+        bend = np.array(aligned_along(state, rates, self.c)) / 2
         late = -state[2] / rates[2]
         late -= bend[2] * late**2 / rates[2]
         end = state + late * (rates + late * bend)

@@ -1,4 +1,4 @@
-"""theta2_0 of doubly asymptotic orbits to 30 digits, by integration in 106 bits, many at once.
+"""theta2_0 of doubly asymptotic orbits to 30 digits, by integration of many at once.
 
 Orbits start on the unstable surface itself: they have left the lower orbit since for ever. Close
 to the periodic orbit the surface is flat: where J1 is 1e-24, theta1 in doubles is off it by 1e-16
@@ -11,6 +11,9 @@ An orbit is integrated from its start until it is close to the periodic orbit at
 the normal form tells the invariant I of the passage, which is 0 if the orbit is asymptotic, and
 the map tells by how much I changes with theta2. The closer to the end, the smaller an I is told:
 what doubles make of it errs by 1e-16 of the square of the distance.
+
+The less the surfaces are split, the more a rounding displaces an orbit along them. So 106 bits
+serve where that is little, and twice as many elsewhere.
 """
 
 from __future__ import annotations
@@ -38,23 +41,21 @@ from rigidpend.routes.symbolic.levels import Level
 DEPTH = Fraction(1, 10**16)
 """J1 of the starts over J1_0: 1e-16 of it is how far off the surface theta2_0 is told."""
 HIGHEST = Fraction(1, 10**20)
-"""J1 of the starts at most, dimensionless."""
-BITS = PAIRS + 2 * GUARD_BITS
-"""Bits of the starts before they are rounded."""
+"""J1 of the starts over the splitting, at most: 1e-16 of it displaces an orbit by 1e-36 rad."""
 MOST_ITERATIONS = 60
 STEP = 1e-4
 """Step of the derivative of b in theta2, radians."""
 FIRST_ERROR = 1e-12
-"""Error of b by the map in doubles, radians, at most."""
+"""Error of b by the map in doubles, radians, at most, where its roundings do not count."""
 GAINED = 1e-6
 """Share of an error that a correction leaves, at most.
 
 Where ten times that is left, the next correction is told once more, farther from the end."""
-NEAREST, FARTHEST = 1e-9, 1e-2
-"""Distances from the periodic orbit at which orbits end, as v of the normal form."""
-ROUNDS = 8
+NEAREST, FARTHEST = 1e-15, 1e-2
+"""Ends of orbits, by v of the normal form: v^2 over the slope of I at least, and v at most."""
+ROUNDS = 16
 FINEST = 3e-30
-"""Size of the last correction at which 106 bits are used up, radians: a third of the 30th digit."""
+"""Error that is left at most, radians: a third of the 30th digit."""
 
 States: TypeAlias = list[list[Fraction]]
 
@@ -74,17 +75,20 @@ class Anchors(NamedTuple):
 class Launch:
     """Orbits of the surface of a level, by theta2 where J1 is tiny.
 
-    J1_0 is where theta2_0 is told, dimensionless.
+    J1_0 is where theta2_0 is told, dimensionless; `bits` are those of the integration.
     """
 
     def __init__(self, level: Level, J1_0: Exact) -> None:
-        self.level, self.m, self.a = level, context(BITS), precision(BITS)
-        self.p = level.body.angles(BITS)
+        self.level, self.bits = level, PAIRS
+        if level.displaced(PAIRS) > FINEST:
+            self.bits *= 2
+        bits = self.bits + 2 * GUARD_BITS
+        self.m, self.a, self.p = context(bits), precision(bits), level.body.angles(bits)
         self.h, self.J1_0 = level.energy.in_context(self.m), J1_0.in_context(self.m)
         depth, highest = (self.m.mpf(x.numerator) / x.denominator for x in (DEPTH, HIGHEST))
-        self.J1 = min(self.J1_0 * depth, highest)
+        self.J1 = min(self.J1_0 * depth, level.splitting * highest)
         self.c = coefficients(self.p, "1", self.a)
-        self.fractions = AlignedCoefficients(*(fraction(x, PAIRS) for x in self.c.aligned))
+        self.fractions = AlignedCoefficients(*(fraction(x, self.bits) for x in self.c.aligned))
         self.doubles = coefficients(level.body.angles(), "1", precision(53))
         self.zero_phase = self.m.pi / 2 - self.p.beta0 / 2
 
@@ -118,7 +122,7 @@ class Launch:
         return np.asarray(-(self._beside(psi, J1)[2] + rotation * psi))
 
     def states(self, anchors: Anchors, theta2: list[Fraction]) -> States:
-        """The starts in 106 bits at theta2 beside the anchors."""
+        """The starts at theta2 beside the anchors."""
         found = []
         for *anchor, here in zip(*anchors[:3], theta2, strict=True):
             begun, theta1, slope = (Fraction(float(x)) for x in anchor)
@@ -126,9 +130,9 @@ class Launch:
         return found
 
     def carried(self, states: States, times: Array, jobs: int = 1) -> Any:
-        """Orbits carried on in 106 bits, each for a time t' of its own: (6, N) Fractions."""
+        """Orbits carried on, each for a time t' of its own: (6, N) Fractions."""
         exact_times = np.array([[Fraction(float(t)) for t in times]])
-        return states_at(self.fractions, np.array(states).T, exact_times, PAIRS, jobs)[:, 0]
+        return states_at(self.fractions, np.array(states).T, exact_times, self.bits, jobs)[:, 0]
 
     def _state(self, theta1: Fraction, theta2: Fraction) -> list[Fraction]:
         m, p = self.m, self.p
@@ -138,11 +142,11 @@ class Launch:
             off = hamiltonian_J3_0(self.J1, J2, (first, second), p, m) - self.h
             J2 -= off / (p.kappa * J2)
             # What is left is smaller by mu J1.
-            if abs(off) < self.h * m.ldexp(1, -PAIRS // 2):
+            if abs(off) < self.h * m.ldexp(1, -self.bits // 2):
                 break
         at = Canonical(self.J1, J2 - self.J1, m.mpf(0), first, second, m.mpf(0), m.mpf(1))
         found = aligned_from_canonical(at, p.alpha0, p.beta0, m)
-        return [fraction(x, PAIRS) for x in found]
+        return [fraction(x, self.bits) for x in found]
 
     def _beside(self, psi: Array, J1: float) -> tuple[Array, Array, Array]:
         """v, theta1 and the oscillation of the time, at psi of the mirrored orbits."""
@@ -165,14 +169,13 @@ class Launch:
         J2 = np.sqrt(2 * (self.level.h - lifted + Qp * Qm / 2) / k.kappa)
         return np.asarray(across / (2 * (J2 + np.sqrt(J2 * J2 - across))))
 
-    def at_J1_0(self, anchors: Anchors, states: States, jobs: int) -> list[Fraction]:
-        """theta2_0: theta2 where J1 has grown to J1_0, radians in [0, 2 pi), from the starts."""
-        begin = anchors.theta2
+    def at_J1_0(self, begin: Array, states: States, jobs: int) -> list[Fraction]:
+        """theta2_0, in [0, 2 pi): theta2 where J1 has grown to J1_0, of orbits from theta2 on."""
         goal = self.theta2(self.b(begin, float(self.J1)), float(self.J1_0))
         times = self.clock(goal, float(self.J1_0)) - self.clock(begin, float(self.J1))
         found = self._moved(self.carried(states, times, jobs))
         turn = 2 * self.m.pi
-        return [fraction(x - turn * self.m.floor(x / turn), PAIRS) for x in found]
+        return [fraction(x - turn * self.m.floor(x / turn), self.bits) for x in found]
 
     def _moved(self, states: Any) -> Any:
         """theta2 where J1 is J1_0 sharply, from states (6, n) a rounding of doubles beside."""
@@ -198,8 +201,8 @@ class Launch:
 class Sharp(NamedTuple):
     """Phases to 30 digits, (N,) each: radians in [0, 2 pi), where J1 is J1_0.
 
-    With aligned components at the starts of `Launch`, to 106 bits, the corrections of the map by
-    integration and the size of the last one, radians.
+    With aligned components at the starts of `Launch`, the corrections of the map by integration,
+    and what the phases err by at most, radians: the last correction, or what roundings do.
     """
 
     theta2_0: list[Fraction]
@@ -213,12 +216,12 @@ def sharp(launch: Launch, orbits: DoublyAsymptotic, jobs: int = 1) -> Sharp:
 
     NoOrbit is raised where integration finds an orbit elsewhere than the map.
     """
-    begun, error = launch.anchors(orbits.b), FIRST_ERROR
+    begun, error = launch.anchors(orbits.b), max(FIRST_ERROR, launch.level.displaced(53))
     slope = orbits.I_slope * begun.b_slope
     theta2 = [Fraction(float(x)) for x in begun.theta2]
     for rounds in range(ROUNDS):
         states = launch.states(begun, theta2)
-        distance = np.sqrt(np.abs(orbits.I_slope) * error).clip(NEAREST, FARTHEST)
+        distance = np.sqrt(np.abs(orbits.I_slope) * max(error, NEAREST)).clip(max=FARTHEST)
         step = -_invariant(launch, orbits, states, distance, jobs) / slope
         last = float(np.abs(step).max(initial=0.0))
         if last > 10 * error and not rounds:
@@ -235,7 +238,9 @@ def sharp(launch: Launch, orbits: DoublyAsymptotic, jobs: int = 1) -> Sharp:
         raise NoOrbit(f"theta2_0 does not settle below {last:.2g} rad")
     moved = [float(x - Fraction(float(y))) for x, y in zip(theta2, begun.theta2, strict=True)]
     states = launch.states(begun, theta2)
-    return Sharp(launch.at_J1_0(begun, states, jobs), states, np.array(moved), np.abs(step))
+    theta2_0 = launch.at_J1_0(begun.theta2 + moved, states, jobs)
+    left = max(launch.level.displaced(launch.bits), math.ldexp(NEAREST, -51))
+    return Sharp(theta2_0, states, np.array(moved), np.abs(step).clip(left))
 
 
 def _invariant(

@@ -18,7 +18,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from rigidpend.mechanics.equations import AlignedCoefficients, aligned
+from rigidpend.mechanics.equations import AlignedCoefficients, aligned, aligned_along
 from rigidpend.numbers.generic import Array
 from rigidpend.orbits.integrate.states import states_at
 from rigidpend.orbits.return_map import SectionPoint
@@ -175,12 +175,7 @@ def integrated(found: Stretched) -> Array:
 def variational_equations(c: AlignedCoefficients) -> Any:
     """The field of the aligned components with a deviation from them, 12 numbers, per t'."""
 
-    def rates(state: Any, _: Any) -> tuple[Any, ...]:
-        here, off = state[:6], state[6:]
-        # Of a quadratic field half of this difference is the derivative, exactly.
-        ahead, back = (
-            aligned([x + side * y for x, y in zip(here, off, strict=True)], c) for side in (1, -1)
-        )
-        return (*aligned(here, c), *((x - y) / 2 for x, y in zip(ahead, back, strict=True)))
+    def rates(state: Any) -> tuple[Any, ...]:
+        return (*aligned(state[:6], c), *aligned_along(state[:6], state[6:], c))
 
     return rates

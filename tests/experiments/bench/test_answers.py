@@ -38,12 +38,7 @@ PAIRS = [
     for name in METHODS
     if problem in METHODS[name].answers and (name not in SLOW or problem == "codes")
 ]
-BOUND = {
-    "free_body": 1e-6,
-    "pendulum": 1e-6,
-    "codes": 1e-3,
-    "precession_angle": 2e-4,
-}
+BOUND = {"free_body": 1e-6, "pendulum": 1e-6, "codes": 1e-3, "precession_angle": 2e-4}
 TOLERANCE = 1e-11
 """A tolerance that should be good enough."""
 PARAMETERS = ("pendulum", "codes")

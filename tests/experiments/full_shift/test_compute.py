@@ -11,13 +11,7 @@ from rigidpend.experiments.compare import differences
 from rigidpend.experiments.contract import Means
 from rigidpend.experiments.full_shift import LAYOUT, draw
 from rigidpend.experiments.full_shift import compute as full_shift
-from rigidpend.routes.certified import (
-    chains,
-    coverings,
-    family_orbits,
-    horseshoe,
-    sections,
-)
+from rigidpend.routes.certified import chains, coverings, family_orbits, horseshoe, sections
 from rigidpend.routes.certified.pieces import FamilyStep, unpacked_quads
 from tests.experiments.trees import asked, reference
 
@@ -38,9 +32,7 @@ ALONE = [FamilyStep(60, {(0, 0, 0): 2}, [{(0, 0, 0): 0}] * 6)]
 
 
 @pytest.mark.slow
-def test_sets_and_polynomials_are_found_as_they_are_stored(
-    monkeypatch: pytest.MonkeyPatch,
-) -> None:
+def test_sets_and_polynomials_are_found_as_they_are_stored(monkeypatch: pytest.MonkeyPatch) -> None:
     """What these prove is asked of the stored ones, by both checkers."""
 
     class Offered(Exception):

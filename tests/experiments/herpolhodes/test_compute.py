@@ -14,10 +14,7 @@ from rigidpend.orbits.integrate.arithmetic import DEFAULT_ENGINE, resolve
 from rigidpend.routes.codes import codes_of
 from tests.experiments.trees import asked, computed, differences
 
-PUBLISHED = {
-    "case1": "2-2*-1*-1-4-4*-3*-3-4-4*-1*-1",
-    "case2": "2-2*-3*-3-4-4*-1*-1-2-2*-1*-1",
-}
+PUBLISHED = {"case1": "2-2*-1*-1-4-4*-3*-3-4-4*-1*-1", "case2": "2-2*-3*-3-4-4*-1*-1-2-2*-1*-1"}
 
 Data = dict[str, dict[str, Any]]
 

@@ -127,12 +127,7 @@ BOUNDS: dict[str, dict[str, float]] = {
     },
     "honesty": {"right at": 0.999, "certain, all off": 0.5, "": 0},
     "addresses": {"delay": 1e-9, "": 0},
-    "long_time": {
-        "pendulum": 4,
-        "scipy": 1,
-        ": power": 0.077,
-        ": size": 6.2e-13,
-    },
+    "long_time": {"pendulum": 4, "scipy": 1, ": power": 0.077, ": size": 6.2e-13},
 }
 """The most that any claim of the whole run may allow, by the first words found in its name."""
 

@@ -111,7 +111,8 @@ def test_the_hard_orbit_tells_where_a_computation_is_compared_with_itself(
 def test_lies_are_counted_where_the_truth_is_known() -> None:
     codes, certain = (np.array([x]) for x in ([0, 1, 1, 0, 1], [1, 1, 0, 0, 1]))
     spoilt: Any = RouteCodes(codes, codes, certain > 0, *[codes] * 4)
-    assert honesty.counted(spoilt, np.zeros((1, 4), dtype=np.uint8)) == (2, 1)
+    told = principal_axes.judged(spoilt, np.zeros((1, 4), dtype=np.uint8))
+    assert (told["wrong_symbols"], told["wrong_trusted"]) == (2, 1)
 
 
 @pytest.mark.slow

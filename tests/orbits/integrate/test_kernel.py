@@ -22,11 +22,13 @@ from rigidpend.orbits.integrate.kernel import machine_code, taylor_step
 from rigidpend.orbits.integrate.kernel.following import carrying, note
 from rigidpend.orbits.integrate.kernel.lane_numbers import KINDS, in_parts
 from rigidpend.orbits.integrate.kernel.machine_code import LANES, Writer
+from rigidpend.orbits.integrate.units import unit_of
 from tests.orbits.integrate.problems import fan, task
 
 C = AlignedCoefficients(
     *(Fraction(x) for x in ("0.43", "0.03", "0.04", "0.55", "0.07", "0.06", "0.3", "0.9", "0.8"))
 )
+
 STATE = [Fraction(x) for x in ("0.7", "-0.4", "0.2", "0.36", "0.48", "0.8")]
 
 
@@ -178,4 +180,4 @@ def test_the_unit_is_half_of_a_power_of_two_next_to_the_largest_momentum(
     momentum: tuple[str, ...], expected: str
 ) -> None:
     state = [*map(Fraction, momentum), Fraction(1000), Fraction(-2000), Fraction(3000)]
-    assert bigint.unit_of(state) == Fraction(expected)
+    assert unit_of(state) == Fraction(expected)

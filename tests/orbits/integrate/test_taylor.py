@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from fractions import Fraction
 from typing import Any
 
 import numpy as np
@@ -18,6 +19,8 @@ from rigidpend.orbits.integrate import (
 from rigidpend.orbits.integrate.kernel import following, taylor_step
 from rigidpend.orbits.integrate.kernel.machine_code import FEW, LANES
 from rigidpend.orbits.integrate.passages import touch
+from rigidpend.orbits.integrate.states import states_at
+from rigidpend.orbits.integrate.units import in_units, unit_for
 from tests.orbits.integrate.problems import GENERIC, fan, find, lanes_taken, same, task
 
 
@@ -182,3 +185,22 @@ def test_every_bit_halves_the_tolerance(
     with pytest.raises(InterruptedError) as stopped:
         find(fan(1), "taylor", bits, tolerance=2.0**-40)
     assert stopped.value.args == (expected,)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("M", [2.0**-10, 2.0**10])
+def test_a_unit_of_M_keeps_long_series_in_range(M: float) -> None:
+    """In 424 bits 110th powers of M overflow, or are denormal: it is another unit's orbit."""
+    near, unit = task(fan(2), 424, n_crossings=1), Fraction(M)
+    assert unit_for(424, near.states) == unit_for(212, near.states * unit) == 1
+    c, states = in_units(1 / unit, near.coefficients, near.states)
+    far = Orbits(c, np.array(states), 1, near.passage_limit / M)
+    seen, found = (batch.crossings(x, 424, 1e-13) for x in (near, far))
+    assert seen.outcome.tolist() == [Outcome.COMPLETE] * 2
+    assert np.allclose(found.time * M, seen.time, rtol=1e-15, atol=0)
+    times, reached = zip(*batch.advance(c, far.states[:, 0], 4, 424, 1e-13), strict=True)
+    grid = np.array(times, dtype=object)[:, None]
+    expected = states_at(near.coefficients, near.states, grid * unit, 424)
+    expected[:3] *= unit
+    for there in (states_at(c, far.states, grid, 424)[..., 0], np.array(reached).T):
+        assert np.abs(there - expected[..., 0]).max() < M * 2.0**-400

@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 
 from rigidpend.orbits.return_map.expansions import (
+    Interval,
     fourier_analysis,
     fourier_basis,
     gauss,
@@ -32,6 +33,14 @@ def test_agrees_a_fourier_expansion_with_its_function_and_slope(bits: int) -> No
     slope = -3 * a.sin(3 * at) - 2 * a.cos(at)
     assert a.largest(fourier_basis(at, n, a) @ c - expected) < 100 * a.epsilon
     assert a.largest(fourier_basis(at, n, a, slope=True) @ c - slope) < 100 * a.epsilon
+
+
+@pytest.mark.parametrize("bits", BITS)
+def test_an_energy_has_the_basis_that_it_has_among_others(bits: int) -> None:
+    a = precision(bits)
+    interval = Interval(a.number(2.0), a.number(0.5), 4)
+    alone, among = (interval.basis(h, a) for h in (a.number(2.25), a.array([2.25, 1.75])))
+    assert a.floats(alone).tolist() == a.floats(among[0]).tolist() == [1.0, 0.5, -0.5, -1.0]
 
 
 @pytest.mark.parametrize("bits", BITS)

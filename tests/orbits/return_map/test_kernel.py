@@ -11,11 +11,11 @@ import pytest
 
 from rigidpend.machine.signals import Stopped
 from rigidpend.machine.workers import side_by_side
+from rigidpend.orbits.integrate import Crossings, Outcome
 from rigidpend.orbits.integrate.kernel.machine_code import LANES
 from rigidpend.orbits.integrate.pair_arrays import PairArray
 from rigidpend.orbits.return_map import ReturnMap, kernel, program, return_map
 from rigidpend.orbits.return_map.expansions import chebyshev_basis, fourier_basis
-from rigidpend.orbits.return_map.kernel import Followed
 from rigidpend.orbits.return_map.precision import precision
 from rigidpend.orbits.return_map.program import radians, reciprocal_of, shortened, significant
 from rigidpend.orbits.return_map.starts import Entry
@@ -54,7 +54,7 @@ def followed(
     ends: tuple[float, float] = POINT,
     crossings: int = CROSSINGS,
     jobs: int = 1,
-) -> Followed:
+) -> Crossings:
     own, a = precision(made.bits), precision(bits)
     given = made.program(bits, *map(own.number, ends))
     Qp, phase, e = (a.array(x) for x in (QP + 0 * phase, phase, e))
@@ -117,6 +117,8 @@ def test_the_kernel_tells_orbits_that_leave_the_tables(made: ReturnMap, which: s
         assert 0.05 < inside[-1].mean() < 0.95
         assert ((found.separatrix != 0) == inside).mean() > 0.99
         assert (np.isnan(found.time) == (found.separatrix == 0)).all()
+        whole = found.outcome == Outcome.COMPLETE
+        assert (whole == (found.separatrix[-1] != 0)).all()
 
 
 @pytest.mark.parametrize("bits", BITS)

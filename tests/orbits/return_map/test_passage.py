@@ -3,12 +3,15 @@
 from __future__ import annotations
 
 import math
+from decimal import Decimal
 from fractions import Fraction
+from typing import Any
 
 import numpy as np
 import pytest
 
 from rigidpend import Body
+from rigidpend.numbers.checked import ParameterError
 from rigidpend.orbits.integrate.states import states_at
 from rigidpend.orbits.return_map import ReturnMap, SectionPoint, return_map
 from rigidpend.orbits.return_map.build import FIRST
@@ -144,6 +147,29 @@ def test_agrees_a_passage_with_integration_in_pairs() -> None:
     end = states_at(c.aligned, begin, passed.time, bits)[:, 0, 0]
     # A passage at d = 1e-5 multiplies roundings by 1e5 or so.
     assert abs(float(end[2])) < 1e6 * a.epsilon
+
+
+@pytest.mark.parametrize("h", [1.3343, -1.0, math.nan, [H, 1.34]])
+def test_an_energy_that_a_map_is_not_of_is_refused(made: ReturnMap, h: Any) -> None:
+    with pytest.raises(ParameterError, match=r"from 1\.3342 to 1\.3342, got h ="):
+        made.at(h)
+
+
+def test_the_ends_of_a_map_are_its_own() -> None:
+    """Ends that no double holds, given as the doubles beside them."""
+    wide = return_map(GENERIC, h=("1.3332", "1.3352"))
+    assert wide.at([1.3332, 1.3352, math.nextafter(1.3352, 2)]).h.size == 3
+    assert wide.at("1.3332").h == wide.at(Decimal("1.3332")).h == 1.3332
+    with pytest.raises(ParameterError, match="h: 'one'"):
+        wide.at("one")
+    with pytest.raises(ParameterError):
+        wide.at(1.3352 * (1 + 1e-12))
+
+
+def test_starts_that_are_none_are_outside(made: ReturnMap) -> None:
+    """On a periodic orbit or beyond it a start never crosses; its logarithm is no number."""
+    inside = [made.at(H).enter(Qp, np.array([0.1])).inside.item() for Qp in (1e-4, 0.0, -1e-4)]
+    assert inside == [True, False, False]
 
 
 def test_points_beyond_the_tables_are_marked(made: ReturnMap) -> None:

@@ -218,8 +218,4 @@ def test_the_derivative_of_a_family_is_that_of_each_of_its_series(n: int) -> Non
 def test_degrees_are_the_largest_of_all_terms_and_add_up_in_products() -> None:
     """A derivative errs by as many times more: by its degree."""
     one, other = Family.of(FIRST, UNIT), Family.of(SECOND, UNIT)
-    assert (one.orders, other.orders, (one * other).orders) == (
-        (3, 1, 1),
-        (1, 2, 2),
-        (4, 3, 3),
-    )
+    assert (one.orders, other.orders, (one * other).orders) == ((3, 1, 1), (1, 2, 2), (4, 3, 3))

@@ -55,10 +55,7 @@ def bent() -> tuple[Start, list[Step]]:
     start, (first, *steps) = other_side()
     added = round(Qp_of(start) * 2**BITS)
     (w0, w1, *rest), *others = first.series
-    return start, [
-        first._replace(series=[[w0 + 2 * added, w1 - added, *rest], *others]),
-        *steps,
-    ]
+    return start, [first._replace(series=[[w0 + 2 * added, w1 - added, *rest], *others]), *steps]
 
 
 def Qp_of(start: Start) -> float:

@@ -120,11 +120,7 @@ FALSE: dict[str, tuple[Any, list[tuple[str, str]], Callable[[], tuple[Quad, Piec
         beside,
     ),
     "C2 joint": (passages, [(GAPS, "pass")], jumping),
-    "C2 defect": (
-        passages,
-        [("leaps = defects(numbers, states, half)", "leaps = [arb(0)]")],
-        bent,
-    ),
+    "C2 defect": (passages, [("leaps = defects(numbers, states, half)", "leaps = [arb(0)]")], bent),
     # Through two crossings to the third one.
     "C4": (
         passages,

@@ -46,11 +46,7 @@ def test_the_published_routes_of_fig5_are_proven() -> None:
     stored = store.load(REFERENCE / "fig5.h5")["data"]
     for name, (problem, phases) in orbits("fig5")[1].items():
         found = certify_codes(
-            problem.body,
-            phases,
-            h0=problem.h0,
-            J1_0=problem.J1_0,
-            n_symbols=problem.n_symbols,
+            problem.body, phases, h0=problem.h0, J1_0=problem.J1_0, n_symbols=problem.n_symbols
         )
         assert found.proven.all()
         assert np.array_equal(found.codes[:, 0], stored[name]["codes"])

@@ -5,11 +5,14 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from rigidpend.mechanics.body import Body
+from rigidpend.numbers.exact import exact
 from rigidpend.numbers.generic import Array
 from rigidpend.orbits.integrate.arithmetic import resolve
 from rigidpend.routes.symbolic import asymptotic
 from rigidpend.routes.symbolic.asymptotic import doubly_asymptotic, skeleton, track
 from rigidpend.routes.symbolic.chain import NoOrbit
+from rigidpend.routes.symbolic.levels import Level
 from rigidpend.surfaces.heteroclinic import increments
 from tests.routes.symbolic.fig4 import BODY, HALF_TURNS, H, level, orbits, rough
 
@@ -92,6 +95,14 @@ def test_slopes_are_differences() -> None:
     U = [track(level(), found.b + side * step, 2).U for side in (-1, 1)]
     slope = (U[1] - U[0]) / (2 * step) * found.V
     np.testing.assert_allclose(slope, found.I_slope, rtol=1e-5, atol=0)
+
+
+def test_corrections_may_be_rounding() -> None:
+    """Where surfaces are split by 2e-10, roundings displace orbits along them by 1e-9 and more."""
+    body = Body(A=(2, "1.66", "1.92"), r=(79, 61, 0), mu="0.0006")
+    little = Level.of(body, exact("1.5"))
+    found = doubly_asymptotic(little, skeleton(little, 1, 97)[1][0])
+    assert found.chain.residual.max() < 1e-12
 
 
 def test_a_track_that_is_far_off_is_refused() -> None:

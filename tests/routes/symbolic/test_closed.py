@@ -158,10 +158,11 @@ def test_the_action_is_the_integral_in_canonical_variables(word: tuple[int, ...]
     at = canonical_from_aligned(Aligned(*states), p.alpha0, p.beta0)
     begin = np.array([at.theta1, at.J1, at.theta2, at.J1 + at.J2mJ1])
 
-    def rates(state: Any, m: Any) -> tuple[Any, ...]:
-        found = eq1(state[:4], p, m)
+    def rates(state: Any) -> tuple[Any, ...]:
+        found = eq1(state[:4], p, np)
         return (*found, state[1] * found[0] + state[3] * found[2])
 
-    grown = states_at(rates, np.vstack((begin, 0 * begin[:1])), chain.time[None])[4, 0]
+    whole = np.vstack((begin, 0 * begin[:1]))
+    grown = states_at(rates, whole, chain.time[None], engine="scipy")[4, 0]
     [found] = actions([chain])
     assert found == pytest.approx(grown.sum(), rel=1e-12)

@@ -10,10 +10,14 @@ import numpy as np
 import pytest
 
 from rigidpend.mechanics import floquet
+from rigidpend.mechanics.body import Body
 from rigidpend.mechanics.equations import AlignedCoefficients
+from rigidpend.numbers.exact import exact
 from rigidpend.orbits.integrate.states import states_at
 from rigidpend.routes.symbolic import sharp as module
+from rigidpend.routes.symbolic.asymptotic import doubly_asymptotic, skeleton
 from rigidpend.routes.symbolic.chain import NoOrbit
+from rigidpend.routes.symbolic.levels import Level
 from rigidpend.routes.symbolic.sharp import Launch, sharp
 from tests.routes.symbolic.fig4 import BODY, J1_0, H, launch, level, orbits
 
@@ -25,10 +29,35 @@ def test_phases_do_not_depend_on_where_orbits_begin_and_end(
 ) -> None:
     first = sharp(launch(), orbits(1)).theta2_0
     monkeypatch.setattr(module, "DEPTH", Fraction(1, 3 * 10**18))
-    monkeypatch.setattr(module, "NEAREST", 4e-10)
+    monkeypatch.setattr(module, "NEAREST", 3e-16)
     second = sharp(Launch(level(), J1_0), orbits(1)).theta2_0
     for one, other in zip(first, second, strict=True):
         assert abs(one - other) < LAST_DIGIT
+
+
+@pytest.mark.slow
+def test_where_surfaces_are_split_little_more_bits_serve(monkeypatch: pytest.MonkeyPatch) -> None:
+    """In 106 bits roundings displace these orbits by 1e-23 rad, in doubles by 5e-9."""
+    body = Body(A=(2, "1.607", "1.645"), r=("0.118", "0.993", 0), mu="0.0155")
+    little = Level.of(body, exact("1.015"))
+    two = doubly_asymptotic(little, skeleton(little, 0, 1)[0][0])
+    first = Launch(little, J1_0)
+    assert (first.bits, launch().bits) == (212, 106)
+    found = sharp(first, two)
+    monkeypatch.setattr(module, "NEAREST", 1e-20)
+    monkeypatch.setattr(module, "DEPTH", module.DEPTH / 1000)
+    monkeypatch.setattr(module, "HIGHEST", module.HIGHEST / 1000)
+    other = sharp(Launch(little, J1_0), two)
+    assert (found.error < module.FINEST).all()
+    off = [abs(x - y) for x, y in zip(found.theta2_0, other.theta2_0, strict=True)]
+    assert (np.array(off) < found.error).all()
+    assert np.abs(found.moved).max() > 10 * module.FIRST_ERROR
+
+
+def test_a_body_whose_surfaces_doubles_do_not_tell_apart_is_refused() -> None:
+    flat = Level.of(Body(A=(2, "1.8", "1.96"), r=(1, 3, 0), mu="0.0005"), exact("1.6"))
+    with pytest.raises(NoOrbit, match="-18 only, and doubles place an orbit on them within 0"):
+        skeleton(flat, 0, 1)
 
 
 def test_a_correction_may_gain_less_than_expected(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -110,7 +110,7 @@ class _Carrying(Kernel):
             " ptr noalias %parameters, double %depth, i64 %groups, i64 %steps,"
             " ptr noalias %notes) {"
         )
-        return code.function(head, code.load(self.count, "i64", 8), self.field.functions)
+        return code.function(head, code.load(self.count, "i64", 8))
 
     def _step(self, first: str) -> None:
         self.expand()
@@ -211,7 +211,7 @@ class _Sampling(Kernel):
             " ptr noalias %parameters, ptr noalias %grid, i64 %all, i64 %apart, i64 %count,"
             " ptr noalias %next, double %sense, i64 %groups, i64 %steps, ptr noalias %samples) {"
         )
-        return code.function(head, code.load(self.left, "i64", 8), self.field.functions)
+        return code.function(head, code.load(self.left, "i64", 8))
 
     def _group(self, first: str) -> None:
         code = self.code

@@ -93,6 +93,9 @@ class Doubles:
     def minus(self, a: Value, b: Value) -> Value:
         return (self.code.binary("fsub", a[0], b[0]),)
 
+    def opposite(self, x: Value) -> Value:
+        return tuple(self.code(f"fneg {self.code.vector} {part}") for part in x)
+
     def with_product(self, total: Value, a: Value, b: Value) -> Value:
         """total + a b, to be `settled` when all products are in."""
         return (self.code.fma(a[0], b[0], total[0]),)
@@ -182,8 +185,7 @@ class Expansions(Doubles):
         return self._settled(tuple(found))
 
     def minus(self, a: Value, b: Value) -> Value:
-        opposite = tuple(self.code(f"fneg {self.code.vector} {part}") for part in b)
-        return self.plus(a, opposite)
+        return self.plus(a, self.opposite(b))
 
     def _with_product(self, total: Value, a: Value, b: Value) -> Value:
         found, lost = list[str](), list[str]()

@@ -11,7 +11,7 @@ import ctypes
 import functools
 import struct
 import threading
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
@@ -179,12 +179,12 @@ class Writer:
         self._jump(f"{name}.end")
         self._label(f"{name}.end")
 
-    def function(self, head: str, result: str, functions: Sequence[str] = ()) -> str:
-        """The whole text of a function that has these lines and calls those functions of LLVM."""
+    def function(self, head: str, result: str) -> str:
+        """The whole text of a function that has these lines."""
         v = self.vector
         declared = (
             f"declare {v} @llvm.fma.{self.suffix}({v}, {v}, {v})",
-            *(f"declare {v} @llvm.{x}.{self.suffix}({v})" for x in ("fabs", "floor", *functions)),
+            *(f"declare {v} @llvm.{x}.{self.suffix}({v})" for x in ("fabs", "floor")),
         )
         called = [line for lines in self.functions.values() for line in lines]
         body = [*declared, *called, head, "entry:", *self.variables, *self.lines]

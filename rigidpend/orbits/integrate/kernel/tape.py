@@ -1,33 +1,26 @@
 """A field's Python taken down: the operations of a state's derivatives, in their order.
 
-A field is a function of generic numbers. Called with symbols it leaves behind what it does with
-them, for `taylor_step` to write as machine code and `bigint` to do in integers. Plain numbers
-become parameters, so that fields that differ by these alone share their code; 0 and 1 alone are
-taken into account. Products stay as they are written: with parameters moved in front of them
+A field is a function of generic numbers, by ``+ - * /``. Called with symbols it leaves behind what
+it does with them, for `taylor_step` to write as machine code and `bigint` to do in integers. Plain
+numbers become parameters, so that fields that differ by these alone share their code; 0 and 1 alone
+are taken into account. Products stay as they are written: with parameters moved in front of them
 |gamma| drifts in proportion to the time in doubles, by 4e-18 a rotation of Fig. 4's orbits.
 """
 
 from __future__ import annotations
 
-import math
-import operator
 from collections.abc import Callable, Sequence
 from typing import Any, NamedTuple
 
 from rigidpend.mechanics.equations import AlignedCoefficients, aligned
 from rigidpend.numbers.generic import Scalar
 
-FUNCTIONS = ("sin", "cos", "exp", "sqrt")
-"""Elementary functions of symbols."""
-PARTNERS = {"sin": "cos", "cos": "sin", "exp": "exp"}
-"""For each function the one whose series its rate has as a factor."""
-
 
 class Operation(NamedTuple):
     """An operation on the results of earlier lines, named by their numbers."""
 
     name: str
-    """`component`, `parameter`, `plus`, `minus`, `times`, `divided` or one of `FUNCTIONS`."""
+    """`component`, `parameter`, `plus`, `minus`, `times` or `divided`."""
     operands: tuple[int, ...]
     """Numbers of the lines; for a component or a parameter its own number."""
 
@@ -40,37 +33,19 @@ class TracedField(NamedTuple):
     """Lines of the derivatives."""
 
     @property
-    def functions(self) -> tuple[str, ...]:
-        """Elementary functions that it calls."""
-        used = {line.name for line in self.lines}
-        return tuple(name for name in FUNCTIONS if name in used)
-
-    @property
     def sums(self) -> tuple[int, ...]:
         """Lines whose Taylor coefficients are sums: not those with a plain number as a factor."""
         return tuple(i for i, line in enumerate(self.lines) if self._is_sum(line))
 
-    def partner(self, i: int) -> int:
-        """The line whose series the rate of a function's series has as a factor."""
-        operation, operands = self.lines[i]
-        return self.lines.index(Operation(PARTNERS[operation], operands))
-
     def _is_sum(self, line: Operation) -> bool:
-        operation, operands = line
-        if operation not in ("times", "divided", *FUNCTIONS):
-            return False
-        factors = operands[1:] if operation == "divided" else operands
-        return all(self.lines[i].name != "parameter" for i in factors)
+        factors = {"times": line.operands, "divided": line.operands[1:]}.get(line.name, ())
+        return bool(factors) and all(self.lines[i].name != "parameter" for i in factors)
 
 
-def trace(field: Callable[[Any, Any], Any], size: int) -> tuple[TracedField, tuple[float, ...]]:
-    """Take down a field of `size` components, and the parameters in it.
-
-    ``field(state, m)`` gives the derivatives by ``+ - * /``, powers with whole exponents and the
-    functions `FUNCTIONS` of the namespace `m`; another one is an AttributeError.
-    """
+def trace(field: Callable[[Any], Any], size: int) -> tuple[TracedField, tuple[float, ...]]:
+    """Take down a field of `size` components, and the parameters in it."""
     tape = _Tape()
-    found = tape.taken(field([tape.write("component", i) for i in range(size)], _Functions()))
+    found = tape.taken(field([tape.write("component", i) for i in range(size)]))
     return found, tuple(tape.parameters)
 
 
@@ -95,8 +70,6 @@ class _Tape:
             if i not in needed:
                 needed.add(i)
                 left += [] if lines[i].name == "parameter" else lines[i].operands
-                if lines[i].name in PARTNERS:
-                    left.append(self.lines[lines[i]._replace(name=PARTNERS[lines[i].name])])
         place = {i: k for k, i in enumerate(sorted(needed))}
         kept = [
             line
@@ -156,42 +129,12 @@ class Symbol:
     def __rtruediv__(self, other: Scalar) -> Symbol:
         return self._with("divided", other, turned=True)
 
-    def __pow__(self, exponent: int) -> Any:
-        """Product of so many factors, a whole number."""
-        if operator.index(exponent) == 0:
-            return 1.0
-        if exponent < 0:
-            return 1.0 / self**-exponent
-        half = self ** (exponent // 2)
-        return half * half * (self if exponent % 2 else 1)
-
 
 def _is(x: Scalar, number: int) -> bool:
     return not isinstance(x, Symbol) and bool(x == number)
 
 
-class _Functions:
-    """The namespace of a field: functions of symbols, math's of plain numbers."""
-
-    pi = math.pi
-
-    def __getattr__(self, name: str) -> Callable[[Any], Any]:
-        if name not in FUNCTIONS:
-            raise AttributeError(f"a field that is integrated must do without {name}")
-
-        def applied(x: Scalar) -> Any:
-            if not isinstance(x, Symbol):
-                return getattr(math, name)(x)
-            if name in ("sin", "cos"):
-                # The recurrence of each needs the other.
-                for both in ("sin", "cos"):
-                    x.tape.write(both, x.line)
-            return x.tape.write(name, x.line)
-
-        return applied
-
-
-def _aligned(state: Sequence[Symbol], _: Any) -> Any:
+def _aligned(state: Sequence[Symbol]) -> Any:
     numbers = (state[0].tape.symbol(0.0) for _ in AlignedCoefficients._fields)
     return aligned(state, AlignedCoefficients(*numbers))
 

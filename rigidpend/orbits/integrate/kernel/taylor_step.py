@@ -4,20 +4,15 @@ A traced field becomes recurrences of Taylor coefficients, for any order and kin
 With a_k the coefficients of an operand, b_k those of the other and c_k those of the result,
 
     c = a b         c_k = sum a_j b_(k-j)
-    c = a / b       c_k = (a_k - sum' b_j c_(k-j)) / b_0
-    c = sqrt(a)     c_k = (a_k - sum'' c_j c_(k-j)) / (2 c_0)
-    c = exp(a)      c_k = sum' (j a_j) c_(k-j) / k
-    c = sin(a)      c_k = sum' (j a_j) d_(k-j) / k, d = cos(a), and d_k with -c,
+    c = a / b       c_k = (a_k - sum' b_j c_(k-j)) / b_0,
 
-where j goes from 0 to k, from 1 in sum', and from 1 to k - 1 in sum''. The terms between 1 and
-k - 1 wait for nothing of the order k: those of all sums share a loop. All sums of the aligned field
-are products of what no other sum leads to: numbers longer than doubles, which follow it alone,
-share one from 0 to k. Functions are in doubles only.
+where j goes from 0 to k, and from 1 in sum'. The terms between 1 and k - 1 wait for nothing of the
+order k: those of all sums share a loop. All sums of the aligned field are products of what no other
+sum leads to: numbers longer than doubles, which follow it alone, share one from 0 to k.
 
 A step's length follows Jorba and Zou, Experimental Mathematics 14 (2005), sec. 3.2, as in heyoka.
 Lanes never meet: an orbit comes out the same to the last bit whatever its neighbours. It does on
-every processor too, for each sum and product is spelled out; only a field with sines or
-exponentials takes these from the system's mathematical library.
+every processor too, for each sum and product is spelled out.
 """
 
 from __future__ import annotations
@@ -35,7 +30,7 @@ from numpy.typing import NDArray
 from rigidpend.numbers.generic import Array
 from rigidpend.orbits.integrate.kernel.lane_numbers import KINDS, Value, as_doubles
 from rigidpend.orbits.integrate.kernel.machine_code import LANES, Writer, hexadecimal
-from rigidpend.orbits.integrate.kernel.tape import FUNCTIONS, PARTNERS, TracedField
+from rigidpend.orbits.integrate.kernel.tape import TracedField
 
 LONGEST = 32.0
 """Longest step, t'; only an orbit that stands still comes to it."""
@@ -297,14 +292,10 @@ class Recurrences:
         # take long to compile.
         self.early = early_lines(field) if kernel.parts > 1 else ()
         self.series: dict[int, str] = {}
-        self.weighted: dict[int, str] = {}
-        """Series of k a_k of the operands of functions."""
         for i in self.sums:
             operation, operands = field.lines[i]
             for operand in operands if operation == "times" else (i, *operands):
                 self._keep(operand, size)
-            if operation in PARTNERS:
-                self.weighted.setdefault(operands[0], self.code.variable(size))
         count = 1 + max((x.operands[0] for x in field.lines if x.name == "parameter"), default=0)
         self.parameter = {
             line.operands[0]: kernel.scalar("%parameters", line.operands[0], count)
@@ -332,7 +323,6 @@ class Recurrences:
 
     def _coefficients(self, k: str, values: dict[int, Value]) -> None:
         """Coefficients of order k of all lines, and of order k + 1 of the components."""
-        order = self.code.everywhere(self.code(f"sitofp i64 {k} to double"))
         found: dict[int, Value] = {}
         for i in self.early:
             found[i] = self._linear(i, k, found, values)
@@ -342,10 +332,10 @@ class Recurrences:
             if line.name == "parameter" or i in self.early:
                 continue
             if i in sums:
-                found[i] = self._finished(i, sums[i], order, found, values)
+                found[i] = self._finished(i, sums[i], found, values)
             else:
                 found[i] = self._linear(i, k, found, values)
-            self._put(i, found[i], k, order)
+            self._put(i, found[i], k)
         self._integrate(found, k)
 
     def _keep(self, i: int, size: str) -> None:
@@ -356,13 +346,10 @@ class Recurrences:
         elif operation != "parameter":
             self.series.setdefault(i, self.code.variable(size))
 
-    def _put(self, i: int, value: Value, k: str, order: str = "") -> None:
+    def _put(self, i: int, value: Value, k: str) -> None:
         """Store a coefficient where sums will look for it."""
-        n = self.numbers
         if i in self.series and self.field.lines[i].name != "component":
-            n.store(value, self.series[i], k)
-        if i in self.weighted:
-            n.store(n.times(n.of_double(order or ZERO), value), self.weighted[i], k)
+            self.numbers.store(value, self.series[i], k)
 
     def _integrate(self, found: dict[int, Value], k: str) -> None:
         """Coefficients of order k + 1 of the components, those of a fixed rate zero from k = 1."""
@@ -379,10 +366,6 @@ class Recurrences:
             return self.parameter[operands[0]]
         if operation == "component":
             return self.numbers.load(self.kernel.component[operands[0]], "0")
-        if operation in FUNCTIONS:
-            v = self.code.vector
-            name = f"@llvm.{operation}.{self.code.suffix}"
-            return (self.code(f"call {v} {name}({v} {values[operands[0]][0]})"),)
         return self._combined(operation, *(values[operand] for operand in operands))
 
     def _linear(self, i: int, k: str, found: dict[int, Value], values: dict[int, Value]) -> Value:
@@ -417,42 +400,21 @@ class Recurrences:
     def _factors(self, i: int) -> tuple[str, str]:
         """The series that a line's sum multiplies."""
         operation, operands = self.field.lines[i]
-        if operation == "times":
-            return self.series[operands[0]], self.series[operands[1]]
-        if operation == "divided":
-            return self.series[operands[1]], self.series[i]
-        if operation == "sqrt":
-            return self.series[i], self.series[i]
-        return self.weighted[operands[0]], self.series[self.field.partner(i)]
+        a, b = operands if operation == "times" else (operands[1], i)
+        return self.series[a], self.series[b]
 
     def _finished(
-        self,
-        i: int,
-        total: Value,
-        order: str,
-        found: dict[int, Value],
-        values: dict[int, Value],
+        self, i: int, total: Value, found: dict[int, Value], values: dict[int, Value]
     ) -> Value:
         """A line's coefficient from its sum, whose terms with j = k are still to come."""
-        n, (operation, operands) = self.numbers, self.field.lines[i]
-        a = operands[0]
+        n, (operation, (a, b)) = self.numbers, self.field.lines[i]
         if self.early:
             return n.settled(total)
         if operation == "times":
-            b = operands[1]
             total = n.with_product(n.with_product(total, found[a], values[b]), values[a], found[b])
             return n.settled(total)
-        if operation == "sqrt":
-            twice = n.plus(values[i], values[i])
-            return n.quotient(n.minus(found[a], n.settled(total)), twice)
-        if operation == "divided":
-            b = operands[1]
-            total = n.settled(n.with_product(total, found[b], values[i]))
-            return n.quotient(n.minus(found.get(a, self.zero), total), values[b])
-        rate = n.times(n.of_double(order), found[a])
-        total = n.settled(n.with_product(total, rate, values[self.field.partner(i)]))
-        share = n.quotient(total, n.of_double(order))
-        return n.minus(self.zero, share) if operation == "cos" else share
+        total = n.settled(n.with_product(total, found[b], values[i]))
+        return n.quotient(n.minus(found.get(a, self.zero), total), values[b])
 
     def _combined(self, operation: str, a: Value, b: Value) -> Value:
         n = self.numbers

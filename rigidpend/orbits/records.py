@@ -1,0 +1,32 @@
+"""Records of orbits: named tuples of arrays, and of such records, with a column for each orbit."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any, TypeVar
+
+import numpy as np
+
+Record = TypeVar("Record", bound=tuple[Any, ...])
+
+
+def columns(record: Record, where: Any) -> Record:
+    """Some of the columns, or all in another order; what is no array belongs to all of them."""
+    return _each(lambda x: x[..., where] if isinstance(x, np.ndarray) else x, record)
+
+
+def joined(parts: list[Record]) -> Record:
+    """Records of successive orbits as one."""
+    return _each(lambda *x: np.concatenate(x, axis=-1), *parts)
+
+
+def put(target: Record, where: Any, source: Record) -> None:
+    """Replace some columns by those of another record."""
+    _each(lambda into, x: into.__setitem__((..., where), x), target, source)
+
+
+def _each(work: Callable[..., Any], *records: Any) -> Any:
+    """A record of what is made of the arrays that records have in one place."""
+    places = zip(*records, strict=True)
+    found = (_each(work, *x) if isinstance(x[0], tuple) else work(*x) for x in places)
+    return type(records[0])._make(found)
