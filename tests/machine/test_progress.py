@@ -123,7 +123,8 @@ def test_a_terminal_keeps_the_last_line_of_each(terminal: Terminal) -> None:
         shown.hear(name, "computing, with a long line that does not fit into the width")
         assert len(terminal.screen()[-1]) < 60
         assert terminal.screen()[-1].startswith(f"[{'ab'.index(name)} of 2 done")
-        shown.hear(name, "written")
+        shown.hear(name, PartDone("written", 1, 2))
+        assert terminal.screen()[-1].endswith(f"{name}: written")
         shown.end(name, well=True)
     assert terminal.screen() == ["x: up to date", "a: written", "b: written", ""]
     # None wraps, with the blanks that write over the rest of a longer one.

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import pickle
+import re
 from itertools import pairwise
 from typing import Any
 
@@ -10,6 +11,7 @@ import numpy as np
 import pytest
 
 from rigidpend import Body, RouteCodes, route_codes
+from rigidpend.machine import workers
 from rigidpend.machine.workers import side_by_side
 from rigidpend.numbers.exact import ExactError
 from rigidpend.numbers.expressions import NO_SYMBOL
@@ -32,6 +34,18 @@ HESS = Body.from_angles("1.9", "1.9", "1.5", "0.001")
 
 def codes(theta2_0: Any, body: Body = FIG4, **more: Any) -> RouteCodes:
     return route_codes(body, theta2_0, **{"h0": "1.3342", "J1_0": "1e-8", **more})
+
+
+def test_orbits_under_way_are_told_of_when_they_have_come_some_way(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    monkeypatch.setattr(workers, "SILENCE", 0)
+    said: list[str] = []
+    with workers.listening(said.append):
+        codes("1/10", n_symbols=3, method="integration")
+    times = [float(x) for line in said for x in re.findall(r"at t' = (\S+) of", line)]
+    assert len(times) > 1
+    assert min(times) > 1
 
 
 def test_record_has_the_shapes_and_types_it_promises() -> None:

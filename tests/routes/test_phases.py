@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 from decimal import Decimal
 from fractions import Fraction
 from typing import Any
@@ -97,6 +98,7 @@ def test_grid_is_exact_where_sums_of_doubles_are_not() -> None:
         (["1", "one"], "'one'"),
         (None, "None is not a real number"),
         (range(10**9), "theta2_0 has 1000000000 phases; 10000000 are the most"),
+        (itertools.repeat(0), "theta2_0 has 10000001 phases; 10000000 are the most"),
         (np.array(1), "not a real number"),
         ([1, [2]], r"^theta2_0: \[2\] is not a real number"),
         (b"12", "b'12' is not a real number"),
