@@ -77,8 +77,8 @@ def test_an_orbit_costs_what_each_precision_takes_of_those_left_open() -> None:
     doubles, both = (costs.integration(SLOW, ladder) for ladder in ((53,), (53, 106)))
     open_, left = (costs.share_open(SLOW, bits) for bits in (53, 106))
     assert 0.1 < open_ < 1
-    # What rungs decide was measured to take 0.54 to 0.64 of the time.
-    assert 0.54 <= costs.CLIMBING <= 0.64
+    # Measured of three bodies.
+    assert 0.48 <= costs.CLIMBING <= 0.78
     further = left + costs.CLIMBING * (open_ - left)
     assert both == pytest.approx(doubles + further * costs.in_pairs(SLOW))
     assert costs.integration(SLOW, (160,)) == pytest.approx(110 * doubles)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from typing import Any
 
 import numpy as np
@@ -9,7 +10,8 @@ import pytest
 
 from rigidpend.mechanics.body import Body
 from rigidpend.numbers.exact import exact
-from rigidpend.orbits.integrate.arithmetic import resolve
+from rigidpend.orbits.integrate.arithmetic import FINEST_TOLERANCE, resolve
+from rigidpend.orbits.integrate.kernel.taylor_step import order_of
 from rigidpend.routes.certainty import FIRST, SECOND, agreement
 from rigidpend.routes.cycle import symbols
 from rigidpend.routes.phases import Phases
@@ -98,3 +100,10 @@ def test_what_two_rungs_differ_by_is_what_the_lower_one_errs_by(
     other = means.crossings(106, SECOND, every)
     sure = agreed & agreement(truth, other, means.rate, 1e-6)
     np.testing.assert_array_equal(symbols(high.separatrix)[sure], symbols(truth.separatrix)[sure])
+
+
+def test_a_rung_errs_two_thousand_times_less_than_the_one_below_it() -> None:
+    """Each order leaves out e^2 less: so the errors of two differ more than two thousandfold."""
+    ladder = run(53, 106, 160).beyond(53)
+    orders = [order_of(FINEST_TOLERANCE["taylor"] * 2.0 ** (53 - bits)) for bits in ladder]
+    assert math.exp(2 * min(np.diff(orders))) > 2000
