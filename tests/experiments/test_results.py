@@ -119,6 +119,15 @@ def test_a_result_may_differ_by_what_is_declared_and_no_more(
         assert len(differences(experiment, result["data"], other)) == found
 
 
+def test_a_map_that_doubles_resolve_less_may_move_its_orbits_more() -> None:
+    """Ten times as far as they were moved in the stored result."""
+    data, other = (reference("asymptotic_orbits")["data"] for _ in range(2))
+    data["orbits"]["2"]["moved"][3] = -1e-9
+    for moved, found in ((0.99e-8, 0), (-1.01e-8, 1)):
+        other["orbits"]["2"]["moved"][5] = moved
+        assert len(differences("asymptotic_orbits", data, other)) == found
+
+
 @pytest.mark.slow
 def test_a_stated_error_opens_no_tolerance() -> None:
     data, other = (reference("precession")["data"] for _ in range(2))
