@@ -7,6 +7,7 @@ what is kept. A wrong guess costs time and no symbol.
 
 from __future__ import annotations
 
+import functools
 import itertools
 import math
 import warnings
@@ -130,6 +131,7 @@ def _factor(bits: int) -> float:
     return FACTORS.get(kernel_bits(bits), BEYOND) if bits <= max(FACTORS) else BEYOND
 
 
+@functools.lru_cache(maxsize=256)
 def share_open(problem: RouteProblem, bits: int, *, displaced: bool = True) -> float:
     """Estimate of the share of orbits that so many bits do not decide to their ends.
 

@@ -191,6 +191,7 @@ class ReturnMap:
         return _number(exact(self.design.unit), precision(self.bits))
 
 
+@functools.lru_cache(maxsize=256)
 def expected_cost(body: Body, low: Exact, high: Exact, bits: int, design: Design) -> float:
     """Seconds of a core that building a map takes, if its orders suffice at once.
 
