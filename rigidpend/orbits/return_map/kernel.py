@@ -26,7 +26,7 @@ from rigidpend.orbits.integrate.kernel.lane_numbers import Value
 from rigidpend.orbits.integrate.kernel.machine_code import LANES
 from rigidpend.orbits.integrate.pair_arrays import in_doubles
 from rigidpend.orbits.return_map.kernel_sums import Sums
-from rigidpend.orbits.return_map.program import FUNCTIONS, STAGE, Program
+from rigidpend.orbits.return_map.program import FUNCTIONS, RATES, STAGE, TABLE, Program
 
 AT_ONCE = 2**15
 """Passages of a call: some 0.01 s in doubles, 0.2 s in pairs."""
@@ -137,6 +137,7 @@ class _Following(Sums):
         code, n = self.code, self.numbers
         one = n.rows(self.parts)
         self.x, self.phase, self.factor, self.time = (code.variable(one) for _ in range(4))
+        self.along, self.angle, self.begin, self.rotation = (code.variable(one) for _ in range(4))
         self.image, self.inside = code.variable(code.vector), code.variable(code.vector)
         self.kept = {X: self.x, PHASE: self.phase, FACTOR: self.factor, TIME: self.time}
         self.one = code.number(1.0)
@@ -180,33 +181,60 @@ class _Following(Sums):
 
     def _pass(self, k: str, first: str) -> None:
         """From one crossing to the next, the first from the start: a leg."""
-        code, n, f = self.code, self.numbers, self.functions
+        code, n = self.code, self.numbers
         number = code(f"add i64 {k}, %begun")
         odd = code(f"and i64 {number}, 1")
         later = code(f"select i1 {code(f'icmp eq i64 {odd}, 1')}, i64 1, i64 2")
         stage = code(f"select i1 {code(f'icmp eq i64 {number}, 0')}, i64 0, i64 {later}")
-        at = code(f"mul i64 {stage}, {STAGE}")
-        entries = [code.scalar("%stages", code.add(at, j), "i64") for j in range(STAGE)]
-        x, phase, factor = (n.load(place, 0) for place in (self.x, self.phase, self.factor))
+        x, phase = (n.load(place, 0) for place in (self.x, self.phase))
         self._stay_inside(x[0], self.one)
-        W, other, begin = self.table(entries[:6], x, phase)
+        n.store(x, self.along, 0)
+        n.store(phase, self.angle, 0)
+        with code.loop(2) as side:
+            # Into the normal form and out of it: the same lines for two tables.
+            entries = self._entries(stage, code.mul(side, TABLE), TABLE)
+            found = self.table(entries, n.load(self.along, 0), n.load(self.angle, 0))
+            with code.when(code(f"icmp eq i64 {side}, 0")):
+                self._into(found, stage, phase)
+            with code.when(code(f"icmp eq i64 {side}, 1")):
+                self._out(found, stage, phase)
+        self._tell(k, odd, first)
+
+    def _entries(self, stage: str, first: str | int, count: int) -> list[str]:
+        """Some of the whole numbers that describe a stage."""
+        code = self.code
+        at = code.add(code.mul(stage, STAGE), first)
+        return [code.scalar("%stages", code.add(at, j), "i64") for j in range(count)]
+
+    def _into(self, found: list[Value], stage: str, phase: Value) -> None:
+        """Through the normal form, from what the first table has found: I and s."""
+        n, f = self.numbers, self.functions
+        W, other, begin = found
+        factor = n.load(self.factor, 0)
         W, other = n.times(W, factor), n.times(other, factor)
         n.store(self.number(1.0), self.factor, 0)
         I = n.times(W, other)
         self._stay_inside(I[0], self.one)
         self._stay_inside(W[0], self._limit(stage, 0))
-        reciprocal, rest, rotation = self.rates(entries[12:], I)
+        self._turn_sides(W[0])
+        reciprocal, rest, rotation = self.rates(self._entries(stage, 2 * TABLE, RATES), I)
         depth = n.plus(n.times(f.logarithm_of_size(W), reciprocal), rest)
-        s = n.minus(phase, depth)
-        there, beyond, end = self.table(entries[6:12], I, s)
-        new = n.plus(s, beyond)
+        n.store(I, self.along, 0)
+        n.store(n.minus(phase, depth), self.angle, 0)
+        n.store(begin, self.begin, 0)
+        n.store(rotation, self.rotation, 0)
+
+    def _out(self, found: list[Value], stage: str, phase: Value) -> None:
+        """To the next crossing, from what the second table has found: its place and time."""
+        n = self.numbers
+        there, beyond, end = found
+        new = n.plus(n.load(self.angle, 0), beyond)
         turns = (self._limit(stage, 1), *(self._limit(stage, 2),) * (self.parts - 1))
         turned = n.minus(n.minus(new, phase), turns)
+        begin, rotation = (n.load(x, 0) for x in (self.begin, self.rotation))
         taken = n.plus(n.minus(begin, end), n.times(rotation, turned))
         n.store(n.plus(n.load(self.time, 0), taken), self.time, 0)
-        self._turn_sides(W[0])
-        self._tell(k, odd, first)
-        self._go_on(there, f.reduced_angle(n.opposite(new)))
+        self._go_on(there, self.functions.reduced_angle(n.opposite(new)))
 
     def _go_on(self, x: Value, phase: Value) -> None:
         """The next crossing's place; of orbits beyond the tables a place that does no harm."""

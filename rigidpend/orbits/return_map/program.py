@@ -38,13 +38,15 @@ from rigidpend.orbits.return_map.starts import Entry
 
 FUNCTIONS = 3
 """Functions of a chart that codes and times follow from: all but that of theta3."""
-STAGE = 15
-"""Whole numbers that describe a leg: two tables and the rates.
+TABLE, RATES = 6, 3
+"""Whole numbers that describe a table, and the rates of a leg.
 
 Of a table: its rows, those of them that are summed in the program's own numbers, the place of its
 first coefficients, the place of its list of harmonics, the most of them, and of those in its own
 numbers. Of the rates: how many powers of I, how many of them in doubles, and the place of the
 first."""
+STAGE = 2 * TABLE + RATES
+"""Those of a leg: two tables and the rates."""
 HEADROOM = 2.0**4
 """Factor by which a term in doubles may err more than a rounding of its coefficient.
 
