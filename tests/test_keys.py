@@ -53,9 +53,8 @@ def refuse(*arguments: Any) -> Any:
 
 
 def test_of_a_return_map(monkeypatch: pytest.MonkeyPatch) -> None:
-    def key(A: Any, r: Any, mu: Any, version: str, code: str, **given: Any) -> bytes:
-        monkeypatch.setattr(storage, "__version__", version)
-        monkeypatch.setattr(storage, "_code", lambda: code)
+    def key(A: Any, r: Any, mu: Any, code: str, **given: Any) -> bytes:
+        monkeypatch.setattr(storage, "package_digest", lambda: code)
         return storage.followed(Body(A, r, mu), **given)
 
     assert_complete(
@@ -63,7 +62,6 @@ def test_of_a_return_map(monkeypatch: pytest.MonkeyPatch) -> None:
         A=((2, 1, "1.5"), (2, 1, "1.6")),
         r=((1, 1, 0), (1, 2, 0)),
         mu=("0.001", "0.002"),
-        version=("1", "2"),
         code=("a", "b"),
         low=(H, exact("1.3341")),
         high=(H, exact("1.3343")),

@@ -1,9 +1,9 @@
 """Return maps that are asked for: in memory, on disk, or built now; and why there is none.
 
 A map is kept in one file, in the user's cache, with all that it follows from: the body, the
-energies, the precision, the design and this version of the code that builds. That is compared
-when a map is read, so a stored map is the one that would be built. Numbers of any precision are
-stored as sums of doubles, without loss.
+energies, the precision, the design and the package's code. That is compared when a map is read, so
+a stored map is the one that would be built. Numbers of any precision are stored as sums of doubles,
+without loss.
 """
 
 from __future__ import annotations
@@ -14,14 +14,12 @@ import json
 import math
 import threading
 from collections.abc import Callable, Iterator, Sequence
-from pathlib import Path
 from typing import Any, TypeAlias
 
 import numpy as np
 
-from rigidpend import __version__
 from rigidpend.machine import cache
-from rigidpend.machine.code_hash import code_hash_of
+from rigidpend.machine.code_hash import package_digest
 from rigidpend.machine.workers import WorkerError, apart
 from rigidpend.mechanics.body import Body, check_units
 from rigidpend.numbers import checked
@@ -202,15 +200,9 @@ class _Kept:
 
 def followed(body: Body, low: Exact, high: Exact, bits: int, design: Any, table: int) -> bytes:
     """All that a map follows from, the precision of its tables among it."""
-    parts = [__version__, _code(), *(str(x.key) for x in (*body.A, *body.r, body.mu, low, high))]
+    parts = [package_digest(), *(str(x.key) for x in (*body.A, *body.r, body.mu, low, high))]
     parts += [str(bits), json.dumps(tuple(design)), str(table)]
     return "\n".join(parts).encode()
-
-
-@functools.cache
-def _code() -> str:
-    """The hash of the code that builds maps, and of all that it imports of the package."""
-    return code_hash_of(Path(__file__).with_name("build.py"))
 
 
 def _described(x: Any, arrays: list[Any]) -> Any:

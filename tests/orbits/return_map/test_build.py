@@ -11,8 +11,6 @@ import pytest
 
 from rigidpend import Body
 from rigidpend.experiments.bench.problems import drawn
-from rigidpend.machine import cache as caches
-from rigidpend.machine import code_hash
 from rigidpend.machine.cache import KeptFileWarning
 from rigidpend.machine.workers import WorkerError
 from rigidpend.numbers.checked import ParameterError
@@ -306,24 +304,3 @@ def test_a_damaged_file_is_built_again(cache: Path) -> None:
     storage._kept.cache_clear()
     with pytest.warns(KeptFileWarning, match=f"{path}: damaged; it is made again"):
         assert same(made, return_map(FIG4, h=H))
-
-
-@pytest.mark.parametrize(
-    "module", ["return_map/charts.py", "integrate/states.py", "integrate/kernel/tape.py"]
-)
-def test_a_map_of_other_code_is_another(module: str, monkeypatch: pytest.MonkeyPatch) -> None:
-    """What integrates for the tables counts as well as what fits them."""
-    h, real = exact(H), code_hash.code_of
-
-    def edited(package: str, place: str) -> tuple[str, list[str]]:
-        code, imported = real(package, place)
-        return f"{code} edited" if place == f"orbits/{module}" else code, imported
-
-    before = storage.followed(FIG4, h, h, 53, FIRST, 64)
-    monkeypatch.setattr(code_hash, "code_of", edited)
-    monkeypatch.setattr(caches, "recall", lambda _: None)
-    monkeypatch.setattr(caches, "remember", lambda *_: None)
-    storage._code.cache_clear()
-    after = storage.followed(FIG4, h, h, 53, FIRST, 64)
-    storage._code.cache_clear()
-    assert after != before
