@@ -98,17 +98,14 @@ def alpha(states: Array, body: Body) -> Array:
     return np.asarray(states[6] + in_space.alpha_ahead(M, omega, gamma))
 
 
-def alpha_at(
-    body: Body, states: Array, ends: ArrayLike, tolerance: float, engine: str = "taylor"
-) -> Array:
+def alpha_at(body: Body, states: Array, ends: ArrayLike, tolerance: float) -> Array:
     """Angle alpha (n,) in radians of orbits, each at a time t' of its own.
 
     `states` are aligned components and theta3 at t' = 0, (7, n).
     """
     field = in_space.field(body)
     times = np.asarray(ends)[None]
-    found = states_at(field, states, times, engine=engine, tolerance=tolerance)
-    return alpha(found[:, 0], body)
+    return alpha(states_at(field, states, times, tolerance=tolerance)[:, 0], body)
 
 
 def separatrices(states: Array) -> NDArray[np.uint8]:
