@@ -82,8 +82,9 @@ def periodic_orbit(p: Angles, h0: float, family: int = 1, epsilon: int = 1) -> P
     The logarithm of the multiplier errs by less than 2^-46 h0/(h0 - mu), and the period, relative,
     by less than 2^-48 h0/(h0 - mu): mu is rounded, and beside h0 the motion nearly rests at its
     highest point. Bodies drawn by lot, with h0 - mu from 0.9 h0 down to 1e-7 h0, reach half of
-    each. Two moments that differ by a hundredth or less make the error of the logarithm up to some
-    hundred times as large: the angles are rounded, and small parts of the motion follow from them.
+    each. Two moments that differ by a part d of A1, less than 0.01, make the error of the
+    logarithm up to 0.01/d times as large. Of 410 such bodies drawn by lot, with d from 1e-2 down to
+    1e-6, the worst reached half of that.
 
     NotHyperbolic is raised where there is no such orbit, ArithmeticError where `MOST` steps don't
     settle theta1: h0 - mu is so small, the motion so nearly parabolic, or the body so nearly
