@@ -226,7 +226,7 @@ def test_maps_by_name_have_no_tables_that_take_minutes_beyond_doubles(
     assert asked == [(64, mapped.PATIENCE / 2)] * 3 + [(53, math.inf)] * 2
     with pytest.raises(MapError, match="refused"):
         mapped.Maps(run(of=10**7))
-    assert asked[5][1] > mapped.PATIENCE
+    assert asked[5] == (64, pytest.approx(costs.budget(run().problem, 10**7) / 3))
 
 
 @pytest.mark.parametrize(
@@ -286,8 +286,23 @@ def test_the_first_map_errs_by_more_where_the_second_is_less_sharp_than_planned(
     assert sorted({*allowed}) == [0.0, 2.0 ** (GAP - 60)]
 
 
-def test_a_third_map_is_made_at_once_from_so_many_orbits_on() -> None:
-    designs = [mapped.designs_of(n) for n in (mapped.THIRDS - 1, mapped.THIRDS)]
+def test_maps_that_are_not_all_kept_are_made_by_nobody_who_asks_for_kept_ones(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    monkeypatch.setattr(mapped, "is_kept", lambda *x: x[-1] == FIRST)
+    with pytest.raises(MapError, match="none is kept"):
+        mapped.Maps(run(), kept=True)
+
+
+def test_a_third_map_is_made_at_once_from_so_many_orbits_on(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    counts = mapped.THIRDS - 1, mapped.THIRDS
+    designs = [mapped.designs_of(n) for n in counts]
+    # Its bits are those of the first.
+    monkeypatch.setattr(mapped, "expected_cost", lambda *x: x[-2])
+    tables = [mapped.expected_tables(run().problem, n, math.inf) for n in counts]
+    assert tables == [64 + 75, 64 + 75 + 64]
     assert designs == [[FIRST, SECOND], [FIRST, SECOND, THIRD]]
     maps = unmade()
     for maps.designs, most in zip(designs, (2, 3), strict=True):
