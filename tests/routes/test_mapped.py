@@ -12,7 +12,7 @@ import pytest
 
 from rigidpend.mechanics.body import Body
 from rigidpend.numbers.checked import GAP
-from rigidpend.numbers.exact import PRECISIONS, exact
+from rigidpend.numbers.exact import PRECISIONS, context, exact
 from rigidpend.orbits.integrate import Crossings, Outcome
 from rigidpend.orbits.integrate.arithmetic import resolve
 from rigidpend.orbits.return_map import MapError, ReturnMap
@@ -54,6 +54,36 @@ def test_orbits_cross_together_as_each_does_alone() -> None:
         crossed = maps.crossings(53, certainty.FIRST, np.arange(n))
         for together, parts in zip(crossed, zip(*alone[:n], strict=True), strict=True):
             np.testing.assert_array_equal(together, np.concatenate(parts, axis=-1))
+
+
+@pytest.mark.parametrize(
+    ("design", "bits"), [(FIRST, 53), (SECOND, 53), (THIRD, 64), (FIRST, 64), (SECOND, 75)]
+)
+def test_starts_are_those_of_the_exact_phases_in_every_precision(design: Design, bits: int) -> None:
+    """Qp, psi of the mirrored start and the height, by closed forms in 200 bits."""
+    phases = [exact(x) for x in ("0.1", "1.7", "3.3", "6.1", "123456789.3", "2*pi/3")]
+    maps, columns, m = unmade(second=75, phases=phases), np.array([5, 0, 1, 2, 3, 4]), context(200)
+    begin = maps._beginning(design, bits, columns)
+    psi, height = maps._begin(bits, design, begin, columns)
+    p, unit = maps.problem.body.angles(200), exact(design.unit).in_context(m)
+    J1, J2 = maps.problem.J1_0.in_context(m), maps.problem.J2_0(200)
+    theta2 = [phases[k].in_context(m) for k in columns]
+    turned = [m.pi / 2 - p.beta0 / 2 - x for x in theta2]
+    lower = [m.sin(x) for x in theta2]
+    upper = [m.sin(p.alpha0 + p.beta0 + x) for x in theta2]
+    Qp = 2 * unit * m.sqrt(J1 * (J2 - J1)) * m.sin(p.alpha0)
+
+    def off(found: Any, expected: Any) -> list[Any]:
+        parts = found.parts if bits > 53 else np.asarray(found)[None]
+        exactly = [m.fsum(x) for x in parts.reshape(len(parts), -1).T.tolist()]
+        return [x - y for x, y in zip(exactly, expected, strict=True)]
+
+    allowed = 2.0 ** (4 - bits)
+    whole = [x / (2 * m.pi) for x in off(psi, turned)]
+    assert max(abs(x - m.nint(x)) for x in whole) < allowed
+    heights = [(J1 * high + (J2 - J1) * low) / J2 for high, low in zip(upper, lower, strict=True)]
+    assert max(map(abs, off(height, heights))) < allowed
+    assert abs(off(begin.Qp, [Qp])[0]) < allowed * Qp
 
 
 def test_one_map_of_each_number_of_bits_serves_beyond_doubles() -> None:
