@@ -112,9 +112,13 @@ def test_a_crossing_counts_as_known_two_digits_short_of_what_it_needs(
     legs._start = lambda _: None
     ends = [x + m.mpf(0) for x in legs.states]
     ends[1][4] += off
-    legs._ends = lambda *_: (ends, legs.times)
+    ends[1][5] += 2.0**-150
+    legs._ends = lambda *_: (ends, [m.mpf(0.25), m.mpf(0.5)])
     slopes = [np.array([[m.mpf(1)]] * 6), np.eye(6, dtype=object) * m.mpf(1)]
     assert legs._corrected(slopes, 20, 1) == pytest.approx(told)
+    # theta2_0 is changed so that gamma3 of the last one stays.
+    assert (legs.theta - 1, legs.states[1][5]) == (-(2.0**-150), 0)
+    assert legs.times == [0.25, 0.5]
 
 
 def test_a_crossing_is_told_from_beside_it_to_the_third_power_of_the_time() -> None:
