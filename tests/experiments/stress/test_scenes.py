@@ -131,14 +131,16 @@ def test_codes_and_truth_are_computed_as_they_are_asked_for(
 ) -> None:
     """By that engine, to that tolerance, in those precisions, of all phases."""
     monkeypatch.setattr(Run, "crossings", lambda run, *given: (run, *given))
-    run, *given, columns = scenes.route_crossings(PROBLEM, ["0.4", "2.1"], 3, 160, "scipy")
+    made: Any = scenes.route_crossings(PROBLEM, ["0.4", "2.1"], 3, 160, "scipy")
+    run, *given, columns = made
     asked_of = run.problem, run.arithmetic, run.jobs, run.phases.high.tolist()
     assert asked_of == (PROBLEM, resolve("scipy", None, (160,)), 3, [0.4, 2.1])
     assert (given, list(columns)) == ([160, FIRST], [0, 1])
     monkeypatch.setattr(scenes, "codes_of", lambda *given, kept: (*given, kept))
     asked = PROBLEM, ["0.4", "2.1"], 3, (53, 106), 1e-12, "integration", "scipy"
     expected = *asked[:2], resolve("scipy", 1e-12, (53, 106)), 3, "integration", True
-    assert scenes.routes(*asked) == expected
+    found: Any = scenes.routes(*asked)
+    assert found == expected
 
 
 def test_starts_have_the_energy_and_the_J3_that_are_asked_for() -> None:
