@@ -28,7 +28,8 @@ ORBITS = {
     "theta2_0_rest": _double(
         "rad", "what theta2_0 leaves: their sum has 30 digits", within=2 * DIGIT
     ),
-    # Times and angles err by some 1e-13 a crossing.
+    # Times and angles err by some 1e-13 a crossing. Where surfaces are split little, the map's are
+    # displaced: the time is integrated, and theta3 depends on the phase in second order only.
     "flight": _double("t'", "time from the first crossing to the last", within=1e-10),
     "theta3": _double("rad", "growth of theta3 from one end to the other", within=1e-12),
     "residual": _double(
@@ -39,10 +40,14 @@ ORBITS = {
     # Where surfaces are split little, the map in doubles errs by more.
     "moved": _double(
         "rad",
-        "theta2_0 in 106 bits less that by the map in doubles",
+        "theta2_0 by integration less that by the map in doubles",
         within=stated(lambda stored, _: max(1e-12, 10 * np.abs(stored["moved"]).max(initial=0.0))),
     ),
-    "error": _double("rad", "last correction of theta2_0 in 106 bits", within=stated(DIGIT)),
+    "error": _double(
+        "rad",
+        "error of theta2_0 at most: its last correction, or what roundings do",
+        within=stated(DIGIT),
+    ),
     "arcs": Field(WHOLE, (), "1", "arcs of the unstable surface on which the orbits were sought"),
     "ends": Field(
         TEXT, (), "text", "homoclinic (to the lower orbit) or heteroclinic (to the upper)"

@@ -76,7 +76,7 @@ def _orbits(launch: Launch, orbits: DoublyAsymptotic, arcs: int, jobs: int) -> T
         "theta2_0_rest": np.array(
             [float(x - Fraction(y)) for x, y in zip(fine.theta2_0, high, strict=True)]
         ),
-        "flight": orbits.flight,
+        "flight": fine.flight,
         "theta3": orbits.theta3,
         "residual": orbits.chain.residual,
         "moved": fine.moved,

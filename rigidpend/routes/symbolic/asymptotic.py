@@ -36,7 +36,15 @@ from rigidpend.numbers.generic import Array
 from rigidpend.orbits.records import columns, joined
 from rigidpend.orbits.return_map import SectionPoint
 from rigidpend.routes.symbolic.address import Address, cells_of
-from rigidpend.routes.symbolic.chain import Chain, NoOrbit, System, on_surface, signs_of
+from rigidpend.routes.symbolic.chain import (
+    MOVED,
+    Chain,
+    NoOrbit,
+    System,
+    check_split,
+    on_surface,
+    signs_of,
+)
 from rigidpend.routes.symbolic.levels import Level, Mask, Signs, onward
 
 TOGETHER = 2000
@@ -52,8 +60,6 @@ WIDENINGS = 8
 """Number of times that the samples of arcs are extended, by a third each."""
 NARROWINGS = 40
 """Narrowings of a minimum of |U|: to 1e-8 of two samples, where it is flat to rounding."""
-MOVED = 1e-3
-"""Largest correction of a track's chi, and error of b, radians."""
 
 
 class Track(NamedTuple):
@@ -109,11 +115,7 @@ def skeleton(level: Level, symbols: int, half_turns: int) -> list[tuple[Track, i
     one symbol less on which they were sought. NoOrbit is raised where the surfaces do not cross, or
     so little that doubles do not place their orbits, or an arc leaves the tables.
     """
-    if (off := level.displaced(53)) > MOVED:
-        raise NoOrbit(
-            f"the body is nearly symmetric: its surfaces are split by {level.splitting:.1g} only,"
-            f" and doubles place an orbit on them within {off:.1g} rad; take a less symmetric body"
-        )
+    check_split(level, level.displaced(53))
     b = np.linspace(0, 2 * np.pi, AROUND + 1)
     U = track(level, b, 0).U
     at = np.flatnonzero(np.signbit(U[:-1]) != np.signbit(U[1:]))
@@ -166,7 +168,9 @@ class _Arcs:
         """
         low, high, arc, sample = self._brackets()
         if not low.size:
-            least, most = self.level.fewest_half_turns, self.most
+            # From or to a surface |I| is the splitting at most.
+            level, most = self.level, self.most
+            least = math.floor(level.half_turns(level.splitting))
             said = (
                 f"passages of at most half_turns = {most} half rotations; they take {least} or more"
             )

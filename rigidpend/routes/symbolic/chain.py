@@ -36,7 +36,13 @@ LONGEST_STEP = 0.5
 SETTLED = 1e-9
 """Size of the last correction, radians or widths of tables; its square, below rounding, is left."""
 ROUGHEST = 1e-6
-"""Size below which a correction that is no smaller than the one before is rounding."""
+"""Size below which a correction that is no smaller than the one before is rounding, or more.
+
+Where surfaces are split little, roundings displace the crossings by more: see `System._rounding`."""
+MOVED = 1e-3
+"""Largest displacement of a crossing by roundings with which an orbit is told, radians."""
+ANGLES = 8.0
+"""Radians of an angle whose own roundings displace a crossing as much as those of the tables."""
 EARLY = 1e-3
 """Time t' below which a zero of M3 is the crossing that an orbit starts from."""
 ROUNDED = 2.0**-51
@@ -232,6 +238,10 @@ class System(NamedTuple):
         found = solve_banded((2, 2), blocks, right.ravel(), check_finite=False)
         return np.asarray(found.reshape(right.shape).T)
 
+    def _rounding(self, x: Array) -> float:
+        """Radians by which roundings of tables and angles displace crossings, at most."""
+        return self.level.displaced(53) * (1 + float(np.abs(x).max()) / ANGLES)
+
     def solved(self, x: Array) -> Chain:
         """The chain, by Newton's method from a guess.
 
@@ -249,7 +259,8 @@ class System(NamedTuple):
             if not np.isfinite(size):
                 break
             x = x - step * min(1.0, LONGEST_STEP / max(size, 1e-300))
-            if size < SETTLED or before <= size < ROUGHEST:
+            rounding = min(max(ROUGHEST, self._rounding(x)), MOVED)
+            if size < SETTLED or before <= size < rounding:
                 made, widest = self.evaluated(x)[2], self.level.widest
                 at = np.argwhere(np.abs(made.I) >= widest)
                 if at.size:
@@ -257,7 +268,18 @@ class System(NamedTuple):
                     raise NoOrbit(f"{needed}, the tables' end")
                 return made
             before = size
+        check_split(self.level, self._rounding(x))
         raise NoOrbit("Newton's method does not settle")
+
+
+def check_split(level: Level, displaced: float) -> None:
+    """Raise NoOrbit where roundings displace the orbits of a level by so much, radians."""
+    if displaced > MOVED:
+        raise NoOrbit(
+            f"the body is nearly symmetric: its surfaces are split by {level.splitting:.1g} only,"
+            f" and doubles place an orbit on them within {displaced:.1g} rad; take a less symmetric"
+            " body"
+        )
 
 
 def tangents(chain: Chain) -> Array:

@@ -25,7 +25,7 @@ from typing import Any, NamedTuple, TypeAlias
 import numpy as np
 
 from rigidpend.mechanics.coordinates import Canonical, aligned_from_canonical
-from rigidpend.mechanics.equations import AlignedCoefficients, eq1, hamiltonian_J3_0
+from rigidpend.mechanics.equations import AlignedCoefficients, aligned, eq1, hamiltonian_J3_0
 from rigidpend.numbers.exact import GUARD_BITS, Exact, context, fraction
 from rigidpend.numbers.generic import Array
 from rigidpend.orbits.integrate.arithmetic import PAIRS
@@ -54,6 +54,8 @@ Where ten times that is left, the next correction is told once more, farther fro
 NEAREST, FARTHEST = 1e-15, 1e-2
 """Ends of orbits, by v of the normal form: v^2 over the slope of I at least, and v at most."""
 ROUNDS = 16
+CROSSING_STEPS = 2
+"""Newton's steps to a crossing: from 1e-4 off, a hundred times what an orbit may be displaced."""
 FINEST = 3e-30
 """Error that is left at most, radians: a third of the 30th digit."""
 
@@ -134,6 +136,25 @@ class Launch:
         exact_times = np.array([[Fraction(float(t)) for t in times]])
         return states_at(self.fractions, np.array(states).T, exact_times, self.bits, jobs)[:, 0]
 
+    def flight(self, states: States, begun: Array, flight: Array, jobs: int = 1) -> Array:
+        """t' from the first crossings to the last, from about when these are to doubles' rounding.
+
+        The map is displaced by its roundings, and crossings with it, the more the less the surfaces
+        are split.
+        """
+        first, early = self._crossed(states, begun, jobs)
+        _, late = self._crossed(first, flight - early, jobs)
+        return np.asarray(flight - early + late)
+
+    def _crossed(self, states: States, times: Array, jobs: int) -> tuple[States, Array]:
+        """Orbits at crossings that are about so much later, and by how much more, t'."""
+        at, moved = self.carried(states, times, jobs), np.zeros_like(times)
+        for _ in range(CROSSING_STEPS):
+            here = at.astype(float)
+            more = -here[2] / aligned(here, self.doubles.aligned)[2]
+            at, moved = self.carried(at.T.tolist(), more, jobs), moved + more
+        return at.T.tolist(), moved
+
     def _state(self, theta1: Fraction, theta2: Fraction) -> list[Fraction]:
         m, p = self.m, self.p
         first, second = (m.mpf(x.numerator) / x.denominator for x in (theta1, theta2))
@@ -202,13 +223,15 @@ class Sharp(NamedTuple):
     """Phases to 30 digits, (N,) each: radians in [0, 2 pi), where J1 is J1_0.
 
     With aligned components at the starts of `Launch`, the corrections of the map by integration,
-    and what the phases err by at most, radians: the last correction, or what roundings do.
+    what the phases err by at most, radians: the last correction, or what roundings do; and t' from
+    the first crossings to the last.
     """
 
     theta2_0: list[Fraction]
     starts: States
     moved: Array
     error: Array
+    flight: Array
 
 
 def sharp(launch: Launch, orbits: DoublyAsymptotic, jobs: int = 1) -> Sharp:
@@ -219,17 +242,23 @@ def sharp(launch: Launch, orbits: DoublyAsymptotic, jobs: int = 1) -> Sharp:
     begun, error = launch.anchors(orbits.b), max(FIRST_ERROR, launch.level.displaced(53))
     slope = orbits.I_slope * begun.b_slope
     theta2 = [Fraction(float(x)) for x in begun.theta2]
+    I_before = step = np.zeros_like(slope)
     for rounds in range(ROUNDS):
         states = launch.states(begun, theta2)
         distance = np.sqrt(np.abs(orbits.I_slope) * max(error, NEAREST)).clip(max=FARTHEST)
-        step = -_invariant(launch, orbits, states, distance, jobs) / slope
-        last = float(np.abs(step).max(initial=0.0))
+        I = _invariant(launch, orbits, states, distance, jobs)
+        # The map's slopes err, the more the less the surfaces are split: secants tell them.
+        told = np.abs(step) > GAINED * np.abs(step).max(initial=0.0)
+        slope[told] = (I - I_before)[told] / step[told]
+        wanted = -I / slope
+        last = float(np.abs(wanted).max(initial=0.0))
         if last > 10 * error and not rounds:
             raise NoOrbit(f"integration finds an orbit {last:.2g} rad from where the map has it")
         if last > 10 * error:
             # The correction before gained less: so near to its end an orbit does not tell how much.
             error = last
             continue
+        I_before, step = I, wanted
         theta2 = [x + Fraction(float(y)) for x, y in zip(theta2, step, strict=True)]
         if last < FINEST:
             break
@@ -240,7 +269,14 @@ def sharp(launch: Launch, orbits: DoublyAsymptotic, jobs: int = 1) -> Sharp:
     states = launch.states(begun, theta2)
     theta2_0 = launch.at_J1_0(begun.theta2 + moved, states, jobs)
     left = max(launch.level.displaced(launch.bits), math.ldexp(NEAREST, -51))
-    return Sharp(theta2_0, states, np.array(moved), np.abs(step).clip(left))
+    flight = launch.flight(states, _begun(launch, orbits), orbits.flight, jobs)
+    return Sharp(theta2_0, states, np.array(moved), np.abs(step).clip(left), flight)
+
+
+def _begun(launch: Launch, orbits: DoublyAsymptotic) -> Array:
+    """t' from the starts to the first crossings, by the map."""
+    start = launch.clock(launch.theta2(orbits.b, float(launch.J1)), float(launch.J1))
+    return orbits.begun - start
 
 
 def _invariant(
@@ -248,8 +284,7 @@ def _invariant(
 ) -> Array:
     """I of the last passages, measured where the orbits are so close to the periodic orbit."""
     level, upper = launch.level, len(orbits.symbols) % 2 == 0
-    start = launch.clock(launch.theta2(orbits.b, float(launch.J1)), float(launch.J1))
-    times = orbits.begun - start + orbits.flight + orbits.faded(distance)
+    times = _begun(launch, orbits) + orbits.flight + orbits.faded(distance)
     at = launch.carried(states, times, jobs).astype(float)
     if not upper:
         at[[2, 5]] *= -1

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import functools
 import math
 from fractions import Fraction
 from typing import Any
@@ -14,8 +15,9 @@ from rigidpend.mechanics.body import Body
 from rigidpend.mechanics.equations import AlignedCoefficients
 from rigidpend.numbers.exact import exact
 from rigidpend.orbits.integrate.states import states_at
+from rigidpend.orbits.records import columns
 from rigidpend.routes.symbolic import sharp as module
-from rigidpend.routes.symbolic.asymptotic import doubly_asymptotic, skeleton
+from rigidpend.routes.symbolic.asymptotic import DoublyAsymptotic, doubly_asymptotic, skeleton
 from rigidpend.routes.symbolic.chain import NoOrbit
 from rigidpend.routes.symbolic.levels import Level
 from rigidpend.routes.symbolic.sharp import Launch, sharp
@@ -52,6 +54,36 @@ def test_where_surfaces_are_split_little_more_bits_serve(monkeypatch: pytest.Mon
     off = [abs(x - y) for x, y in zip(found.theta2_0, other.theta2_0, strict=True)]
     assert (np.array(off) < found.error).all()
     assert np.abs(found.moved).max() > 10 * module.FIRST_ERROR
+
+
+@functools.cache
+def displaced() -> tuple[DoublyAsymptotic, DoublyAsymptotic]:
+    """Orbits with one symbol where surfaces are split by 3e-14, with roundings of two kinds."""
+    body = Body(A=("1.05", "0.92", 1), r=(1, 10, 0), mu="1e-5")
+    little = Level.of(body, exact("0.25"))
+    _, (rough, _) = skeleton(little, 1, 150)
+    beside = rough._replace(b=rough.b + 1e-7, chi=rough.chi + 1e-6)
+    return doubly_asymptotic(little, rough), doubly_asymptotic(little, beside)
+
+
+def test_roundings_displace_chains_within_the_bound() -> None:
+    """Newton's method ends in corrections of 1e-6 rad, and not in smaller ones."""
+    one, other = displaced()
+    moved = np.abs(one.chain.unknowns - other.chain.unknowns).max()
+    assert len(one.b) == 10
+    # Angles of 150 half rotations round to 6e-14.
+    assert 1e-7 < moved < 60 * one.chain.level.displaced(53)
+    assert one.chain.residual.max() < 3e-13
+
+
+@pytest.mark.slow
+def test_integration_tells_phases_and_times_where_the_map_is_displaced() -> None:
+    found = [columns(x, np.array([0])) for x in displaced()]
+    first, second = (sharp(Launch(x.chain.level, J1_0), x) for x in found)
+    assert first.error.max() < module.FINEST
+    assert abs(first.theta2_0[0] - second.theta2_0[0]) < LAST_DIGIT
+    assert np.abs(found[0].flight - found[1].flight).max() > 1e-9
+    np.testing.assert_allclose(first.flight, second.flight, rtol=1e-15)
 
 
 def test_a_body_whose_surfaces_doubles_do_not_tell_apart_is_refused() -> None:
