@@ -40,14 +40,16 @@ from rigidpend.routes.symbolic.address import AddressError, parsed
 from rigidpend.routes.symbolic.chain import (
     Chain,
     NoOrbit,
+    NoOrbit,
     System,
+    check_split,
     crossing_states,
     section_points,
     section_states,
     signs_of,
     tangents,
 )
-from rigidpend.routes.symbolic.levels import Level
+from rigidpend.routes.symbolic.levels import Level, Signs
 from rigidpend.routes.symbolic.shortest import alike
 
 MOST_SYMBOLS = 60
@@ -146,13 +148,26 @@ def closed(
 
     chain = alike(level, solved) if half_turns is None else solved(half_turns)
     turns, mirrored = chain.cells[1] - chain.cells[0], bool((chain.I < 0).sum() % 2)
-    period, trace = float(chain.time.sum()), float(np.trace(_derivative(chain)))
+    period, trace = float(chain.time.sum()), float(np.trace(_monodromy(chain, signs)))
     return ClosedOrbit(word, int(turns), mirrored, period, trace, chain)
 
 
 def _derivative(chain: Chain) -> Array:
     """The derivative of all passages in (d, chi)."""
     return functools.reduce(lambda whole, slope: slope[:2] @ whole, tangents(chain), np.eye(2))
+
+
+def _monodromy(chain: Chain, signs: Signs) -> Array:
+    """The derivative of all passages in the angles a and b of the last one.
+
+    Its trace is that in (d, chi), where surfaces split by little cost twice the digits: there two
+    passages are multiplied whose derivatives nearly cancel. Here each crossing alone has what the
+    surfaces on its sides differ by.
+    """
+    _, by, _ = System(chain.level, None, signs, 0.0).evaluated(chain.unknowns)
+    before, behind = np.moveaxis(by[:, :2], -1, 0), np.moveaxis(by[:, 2:], -1, 0)
+    steps = -np.linalg.solve(behind, before)
+    return functools.reduce(lambda whole, step: step @ whole, steps, np.eye(2))
 
 
 def words(longest: int) -> Iterator[tuple[int, ...]]:
@@ -261,6 +276,7 @@ def closing(orbit: ClosedOrbit, bits: int = 113) -> Closing:
         if size < met:
             break
         step = -np.linalg.solve(matrix, (off / size).astype(float).ravel())
+        check_split(level, float(np.abs(step).max() * size))
         places = places + exact_of(step.reshape(n, 2)) * size
     else:
         raise NoOrbit(f"the orbit of {orbit.word} does not come to close, by {float(size):.2g}")
