@@ -38,7 +38,7 @@ SETTLED = 1e-9
 ROUGHEST = 1e-6
 """Size below which a correction that is no smaller than the one before is rounding, or more.
 
-Where surfaces are split little, roundings displace the crossings by more: see `System._rounding`."""
+Where surfaces are split little, roundings displace crossings by more: `System._rounding`."""
 MOVED = 1e-3
 """Largest displacement of a crossing by roundings with which an orbit is told, radians."""
 ANGLES = 8.0

@@ -40,7 +40,6 @@ from rigidpend.routes.symbolic.address import AddressError, parsed
 from rigidpend.routes.symbolic.chain import (
     Chain,
     NoOrbit,
-    NoOrbit,
     System,
     check_split,
     crossing_states,
