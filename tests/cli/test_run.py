@@ -265,3 +265,25 @@ def test_all_configs_are_checked_before_the_first_is_computed(tmp_path: Path) ->
     assert starts[0].startswith("bad.yaml:7:7: problem.mu: ")
     assert starts[1].startswith("worse.yaml:7:7: problem.mu: ")
     assert not (tmp_path / "results").exists()
+
+
+@pytest.mark.parametrize(
+    ("seconds", "files", "jobs", "scheduler", "expected"),
+    [
+        ([10, 10, 5], 3, 8, None, 2),
+        ([10, 10, 5], 3, 1, None, 1),
+        # What is short goes one after the other, what a sweep asks for as jobs go.
+        ([0.5, 0.5, 0.5], 3, 8, None, 1),
+        ([10, 10, 5], 1, 2, None, 2),
+        ([10, 10, 5], 1, 8, None, 3),
+        ([10, 10, 5], 3, 1, "tcp://head:8786", 3),
+        ([], 3, 8, None, 0),
+    ],
+)
+def test_so_many_go_side_by_side_that_none_outlasts_all_others(
+    seconds: list[float], files: int, jobs: int, scheduler: str | None, expected: int
+) -> None:
+    runs: Any = run.Runs(jobs, scheduler, keep_going=False)
+    runs.waiting = list(range(len(seconds)))
+    runs.expected = {str(k): x for k, x in enumerate(seconds)}
+    assert runs.at_once(files) == expected

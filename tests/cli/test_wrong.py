@@ -13,14 +13,20 @@ import tempfile
 from pathlib import Path
 from typing import Any
 
+import click
 import pytest
 
 from rigidpend.cli import common
 from rigidpend.machine import workers
+from rigidpend.machine.files import Absent
 from rigidpend.machine.workers import WorkerError
+from rigidpend.numbers.checked import ParameterError
+from rigidpend.numbers.exact import ExactError
 from rigidpend.orbits.integrate import arithmetic
 from rigidpend.results import store
+from rigidpend.routes.certainty import Contradiction
 from rigidpend.routes.neighbourhood import NoChange
+from rigidpend.routes.symbolic import NoOrbit
 from rigidpend.runs import runner
 from tests.cli.calls import ENVIRONMENT, REFERENCE, Done, call
 from tests.config.samples import SMALL, written
@@ -168,6 +174,38 @@ def test_how_a_run_ended_is_its_exit_code(
     done = failing(monkeypatch, desk, error, "failing")
     whole = f"rigidpend: small: {said}" if said else "interrupted; finished results are kept"
     assert (done.returncode, done.stderr.splitlines()[-1]) == (code, whole)
+
+
+@pytest.mark.parametrize(
+    ("error", "code"),
+    [
+        (ExactError("x"), 2),
+        (ParameterError("mu", "x"), 2),
+        (Absent("x"), 3),
+        (arithmetic.EngineError("x"), 3),
+        (Contradiction("x"), 1),
+        (OSError(28, "no room"), 1),
+        (NoOrbit("x"), 1),
+        (EOFError("x"), 4),
+    ],
+    ids=lambda x: type(x).__name__,
+)
+def test_what_is_wrong_decides_the_exit_code(error: Exception, code: int) -> None:
+    """1 failed, 2 wrong values, 3 absent, 4 a fault of ours: as `--help` has them."""
+    assert common.exit_code(error) == code
+    assert common.sentence(error, lambda _: Path("log")).startswith("internal error") is (code == 4)
+
+
+def test_a_name_is_for_one_result_and_a_result_is_where_it_was() -> None:
+    with pytest.raises(click.UsageError, match="--name is for one config"):
+        common.configs_of(("all",), Path("results"), "mine")
+    assert common.folder_of(Path("old/x.h5"), Path("results")) == Path("old")
+    assert common.folder_of(Path("old/x.yaml"), Path("results")) == Path("results")
+
+
+def test_a_path_of_any_length_is_told_by_its_beginning() -> None:
+    said = common.sentence(FileNotFoundError(2, "No such file", "x" * 1000))
+    assert said == f"{'x' * 200}: No such file"
 
 
 @pytest.mark.parametrize(

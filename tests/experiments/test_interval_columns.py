@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import functools
+from contextlib import nullcontext
 from fractions import Fraction
 from types import SimpleNamespace
 from typing import Any
@@ -13,8 +15,11 @@ from rigidpend.experiments.route_intervals import compute
 from rigidpend.experiments.route_intervals.compute import contradictions
 from rigidpend.numbers.exact import exact, exacts
 from rigidpend.numbers.expressions import NO_SYMBOL
-from rigidpend.routes.certified.checker import Undecided
-from tests.experiments.trees import reference
+from rigidpend.routes.certified import interval_search, intervals, pieces
+from rigidpend.routes.certified.horseshoe import ShiftProblem
+from rigidpend.routes.certified.interval_search import ProvenInterval
+from rigidpend.routes.certified.intervals import EnclosedStarts, PhaseInterval
+from tests.experiments.trees import asked, computed, differences, reference, shared_reference
 
 # The quarters of the line: two symbols are proven on the first, one on the third.
 INTERVALS = {
@@ -63,19 +68,118 @@ def test_a_column_has_the_symbols_of_the_interval_of_its_exact_phase(
     assert contradictions(INTERVALS, phases, columns) == []
 
 
-def test_an_interval_that_is_not_proven_again_is_in_no_theorem(monkeypatch: Any) -> None:
-    def doubted(part: Any, _: Any) -> None:
-        raise Undecided(f"the interval {part}")
+@functools.cache
+def proven() -> list[ProvenInterval]:
+    """What the reference proves of each of its intervals."""
+    data = shared_reference("fig4_intervals")["data"]
+    every = compute.unpacked(data["intervals"])
+    steps = pieces.unpacked(data["proof"], len(every))
+    symbols = [[bool(x) for x in code if x != NO_SYMBOL] for code in data["intervals"]["codes"].T]
+    return [ProvenInterval(*each) for each in zip(every, symbols, steps, strict=True)]
 
-    monkeypatch.setattr(compute, "arranged", lambda *_: (["0/2^1"], [Fraction(1, 2)]))
-    config: Any = SimpleNamespace(problem=None)
-    monkeypatch.setattr(compute, "_again", lambda *_: None)
-    assert compute.theorems(config, {}) == [
-        "1 symbol, the same on each interval, of all starts on 1/2 of the line, 0.5"
+
+@pytest.fixture
+def stored() -> Any:
+    """The reference, its config, and what is proven of each of its intervals."""
+    data, config = reference("fig4_intervals")["data"], asked("fig4_intervals")
+    return SimpleNamespace(data=data, found=proven(), config=config)
+
+
+@pytest.fixture(autouse=True)
+def _here(monkeypatch: pytest.MonkeyPatch) -> None:
+    """What processes would do is done in this one."""
+    monkeypatch.setattr(
+        compute, "side_by_side", lambda work, of, _, each, __: [work(x, *of) for x in each]
+    )
+
+
+def test_the_whole_line_is_searched_and_what_is_found_is_stored(
+    stored: Any, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    problem, tried, parts, jobs = stored.config.problem, [], list[str](), 3
+
+    def within(of: PhaseInterval, setting: Any, J1: Fraction, n: int, finest: int) -> Any:
+        tried.append(of)
+        assert setting == ShiftProblem(problem.body, problem.h0, 1, h0=problem.h0)
+        assert (J1, n, finest) == (Fraction(1, 10**8), problem.n_symbols, problem.halvings)
+        return [x for x in stored.found if x.of == of]
+
+    monkeypatch.setattr(interval_search, "within", within)
+    made = computed(stored.config, parts, jobs=jobs)
+    assert tried == [PhaseInterval(k, 5) for k in range(32)]
+    assert not differences("route_intervals", stored.data, made)
+    assert made["columns"]["codes"].shape == (15, 63), "as Fig. 4's left array"
+    # A part that fewer processes kept is another one.
+    assert len(parts) == -(-32 // (compute.ROUND * jobs))
+    assert {name.rpartition(".")[2] for name in parts} == {str(compute.ROUND * jobs)}
+
+
+def test_intervals_of_which_nothing_is_proven_are_no_result(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    tried = []
+
+    def within(of: PhaseInterval, *_: Any) -> list[ProvenInterval]:
+        tried.append(of)
+        return [ProvenInterval(of, [], [])]
+
+    monkeypatch.setattr(interval_search, "within", within)
+    with pytest.raises(ArithmeticError, match="no symbol is proven on any interval"):
+        computed(asked("fig4_intervals", "problem.halvings=3"))
+    assert tried == [PhaseInterval(k, 3) for k in range(8)], "no shorter than they may be"
+
+
+def test_an_interval_that_is_not_proven_again_is_in_no_theorem(
+    stored: Any, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Each that has symbols is proven, by its own steps, in the problem of the config."""
+    problem, known = stored.config.problem, {x.of: x for x in stored.found if x.symbols}
+    starts, again = EnclosedStarts.of(problem.body, problem.h0, Fraction(1, 10**8)), dict(known)
+
+    def symbols(of: EnclosedStarts, interval: PhaseInterval, steps: Any) -> list[bool]:
+        assert of[1:] == starts[1:]
+        assert list(steps) == list(known[interval].pieces)
+        return again.pop(interval).symbols
+
+    monkeypatch.setattr(intervals, "symbols", symbols)
+    shares = [sum(x.of.share for x in stored.found if len(x.symbols) >= n) for n in (1, 2)]
+    said = compute.theorems(stored.config, stored.data)
+    assert said == [
+        f"{n} symbol{'s' * (n > 1)}, the same on each interval, of all starts on {share} of the"
+        f" line, {float(share):.6g}"
+        for n, share in enumerate(shares, 1)
     ]
-    monkeypatch.setattr(compute, "_again", doubted)
-    with pytest.raises(ArithmeticError, match=r"the interval 0/2\^1"):
-        compute.theorems(config, {})
+    assert not again
+    # More than is stored may come out, and nothing else.
+    one = next(x for x in stored.found if len(x.symbols) == 1)
+    part = one.of, one.pieces, [int(one.symbols[0]), NO_SYMBOL]
+    monkeypatch.setattr(compute, "arranged", lambda *_: ([part], shares))
+    for found, well in (([*one.symbols, True], True), ([not one.symbols[0]], False), ([], False)):
+        again = {one.of: one._replace(symbols=found)}
+        with nullcontext() if well else pytest.raises(ArithmeticError, match="others, or fewer"):
+            compute.theorems(stored.config, stored.data)
+
+
+@pytest.mark.parametrize(
+    ("spoilt", "said"),
+    [
+        (lambda data: data["codes"].fill(2), "a symbol is none"),
+        (lambda data: data["codes"].__setitem__((0, 0), NO_SYMBOL), "follows one that is not"),
+        (lambda data: data.update(codes=data["codes"][:1]), "asks for 2 symbols"),
+        (lambda data: data["place"].__setitem__(-1, 32), "none of the line"),
+        (lambda data: data["depth"].__setitem__(1, 4), "overlap"),
+    ],
+)
+def test_intervals_that_no_line_has_are_in_no_theorem(spoilt: Any, said: str, stored: Any) -> None:
+    spoilt(stored.data["intervals"])
+    with pytest.raises(ArithmeticError, match=f"nothing is proven: .*{said}"):
+        compute.arranged(stored.config.problem, stored.data)
+
+
+def test_no_more_intervals_are_expected_than_symbols_ask_for() -> None:
+    """Measured: 1.5 s each on one core, the line cut in 2^(2 n + 1) for n symbols at most."""
+    costs = [compute.cost(asked("fig4_intervals", f"problem.halvings={k}")) for k in (3, 5, 9)]
+    assert costs == [6.0, 24.0, 24.0]
 
 
 def test_a_run_ends_with_an_error_where_a_column_is_another(monkeypatch: Any) -> None:

@@ -84,9 +84,14 @@ def test_legends_stay_where_they_are_above_a_foot_of_any_height() -> None:
         for anchor in ({}, {"bbox_to_anchor": (0.25, 0.5, 0, 0)})
     ]
     with matplotlib.rc_context({"savefig.dpi": 50}):
-        render._image(figure, "png", {"experiment": "fig4"}, ["word " * 300])
+        made = render._image(figure, "png", {"experiment": "fig4"}, ["word $a_b$ " * 150])
+    # All lines of the foot are in the image, a dollar sign as it is.
+    high = struct.unpack(">II", made[16:24])[1] / 50
+    lines = figure.texts[0].get_text().splitlines()
+    assert high == pytest.approx(2 + 0.1 + 0.11 * len(lines), abs=0.02)
+    assert not figure.texts[0].get_parse_math()
     # Its lines are as long as the figure is wide.
-    assert 55 < max(map(len, figure.texts[0].get_text().splitlines())) <= 65
+    assert 55 < max(map(len, lines)) <= 65
     # A tenth of an inch from the left, half as much below.
     assert figure.texts[0].get_position() == pytest.approx((0.1 / 3, -0.05 / 2))
     whole, part = (one.get_bbox_to_anchor().bounds for one in legends)
@@ -115,6 +120,25 @@ def test_an_image_is_drawn_once_and_again_where_it_is_half_or_that_is_asked_for(
     shown = re.findall('data:image[^"]*', report.build([source])[0])
     monkeypatch.setattr(render, "image", None)
     assert re.findall('data:image[^"]*', report.build([source])[0]) == shown
+
+
+def test_an_image_is_kept_that_is_whole_and_of_the_same_origin(tmp_path: Path) -> None:
+    target, end = tmp_path / "x.png", render.ENDS["png"]
+    assert render.kept(target, "abc") is None
+    for content, kept in ((b"abc" + end, True), (b"abc", False), (b"abd" + end, False)):
+        target.write_bytes(content)
+        assert (render.kept(target, "abc") == content) is kept
+
+
+def test_what_the_certificate_beside_a_result_proves_is_drawn(
+    source: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    drawn = Mock(side_effect=small)
+    monkeypatch.setattr(draw, "draw", drawn)
+    monkeypatch.setattr(certificate_files, "beside", lambda file: f"of {file.name}")
+    monkeypatch.setattr(certificate_files, "marked", lambda result, by: {**result, "by": by})
+    render.render(source, source.with_suffix(".png"))
+    assert drawn.call_args.args[0]["by"] == "of fig2.h5"
 
 
 def test_the_fingerprint_has_all_that_an_image_depends_on(

@@ -212,5 +212,25 @@ def test_the_foot_says_what_one_sees_with_the_name_and_the_body() -> None:
     seen, one = captions.foot(result)
     assert captions.caption("route_codes").startswith(f"{seen} A column ")
     assert one == "light: A = (2, 1, 1.5), mu = 0.001, h0 = 1"
+    result["config"] = {"problem": {**problem, "beta0": "1/2", "h0": "7" * 1000}}
+    [told] = captions.bodies(result)
+    assert told == f"A = (2, 1, 1.5), beta0 = 0.5, mu = 0.001, h0 = {'7' * 300}"
+    several: Any = {
+        "mu": "1/10",
+        "h": ["1", "2", "3", "4"],
+        "bodies": {"a": {"A": ["2", "1", "3/2"]}},
+    }
+    result["config"] = {"problem": several}
+    assert captions.bodies(result) == ["mu = 0.1, h = 1 to 4 (4 values)", "a: A = (2, 1, 1.5)"]
     result["config"] = {}
     assert captions.foot(result) == [seen, "light"]
+
+
+def test_figures_of_the_paper_come_first_in_their_order(monkeypatch: pytest.MonkeyPatch) -> None:
+    figures = {"z": "1", "a": "", "b": "4"}
+    monkeypatch.setattr(
+        report, "_section", lambda source: report.ResultSection(source.name, figures[source.name])
+    )
+    monkeypatch.setattr(report, "html", lambda sections: [each.name for each in sections])
+    page: Any = report.build([Path(name) for name in "abz"])
+    assert page == (["z", "b", "a"], [])

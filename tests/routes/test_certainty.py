@@ -17,6 +17,7 @@ from rigidpend.routes.certainty import (
     THIRD,
     agreement,
     decide,
+    undivided,
 )
 from rigidpend.routes.start import Scales
 
@@ -110,7 +111,14 @@ def test_decide_climbs_with_what_is_uncertain_alone() -> None:
         first_113=[0, 0, 0, 0, 5],
         second_113=[0, 0, 0, 0, 6],
     )
-    decided = decide(noted, 5, 1.0, (53, 64, 113))
+    shared: list[int] = []
+
+    def share(work: Any, columns: Any, bits: int) -> Any:
+        shared.append(bits)
+        return undivided(work, columns, bits)
+
+    decided = decide(noted, 5, 1.0, (53, 64, 113), share)
+    assert shared == [53, 64, 113]
     assert noted.asked == [
         (53, FIRST, [0, 1, 2, 3, 4]),
         (53, SECOND, [0, 1, 2, 3, 4]),
@@ -162,45 +170,76 @@ def test_limits_settle_what_is_below_them_and_nothing_beyond(
     assert decided.bits.tolist() == [precisions[-1]]
 
 
-@pytest.mark.parametrize(("more", "limit"), [(53, LINEAR), (11, LINEAR), (8, LINEAR / 8)])
-def test_two_of_precisions_that_differ_by_less_must_agree_better(more: int, limit: float) -> None:
+@pytest.mark.parametrize(
+    ("ladder", "limit"),
+    [
+        ((53, 106), LINEAR),
+        ((53, 64), LINEAR),
+        ((53, 61), LINEAR / 8),
+        # The last one before counts, and not the first.
+        ((53, 64, 72), LINEAR / 8),
+    ],
+)
+def test_two_of_precisions_that_differ_by_less_must_agree_better(
+    ladder: tuple[int, ...], limit: float
+) -> None:
     """So that the chance of errors alike is that of 11 bits, whatever was decided before."""
     late = np.array([0.99, 1.01]) * limit
 
     def compute(bits: int, scales: Scales, columns: Any) -> Crossings:
-        off = np.where(bits == 53, 1.0 * (scales == FIRST), late[columns])
+        # Each is a radian or more from the one before it, but for the last.
+        off = (
+            late[columns] + len(ladder) - 2 if bits == ladder[-1] else 0 * late + (scales == FIRST)
+        )
         times = np.add.outer(BASE, off)
         separatrices = np.repeat(record().separatrix, off.size, axis=1)
         return Crossings(times, separatrices, np.zeros(off.size, dtype=np.uint8))
 
-    found = decide(compute, 2, 1.0, (53, 53 + more), most=lambda bits: 1 + (bits == 53))
+    found = decide(compute, 2, 1.0, ladder, most=lambda bits: 1 + (bits == 53))
     assert found.certain.all(axis=0).tolist() == [True, False]
 
 
 @pytest.mark.parametrize("most", [1, 2, 3])
 def test_no_more_computations_of_a_precision_are_made_than_there_are(most: int) -> None:
-    """Columns that one, two and three of them would establish."""
+    """Columns that two doubles, and one, two and three of more bits would establish."""
     noted = Noted(
-        first_53=[9, 9, 9],
-        second_53=[0, 0, 0],
-        first_106=[0, 1, 1],
-        second_106=[0, 1, 1 + 10 * CLOSE],
-        third_106=[0, 1, 1],
+        first_53=[0, 9, 9, 10 * CLOSE],
+        second_53=[0, 0, 0, 0],
+        first_106=[5, 0, 1, 1],
+        second_106=[5, 0, 1, 1 + 10 * CLOSE],
+        third_106=[5, 0, 1, 1],
     )
-    found = decide(noted, 3, 1.0, (53, 106), most=lambda bits: 2 if bits == 53 else most)
-    assert found.certain.all(axis=0).tolist() == [most >= n for n in (1, 2, 3)]
-    asked = [(106, scales) for scales in (FIRST, SECOND, THIRD)[:most]]
-    assert [x[:2] for x in noted.asked[2:]] == asked
+    found = decide(noted, 4, 1.0, (53, 106), most=lambda bits: 2 if bits == 53 else most)
+    assert found.certain.all(axis=0).tolist() == [True, *(most >= n for n in (1, 2, 3))]
+    asked = [(106, FIRST, [1, 2, 3]), (106, SECOND, [2, 3]), (106, THIRD, [3])]
+    assert noted.asked[2:] == asked[:most]
 
 
-def test_decide_keeps_what_two_establish_and_doubts_what_comes_after() -> None:
+@pytest.mark.parametrize(
+    ("second", "third", "asked", "certain"),
+    [
+        (AGREEMENT / 2, [0, 0, 2 * AGREEMENT], 1, [True, False, False]),
+        (AGREEMENT / 2, [0, 0, AGREEMENT / 4], 1, [True, True, True]),
+        # What two establish stays so, whatever a third one finds.
+        (AGREEMENT / 2, [2 * AGREEMENT] * 3, 1, [True, False, False]),
+        # None is asked for where it could establish nothing.
+        (2 * AGREEMENT, [0, 0, 0], 0, [True, False, False]),
+    ],
+)
+def test_decide_keeps_what_two_establish_and_doubts_what_comes_after(
+    second: float, third: list[float], asked: int, certain: list[bool]
+) -> None:
     """The third computation is asked for the symbols that two leave open, and no others."""
+    late = {FIRST: [0.0, 0, 0], SECOND: [0, 0, second], THIRD: third}
+    thirds: list[Scales] = []
 
     def compute(bits: int, scales: Scales, columns: Any) -> Crossings:
-        late = {FIRST: 0.0, SECOND: AGREEMENT / 2, THIRD: 2 * AGREEMENT}[scales]
-        return record(np.add(BASE, [0.0, 0.0, late, late]))
+        thirds.extend([scales] * (scales == THIRD))
+        begin, middle, end = late[scales]
+        return record(np.add(BASE, [begin, middle, end, end]))
 
-    assert decide(compute, 1, 1.0, (53,)).certain[:, 0].tolist() == [True, False, False]
+    assert decide(compute, 1, 1.0, (53,)).certain[:, 0].tolist() == certain
+    assert len(thirds) == asked
 
 
 def test_a_third_computation_decides_its_own_column_and_no_other() -> None:

@@ -327,6 +327,16 @@ def test_the_sample_reaches_from_the_first_orbit_to_the_last(
     assert sorted(asked) == expected
 
 
+@pytest.mark.parametrize("sure", [True, False])
+def test_what_maps_leave_uncertain_contradicts_nothing(sure: bool) -> None:
+    seen = whole(53, Scales(), range(4))
+    seen.separatrix[1] = 1
+    bits, certain = np.full(4, 53, dtype=np.uint16), np.full((1, 4), sure)
+    known = certainty.Decided(seen, certain, bits)
+    wrong = choice.contradicted(known, whole, 1.0, (53,), 4)
+    assert wrong.tolist() == ([0, 1, 2, 3] if sure else [])
+
+
 @pytest.fixture
 def mirrored(eager: None, monkeypatch: pytest.MonkeyPatch) -> None:
     """All maps find the mirror image of every orbit: they err alike, so that they agree."""

@@ -8,11 +8,12 @@ from typing import Any
 
 import numpy as np
 import pytest
+from scipy.special import erfcinv
 
 from rigidpend import Body
 from rigidpend.numbers.exact import exact
 from rigidpend.routes import choice, costs, mapped
-from rigidpend.routes.problem import RouteProblem, passage_rotations
+from rigidpend.routes.problem import RouteProblem, closeness, passage_rotations
 from tests.orbits.integrate.problems import FIG4
 
 SYMMETRIC = Body(("2.673", "2.520", "2.527"), (1, 1, 0), "0.004")
@@ -28,6 +29,8 @@ SLOW = problem(Body((2, "1.9", "1.95"), FIG4.r, "0.001"))
 def test_tables_pay_for_more_orbits_of_longer_passages() -> None:
     assert costs.budget(problem(), 20_000) == pytest.approx(20 * costs.budget(problem(), 1000))
     assert costs.budget(SLOW, 1000) > 3 * costs.budget(problem(), 1000)
+    saved = costs.integration(problem(), (53,)) - costs.by_maps(problem(), (53,))
+    assert costs.budget(problem(), 1, (53,)) == pytest.approx(costs.STAKE * saved)
     longer = costs.in_pairs(problem(n_symbols=45))
     assert longer == pytest.approx(3 * costs.in_pairs(problem())), "symbols are alike"
 
@@ -100,6 +103,16 @@ def test_maps_save_nothing_of_what_lies_beyond_their_bits() -> None:
     assert costs.by_maps(problem()) < 0.1 * costs.integration(problem())
 
 
+def test_maps_gain_the_bits_by_which_orbits_pass_closer_than_surfaces_are_displaced() -> None:
+    by_either = (costs.share_open(SLOW, 80, displaced=x) for x in (False, True))
+    less, more = (math.sqrt(2) * costs.SPREAD * erfcinv(2 * share) for share in by_either)
+    assert less - more == pytest.approx(closeness(SLOW))
+    doubles, left = costs.integration(SLOW, (53,)), costs.share_open(SLOW, 212)
+    further = left + costs.CLIMBING * (costs.share_open(SLOW, 80, displaced=False) - left)
+    beyond = costs.by_maps(SLOW, (53, 212)) - 15 * costs.MAPPED
+    assert beyond == pytest.approx(further * 110 * doubles)
+
+
 @pytest.mark.parametrize("orbits", [1000, 20_000])
 def test_orbits_are_expected_to_take_the_cheaper_way(
     orbits: int, monkeypatch: pytest.MonkeyPatch
@@ -132,9 +145,9 @@ def heard(*given: Any) -> list[str]:
 
 def test_slow_orbits_come_with_the_reason_where_they_make_all_slow() -> None:
     each = 1.1 * costs.LONG / 10
-    (told,) = heard(problem(), 10, 10, each, "because")
+    (told,) = heard(problem(), 10, 20, each, "because")
     assert told == (
-        "10 of 10 orbits are integrated, 110 ms each on a core, some 1.1 s in all: because"
+        "10 of 20 orbits are integrated, 110 ms each on a core, some 1.1 s in all: because"
     )
     assert not heard(problem(), 10, 10, each / 1.2, "because"), "less than a second in all"
     many = int(10 * each / 100e-6)

@@ -12,7 +12,7 @@ import pytest
 
 from rigidpend.mechanics.body import Body
 from rigidpend.numbers.checked import GAP
-from rigidpend.numbers.exact import PRECISIONS, exact
+from rigidpend.numbers.exact import PRECISIONS, context, exact
 from rigidpend.orbits.integrate import Crossings, Outcome
 from rigidpend.orbits.integrate.arithmetic import resolve
 from rigidpend.orbits.return_map import MapError, ReturnMap
@@ -54,6 +54,36 @@ def test_orbits_cross_together_as_each_does_alone() -> None:
         crossed = maps.crossings(53, certainty.FIRST, np.arange(n))
         for together, parts in zip(crossed, zip(*alone[:n], strict=True), strict=True):
             np.testing.assert_array_equal(together, np.concatenate(parts, axis=-1))
+
+
+@pytest.mark.parametrize(
+    ("design", "bits"), [(FIRST, 53), (SECOND, 53), (THIRD, 64), (FIRST, 64), (SECOND, 75)]
+)
+def test_starts_are_those_of_the_exact_phases_in_every_precision(design: Design, bits: int) -> None:
+    """Qp, psi of the mirrored start and the height, by closed forms in 200 bits."""
+    phases = [exact(x) for x in ("0.1", "1.7", "3.3", "6.1", "123456789.3", "2*pi/3")]
+    maps, columns, m = unmade(second=75, phases=phases), np.array([5, 0, 1, 2, 3, 4]), context(200)
+    begin = maps._beginning(design, bits, columns)
+    psi, height = maps._begin(bits, design, begin, columns)
+    p, unit = maps.problem.body.angles(200), exact(design.unit).in_context(m)
+    J1, J2 = maps.problem.J1_0.in_context(m), maps.problem.J2_0(200)
+    theta2 = [phases[k].in_context(m) for k in columns]
+    turned = [m.pi / 2 - p.beta0 / 2 - x for x in theta2]
+    lower = [m.sin(x) for x in theta2]
+    upper = [m.sin(p.alpha0 + p.beta0 + x) for x in theta2]
+    Qp = 2 * unit * m.sqrt(J1 * (J2 - J1)) * m.sin(p.alpha0)
+
+    def off(found: Any, expected: Any) -> list[Any]:
+        parts = found.parts if bits > 53 else np.asarray(found)[None]
+        exactly = [m.fsum(x) for x in parts.reshape(len(parts), -1).T.tolist()]
+        return [x - y for x, y in zip(exactly, expected, strict=True)]
+
+    allowed = 2.0 ** (4 - bits)
+    whole = [x / (2 * m.pi) for x in off(psi, turned)]
+    assert max(abs(x - m.nint(x)) for x in whole) < allowed
+    heights = [(J1 * high + (J2 - J1) * low) / J2 for high, low in zip(upper, lower, strict=True)]
+    assert max(map(abs, off(height, heights))) < allowed
+    assert abs(off(begin.Qp, [Qp])[0]) < allowed * Qp
 
 
 def test_one_map_of_each_number_of_bits_serves_beyond_doubles() -> None:
@@ -115,7 +145,7 @@ def test_what_two_maps_of_different_bits_differ_by_is_what_the_first_errs_by(
 def test_what_maps_do_not_serve_is_left_to_more_bits_or_integrated(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
-    maps, columns, integrated = unmade(of=1000), np.arange(20), list[Any]()
+    maps, columns, integrated = unmade(of=1000), np.arange(5, 25), list[Any]()
 
     def leaves(_: int, __: Scales, here: Any) -> Crossings:
         one = np.ones((4, len(here)))
@@ -132,11 +162,11 @@ def test_what_maps_do_not_serve_is_left_to_more_bits_or_integrated(
     assert maps.most(53) == 2, "more bits settle what a third one would"
     compute, left = choice.with_maps(maps, integrate_, (53,))
     assert (compute(53, certainty.FIRST, columns).time == 1).all(), "what left tables is put back"
-    assert integrated == [(53, [3])]
-    assert np.flatnonzero(left).tolist() == [3], "and nothing else"
+    assert integrated == [(53, [8])]
+    assert np.flatnonzero(left).tolist() == [8], "and nothing else"
     compute(53, certainty.THIRD, columns[:2])
-    assert integrated[1:] == [(53, [0, 1])]
-    assert np.flatnonzero(left).tolist() == [0, 1, 3]
+    assert integrated[1:] == [(53, [5, 6])]
+    assert np.flatnonzero(left).tolist() == [5, 6, 8]
 
 
 @pytest.mark.parametrize(
@@ -226,7 +256,9 @@ def test_maps_by_name_have_no_tables_that_take_minutes_beyond_doubles(
     assert asked == [(64, mapped.PATIENCE / 2)] * 3 + [(53, math.inf)] * 2
     with pytest.raises(MapError, match="refused"):
         mapped.Maps(run(of=10**7))
-    assert asked[5][1] > mapped.PATIENCE
+    bits, budget = asked[5]
+    assert bits == 64
+    assert budget == pytest.approx(costs.budget(run().problem, 10**7) / 3)
 
 
 @pytest.mark.parametrize(
@@ -286,8 +318,23 @@ def test_the_first_map_errs_by_more_where_the_second_is_less_sharp_than_planned(
     assert sorted({*allowed}) == [0.0, 2.0 ** (GAP - 60)]
 
 
-def test_a_third_map_is_made_at_once_from_so_many_orbits_on() -> None:
-    designs = [mapped.designs_of(n) for n in (mapped.THIRDS - 1, mapped.THIRDS)]
+def test_maps_that_are_not_all_kept_are_made_by_nobody_who_asks_for_kept_ones(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    monkeypatch.setattr(mapped, "is_kept", lambda *x: x[-1] == FIRST)
+    with pytest.raises(MapError, match="none is kept"):
+        mapped.Maps(run(), kept=True)
+
+
+def test_a_third_map_is_made_at_once_from_so_many_orbits_on(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    counts = mapped.THIRDS - 1, mapped.THIRDS
+    designs = [mapped.designs_of(n) for n in counts]
+    # Its bits are those of the first.
+    monkeypatch.setattr(mapped, "expected_cost", lambda *x: x[-2])
+    tables = [mapped.expected_tables(run().problem, n, math.inf) for n in counts]
+    assert tables == [64 + 75, 64 + 75 + 64]
     assert designs == [[FIRST, SECOND], [FIRST, SECOND, THIRD]]
     maps = unmade()
     for maps.designs, most in zip(designs, (2, 3), strict=True):

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -12,11 +13,12 @@ from rigidpend.mechanics.body import Body
 from rigidpend.numbers.exact import exact
 from rigidpend.orbits.integrate.arithmetic import FINEST_TOLERANCE, resolve
 from rigidpend.orbits.integrate.kernel.taylor_step import order_of
-from rigidpend.routes.certainty import FIRST, SECOND, agreement
+from rigidpend.routes.certainty import FIRST, SECOND, THIRD, agreement
 from rigidpend.routes.cycle import symbols
 from rigidpend.routes.phases import Phases
-from rigidpend.routes.problem import RouteProblem
-from rigidpend.routes.run import Run, abreast
+from rigidpend.routes.problem import RouteProblem, passage_limit
+from rigidpend.routes.run import Run, Starts, abreast
+from rigidpend.routes.start import Scales
 from tests.orbits.integrate.problems import FIG4
 
 # Drawn by lot: two orbits in three are beyond doubles.
@@ -69,6 +71,20 @@ def test_a_rung_is_computed_once_and_decides_with_the_one_below_it(
     for bits, orbits in finer.items():
         # Each orbit that is open below it comes once.
         assert sum(orbits) == (found.bits >= bits).sum()
+
+
+@pytest.mark.parametrize(("bits", "scales"), [(53, FIRST), (53, SECOND), (106, THIRD)])
+def test_orbits_wait_as_long_as_the_one_that_starts_closest(
+    bits: int, scales: Scales, integrations: list[dict[str, Any]]
+) -> None:
+    """In t', whatever the unit of the computation; in more bits orbits come closer."""
+    least = replace(GENTLE, J1_0=exact("1e-12"))
+    means = replace(
+        run(53, 106, problem=GENTLE, n=2), starts=Starts(np.array([1e-8, 1e-12]), least)
+    )
+    means.crossings(bits, scales, np.arange(2))
+    [made] = integrations
+    assert made["limit"] * scales.time_unit == pytest.approx(passage_limit(least, bits))
 
 
 def test_no_thread_makes_a_second_computation_on_a_rung(integrations: list[dict[str, Any]]) -> None:

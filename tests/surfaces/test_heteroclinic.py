@@ -142,6 +142,7 @@ def test_an_elliptic_periodic_orbit_is_said_to_have_no_surface() -> None:
 
 def test_an_orbit_that_is_not_found_is_an_error(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(heteroclinic, "SECANTS", 9)
+    monkeypatch.setattr(heteroclinic, "BEGINNINGS", 2)
     body = Body(A=(2, "1.7", "1.85"), r=(2, 1, 0), mu="0.95")
     with pytest.raises(ArithmeticError, match=r"meets the section at g = -?1\.57"):
         increments(body, H0, ARITHMETIC)

@@ -142,6 +142,7 @@ def proven_codes(
 ) -> CertifiedCodes:
     """Prove the route codes of the orbits of a checked problem: see :func:`certify_codes`."""
     phases = Phases(theta2_0)
+    problem.afford(len(phases))
     exactly = phases.exactly(range(len(phases)))
     orbits = list(zip(exactly, *_expected(problem, exactly), strict=True))
     return _record(problem, phases.high, _proofs(_orbit, (problem, bits), orbits, jobs, report))

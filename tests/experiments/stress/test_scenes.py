@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from pathlib import Path
+from types import SimpleNamespace
 from typing import Any
 from unittest.mock import Mock
 
@@ -16,10 +17,15 @@ from rigidpend.experiments.stress.scenes import Claim, Findings, Trial
 from rigidpend.mechanics.coordinates import Aligned, body_from_aligned, canonical_from_aligned
 from rigidpend.numbers.exact import exact
 from rigidpend.orbits.integrate import Crossings
+from rigidpend.orbits.integrate.arithmetic import resolve
+from rigidpend.routes.certainty import FIRST
 from rigidpend.routes.problem import ProblemError, RouteProblem
+from rigidpend.routes.run import Run
 from tests.experiments.stress.verdicts import verdicts
 from tests.experiments.trees import from_file
 from tests.orbits.integrate.problems import FIG4
+
+PROBLEM = RouteProblem(FIG4, exact("1.3342"), exact("1e-6"), 1)
 
 
 def claim(name: str, bound: float, up_to: float = -math.inf) -> Claim:
@@ -89,9 +95,8 @@ def test_tables_tell_what_was_stored(tmp_path: Path) -> None:
 
 @pytest.mark.slow
 def test_integers_agree_with_fours_of_doubles_in_113_bits() -> None:
-    problem = RouteProblem(FIG4, exact("1.3342"), exact("1e-6"), 1)
     ours, integers = (
-        scenes.route_crossings(problem, ["0.4"], 1, bits, engine)
+        scenes.route_crossings(PROBLEM, ["0.4"], 1, bits, engine)
         for engine, bits in (("taylor", 113), ("scipy", 160))
     )
     assert np.array_equal(ours.separatrix, integers.separatrix)
@@ -119,3 +124,32 @@ def test_places_are_where_they_say(place: scenes.Place) -> None:
     large, small = (made.Qp, made.Qm) if place.separatrix in (2, 4) else (made.Qm, made.Qp)
     assert (small == 0) == (place.aside == 0)
     assert np.sign(large) == {1: -1, 2: 1, 3: 1, 4: -1}[place.separatrix]
+
+
+def test_codes_and_truth_are_computed_as_they_are_asked_for(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """By that engine, to that tolerance, in those precisions, of all phases."""
+    monkeypatch.setattr(Run, "crossings", lambda run, *given: (run, *given))
+    made: Any = scenes.route_crossings(PROBLEM, ["0.4", "2.1"], 3, 160, "scipy")
+    run, *given, columns = made
+    asked_of = run.problem, run.arithmetic, run.jobs, run.phases.high.tolist()
+    assert asked_of == (PROBLEM, resolve("scipy", None, (160,)), 3, [0.4, 2.1])
+    assert (given, list(columns)) == ([160, FIRST], [0, 1])
+    monkeypatch.setattr(scenes, "codes_of", lambda *given, kept: (*given, kept))
+    asked = PROBLEM, ["0.4", "2.1"], 3, (53, 106), 1e-12, "integration", "scipy"
+    expected = *asked[:2], resolve("scipy", 1e-12, (53, 106)), 3, "integration", True
+    found: Any = scenes.routes(*asked)
+    assert found == expected
+
+
+def test_starts_have_the_energy_and_the_J3_that_are_asked_for() -> None:
+    asked: Any = SimpleNamespace(body=FIG4, h0="1.3342", seed=5)
+    scene = scenes.of_problem(asked, 2)
+    assert scene.h0 == pytest.approx(1.3342, rel=1e-15)
+    assert scene.rotation * scene.body.kappa * scene.J2 == pytest.approx(math.tau)
+    starts = scene.starts(3, 1e-4, 1e-2)
+    M, gamma = body_from_aligned(Aligned(*starts), FIG4.alpha0, 1.0)
+    assert np.linalg.norm(M, axis=0) == pytest.approx(scene.J2, rel=1e-14)
+    assert (M * gamma).sum(axis=0) == pytest.approx(1e-2, rel=1e-12)
+    assert not np.array_equal(starts, scene._replace(seed=6).starts(3, 1e-4, 1e-2))

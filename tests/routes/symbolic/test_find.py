@@ -10,9 +10,13 @@ import numpy as np
 import pytest
 
 from rigidpend import Body, address_of, find_orbit, route_codes
-from rigidpend.numbers.exact import context
+from rigidpend.mechanics.equations import AlignedCoefficients
+from rigidpend.numbers.exact import context, exact
 from rigidpend.orbits.integrate import arithmetic
+from rigidpend.orbits.integrate.states import first_crossings, states_at
 from rigidpend.orbits.return_map import MapError
+from rigidpend.routes.problem import RouteProblem
+from rigidpend.routes.start import Scales, start, states_exact
 from rigidpend.routes.symbolic import Address, NoOrbit, find, refine, shortest
 from tests.orbits.integrate.problems import FIG4
 
@@ -108,9 +112,40 @@ def test_a_crossing_counts_as_known_two_digits_short_of_what_it_needs(
     legs._start = lambda _: None
     ends = [x + m.mpf(0) for x in legs.states]
     ends[1][4] += off
-    legs._ends = lambda *_: (ends, legs.times)
+    ends[1][5] += 2.0**-150
+    legs._ends = lambda *_: (ends, [m.mpf(0.25), m.mpf(0.5)])
     slopes = [np.array([[m.mpf(1)]] * 6), np.eye(6, dtype=object) * m.mpf(1)]
     assert legs._corrected(slopes, 20, 1) == pytest.approx(told)
+    # theta2_0 is changed so that gamma3 of the last one stays.
+    assert (legs.theta - 1, legs.states[1][5]) == (-(2.0**-150), 0)
+    assert legs.times == [0.25, 0.5]
+
+
+def test_a_crossing_is_told_from_beside_it_to_the_third_power_of_the_time() -> None:
+    """Before it and behind it: half the time divides the error by eight."""
+    legs: Any = object.__new__(refine._Legs)
+    problem, m = RouteProblem(FIG4, exact("1.3342"), exact("1e-8"), 1), context(212)
+    begin = start(problem, 212, Scales())
+    [state] = states_exact(begin, [exact("0.4")], 212)
+    limit = 100.0
+    given: Any = {"engine": "taylor", "bits": 212, "tolerance": 2.0**-52, "jobs": 1}
+    crossed = first_crossings(begin.coefficients, np.array([state]).T, limit, **given)
+    assert crossed is not None
+    _, section = crossed
+    legs.c = AlignedCoefficients(*(m.mpf(x.numerator) / x.denominator for x in begin.coefficients))
+    off = []
+    for time in (Fraction(1, 2**k) * side for side in (1, -1) for k in (16, 17)):
+        moved = states_at(begin.coefficients, section, np.array([[time]]), 212)[:, 0, 0]
+        number = np.array([m.mpf(x.numerator) / x.denominator for x in moved])
+        end, late = legs._on_section(number)
+        exact_end = [m.mpf(x.numerator) / x.denominator for x in section[:, 0]]
+        off.append(
+            (max(abs(end - exact_end)), abs(late + m.mpf(time.numerator) / time.denominator))
+        )
+    for coarse, fine in (off[:2], off[2:]):
+        assert [float(x / y) for x, y in zip(coarse, fine, strict=True)] == pytest.approx(
+            [8, 8], rel=1e-2
+        )
 
 
 @pytest.mark.parametrize(
