@@ -342,6 +342,8 @@ class Problem(NamedTuple):
 
 def problem_of(given: dict[str, Any]) -> Problem:
     """The constants, from the numbers of a config."""
+    if not len(given["A"]) == len(given["r"]) == 3:
+        raise Refused("A or r is not three numbers")
     (A1, A2, A3), (r1, r2, r3) = (map(number, given[key]) for key in ("A", "r"))
     held, shift, spread = "h" not in given, given.get("shift", 0), given.get("spread", 0)
     mu, h = (Interval.of(number(given[name])) for name in ("mu", "h0" if held else "h"))
@@ -1074,8 +1076,8 @@ FURTHER = (
 
 QUAD = ("rising", "a", "b", "l0", "l1", "p")
 LINE = ("e1", "e2", "centre", "half")
-PROOF = ("family", "bits", "terms", "powers", "coefficients")
-"""Arrays of sets, of a line of starts, and of steps."""
+PROOF = {"family": 1, "bits": 1, "terms": 1, "powers": 2, "coefficients": 2}
+"""Arrays of sets, of a line of starts, and of steps, the last with their dimensions."""
 ENERGIES = ("shift", "spread", "moves", "line")
 """Where there are several: they are those of the config and shift + spread w."""
 
@@ -1101,10 +1103,11 @@ def read(path: Path) -> Read:
         with h5py.File(path) as file:
             bounded(file, RATIO * path.stat().st_size + 2**26)
             config = json.loads(file["config"].asstr()[()])
-            sets, along, proof = (
+            sets, along = (
                 {k: file[f"data/{group}/{k}"][()] for k in names}
-                for group, names in (("sets", QUAD), ("line", LINE), ("proof", PROOF))
+                for group, names in (("sets", QUAD), ("line", LINE))
             )
+            proof = whole(file["data/proof"], PROOF)
             several = {
                 k: file[f"data/energies/{k}"][()] for k in ENERGIES if "energies" in file["data"]
             }
@@ -1127,6 +1130,14 @@ def read(path: Path) -> Read:
     except (OSError, KeyError, ValueError, TypeError, AttributeError, IndexError, OverflowError,
             RuntimeError) as error:  # fmt: skip
         raise Refused(f"it cannot be read: {str(error)[:200]}") from None
+
+
+def whole(group: Any, dimensions: dict[str, int]) -> dict[str, Any]:
+    """Arrays of whole numbers as a file holds them; raises Refused of any others."""
+    for name, n in dimensions.items():
+        if group[name].ndim != n or group[name].dtype.kind not in "iu":
+            raise Refused(f"{name} has another shape or kind")
+    return {name: group[name][()] for name in dimensions}
 
 
 def quads_of(sets: dict[str, Any], moves: Any) -> Iterator[Quad]:

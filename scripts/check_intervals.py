@@ -44,6 +44,7 @@ from scripts.check_full_shift import (
     problem_of,
     steps_of_sets,
     tube,
+    whole,
 )
 from scripts.check_orbit import each
 
@@ -158,9 +159,9 @@ def read(path: Path) -> tuple[dict[str, Any], dict[str, Any], list[float], dict[
         with h5py.File(path) as file:
             bounded(file, RATIO * path.stat().st_size + 2**26)
             config = json.loads(file["config"].asstr()[()])
-            proof = {k: file[f"data/proof/{k}"][()] for k in PROOF}
-            names = ("place", "depth", "codes")
-            intervals = {k: file[f"data/intervals/{k}"][()].tolist() for k in names}
+            proof = whole(file["data/proof"], PROOF)
+            found = whole(file["data/intervals"], {"place": 1, "depth": 1, "codes": 2})
+            intervals = {k: x.tolist() for k, x in found.items()}
             shares = [float(x) for x in file["data/shares"][()]]
         return config, intervals, shares, proof
     except (OSError, KeyError, ValueError, TypeError, AttributeError, IndexError, OverflowError,

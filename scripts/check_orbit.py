@@ -40,6 +40,7 @@ from scripts.check_full_shift import (
     quads_of,
     steps_of_sets,
     told,
+    whole,
 )
 
 SETS = 10_000
@@ -70,10 +71,11 @@ def read(path: Path) -> tuple[dict[str, Any], list[Any], dict[str, Any], dict[st
         with h5py.File(path) as file:
             bounded(file, RATIO * path.stat().st_size + 2**26)
             config = json.loads(file["config"].asstr()[()])
-            sets, along, proof = (
+            sets, along = (
                 {k: file[f"data/{group}/{k}"][()] for k in names}
-                for group, names in (("sets", QUAD), ("line", LINE), ("proof", PROOF))
+                for group, names in (("sets", QUAD), ("line", LINE))
             )
+            proof = whole(file["data/proof"], PROOF)
             energies = {k: exactly(file[f"data/energies/{k}"][()]) for k in ENERGIES[:2]}
         if len(sets["rising"]) > SETS or sets["p"].shape[1:] != (2,):
             raise Refused(f"there are more than {SETS} sets, or their curves are no lines")

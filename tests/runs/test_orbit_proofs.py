@@ -113,6 +113,10 @@ def spoil(file: Any, how: str) -> None:
         sets["rising"][2] = not sets["rising"][2]
     elif how == "a step of another set":
         proof["family"][-1] = 0
+    elif how == "bits that are not whole":
+        bits = proof["bits"][()] + 0.5
+        del proof["bits"]
+        proof["bits"] = bits
     else:
         proof["coefficients"][len(proof["powers"]) // 2, 0] += 1 << 30
     del file["config"]
@@ -136,6 +140,7 @@ def spoil(file: Any, how: str) -> None:
         ("a set too flat", "C"),
         ("of the other section", "C6: the next set is not one"),
         ("a step of another set", "C|out of order"),
+        ("bits that are not whole", "bits does not hold whole numbers|another shape or kind"),
         ("a coefficient", "C"),
     ],
 )

@@ -195,7 +195,8 @@ def theorems(config: Config, data: Data) -> list[str]:
     """Sentences that the proof in a result proves, checked again without integration."""
     try:
         proven = checked(config, data)
-    except Undecided as doubt:
+    except (Undecided, ValueError) as doubt:
+        # Anybody's arrays may be no sets and no steps.
         raise ArithmeticError(f"{UNDECIDED}: {doubt}") from None
     count, energies = sum(map(len, proven.relations)), data.get("energies")
     also = OF_ONE_J2 if config.problem.h is None else OF_ENERGIES

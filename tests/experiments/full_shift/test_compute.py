@@ -125,6 +125,21 @@ def test_symbols_of_an_approach_are_those_that_the_config_asks_for(
         full_shift.compute(asked("full_shift", *OWN, "problem.approach=a 0^90"), Means())
 
 
+@pytest.mark.parametrize(
+    ("group", "name", "said"),
+    [
+        ("sets", "b", "a set has no extent"),
+        ("proof", "terms", "the steps have other terms than are stored"),
+        ("proof", "bits", "a step has fewer bits than 1"),
+    ],
+)
+def test_arrays_that_are_no_proof_prove_nothing(group: str, name: str, said: str) -> None:
+    data = reference("full_shift")["data"]
+    wrong = {**data[group], name: np.zeros_like(data[group][name])}
+    with pytest.raises(ArithmeticError, match=f"undecided, nothing is proven: {said}"):
+        full_shift.theorems(asked("full_shift"), {**data, group: wrong})
+
+
 def test_outlines_are_those_of_the_sets_in_the_chart() -> None:
     """U and V of what is drawn, less the mean curve, are -1 and 1 around each set."""
     data = reference("full_shift")["data"]

@@ -26,6 +26,7 @@ from rigidpend.routes.certified.intervals import EnclosedStarts, PhaseInterval
 from rigidpend.routes.certified.models import Family
 from rigidpend.routes.certified.pieces import FamilyStep
 from rigidpend.runs import certificates, loading
+from scripts import check_full_shift
 from scripts import check_intervals as script
 from scripts.check_certificate import Fails, Refused
 from tests.attacks import lot
@@ -255,6 +256,24 @@ def test_arrays_that_say_more_than_they_prove_are_refused(how: str, tmp_path: Pa
         list(script.check(file))
     with pytest.raises(ArithmeticError, match="undecided"):
         compute.arranged(config.problem, data)
+
+
+@pytest.mark.parametrize("name", ["intervals/depth", "proof/bits", "proof/coefficients"])
+@pytest.mark.parametrize("how", ["more dimensions", "no whole numbers"])
+def test_arrays_of_another_kind_are_refused(name: str, how: str, tmp_path: Path) -> None:
+    file = tmp_path / "odd.h5"
+    shutil.copy(REFERENCE / "fig4_intervals.h5", file)
+    with h5py.File(file, "r+") as content:
+        values = content["data"][name][()]
+        del content["data"][name]
+        content["data"][name] = values[..., None] if how == "more dimensions" else values + 0.5
+    with pytest.raises(Refused, match="has another shape or kind"):
+        list(script.check(file))
+
+
+def test_a_body_of_two_moments_is_refused() -> None:
+    with pytest.raises(Refused, match="A or r is not three numbers"):
+        check_full_shift.problem_of({**GIVEN, "A": GIVEN["A"][:2]})
 
 
 @pytest.mark.slow
