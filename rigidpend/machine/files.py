@@ -94,10 +94,11 @@ def _check_regular(found: os.stat_result) -> None:
         raise ValueError(f"{found.st_size} bytes, more than {LARGEST}")
 
 
-def prepare(path: Path) -> None:
+def prepare(path: Path, otherwise: str = "choose another folder with --out") -> None:
     """Make the folder of a file to come, so that a long computation does not end in vain.
 
-    StoreError where nothing can be written to it, or a folder is in the file's place.
+    StoreError where nothing can be written to it, with what to do otherwise, or a folder is in the
+    file's place.
     """
     make_way(path)
     try:
@@ -108,7 +109,7 @@ def prepare(path: Path) -> None:
         Path(temporary).unlink(missing_ok=True)
     except OSError as error:
         reason = f"{path.parent} is not writable ({error.strerror})"
-        raise StoreError(f"{path}: {reason}; choose another folder with --out") from None
+        raise StoreError(f"{path}: {reason}; {otherwise}") from None
 
 
 def make_way(path: Path) -> None:
