@@ -217,7 +217,7 @@ def run(
     chosen = ending if called is None else called
     if called is not None or ending:
         overrides.checked_name(chosen, Origin("called"))
-    [[config]] = loading.load_swept([path], options)
+    [[config]] = loading.load_swept([path], options, option="")
     config = replace(config, name=f"{path.stem}{ending}" if called is None else called)
     planned = runner.plan(config, folder)
     if planned.reason:

@@ -48,12 +48,11 @@ class Variant(NamedTuple):
     """Settings ``KEY=VALUE``, each with the origin of its sweep."""
 
 
-def override(document: Document, setting: str, origin: Origin | None = None) -> None:
+def override(document: Document, setting: str, origin: Origin) -> None:
     """Apply a setting ``a.b=VALUE`` to a document, as if it were written there.
 
-    Complaints about it name its origin, the option ``--set`` if none is given.
+    Complaints about it name its origin.
     """
-    origin = origin or Origin(f"--set {setting}")
     path, equals, written = setting.partition("=")
     if not equals or not all(path.split(".")):
         raise ConfigError.of(origin, "expected KEY.KEY=VALUE, as in problem.mu=1e-3")

@@ -69,23 +69,17 @@ def load(path: Path, settings: Sequence[str] = ()) -> LoadedConfig:
 
     ConfigError with all that is wrong, each with its place in the file.
     """
-    [found] = _titled(path, [_loaded(path, _read(path), settings)], settings)
+    [[found]] = load_swept([path], settings)
     return found
 
 
-def _loaded(
-    path: Path,
-    document: Document,
-    settings: Sequence[str],
-    swept: Sequence[tuple[str, Origin]] = (),
-) -> LoadedConfig:
-    """Check a config that was read, with settings, and those of a sweep, each with its origin."""
+def _loaded(path: Path, document: Document, settings: Sequence[tuple[str, Origin]]) -> LoadedConfig:
+    """Check a config that was read, with settings, each with its origin."""
     overrides.free_name(path.stem, Origin(str(path)))
     if not isinstance(document.tree, dict):
         document.refuse(document.origin(()), (), "expected keys: experiment, problem")
         raise ConfigError(document.complaints)
-    asked: list[tuple[str, Origin | None]] = [(each, None) for each in settings]
-    for setting, origin in [*asked, *swept]:
+    for setting, origin in settings:
         try:
             overrides.override(document, setting, origin)
         except ConfigError as error:
@@ -106,28 +100,31 @@ def load_swept(
     settings: Sequence[str] = (),
     sweeps: Sequence[str] = (),
     name: str | None = None,
+    option: str = "--set ",
 ) -> list[list[LoadedConfig]]:
     """Load the configs that each file stands for: itself, or each combination of a sweep.
 
-    Options are ``KEY=VALUE`` and ``KEY=VALUE,VALUE``; complaints about all are raised together. The
-    name is that of the result of a single file, or the beginning of its results' names.
+    Options are ``KEY=VALUE`` and ``KEY=VALUE,VALUE``; complaints about all are raised together, and
+    have a setting behind the `option` that gave it. The name is that of the result of a single
+    file, or the beginning of its results' names.
     """
     if name is not None:
         overrides.checked_name(name, Origin("--name"))
     options = [overrides.option(text) for text in sweeps]
-    calls = [partial(_swept, path, settings, options, name) for path in paths]
+    given = [(each, Origin(f"{option}{each}")) for each in settings]
+    calls = [partial(_swept, path, given, options, name) for path in paths]
     return _together(calls, [path.stem for path in paths])
 
 
 def _swept(
-    path: Path, settings: Sequence[str], sweeps: Sequence[Sweep], name: str | None
+    path: Path, settings: Sequence[tuple[str, Origin]], sweeps: Sequence[Sweep], name: str | None
 ) -> list[LoadedConfig]:
     document = _read(path)
     # One without an ending and of no further settings, where nothing is swept.
     every = overrides.variants(sweeps)
     # Read once: of a thousand members the file is the same.
     members = _together(
-        [partial(_loaded, path, copy.deepcopy(document), settings, x.settings) for x in every],
+        [partial(_loaded, path, copy.deepcopy(document), [*settings, *x.settings]) for x in every],
         [path.stem] * len(every),
     )
     # The file's own name, before the ending, may be any that a file can have.
@@ -135,7 +132,7 @@ def _swept(
         overrides.checked_name(variant.ending, Origin("sweep"))
     names = [f"{name or path.stem}{variant.ending}" for variant in every]
     found = [replace(x, name=n) for x, n in zip(members, names, strict=True)]
-    return _titled(path, found, [*settings, *(sweep.key for sweep in sweeps)])
+    return _titled(path, found, changed=bool(settings or sweeps))
 
 
 def _together(calls: Sequence[Callable[[], Result]], names: Sequence[str]) -> list[Result]:
@@ -170,10 +167,10 @@ def _read(path: Path) -> Document:
     return reader.parse(json.dumps(stored, indent=2, ensure_ascii=False), str(path))
 
 
-def _titled(path: Path, configs: list[LoadedConfig], changes: Sequence[str]) -> list[LoadedConfig]:
+def _titled(path: Path, configs: list[LoadedConfig], *, changed: bool) -> list[LoadedConfig]:
     """Take the name of the paper's figure from configs of a file that are of another problem."""
     shipped = tuple(catalogue.shipped())
-    if path.resolve() in shipped and not changes:
+    if path.resolve() in shipped and not changed:
         return configs
     return [replace(each, content=_of_its_figure(each.content, shipped)) for each in configs]
 
