@@ -8,6 +8,7 @@ from typing import Any
 import pytest
 
 from rigidpend.config import catalogue
+from rigidpend.config.complaints import ConfigError
 from rigidpend.experiments.route_codes.schema import Config
 from rigidpend.runs import loading
 from tests.config.samples import FIG4, TEXT, changed, content, refused, written
@@ -106,3 +107,11 @@ def test_all_wrong_settings_are_said_at_once() -> None:
     given = ["no", "problem.A.7=1", "problem.h0=[", "problem.mu=x", "problem.J1_0=1e-9"]
     found = refused(FIG4, given)
     assert [str(problem.origin) for problem in found] == [f"--set {x}" for x in given[:4]]
+
+
+def test_of_an_axis_the_ends_are_named_that_are_excluded() -> None:
+    given = ["problem.rows.count=40", "problem.zooms={}", "problem.rows.ends=[1e-6, 2]"]
+    [path] = catalogue.resolve(("route_map",))
+    with pytest.raises(ConfigError, match="h0 > mu is broken") as error:
+        loading.load(path, given)
+    assert [str(x.origin) for x in error.value.complaints] == [f"--set {given[2]}"]

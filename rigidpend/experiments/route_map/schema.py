@@ -100,7 +100,11 @@ class Problem(RouteStart):
                 cell_problem(self.routes, dict(zip(self.names, corner, strict=True)))
             except ParameterError as error:
                 name = {"J1_0": "log10_J1_0"}.get(error.field, error.field)
-                field = f"{place}{keys[name]}" if name in keys else error.field
+                # Of h0 > mu it is the one that varies which is excluded.
+                name = "mu" if name == "h0" and name not in keys else name
+                # Only the ends are: a number of cells beside them is not at fault.
+                ends = "" if place else ".ends"
+                field = f"{place}{keys[name]}{ends}" if name in keys else error.field
                 raise ParameterError(field, str(error)) from None
 
     def _contradictions(self) -> Iterator[tuple[str, str]]:
