@@ -12,6 +12,7 @@ import click
 
 from rigidpend.cli.common import ABSENT, DONE, print_json, print_table, say
 from rigidpend.cli.options import JSON, OUT
+from rigidpend.machine.wording import counted
 
 if TYPE_CHECKING:
     from rigidpend.machine.cache import Subfolder
@@ -51,7 +52,12 @@ def cache_command(clear: bool, as_json: bool) -> None:
 
 def _row(one: Subfolder) -> list[str]:
     damaged = f", {len(one.damaged)} damaged" if one.damaged else ""
-    return [one.path.name, f"{len(one.files)} files{damaged}", _size(one.size), one.meaning]
+    return [
+        one.path.name,
+        f"{counted(len(one.files), 'file')}{damaged}",
+        _size(one.size),
+        one.meaning,
+    ]
 
 
 def _document(one: Subfolder) -> dict[str, Any]:

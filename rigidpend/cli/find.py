@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import sys
+from collections.abc import Callable
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -11,6 +12,8 @@ import click
 from rigidpend.cli.common import DONE, FAILED, print_json, print_table, say
 from rigidpend.cli.options import FILE, JOBS, JSON, SCHEDULER, SETTINGS, complete_names
 from rigidpend.config.catalogue import resolve
+from rigidpend.machine.progress import tell_nobody
+from rigidpend.machine.wording import plain
 
 if TYPE_CHECKING:
     from rigidpend.routes.symbolic import FoundOrbit
@@ -137,9 +140,16 @@ def _computed(
 ) -> list[dict[str, Any]]:
     """The orbits of many codes as plain data, by processes here or by a cluster."""
     if scheduler is None:
-        from rigidpend.machine.workers import side_by_side
+        from rigidpend.machine.workers import listening, note, side_by_side
 
-        return side_by_side(_found, (given,), True, codes, jobs)
+        over: list[str] = []
+
+        def hear(code: str) -> None:
+            over.append(code)
+            note(lambda: f"{len(over)} of {len(codes)} codes are done")
+
+        with listening(say):
+            return side_by_side(_found, (given,), True, codes, jobs, hear)
     from rigidpend.experiments.contract import Piece
     from rigidpend.runs import cluster
 
@@ -149,21 +159,30 @@ def _computed(
     return [by_name[piece.name] for piece in pieces]
 
 
-def _found(code: str, given: dict[str, Any]) -> dict[str, Any]:
-    """The orbit of a code as plain data, or why there is none."""
+def _found(
+    code: str, given: dict[str, Any], done: Callable[[str], object] = tell_nobody
+) -> dict[str, Any]:
+    """The orbit of a code as plain data, or why there is none; `done` is told the code then."""
     from rigidpend.routes.symbolic import NoOrbit, find_orbit
 
     try:
-        return {"code": code} | _document(find_orbit(code=code, **given))
+        found = {"code": code} | _document(find_orbit(code=code, **given))
     except NoOrbit as error:
-        return {"code": code, "error": str(error)}
+        found = {"code": code, "error": str(error)}
+    done(code)
+    return found
 
 
 def _row(document: dict[str, Any]) -> tuple[str, str, str]:
     if "error" in document:
-        return document["code"], "-", document["error"]
+        return _cut(document["code"]), "-", document["error"]
     confirmed = f"{document['confirmed']} of {len(document['symbols'])} symbols confirmed"
-    return document["code"], document["theta2_0"], f"{document['address']}; {confirmed}"
+    return _cut(document["code"]), document["theta2_0"], f"{_cut(document['address'])}; {confirmed}"
+
+
+def _cut(text: str) -> str:
+    """A code or an address as the table shows it."""
+    return plain(text, SHOWN)
 
 
 def _list(code: str, decimals: int, given: dict[str, Any], as_json: bool, jobs: int) -> None:
@@ -189,11 +208,14 @@ def _list(code: str, decimals: int, given: dict[str, Any], as_json: bool, jobs: 
 
 
 def _rows(found: FoundOrbit) -> list[tuple[str, str, str]]:
-    n, address = len(found.address.symbols), str(found.address)
-    cut = address if len(address) <= SHOWN else address[: SHOWN - 3] + "..."
+    n = len(found.address.symbols)
     return [
         ("theta2_0", str(found.theta2_0), "initial phase, radians"),
-        ("address", cut, "first cell, then symbol^half rotations of each passage"),
+        (
+            "address",
+            _cut(str(found.address)),
+            "first cell, then symbol^half rotations of each passage",
+        ),
         ("symbols", str(n), "in the code"),
         ("fixed", str(found.fixed), "of them, from the first, are determined by these digits"),
         ("confirmed", str(found.confirmed), f"of these, by integration in {found.bits} bits"),

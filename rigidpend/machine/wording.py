@@ -24,6 +24,11 @@ def plain(text: str, most: int) -> str:
     return "".join(x if x.isprintable() or x == "\t" else "?" for x in clipped)
 
 
+def counted(n: int, noun: str) -> str:
+    """A number with its noun, in the plural but for one."""
+    return f"{n} {noun}" if n == 1 else f"{n} {noun}s"
+
+
 def error(kind: BaseException) -> str:
     """An error with its kind, as a line."""
     return f"{type(kind).__name__}: {short(kind)}"

@@ -8,6 +8,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from rigidpend.machine.wording import counted
 from rigidpend.mechanics.body import Body
 from rigidpend.numbers import checked
 from rigidpend.numbers.exact import PRECISIONS, Exact
@@ -57,7 +58,7 @@ def shown(what: str, theta2_0: NDArray[np.float64], codes: Sequence[str]) -> str
     """The first of some routes, as Python shows them: phases and codes."""
     told = [f"{x:.6g}: {word}" for x, word in zip(theta2_0[:5], codes, strict=False)]
     more = ", ..." if len(theta2_0) > len(told) else ""
-    return f"<{what} of {len(theta2_0)} orbits; {', '.join(told)}{more}>"
+    return f"<{what} of {counted(len(theta2_0), 'orbit')}; {', '.join(told)}{more}>"
 
 
 def route_codes(

@@ -18,7 +18,7 @@ from rigidpend.experiments.contract import Piece, Routes
 from rigidpend.experiments.data import Data, Loaded, Tree
 from rigidpend.machine.code_hash import code_hash_of
 from rigidpend.machine.progress import PartDone, tell_nobody
-from rigidpend.machine.wording import short
+from rigidpend.machine.wording import counted, short
 from rigidpend.numbers.exact import Exact, exact
 from rigidpend.numbers.expressions import NO_SYMBOL, ExactError, as_written
 from rigidpend.results import store
@@ -160,7 +160,9 @@ def check(file: Path, *, jobs: int, report: Report) -> Sequence[Summary | Theore
         found = codes.checked_codes(problem, phases, steps, jobs)
         _compare(place, group["codes"], found)
         proven = int((group["codes"] != NO_SYMBOL).sum())
-        report(f"{name}: {proven} symbols of {len(phases)} orbits proven again")
+        report(
+            f"{name}: {counted(proven, 'symbol')} of {counted(len(phases), 'orbit')} proven again"
+        )
     return summaries(stored["data"])
 
 
@@ -237,7 +239,7 @@ def _fits(place: str, group: Data, problem: RouteProblem, phases: Sequence[Exact
     """Refuse an array that is not of the orbits that the config asks for."""
     shape = (problem.n_symbols, len(phases))
     if group["codes"].shape != shape:
-        asked = f"{shape[0]} symbols of {shape[1]} orbits"
+        asked = f"{counted(shape[0], 'symbol')} of {counted(shape[1], 'orbit')}"
         raise store.StoreError(f"{place}: codes: its config asks for {asked}")
     for column, (said, phase) in enumerate(zip(group["theta2_0"], phases, strict=True)):
         if not _same(str(said), phase):

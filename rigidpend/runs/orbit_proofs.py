@@ -18,7 +18,7 @@ from rigidpend import experiments
 from rigidpend.config import validation
 from rigidpend.experiments.data import WHOLE, Field
 from rigidpend.experiments.full_shift import ENERGIES, LINE, PROOF, QUADS
-from rigidpend.machine.wording import short
+from rigidpend.machine.wording import counted, short
 from rigidpend.machine.workers import side_by_side
 from rigidpend.numbers.exact import exact
 from rigidpend.results import store
@@ -54,7 +54,7 @@ def prepare(file: Path) -> None:
     """Refuse a file to which no proof can be written."""
     if not is_proof(file):
         raise store.StoreError(f"{file}: a proof is named X{SUFFIX}")
-    store.prepare(file)
+    store.prepare(file, "choose another file with --proof")
 
 
 def prove(
@@ -104,7 +104,9 @@ def check(file: Path, jobs: int, report: Report) -> str:
         line = pieces.unpacked_line(J1, data["line"])
         sources = [line, *pieces.unpacked_quads(data["sets"])]
         if len(sources) != len(code) + 1:
-            raise ValueError(f"a code of {len(code)} symbols, and {len(sources) - 1} sets")
+            raise ValueError(
+                f"a code of {counted(len(code), 'symbol')}, and {counted(len(sources) - 1, 'set')}"
+            )
         parts = []
         for part, whole in _parts(len(sources)):
             proof = pieces.of_some(data["proof"], len(sources), part)
@@ -121,7 +123,7 @@ def check(file: Path, jobs: int, report: Report) -> str:
     return (
         f"of the starts with h0 = {problem.h0}, J1_0 = {problem.J1_0} and"
         f" {sections.told(low, high)}"
-        f" one has these {len(code)} symbols: {code}"
+        f" one has the code of {counted(len(code), 'symbol')} {code}"
     )
 
 

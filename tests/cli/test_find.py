@@ -40,3 +40,18 @@ def test_round_phases_are_listed() -> None:
     found = json.loads(call(ROOT, "find", "--code", "011", "--decimals", "1", "--json").stdout)
     assert rows == {each["theta2_0"]: each["address"] for each in found["phases"]}
     assert f"{len(rows)} of 63 phases" in done.stderr
+
+
+def test_many_codes_say_how_many_are_done(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
+    monkeypatch.setattr(workers, "SILENCE", 0)
+    done = call(tmp_path, "find", "--code", "0", "--code", "1", "--digits", "10", "-j", "1")
+    assert "1 of 2 codes are done" in done.stderr
+    assert "2 of 2 codes are done" in done.stderr
+
+
+def test_a_proof_that_cannot_be_written_is_told_of_its_own_option(tmp_path: Path) -> None:
+    (tmp_path / "file").touch()
+    done = call(tmp_path, "find", "--code", "0", "--proof", "file/x.orbit.certificate.h5")
+    assert done.returncode == 1
+    assert "choose another file with --proof" in done.stderr
+    assert "--out" not in done.stderr

@@ -11,6 +11,7 @@ from rigidpend.machine.wording import (
     Column,
     Table,
     columns,
+    counted,
     html,
     markdown,
     seconds,
@@ -74,3 +75,7 @@ def test_times_have_units_and_ratios_three_digits(
     write: Callable[[float], str], value: float, text: str
 ) -> None:
     assert write(value) == text
+
+
+def test_one_thing_is_counted_without_a_plural() -> None:
+    assert [counted(n, "orbit") for n in (0, 1, 2)] == ["0 orbits", "1 orbit", "2 orbits"]

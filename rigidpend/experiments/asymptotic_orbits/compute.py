@@ -11,6 +11,7 @@ from rigidpend.experiments.asymptotic_orbits import PLANE
 from rigidpend.experiments.asymptotic_orbits.schema import Config, Problem
 from rigidpend.experiments.contract import Means
 from rigidpend.experiments.data import Tree
+from rigidpend.machine.wording import counted
 from rigidpend.mechanics import in_space
 from rigidpend.orbits.integrate.states import states_at
 from rigidpend.orbits.records import columns
@@ -41,10 +42,11 @@ def compute(config: Config, means: Means) -> Tree:
         if not rough.b.size:
             said = f"passages of at most half_turns = {problem.half_turns} half rotations"
             raise NoOrbit(
-                f"no orbit with {n} symbols has only {said}: allow more, or fewer symbols"
+                f"no orbit with {counted(n, 'symbol')} has only {said}: allow more,"
+                " or fewer symbols"
             )
         name, orbits = str(n), _ordered(launch, doubly_asymptotic(level, rough))
-        means.report(f"{name} symbols: {len(orbits.b)} orbits")
+        means.report(f"{counted(n, 'symbol')}: {counted(len(orbits.b), 'orbit')}")
         lengths[name] = means.part(
             f"{name} symbols", partial(_orbits, launch, orbits, arcs, means.jobs)
         )

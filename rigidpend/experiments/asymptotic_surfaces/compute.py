@@ -14,6 +14,7 @@ from rigidpend.experiments.asymptotic_surfaces.schema import Config, Problem
 from rigidpend.experiments.contract import Means
 from rigidpend.experiments.data import Tree
 from rigidpend.experiments.shared import columns
+from rigidpend.machine.wording import counted
 from rigidpend.mechanics.pendulum import Delta_1
 from rigidpend.routes.phases import Phases
 from rigidpend.routes.problem import RouteProblem
@@ -27,8 +28,8 @@ def compute(config: Config, means: Means) -> Tree:
     for name, checked in problems.items():
         groups[name] = means.part(name, partial(_body, config, checked, means))
         curves = groups[name]["S1_minus"]
-        sizes = f"{curves['theta2_0'].size} orbits, {curves['theta1'].size} points"
-        means.report(f"{name}: {sizes}")
+        n, points = curves["theta2_0"].size, curves["theta1"].size
+        means.report(f"{name}: {counted(n, 'orbit')}, {counted(points, 'point')}")
     table = columns(ANGLES, [checked.body for checked in problems.values()])
     return {"table": table, "bodies": groups}
 

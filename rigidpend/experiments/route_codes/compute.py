@@ -14,6 +14,7 @@ from rigidpend.experiments.contract import Means, Routes
 from rigidpend.experiments.data import Data, Tree
 from rigidpend.experiments.route_codes.schema import Config
 from rigidpend.machine import progress
+from rigidpend.machine.wording import counted
 from rigidpend.numbers.exact import Exact
 from rigidpend.numbers.expressions import NO_SYMBOL
 from rigidpend.routes.choice import expected_seconds
@@ -117,9 +118,9 @@ def _summary(routes: RouteCodes) -> str:
     # np.unique would import masked arrays, a thirtieth of a run of fig4.
     columns = enumerate(np.bincount(routes.bits))
     counts = ", ".join(f"{count} in {bits} bits" for bits, count in columns if count)
-    doubt = f"; {uncertain} symbols uncertain" if uncertain else ""
+    doubt = f"; {counted(uncertain, 'symbol')} uncertain" if uncertain else ""
     by_map = f", {maps} by return maps" if maps else ""
-    return f"{n} orbits, {counts}{by_map}{doubt}{_staying(routes)}"
+    return f"{counted(n, 'orbit')}, {counts}{by_map}{doubt}{_staying(routes)}"
 
 
 def _staying(routes: RouteCodes) -> str:
