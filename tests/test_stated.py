@@ -10,11 +10,11 @@ CASES = {
     "splitting": 1,
     "precession": 1,
     "exponents": 1,
-    "closed_orbits`: `exponent": 1,
+    "closed_orbits`: `exponent": 3,
     "periodic_orbit": 4,
     "herpolhodes`: `crossing_error": 1,
 }
-"""Some that take a second or less; `scripts.stated` tries many more."""
+"""Some that take some seconds; `scripts.stated` tries many more."""
 
 
 @pytest.mark.slow
