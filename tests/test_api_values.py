@@ -56,7 +56,7 @@ WRONG: list[Any] = [
 SAID = {
     "called": "--name",
     "name": "config",
-    "settings": "--set",
+    "settings": "a=1",
     "folder": "results",
     "source": "results/",
     "result": "results/",

@@ -187,10 +187,3 @@ def test_every_cell_of_the_notebooks_runs_and_is_shown_with_its_outcome(
 def test_a_word_that_is_no_key_is_not_said_to_be_an_option(tmp_path: Path) -> None:
     with pytest.raises(ValueError, match=r"^problem\.muu=1: problem\.muu: unknown"):
         rigidpend.run("fig4", muu=1, folder=tmp_path)
-
-
-def test_an_experiment_without_engines_speaks_of_none(tmp_path: Path) -> None:
-    said: list[str] = []
-    found = rigidpend.run("fig1", folder=tmp_path, progress=said.append)
-    assert said[0] == "fig1: computing (no result yet)"
-    assert found.loaded["attributes"]["engine"] == ""
