@@ -82,7 +82,7 @@ def test_too_few_bits_are_undecided_and_no_code_is_wrong() -> None:
     assert (found.codes[~proven, 0] == 255).all()
     word = "".join(map(str, found.codes[proven, 0]))
     assert found.words == [f"{word:?<15}"]
-    assert repr(found) == f"<proven routes of 1 orbits; 0.3: {found.words[0]}>"
+    assert repr(found) == f"<proven routes of 1 orbit; 0.3: {found.words[0]}>"
     assert np.isnan(found.crossing_time[-1, 0])
 
 
