@@ -38,10 +38,10 @@ from rigidpend.orbits.return_map.precision import precision
 from rigidpend.orbits.return_map.reduced import coefficients
 from rigidpend.routes.symbolic.address import AddressError, parsed
 from rigidpend.routes.symbolic.chain import (
+    MOVED,
     Chain,
     NoOrbit,
     System,
-    check_split,
     crossing_states,
     section_points,
     section_states,
@@ -149,11 +149,6 @@ def closed(
     turns, mirrored = chain.cells[1] - chain.cells[0], bool((chain.I < 0).sum() % 2)
     period, trace = float(chain.time.sum()), float(np.trace(_monodromy(chain, signs)))
     return ClosedOrbit(word, int(turns), mirrored, period, trace, chain)
-
-
-def _derivative(chain: Chain) -> Array:
-    """The derivative of all passages in (d, chi)."""
-    return functools.reduce(lambda whole, slope: slope[:2] @ whole, tangents(chain), np.eye(2))
 
 
 def _monodromy(chain: Chain, signs: Signs) -> Array:
@@ -275,13 +270,19 @@ def closing(orbit: ClosedOrbit, bits: int = 113) -> Closing:
         if size < met:
             break
         step = -np.linalg.solve(matrix, (off / size).astype(float).ravel())
-        check_split(level, float(np.abs(step).max() * size))
+        moved = float(np.abs(step).max() * size)
+        if moved > MOVED:
+            raise NoOrbit(
+                f"the orbit of {orbit.word} does not come to close: a correction is {moved:.1g}"
+                f" rad; its surfaces are split by {level.splitting:.1g}"
+            )
         places = places + exact_of(step.reshape(n, 2)) * size
     else:
         raise NoOrbit(f"the orbit of {orbit.word} does not come to close, by {float(size):.2g}")
     period, first = times.sum(), places[:1]
     error = float(np.abs(gaps(first, first, np.array([period]))[0]).max())
-    growth = n * float(np.abs(_derivative(chain)).max())
+    whole = functools.reduce(lambda before, slope: slope @ before, slopes)
+    growth = n * float(np.abs(whole).max())
     moved = float(np.abs(places - begin).max())
     # Roundings in the passages of the whole are others than those that the gap is of.
     expected = growth * (float(size) + (1 + GROWN * grown) * 2.0**-bits)
