@@ -32,13 +32,8 @@ check: $(VENV)/.installed-test ## check format, lint, which way imports go, and 
 	$(BIN)/lint-imports --no-logo --no-cache
 	$(BIN)/mypy
 
-test: check ## check, then run every test, on all cores; COVERAGE=1 counts the lines that quick ones run
-ifdef COVERAGE
-	$(PYTEST) -m "not slow" --cov --cov-report=term:skip-covered --cov-fail-under=0
-	$(PYTEST) -m slow
-else
+test: check ## check, then run every test, on all cores
 	$(PYTEST)
-endif
 
 test-fast: $(VENV)/.installed-test ## run the tests that are not marked slow: the inner loop
 	$(PYTEST) -m "not slow"
