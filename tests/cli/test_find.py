@@ -7,6 +7,7 @@ from pathlib import Path
 
 import pytest
 
+from rigidpend.cli import find
 from rigidpend.machine import workers
 from rigidpend.routes import symbolic
 from tests.cli.calls import call, succeeded
@@ -42,11 +43,15 @@ def test_round_phases_are_listed() -> None:
     assert f"{len(rows)} of 63 phases" in done.stderr
 
 
-def test_many_codes_say_how_many_are_done(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
+def test_many_codes_say_how_many_are_done_and_long_ones_are_cut(
+    monkeypatch: pytest.MonkeyPatch, tmp_path: Path
+) -> None:
     monkeypatch.setattr(workers, "SILENCE", 0)
-    done = call(tmp_path, "find", "--code", "0", "--code", "1", "--digits", "10", "-j", "1")
+    monkeypatch.setattr(find, "SHOWN", 4)
+    done = call(tmp_path, "find", "--code", "0", "--code", "01111", "--digits", "10", "-j", "1")
     assert "1 of 2 codes are done" in done.stderr
     assert "2 of 2 codes are done" in done.stderr
+    assert [line.split()[0] for line in done.stdout.splitlines()] == ["0", "0..."]
 
 
 def test_a_proof_that_cannot_be_written_is_told_of_its_own_option(tmp_path: Path) -> None:
