@@ -10,6 +10,8 @@ import pytest
 
 from rigidpend.numbers.exact import context
 from rigidpend.orbits.integrate import pair_arrays
+from rigidpend.orbits.integrate.kernel.machine_code import LANES
+from rigidpend.orbits.integrate.kernel.pair_loops import elementwise
 from rigidpend.orbits.integrate.pair_arrays import PairArray
 
 ROUNDING = 2.0**-101
@@ -46,6 +48,19 @@ def test_sums_products_and_quotients_are_those_of_fractions(shape: tuple[int, ..
         (1.5 / b, Fraction(3, 2) / y, abs(1 / y)),
     ):
         assert (abs(exactly(found) - expected) <= ROUNDING * scale).all()
+
+
+@pytest.mark.parametrize("count", [1, 3, LANES, LANES + 1])
+@pytest.mark.parametrize("step", [1, 2])
+def test_results_are_put_nowhere_else(count: int, step: int) -> None:
+    """Into every number, or every second, of arrays that go on behind them."""
+    out = np.full((2, 3 * LANES), 7.0)
+    place = slice(LANES // 2, LANES // 2 + step * count, step)
+    a, b = made(count), made(count, seed=2)
+    elementwise("multiply")(*a.parts, *b.parts, out[0, place], out[1, place])
+    assert (exactly(PairArray(out[:, place])) == exactly(a * b)).all()
+    out[:, place] = 7
+    assert (out == 7).all()
 
 
 @pytest.mark.parametrize(

@@ -46,7 +46,8 @@ def elementwise(name: str) -> Any:
     n = Pairs(code)
     count = code.load("%dims", "i64", 8)
     many = code(f"icmp sge i64 {count}, {LANES}")
-    operands = [_Operand(code, k, count, many) for k in range(6)]
+    within = code(f"select i1 {many}, i64 {LANES}, i64 {count}")
+    operands = [_Operand(code, k, many, within) for k in range(6)]
     with code.loop(code(f"udiv i64 {code.add(count, LANES - 1)}, {LANES}")) as group:
         first = code(f"select i1 {many}, i64 {_first(code, group, count)}, i64 0")
         a_high, a_low, b_high, b_low = (x.loaded(first) for x in operands[:4])
@@ -58,52 +59,46 @@ def elementwise(name: str) -> Any:
 
 
 class _Operand:
-    """An argument or a result in the loop of a ufunc, `step` bytes from one number to the next."""
+    """An argument or a result in the loop of a ufunc, `step` bytes from one number to the next.
 
-    def __init__(self, code: Writer, k: int, count: str, many: str) -> None:
-        self.code, self.count = code, count
+    What does not lie side by side goes through memory, a number at a time: LLVM takes long to
+    compile instructions that gather a vector. `within` is how many lanes have a number.
+    """
+
+    def __init__(self, code: Writer, k: int, many: str, within: str) -> None:
+        self.code, self.within = code, within
         self.base, self.step = code.scalar("%args", k, "ptr"), code.scalar("%steps", k, "i64")
         dense, alone = (code(f"icmp eq i64 {self.step}, {size}") for size in (8, 0))
         self.dense, self.alone = code(f"and i1 {many}, {dense}"), code(f"and i1 {many}, {alone}")
-        either = code(f"or i1 {self.dense}, {self.alone}")
-        self.other, self.room = code(f"xor i1 {either}, true"), code.variable(code.vector)
+        self.room = code.variable(code.vector)
 
     def loaded(self, first: str) -> str:
         """A vector from one element on; 1 in lanes behind the last."""
-        code, lanes = self.code, self.code.lanes
+        code = self.code
+        code.store(code.number(1.0), self.room)
         with code.when(self.dense):
             code.store(code.load(code.at(self.base, first, "double"), align=8), self.room)
         with code.when(self.alone):
             code.store(code.everywhere(code.load(self.base, "double", 8)), self.room)
-        with code.when(self.other):
-            places, mask = self._places(first)
-            found = code(
-                f"call {code.vector} @llvm.masked.gather.{code.suffix}.v{lanes}p0({places}, i32 8,"
-                f" {mask}, {code.vector} {code.number(1.0)})"
-            )
-            code.store(found, self.room)
+        either = code(f"or i1 {self.dense}, {self.alone}")
+        with code.when(code(f"xor i1 {either}, true")), code.loop(self.within) as lane:
+            code.keep(code.load(self._place(first, lane), "double", 8), self.room, lane)
         return code.load(self.room)
 
     def keep(self, value: str, first: str) -> None:
         """Put a vector's lanes where they belong; those behind the last, nowhere."""
-        code, lanes = self.code, self.code.lanes
+        code = self.code
         with code.when(self.dense):
             code.store(value, code.at(self.base, first, "double"), align=8)
         with code.when(code(f"xor i1 {self.dense}, true")):
-            places, mask = self._places(first)
-            code.do(
-                f"call void @llvm.masked.scatter.{code.suffix}.v{lanes}p0({code.vector} {value},"
-                f" {places}, i32 8, {mask})"
-            )
+            code.store(value, self.room)
+            with code.loop(self.within) as lane:
+                code.store(code.scalar(self.room, lane), self._place(first, lane), "double", 8)
 
-    def _places(self, first: str) -> tuple[str, str]:
-        code, lanes, whole = self.code, self.code.lanes, self.code.whole
-        ascending = "<" + ", ".join(f"i64 {k}" for k in range(lanes)) + ">"
-        at = code(f"add {whole} {code.everywhere(first, 'i64')}, {ascending}")
-        mask = code.with_each("icmp slt", at, self.count)
-        far = code.with_each("mul", at, self.step)
-        places = code(f"getelementptr i8, ptr {self.base}, {whole} {far}")
-        return f"<{lanes} x ptr> {places}", f"{code.mask} {mask}"
+    def _place(self, first: str, lane: str) -> str:
+        """Where the number of a lane is."""
+        far = self.code.mul(self.code.add(first, lane), self.step)
+        return self.code.at(self.base, far, "i8")
 
 
 _made: list[Any] = []
