@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import atexit
+import gc
 import math
 import os
 import signal
@@ -292,6 +294,10 @@ def _follow_parent(to: Any) -> None:
     """
     global _to_parent
     _to_parent = to
+    # As in a command: a look for garbage among what is imported, and one at the end, take longer
+    # than they are worth.
+    gc.set_threshold(200_000)
+    atexit.register(gc.freeze)
     say_warnings(_warn)
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     threading.Thread(target=_wait_for_end_of_parent, daemon=True).start()

@@ -70,19 +70,23 @@ class _Operand:
         self.base, self.step = code.scalar("%args", k, "ptr"), code.scalar("%steps", k, "i64")
         dense, alone = (code(f"icmp eq i64 {self.step}, {size}") for size in (8, 0))
         self.dense, self.alone = code(f"and i1 {many}, {dense}"), code(f"and i1 {many}, {alone}")
-        self.room = code.variable(code.vector)
+        either = code(f"or i1 {self.dense}, {self.alone}")
+        self.other, self.room = code(f"xor i1 {either}, true"), code.variable(code.vector)
+        # Apart from the room, which is a register as long as nobody asks for a single lane.
+        self.lanes = code.variable(code.vector)
 
     def loaded(self, first: str) -> str:
         """A vector from one element on; 1 in lanes behind the last."""
         code = self.code
-        code.store(code.number(1.0), self.room)
         with code.when(self.dense):
             code.store(code.load(code.at(self.base, first, "double"), align=8), self.room)
         with code.when(self.alone):
             code.store(code.everywhere(code.load(self.base, "double", 8)), self.room)
-        either = code(f"or i1 {self.dense}, {self.alone}")
-        with code.when(code(f"xor i1 {either}, true")), code.loop(self.within) as lane:
-            code.keep(code.load(self._place(first, lane), "double", 8), self.room, lane)
+        with code.when(self.other):
+            code.store(code.number(1.0), self.lanes)
+            with code.loop(self.within) as lane:
+                code.keep(code.load(self._place(first, lane), "double", 8), self.lanes, lane)
+            code.store(code.load(self.lanes), self.room)
         return code.load(self.room)
 
     def keep(self, value: str, first: str) -> None:
@@ -91,9 +95,9 @@ class _Operand:
         with code.when(self.dense):
             code.store(value, code.at(self.base, first, "double"), align=8)
         with code.when(code(f"xor i1 {self.dense}, true")):
-            code.store(value, self.room)
+            code.store(value, self.lanes)
             with code.loop(self.within) as lane:
-                code.store(code.scalar(self.room, lane), self._place(first, lane), "double", 8)
+                code.store(code.scalar(self.lanes, lane), self._place(first, lane), "double", 8)
 
     def _place(self, first: str, lane: str) -> str:
         """Where the number of a lane is."""
