@@ -125,10 +125,11 @@ def _symmetric(scene: Scene, n: int) -> list[float]:
     # There and back again: what is not found again, over the roundings carried along.
     there = states_at(c, states, [BACK])[:, 0]
     missed = np.abs(states_at(c, there, [-BACK])[:, 0] - states).max(axis=0)
+    *_, carried = passages.deviations(scene, there, -BACK)
     return [
         float(((plain.time != mirrored.time) | other).sum()),
         float((REVERSAL[:, None, None] * forward != backward).sum()),
-        float(np.max(missed / np.array([_carried(scene, x) for x in there.T]))),
+        float(np.max(missed / carried[-1].max(axis=0))),
         *(float(np.max(x / predicted)) for x in apart),
         _full_turn(scene, n),
     ]
@@ -143,18 +144,6 @@ def in_units(
     forces = {name: getattr(c, name) * weight for name in ("force_p", "force_m", "mu_r1", "mu_r2")}
     units = np.array([momentum] * 3 + [vertical] * 3)[:, None]
     return units * states, c._replace(**forces)
-
-
-def _carried(scene: Scene, there: Array) -> float:
-    """Size of roundings on the way back, root mean square.
-
-    The tangent vectors of all six directions, each with a component's rounding: its growth from
-    the far end bounds that from any place nearer.
-    """
-    field = passages.with_tangent(scene.c)
-    starts = [np.r_[there, v] for v in np.diag(there)]
-    ends = np.array([states_at(field, y, [-BACK])[6:, 0] for y in starts])
-    return NOISE * math.sqrt(BACK / step(scene.u) * (ends**2).sum(axis=0).max())
 
 
 def _full_turn(scene: Scene, n: int) -> float:

@@ -107,15 +107,6 @@ def test_a_drift_is_held_against_the_tolerances_of_all_steps(
     assert failed(drift("scipy", 1e-9)) == {"scipy at 1.0e-09, gamma"}
 
 
-def test_roundings_on_the_way_back_add_up_as_the_root_of_their_number(
-    monkeypatch: pytest.MonkeyPatch,
-) -> None:
-    there = conserved.passing(SCENE, 1)[:, 0]
-    once = conserved._carried(SCENE, there)
-    monkeypatch.setattr(conserved, "step", lambda u: step(u) / 4)
-    assert conserved._carried(SCENE, there) / once == pytest.approx(2)
-
-
 def test_the_pendulum_keeps_its_period_and_another_is_noticed(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
