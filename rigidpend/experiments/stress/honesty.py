@@ -145,7 +145,7 @@ def trial(asked: Any, J1_0: str, orbits: int, checked: int, jobs: int) -> Trial:
             1 - default.certain.mean(),
             1 - told[coarsest]["wrong_symbols"] / true.size,
         ]
-        return Findings(values)
+        return values, {}
 
     return Trial("honesty", at, claims, measure)
 
@@ -177,7 +177,7 @@ def hard_trial() -> Trial:
         phases = np.array([HARD_PHASE])
         found = scenes.routes(HARD, phases, 1)
         true = true_codes(HARD, phases, found.codes, 1, 1)
-        return Findings([principal_axes.judged(found, true)["wrong_trusted"]])
+        return [principal_axes.judged(found, true)["wrong_trusted"]], {}
 
     return Trial("honesty", "hard orbit", (HARD_CLAIM,), measure)
 
@@ -228,7 +228,7 @@ def maps_trial(problem: RouteProblem, jobs: int, orbits: int, seed: int) -> Tria
             for which, size in SPOILT_MAPS
         ]
         lies = [float((wrong & certain).sum()) for wrong, certain in flags]
-        return Findings([*lies, flags[-1][1].mean()])
+        return [*lies, flags[-1][1].mean()], {}
 
     return Trial("honesty", "spoilt maps", MAPS_CLAIMS, measure)
 
@@ -279,7 +279,7 @@ def address_trial(name: str, problem: RouteProblem, words: int, seed: int) -> Tr
                 other += not _read_back(problem, found)
                 delay = max(delay, found.delay)
                 asked = _longer(found.address, (n + 1) // 2, random)
-        return Findings([lost, other, delay])
+        return [lost, other, delay], {}
 
     claims = (
         Claim(

@@ -105,7 +105,8 @@ def deviations(scene: Scene, states: Array, end: float) -> tuple[Array, Array, A
         y = states_at(field, start, times[1:2])[:, 0].reshape(12, 6, n)
         states = y[:6, 0]
         twelve = np.concatenate((y[6:], NOISE * states * np.eye(6)[:, :, None]), axis=1)
-        vectors = np.linalg.qr(twelve.transpose(2, 1, 0), mode="r").transpose(2, 1, 0)
+        triangle: Any = np.linalg.qr(twelve.transpose(2, 1, 0), mode="r")
+        vectors = triangle.transpose(2, 1, 0)
         found.append((states, np.linalg.norm(vectors, axis=1)))
     orbits, errors = np.array(found).swapaxes(0, 1)
     return times, orbits, errors
@@ -195,7 +196,7 @@ def growth_trial(scene: Scene, J1: float, orbits: int, n_crossings: int) -> Tria
             "growth_predicted": growth[1],
         }
         values = [np.maximum(rms, 1 / rms).max(), abs((slopes[0] - slopes[1]).mean())]
-        return Findings(values, curve)
+        return values, curve
 
     claims = (
         Claim(
@@ -263,7 +264,7 @@ def decided_trial(
         decided = found.certain.sum(axis=0)
         values = [abs(float(np.median(decided) - np.median(predicted)))]
         values += [_wrong(problem, found, phases[:checked], scene.jobs)] if checked else []
-        return Findings(values, {"bits": bits, "measured": decided, "predicted": predicted})
+        return values, {"bits": bits, "measured": decided, "predicted": predicted}
 
     return Trial("passages", f"{bits} bits", claims, measure)
 

@@ -32,7 +32,7 @@ def test_the_field_has_the_symmetries_and_is_the_same_in_other_units() -> None:
 
 
 def test_all_hold_and_a_wrong_mirror_does_not(monkeypatch: pytest.MonkeyPatch) -> None:
-    trial = conserved.symmetries(SCENE, 2)
+    trial = conserved.symmetries(SCENE)
     right = verdicts(trial)
     assert (set(right.values()), len(right)) == ({"passed"}, 6)
     monkeypatch.setattr(conserved, "MIRRORED", np.arange(5))
