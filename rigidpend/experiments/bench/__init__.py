@@ -9,12 +9,6 @@ measure    what a worker measures: search, meeting, symbols counted and orbits t
 compute, report, draw
            the experiment: what is measured in which order, stored, told and drawn
 
-Peers
------
-heyoka in batches of 4, 8 and 16 lanes, on Euler-Poisson and (eq1); CyRK (DOP853, Verner 8, LSODA)
-with rates compiled by numba; diffrax (Dopri8, Tsit5), jitted and vmapped; SciPy's DOP853, all
-orbits as one system.
-
 Measured before, and left out since: SciPy's LSODA and Radau, SUNDIALS' CVODE through scikit-sundae
 and REBOUND's Bulirsch-Stoer took 190 to 17,000 times our time at every problem; heyoka's ensemble,
 its compact mode and its integrator of one orbit more than its batches; diffrax and SciPy run at two

@@ -199,20 +199,17 @@ def spoilt(made: ReturnMap, size: float, seed: int) -> ReturnMap:
     return replace(made, charts=(charts[0], charts[1]))
 
 
-class SpoiltMaps(mapped.Maps):
-    """Maps of which one or all are spoilt."""
+def spoilt_maps(run: Run, size: float, every: bool) -> mapped.Maps:
+    """The maps of some orbits, the first or all of them spoilt."""
 
-    def __init__(self, run: Run, size: float, every: bool) -> None:
-        # First, for the base class makes a map at once.
-        self.size, self.every = size, every
-        super().__init__(run)
+    class Spoilt(mapped.Maps):
+        def made(self, design: Design, bits: int) -> ReturnMap:
+            right = super().made(design, bits)
+            if design != FIRST and not every:
+                return right
+            return spoilt(right, size, int(1000 * float(design.unit)))
 
-    def made(self, design: Design, bits: int) -> ReturnMap:
-        """The map of a design."""
-        right = super().made(design, bits)
-        if design != FIRST and not self.every:
-            return right
-        return spoilt(right, self.size, int(1000 * float(design.unit)))
+    return Spoilt(run)
 
 
 def maps_trial(problem: RouteProblem, jobs: int, orbits: int, seed: int) -> Trial:
@@ -242,7 +239,7 @@ def _flagged(
         arithmetic = resolve("taylor", None, precisions)
         run = Run(problem, Phases(phases[chosen]), arithmetic, jobs)
         # The integrated sample would discard such maps.
-        found = choice.decided_by(SpoiltMaps(run, size, every), sampled=False).decided
+        found = choice.decided_by(spoilt_maps(run, size, every), sampled=False).decided
         wrong.append(symbols(found.crossings.separatrix) != true[:, chosen])
         certain.append(found.certain)
     return np.hstack(wrong), np.hstack(certain)
