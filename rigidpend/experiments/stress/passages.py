@@ -24,7 +24,7 @@ from rigidpend.experiments.stress.scenes import (
     random_phases,
 )
 from rigidpend.mechanics.equations import AlignedCoefficients, aligned, aligned_along
-from rigidpend.numbers.generic import Array, Numbers, Scalar
+from rigidpend.numbers.generic import Array, Scalar
 from rigidpend.orbits.integrate import Orbits
 from rigidpend.orbits.integrate.states import states_at
 from rigidpend.routes.codes import RouteCodes
@@ -138,16 +138,12 @@ def with_tangent(c: AlignedCoefficients) -> Callable[[Any], list[Any]]:
     """
 
     def field(y: Scalar) -> list[Any]:
-        rows = zip(*jacobian(y[:6], c), strict=True)
+        columns = (aligned_along(y[:6], axis, c) for axis in np.eye(6).tolist())
+        rows = zip(*columns, strict=True)
         along = (sum(s * v for s, v in zip(row, y[6:], strict=True)) for row in rows)
         return [*aligned(y[:6], c), *along]
 
     return field
-
-
-def jacobian(x: Numbers, c: AlignedCoefficients) -> list[tuple[Any, ...]]:
-    """Derivatives of the aligned field along each axis: six columns of six."""
-    return [aligned_along(x, axis, c) for axis in np.eye(6).tolist()]
 
 
 def compared(
@@ -295,10 +291,11 @@ def predicted_symbols(
     n = problem.n_symbols
     # A mean passage in units of 1/u, at most: from a distance mu/h0 to one and back, and more.
     passage = 2 * math.log(scene.h0 / scene.body.angles().mu) + 8
+    starts = scene.starts(tangents, float(problem.J1_0))
+    each = [growths(scene, x, n * passage / scene.u) for x in starts.T]
+    known = np.stack([times[: LEVEL + 1] for times, _ in each], axis=1)
     numbers = []
-    for x in scene.starts(tangents, float(problem.J1_0)).T:
-        times, grown = growths(scene, x, n * passage / scene.u)
-        there = predicted_errors(scene, x[:, None], times[: LEVEL + 1, None])[-1, 0]
+    for there, (_, grown) in zip(predicted_errors(scene, starts, known)[-1], each, strict=True):
         # In other precisions roundings are larger or smaller, and what becomes of them is the same.
         difference = math.sqrt(2) * there * np.exp(grown - grown[LEVEL]) * 2.0 ** (53 - bits)
         numbers.append(decided(difference[: n + 1]))
