@@ -131,6 +131,7 @@ def _reaches(start: Exact, step: Exact, count: int) -> tuple[float, float, float
 
 Number = Annotated[Exact, BeforeValidator(_number), PlainSerializer(_canonical)]
 Whole = Annotated[int, BeforeValidator(_whole)]
+Count = Annotated[Whole, Field(ge=1, le=10**7)]
 Triple = tuple[Number, Number, Number]
 # Conditions on one field alone are checked there, so that all that are broken are said at once.
 TOLERANCE = holding(lambda x: 0 < x <= 1e-2, "tolerance must be more than 0 and at most 0.01")

@@ -9,12 +9,6 @@ measure    what a worker measures: search, meeting, symbols counted and orbits t
 compute, report, draw
            the experiment: what is measured in which order, stored, told and drawn
 
-Peers
------
-heyoka in batches of 4, 8 and 16 lanes, on Euler-Poisson and (eq1); CyRK (DOP853, Verner 8, LSODA)
-with rates compiled by numba; diffrax (Dopri8, Tsit5), jitted and vmapped; SciPy's DOP853, all
-orbits as one system.
-
 Measured before, and left out since: SciPy's LSODA and Radau, SUNDIALS' CVODE through scikit-sundae
 and REBOUND's Bulirsch-Stoer took 190 to 17,000 times our time at every problem; heyoka's ensemble,
 its compact mode and its integrator of one orbit more than its batches; diffrax and SciPy run at two
@@ -51,22 +45,19 @@ TRUST = {
 }
 ENDED = _text("how the measurement ended: complete, cut where it took too long, or why not")
 ANSWERED = {
-    "error": "1, of the answer, as `problems` defines it",
-    "wrong_symbols": "1, number of wrong symbols",
+    "error?": "1, of the answer, as `problems` defines it",
+    "wrong_symbols?": "1, number of wrong symbols",
 }
 """Units and meaning of what is found of an answer to a problem."""
 SEARCH = {
-    "tolerance": "1, local tolerance; NaN where there is none to choose",
-    "setting": "1, index of the variant, in the order of `variants`",
-    "seconds": "s, warm, the median",
+    "tolerance?": "1, local tolerance; NaN where there is none to choose",
+    "setting?": "1, index of the variant, in the order of `variants`",
+    "seconds?": "s, warm, the median",
 }
-SEARCHED: Layout = {
-    "ended": ENDED,
-    **{f"{k}?": x for k, x in _floats({**SEARCH, **ANSWERED}, "measurements").items()},
-}
+SEARCHED: Layout = {"ended": ENDED, **_floats({**SEARCH, **ANSWERED}, "measurements")}
 """Record of a method's search at a problem; what it did not measure is absent."""
 MET: Layout = {
-    **{f"{k}?": x for k, x in _floats(ANSWERED).items()},
+    **_floats(ANSWERED),
     **_floats({"rounds": "s, each round of the meeting; NaN: not timed"}, "rounds"),
     "chosen": _text("the setting that the search chose"),
 }

@@ -44,18 +44,8 @@ ALONE = {
 def compute(config: Config, means: Means) -> Tree:
     """Search for the best setting of each method, let them meet, and count wrong symbols.
 
-    Each worker's measurements are a part, which an interrupted run keeps.
-
-    Returns
-    -------
-    Tree
-        A group for each problem, with a record of the search for each method; `meetings`, by
-        the number of threads, then by problem; `random_phases`, by J1_0; `bodies`.
-
-    Raises
-    ------
-    EngineError
-        heyoka, which makes the references in 113 bits, is not installed.
+    Each worker's measurements are a part, which an interrupted run keeps. EngineError is raised
+    where heyoka, which makes the references in 113 bits, is not installed.
     """
     if not principal_axes.installed():
         raise EngineError("the references need the package heyoka, which is not installed")
@@ -86,9 +76,9 @@ def compute(config: Config, means: Means) -> Tree:
         for key, entry in _entries(config, config.phases.methods, {}).items()
     }
     bodies = part("bodies", "bodies drawn by lot", _bodies, records.get("codes", {}))
-    contests = ((name, PROBLEMS[name], group) for name, group in records.items())
+    told = {x: {"title": PROBLEMS[x].title, "default": PROBLEMS[x].default} for x in truth}
     return {
-        **{k: {"title": x.title, "default": x.default, **group} for k, x, group in contests},
+        **{name: {**told[name], **group} for name, group in records.items()},
         "meetings": {"threads_1": {}, f"threads_{measure.THREADS}": {}, **_turned(met)},
         "random_phases": _turned(phases),
         **({"bodies": bodies} if bodies else {}),

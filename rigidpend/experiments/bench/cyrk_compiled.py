@@ -6,13 +6,14 @@ Its events need Python, so crossings are looked up in its dense output, as numba
 from __future__ import annotations
 
 import functools
+from functools import partial
 
 import numpy as np
 from CyRK import nb_diffeq_addr, nbsolve2_ivp
 from numba import njit
 
 from rigidpend.experiments.bench.problems import Task
-from rigidpend.experiments.bench.solvers import SMALLER, Solve, Solver, answering, flat
+from rigidpend.experiments.bench.solvers import SMALLER, Solver, crossed, flat
 from rigidpend.mechanics.body import Body
 from rigidpend.numbers.generic import Array
 
@@ -22,28 +23,22 @@ FALSE_POSITIONS = 40
 """At most so many steps from the ends of a step to a crossing in it; about eight are enough."""
 
 
-def answered(task: Task, tolerance: float, threads: int, method: str) -> Solver:
+def answered(task: Task, tolerance: float, method: str) -> Solver:
     """The answer to any task."""
+    orbits = np.ascontiguousarray(task.states.T)
+    address = _address(task.body, len(task.states))
+    if task.kind == "routes":
+        wanted, piece = task.problem.n_symbols + 1, float(task.times.max()) / PIECES
+        given = address, orbits, wanted, piece, method, tolerance
+        return Solver(lambda: _crossings(*given).T, partial(crossed, body=task.body))
 
-    def ends(part: Task) -> Solve:
-        orbits = np.ascontiguousarray(part.states.T)
-        given = _address(part.body, len(part.states)), orbits, part.times, method, tolerance
+    def solve() -> Array:
+        ended: Array = _ends(address, orbits, task.times, method, tolerance)
+        if not np.isfinite(ended).all():
+            raise ArithmeticError("an orbit did not reach its time")
+        return ended.T
 
-        def solve() -> Array:
-            ended = _ends(*given)
-            if not np.isfinite(ended).all():
-                raise ArithmeticError("an orbit did not reach its time")
-            return np.transpose(ended)
-
-        return solve
-
-    def crossings(part: Task) -> Solve:
-        orbits, wanted = np.ascontiguousarray(part.states.T), part.problem.n_symbols + 1
-        piece = float(part.times.max()) / PIECES
-        given = _address(part.body, 6), orbits, wanted, piece, method, tolerance
-        return lambda: np.transpose(_crossings(*given), (2, 1, 0))
-
-    return answering(task, threads, ends, crossings)
+    return Solver(solve)
 
 
 @functools.cache

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 from matplotlib.axes import Axes
@@ -11,12 +11,15 @@ from matplotlib.ticker import NullFormatter, PercentFormatter
 
 from rigidpend.experiments.bench import report
 from rigidpend.experiments.bench.methods import METHODS, PROBLEMS
-from rigidpend.experiments.bench.report import CAPTION, tables
 from rigidpend.experiments.data import Data, Loaded
 from rigidpend.experiments.plots import BLUE, GREEN, ORANGE, PINK, RED, WIDTH, entry, title
 
-__all__ = ["CAPTION", "draw", "style", "tables"]
-
+CAPTION = (
+    "With bodies drawn by lot as with those of the figures: who is faster at equal error, and how"
+    " many of the symbols that a method vouches for are wrong. Every method is used as its own"
+    " documentation does, on one machine."
+)
+tables = report.tables
 ROW, DIAGRAM, LEGEND = 0.25, 2.15, 0.45
 """Inches: a row of ratios, a diagram, and what lines mean."""
 LARGEST = 3.0
@@ -25,20 +28,12 @@ FASTER = "#FBEFE6"
 """Ground where others are faster than ours."""
 
 
-class Appearance(NamedTuple):
-    """Appearance of the methods of a family."""
-
-    label: str
-    colour: str
-    marker: str
-
-
-APPEARANCES = {
-    "scipy": Appearance("SciPy DOP853", RED, "v"),
-    "diffrax": Appearance("diffrax (JAX)", PINK, "P"),
-    "cyrk": Appearance("CyRK (numba)", GREEN, "o"),
-    "heyoka": Appearance("heyoka, batches", ORANGE, "s"),
-    "ours": Appearance("rigidpend", BLUE, "*"),
+APPEARANCES: dict[str, dict[str, str]] = {
+    "scipy": {"label": "SciPy DOP853", "color": RED, "marker": "v"},
+    "diffrax": {"label": "diffrax (JAX)", "color": PINK, "marker": "P"},
+    "cyrk": {"label": "CyRK (numba)", "color": GREEN, "marker": "o"},
+    "heyoka": {"label": "heyoka, batches", "color": ORANGE, "marker": "s"},
+    "ours": {"label": "rigidpend", "color": BLUE, "marker": "*"},
 }
 """Appearance of the families, in the order in which they are drawn: ours lies above."""
 CERTAIN = {"color": "black", "ls": "-", "lw": 1.6}
@@ -49,9 +44,8 @@ def style(name: str) -> dict[str, Any]:
     """The words of a plot for a method: the colour tells whose, dashes that two runs compare."""
     method = METHODS[name]
     look = APPEARANCES[method.family]
-    dashes, size = "--" if method.certain else "-", 7.5 if look.marker == "*" else 4.2
-    said: dict[str, Any] = {"color": look.colour, "marker": look.marker, "ls": dashes}
-    said |= {"ms": size, "lw": 1.1, "mew": 0.8}
+    said: dict[str, Any] = {**look, "ls": "--" if method.certain else "-", "lw": 1.1, "mew": 0.8}
+    said["ms"] = 7.5 if look["marker"] == "*" else 4.2
     if method.certain and method.family == "ours":
         said |= CERTAIN
     return {**said, "label": name, "zorder": 3.0 + list(APPEARANCES).index(method.family)}
@@ -178,7 +172,7 @@ def _draw_legend(below: Any, every: list[Axes]) -> None:
     shown = {str(line.get_label()) for one in every for line in one.lines} & set(METHODS)
     families = {METHODS[name].family for name in shown}
     looks = [look for family, look in reversed(APPEARANCES.items()) if family in families]
-    handles = [entry(x.label, color=x.colour, marker=x.marker, ms=6) for x in looks]
+    handles = [entry(**look, ms=6) for look in looks]
     if any(METHODS[name].certain for name in shown):
         handles.insert(1, entry("rigidpend, every symbol certain", **CERTAIN))
         handles.append(entry("two runs of a peer compared", color="0.4", ls="--"))

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from rigidpend.experiments.bench.problems import Crossed, Task, time_unit
-from rigidpend.experiments.bench.solvers import Solve, Solver, shared_out
+from rigidpend.experiments.bench.solvers import Solver, shared
 from rigidpend.mechanics.body import Body
 from rigidpend.mechanics.coordinates import Aligned, body_from_aligned, scale
 from rigidpend.mechanics.equations import aligned_coefficients, energy
@@ -58,23 +58,20 @@ def alpha(task: Task, tolerance: float) -> Solver:
     """alpha(T) as rigidpend has it: theta3 by quadrature, alpha by (th_al), side by side."""
     beginning = [initial_state(task.problem, float(x)) for x in task.theta2_0]
     states, ends = np.stack(beginning, axis=1), time_unit(task.body) * task.times
-    return Solver(lambda: alpha_at(task.body, states, ends, tolerance))
+    return Solver(lambda: alpha_at(task.body, states, ends, tolerance)[None])
 
 
-def motion(task: Task, tolerance: float, threads: int) -> Solver:
+@shared
+def motion(task: Task, tolerance: float) -> Solver:
     """All orbits side by side, by `states.states_at`."""
     coefficients, s = aligned_coefficients(task.body.angles(), math), time_unit(task.body)
-    begun = task._replace(states=aligned_states(task.body, task.states))
-
-    def part(some: Task) -> Solve:
-        # All orbits of a motion end at one time.
-        ends = s * some.times[:1]
-        return lambda: states_at(coefficients, some.states, ends, tolerance=tolerance)[:, 0]
+    # All orbits of a motion end at one time.
+    states, ends = aligned_states(task.body, task.states), s * task.times[:1]
 
     def read(found: Array) -> Array:
         return np.concatenate(body_from_aligned(Aligned(*found), task.body.alpha0, s))
 
-    return Solver(shared_out(part, begun, threads), read)
+    return Solver(lambda: states_at(coefficients, states, ends, tolerance=tolerance)[:, 0], read)
 
 
 def aligned_states(body: Body, states: Array) -> Array:

@@ -22,15 +22,7 @@ import numpy as np
 from rigidpend.experiments.bench import ours
 from rigidpend.experiments.bench.methods import METHODS, Entrant
 from rigidpend.experiments.bench.problems import FIELDS, Crossed, Task, time_unit
-from rigidpend.experiments.bench.solvers import (
-    SMALLER,
-    Make,
-    Solve,
-    Solver,
-    answering,
-    flat,
-    shared_out,
-)
+from rigidpend.experiments.bench.solvers import SMALLER, Make, Solve, Solver, crossed, flat, shared
 from rigidpend.experiments.principal_axes import heyoka
 from rigidpend.mechanics.body import Body
 from rigidpend.mechanics.coordinates import (
@@ -86,15 +78,15 @@ def compared(task: Task, first: Make, second: Make, third: Make) -> Solver:
     return Solver(solve)
 
 
+@shared
 def in_lanes(
-    task: Task, tolerance: float, threads: int, lanes: int = 8, eq1: bool = False,
-    parameters: bool = False,
-) -> Solver:  # fmt: skip
+    task: Task, tolerance: float, lanes: int = 8, eq1: bool = False, parameters: bool = False
+) -> Solver:
     """heyoka; by (eq1) in the paper's variables theta1, J1, theta2, J2.
 
     With `parameters` the numbers of the body are parameters of what is compiled.
     """
-    body, write = task.body, _eq1 if eq1 else _principal
+    body, write, routes = task.body, _eq1 if eq1 else _principal, task.kind == "routes"
     names, rates, numbers = write(body, len(task.states), parameters)
 
     def compiled(**events: Any) -> Any:
@@ -104,19 +96,15 @@ def in_lanes(
             made.pars[:] = np.array(numbers)[:, None]
         return made
 
-    def ends(part: Task) -> Solve:
-        return _to_ends(compiled(), part)
-
     if not eq1:
-        follow = partial(_follow, compiled, names[2], (0, 1))
-        return answering(task, threads, ends, follow)
-    begun = task._replace(times=time_unit(body) * task.times)
-    if task.kind == "routes":
-        follow = partial(_follow, compiled, names[1] - names[3] / 2.0, (0,))
-        begun = begun._replace(states=_eq1_start(task))
-        return Solver(shared_out(follow, begun, threads), _by_side)
-    begun = begun._replace(states=_to_eq1(task.states, body))
-    return Solver(shared_out(ends, begun, threads), lambda found: _from_eq1(found, body))
+        if routes:
+            return Solver(_follow(compiled, names[2], (0, 1), task), partial(crossed, body=body))
+        return Solver(_to_ends(compiled(), task))
+    states = _eq1_start(task) if routes else _to_eq1(task.states, body)
+    begun = task._replace(times=time_unit(body) * task.times, states=states)
+    if routes:
+        return Solver(_follow(compiled, names[1] - names[3] / 2.0, (0,), begun), _by_side)
+    return Solver(_to_ends(compiled(), begun), partial(_from_eq1, body=body))
 
 
 def _principal(body: Body, size: int, parameters: bool) -> tuple[Any, Any, Numbers]:
@@ -236,30 +224,27 @@ def _follow(compiled: Callable[..., Any], section: Any, kept: tuple[int, ...], t
     return follow
 
 
-def vmapped(task: Task, tolerance: float, threads: int, solver: str) -> Solver:
+@shared
+def vmapped(task: Task, tolerance: float, solver: str) -> Solver:
     """diffrax, compiled for as many orbits as each thread has."""
+    first = task.states.T
+    if task.kind == "routes":
+        find = _crossings(task.body, task.problem.n_symbols + 1, solver)
 
-    def ends(part: Task) -> Solve:
-        solve, first = _to(part.body, len(part.states), solver), part.states.T
-
-        def carry(times: Array) -> Array:
-            return np.asarray(solve(first, times, tolerance)).T
-
-        carry(np.full(len(first), AT_ONCE))
-        return lambda: carry(part.times)
-
-    def crossings(part: Task) -> Solve:
-        """From crossing to crossing."""
-        solve, first = _crossings(part.body, part.problem.n_symbols + 1, solver), part.states.T
-
-        def find(horizon: float) -> Array:
-            times, there = (np.asarray(x) for x in solve(first, tolerance, horizon))
+        def solve(horizon: float) -> Array:
+            times, there = (np.asarray(x) for x in find(first, tolerance, horizon))
             return np.concatenate((times.T[None], there.transpose(2, 1, 0)[:2]))
 
-        find(AT_ONCE)
-        return lambda: find(float(part.times.max()))
+        solve(AT_ONCE)
+        limit = float(task.times.max())
+        return Solver(lambda: solve(limit), partial(crossed, body=task.body))
+    carry = _to(task.body, len(task.states), solver)
 
-    return answering(task, threads, ends, crossings)
+    def ends(times: Array) -> Array:
+        return np.asarray(carry(first, times, tolerance)).T
+
+    ends(np.full(len(first), AT_ONCE))
+    return Solver(lambda: ends(task.times))
 
 
 def _orbit(body: Body, size: int, solver: str) -> Any:
@@ -320,11 +305,12 @@ def _crossings(body: Body, wanted: int, solver: str) -> Any:
     return jax.jit(jax.vmap(route, in_axes=(0, None, None)))
 
 
-def abreast(task: Task, tolerance: float, threads: int) -> Solver:
+@shared
+def abreast(task: Task, tolerance: float) -> Solver:
     """SciPy's DOP853."""
-    return answering(
-        task, threads, lambda x: _all_to(x, tolerance), lambda x: _all_crossings(x, tolerance)
-    )
+    if task.kind == "routes":
+        return Solver(_all_crossings(task, tolerance), partial(crossed, body=task.body))
+    return Solver(_all_to(task, tolerance))
 
 
 def _all_to(task: Task, tolerance: float) -> Solve:
@@ -399,11 +385,12 @@ def _zeros(dense: Any, columns: Any, shape: Any, start: Any, end: Any, sides: li
     return b
 
 
-def _compiled(task: Task, tolerance: float, threads: int, **setting: Any) -> Solver:
+@shared
+def _compiled(task: Task, tolerance: float, **setting: Any) -> Solver:
     """CyRK, whose module needs it already to be imported."""
     from rigidpend.experiments.bench import cyrk_compiled
 
-    return cyrk_compiled.answered(task, tolerance, threads, **setting)
+    return cyrk_compiled.answered(task, tolerance, **setting)
 
 
 ADAPTERS: dict[str, Callable[..., Solver]] = {

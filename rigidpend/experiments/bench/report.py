@@ -19,11 +19,6 @@ from rigidpend.experiments.bench.methods import METHODS, PROBLEMS, good_enough
 from rigidpend.experiments.data import Data, Loaded
 from rigidpend.machine.wording import Table, seconds, times
 
-CAPTION = (
-    "With bodies drawn by lot as with those of the figures: who is faster at equal error, and how"
-    " many of the symbols that a method vouches for are wrong. Every method is used as its own"
-    " documentation does, on one machine."
-)
 RULE_OF_THREE = 3.0
 """Rule of three: an event absent in n trials has a chance of less than 3/n, at 95 %."""
 COVERED = 0.95

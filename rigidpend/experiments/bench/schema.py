@@ -6,7 +6,7 @@ from typing import Annotated, Any
 
 from pydantic import AfterValidator, Field
 
-from rigidpend.config.schema import ExperimentConfig, Number, Part, Whole, holding
+from rigidpend.config.schema import Count, ExperimentConfig, Number, Part, Whole, holding
 from rigidpend.experiments.bench.methods import METHODS, PROBLEMS
 
 
@@ -33,8 +33,6 @@ Methods = Annotated[tuple[str, ...], _of("method", tuple(METHODS))]
 Seconds = Annotated[
     Number, holding(lambda x: 0 < x <= 1e6, "expected seconds, more than 0 and at most 1e6")
 ]
-Count = Annotated[Whole, Field(ge=1, le=10**7)]
-Few = Annotated[Whole, Field(ge=1, le=100)]
 Tolerances = Annotated[tuple[Number, ...], AfterValidator(_descending)]
 
 
@@ -67,7 +65,7 @@ class Search(Part):
 class Meeting(Part):
     """Meeting: the chosen settings are timed in turn."""
 
-    rounds: Few = 11
+    rounds: Annotated[Whole, Field(ge=1, le=100)] = 11
     """Rounds of a meeting; the median of their ratios counts."""
     seconds: Seconds
     """Time of one method at a problem in all, seconds; then it misses the rounds that are left."""

@@ -1,14 +1,13 @@
 """Solvers: a method made ready for a task, its orbits shared by threads.
 
 An adapter is a function ``answered(task, tolerance, threads, **setting)`` that gives a `Solver`.
-Most methods carry states to their ends, and find crossings by themselves: two functions of a part
-of the orbits, which :func:`answering` makes the answer to any task. The fields that they integrate
-are composed of the package's equations.
+Most know nothing of threads, and are made ready for a part of the orbits: see :func:`shared`. The
+fields that they integrate are composed of the package's equations.
 """
 
 from __future__ import annotations
 
-import math
+import functools
 from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
 from typing import Any, NamedTuple
@@ -16,7 +15,9 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from rigidpend.experiments.bench.problems import FIELDS, Crossed, Task, time_unit
+from rigidpend.experiments.principal_axes import beside
 from rigidpend.mechanics.body import Body
+from rigidpend.mechanics.free_body import separatrix_theta1
 from rigidpend.numbers.generic import Array
 from rigidpend.orbits.integrate.kernel.tape import trace
 from rigidpend.routes.cycle import symbols
@@ -32,54 +33,47 @@ class Solver(NamedTuple):
     solve: Callable[[], Any]
     """All the work that is timed."""
     read: Callable[[Any], Any] = lambda found: found
-    """From what `solve` gave to the answer: states (6, n), `Crossed`, or alpha (n,)."""
+    """From what `solve` gave to the answer: states (6 or 8, n), alpha (1, n) or `Crossed`."""
 
 
 Make = Callable[[Task], Solver]
 Solve = Callable[[], Array]
 
 
-def answering(
-    task: Task, threads: int, ends: Callable[[Task], Solve], crossings: Callable[[Task], Solve]
-) -> Solver:
-    """The answer of a method that is made ready for a part of the orbits by two functions.
+def shared(adapter: Callable[..., Solver]) -> Callable[..., Solver]:
+    """The adapter of all orbits, which threads share, from one of a part of them.
 
-    What the one gives carries their states to the ends, (6 or 8, n); what the other gives finds
-    time, M1 and M2 at their crossings of M3 = 0: (3, wanted, n), NaN where there is none.
+    It serves every method that leaves Python's lock while it computes.
     """
-    if task.kind == "routes":
-        find = shared_out(crossings, task, threads)
-        return Solver(find, lambda found: crossed(found[0], found[1:], task.body))
-    solve = shared_out(ends, task, threads)
-    return Solver(solve, lambda found: found[7]) if task.kind == "angle" else Solver(solve)
+
+    @functools.wraps(adapter)
+    def answered(task: Task, tolerance: Any, threads: int, **setting: Any) -> Solver:
+        if threads == 1:
+            return adapter(task, tolerance, **setting)
+        columns = np.array_split(np.arange(task.states.shape[1]), threads)
+        parts = [adapter(task.of(part), tolerance, **setting) for part in columns if part.size]
+        pool = ThreadPoolExecutor(len(parts))
+
+        def read(found: list[Any]) -> Any:
+            answers = [part.read(one) for part, one in zip(parts, found, strict=True)]
+            if task.kind != "routes":
+                return np.concatenate(answers, axis=-1)
+            return Crossed(*(np.hstack([x[k] for x in answers]) for k in range(2)))
+
+        return Solver(lambda: list(pool.map(lambda part: part.solve(), parts)), read)
+
+    return answered
 
 
-def shared_out(make: Callable[[Task], Solve], task: Task, threads: int) -> Solve:
-    """Give ``make(task)`` with the orbits shared among threads.
+def crossed(found: Array, body: Body) -> Crossed:
+    """The answer from what was found at crossings of M3 = 0, (3, n_symbols + 1, n).
 
-    It serves every method that leaves Python's lock while it computes. What is found has the
-    orbits last.
+    That is the physical time, NaN where there is no crossing, and M1 and M2 there.
     """
-    if threads == 1:
-        return make(task)
-    columns = np.array_split(np.arange(task.states.shape[1]), threads)
-    parts = [make(task.of(part)) for part in columns if part.size]
-    pool = ThreadPoolExecutor(len(parts))
-    return lambda: np.concatenate(list(pool.map(lambda solve: solve(), parts)), axis=-1)
-
-
-def crossed(time: Any, M: Any, body: Body) -> Crossed:
-    """The answer from what was found at crossings of M3 = 0.
-
-    `time` is physical, (n_symbols + 1, n), NaN where there is no crossing; `M` are M1 and M2
-    there, (2, n_symbols + 1, n), or near enough to have the signs of Qp and Qm.
-    """
-    # M3 goes upwards and downwards in turn.
-    rising = np.arange(len(time))[:, None] % 2 == 0
-    half = body.alpha0 / 2
-    along, across = math.cos(half) * M[0], math.sin(half) * M[1]
-    beside = np.where(rising, np.where(along + across > 0, 2, 4), np.where(along < across, 1, 3))
-    return Crossed(symbols(np.where(np.isnan(time), 0, beside)), time_unit(body) * time)
+    time, M1, M2 = found
+    places = separatrix_theta1(body.alpha0, body.beta0)
+    theta1 = np.where(np.isnan(time), np.nan, 2 * np.arctan2(M1, M2) + body.beta0)
+    return Crossed(symbols(beside(theta1, places)), time_unit(body) * time)
 
 
 def flat(body: Body, size: int) -> Any:

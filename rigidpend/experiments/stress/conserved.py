@@ -28,6 +28,8 @@ from rigidpend.orbits.integrate.states import states_at
 from rigidpend.routes.cycle import MIRRORED
 from rigidpend.routes.problem import RouteProblem, rotation_period
 
+FEW = 4
+"""Orbits that show the symmetries."""
 MIRROR = np.array([-1, -1, 1, 1, 1, -1])
 """Reflection in the plane of r: gamma3 and, M being axial, M1 and M2 change sign."""
 REVERSAL = np.array([1, 1, -1, 1, 1, -1])
@@ -93,19 +95,19 @@ PERIOD = Claim(
 )
 
 
-def symmetries(scene: Scene, orbits: int = 4) -> Trial:
+def symmetries(scene: Scene) -> Trial:
     """All symmetries, of a few orbits."""
-    return Trial("symmetries", "all", SYMMETRIES, lambda: Findings(_symmetric(scene, orbits)))
+    return Trial("symmetries", "all", SYMMETRIES, lambda: (_symmetric(scene), {}))
 
 
-def _symmetric(scene: Scene, n: int) -> list[float]:
+def _symmetric(scene: Scene) -> list[float]:
     """The values of `SYMMETRIES`, in their order.
 
     Orbits start beside separatrix 2 with M . gamma from 0 to J2/2.
     """
-    places = [Place("", 2, 1e-4, scene.J2, 1e-6, J3) for J3 in np.linspace(0, scene.J2 / 2, n)]
-    each = zip(places, np.linspace(0.1, 6.2, n), strict=True)
-    c, states = scene.c, np.stack([place.state(scene.body, x) for place, x in each], axis=1)
+    each = zip(np.linspace(0, scene.J2 / 2, FEW), np.linspace(0.1, 6.2, FEW), strict=True)
+    begun = [Place("", 2, 1e-4, scene.J2, 1e-6, J3).state(scene.body, x) for J3, x in each]
+    c, states = scene.c, np.stack(begun, axis=1)
 
     def follow(states: Array, coefficients: AlignedCoefficients = c, unit: float = 1) -> Crossings:
         found = followed(scene, Orbits(coefficients, states, 5, 300 / scene.u / unit))
@@ -125,12 +127,13 @@ def _symmetric(scene: Scene, n: int) -> list[float]:
     # There and back again: what is not found again, over the roundings carried along.
     there = states_at(c, states, [BACK])[:, 0]
     missed = np.abs(states_at(c, there, [-BACK])[:, 0] - states).max(axis=0)
+    *_, carried = passages.deviations(scene, there, -BACK)
     return [
         float(((plain.time != mirrored.time) | other).sum()),
         float((REVERSAL[:, None, None] * forward != backward).sum()),
-        float(np.max(missed / np.array([_carried(scene, x) for x in there.T]))),
+        float(np.max(missed / carried[-1].max(axis=0))),
         *(float(np.max(x / predicted)) for x in apart),
-        _full_turn(scene, n),
+        _full_turn(scene),
     ]
 
 
@@ -145,22 +148,10 @@ def in_units(
     return units * states, c._replace(**forces)
 
 
-def _carried(scene: Scene, there: Array) -> float:
-    """Size of roundings on the way back, root mean square.
-
-    The tangent vectors of all six directions, each with a component's rounding: its growth from
-    the far end bounds that from any place nearer.
-    """
-    field = passages.with_tangent(scene.c)
-    starts = [np.r_[there, v] for v in np.diag(there)]
-    ends = np.array([states_at(field, y, [-BACK])[6:, 0] for y in starts])
-    return NOISE * math.sqrt(BACK / step(scene.u) * (ends**2).sum(axis=0).max())
-
-
-def _full_turn(scene: Scene, n: int) -> float:
+def _full_turn(scene: Scene) -> float:
     """The largest phase difference: theta2_0 and theta2_0 + 2 pi are one orbit."""
     problem = RouteProblem(scene.body, exact(scene.h0), exact("1e-8"), 10)
-    phases = [exact(f"{k}/7") for k in range(1, n + 1)]
+    phases = [exact(f"{k}/7") for k in range(1, FEW + 1)]
     once, again = (
         scenes.routes(problem, x, scene.jobs).crossing_time
         for x in (phases, [x + 2 * PI for x in phases])
@@ -224,8 +215,8 @@ def engine_trial(scene: Scene, engine: str, tolerance: float, rotations: int, or
         curve = {"name": name, "rotations": at, "drift": drift, "walk": walk, "power": powers}
         if engine == "taylor":
             each = zip(powers, drift[:, -1], strict=True)
-            return Findings([x for power, size in each for x in (abs(power - 0.5), size)], curve)
-        return Findings((drift / (tolerance * steps)).max(axis=1), curve)
+            return [x for power, size in each for x in (abs(power - 0.5), size)], curve
+        return (drift / (tolerance * steps)).max(axis=1), curve
 
     return Trial("long_time", f"{engine} {tolerance:.1e}", claims, measure)
 
@@ -260,13 +251,8 @@ def _engine_drift(scene: Scene, engine: str, tolerance: float, marks: Array, orb
     # In long doubles, or the evaluation of the integrals would hide their drift.
     aligned = Aligned(*np.concatenate(found, axis=2).astype(np.longdouble))
     s = float(scale(scene.body.floats()[0]))
-    return _drift(integrals(scene, *body_from_aligned(aligned, scene.body.alpha0, s)))
-
-
-def _drift(integrals: Array) -> Array:
-    """Root mean square over the orbits of what integrals (3, k + 1, n) drift: (3, k)."""
-    apart = integrals[:, 1:] - integrals[:, :1]
-    return np.sqrt((apart**2).mean(axis=2)).astype(float)
+    there = integrals(scene, *body_from_aligned(aligned, scene.body.alpha0, s))
+    return np.sqrt(((there[:, 1:] - there[:, :1]) ** 2).mean(axis=2)).astype(float)
 
 
 def _late(rotations: Array) -> Array:
@@ -299,6 +285,6 @@ def pendulum_trial(body: Body, h0: Scalar, jobs: int, rotations: int) -> Trial:
         walk = NOISE * np.sqrt(times / step(scene.u) / 3)
         # The rounding of the period itself adds up as well, in proportion to the time.
         walk = p.kappa * J2 * times * (walk + 2.0**-52)
-        return Findings([np.max(phase / walk)])
+        return [np.max(phase / walk)], {}
 
     return Trial("long_time", "pendulum", (PERIOD,), measure)

@@ -126,7 +126,7 @@ def trial(kind: str, extreme: Extreme, jobs: int, columns: int, n_symbols: int) 
         found = scenes.routes(problem, phases, jobs)
         # An uncertain symbol promises nothing, so that it may be wrong.
         worst = np.max(_errors(problem, found, phases, jobs), where=found.certain, initial=0.0)
-        return Findings([worst, 1 - found.certain.mean()])
+        return [worst, 1 - found.certain.mean()], {}
 
     claims = (
         Claim(
@@ -173,7 +173,7 @@ def start_trial(body: Body, place: Place, jobs: int, columns: int, n_crossings: 
         states = np.stack([place.state(body, float(x)) for x in phases], axis=1)
         # From 1e-300 an orbit takes some 700 units of 1/u to arrive.
         errors, predicted, floor = compared(scene, states, n_crossings, 2000 / scene.u)
-        return Findings([np.max(errors / (predicted + floor))])
+        return [np.max(errors / (predicted + floor))], {}
 
     claim = Claim(
         place.name,

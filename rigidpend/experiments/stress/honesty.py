@@ -145,7 +145,7 @@ def trial(asked: Any, J1_0: str, orbits: int, checked: int, jobs: int) -> Trial:
             1 - default.certain.mean(),
             1 - told[coarsest]["wrong_symbols"] / true.size,
         ]
-        return Findings(values)
+        return values, {}
 
     return Trial("honesty", at, claims, measure)
 
@@ -177,7 +177,7 @@ def hard_trial() -> Trial:
         phases = np.array([HARD_PHASE])
         found = scenes.routes(HARD, phases, 1)
         true = true_codes(HARD, phases, found.codes, 1, 1)
-        return Findings([principal_axes.judged(found, true)["wrong_trusted"]])
+        return [principal_axes.judged(found, true)["wrong_trusted"]], {}
 
     return Trial("honesty", "hard orbit", (HARD_CLAIM,), measure)
 
@@ -199,20 +199,17 @@ def spoilt(made: ReturnMap, size: float, seed: int) -> ReturnMap:
     return replace(made, charts=(charts[0], charts[1]))
 
 
-class SpoiltMaps(mapped.Maps):
-    """Maps of which one or all are spoilt."""
+def spoilt_maps(run: Run, size: float, every: bool) -> mapped.Maps:
+    """The maps of some orbits, the first or all of them spoilt."""
 
-    def __init__(self, run: Run, size: float, every: bool) -> None:
-        # First, for the base class makes a map at once.
-        self.size, self.every = size, every
-        super().__init__(run)
+    class Spoilt(mapped.Maps):
+        def made(self, design: Design, bits: int) -> ReturnMap:
+            right = super().made(design, bits)
+            if design != FIRST and not every:
+                return right
+            return spoilt(right, size, int(1000 * float(design.unit)))
 
-    def made(self, design: Design, bits: int) -> ReturnMap:
-        """The map of a design."""
-        right = super().made(design, bits)
-        if design != FIRST and not self.every:
-            return right
-        return spoilt(right, self.size, int(1000 * float(design.unit)))
+    return Spoilt(run)
 
 
 def maps_trial(problem: RouteProblem, jobs: int, orbits: int, seed: int) -> Trial:
@@ -228,7 +225,7 @@ def maps_trial(problem: RouteProblem, jobs: int, orbits: int, seed: int) -> Tria
             for which, size in SPOILT_MAPS
         ]
         lies = [float((wrong & certain).sum()) for wrong, certain in flags]
-        return Findings([*lies, flags[-1][1].mean()])
+        return [*lies, flags[-1][1].mean()], {}
 
     return Trial("honesty", "spoilt maps", MAPS_CLAIMS, measure)
 
@@ -242,7 +239,7 @@ def _flagged(
         arithmetic = resolve("taylor", None, precisions)
         run = Run(problem, Phases(phases[chosen]), arithmetic, jobs)
         # The integrated sample would discard such maps.
-        found = choice.decided_by(SpoiltMaps(run, size, every), sampled=False).decided
+        found = choice.decided_by(spoilt_maps(run, size, every), sampled=False).decided
         wrong.append(symbols(found.crossings.separatrix) != true[:, chosen])
         certain.append(found.certain)
     return np.hstack(wrong), np.hstack(certain)
@@ -279,7 +276,7 @@ def address_trial(name: str, problem: RouteProblem, words: int, seed: int) -> Tr
                 other += not _read_back(problem, found)
                 delay = max(delay, found.delay)
                 asked = _longer(found.address, (n + 1) // 2, random)
-        return Findings([lost, other, delay])
+        return [lost, other, delay], {}
 
     claims = (
         Claim(

@@ -1,15 +1,13 @@
 """Growth of errors from passage to passage, and the symbols that it decides, predicted first.
 
-Every step of an integrator rounds every component once. What a rounding at time s does to the
-phase at a crossing is the cotangent vector there, carried back along the orbit by the variational
-equations; the roundings are independent, so their squares add. Nothing is fitted.
+Every step of an integrator rounds every component once. The variational equations carry what it
+does to the orbit; the roundings are independent, so their squares add. Nothing is fitted.
 """
 
 from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterator
-from itertools import pairwise
 from typing import Any
 
 import numpy as np
@@ -26,7 +24,7 @@ from rigidpend.experiments.stress.scenes import (
     random_phases,
 )
 from rigidpend.mechanics.equations import AlignedCoefficients, aligned, aligned_along
-from rigidpend.numbers.generic import Array, Numbers, Scalar
+from rigidpend.numbers.generic import Array, Scalar
 from rigidpend.orbits.integrate import Orbits
 from rigidpend.orbits.integrate.states import states_at
 from rigidpend.routes.codes import RouteCodes
@@ -41,9 +39,7 @@ NOISE = ROUNDING * 2.0**-52
 SHARE = math.exp(-2)
 """Step of a Taylor series over its radius of convergence."""
 SAMPLES = 0.2
-"""Time between samples of cotangent vectors, in units of 1/u."""
-DEEPEST = 30.0
-"""Longest time, in units of 1/u, that an orbit is followed backwards in one go."""
+"""Time between samples of a tangent vector, in units of 1/u."""
 DEVIATIONS = 10
 """Bound over predicted root mean square, where one orbit's error is measured."""
 TOLERANCE = 1e-11
@@ -84,54 +80,36 @@ def step(u: float) -> float:
 def predicted_errors(scene: Scene, states: Array, crossings: Array) -> Array:
     """The root mean square errors of crossings in doubles, in radians, (k, n).
 
-    `states` are (6, n), at time 0; `crossings` their times t', (k, n), ascending.
+    `states` are (6, n), at time 0; `crossings` their times t', (k, n).
     """
-    columns = []
-    for state, own in zip(states.T, crossings.T, strict=True):
-        begun = restarts(np.r_[0.0, own], scene.u)
-        times = np.union1d(begun, own)
-        along = states_at(scene.c, state, times)
-        insides = [(times == t) | (np.isin(times, begun) & (times < t)) for t in own]
-        squares = [_squares(scene, times[inside], along[:, inside]) for inside in insides]
-        # One rounding a step: the sum over steps is the integral over the length of a step.
-        columns.append(NOISE * np.sqrt(np.array(squares) / step(scene.u)))
-    return np.array(columns).T
+    times, orbits, errors = deviations(scene, states, crossings.max())
+    # As in a Newton step: a deviation of M3 shifts the crossing by that over M3'.
+    shifts = scene.rate * np.abs(errors[:, 2] / aligned(orbits.swapaxes(0, 1), scene.c)[2])
+    each = zip(crossings.T, shifts.T, strict=True)
+    return np.array([np.interp(own, times, shift) for own, shift in each]).T
 
 
-def restarts(times: Array, u: float) -> Array:
-    """Times at which a cotangent vector goes on from the orbit as it was followed forwards.
+def deviations(scene: Scene, states: Array, end: float) -> tuple[Array, Array, Array]:
+    """Times of an integrator's steps to t' = `end`, and orbits there in doubles, (k, 6, n).
 
-    Backwards, the orbit leaves itself as exp(u t'/2). So a passage that is too long for doubles
-    is divided.
+    And root mean square errors of their components, from one rounding of each a step: six vectors,
+    whose squares add up to the covariance, are carried along; those of the roundings join them, and
+    a triangle makes six of twelve. In the covariance itself what is small would be lost.
     """
-    parts = [times[:1]]
-    for a, b in pairwise(times):
-        n = math.ceil((b - a) * u / DEEPEST)
-        parts += [np.linspace(a, b, n + 1)] if n > 1 else []
-    return np.unique(np.concatenate(parts))
-
-
-def _squares(scene: Scene, times: Array, states: Array) -> float:
-    """Integral of (weight times component)^2, summed, back from a crossing at the last time."""
-    c = scene.c
-
-    def backward(y: Scalar) -> list[Any]:
-        # Cotangents obey the transposed equations with the opposite sign.
-        back = (-sum(w * s for w, s in zip(y[6:], x, strict=True)) for x in jacobian(y[:6], c))
-        return [*aligned(y[:6], c), *back]
-
-    # As in a Newton step: a deviation of M3 shifts the crossing by that over -M3'.
-    weights = np.array([0, 0, -scene.rate / aligned(states[:, -1], c)[2], 0, 0, 0])
-    total = 0.0
-    for k in range(times.size - 1, 0, -1):
-        span = times[k] - times[k - 1]
-        grid = np.linspace(0.0, -span, max(8, math.ceil(span * scene.u / SAMPLES)))
-        # The weights go on from piece to piece, the orbit from where it was forwards.
-        start = np.r_[states[:, k], weights]
-        y = states_at(backward, start, grid, tolerance=TOLERANCE)
-        total += ((y[:6] * y[6:]) ** 2).sum(axis=0).mean() * span
-        weights = y[6:, -1]
-    return total
+    field, (_, n) = with_tangent(scene.c), states.shape
+    times = np.linspace(0.0, end, 2 + int(abs(end) / step(scene.u)))
+    found, vectors = [(states, np.zeros(states.shape))], np.zeros((6, 6, n))
+    for _ in times[1:]:
+        here = np.broadcast_to(states[:, None], vectors.shape)
+        start = np.concatenate((here, vectors)).reshape(12, -1)
+        y = states_at(field, start, times[1:2])[:, 0].reshape(12, 6, n)
+        states = y[:6, 0]
+        twelve = np.concatenate((y[6:], NOISE * states * np.eye(6)[:, :, None]), axis=1)
+        triangle: Any = np.linalg.qr(twelve.transpose(2, 1, 0), mode="r")
+        vectors = triangle.transpose(2, 1, 0)
+        found.append((states, np.linalg.norm(vectors, axis=1)))
+    orbits, errors = np.array(found).swapaxes(0, 1)
+    return times, orbits, errors
 
 
 def growths(scene: Scene, state: Array, until: float) -> tuple[Array, Array]:
@@ -160,16 +138,12 @@ def with_tangent(c: AlignedCoefficients) -> Callable[[Any], list[Any]]:
     """
 
     def field(y: Scalar) -> list[Any]:
-        rows = zip(*jacobian(y[:6], c), strict=True)
+        columns = (aligned_along(y[:6], axis, c) for axis in np.eye(6).tolist())
+        rows = zip(*columns, strict=True)
         along = (sum(s * v for s, v in zip(row, y[6:], strict=True)) for row in rows)
         return [*aligned(y[:6], c), *along]
 
     return field
-
-
-def jacobian(x: Numbers, c: AlignedCoefficients) -> list[tuple[Any, ...]]:
-    """Derivatives of the aligned field along each axis: six columns of six."""
-    return [aligned_along(x, axis, c) for axis in np.eye(6).tolist()]
 
 
 def compared(
@@ -218,7 +192,7 @@ def growth_trial(scene: Scene, J1: float, orbits: int, n_crossings: int) -> Tria
             "growth_predicted": growth[1],
         }
         values = [np.maximum(rms, 1 / rms).max(), abs((slopes[0] - slopes[1]).mean())]
-        return Findings(values, curve)
+        return values, curve
 
     claims = (
         Claim(
@@ -286,7 +260,7 @@ def decided_trial(
         decided = found.certain.sum(axis=0)
         values = [abs(float(np.median(decided) - np.median(predicted)))]
         values += [_wrong(problem, found, phases[:checked], scene.jobs)] if checked else []
-        return Findings(values, {"bits": bits, "measured": decided, "predicted": predicted})
+        return values, {"bits": bits, "measured": decided, "predicted": predicted}
 
     return Trial("passages", f"{bits} bits", claims, measure)
 
@@ -317,10 +291,11 @@ def predicted_symbols(
     n = problem.n_symbols
     # A mean passage in units of 1/u, at most: from a distance mu/h0 to one and back, and more.
     passage = 2 * math.log(scene.h0 / scene.body.angles().mu) + 8
+    starts = scene.starts(tangents, float(problem.J1_0))
+    each = [growths(scene, x, n * passage / scene.u) for x in starts.T]
+    known = np.stack([times[: LEVEL + 1] for times, _ in each], axis=1)
     numbers = []
-    for x in scene.starts(tangents, float(problem.J1_0)).T:
-        times, grown = growths(scene, x, n * passage / scene.u)
-        there = predicted_errors(scene, x[:, None], times[: LEVEL + 1, None])[-1, 0]
+    for there, (_, grown) in zip(predicted_errors(scene, starts, known)[-1], each, strict=True):
         # In other precisions roundings are larger or smaller, and what becomes of them is the same.
         difference = math.sqrt(2) * there * np.exp(grown - grown[LEVEL]) * 2.0 ** (53 - bits)
         numbers.append(decided(difference[: n + 1]))

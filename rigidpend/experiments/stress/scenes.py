@@ -8,13 +8,13 @@ from __future__ import annotations
 
 import math
 import re
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Sequence
 from fractions import Fraction
-from typing import Any, NamedTuple
+from typing import Any, NamedTuple, TypeAlias
 
 import numpy as np
 
-from rigidpend.experiments.data import Tree
+from rigidpend.experiments.data import Data, Tree
 from rigidpend.experiments.stress import FAILED, LIMIT, PASSED
 from rigidpend.mechanics.body import Body
 from rigidpend.mechanics.coordinates import Canonical, aligned_from_canonical
@@ -69,12 +69,8 @@ class Claim(NamedTuple):
         }
 
 
-class Findings(NamedTuple):
-    """The outcome of a trial: a number for each of its claims, in their order."""
-
-    values: Sequence[float]
-    curve: Mapping[str, Any] | None = None
-    """Values behind the numbers, of the fields in `CURVES`."""
+Findings: TypeAlias = tuple[Sequence[float], Data]
+"""A number for each claim of a trial, in their order; values behind them, as in `CURVES`."""
 
 
 class Trial(NamedTuple):
@@ -91,18 +87,13 @@ class Trial(NamedTuple):
         return re.sub(r"[^A-Za-z0-9.-]+", "_", self.name).strip("_")
 
     def tried(self) -> Tree:
-        """Measure; what is refused refutes all that is claimed.
-
-        What was claimed and not measured is NaN, which fails; what was measured and not claimed
-        is a ValueError.
-        """
+        """Measure; what is refused refutes all that is claimed."""
         note = ""
         try:
             values, curve = self.measure()
         except (ProblemError, ArithmeticError) as refused:
-            values, curve, note = [], None, f"refused: {refused}"
-        missing = [math.nan] * (len(self.claims) - len(values))
-        rows = zip(self.claims, [*values, *missing], strict=True)
+            values, curve, note = [math.nan] * len(self.claims), {}, f"refused: {refused}"
+        rows = zip(self.claims, values, strict=True)
         claims = {claim.name: claim.told(float(value), note) for claim, value in rows}
         return {"claims": claims, "curves": {self.label: curve} if curve else {}}
 

@@ -7,9 +7,8 @@ from typing import Annotated, Literal
 from pydantic import Field, model_validator
 
 from rigidpend.config.bodies import HeavyBody
-from rigidpend.config.schema import ExperimentConfig, Number, Part, Whole, holding
+from rigidpend.config.schema import Count, ExperimentConfig, Number, Part, Whole, holding
 
-Count = Annotated[Whole, Field(ge=1, le=10**7)]
 Spoilt = Annotated[
     Number, holding(lambda x: 1e-13 <= x <= 1e-2, "a spoilt tolerance is from 1e-13 to 0.01")
 ]

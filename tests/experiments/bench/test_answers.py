@@ -18,7 +18,7 @@ from rigidpend.experiments.bench import problems, solvers
 from rigidpend.experiments.bench.methods import METHODS, Entrant
 from rigidpend.experiments.bench.ours import aligned_states
 from rigidpend.experiments.bench.peers import compared, made
-from rigidpend.experiments.bench.problems import ASKED, Crossed, Stage, stage, time_unit
+from rigidpend.experiments.bench.problems import ASKED, Crossed, Stage, Task, stage, time_unit
 from rigidpend.experiments.bench.solvers import Solver
 from rigidpend.experiments.principal_axes import initial
 from rigidpend.mechanics.coordinates import Aligned, body_from_aligned
@@ -101,6 +101,21 @@ def test_two_threads_give_what_one_gives(apart: Executor, problem: str, name: st
         apart.submit(answered, problem, name, 1e-11, threads).result() for threads in (1, 2)
     )
     np.testing.assert_allclose(one, two, rtol=0, atol=1e-13)
+
+
+@pytest.mark.parametrize("kind", ["motion", "routes"])
+def test_threads_share_orbits_and_what_they_find_is_joined_in_its_order(kind: str) -> None:
+    task = Task(kind, FIG4, np.arange(30.0).reshape(6, 5), np.arange(5.0))
+
+    def adapter(part: Task, _: Any, factor: int) -> Solver:
+        read = (lambda x: Crossed(x, 2 * x)) if kind == "routes" else (lambda x: x)
+        return Solver(lambda: factor * part.states, read)
+
+    solver = solvers.shared(adapter)(task, None, 3, factor=7)
+    found = solver.read(solver.solve())
+    answers = found[:2] if kind == "routes" else [found]
+    for factor, answer in zip((7, 14), answers, strict=False):
+        np.testing.assert_array_equal(answer, factor * task.states)
 
 
 def test_a_cross_check_trusts_up_to_the_first_disagreement() -> None:

@@ -63,7 +63,7 @@ def test_axes_say_which_way_is_better(figure: Figure) -> None:
 
 def test_families_look_different_and_the_legend_holds_those_that_are_shown(figure: Figure) -> None:
     assert set(APPEARANCES) == {method.family for method in METHODS.values()}
-    assert len({(look.colour, look.marker) for look in APPEARANCES.values()}) == len(APPEARANCES)
+    assert len({(x["color"], x["marker"]) for x in APPEARANCES.values()}) == len(APPEARANCES)
     assert style("heyoka_two_forms")["ls"] == "--" != style("heyoka_principal")["ls"]
     assert style("route_codes")["color"] != style("aligned_batch")["color"]
     [legend] = [found for half in figure.subfigs for found in half.legends]

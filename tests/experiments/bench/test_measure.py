@@ -19,6 +19,8 @@ from rigidpend.experiments.bench.problems import FIG4, Crossed, Stage, Task
 from rigidpend.experiments.bench.solvers import Solver
 from rigidpend.experiments.principal_axes import judged
 from rigidpend.machine.workers import WorkerError
+from rigidpend.orbits.integrate.arithmetic import resolve
+from rigidpend.routes.codes import codes_of
 from tests.remembered import remembered
 
 SHORT = replace(FIG4, n_symbols=2)
@@ -231,12 +233,12 @@ def sleeping(clock: list[float], each: float, n_symbols: int) -> Any:
     return made
 
 
-ROUTES = remembered(problems.routes)
+ROUTES = remembered(codes_of)
 
 
 def route(task: Task, turned: int = -1) -> Crossed:
     """What integration finds, with one symbol of the column `turned` turned over."""
-    found = ROUTES(task.problem, task.theta2_0)
+    found = ROUTES(task.problem, task.theta2_0, resolve())
     codes = found.codes.copy()
     if turned in range(codes.shape[1]):
         codes[1, turned] ^= 1

@@ -17,7 +17,7 @@ from rigidpend.cli.measure import stress_command
 from rigidpend.experiments.contract import Means
 from rigidpend.experiments.stress import compute as stress
 from rigidpend.experiments.stress import extremes, scenes
-from rigidpend.experiments.stress.scenes import Claim, Findings, Trial
+from rigidpend.experiments.stress.scenes import Claim, Trial
 from rigidpend.experiments.stress.schema import Addresses, Extremes, LongTime
 from rigidpend.results import store
 from rigidpend.routes.problem import ProblemError
@@ -42,8 +42,7 @@ def test_configs_ask_for_every_trial_under_its_own_name(config: str, long: int) 
 def trial(kind: str, name: str, claim: str, value: float, up_to: float = 0.0) -> Trial:
     """A trial of one claim, of bound 1."""
     declared = Claim(claim, 1.0, "what is measured", "why", "rad", "known", up_to)
-    found = Findings([value])
-    return Trial(kind, name, (declared,), lambda: found)
+    return Trial(kind, name, (declared,), lambda: ([value], {}))
 
 
 def test_claims_of_one_group_come_together(monkeypatch: pytest.MonkeyPatch) -> None:

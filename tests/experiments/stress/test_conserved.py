@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from rigidpend.experiments.stress import conserved
+from rigidpend.experiments.stress import conserved, passages
 from rigidpend.experiments.stress.passages import step
 from rigidpend.experiments.stress.scenes import Scene
 from rigidpend.mechanics.coordinates import Aligned, body_from_aligned, scale
@@ -31,13 +31,16 @@ def test_the_field_has_the_symmetries_and_is_the_same_in_other_units() -> None:
     assert np.allclose(found, 1.37 * units * rates, rtol=1e-14)
 
 
-def test_all_hold_and_a_wrong_mirror_does_not(monkeypatch: pytest.MonkeyPatch) -> None:
-    trial = conserved.symmetries(SCENE, 2)
+def test_all_hold_and_wrong_mirrors_and_large_errors_do_not(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    trial = conserved.symmetries(SCENE)
     right = verdicts(trial)
     assert (set(right.values()), len(right)) == ({"passed"}, 6)
     monkeypatch.setattr(conserved, "MIRRORED", np.arange(5))
     monkeypatch.setattr(conserved, "REVERSAL", -conserved.REVERSAL)
-    assert failed(trial) == {"reflection", "time reversal"}
+    monkeypatch.setattr(passages, "NOISE", passages.NOISE / 100)
+    assert failed(trial) == set(right) - {"theta2_0 + 2 pi"}
 
 
 def drift(engine: str, tolerance: float, rotations: int = 300, orbits: int = 8) -> Any:
@@ -105,15 +108,6 @@ def test_a_drift_is_held_against_the_tolerances_of_all_steps(
         lambda scene, _, tolerance, marks, __: shares * tolerance * marks[1:] / step(scene.u),
     )
     assert failed(drift("scipy", 1e-9)) == {"scipy at 1.0e-09, gamma"}
-
-
-def test_roundings_on_the_way_back_add_up_as_the_root_of_their_number(
-    monkeypatch: pytest.MonkeyPatch,
-) -> None:
-    there = conserved.passing(SCENE, 1)[:, 0]
-    once = conserved._carried(SCENE, there)
-    monkeypatch.setattr(conserved, "step", lambda u: step(u) / 4)
-    assert conserved._carried(SCENE, there) / once == pytest.approx(2)
 
 
 def test_the_pendulum_keeps_its_period_and_another_is_noticed(

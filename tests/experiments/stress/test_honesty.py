@@ -108,13 +108,6 @@ def test_the_hard_orbit_tells_where_a_computation_is_compared_with_itself(
     assert failures(honesty.hard_trial()) == {"lies on a hard orbit"}
 
 
-def test_lies_are_counted_where_the_truth_is_known() -> None:
-    codes, certain = (np.array([x]) for x in ([0, 1, 1, 0, 1], [1, 1, 0, 0, 1]))
-    spoilt: Any = RouteCodes(codes, codes, certain > 0, *[codes] * 4)
-    told = principal_axes.judged(spoilt, np.zeros((1, 4), dtype=np.uint8))
-    assert (told["wrong_symbols"], told["wrong_trusted"]) == (2, 1)
-
-
 @pytest.mark.slow
 @needs_heyoka("orbits in principal axes")
 def test_no_flag_lies_where_maps_are_spoilt_but_one_that_asks_for_no_agreement(

@@ -13,6 +13,7 @@ from rigidpend.experiments.stress.scenes import Scene, followed
 from rigidpend.mechanics.equations import aligned
 from rigidpend.numbers.exact import exact
 from rigidpend.orbits.integrate import Orbits
+from rigidpend.orbits.integrate.states import states_at
 from rigidpend.routes.problem import RouteProblem
 from tests.experiments.stress.verdicts import failed
 from tests.orbits.integrate.problems import FIG4, GENERIC, on_separatrix
@@ -49,12 +50,29 @@ def test_growths_agree_with_two_orbits_side_by_side() -> None:
     assert grown[6] - grown[1] > 3
 
 
-def test_a_long_passage_is_divided_backwards() -> None:
-    times = passages.restarts(np.array([0.0, 10.0, 110.0, 150.0, 155.0]), 1.0)
-    assert times[0] == 0
-    assert {10.0, 110.0, 150.0} <= set(times)
-    assert np.diff(times[1:]).max() <= passages.DEEPEST
-    assert 155.0 not in times
+@pytest.mark.parametrize("end", [12.0, -12.0])
+def test_deviations_are_those_of_roundings_made_one_by_one(end: float) -> None:
+    """Each component after each step, moved by itself, moves the end; the squares add."""
+    times, orbits, errors = passages.deviations(SCENE, SCENE.starts(1, 1e-3), end)
+    assert np.abs(np.diff(times)) == pytest.approx(passages.step(SCENE.u), rel=0.05)
+    moved = []
+    for time, x in zip(times[1:], orbits[1:], strict=True):
+        aside = x + 1e-6 * x * np.hstack((np.eye(6), -np.eye(6)))
+        y = states_at(SCENE.c, aside, [end - time])[:, 0]
+        moved.append((y[:, :6] - y[:, 6:]) / 2e-6)
+    expected = passages.NOISE * np.linalg.norm(np.hstack(moved), axis=1)
+    assert errors[-1, :, 0] == pytest.approx(expected, rel=1e-5)
+
+
+def test_a_crossing_is_off_by_what_is_off_in_M3_over_its_speed() -> None:
+    state = SCENE.starts(1, 1e-3)
+    found = followed(SCENE, Orbits(SCENE.c, state, 2, 500.0)).time
+    there = passages.deviations(SCENE, state, found[1, 0])
+    (*_, orbit), (*_, error) = there[1:]
+    expected = SCENE.rate * error[2] / np.abs(aligned(orbit, SCENE.c)[2])
+    predicted = passages.predicted_errors(SCENE, state, found)
+    # Between two steps it is read from a line.
+    assert predicted[1] == pytest.approx(expected, rel=0.03)
 
 
 def test_symbols_are_decided_up_to_the_first_large_error() -> None:
