@@ -28,8 +28,8 @@ from rigidpend.routes.codes import route_codes
 from rigidpend.routes.problem import ProblemError, RouteProblem
 from rigidpend.routes.start import Scales, start, states_exact
 from rigidpend.routes.symbolic.address import Address, AddressError, Code, parsed
-from rigidpend.routes.symbolic.chain import alternating, section_points
-from rigidpend.routes.symbolic.levels import Level, Surface, onward, surface
+from rigidpend.routes.symbolic.chain import section_points
+from rigidpend.routes.symbolic.levels import Level, Surface, each_alone, onward, surface
 
 LEAST_BITS = 64
 """Least precision of the states at crossings."""
@@ -93,17 +93,12 @@ def address_of(
 
 def addressed(level: Level, points: SectionPoint, symbols: NDArray[np.uint8]) -> Address:
     """The address of crossings, each followed by the map through one passage alone."""
-    turned = np.zeros(len(symbols))
-    for rising in (True, False):
-        here = np.flatnonzero(alternating(len(symbols), symbols) == rising)
-        if here.size:
-            passed = level.map_level.passage(SectionPoint(rising, points.d[here], points.chi[here]))
-            wrong = ~passed.inside | (passed.symbol != symbols[here])
-            if wrong.any():
-                k = int(here[np.flatnonzero(wrong)[0]])
-                raise MapError(f"passage {k + 1} of the orbit lies outside of the return map")
-            turned[here] = passed.turned
-    chi = points.chi[0] + np.concatenate(([0.0], np.cumsum(turned)))
+    n = len(symbols)
+    passed = each_alone(level.map_level, points.d[:n], points.chi[:n])
+    wrong = np.flatnonzero(~passed.inside | (passed.symbol != symbols))
+    if wrong.size:
+        raise MapError(f"passage {wrong[0] + 1} of the orbit lies outside of the return map")
+    chi = points.chi[0] + np.concatenate(([0.0], np.cumsum(passed.turned)))
     # Each end anew: what turned errs by does not add up.
     at = points.chi + 2 * np.pi * np.rint((chi - points.chi) / (2 * np.pi))
     return Address.of(at, symbols)
