@@ -92,10 +92,7 @@ def _sampled(config: Config, launch: Launch, orbits: DoublyAsymptotic, means: Me
     """The orbit with the shortest flight, from where J1 = J1_0, in doubles."""
     problem, k = config.problem, int(np.argmin(orbits.flight))
     one = columns(orbits, np.array([k]))
-    start, shown = (
-        float(launch.clock(launch.theta2(one.b, J1), J1)[0])
-        for J1 in (float(launch.J1), float(launch.J1_0))
-    )
+    start, shown = (float(launch.clock(one.b, float(J1))[0]) for J1 in (launch.J1, launch.J1_0))
     anchors = launch.anchors(one.b)
     [state] = launch.states(anchors, [Fraction(float(anchors.theta2[0]))])
     crossed = float(one.begun[0])

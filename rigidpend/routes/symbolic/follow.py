@@ -21,10 +21,11 @@ from rigidpend.mechanics.body import Body
 from rigidpend.numbers import checked
 from rigidpend.numbers.exact import PRECISIONS
 from rigidpend.numbers.generic import Array, Scalar
+from rigidpend.orbits.integrate.arithmetic import resolve
 from rigidpend.orbits.integrate.states import states_at
 from rigidpend.orbits.return_map import MapError, SectionPoint
 from rigidpend.orbits.return_map.precision import precision
-from rigidpend.routes.codes import route_codes
+from rigidpend.routes.codes import codes_of, route_codes
 from rigidpend.routes.problem import ProblemError, RouteProblem
 from rigidpend.routes.start import Scales, start, states_exact
 from rigidpend.routes.symbolic.address import Address, AddressError, Code, parsed
@@ -73,10 +74,7 @@ def address_of(
     """
     problem = RouteProblem(body, h0, J1_0, n_symbols)
     phase = checked.number("theta2_0", theta2_0, ProblemError)
-    routes = route_codes(
-        body, [phase], h0=problem.h0, J1_0=problem.J1_0, n_symbols=n_symbols,
-        precisions=precisions, method="integration",
-    )  # fmt: skip
+    routes = codes_of(problem, [phase], resolve(precisions=precisions), method="integration")
     n = int(np.logical_and.accumulate(routes.certain[:, 0] & (routes.codes[:, 0] < 2)).sum())
     if not n:
         raise MapError("the orbit has no certain symbol")

@@ -16,7 +16,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from decimal import Decimal, localcontext
+from decimal import Decimal
 from fractions import Fraction
 from typing import Any, NamedTuple
 
@@ -84,7 +84,7 @@ def refined(orbits: Surface, chain: Chain, by_energy: float, digits: int, jobs: 
     """
     exponent = _growth(orbits, chain, by_energy)
     grown = np.maximum.accumulate(exponent)
-    begun = float(_first_times(orbits, chain, 0.0)[0])
+    begun = float(_begun(orbits, chain, 0.0)[2, 0])
     legs = np.append(begun, chain.time)
     reach = max(0, int((grown <= digits - 1).sum()) - 1)
     fixed = max(0, int((grown <= digits - MARGIN).sum()) - 1)
@@ -101,23 +101,19 @@ def _growth(orbits: Surface, chain: Chain, by_energy: float) -> Array:
 
     (n + 1,) log10 of the factor at its crossings, t' per radian.
     """
-    level = chain.level
     factor = abs(1 - by_energy * orbits.energy_slope(chain.unknown))
-    arrival = orbits.begin(level)(chain.unknown)
-    at = level.arriving(arrival.I, arrival.b)
-    early, late = _first_times(orbits, chain, STEP * np.array([-1.0, 1.0]))
-    d, chi = (
-        by[0, 0] * arrival.I_slope + by[1, 0] * arrival.b_slope for by in (at.d_by, at.chi_by)
-    )
-    changes, logs = carried(tangents(chain), np.array([d, chi, (late - early) / (2 * STEP)]))
+    change = np.diff(_begun(orbits, chain, STEP * np.array([-1.0, 1.0])))[:, 0]
+    # chi is told without whole turns.
+    change[1] = math.remainder(change[1], 2 * math.pi)
+    changes, logs = carried(tangents(chain), change / (2 * STEP))
     # A crossing moves by chi at a fixed time as much as by the time at a fixed chi.
     return np.asarray((logs + np.log(np.abs(changes[:, 2]))) / math.log(10) + math.log10(factor))
 
 
-def _first_times(orbits: Surface, chain: Chain, off: Any) -> Array:
-    """t' of the first crossings of orbits at phases beside that of a chain."""
-    phases = np.atleast_1d(chain.unknown + off)
-    return np.asarray(orbits.enter(chain.level.map_level, phases).time)
+def _begun(orbits: Surface, chain: Chain, off: Any) -> Array:
+    """d, chi and t' of the first crossings of orbits at phases beside that of a chain."""
+    at = orbits.enter(chain.level.map_level, np.atleast_1d(chain.unknown + off))
+    return np.array((at.point.d, at.point.chi, at.time))
 
 
 class _Legs:
@@ -264,11 +260,6 @@ class _Legs:
 
 def _decimal(theta: Fraction, digits: int) -> Decimal:
     """The phase in [0, 2 pi), rounded."""
-    m = context(math.ceil((digits + 10) * math.log2(10)))
-    turn = fraction(2 * m.pi, m.prec)
-    rest = theta % turn
-    with localcontext() as c:
-        c.prec = digits + 10
-        return (Decimal(rest.numerator) / Decimal(rest.denominator)).quantize(
-            Decimal(1).scaleb(-digits)
-        )
+    m = context(math.ceil((digits + 10) * DIGIT))
+    rest = theta % fraction(2 * m.pi, m.prec)
+    return Decimal(f"{round(rest * 10**digits)}e-{digits}")

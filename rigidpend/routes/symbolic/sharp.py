@@ -117,9 +117,9 @@ class Launch:
         b_slope = (self.b(theta2 + STEP, J1) - self.b(theta2 - STEP, J1)) / (2 * STEP)
         return Anchors(theta2, here, (high - low) / (2 * STEP), b_slope)
 
-    def clock(self, theta2: Array, J1: float) -> Array:
-        """t' of those places on a clock of which theta2 = zero_phase at tiny J1 is the origin."""
-        psi = float(self.zero_phase) - theta2
+    def clock(self, b: Array, J1: float) -> Array:
+        """t' of orbits where their action is J1; theta2 = zero_phase at tiny J1 is the origin."""
+        psi = float(self.zero_phase) - self.theta2(b, J1)
         rotation = self.level.rates(np.zeros(1)).rotation
         return np.asarray(-(self._beside(psi, J1)[2] + rotation * psi))
 
@@ -192,8 +192,8 @@ class Launch:
 
     def at_J1_0(self, begin: Array, states: States, jobs: int) -> list[Fraction]:
         """theta2_0, in [0, 2 pi): theta2 where J1 has grown to J1_0, of orbits from theta2 on."""
-        goal = self.theta2(self.b(begin, float(self.J1)), float(self.J1_0))
-        times = self.clock(goal, float(self.J1_0)) - self.clock(begin, float(self.J1))
+        b = self.b(begin, float(self.J1))
+        times = self.clock(b, float(self.J1_0)) - self.clock(b, float(self.J1))
         found = self._moved(self.carried(states, times, jobs))
         turn = 2 * self.m.pi
         return [fraction(x - turn * self.m.floor(x / turn), self.bits) for x in found]
@@ -275,8 +275,7 @@ def sharp(launch: Launch, orbits: DoublyAsymptotic, jobs: int = 1) -> Sharp:
 
 def _begun(launch: Launch, orbits: DoublyAsymptotic) -> Array:
     """t' from the starts to the first crossings, by the map."""
-    start = launch.clock(launch.theta2(orbits.b, float(launch.J1)), float(launch.J1))
-    return orbits.begun - start
+    return orbits.begun - launch.clock(orbits.b, float(launch.J1))
 
 
 def _invariant(
