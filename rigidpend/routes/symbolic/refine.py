@@ -29,6 +29,7 @@ from rigidpend.numbers.generic import Array, Numbers
 from rigidpend.orbits.integrate.arithmetic import LADDER
 from rigidpend.orbits.integrate.reference_orbit import rung
 from rigidpend.orbits.integrate.states import states_at
+from rigidpend.orbits.return_map.precision import precision
 from rigidpend.routes.start import Scales, start, states_exact
 from rigidpend.routes.symbolic.chain import Chain, NoOrbit, carried, crossing_states, tangents
 from rigidpend.routes.symbolic.levels import STEP, Surface
@@ -131,20 +132,17 @@ class _Legs:
         n = len(needed)
         # What grows on the way cancels in a correction: digits for both.
         self.bits = math.ceil((2 * float(needed[0]) + 20) * DIGIT) + GUARD
-        self.m = context(self.bits)
+        self.m, a = context(self.bits), precision(self.bits)
         self.least = self.m.ldexp(1, -self.bits)
         self.begin = start(orbits.problem, self.bits, Scales())
-        self.c = AlignedCoefficients(*map(self._number, self.begin.coefficients))
+        self.c = AlignedCoefficients(*map(a.number, self.begin.coefficients))
         self.jobs, self.needed, self.most = jobs, needed, float(needed[0])
-        self.theta, numbers = self.m.mpf(chain.unknown), np.frompyfunc(self.m.mpf, 1, 1)
-        self.times, self.states = numbers(times[:n]), numbers(crossing_states(chain)[:, :n])
+        self.theta, self.times = a.number(chain.unknown), a.array(times[:n])
+        self.states = a.array(crossing_states(chain)[:, :n])
         self.mirrored = np.append(False, chain.I[: n - 1] < 0)
         if chain.off[-1] < MIDDLE and n == len(chain.chi):
             # It returns from the middle of its cell: gamma3 there stays as it is.
             self.states[5, -1] = self.m.mpf(0)
-
-    def _number(self, x: Fraction) -> Any:
-        return self.m.mpf(x.numerator) / x.denominator
 
     def run(self) -> tuple[Fraction, float]:
         """The phase, and the largest delay of a crossing against the map."""
@@ -195,7 +193,7 @@ class _Legs:
 
     def _start(self, theta: Any) -> Any:
         [state] = states_exact(self.begin, [exact(fraction(theta))], self.bits)
-        return np.array([self._number(x) for x in state])
+        return precision(self.bits).array(state)
 
     def _corrected(self, slopes: list[Any], aim: float, last: int) -> float:
         """Correct theta2_0 and the crossings; the digits that those had which lack some."""
