@@ -125,7 +125,7 @@ def links(
     """
     level, starts, n = setting.level, LineStarts(setting, J1), len(orbit.d) - 1
     passed = each_alone(level, orbit.d[:n], orbit.chi[:n])
-    slopes, time = np.moveaxis(passed.slopes[:2], -1, 0), passed.time
+    slopes, time = passed.slopes[:, :2], passed.time
     beside = starts.entered(orbit.theta2 + STEP * np.array([-1.0, 1.0])).point
     begun = np.array([np.diff(beside.d)[0], math.remainder(np.diff(beside.chi)[0], 2 * math.pi)])
     # g = -sin(chi).

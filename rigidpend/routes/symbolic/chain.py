@@ -285,8 +285,7 @@ def check_split(level: Level, displaced: float) -> None:
 def tangents(chain: Chain) -> Array:
     """(n, 3, 2) the derivatives of d, chi and t' behind each passage in d and chi before it."""
     n = len(chain.b)
-    passed = each_alone(chain.level.map_level, chain.d[:n], chain.chi[:n])
-    return np.moveaxis(passed.slopes[:3], -1, 0)
+    return each_alone(chain.level.map_level, chain.d[:n], chain.chi[:n]).slopes[:, :3]
 
 
 def carried(slopes: Array, change: Array) -> tuple[Array, Array]:

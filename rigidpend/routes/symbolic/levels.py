@@ -69,9 +69,10 @@ def onward(
 
 
 def each_alone(level: EnergyLevel, d: Array, chi: Array) -> Passage:
-    """The passages behind crossings (n,), which are upward and downward by turns, with slopes.
+    """The passages behind crossings (n,), which are upward and downward by turns.
 
-    Each is followed from its own crossing; where they lead, `point`, is left out.
+    Each is followed from its own crossing. Their slopes are (n, 4, 2), a matrix for each; where
+    they lead, `point`, is left out.
     """
     up, down = (
         level.passage(SectionPoint(k == 0, d[k::2], chi[k::2]), slopes=True) for k in (0, 1)
@@ -82,7 +83,8 @@ def each_alone(level: EnergyLevel, d: Array, chi: Array) -> Passage:
         found[..., ::2], found[..., 1::2] = even, odd
         return found
 
-    return Passage._make([None, *map(woven, up[1:], down[1:])])
+    *others, slopes = map(woven, up[1:], down[1:])
+    return Passage._make([None, *others, np.ascontiguousarray(np.moveaxis(slopes, -1, 0))])
 
 
 def widest_d(level: EnergyLevel) -> float:
