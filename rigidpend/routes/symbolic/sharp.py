@@ -84,14 +84,14 @@ class Launch:
         if level.displaced(PAIRS) > FINEST:
             self.bits *= 2
         bits = self.bits + 2 * GUARD_BITS
-        self.m, self.a, self.p = context(bits), precision(bits), level.body.angles(bits)
-        self.h, self.J1_0 = level.energy.in_context(self.m), J1_0.in_context(self.m)
-        depth, highest = (self.m.mpf(x.numerator) / x.denominator for x in (DEPTH, HIGHEST))
+        self.a, self.p, m = precision(bits), level.body.angles(bits), context(bits)
+        self.h, self.J1_0 = level.energy.in_context(m), J1_0.in_context(m)
+        depth, highest = map(self.a.number, (DEPTH, HIGHEST))
         self.J1 = min(self.J1_0 * depth, level.splitting * highest)
         self.c = coefficients(self.p, "1", self.a)
         self.fractions = AlignedCoefficients(*(fraction(x, self.bits) for x in self.c.aligned))
         self.doubles = coefficients(level.body.angles(), "1", precision(53))
-        self.zero_phase = self.m.pi / 2 - self.p.beta0 / 2
+        self.zero_phase = self.a.pi / 2 - self.p.beta0 / 2
 
     def theta2(self, b: Array, J1: float) -> Array:
         """theta2 of orbits where their action is J1, in doubles."""
@@ -185,9 +185,8 @@ class Launch:
         """theta2_0, in [0, 2 pi): theta2 where J1 has grown to J1_0, of orbits from theta2 on."""
         b = self.b(begin, float(self.J1))
         times = self.clock(b, float(self.J1_0)) - self.clock(b, float(self.J1))
-        found = self._moved(self.carried(states, times, jobs))
-        turn = 2 * self.m.pi
-        return [fraction(x - turn * self.m.floor(x / turn), self.bits) for x in found]
+        found = self._moved(self.carried(states, times, jobs)) % (2 * self.a.pi)
+        return [fraction(x, self.bits) for x in found]
 
     def _moved(self, states: Any) -> Any:
         """theta2 where J1 is J1_0 sharply, from states (6, n) a rounding of doubles beside."""
