@@ -124,8 +124,7 @@ class Run:
         begin = start(problem, bits, scales)
         if bits == 53:
             return begin, states_double(begin, self.phases.near[columns], self.phases.rest[columns])
-        states = states_exact(begin, self.phases.exactly(columns), bits)
-        return begin, np.array(states, dtype=object).reshape(-1, 6).T
+        return begin, states_exact(begin, self.phases.exactly(columns), bits)
 
     def decided(self) -> Decided:
         """Decide all columns by integration.

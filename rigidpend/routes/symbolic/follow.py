@@ -82,7 +82,7 @@ def address_of(
     times = [Fraction(float(t)) for t in routes.crossing_time[: n + 1, 0]]
     bits = max(LEAST_BITS, int(routes.bits[0]))
     begin = start(problem, bits, Scales())
-    states = np.array(states_exact(begin, [phase], bits)).T
+    states = states_exact(begin, [phase], bits)
     there = states_at(begin.coefficients, states, times, bits)[..., 0].astype(float)
     orbits = surface(problem)
     level = Level(orbits.made, orbits.energy(float(phase)))

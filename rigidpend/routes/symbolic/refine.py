@@ -192,8 +192,8 @@ class _Legs:
         return found
 
     def _start(self, theta: Any) -> Any:
-        [state] = states_exact(self.begin, [exact(fraction(theta))], self.bits)
-        return precision(self.bits).array(state)
+        states = states_exact(self.begin, [exact(fraction(theta))], self.bits)
+        return precision(self.bits).array(states[:, 0])
 
     def _corrected(self, slopes: list[Any], aim: float, last: int) -> float:
         """Correct theta2_0 and the crossings; the digits that those had which lack some."""

@@ -125,10 +125,10 @@ def test_a_crossing_is_told_from_beside_it_to_the_third_power_of_the_time() -> N
     legs: Any = object.__new__(refine._Legs)
     problem, m = RouteProblem(FIG4, exact("1.3342"), exact("1e-8"), 1), context(212)
     begin = start(problem, 212, Scales())
-    [state] = states_exact(begin, [exact("0.4")], 212)
+    states = states_exact(begin, [exact("0.4")], 212)
     limit = 100.0
     given: Any = {"engine": "taylor", "bits": 212, "tolerance": 2.0**-52, "jobs": 1}
-    crossed = first_crossings(begin.coefficients, np.array([state]).T, limit, **given)
+    crossed = first_crossings(begin.coefficients, states, limit, **given)
     assert crossed is not None
     _, section = crossed
     legs.c = AlignedCoefficients(*(m.mpf(x.numerator) / x.denominator for x in begin.coefficients))
