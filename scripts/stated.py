@@ -170,7 +170,7 @@ def _growth(problem: RouteProblem, theta2: float, crossing_time: Array) -> Any:
     """ln of the growth from the first crossing to the last: orbits 2^-70 beside, in 212 bits."""
     m, begin = context(FINE), start(problem, FINE, Scales())
     c = begin.coefficients
-    [state] = states_exact(begin, [exact(theta2)], FINE)
+    [state] = states_exact(begin, [exact(theta2)], FINE).T
     (begun, here), (ended, there) = (
         _crossing(c, state, Fraction(float(time))) for time in crossing_time
     )

@@ -25,7 +25,7 @@ times its difference from the other one in 0.57/R, 0.55/R, 0.53/R and 0.95/R of 
 from __future__ import annotations
 
 import functools
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from typing import Any, NamedTuple, TypeAlias
 
 import numpy as np
@@ -77,7 +77,6 @@ Columns: TypeAlias = NDArray[np.intp]
 Compute: TypeAlias = Callable[[int, Scales, Any], Crossings]
 Third: TypeAlias = Callable[[Columns], Crossings]
 Most: TypeAlias = Callable[[int], int]
-Both: TypeAlias = Callable[[Columns], Sequence[Crossings]]
 Work: TypeAlias = Callable[[Columns], Decided]
 Share: TypeAlias = Callable[[Work, Columns, int], list[tuple[Columns, Decided]]]
 
@@ -113,7 +112,6 @@ def decide(
     rate: float,
     precisions: tuple[int, ...],
     share: Share = undivided,
-    both: Both | None = None,
     most: Most = lambda _: 3,
 ) -> Decided:
     """Compute `n` columns, and those with an uncertain symbol again in higher precision.
@@ -135,18 +133,14 @@ def decide(
     share : callable, optional
         ``share(work, columns, bits)`` lets `work` decide the columns in a precision, some at a
         time: a list of the columns of each piece with what was decided. By default all at once.
-    both : callable, optional
-        ``both(columns)`` gives the two computations in the first precision, of which none waits
-        for the other. By default they come one after the other.
     most : callable, optional
         ``most(bits)`` is how many computations of a precision there are at most, from 1 to 3; of
         the first precision at least 2.
     """
     least = precisions[0]
-    both = both or (lambda columns: [compute(least, x, columns) for x in (FIRST, SECOND)])
 
     def settle(columns: Columns) -> Decided:
-        first, second = both(columns)
+        first, second = (compute(least, scales, columns) for scales in (FIRST, SECOND))
         third = functools.partial(compute, least, THIRD) if most(least) > 2 else None
         certain = _established(first, second, rate, third, columns)
         return Decided(second, certain, np.full(columns.size, least, dtype=np.uint16))

@@ -95,11 +95,11 @@ class Neighbourhood:
         if scales not in self._references:
             self._references[scales] = self._orbit(self.centre, self.bits, scales)
         begin = start(self.problem, self.bits, scales)
-        states = np.array(states_exact(begin, [self.centre, *phases], self.bits))
+        states = states_exact(begin, [self.centre, *phases], self.bits)
         walk = Walk(
             self._references[scales],
             # Differences of fractions are exact; `self.bits` leave the closest enough of their own.
-            (states[1:] - states[0]).astype(float).T,
+            (states[:, 1:] - states[:, :1]).astype(float),
             np.array([float(phase - self.centre) for phase in phases]),
             n_crossings=self.problem.n_symbols + 1,
             passage_limit=passage_limit(self.problem, 53) / scales.time_unit,
@@ -119,11 +119,11 @@ class Neighbourhood:
         """The orbit of a phase, with its derivative in the phase."""
         begin = start(self.problem, bits, scales)
         # A quarter turn further on gamma is its own derivative; M does not depend on the phase.
-        state, further = states_exact(begin, [phase, phase + PI / 2], bits)
+        state, further = states_exact(begin, [phase, phase + PI / 2], bits).T
         return ReferenceOrbit(
             begin.coefficients,
             state,
-            [0 * further[0]] * 3 + further[3:],
+            further * np.repeat([0, 1], 3),
             longest=passage_limit(self.problem, bits) / scales.time_unit,
             engine=self.arithmetic.engine,
             bits=bits,

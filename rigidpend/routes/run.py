@@ -124,8 +124,7 @@ class Run:
         begin = start(problem, bits, scales)
         if bits == 53:
             return begin, states_double(begin, self.phases.near[columns], self.phases.rest[columns])
-        states = states_exact(begin, self.phases.exactly(columns), bits)
-        return begin, np.array(states, dtype=object).reshape(-1, 6).T
+        return begin, states_exact(begin, self.phases.exactly(columns), bits)
 
     def decided(self) -> Decided:
         """Decide all columns by integration.
@@ -134,12 +133,15 @@ class Run:
         else processes share the orbits of each computation.
         """
         # Threads that share the columns start none of their own.
-        alone, precisions = replace(self, jobs=1), self.arithmetic.precisions
+        alone, of_few, n = replace(self, jobs=1), abreast(self), len(self.phases)
 
         def in_own(bits: int) -> bool:
             return in_kernel(self.arithmetic.engine, bits)
 
         def compute(bits: int, scales: Scales, columns: Any) -> Crossings:
+            # So few are one piece, beside which no thread is at work.
+            if n <= LANES:
+                return of_few(bits, scales, columns)
             return (alone if in_own(bits) else self).crossings(bits, scales, columns)
 
         def share(work: Work, columns: Columns, bits: int) -> list[tuple[Columns, Decided]]:
@@ -150,36 +152,30 @@ class Run:
             size = min(MOST, max(fewest, -(-len(columns) // (PIECES * self.jobs))))
             return in_pieces(work, columns, size, self.jobs)
 
-        compiled, n = in_own(precisions[0]), len(self.phases)
-        # Where threads or processes would have no columns of their own to share.
-        few = self.jobs > 1 and n <= (LANES if compiled else self.jobs // 2)
-
-        def both(columns: Columns) -> list[Crossings]:
-            given = alone if compiled or few else self, precisions[0], columns
-            scales, jobs = (certainty.FIRST, certainty.SECOND), 2 if few else 1
-            return side_by_side(_in_scales, given, not compiled, scales, jobs)
-
-        ladder = precisions[0], *self.beyond(precisions[0])
-        return certainty.decide(compute, n, self.rate, ladder, share, both, self.most)
+        least = self.arithmetic.precisions[0]
+        ladder = least, *self.beyond(least)
+        return certainty.decide(compute, n, self.rate, ladder, share, self.most)
 
 
 def abreast(run: Run) -> Compute:
     """The computations of a run; of few orbits both of a precision are made at once.
 
-    Each takes a thread, and the other would be idle, though the second may not be asked for.
+    Each takes a thread, and the other would be idle, though the second may not be asked for. Where
+    Python itself computes they are processes, which begin only for what is asked for in any case.
     """
     seconds: dict[int, tuple[Columns, Crossings]] = {}
+    engine, _, precisions = run.arithmetic
 
     def compute(bits: int, scales: Scales, columns: Columns) -> Crossings:
-        engine = run.arithmetic.engine
+        python = not in_kernel(engine, bits)
         idle = (
             run.jobs > 1
-            and run.most(bits) > 1
+            and (bits == precisions[0] if python else run.most(bits) > 1)
             and integrate.on_one_thread(engine, bits, len(columns))
         )
         if scales == certainty.FIRST and idle:
             both = certainty.FIRST, certainty.SECOND
-            first, second = side_by_side(_in_scales, (run, bits, columns), False, both, 2)
+            first, second = side_by_side(_in_scales, (run, bits, columns), python, both, 2)
             seconds[bits] = columns, second
             return first
         if scales == certainty.SECOND and bits in seconds:

@@ -83,8 +83,8 @@ def states_double(begin: Start, theta2: NDArray[np.float64], rest: Any) -> NDArr
     return states
 
 
-def states_exact(begin: Start, theta2: Sequence[Exact], bits: int) -> list[list[Fraction]]:
-    """States in `bits` bits, each a list of 6 Fractions."""
+def states_exact(begin: Start, theta2: Sequence[Exact], bits: int) -> NDArray[np.object_]:
+    """States (6, n) in `bits` bits, Fractions."""
     m, rounded = context(bits + GUARD_BITS), _rounding(bits)
     axes = [
         [m.mpf(x.numerator) / x.denominator for x in axis]
@@ -96,7 +96,7 @@ def states_exact(begin: Start, theta2: Sequence[Exact], bits: int) -> list[list[
         gamma = [rounded(a * cos + b * sin) for a, b in zip(*axes, strict=True)]
         # Qm is exactly 0 on separatrix 2; a rounded one would be another orbit.
         states.append([begin.Qp, Fraction(0), begin.M3, *gamma])
-    return states
+    return np.array(states, dtype=object).reshape(-1, 6).T
 
 
 def _rounding(bits: int) -> Callable[[Any], Any]:

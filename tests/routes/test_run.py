@@ -95,6 +95,23 @@ def test_no_thread_makes_a_second_computation_on_a_rung(integrations: list[dict[
         assert len(integrations) == number
 
 
+def test_processes_begin_for_a_second_computation_that_is_made_in_any_case(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """So of one orbit in the first precision, and of none in those to which it climbs."""
+    begun: list[bool] = []
+
+    def noted(_: Any, __: Any, python: bool, scales: Any, ___: int) -> Any:
+        begun.append(python)
+        return [None for _ in scales]
+
+    monkeypatch.setattr("rigidpend.routes.run.side_by_side", noted)
+    monkeypatch.setattr(Run, "crossings", lambda *_: None)
+    for precisions, n in (((500,), 1), ((53, 500), 1), ((500,), 2)):
+        abreast(run(*precisions))(500, FIRST, np.arange(n))
+    assert begun == [True]
+
+
 @pytest.mark.slow
 @pytest.mark.parametrize(
     ("problem", "rung", "sharper"), [(GENTLE, 64, 76), (DEEP, 64, 76), (DEEP, 76, 88)]

@@ -66,7 +66,7 @@ def test_agrees_exact_states_with_the_coordinates_to_their_last_bits(
     phases, p, J1 = PHASES.exactly(range(5)), fine_angles(body), exact(J1_0).in_context(FINE)
     J2mJ1, alpha0, beta0 = FINE.sqrt(2 * FINE.mpf("1.3342") / p.kappa) - J1, p.alpha0, p.beta0
     found = states_exact(start(problem(body, J1_0), bits, FIRST), phases, bits)
-    for state, phase in zip(found, phases, strict=True):
+    for state, phase in zip(found.T, phases, strict=True):
         c = Canonical(J1, J2mJ1, 0, alpha0 + beta0, phase.in_context(FINE), 0, 1)
         expected = aligned_from_canonical(c, alpha0, beta0, FINE)
         off = [
@@ -81,7 +81,7 @@ def test_agrees_exact_states_with_the_coordinates_to_their_last_bits(
 def test_agrees_doubles_with_exact_states(J1_0: str, scales: Scales) -> None:
     rough = states_double(start(problem(J1_0=J1_0), 53, scales), COARSE.high, COARSE.rest)
     begin = start(problem(J1_0=J1_0), 200, scales)
-    fine = np.array(states_exact(begin, COARSE.exactly(range(2)), 200), dtype=float).T
+    fine = states_exact(begin, COARSE.exactly(range(2)), 200).astype(float)
     # Qp, Qm and M3 are rounded once; gamma after a rotation by theta2.
     np.testing.assert_array_equal(rough[:3], fine[:3])
     np.testing.assert_allclose(rough[3:], fine[3:], rtol=0, atol=4e-16)

@@ -13,6 +13,7 @@ from rigidpend.experiments.contract import Means
 from rigidpend.experiments.data import Tree
 from rigidpend.machine.wording import counted
 from rigidpend.mechanics import in_space
+from rigidpend.orbits.integrate.kernel.lane_numbers import exactly
 from rigidpend.orbits.integrate.states import states_at
 from rigidpend.orbits.records import columns
 from rigidpend.routes.codes import codes_of
@@ -92,12 +93,9 @@ def _sampled(config: Config, launch: Launch, orbits: DoublyAsymptotic, means: Me
     """The orbit with the shortest flight, from where J1 = J1_0, in doubles."""
     problem, k = config.problem, int(np.argmin(orbits.flight))
     one = columns(orbits, np.array([k]))
-    start, shown = (
-        float(launch.clock(launch.theta2(one.b, J1), J1)[0])
-        for J1 in (float(launch.J1), float(launch.J1_0))
-    )
+    start, shown = (float(launch.clock(one.b, float(J1))[0]) for J1 in (launch.J1, launch.J1_0))
     anchors = launch.anchors(one.b)
-    [state] = launch.states(anchors, [Fraction(float(anchors.theta2[0]))])
+    [state] = launch.states(anchors, exactly([anchors.theta2])).T
     crossed = float(one.begun[0])
     end = crossed + float((one.flight + one.faded(FADED))[0])
     t = np.arange(shown, end, rotation_period(problem.routes) / SAMPLES)

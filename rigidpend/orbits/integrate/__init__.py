@@ -127,9 +127,11 @@ def crossings(orbits: Orbits, *, engine: str, bits: int, tolerance: float, jobs:
 
 
 def on_one_thread(engine: str, bits: int, n: int) -> bool:
-    """True if so many orbits are computed in machine code by one thread, however many there are."""
+    """True if so many orbits are computed by one thread, or process, however many there are."""
     if not in_kernel(engine, bits):
-        return False
+        from rigidpend.orbits.integrate import dop853
+
+        return n <= (dop853.SIDE_BY_SIDE if bits == 53 else 1)
     from rigidpend.orbits.integrate import batch
 
     return n <= batch.worth_a_thread(bits)

@@ -26,6 +26,7 @@ from rigidpend.routes.certified.horseshoe import OVERSHOOT, ShiftProblem
 from rigidpend.routes.certified.passages import arrival
 from rigidpend.routes.certified.pieces import FamilyStep, Quad, StartLine, made
 from rigidpend.routes.certified.sections import Numbers
+from rigidpend.routes.symbolic.levels import each_alone
 
 SHARE, WIDE = 1 / 2000, 1e-4
 """Half of a set's width over its distance from the stable surface, and in gamma3, at most."""
@@ -123,7 +124,8 @@ def links(
     The image of the last set reaches across those `ahead`, between which the orbit's end lies.
     """
     level, starts, n = setting.level, LineStarts(setting, J1), len(orbit.d) - 1
-    slopes, time = _slopes(setting, orbit)
+    passed = each_alone(level, orbit.d[:n], orbit.chi[:n])
+    slopes, time = passed.slopes[:, :2], passed.time
     beside = starts.entered(orbit.theta2 + STEP * np.array([-1.0, 1.0])).point
     begun = np.array([np.diff(beside.d)[0], math.remainder(np.diff(beside.chi)[0], 2 * math.pi)])
     # g = -sin(chi).
@@ -218,19 +220,6 @@ def _fine(
     bits = min(MOST_BITS, math.ceil(end + GAIN * setting.rate * time))
     in_u, in_v = (math.ceil(bits / -math.log2(x)) if x else 1 for x in wide)
     return setting._replace(bits=bits, orders=(max(in_u, math.ceil(end / -math.log2(share))), in_v))
-
-
-def _slopes(setting: ShiftProblem, orbit: OrbitCrossings) -> tuple[Array, Array]:
-    """(n, 2, 2) the derivatives of d and chi behind each passage, and its time."""
-    n = len(orbit.d) - 1
-    found, time = np.empty((n, 2, 2)), np.empty(n)
-    for rising in (True, False):
-        here = slice(0 if rising else 1, n, 2)
-        if len(orbit.d[:n][here]):
-            point = SectionPoint(rising, orbit.d[:n][here], orbit.chi[:n][here])
-            passed = setting.level.passage(point, slopes=True)
-            found[here], time[here] = np.moveaxis(passed.slopes[:2], -1, 0), passed.time
-    return found, time
 
 
 def _directions(slopes: Array, begun: Array) -> list[Array]:

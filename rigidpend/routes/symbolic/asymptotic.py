@@ -35,7 +35,7 @@ from numpy.typing import NDArray
 from rigidpend.numbers.generic import Array
 from rigidpend.orbits.records import columns, joined
 from rigidpend.orbits.return_map import SectionPoint
-from rigidpend.routes.symbolic.address import Address, cells_of
+from rigidpend.routes.symbolic.address import cells_of
 from rigidpend.routes.symbolic.chain import (
     MOVED,
     Chain,
@@ -268,10 +268,6 @@ class DoublyAsymptotic(NamedTuple):
         rates = self.chain.level.rates(np.zeros(1))
         turned = np.log(np.abs(self.V) / distance) / rates.exponent
         return np.asarray(self.leaving + rates.rotation * turned)
-
-    def address(self, k: int) -> Address:
-        """The address of an orbit; that of one without symbols is its cell alone."""
-        return Address.of(self.chain.chi[:, k], self.symbols[:, k])
 
 
 def doubly_asymptotic(level: Level, rough: Track) -> DoublyAsymptotic:

@@ -28,7 +28,7 @@ from rigidpend.orbits.return_map.precision import Precision, precision
 from rigidpend.orbits.return_map.reduced import Coefficients
 from rigidpend.routes.cycle import symbols
 from rigidpend.routes.symbolic.address import cells_of
-from rigidpend.routes.symbolic.levels import Arrival, Level, Mask, PassageEnds, Signs
+from rigidpend.routes.symbolic.levels import Arrival, Level, Mask, PassageEnds, Signs, each_alone
 
 MOST_ITERATIONS = 12
 LONGEST_STEP = 0.5
@@ -285,14 +285,7 @@ def check_split(level: Level, displaced: float) -> None:
 def tangents(chain: Chain) -> Array:
     """(n, 3, 2) the derivatives of d, chi and t' behind each passage in d and chi before it."""
     n = len(chain.b)
-    found = np.empty((n, 3, 2))
-    for rising in (True, False):
-        here = slice(0 if rising else 1, n, 2)
-        point = SectionPoint(rising, chain.d[:n][here], chain.chi[:n][here])
-        if len(point.d):
-            passed = chain.level.map_level.passage(point, slopes=True)
-            found[here] = np.moveaxis(passed.slopes[:3], -1, 0)
-    return found
+    return each_alone(chain.level.map_level, chain.d[:n], chain.chi[:n]).slopes[:, :3]
 
 
 def carried(slopes: Array, change: Array) -> tuple[Array, Array]:

@@ -21,15 +21,16 @@ from rigidpend.mechanics.body import Body
 from rigidpend.numbers import checked
 from rigidpend.numbers.exact import PRECISIONS
 from rigidpend.numbers.generic import Array, Scalar
+from rigidpend.orbits.integrate.arithmetic import resolve
 from rigidpend.orbits.integrate.states import states_at
 from rigidpend.orbits.return_map import MapError, SectionPoint
 from rigidpend.orbits.return_map.precision import precision
-from rigidpend.routes.codes import route_codes
+from rigidpend.routes.codes import codes_of, route_codes
 from rigidpend.routes.problem import ProblemError, RouteProblem
 from rigidpend.routes.start import Scales, start, states_exact
 from rigidpend.routes.symbolic.address import Address, AddressError, Code, parsed
-from rigidpend.routes.symbolic.chain import alternating, section_points
-from rigidpend.routes.symbolic.levels import Level, Surface, onward, surface
+from rigidpend.routes.symbolic.chain import section_points
+from rigidpend.routes.symbolic.levels import Level, Surface, each_alone, onward, surface
 
 LEAST_BITS = 64
 """Least precision of the states at crossings."""
@@ -73,10 +74,7 @@ def address_of(
     """
     problem = RouteProblem(body, h0, J1_0, n_symbols)
     phase = checked.number("theta2_0", theta2_0, ProblemError)
-    routes = route_codes(
-        body, [phase], h0=problem.h0, J1_0=problem.J1_0, n_symbols=n_symbols,
-        precisions=precisions, method="integration",
-    )  # fmt: skip
+    routes = codes_of(problem, [phase], resolve(precisions=precisions), method="integration")
     n = int(np.logical_and.accumulate(routes.certain[:, 0] & (routes.codes[:, 0] < 2)).sum())
     if not n:
         raise MapError("the orbit has no certain symbol")
@@ -84,7 +82,7 @@ def address_of(
     times = [Fraction(float(t)) for t in routes.crossing_time[: n + 1, 0]]
     bits = max(LEAST_BITS, int(routes.bits[0]))
     begin = start(problem, bits, Scales())
-    states = np.array(states_exact(begin, [phase], bits)).T
+    states = states_exact(begin, [phase], bits)
     there = states_at(begin.coefficients, states, times, bits)[..., 0].astype(float)
     orbits = surface(problem)
     level = Level(orbits.made, orbits.energy(float(phase)))
@@ -93,17 +91,12 @@ def address_of(
 
 def addressed(level: Level, points: SectionPoint, symbols: NDArray[np.uint8]) -> Address:
     """The address of crossings, each followed by the map through one passage alone."""
-    turned = np.zeros(len(symbols))
-    for rising in (True, False):
-        here = np.flatnonzero(alternating(len(symbols), symbols) == rising)
-        if here.size:
-            passed = level.map_level.passage(SectionPoint(rising, points.d[here], points.chi[here]))
-            wrong = ~passed.inside | (passed.symbol != symbols[here])
-            if wrong.any():
-                k = int(here[np.flatnonzero(wrong)[0]])
-                raise MapError(f"passage {k + 1} of the orbit lies outside of the return map")
-            turned[here] = passed.turned
-    chi = points.chi[0] + np.concatenate(([0.0], np.cumsum(turned)))
+    n = len(symbols)
+    passed = each_alone(level.map_level, points.d[:n], points.chi[:n])
+    wrong = np.flatnonzero(~passed.inside | (passed.symbol != symbols))
+    if wrong.size:
+        raise MapError(f"passage {wrong[0] + 1} of the orbit lies outside of the return map")
+    chi = points.chi[0] + np.concatenate(([0.0], np.cumsum(passed.turned)))
     # Each end anew: what turned errs by does not add up.
     at = points.chi + 2 * np.pi * np.rint((chi - points.chi) / (2 * np.pi))
     return Address.of(at, symbols)

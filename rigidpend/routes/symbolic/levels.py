@@ -68,6 +68,25 @@ def onward(
         point = passed.point
 
 
+def each_alone(level: EnergyLevel, d: Array, chi: Array) -> Passage:
+    """The passages behind crossings (n,), which are upward and downward by turns.
+
+    Each is followed from its own crossing. Their slopes are (n, 4, 2), a matrix for each; where
+    they lead, `point`, is left out.
+    """
+    up, down = (
+        level.passage(SectionPoint(k == 0, d[k::2], chi[k::2]), slopes=True) for k in (0, 1)
+    )
+
+    def woven(even: Array, odd: Array) -> Array:
+        found = np.empty((*even.shape[:-1], len(d)), dtype=even.dtype)
+        found[..., ::2], found[..., 1::2] = even, odd
+        return found
+
+    *others, slopes = map(woven, up[1:], down[1:])
+    return Passage._make([None, *others, np.ascontiguousarray(np.moveaxis(slopes, -1, 0))])
+
+
 def widest_d(level: EnergyLevel) -> float:
     """Largest |d| of the tables of a map, the scale of d in Newton's method and in roundings."""
     return max(float(chart.forward.width) for chart in level.charts)

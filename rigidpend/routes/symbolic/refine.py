@@ -16,7 +16,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from decimal import Decimal, localcontext
+from decimal import Decimal
 from fractions import Fraction
 from typing import Any, NamedTuple
 
@@ -25,10 +25,11 @@ import numpy as np
 from rigidpend.machine.workers import note
 from rigidpend.mechanics.equations import AlignedCoefficients, aligned, aligned_along
 from rigidpend.numbers.exact import context, exact, fraction
-from rigidpend.numbers.generic import Array
+from rigidpend.numbers.generic import Array, Numbers
 from rigidpend.orbits.integrate.arithmetic import LADDER
 from rigidpend.orbits.integrate.reference_orbit import rung
 from rigidpend.orbits.integrate.states import states_at
+from rigidpend.orbits.return_map.precision import precision
 from rigidpend.routes.start import Scales, start, states_exact
 from rigidpend.routes.symbolic.chain import Chain, NoOrbit, carried, crossing_states, tangents
 from rigidpend.routes.symbolic.levels import STEP, Surface
@@ -84,7 +85,7 @@ def refined(orbits: Surface, chain: Chain, by_energy: float, digits: int, jobs: 
     """
     exponent = _growth(orbits, chain, by_energy)
     grown = np.maximum.accumulate(exponent)
-    begun = float(_first_times(orbits, chain, 0.0)[0])
+    begun = float(_begun(orbits, chain, 0.0)[2, 0])
     legs = np.append(begun, chain.time)
     reach = max(0, int((grown <= digits - 1).sum()) - 1)
     fixed = max(0, int((grown <= digits - MARGIN).sum()) - 1)
@@ -101,23 +102,19 @@ def _growth(orbits: Surface, chain: Chain, by_energy: float) -> Array:
 
     (n + 1,) log10 of the factor at its crossings, t' per radian.
     """
-    level = chain.level
     factor = abs(1 - by_energy * orbits.energy_slope(chain.unknown))
-    arrival = orbits.begin(level)(chain.unknown)
-    at = level.arriving(arrival.I, arrival.b)
-    early, late = _first_times(orbits, chain, STEP * np.array([-1.0, 1.0]))
-    d, chi = (
-        by[0, 0] * arrival.I_slope + by[1, 0] * arrival.b_slope for by in (at.d_by, at.chi_by)
-    )
-    changes, logs = carried(tangents(chain), np.array([d, chi, (late - early) / (2 * STEP)]))
+    change = np.diff(_begun(orbits, chain, STEP * np.array([-1.0, 1.0])))[:, 0]
+    # chi is told without whole turns.
+    change[1] = math.remainder(change[1], 2 * math.pi)
+    changes, logs = carried(tangents(chain), change / (2 * STEP))
     # A crossing moves by chi at a fixed time as much as by the time at a fixed chi.
     return np.asarray((logs + np.log(np.abs(changes[:, 2]))) / math.log(10) + math.log10(factor))
 
 
-def _first_times(orbits: Surface, chain: Chain, off: Any) -> Array:
-    """t' of the first crossings of orbits at phases beside that of a chain."""
-    phases = np.atleast_1d(chain.unknown + off)
-    return np.asarray(orbits.enter(chain.level.map_level, phases).time)
+def _begun(orbits: Surface, chain: Chain, off: Any) -> Array:
+    """d, chi and t' of the first crossings of orbits at phases beside that of a chain."""
+    at = orbits.enter(chain.level.map_level, np.atleast_1d(chain.unknown + off))
+    return np.array((at.point.d, at.point.chi, at.time))
 
 
 class _Legs:
@@ -135,27 +132,22 @@ class _Legs:
         n = len(needed)
         # What grows on the way cancels in a correction: digits for both.
         self.bits = math.ceil((2 * float(needed[0]) + 20) * DIGIT) + GUARD
-        self.m = context(self.bits)
+        self.m, a = context(self.bits), precision(self.bits)
         self.least = self.m.ldexp(1, -self.bits)
         self.begin = start(orbits.problem, self.bits, Scales())
-        self.c = AlignedCoefficients(*map(self._number, self.begin.coefficients))
+        self.c = AlignedCoefficients(*map(a.number, self.begin.coefficients))
         self.jobs, self.needed, self.most = jobs, needed, float(needed[0])
-        self.theta = self.m.mpf(chain.unknown)
-        self.times = [self.m.mpf(float(t)) for t in times[:n]]
-        places = crossing_states(chain)[:, :n]
-        self.states = [np.array([self.m.mpf(float(x)) for x in state]) for state in places.T]
-        self.mirrored = [False, *(bool(I < 0) for I in chain.I[: n - 1])]
+        self.theta, self.times = a.number(chain.unknown), a.array(times[:n])
+        self.states = a.array(crossing_states(chain)[:, :n])
+        self.mirrored = np.append(False, chain.I[: n - 1] < 0)
         if chain.off[-1] < MIDDLE and n == len(chain.chi):
             # It returns from the middle of its cell: gamma3 there stays as it is.
-            self.states[-1][5] = self.m.mpf(0)
-
-    def _number(self, x: Fraction) -> Any:
-        return self.m.mpf(x.numerator) / x.denominator
+            self.states[5, -1] = self.m.mpf(0)
 
     def run(self) -> tuple[Fraction, float]:
         """The phase, and the largest delay of a crossing against the map."""
         known = before = float(FIRST_DIGITS)
-        told, kinds, lost = np.array(self.times), iter(LADDER[1:]), 0.0
+        told, kinds, lost = self.times.copy(), iter(LADDER[1:]), 0.0
         # Slopes, the digits that they have, and those that legs may have with them.
         slopes: list[Any] = []
         gained = reach = 0.0
@@ -176,7 +168,7 @@ class _Legs:
             lost = max(lost, known - before)
             known = min(aim, before + gained - lost, 2 * before - CURVED - lost)
             if known >= self.most:
-                late = np.cumsum(np.array(self.times) - told)
+                late = np.cumsum(self.times - told)
                 return fraction(self.theta), float(max(abs(x) for x in late))
         raise NoOrbit(f"integration follows the map to {known:.0f} digits only")
 
@@ -186,77 +178,69 @@ class _Legs:
         That of the first leg is in theta2_0, (6, 1), those of further ones are (6, 6).
         """
         step = self.m.ldexp(1, -bits // 2)
-        legs, begun = [0, 0], [self._start(self.theta), self._start(self.theta + step)]
+        begun = [self._start(self.theta), self._start(self.theta + step)]
         # A crossing has M3 = 0: five components may change.
-        sides = [i for i in range(6) if i != 2]
-        for k in range(1, last + 1):
-            here = self.states[k - 1]
-            begun += [here, *(here + step * np.eye(6, dtype=int)[i] for i in sides)]
-            legs += [k] * (1 + len(sides))
-        ends, _ = self._ends(legs, begun, [bits] * len(legs))
-        found = [((ends[1] - ends[0]) / step)[:, None]]
-        for k in range(last):
-            first = 2 + k * (1 + len(sides))
-            matrix = np.array([[self.m.mpf(0)] * 6] * 6)
-            for j, i in enumerate(sides):
-                matrix[:, i] = (ends[first + 1 + j] - ends[first]) / step
-            found.append(matrix)
+        beside = step * np.delete(np.eye(6, dtype=object), 2, axis=1)
+        for here in self.states.T[:last]:
+            begun += [here, *(here + off for off in beside.T)]
+        legs = np.append([0, 0], np.repeat(np.arange(1, last + 1), 6))
+        ends, _ = self._ends(legs, np.array(begun).T, [bits] * len(legs))
+        found = [(ends[:, 1:2] - ends[:, :1]) / step]
+        for first in range(2, len(legs), 6):
+            matrix = (ends[:, first + 1 : first + 6] - ends[:, first : first + 1]) / step
+            found.append(np.insert(matrix, 2, 0, axis=1))
         return found
 
     def _start(self, theta: Any) -> Any:
-        [state] = states_exact(self.begin, [exact(fraction(theta))], self.bits)
-        return np.array([self._number(x) for x in state])
+        states = states_exact(self.begin, [exact(fraction(theta))], self.bits)
+        return precision(self.bits).array(states[:, 0])
 
     def _corrected(self, slopes: list[Any], aim: float, last: int) -> float:
         """Correct theta2_0 and the crossings; the digits that those had which lack some."""
         bits = [
             math.ceil(min(aim, need) * DIGIT) + ACROSS + SPARE for need in self.needed[: last + 1]
         ]
-        begun = [self._start(self.theta), *self.states[:last]]
-        ends, late = self._ends(range(last + 1), begun, bits)
-        fixed, by_theta = self.m.mpf(0) * ends[0], slopes[0][:, 0]
-        changes = []
-        for k, (end, here) in enumerate(zip(ends, self.states, strict=False)):
+        here = self.states[:, : last + 1]
+        begun = np.column_stack((self._start(self.theta), here[:, :-1]))
+        ends, late = self._ends(np.arange(last + 1), begun, bits)
+        fixed: Any = 0
+        by_theta, changes = slopes[0][:, 0], []
+        for k, gap in enumerate((ends - here).T):
             if k:
                 fixed, by_theta = slopes[k] @ fixed, slopes[k] @ by_theta
-            fixed = fixed + (end - here)
+            fixed = fixed + gap
             changes.append((fixed, by_theta))
         # gamma3 of the last crossing that counts stays.
         step = -fixed[5] / by_theta[5]
         self.theta += step
         found = [fixed + by_theta * step for fixed, by_theta in changes]
-        for k, change in enumerate(found):
-            self.states[k] = self.states[k] + change
-            self.times[k] += late[k]
+        here += np.array(found).T
+        self.times[: last + 1] += late
         sizes = [float(self.m.log10(max(*map(abs, x[GAMMA]), self.least))) for x in found]
         lacking = [-x for x, need in zip(sizes, self.needed, strict=False) if -x < need - SETTLED]
         return min([self.most, *lacking])
 
-    def _ends(
-        self, legs: Sequence[int], begun: Sequence[Any], bits: Sequence[int]
-    ) -> tuple[list[Any], list[Any]]:
-        """Ends of legs, on M3 = 0, and by how much later they are than their times say."""
-        reached: list[Any] = [None] * len(legs)
-        kinds = [rung(x) if x <= LADDER[-1] else WHOLE * math.ceil(x / WHOLE) for x in bits]
-        for kind in sorted(set(kinds)):
-            here = [i for i, x in enumerate(kinds) if x == kind]
-            states = np.array([begun[i] for i in here]).T
-            times = np.array([[self.times[legs[i]] for i in here]])
-            found = states_at(self.c, states, times, kind, self.jobs)[:, 0]
-            for i, state in zip(here, found.T, strict=True):
-                reached[i] = state
-        ends, late = map(list, zip(*(self._on_section(state) for state in reached), strict=True))
-        for end, leg in zip(ends, legs, strict=True):
-            if self.mirrored[leg]:
-                end[[0, 1, 5]] *= -1
+    def _ends(self, legs: Numbers, begun: Numbers, bits: Sequence[int]) -> tuple[Any, Any]:
+        """Ends (6, N) of legs, on M3 = 0, and by how much later they are than their times say."""
+        kinds = np.array(
+            [rung(x) if x <= LADDER[-1] else WHOLE * math.ceil(x / WHOLE) for x in bits]
+        )
+        reached, times = np.empty_like(begun), self.times[legs]
+        for kind in np.unique(kinds).tolist():
+            here = kinds == kind
+            given = begun[:, here], times[None, here], kind, self.jobs
+            reached[:, here] = states_at(self.c, *given)[:, 0]
+        ends, late = self._on_section(reached)
+        for component in (0, 1, 5):
+            ends[component, self.mirrored[legs]] *= -1
         return ends, late
 
     def _on_section(self, state: Any) -> tuple[Any, Any]:
-        """The crossing beside a state, and by how much later it is, to the square of that time."""
+        """Crossings beside states, and by how much later they are, to the square of that time."""
         rates = np.array(aligned(state, self.c))
         bend = np.array(aligned_along(state, rates, self.c)) / 2
         late = -state[2] / rates[2]
-        late -= bend[2] * late**2 / rates[2]
+        late = late - bend[2] * late**2 / rates[2]
         end = state + late * (rates + late * bend)
         end[2] *= 0
         return end, late
@@ -264,11 +248,6 @@ class _Legs:
 
 def _decimal(theta: Fraction, digits: int) -> Decimal:
     """The phase in [0, 2 pi), rounded."""
-    m = context(math.ceil((digits + 10) * math.log2(10)))
-    turn = fraction(2 * m.pi, m.prec)
-    rest = theta % turn
-    with localcontext() as c:
-        c.prec = digits + 10
-        return (Decimal(rest.numerator) / Decimal(rest.denominator)).quantize(
-            Decimal(1).scaleb(-digits)
-        )
+    m = context(math.ceil((digits + 10) * DIGIT))
+    rest = theta % fraction(2 * m.pi, m.prec)
+    return Decimal(f"{round(rest * 10**digits)}e-{digits}")

@@ -20,15 +20,16 @@ from __future__ import annotations
 
 import math
 from fractions import Fraction
-from typing import Any, NamedTuple, TypeAlias
+from typing import Any, NamedTuple
 
 import numpy as np
 
 from rigidpend.mechanics.coordinates import Canonical, aligned_from_canonical
 from rigidpend.mechanics.equations import AlignedCoefficients, aligned, eq1, hamiltonian_J3_0
 from rigidpend.numbers.exact import GUARD_BITS, Exact, context, fraction
-from rigidpend.numbers.generic import Array
+from rigidpend.numbers.generic import Array, Numbers
 from rigidpend.orbits.integrate.arithmetic import PAIRS
+from rigidpend.orbits.integrate.kernel.lane_numbers import exactly
 from rigidpend.orbits.integrate.states import states_at
 from rigidpend.orbits.return_map.conjugacy import inverted, placed
 from rigidpend.orbits.return_map.poincare import rotation_phase
@@ -59,8 +60,6 @@ CROSSING_STEPS = 2
 FINEST = 3e-30
 """Error that is left at most, radians: a third of the 30th digit."""
 
-States: TypeAlias = list[list[Fraction]]
-
 
 class Anchors(NamedTuple):
     """Starts in doubles, (N,) each: those nearby have theta1 on a straight line through them.
@@ -85,14 +84,14 @@ class Launch:
         if level.displaced(PAIRS) > FINEST:
             self.bits *= 2
         bits = self.bits + 2 * GUARD_BITS
-        self.m, self.a, self.p = context(bits), precision(bits), level.body.angles(bits)
-        self.h, self.J1_0 = level.energy.in_context(self.m), J1_0.in_context(self.m)
-        depth, highest = (self.m.mpf(x.numerator) / x.denominator for x in (DEPTH, HIGHEST))
+        self.a, self.p, m = precision(bits), level.body.angles(bits), context(bits)
+        self.h, self.J1_0 = level.energy.in_context(m), J1_0.in_context(m)
+        depth, highest = map(self.a.number, (DEPTH, HIGHEST))
         self.J1 = min(self.J1_0 * depth, level.splitting * highest)
         self.c = coefficients(self.p, "1", self.a)
         self.fractions = AlignedCoefficients(*(fraction(x, self.bits) for x in self.c.aligned))
         self.doubles = coefficients(level.body.angles(), "1", precision(53))
-        self.zero_phase = self.m.pi / 2 - self.p.beta0 / 2
+        self.zero_phase = self.a.pi / 2 - self.p.beta0 / 2
 
     def theta2(self, b: Array, J1: float) -> Array:
         """theta2 of orbits where their action is J1, in doubles."""
@@ -117,26 +116,32 @@ class Launch:
         b_slope = (self.b(theta2 + STEP, J1) - self.b(theta2 - STEP, J1)) / (2 * STEP)
         return Anchors(theta2, here, (high - low) / (2 * STEP), b_slope)
 
-    def clock(self, theta2: Array, J1: float) -> Array:
-        """t' of those places on a clock of which theta2 = zero_phase at tiny J1 is the origin."""
-        psi = float(self.zero_phase) - theta2
+    def clock(self, b: Array, J1: float) -> Array:
+        """t' of orbits where their action is J1; theta2 = zero_phase at tiny J1 is the origin."""
+        psi = float(self.zero_phase) - self.theta2(b, J1)
         rotation = self.level.rates(np.zeros(1)).rotation
         return np.asarray(-(self._beside(psi, J1)[2] + rotation * psi))
 
-    def states(self, anchors: Anchors, theta2: list[Fraction]) -> States:
-        """The starts at theta2 beside the anchors."""
-        found = []
-        for *anchor, here in zip(*anchors[:3], theta2, strict=True):
-            begun, theta1, slope = (Fraction(float(x)) for x in anchor)
-            found.append(self._state(theta1 + slope * (here - begun), here))
-        return found
+    def states(self, anchors: Anchors, theta2: Numbers) -> Numbers:
+        """The starts (6, N) at theta2 (N,) beside the anchors, all in Fractions."""
+        a, p = self.a, self.p
+        begun, theta1, slope = exactly([anchors[:3]])
+        angles = a.array(theta1 + slope * (theta2 - begun)), a.array(theta2)
+        J2 = a.sqrt(2 * (self.h - p.mu * a.sin(angles[1])) / p.kappa)
+        left = 1.0
+        # Each time it is less by mu J1.
+        while left > 2.0 ** (-self.bits // 2):
+            off = hamiltonian_J3_0(self.J1, J2, angles, p, a) - self.h
+            J2, left = J2 - off / (p.kappa * J2), a.largest(off / self.h)
+        at = Canonical(self.J1, J2 - self.J1, 0, *angles, 0, 1)
+        found = np.broadcast_arrays(*aligned_from_canonical(at, p.alpha0, p.beta0, a))
+        return np.frompyfunc(lambda x: fraction(x, self.bits), 1, 1)(np.array(found))
 
-    def carried(self, states: States, times: Array, jobs: int = 1) -> Any:
+    def carried(self, states: Numbers, times: Array, jobs: int = 1) -> Any:
         """Orbits carried on, each for a time t' of its own: (6, N) Fractions."""
-        exact_times = np.array([[Fraction(float(t)) for t in times]])
-        return states_at(self.fractions, np.array(states).T, exact_times, self.bits, jobs)[:, 0]
+        return states_at(self.fractions, states, exactly([times])[None], self.bits, jobs)[:, 0]
 
-    def flight(self, states: States, begun: Array, flight: Array, jobs: int = 1) -> Array:
+    def flight(self, states: Numbers, begun: Array, flight: Array, jobs: int = 1) -> Array:
         """t' from the first crossings to the last, from about when these are to doubles' rounding.
 
         The map is displaced by its roundings, and crossings with it, the more the less the surfaces
@@ -146,28 +151,14 @@ class Launch:
         _, late = self._crossed(first, flight - early, jobs)
         return np.asarray(flight - early + late)
 
-    def _crossed(self, states: States, times: Array, jobs: int) -> tuple[States, Array]:
+    def _crossed(self, states: Numbers, times: Array, jobs: int) -> tuple[Numbers, Array]:
         """Orbits at crossings that are about so much later, and by how much more, t'."""
         at, moved = self.carried(states, times, jobs), np.zeros_like(times)
         for _ in range(CROSSING_STEPS):
             here = at.astype(float)
             more = -here[2] / aligned(here, self.doubles.aligned)[2]
-            at, moved = self.carried(at.T.tolist(), more, jobs), moved + more
-        return at.T.tolist(), moved
-
-    def _state(self, theta1: Fraction, theta2: Fraction) -> list[Fraction]:
-        m, p = self.m, self.p
-        first, second = (m.mpf(x.numerator) / x.denominator for x in (theta1, theta2))
-        J2 = m.sqrt(2 * (self.h - p.mu * m.sin(second)) / p.kappa)
-        while True:
-            off = hamiltonian_J3_0(self.J1, J2, (first, second), p, m) - self.h
-            J2 -= off / (p.kappa * J2)
-            # What is left is smaller by mu J1.
-            if abs(off) < self.h * m.ldexp(1, -self.bits // 2):
-                break
-        at = Canonical(self.J1, J2 - self.J1, m.mpf(0), first, second, m.mpf(0), m.mpf(1))
-        found = aligned_from_canonical(at, p.alpha0, p.beta0, m)
-        return [fraction(x, self.bits) for x in found]
+            at, moved = self.carried(at, more, jobs), moved + more
+        return at, moved
 
     def _beside(self, psi: Array, J1: float) -> tuple[Array, Array, Array]:
         """v, theta1 and the oscillation of the time, at psi of the mirrored orbits."""
@@ -190,13 +181,12 @@ class Launch:
         J2 = np.sqrt(2 * (self.level.h - lifted + Qp * Qm / 2) / k.kappa)
         return np.asarray(across / (2 * (J2 + np.sqrt(J2 * J2 - across))))
 
-    def at_J1_0(self, begin: Array, states: States, jobs: int) -> list[Fraction]:
+    def at_J1_0(self, begin: Array, states: Numbers, jobs: int) -> list[Fraction]:
         """theta2_0, in [0, 2 pi): theta2 where J1 has grown to J1_0, of orbits from theta2 on."""
-        goal = self.theta2(self.b(begin, float(self.J1)), float(self.J1_0))
-        times = self.clock(goal, float(self.J1_0)) - self.clock(begin, float(self.J1))
-        found = self._moved(self.carried(states, times, jobs))
-        turn = 2 * self.m.pi
-        return [fraction(x - turn * self.m.floor(x / turn), self.bits) for x in found]
+        b = self.b(begin, float(self.J1))
+        times = self.clock(b, float(self.J1_0)) - self.clock(b, float(self.J1))
+        found = self._moved(self.carried(states, times, jobs)) % (2 * self.a.pi)
+        return [fraction(x, self.bits) for x in found]
 
     def _moved(self, states: Any) -> Any:
         """theta2 where J1 is J1_0 sharply, from states (6, n) a rounding of doubles beside."""
@@ -222,13 +212,13 @@ class Launch:
 class Sharp(NamedTuple):
     """Phases to 30 digits, (N,) each: radians in [0, 2 pi), where J1 is J1_0.
 
-    With aligned components at the starts of `Launch`, the corrections of the map by integration,
-    what the phases err by at most, radians: the last correction, or what roundings do; and t' from
-    the first crossings to the last.
+    With aligned components (6, N) at the starts of `Launch`, the corrections of the map by
+    integration, what the phases err by at most, radians: the last correction, or what roundings
+    do; and t' from the first crossings to the last.
     """
 
     theta2_0: list[Fraction]
-    starts: States
+    starts: Numbers
     moved: Array
     error: Array
     flight: Array
@@ -241,7 +231,7 @@ def sharp(launch: Launch, orbits: DoublyAsymptotic, jobs: int = 1) -> Sharp:
     """
     begun, error = launch.anchors(orbits.b), max(FIRST_ERROR, launch.level.displaced(53))
     slope = orbits.I_slope * begun.b_slope
-    theta2 = [Fraction(float(x)) for x in begun.theta2]
+    theta2 = exactly([begun.theta2])
     I_before = step = np.zeros_like(slope)
     for rounds in range(ROUNDS):
         states = launch.states(begun, theta2)
@@ -259,28 +249,27 @@ def sharp(launch: Launch, orbits: DoublyAsymptotic, jobs: int = 1) -> Sharp:
             error = last
             continue
         I_before, step = I, wanted
-        theta2 = [x + Fraction(float(y)) for x, y in zip(theta2, step, strict=True)]
+        theta2 = theta2 + exactly([step])
         if last < FINEST:
             break
         error = max(last * GAINED, FINEST)
     else:
         raise NoOrbit(f"theta2_0 does not settle below {last:.2g} rad")
-    moved = [float(x - Fraction(float(y))) for x, y in zip(theta2, begun.theta2, strict=True)]
+    moved = (theta2 - exactly([begun.theta2])).astype(float)
     states = launch.states(begun, theta2)
     theta2_0 = launch.at_J1_0(begun.theta2 + moved, states, jobs)
     left = max(launch.level.displaced(launch.bits), math.ldexp(NEAREST, -51))
     flight = launch.flight(states, _begun(launch, orbits), orbits.flight, jobs)
-    return Sharp(theta2_0, states, np.array(moved), np.abs(step).clip(left), flight)
+    return Sharp(theta2_0, states, moved, np.abs(step).clip(left), flight)
 
 
 def _begun(launch: Launch, orbits: DoublyAsymptotic) -> Array:
     """t' from the starts to the first crossings, by the map."""
-    start = launch.clock(launch.theta2(orbits.b, float(launch.J1)), float(launch.J1))
-    return orbits.begun - start
+    return orbits.begun - launch.clock(orbits.b, float(launch.J1))
 
 
 def _invariant(
-    launch: Launch, orbits: DoublyAsymptotic, states: States, distance: Array, jobs: int
+    launch: Launch, orbits: DoublyAsymptotic, states: Numbers, distance: Array, jobs: int
 ) -> Array:
     """I of the last passages, measured where the orbits are so close to the periodic orbit."""
     level, upper = launch.level, len(orbits.symbols) % 2 == 0

@@ -33,7 +33,7 @@ QUARTER = exact("pi/2")
 
 def orbit(phase: str, bits: int, engine: str = "taylor", **changed: Any) -> ReferenceOrbit:
     begin = start(PROBLEM, bits, Scales())
-    state, further = states_exact(begin, [exact(phase), exact(phase) + QUARTER], bits)
+    state, further = states_exact(begin, [exact(phase), exact(phase) + QUARTER], bits).T
     given: dict[str, Any] = {
         "longest": 1e3,
         "engine": engine,
@@ -41,7 +41,7 @@ def orbit(phase: str, bits: int, engine: str = "taylor", **changed: Any) -> Refe
         "tolerance": 2.0**-52,
         **changed,
     }
-    return ReferenceOrbit(begin.coefficients, state, [Fraction(0)] * 3 + further[3:], **given)
+    return ReferenceOrbit(begin.coefficients, state, further * np.repeat([0, 1], 3), **given)
 
 
 def test_the_tangent_is_the_derivative_along_the_phase() -> None:

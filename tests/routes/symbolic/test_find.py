@@ -108,17 +108,16 @@ def test_a_crossing_counts_as_known_two_digits_short_of_what_it_needs(
     legs: Any = object.__new__(refine._Legs)
     m = legs.m = context(200)
     legs.needed, legs.most, legs.theta, legs.least = [20.0, 15.0], 20.0, m.mpf(1), m.mpf(0)
-    legs.states, legs.times = [np.array([m.mpf(0)] * 6) for _ in range(2)], [m.mpf(0)] * 2
-    legs._start = lambda _: None
-    ends = [x + m.mpf(0) for x in legs.states]
-    ends[1][4] += off
-    ends[1][5] += 2.0**-150
-    legs._ends = lambda *_: (ends, [m.mpf(0.25), m.mpf(0.5)])
+    legs.states, legs.times = np.full((6, 2), m.mpf(0)), np.full(2, m.mpf(0))
+    legs._start = lambda _: legs.states[:, 0]
+    ends = legs.states.copy()
+    ends[4:, 1] += [off, 2.0**-150]
+    legs._ends = lambda *_: (ends, np.array([m.mpf(0.25), m.mpf(0.5)]))
     slopes = [np.array([[m.mpf(1)]] * 6), np.eye(6, dtype=object) * m.mpf(1)]
     assert legs._corrected(slopes, 20, 1) == pytest.approx(told)
     # theta2_0 is changed so that gamma3 of the last one stays.
-    assert (legs.theta - 1, legs.states[1][5]) == (-(2.0**-150), 0)
-    assert legs.times == [0.25, 0.5]
+    assert (legs.theta - 1, legs.states[5, 1]) == (-(2.0**-150), 0)
+    assert legs.times.tolist() == [0.25, 0.5]
 
 
 def test_a_crossing_is_told_from_beside_it_to_the_third_power_of_the_time() -> None:
@@ -126,10 +125,10 @@ def test_a_crossing_is_told_from_beside_it_to_the_third_power_of_the_time() -> N
     legs: Any = object.__new__(refine._Legs)
     problem, m = RouteProblem(FIG4, exact("1.3342"), exact("1e-8"), 1), context(212)
     begin = start(problem, 212, Scales())
-    [state] = states_exact(begin, [exact("0.4")], 212)
+    states = states_exact(begin, [exact("0.4")], 212)
     limit = 100.0
     given: Any = {"engine": "taylor", "bits": 212, "tolerance": 2.0**-52, "jobs": 1}
-    crossed = first_crossings(begin.coefficients, np.array([state]).T, limit, **given)
+    crossed = first_crossings(begin.coefficients, states, limit, **given)
     assert crossed is not None
     _, section = crossed
     legs.c = AlignedCoefficients(*(m.mpf(x.numerator) / x.denominator for x in begin.coefficients))
@@ -169,7 +168,7 @@ def test_no_more_digits_are_said_to_be_known_than_slopes_can_have_told(
     legs: Any = object.__new__(refine._Legs)
     legs.needed, legs.most = np.array([float(digits)]), float(digits)
     legs.m = context(4 * digits)
-    legs.theta, legs.times, asked = legs.m.mpf(1), [legs.m.mpf(0)], []
+    legs.theta, legs.times, asked = legs.m.mpf(1), np.array([legs.m.mpf(0)]), []
     right = 9.5
 
     def differences(bits: int, _: int) -> list[float]:

@@ -116,9 +116,9 @@ def test_homoclinic_orbits_tend_to_the_periodic_orbit_at_the_floquet_rate() -> N
     Beside the orbit what is left is of third order, relative 1e-6 at a distance of 1e-3.
     """
     found, one = orbits(3), launch()
-    starts = sharp(one, found).starts
+    starts = sharp(one, found).starts.T
     rate = floquet.periodic_orbit(BODY.angles(), float(H))
-    begun = found.begun - one.clock(one.theta2(found.b, float(one.J1)), float(one.J1))
+    begun = found.begun - one.clock(found.b, float(one.J1))
     far = 4.0 * rate.period
     for k in (0, 1):
         end = float((begun + found.flight)[k])
