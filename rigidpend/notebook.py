@@ -226,7 +226,7 @@ def run(
         with shown(1, expected) as display:
             hear = partial(display.hear, config.name)
             say = hear if progress is None else lambda x: progress(f"{config.name}: {x}")
-            runner.follow(planned, jobs=jobs, say=say)
+            runner.follow(planned, jobs, say)
     return load(planned.target)
 
 

@@ -228,8 +228,7 @@ def _rows(found: FoundOrbit) -> list[tuple[str, str, str]]:
 
 def _document(found: FoundOrbit) -> dict[str, Any]:
     address = found.address
-    plain = {k: x.tolist() if hasattr(x, "tolist") else x for k, x in found._asdict().items()}
-    return plain | {
+    return found._asdict() | {
         "theta2_0": str(found.theta2_0),
         "address": str(address),
         "first": address.first,

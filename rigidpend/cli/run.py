@@ -275,10 +275,10 @@ class Runs:
         # Most of a long run is Python's own work, which holds the interpreter.
         apart = at_once > 1 and self.expected.get(planned.name, 0.0) > LONG
         if self.scheduler or not apart:
-            runner.follow(planned, jobs=jobs, say=hear, scheduler=self.scheduler)
+            runner.follow(planned, jobs, hear, self.scheduler)
             return
         try:
-            workers.apart(_followed, (planned, jobs), hear)
+            workers.apart(runner.follow, (planned, jobs), hear)
         except BaseException:
             # A process that is ended may be writing.
             files.sweep(planned.target)
@@ -291,10 +291,3 @@ class Runs:
         self.code = max(self.code, exit_code(error))
         outcome.status, outcome.error = "failed", sentence(error, log)
         return outcome.error
-
-
-def _followed(planned: Plan, jobs: int, say: Callable[[str], None]) -> None:
-    """Compute one config in this process, which is its own."""
-    from rigidpend.runs import runner
-
-    runner.follow(planned, jobs=jobs, say=say)

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import itertools
-import math
 from collections.abc import Iterator
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -148,12 +147,5 @@ def _document(loaded: Any) -> dict[str, Any]:
         "experiment": loaded.experiment,
         "config_hash": loaded.config_hash,
         "config": loaded.resolved(),
-        "rows": [row._asdict() | {"number": _finite(row.number)} for row in rows],
+        "rows": [row._asdict() for row in rows],
     }
-
-
-def _finite(number: Any) -> Any:
-    """The number or the numbers of a row; null for what is not finite."""
-    if isinstance(number, list):
-        return [_finite(x) for x in number]
-    return number if number is None or math.isfinite(number) else None

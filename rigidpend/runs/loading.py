@@ -191,8 +191,7 @@ def _problems(figure: str, shipped: tuple[Path, ...]) -> list[Any]:
 
 def load_all(paths: Sequence[Path], settings: Sequence[str] = ()) -> list[LoadedConfig]:
     """Load several configs; the complaints about all of them are raised together."""
-    names = [path.stem for path in paths]
-    return _together([partial(load, path, settings) for path in paths], names)
+    return [found for [found] in load_swept(paths, settings)]
 
 
 def _experiment(document: Document) -> str:

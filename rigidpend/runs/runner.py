@@ -170,7 +170,7 @@ def expected_seconds(planned: Plan) -> float | None:
 
 
 def follow(
-    planned: Plan, *, jobs: int, say: Callable[[str], None], scheduler: str | None = None
+    planned: Plan, jobs: int, say: Callable[[str], None], scheduler: str | None = None
 ) -> None:
     """Run a planned experiment and say its beginning with the reason, its progress and its end.
 
