@@ -216,7 +216,7 @@ def run(
     options = [f"{key}={value}" for key, value in given]
     chosen = ending if called is None else called
     if called is not None or ending:
-        overrides.checked_name(chosen, Origin("called"))
+        overrides.check_name(chosen, Origin("called"))
     [[config]] = loading.load_swept([path], options, option="")
     config = replace(config, name=f"{path.stem}{ending}" if called is None else called)
     planned = runner.plan(config, folder)
