@@ -81,10 +81,10 @@ class StoredResult:
         ModuleNotFoundError
             xarray is not installed: it is in the extra `notebook`.
         """
-        from rigidpend.results import labelled
+        from rigidpend.experiments import data
 
         layout = experiments.layout(self.experiment)
-        return labelled.tree(self.values, layout, self.loaded["attributes"])
+        return data.labelled(self.values, layout, self.loaded["attributes"])
 
     def __getitem__(self, key: str) -> Any:
         try:

@@ -18,6 +18,8 @@ from typing import TYPE_CHECKING, Any, NamedTuple, TypeAlias, TypedDict
 import numpy as np
 
 if TYPE_CHECKING:
+    import xarray
+
     from rigidpend.experiments.compare import Difference
 
 
@@ -159,3 +161,34 @@ def fields(layout: Layout, data: Data, place: str = "") -> Iterator[tuple[str, A
             yield inner, data[name], node
         else:
             yield from fields(node, data[name], f"{inner}/")
+
+
+def labelled(data: Data, layout: Layout, attributes: Mapping[str, Any]) -> xarray.DataTree:
+    """A result as an xarray tree; attributes are those of its root.
+
+    There is a node for each group; each array has its dimensions, its unit and its description.
+    ModuleNotFoundError where xarray, of the extra `notebook`, is not installed.
+    """
+    import xarray
+
+    made = xarray.DataTree.from_dict(dict(_datasets("", data, layout)))
+    made.attrs.update(attributes)
+    return made
+
+
+def _datasets(path: str, data: Data, layout: Layout) -> Iterator[tuple[str, xarray.Dataset]]:
+    """A group and those inside it, with their paths."""
+    import xarray
+
+    variables, coordinates = {}, []
+    for key, node in declared(layout, data).items():
+        if not isinstance(node, Field):
+            yield from _datasets(f"{path}/{key}", data[key], node)
+            continue
+        # A dimension that is a mere size is named after its array.
+        sizes = enumerate(node.dimensions)
+        dims = [size if isinstance(size, str) else f"{key}_{k}" for k, size in sizes]
+        meaning = {"units": node.units, "description": node.description}
+        variables[key] = xarray.Variable(dims, np.asarray(data[key]), meaning)
+        coordinates += [key] if node.coordinate else []
+    yield path or "/", xarray.Dataset(variables).set_coords(coordinates)
