@@ -2,7 +2,7 @@
 
 A layout names the fields of a group and the groups inside it::
 
-    LAYOUT = {"<arrays>": {"codes": Field(WHOLE, ("symbols", "columns"), "1", "...")}}
+    LAYOUT = {"<arrays>": {"codes": whole("1", "0 left, 1 right", "symbols", "columns")}}
 
 A name in ``<>`` stands for members of any names, as many as the dimension of that name; one
 that ends in ``?`` may be absent. A dimension has one size throughout, but in each member of
@@ -13,6 +13,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Collection, Iterator, Mapping
+from functools import partial
 from typing import TYPE_CHECKING, Any, NamedTuple, TypeAlias, TypedDict
 
 import numpy as np
@@ -106,6 +107,16 @@ class Field(NamedTuple):
     """Letter by which axes call it, as matplotlib sets it."""
     coordinate: bool = False
     """True if it is the coordinate along its dimension."""
+
+
+def _field(
+    kind: str, units: str, description: str, *dimensions: int | str, **further: Any
+) -> Field:
+    return Field(kind, dimensions, units, description, **further)
+
+
+double, whole, flag, text = (partial(_field, kind) for kind in (FLOAT, WHOLE, FLAG, TEXT))
+"""Fields of these kinds: of their unit, their description, then their dimensions."""
 
 
 def as_bytes(texts: Any) -> Any:
