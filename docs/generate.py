@@ -16,14 +16,14 @@ from types import NoneType, UnionType
 from typing import Annotated, Any, Literal, NamedTuple, Union, get_args, get_origin
 
 import click
-from pydantic import BaseModel
+from pydantic import BaseModel, ConfigDict, TypeAdapter
 from pydantic.fields import FieldInfo
 
 import rigidpend
 from docs import floors
 from rigidpend import cli, experiments
 from rigidpend.config import catalogue
-from rigidpend.config.schema import ExperimentConfig, WordForNone, comment, nested
+from rigidpend.config.schema import WRITTEN, ExperimentConfig, comment, nested
 from rigidpend.machine.wording import Table, markdown
 from rigidpend.numbers.exact import Exact
 from rigidpend.render import captions
@@ -176,8 +176,9 @@ def shown_default(field: FieldInfo) -> str:
         return "as below"
     if default is None:
         # Only a word that a config may hold is one to show.
-        [word] = [x.word for x in field.metadata if isinstance(x, WordForNone)]
-        return f"`{word}`"
+        kind: Any = Annotated[field.annotation, *field.metadata]
+        any_kind = ConfigDict(arbitrary_types_allowed=True)
+        return f"`{TypeAdapter(kind, config=any_kind).dump_python(None, context=WRITTEN)}`"
     if isinstance(default, tuple):
         shown = ", ".join(map(str, default))
         return f"`[{shown}]`" if len(default) < 5 else "all"

@@ -81,10 +81,10 @@ class StoredResult:
         ModuleNotFoundError
             xarray is not installed: it is in the extra `notebook`.
         """
-        from rigidpend.results import labelled
+        from rigidpend.experiments import data
 
         layout = experiments.layout(self.experiment)
-        return labelled.tree(self.values, layout, self.loaded["attributes"])
+        return data.labelled(self.values, layout, self.loaded["attributes"])
 
     def __getitem__(self, key: str) -> Any:
         try:
@@ -216,7 +216,7 @@ def run(
     options = [f"{key}={value}" for key, value in given]
     chosen = ending if called is None else called
     if called is not None or ending:
-        overrides.checked_name(chosen, Origin("called"))
+        overrides.check_name(chosen, Origin("called"))
     [[config]] = loading.load_swept([path], options, option="")
     config = replace(config, name=f"{path.stem}{ending}" if called is None else called)
     planned = runner.plan(config, folder)
@@ -226,7 +226,7 @@ def run(
         with shown(1, expected) as display:
             hear = partial(display.hear, config.name)
             say = hear if progress is None else lambda x: progress(f"{config.name}: {x}")
-            runner.follow(planned, jobs=jobs, say=say)
+            runner.follow(planned, jobs, say)
     return load(planned.target)
 
 

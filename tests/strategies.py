@@ -13,7 +13,7 @@ from hypothesis import strategies as st
 from mpmath import MPContext
 
 from rigidpend.mechanics.body import Angles, Body
-from rigidpend.mechanics.coordinates import Aligned, Canonical, body_from_aligned, canonical, scale
+from rigidpend.mechanics.coordinates import Aligned, Canonical, body_from_aligned, scale
 from rigidpend.mechanics.in_space import angular_velocity, field, hodograph
 
 FINE = MPContext()
@@ -54,6 +54,12 @@ def bodies(draw: st.DrawFn, mu: str = "1/2") -> Body:
     A = (A1, A1 * (1 - share + thickness * (2 * share - 1)), A1 * share)
     r = draw(st.sampled_from([(1, 0, 0), (0, 1, 0), (1, 1, 0), (1, 3, 0), (2, "0.3", 0)]))
     return Body(A, r, Fraction(mu) * draw(st.fractions(0, 1, max_denominator=30)))
+
+
+def canonical(J1: Any, J2: Any, J3: Any, theta1: Any, theta2: Any, theta3: Any) -> Canonical:
+    """Canonical variables from the six alone."""
+    cosq = np.sqrt((J2 - J3) * (J2 + J3)) / J2
+    return Canonical(J1, J2 - J1, J3, theta1, theta2, theta3, cosq)
 
 
 @st.composite

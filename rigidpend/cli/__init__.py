@@ -27,6 +27,8 @@ def command(name: str) -> click.Command:
     """The command of a name."""
     module = importlib.import_module(f"rigidpend.cli.{COMMANDS[name]}")
     found: click.Command = getattr(module, f"{name}_command")
+    # Of the whole first sentence click itself would cut the end.
+    found.short_help = (found.help or "").partition("\n\n")[0]
     return found
 
 
@@ -38,12 +40,6 @@ class Commands(click.Group):
 
     def get_command(self, ctx: click.Context, cmd_name: str) -> click.Command | None:
         return command(cmd_name) if cmd_name in COMMANDS else None
-
-    def format_commands(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:
-        """List the commands in whole sentences."""
-        with formatter.section("Commands"):
-            told = ((name, (command(name).help or "").partition("\n\n")[0]) for name in COMMANDS)
-            formatter.write_dl([(name, " ".join(said.split())) for name, said in told])
 
     def invoke(self, ctx: click.Context) -> Any:
         """Run a command; whatever it raises becomes a sentence and an exit code."""

@@ -4,12 +4,13 @@ from __future__ import annotations
 
 import contextlib
 import json
+import math
 import os
 import re
 import shutil
 import signal
 import sys
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from typing import Any, NoReturn
 
@@ -162,9 +163,18 @@ def drop(stream: Any) -> None:
 
 
 def print_json(document: Any) -> None:
-    """Write the one document of ``--json`` on stdout."""
+    """Write the one document of ``--json`` on stdout: arrays are lists, what is not finite null."""
     click.get_current_context().meta[OWED] = False
-    click.echo(json.dumps(document, indent=2))
+    click.echo(json.dumps(_plain(document), indent=2, default=str))
+
+
+def _plain(value: Any) -> Any:
+    value = value.tolist() if hasattr(value, "tolist") else value
+    if isinstance(value, Mapping):
+        return {name: _plain(each) for name, each in value.items()}
+    if isinstance(value, list | tuple):
+        return [_plain(each) for each in value]
+    return None if isinstance(value, float) and not math.isfinite(value) else value
 
 
 def print_table(rows: Sequence[Sequence[str]], margin: str = "") -> None:

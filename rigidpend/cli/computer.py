@@ -36,13 +36,14 @@ def cache_command(clear: bool, as_json: bool) -> None:
     from rigidpend.machine import cache
 
     found = cache.subfolders()
+    whole = f"{cache.folder()}: {_size(sum(one.size for one in found))}"
     if clear:
         cache.clear()
-        say(f"{cache.folder()}: {_size(sum(one.size for one in found))} removed")
+        say(f"{whole} removed")
     elif as_json:
-        print_json({"folder": str(cache.folder()), "subfolders": [_document(x) for x in found]})
+        print_json({"folder": cache.folder(), "subfolders": [_document(x) for x in found]})
     else:
-        click.echo(f"{cache.folder()}: {_size(sum(one.size for one in found))}")
+        click.echo(whole)
         if found:
             print_table([_row(one) for one in found])
         # Damaged files are named, for they are what to act on.
@@ -65,8 +66,8 @@ def _document(one: Subfolder) -> dict[str, Any]:
         "name": one.path.name,
         "meaning": one.meaning,
         "bytes": one.size,
-        "files": [str(path) for path in one.files],
-        "damaged": [str(path) for path in one.damaged],
+        "files": one.files,
+        "damaged": one.damaged,
     }
 
 

@@ -174,15 +174,11 @@ def _found(
 
 
 def _row(document: dict[str, Any]) -> tuple[str, str, str]:
+    code = plain(document["code"], SHOWN)
     if "error" in document:
-        return _cut(document["code"]), "-", document["error"]
+        return code, "-", document["error"]
     confirmed = f"{document['confirmed']} of {len(document['symbols'])} symbols confirmed"
-    return _cut(document["code"]), document["theta2_0"], f"{_cut(document['address'])}; {confirmed}"
-
-
-def _cut(text: str) -> str:
-    """A code or an address as the table shows it."""
-    return plain(text, SHOWN)
+    return code, document["theta2_0"], f"{plain(document['address'], SHOWN)}; {confirmed}"
 
 
 def _list(code: str, decimals: int, given: dict[str, Any], as_json: bool, jobs: int) -> None:
@@ -213,7 +209,7 @@ def _rows(found: FoundOrbit) -> list[tuple[str, str, str]]:
         ("theta2_0", str(found.theta2_0), "initial phase, radians"),
         (
             "address",
-            _cut(str(found.address)),
+            plain(str(found.address), SHOWN),
             "first cell, then symbol^half rotations of each passage",
         ),
         ("symbols", str(n), "in the code"),
@@ -228,8 +224,7 @@ def _rows(found: FoundOrbit) -> list[tuple[str, str, str]]:
 
 def _document(found: FoundOrbit) -> dict[str, Any]:
     address = found.address
-    plain = {k: x.tolist() if hasattr(x, "tolist") else x for k, x in found._asdict().items()}
-    return plain | {
+    return found._asdict() | {
         "theta2_0": str(found.theta2_0),
         "address": str(address),
         "first": address.first,

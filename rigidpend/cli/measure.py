@@ -2,11 +2,10 @@
 
 from __future__ import annotations
 
-import math
 import sys
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import click
 
@@ -92,7 +91,7 @@ def measured(
         say(f"{planned.config.name}: {text}")
 
     if planned.reason:
-        runner.follow(planned, jobs=jobs, say=tell)
+        runner.follow(planned, jobs, tell)
     else:
         tell(f"{planned.target} is up to date")
     picture = planned.target.with_suffix(".png")
@@ -105,19 +104,8 @@ def _tell(result: Loaded, tables: Sequence[Table], as_json: bool) -> None:
     """Print what was measured, and where: as tables, or as data."""
     machine = result["provenance"]
     if as_json:
-        print_json({"machine": machine, "data": _plain(result["data"])})
+        print_json({"machine": machine, "data": result["data"]})
         return
     click.echo(f"{machine['processor']}, {machine['system']}; {machine['created']}\n")
     for line in (line for table in tables for line in wording.terminal(table)):
         click.echo(line)
-
-
-def _plain(value: Any) -> Any:
-    """Data as JSON can hold it; None for what is not finite."""
-    if isinstance(value, Mapping):
-        return {name: _plain(each) for name, each in value.items()}
-    if hasattr(value, "tolist"):
-        value = value.tolist()
-    if isinstance(value, list):
-        return [_plain(each) for each in value]
-    return None if isinstance(value, float) and not math.isfinite(value) else value

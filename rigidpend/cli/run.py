@@ -40,8 +40,8 @@ class RunOutcome:
     engine: str | None = None
     config_hash: str | None = None
     code_hash: str | None = None
-    file: str | None = None
-    log: str | None = None
+    file: Path | None = None
+    log: Path | None = None
     seconds: float | None = None
     error: str | None = None
 
@@ -117,9 +117,9 @@ def run_command(
         known |= zip(changed, swept, strict=True)
     named = [(x, folder_of(x, folder), each) for x in paths for each in known[x]]
     _check_twins([(place / each.name, x) for x, place, each in named])
-    runs = Runs(jobs, scheduler, keep_going)
+    runs = Runs(jobs, scheduler, keep_going, settings, force)
     for x, place, each in named:
-        runs.plan(each, x, place, settings, force=force)
+        runs.plan(each, x, place)
     at_once, expected = runs.at_once(len(paths)), runs.expected
     shown = Progress(
         len(runs.waiting), expected, at_once, start=begun, quiet=quiet, verbose=verbose
@@ -171,6 +171,8 @@ class Runs:
     scheduler: str | None
     """Address of a cluster; None for this machine."""
     keep_going: bool
+    settings: Sequence[str] = ()
+    force: bool = False
     outcomes: list[RunOutcome] = field(default_factory=list)
     waiting: list[tuple[Plan, RunOutcome]] = field(default_factory=list)
     """Those that are to be computed."""
@@ -179,15 +181,7 @@ class Runs:
     code: int = DONE
     """Worst exit code so far."""
 
-    def plan(
-        self,
-        config: LoadedConfig | Plan,
-        path: Path,
-        place: Path,
-        settings: Sequence[str],
-        *,
-        force: bool,
-    ) -> None:
+    def plan(self, config: LoadedConfig | Plan, path: Path, place: Path) -> None:
         """Decide whether a config is to be run; of one that was recalled nothing is to be done."""
         from rigidpend.runs import runner
 
@@ -196,16 +190,16 @@ class Runs:
         try:
             if isinstance(config, runner.Plan):
                 planned = config
-            elif force:
+            elif self.force:
                 planned = runner.plan(config, place, force=True)
             else:
-                planned = runner.plan_kept(config, path, place, settings)
+                planned = runner.plan_kept(config, path, place, self.settings)
         except Exception as error:
             if not self.keep_going:
                 raise
             say(f"rigidpend: {self._failed(outcome, error, None)}")
             return
-        outcome.file = str(planned.target)
+        outcome.file = planned.target
         for key, value in planned.fingerprint.items():
             setattr(outcome, key, value)
         if planned.reason:
@@ -262,8 +256,7 @@ class Runs:
             say(f"rigidpend: {name}: {said}")
         finally:
             outcome.seconds = round(time.perf_counter() - begun, 3)
-            log = logs.path(name)
-            outcome.log = str(log) if log else None
+            outcome.log = logs.path(name)
         shown.end(name, well=outcome.status == "computed")
 
     def _by_its_means(self, planned: Plan, at_once: int, hear: Callable[[str], None]) -> None:
@@ -275,10 +268,10 @@ class Runs:
         # Most of a long run is Python's own work, which holds the interpreter.
         apart = at_once > 1 and self.expected.get(planned.name, 0.0) > LONG
         if self.scheduler or not apart:
-            runner.follow(planned, jobs=jobs, say=hear, scheduler=self.scheduler)
+            runner.follow(planned, jobs, hear, self.scheduler)
             return
         try:
-            workers.apart(_followed, (planned, jobs), hear)
+            workers.apart(runner.follow, (planned, jobs), hear)
         except BaseException:
             # A process that is ended may be writing.
             files.sweep(planned.target)
@@ -291,10 +284,3 @@ class Runs:
         self.code = max(self.code, exit_code(error))
         outcome.status, outcome.error = "failed", sentence(error, log)
         return outcome.error
-
-
-def _followed(planned: Plan, jobs: int, say: Callable[[str], None]) -> None:
-    """Compute one config in this process, which is its own."""
-    from rigidpend.runs import runner
-
-    runner.follow(planned, jobs=jobs, say=say)

@@ -3,10 +3,8 @@
 from __future__ import annotations
 
 import itertools
-import math
-from collections.abc import Iterator
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import click
 
@@ -14,9 +12,6 @@ from rigidpend import experiments
 from rigidpend.cli.common import INTERNAL, exit_code, folder_of, print_json, print_table
 from rigidpend.cli.options import JSON, NAMED, OUT, SETTINGS, complete_names
 from rigidpend.config import catalogue
-
-if TYPE_CHECKING:
-    from rigidpend.runs.runner import Plan
 
 
 @click.command("list")
@@ -36,36 +31,14 @@ def list_command(folder: Path, as_json: bool) -> None:
       rigidpend list
       rigidpend list --json
     """
-    entries = list(_entries(folder))
+    entries = [_entry(*named, folder) for named in _named(folder)]
     if as_json:
         print_json(entries)
         return
-    for place, group in itertools.groupby(entries, lambda entry: Path(entry["config"]).parent):
+    for place, group in itertools.groupby(entries, lambda entry: entry["config"].parent):
         rows = [_row(entry) for entry in group]
         click.echo(f"{place}/" if str(place) != "." else "here")
         print_table(rows, "  ")
-
-
-def _entries(folder: Path) -> Iterator[dict[str, Any]]:
-    """An entry for each config, and for each other result."""
-    from rigidpend.runs import runner
-
-    for name, path in _named(folder):
-        place = folder_of(path, folder)
-        experiment: str | None = None
-        found: Plan | Exception
-        try:
-            if known := runner.recalled(path, place):
-                experiment, found = known.experiment, known
-            else:
-                from rigidpend.runs import loading
-
-                config = loading.load(path)
-                experiment = config.experiment
-                found = runner.plan_kept(config, path, place)
-        except Exception as error:  # noqa: BLE001
-            found = error
-        yield _entry(path, name, experiment, found)
 
 
 def _named(folder: Path) -> list[tuple[str, Path]]:
@@ -80,20 +53,31 @@ def _named(folder: Path) -> list[tuple[str, Path]]:
     return [*sorted(by_name.items(), key=lambda each: places.index(each[1].parent)), *stray]
 
 
-def _entry(
-    path: Path, name: str, experiment: str | None, found: Plan | Exception
-) -> dict[str, Any]:
+def _entry(name: str, path: Path, folder: Path) -> dict[str, Any]:
     """The entry of a result; a bad config or a damaged result does not hide the others."""
-    told: dict[str, Any] = {"name": name, "experiment": experiment}
-    if isinstance(found, Exception):
-        if exit_code(found) == INTERNAL:
-            raise found
-        told |= {"status": "cannot be used", "reason": str(found), "doubt": None}
-    else:
-        told |= {"status": "to run" if found.reason else "up to date"}
+    from rigidpend.runs import runner
+
+    told: dict[str, Any] = {"name": name, "experiment": None}
+    place, file = folder_of(path, folder), None
+    try:
+        found = runner.recalled(path, place)
+        if found is None:
+            from rigidpend.runs import loading
+
+            config = loading.load(path)
+            told["experiment"] = config.experiment
+            found = runner.plan_kept(config, path, place)
+        told |= {
+            "experiment": found.experiment,
+            "status": "to run" if found.reason else "up to date",
+        }
         told |= {"reason": found.reason or None, "doubt": found.doubt or None}
-    file = None if isinstance(found, Exception) else str(found.target)
-    return told | {"in_all": catalogue.in_all(path), "config": str(path), "file": file}
+        file = found.target
+    except Exception as error:
+        if exit_code(error) == INTERNAL:
+            raise
+        told |= {"status": "cannot be used", "reason": str(error), "doubt": None}
+    return told | {"in_all": catalogue.in_all(path), "config": path, "file": file}
 
 
 def _row(entry: dict[str, Any]) -> list[str]:
@@ -101,7 +85,7 @@ def _row(entry: dict[str, Any]) -> list[str]:
     # Of a config with many faults the first line; `describe` has them all.
     said = f"{status}: {reason.splitlines()[0]}" if reason else status
     doubt = f"; {entry['doubt']}" if entry["doubt"] else ""
-    by_name = " (by name only)" if Path(entry["config"]).parent.name == catalogue.MEASURE else ""
+    by_name = " (by name only)" if entry["config"].parent.name == catalogue.MEASURE else ""
     return [entry["name"], entry["experiment"] or "-", f"{said}{doubt}{by_name}"]
 
 
@@ -148,12 +132,5 @@ def _document(loaded: Any) -> dict[str, Any]:
         "experiment": loaded.experiment,
         "config_hash": loaded.config_hash,
         "config": loaded.resolved(),
-        "rows": [row._asdict() | {"number": _finite(row.number)} for row in rows],
+        "rows": [row._asdict() for row in rows],
     }
-
-
-def _finite(number: Any) -> Any:
-    """The number or the numbers of a row; null for what is not finite."""
-    if isinstance(number, list):
-        return [_finite(x) for x in number]
-    return number if number is None or math.isfinite(number) else None

@@ -76,7 +76,7 @@ def verify_command(
                 _tell(found[-1])
     # Where everything is compared, a reference that no config makes is a difference as well.
     known = {path.stem for path in paths}
-    strays = [str(x) for x in results_in(folders[0]) if everything and x.stem not in known]
+    strays = [x for x in results_in(folders[0]) if everything and x.stem not in known]
     same = not strays and all(one["same"] for one in found)
     if as_json:
         print_json({"same": same, "results": found, "without_config": strays})
@@ -112,7 +112,7 @@ def _compared(
     places = [path] if path.suffix == ".h5" else [each / f"{loaded.name}.h5" for each in folders]
     stored = next(filter(Path.exists, places), places[0])
     read = results / stored.name if results else None
-    outcome: dict[str, Any] = {"name": loaded.name, "reference": str(stored), "same": False}
+    outcome: dict[str, Any] = {"name": loaded.name, "reference": stored, "same": False}
     outcome |= {"absent": False, "error": None, "differences": []}
     try:
         # The certificate of what is read, if results are given; else that of the reference.

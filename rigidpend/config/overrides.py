@@ -39,15 +39,6 @@ class Sweep(NamedTuple):
     """The option that asks for it."""
 
 
-class Variant(NamedTuple):
-    """One combination of the values of several sweeps."""
-
-    ending: str
-    """Ending of the name of its result; empty where nothing is swept."""
-    settings: tuple[tuple[str, Origin], ...]
-    """Settings ``KEY=VALUE``, each with the origin of its sweep."""
-
-
 def override(document: Document, setting: str, origin: Origin) -> None:
     """Apply a setting ``a.b=VALUE`` to a document, as if it were written there.
 
@@ -110,20 +101,27 @@ def option(text: str) -> Sweep:
     return Sweep(key, texts, origin)
 
 
-def variants(sweeps: Sequence[Sweep]) -> list[Variant]:
-    """Every combination of the values, the last key's changing first."""
+def variants(sweeps: Sequence[Sweep]) -> dict[str, list[tuple[str, Origin]]]:
+    """Settings ``KEY=VALUE`` of every combination of the values, each with its sweep's origin.
+
+    They stand by the ending of the result's name, which is empty where nothing is swept; the last
+    key's values change first.
+    """
     origin = Origin("sweep")
     keys = [sweep.key for sweep in sweeps]
     if len(set(keys)) < len(keys):
         raise ConfigError.of(origin, f"a key is swept twice: {', '.join(keys)}")
-    found = []
     # One more than allowed shows that there are too many, before all are made.
-    for values in itertools.islice(itertools.product(*(s.values for s in sweeps)), MOST + 1):
-        settings = tuple((f"{s.key}={x}", s.origin) for s, x in zip(sweeps, values, strict=True))
-        found.append(Variant(ending(list(zip(keys, values, strict=True))), settings))
-    if len(found) > MOST:
+    every = list(itertools.islice(itertools.product(*(s.values for s in sweeps)), MOST + 1))
+    if len(every) > MOST:
         raise ConfigError.of(origin, f"more than {MOST} combinations")
-    if len({variant.ending.casefold() for variant in found}) < len(found):
+    found = {
+        ending(list(zip(keys, values, strict=True))): [
+            (f"{s.key}={x}", s.origin) for s, x in zip(sweeps, values, strict=True)
+        ]
+        for values in every
+    }
+    if len(set(map(str.casefold, found))) < len(every):
         raise ConfigError.of(origin, "two values would have the same name")
     return found
 
@@ -135,23 +133,22 @@ def ending(pairs: Sequence[tuple[str, str]]) -> str:
     return "".join(f"_{name}={value}" for name, value in zip(short, values, strict=True))
 
 
-def checked_name(name: str, origin: Origin) -> str:
-    """A name of a result, if it can be one of a file."""
+def check_name(name: str, origin: Origin) -> None:
+    """Refuse a name of a result that cannot be one of a file."""
     formed = isinstance(name, str) and NAME.fullmatch(name) and len(name) <= LONGEST
     if not formed or name == "all":
         message = f"a name is made of up to {LONGEST} letters, digits and _ . , = + -"
         raise ConfigError.of(origin, f"{message}; got {named(name)}")
-    return free_name(name, origin)
+    check_free(name, origin)
 
 
-def free_name(name: str, origin: Origin) -> str:
-    """A name, if it is text that a result can keep, and not that of a certificate."""
+def check_free(name: str, origin: Origin) -> None:
+    """Refuse a name that is no text that a result can keep, or that of a certificate."""
     if name != name.encode("utf-8", "replace").decode():
         raise ConfigError.of(origin, "the name of the file is not text in UTF-8: rename the file")
     if name.casefold().endswith(CERTIFICATE):
         taken = f"what ends in {CERTIFICATE} is the proof of a result"
         raise ConfigError.of(origin, f"choose another name than {name!r}: {taken}")
-    return name
 
 
 def in_one_line(node: Any) -> str:

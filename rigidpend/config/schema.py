@@ -13,11 +13,20 @@ import math
 import re
 import textwrap
 from collections.abc import Callable
-from dataclasses import dataclass
 from fractions import Fraction
 from itertools import pairwise
 from types import UnionType
-from typing import TYPE_CHECKING, Annotated, Any, Literal, Self, Union, get_args, get_origin
+from typing import (
+    TYPE_CHECKING,
+    Annotated,
+    Any,
+    Literal,
+    Self,
+    TypeVar,
+    Union,
+    get_args,
+    get_origin,
+)
 
 from pydantic import (
     AfterValidator,
@@ -25,13 +34,12 @@ from pydantic import (
     BeforeValidator,
     ConfigDict,
     Field,
-    GetCoreSchemaHandler,
     PlainSerializer,
     SerializationInfo,
     StringConstraints,
+    WrapSerializer,
     model_validator,
 )
-from pydantic_core import CoreSchema, core_schema
 
 from rigidpend.config.complaints import meant
 from rigidpend.mechanics.body import Body
@@ -141,27 +149,18 @@ Weight = Annotated[Number, _of_body("mu")]
 Word = Annotated[str, StringConstraints(pattern=r"^[A-Za-z]\w*$", max_length=40)]
 
 
-@dataclass(frozen=True)
-class WordForNone:
+def word_for_none(word: str) -> tuple[BeforeValidator, WrapSerializer]:
     """The word that stands for None in a config; written where numbers are as a person has them."""
 
-    word: str
+    def written(value: Any, others: Callable[[Any], Any], info: SerializationInfo) -> Any:
+        return word if value is None and info.context == WRITTEN else others(value)
 
-    def __get_pydantic_core_schema__(
-        self, source: Any, handler: GetCoreSchemaHandler
-    ) -> CoreSchema:
-        def written(value: Any, others: Callable[[Any], Any], info: SerializationInfo) -> Any:
-            return self.word if value is None and info.context == WRITTEN else others(value)
-
-        found, kind = handler(source), core_schema.wrap_serializer_function_ser_schema
-        return core_schema.no_info_before_validator_function(
-            lambda value: None if value == self.word else value,
-            found,
-            serialization=kind(written, schema=found, info_arg=True),
-        )
+    return BeforeValidator(lambda value: None if value == word else value), WrapSerializer(written)
 
 
-AUTO = WordForNone("auto")
+Kind = TypeVar("Kind")
+Auto = Annotated[Kind | None, *word_for_none("auto")]
+"""A value, or None, which is auto in a config."""
 
 
 class Part(BaseModel):
@@ -251,10 +250,10 @@ class PhaseGrid(Part):
 class DoubleNumerics(Part):
     """Numerics of experiments in double precision only."""
 
-    engine: Annotated[Literal["taylor", "scipy"] | None, BeforeValidator(_engine), AUTO] = None
+    engine: Annotated[Auto[Literal["taylor", "scipy"]], BeforeValidator(_engine)] = None
     """taylor, by a kernel compiled here, or scipy (DOP853); auto is taylor where LLVM is."""
 
-    tolerance: Annotated[Annotated[Number, TOLERANCE] | None, AUTO] = None
+    tolerance: Auto[Annotated[Number, TOLERANCE]] = None
     """Local tolerance in double precision, dimensionless; auto is the engine's own."""
 
 

@@ -37,13 +37,10 @@ def config_error(document: Document, model: Any, errors: Iterable[Any]) -> Confi
     within = {error["loc"][:k] for error in given for k in range(len(error["loc"]))}
     kept = (error for error in given if error["type"] != "too_short" or error["loc"] not in within)
     said = [_problem(document, model, error) for error in kept]
-    complaints = document.complaints + [p for p in said if not _passed_over(document, p.place)]
-    return ConfigError(sorted(complaints, key=lambda p: (p.origin.line or 0, p.origin.column or 0)))
-
-
-def _passed_over(document: Document, place: Place) -> bool:
     # One cause, one complaint: of what the reader refused the schema need not speak.
-    return any(place[:length] in document.unread for length in range(len(place) + 1))
+    own = [x for x in said if not document.unread & {x.place[:k] for k in range(len(x.place) + 1)}]
+    complaints = document.complaints + own
+    return ConfigError(sorted(complaints, key=lambda p: (p.origin.line or 0, p.origin.column or 0)))
 
 
 def among(words: Iterable[str]) -> str:

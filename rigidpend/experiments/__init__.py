@@ -9,7 +9,7 @@ from __future__ import annotations
 import functools
 import importlib
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, cast
+from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     from rigidpend.config.description import Row
@@ -33,7 +33,7 @@ def names() -> tuple[str, ...]:
 
 def schema(name: str) -> type[ExperimentConfig]:
     """Schema of an experiment's configs; as all here, UnknownExperiment of a name that none has."""
-    return cast("type[ExperimentConfig]", _module(name, "schema").Config)
+    return _module(name, "schema").Config
 
 
 def computation(name: str) -> Any:
@@ -80,7 +80,7 @@ def in_pieces(name: str) -> bool:
 
 def layout(name: str) -> Layout:
     """Layout of an experiment's results; nothing that computes is imported."""
-    return cast("Layout", _module(name).LAYOUT)
+    return _module(name).LAYOUT
 
 
 def drawing(name: str) -> Any:

@@ -70,6 +70,11 @@ def compute_in_order(pieces: Sequence[Piece]) -> Iterator[Tree]:
     return (piece.work(*piece.arguments) for piece in pieces)
 
 
+def compute_now(name: str, compute: Callable[[], Tree]) -> Tree:
+    """Compute a part, without a checkpoint."""
+    return compute()
+
+
 class Means(NamedTuple):
     """The means of a computation: its arithmetic, workers, progress and checkpoints, if any."""
 
@@ -79,7 +84,7 @@ class Means(NamedTuple):
     """Number of threads or processes at a time."""
     report: Callable[[str], None] = tell_nobody
     """Receiver of lines of progress."""
-    part: Callable[[str, Callable[[], Tree]], Tree] = lambda name, compute: compute()
+    part: Callable[[str, Callable[[], Tree]], Tree] = compute_now
     """Checkpoint: ``part(name, compute)`` is ``compute()``, kept for an interrupted run."""
     pieces: Callable[[Sequence[Piece]], Iterator[Tree]] = compute_in_order
     """Checkpoints whose functions and arguments may go to other machines; trees in their order."""

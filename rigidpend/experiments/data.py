@@ -2,7 +2,7 @@
 
 A layout names the fields of a group and the groups inside it::
 
-    LAYOUT = {"<arrays>": {"codes": Field(WHOLE, ("symbols", "columns"), "1", "...")}}
+    LAYOUT = {"<arrays>": {"codes": whole("1", "0 left, 1 right", "symbols", "columns")}}
 
 A name in ``<>`` stands for members of any names, as many as the dimension of that name; one
 that ends in ``?`` may be absent. A dimension has one size throughout, but in each member of
@@ -13,11 +13,14 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Collection, Iterator, Mapping
+from functools import partial
 from typing import TYPE_CHECKING, Any, NamedTuple, TypeAlias, TypedDict
 
 import numpy as np
 
 if TYPE_CHECKING:
+    import xarray
+
     from rigidpend.experiments.compare import Difference
 
 
@@ -106,6 +109,16 @@ class Field(NamedTuple):
     """True if it is the coordinate along its dimension."""
 
 
+def _field(
+    kind: str, units: str, description: str, *dimensions: int | str, **further: Any
+) -> Field:
+    return Field(kind, dimensions, units, description, **further)
+
+
+double, whole, flag, text = (partial(_field, kind) for kind in (FLOAT, WHOLE, FLAG, TEXT))
+"""Fields of these kinds: of their unit, their description, then their dimensions."""
+
+
 def as_bytes(texts: Any) -> Any:
     """An array of texts in UTF-8, of a width that HDF5 and parts keep."""
     given = np.asarray(texts)
@@ -159,3 +172,34 @@ def fields(layout: Layout, data: Data, place: str = "") -> Iterator[tuple[str, A
             yield inner, data[name], node
         else:
             yield from fields(node, data[name], f"{inner}/")
+
+
+def labelled(data: Data, layout: Layout, attributes: Mapping[str, Any]) -> xarray.DataTree:
+    """A result as an xarray tree; attributes are those of its root.
+
+    There is a node for each group; each array has its dimensions, its unit and its description.
+    ModuleNotFoundError where xarray, of the extra `notebook`, is not installed.
+    """
+    import xarray
+
+    made = xarray.DataTree.from_dict(dict(_datasets("", data, layout)))
+    made.attrs.update(attributes)
+    return made
+
+
+def _datasets(path: str, data: Data, layout: Layout) -> Iterator[tuple[str, xarray.Dataset]]:
+    """A group and those inside it, with their paths."""
+    import xarray
+
+    variables, coordinates = {}, []
+    for key, node in declared(layout, data).items():
+        if not isinstance(node, Field):
+            yield from _datasets(f"{path}/{key}", data[key], node)
+            continue
+        # A dimension that is a mere size is named after its array.
+        sizes = enumerate(node.dimensions)
+        dims = [size if isinstance(size, str) else f"{key}_{k}" for k, size in sizes]
+        meaning = {"units": node.units, "description": node.description}
+        variables[key] = xarray.Variable(dims, np.asarray(data[key]), meaning)
+        coordinates += [key] if node.coordinate else []
+    yield path or "/", xarray.Dataset(variables).set_coords(coordinates)

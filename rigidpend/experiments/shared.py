@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from rigidpend.experiments.compare import ROUNDING, relative, where
-from rigidpend.experiments.data import ANY, FLAG, FLOAT, TEXT, WHOLE, Allowed, Data, Field
+from rigidpend.experiments.data import ANY, WHOLE, Allowed, Data, Field, double, flag, text, whole
 from rigidpend.numbers.generic import Array
 
 if TYPE_CHECKING:
@@ -66,39 +66,35 @@ def crossed(within: Callable[[int], Any]) -> Allowed:
 
 
 MEANING = {
-    "theta2_0": Field(
-        FLOAT,
-        ("columns",),
+    "theta2_0": double(
         "rad",
         "initial phase of each column, rounded to a double; exactly start + k step of the config",
+        "columns",
         within=ROUNDING,
         symbol=r"$\theta_2^0$",
         coordinate=True,
     ),
-    "codes": Field(
-        WHOLE,
-        SYMBOLS,
+    "codes": whole(
         "1",
         "symbols, row 0 = symbol 1: 0 left, 1 right, 255 none (no return)",
+        *SYMBOLS,
         within=known,
     ),
-    "certain": Field(
-        FLAG, SYMBOLS, "1", "whether two independent computations establish the symbol", within=kept
+    "certain": flag(
+        "1", "whether two independent computations establish the symbol", *SYMBOLS, within=kept
     ),
-    "bits": Field(WHOLE, ("columns",), "bit", "precision that decided the column", within=ANY),
-    "crossing_time": Field(
-        FLOAT,
-        CROSSINGS,
+    "bits": whole("bit", "precision that decided the column", "columns", within=ANY),
+    "crossing_time": double(
         "t' = t s",
         "times of the crossings of J1 = J2/2, NaN where there is none",
+        *CROSSINGS,
         gaps=True,
         within=crossed(crossing_tolerance),
     ),
-    "separatrix": Field(
-        WHOLE,
-        CROSSINGS,
+    "separatrix": whole(
         "1",
         "separatrix beside which the crossing lies, 1..4, 0 for none",
+        *CROSSINGS,
         within=crossed(lambda crossings: 0.0),
     ),
 }
@@ -110,38 +106,32 @@ STEPS = {
     "family": _step("the family of orbits of which a step is, counted from 0"),
     "bits": _step("its coefficients are in units of 2^-bits"),
     "terms": _step("number of its terms"),
-    "powers": Field(
-        WHOLE,
-        ("terms", "powers"),
+    "powers": whole(
         "1",
         "j, k, l of T_j(x) u^k v^l; or j, k, l, m of T_j(x) u^k v^l w^m",
+        "terms",
+        "powers",
         within=ANY,
     ),
-    "coefficients": Field(
-        WHOLE,
-        ("terms", 7),
+    "coefficients": whole(
         "1",
         "of Qp, Qm, M3, gamma1, gamma2, gamma3, and of half of the length in time in 2^-50 t';"
         " twice as large where j = 0",
+        "terms",
+        7,
         within=ANY,
     ),
 }
 """Fields of the polynomials that prove what a result says of families of orbits."""
 
 
-BODIES, EACH = ("bodies",), ("bodies", "mu")
-"""Dimensions of what each body has, and of what it has at each weight."""
-NAME = Field(TEXT, BODIES, "text", "(bodies,): as in the config", coordinate=True)
+EACH = ("bodies", "mu")
+"""Dimensions of what each body has at each weight."""
+NAME = text("text", "(bodies,): as in the config", "bodies", coordinate=True)
 RATIO = 1e-13
 """Allowed relative difference of a quotient."""
-MU_OVER_H0 = Field(
-    FLOAT,
-    ("mu",),
-    "1",
-    "weight over energy",
-    within=relative(RATIO),
-    symbol=r"$\mu/h_0$",
-    coordinate=True,
+MU_OVER_H0 = double(
+    "1", "weight over energy", "mu", within=relative(RATIO), symbol=r"$\mu/h_0$", coordinate=True
 )
 SMALL = 1e-2
 """Largest mu/h0 at which slopes are fitted: above it the next order in mu shows."""

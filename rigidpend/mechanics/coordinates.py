@@ -73,14 +73,6 @@ class Aligned(NamedTuple):
     gamma3: Any
 
 
-def canonical(
-    J1: Scalar, J2: Scalar, J3: Scalar, theta1: Scalar, theta2: Scalar, theta3: Scalar = 0.0
-) -> Canonical:
-    """Make canonical variables from the six alone; J2 - J1 is as precise as J1 and J2 tell."""
-    cosq = np.sqrt((J2 - J3) * (J2 + J3)) / J2
-    return Canonical(J1, J2 - J1, J3, theta1, theta2, theta3, cosq)
-
-
 def momentum(G: Scalar, sinp: Any, cosp: Any, sinl: Any, cosl: Any) -> tuple[Any, Any, Any]:
     """M in principal axes from Andoyer variables (eq. depri_G)."""
     return G * cosp * sinl, G * cosp * cosl, G * sinp

@@ -14,7 +14,7 @@ from typing import Any
 
 import numpy as np
 
-from rigidpend.experiments.data import TEXT, WHOLE, Data, Field, Layout, Loaded
+from rigidpend.experiments.data import Data, Layout, Loaded, text, whole
 from rigidpend.machine.files import CERTIFICATE
 from rigidpend.numbers.exact import exact
 from rigidpend.numbers.expressions import NO_SYMBOL
@@ -31,24 +31,22 @@ NUMBERS = 1
 """Coefficients for each byte of a certificate at most; ordinary ones take several bytes each."""
 
 FIELDS = {
-    "theta2_0": Field(TEXT, ("columns",), "rad", "initial phase of each column, exact"),
-    "codes": Field(
-        WHOLE,
-        ("symbols", "columns"),
+    "theta2_0": text("rad", "initial phase of each column, exact", "columns"),
+    "codes": whole(
         "1",
         "symbols, row 0 = symbol 1: 0 left, 1 right, each proven; 255 unproven",
+        "symbols",
+        "columns",
     ),
 }
 """Fields that say what is proven."""
 PROOF = {
-    "steps": Field(WHOLE, ("columns",), "1", "number of steps of each orbit"),
-    "half_lengths": Field(
-        WHOLE, ("steps",), "2^-32", "half of a step's length in the orbit's time"
-    ),
-    "step_bits": Field(WHOLE, ("steps",), "bit", "digits behind the point of its coefficients"),
-    "terms": Field(WHOLE, ("steps",), "1", "Chebyshev coefficients of each component"),
-    "widths": Field(WHOLE, ("coefficients",), "byte", "bytes of each coefficient"),
-    "digits": Field(WHOLE, ("bytes",), "1", "coefficients, two's complement, lowest byte first"),
+    "steps": whole("1", "number of steps of each orbit", "columns"),
+    "half_lengths": whole("2^-32", "half of a step's length in the orbit's time", "steps"),
+    "step_bits": whole("bit", "digits behind the point of its coefficients", "steps"),
+    "terms": whole("1", "Chebyshev coefficients of each component", "steps"),
+    "widths": whole("byte", "bytes of each coefficient", "coefficients"),
+    "digits": whole("1", "coefficients, two's complement, lowest byte first", "bytes"),
 }
 """Fields of the proof: steps of all orbits one after the other, their coefficients as bytes."""
 LAYOUT: Layout = {"<arrays>": {**FIELDS, **PROOF}}

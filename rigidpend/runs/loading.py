@@ -75,7 +75,7 @@ def load(path: Path, settings: Sequence[str] = ()) -> LoadedConfig:
 
 def _loaded(path: Path, document: Document, settings: Sequence[tuple[str, Origin]]) -> LoadedConfig:
     """Check a config that was read, with settings, each with its origin."""
-    overrides.free_name(path.stem, Origin(str(path)))
+    overrides.check_free(path.stem, Origin(str(path)))
     if not isinstance(document.tree, dict):
         document.refuse(document.origin(()), (), "expected keys: experiment, problem")
         raise ConfigError(document.complaints)
@@ -109,7 +109,7 @@ def load_swept(
     file, or the beginning of its results' names.
     """
     if name is not None:
-        overrides.checked_name(name, Origin("--name"))
+        overrides.check_name(name, Origin("--name"))
     options = [overrides.option(text) for text in sweeps]
     given = [(each, Origin(f"{option}{each}")) for each in settings]
     calls = [partial(_swept, path, given, options, name) for path in paths]
@@ -124,13 +124,16 @@ def _swept(
     every = overrides.variants(sweeps)
     # Read once: of a thousand members the file is the same.
     members = _together(
-        [partial(_loaded, path, copy.deepcopy(document), [*settings, *x.settings]) for x in every],
+        [
+            partial(_loaded, path, copy.deepcopy(document), [*settings, *swept])
+            for swept in every.values()
+        ],
         [path.stem] * len(every),
     )
     # The file's own name, before the ending, may be any that a file can have.
-    for variant in every if sweeps else ():
-        overrides.checked_name(variant.ending, Origin("sweep"))
-    names = [f"{name or path.stem}{variant.ending}" for variant in every]
+    for ending in every if sweeps else ():
+        overrides.check_name(ending, Origin("sweep"))
+    names = [f"{name or path.stem}{ending}" for ending in every]
     found = [replace(x, name=n) for x, n in zip(members, names, strict=True)]
     return _titled(path, found, changed=bool(settings or sweeps))
 
@@ -191,8 +194,7 @@ def _problems(figure: str, shipped: tuple[Path, ...]) -> list[Any]:
 
 def load_all(paths: Sequence[Path], settings: Sequence[str] = ()) -> list[LoadedConfig]:
     """Load several configs; the complaints about all of them are raised together."""
-    names = [path.stem for path in paths]
-    return _together([partial(load, path, settings) for path in paths], names)
+    return [found for [found] in load_swept(paths, settings)]
 
 
 def _experiment(document: Document) -> str:

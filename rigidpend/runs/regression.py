@@ -7,7 +7,7 @@ import datetime
 import tempfile
 from collections.abc import Callable
 from pathlib import Path
-from typing import Any, TypeAlias
+from typing import Any
 
 from rigidpend import experiments
 from rigidpend.config import writer
@@ -21,8 +21,6 @@ from rigidpend.runs import certificate_files as storage
 from rigidpend.runs.loading import LoadedConfig
 from rigidpend.runs.runner import plan, run
 
-Report: TypeAlias = Callable[[str], None]
-
 
 def verify(
     config: LoadedConfig,
@@ -31,7 +29,7 @@ def verify(
     jobs: int,
     fresh: Path | None = None,
     certificate: Loaded | None = None,
-    report: Report = tell_nobody,
+    report: Callable[[str], None] = tell_nobody,
 ) -> list[str]:
     """Say where a stored result, the reference, differs by value from a fresh one.
 

@@ -23,10 +23,8 @@ from rigidpend.runs.parts import Parts, sweep
 
 # What a plan that finds nothing to do does without is imported where it is used.
 if TYPE_CHECKING:
-    from rigidpend.config.schema import ExperimentConfig
     from rigidpend.experiments.contract import Piece
     from rigidpend.experiments.data import Layout, Tree
-    from rigidpend.orbits.integrate.arithmetic import Arithmetic
     from rigidpend.runs.loading import LoadedConfig
 
 SECONDS = "seconds"
@@ -170,7 +168,7 @@ def expected_seconds(planned: Plan) -> float | None:
 
 
 def follow(
-    planned: Plan, *, jobs: int, say: Callable[[str], None], scheduler: str | None = None
+    planned: Plan, jobs: int, say: Callable[[str], None], scheduler: str | None = None
 ) -> None:
     """Run a planned experiment and say its beginning with the reason, its progress and its end.
 
@@ -228,12 +226,12 @@ def run(
             cluster_of = scheduler, config.experiment, config.engine, parts
             pieces = partial(cluster.computed, *cluster_of, report=tell, crew=crew)
         # Each thread of a cluster's workers has a piece of its own.
-        away, given = scheduler is not None, (config.experiment, content, arithmetic)
-        means = Means(arithmetic, 1 if away else jobs, tell, parts.keep, pieces)
+        away, compute = scheduler is not None, experiments.computation(config.experiment).compute
         if away and not experiments.in_pieces(config.experiment):
-            [data] = pieces([Piece("whole", _whole, given)])
+            [data] = pieces([Piece("whole", compute, (content, Means(arithmetic)))])
         else:
-            data = experiments.computation(config.experiment).compute(content, means)
+            means = Means(arithmetic, 1 if away else jobs, tell, parts.keep, pieces)
+            data = compute(content, means)
         layout = experiments.layout(config.experiment)
         # What comes in blocks is computed now.
         with store.image(layout, data) as file:
@@ -254,13 +252,6 @@ def run(
         # Only now: a failure before this line leaves the parts for the next run.
         parts.drop()
         return str(attributes[DOUBT])
-
-
-def _whole(experiment: str, content: ExperimentConfig, arithmetic: Arithmetic) -> Tree:
-    """Compute an experiment on a worker of a cluster."""
-    from rigidpend.experiments.contract import Means
-
-    return experiments.computation(experiment).compute(content, Means(arithmetic))
 
 
 def doubt(layout: Layout, data: Tree) -> str:

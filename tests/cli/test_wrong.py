@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import math
 import os
 import pickle
 import shlex
@@ -14,7 +15,9 @@ from pathlib import Path
 from typing import Any
 
 import click
+import numpy as np
 import pytest
+from click.testing import CliRunner
 
 from rigidpend.cli import common
 from rigidpend.machine import workers
@@ -194,6 +197,13 @@ def test_what_is_wrong_decides_the_exit_code(error: Exception, code: int) -> Non
     """1 failed, 2 wrong values, 3 absent, 4 a fault of ours: as `--help` has them."""
     assert common.exit_code(error) == code
     assert common.sentence(error, lambda _: Path("log")).startswith("internal error") is (code == 4)
+
+
+def test_a_document_is_json_whatever_it_holds() -> None:
+    held = {"a": np.array([[1.5, np.nan]]), "b": (math.inf, None, np.bool_(True)), "c": Path("x")}
+    done = CliRunner().invoke(click.command("x")(lambda: common.print_json(held)))
+    found = json.loads(done.stdout, parse_constant=pytest.fail)
+    assert found == {"a": [[1.5, None]], "b": [None, None, True], "c": "x"}
 
 
 def test_a_name_is_for_one_result_and_a_result_is_where_it_was() -> None:

@@ -35,8 +35,7 @@ def test_lists_and_expressions_are_values_too_and_names_tell_them() -> None:
     # Keys that end alike are told in full.
     keys = ["problem.arrays.left.step", "problem.arrays.right.step", "problem.A.0"]
     assert overrides.short_names(keys) == [*keys[:2], "A.0"]
-    endings = [variant.ending for variant in overrides.variants([found])]
-    assert endings == ["_A=2,1,1.5", "_A=3,2,2.5"]
+    assert [*overrides.variants([found])] == ["_A=2,1,1.5", "_A=3,2,2.5"]
     [members] = loading.load_swept([FIG4], (), ["problem.arrays.left.step=1/10,pi/40"])
     assert [member.name for member in members] == ["fig4_step=1over10", "fig4_step=piover40"]
 

@@ -22,6 +22,7 @@ from tests.strategies import (
     assert_same_canonical,
     assert_same_state,
     bodies,
+    canonical,
     canonicals,
     jacobian,
     largest_difference,
@@ -188,7 +189,7 @@ def test_agrees_degenerate_states_with_themselves(M: Any, gamma: Any) -> None:
 @pytest.mark.parametrize("shape", [(), (4,), (2, 3)])
 def test_agrees_theta3_from_aligned_with_the_samples_shape(shape: tuple[int, ...]) -> None:
     ones, alpha0, beta0 = np.ones(shape), 1.9, 1.5
-    c = co.canonical(0.5 * ones, 2 * ones, 0.3 * ones, 5 * ones, ones, 0 * ones)
+    c = canonical(0.5 * ones, 2 * ones, 0.3 * ones, 5 * ones, ones, 0 * ones)
     found = co.canonical_from_aligned(co.aligned_from_canonical(c, alpha0, beta0), alpha0, beta0)
     assert np.shape(found.theta3) == shape
     assert {np.shape(field) for field in found} == {shape}

@@ -103,7 +103,7 @@ def run(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Callable[..., Path]:
     def follow(name: str, hear: Callable[[str], None], scheduler: str | None) -> Path:
         loaded = loading.load(written(tmp_path, MAP, f"{name}.yaml"))
         planned = runner.plan(loaded, tmp_path)
-        runner.follow(planned, jobs=1, say=hear, scheduler=scheduler)
+        runner.follow(planned, 1, hear, scheduler)
         return planned.target
 
     return follow

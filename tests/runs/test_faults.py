@@ -60,7 +60,7 @@ def once_more(folder: Path) -> list[str]:
     said: list[str] = []
     planned = runner.plan(loading.load(folder.parent / "zoom.yaml"), folder)
     if planned.reason:
-        runner.follow(planned, jobs=1, say=said.append)
+        runner.follow(planned, 1, said.append)
     return said
 
 
@@ -154,7 +154,7 @@ def test_runs_at_once_do_each_other_no_harm_and_notice_nobody_s_end(
             other.communicate()
 
     planned = runner.plan(loading.load(tmp_path / "zoom.yaml"), out, force=True)
-    runner.follow(planned, jobs=1, say=hear)
+    runner.follow(planned, 1, hear)
     assert other.returncode in (-9, 0)
     assert once_more(out) == []
     same(out, undisturbed)
@@ -204,7 +204,7 @@ def test_a_folder_that_became_read_only_is_named_before_anything_is_computed(
     monkeypatch.setattr(files, "_temporary", Mock(side_effect=refused))
     monkeypatch.setattr(experiments, "computation", None)
     with pytest.raises(files.StoreError, match=r"not writable \(Permission denied\); choose anoth"):
-        runner.follow(planned, jobs=1, say=tell_nobody)
+        runner.follow(planned, 1, tell_nobody)
 
 
 def test_a_result_in_a_read_only_folder_stays_up_to_date(
@@ -237,7 +237,7 @@ def test_a_killed_worker_leaves_the_finished_parts(
 
     monkeypatch.setattr(route_zoom, "compute", broken)
     with pytest.raises(workers.WorkerError, match="the same command again continues"):
-        runner.follow(planned, jobs=1, say=tell_nobody)
+        runner.follow(planned, 1, tell_nobody)
     kept = {path.stem for path in (tmp_path / "out").rglob("*.kept")}
     assert kept == {"centres", "level00", "level01"}
 

@@ -7,7 +7,7 @@ from functools import partial
 import numpy as np
 
 from rigidpend.experiments.compare import stated
-from rigidpend.experiments.data import FLAG, FLOAT, TEXT, WHOLE, Field, Layout, held
+from rigidpend.experiments.data import FLOAT, WHOLE, Field, Layout, double, flag, held, text, whole
 from rigidpend.experiments.shared import MEANING, kept, known
 
 DIGIT = 1e-29
@@ -48,29 +48,21 @@ ORBITS = {
         "error of theta2_0 at most: its last correction, or what roundings do",
         within=stated(DIGIT),
     ),
-    "arcs": Field(WHOLE, (), "1", "arcs of the unstable surface on which the orbits were sought"),
-    "ends": Field(
-        TEXT, (), "text", "homoclinic (to the lower orbit) or heteroclinic (to the upper)"
-    ),
+    "arcs": whole("1", "arcs of the unstable surface on which the orbits were sought"),
+    "ends": text("text", "homoclinic (to the lower orbit) or heteroclinic (to the upper)"),
 }
 PLANE = {
     "theta2_0": MEANING["theta2_0"]._replace(description="initial phases of Fig. 4's orbits"),
-    "codes": Field(
-        WHOLE, ("symbols+1", "columns"), "1", "their symbols: 0, 1, 255 no return", within=known
-    ),
-    "certain": Field(
-        FLAG, ("symbols+1", "columns"), "1", "whether the symbol is established", within=kept
-    ),
+    "codes": whole("1", "their symbols: 0, 1, 255 no return", "symbols+1", "columns", within=known),
+    "certain": flag("1", "whether the symbol is established", "symbols+1", "columns", within=kept),
 }
 DRAWN = {
-    "orbit": Field(WHOLE, (), "1", "place of the orbit among those with as many symbols"),
+    "orbit": whole("1", "place of the orbit among those with as many symbols"),
     "t": _sample("t'", "time, 0 at the first crossing", coordinate=True),
     "theta1": _sample("rad", "0 .. 4 pi"),
     "J1_over_J2": _sample("1", "0 at the lower periodic orbit, 1 at the upper", symbol="$J_1/J_2$"),
     "theta3": _sample("rad", "precession angle since the lower periodic orbit"),
-    "omega": Field(
-        FLOAT, ("samples", 3), "1/t", "omega_xi, omega_eta, omega_zeta, physical; xi is upward"
-    ),
+    "omega": double("1/t", "omega_xi, omega_eta, omega_zeta, physical; xi is upward", "samples", 3),
 }
 LAYOUT: Layout = {
     "orbits": {"<lengths>": ORBITS},

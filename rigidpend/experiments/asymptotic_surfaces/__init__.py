@@ -8,29 +8,25 @@ import numpy as np
 
 from rigidpend.experiments import compare
 from rigidpend.experiments.compare import ROUNDING, Difference, modulo, relative
-from rigidpend.experiments.data import FLOAT, WHOLE, Bound, Data, Field, Layout, held
+from rigidpend.experiments.data import Bound, Data, Field, Layout, double, held, whole
 
 DRIFT = 1e-12
 """Allowed difference of theta1 (radians) and J1/J2 where orbits neither approach nor leave."""
 SHARED = 0.9
 """Share of the points of two results that are to be at the same times."""
 
-BODIES = ("bodies",)
-
 ANGLES = {
-    "alpha0": Field(FLOAT, BODIES, "rad", "alpha0 of each body, in the order of the bodies"),
-    "gamma0": Field(FLOAT, BODIES, "rad", "gamma0 of each body"),
-    "nu": Field(FLOAT, BODIES, "1", "pi kappa/sin(alpha0) of each body"),
+    "alpha0": double("rad", "alpha0 of each body, in the order of the bodies", "bodies"),
+    "gamma0": double("rad", "gamma0 of each body", "bodies"),
+    "nu": double("1", "pi kappa/sin(alpha0) of each body", "bodies"),
 }
 """Columns of Table 1, with nu by which the paper orders its panels."""
 WINDOW = {
-    "centre": Field(FLOAT, (), "rad", "alpha0 + beta0, theta1 on separatrix 2"),
-    "Delta_1": Field(
-        FLOAT, (), "rad", "largest |theta1 - alpha0 - beta0| near T1 and T2, eq. (dt)"
-    ),
-    "born": Field(FLOAT, (2,), "rad", "centre -+ Delta_1"),
-    "window": Field(FLOAT, (2,), "rad", "centre -+ half_width Delta_1"),
-    "time_step": Field(FLOAT, (), "t' = t s", "step between samples"),
+    "centre": double("rad", "alpha0 + beta0, theta1 on separatrix 2"),
+    "Delta_1": double("rad", "largest |theta1 - alpha0 - beta0| near T1 and T2, eq. (dt)"),
+    "born": double("rad", "centre -+ Delta_1", 2),
+    "window": double("rad", "centre -+ half_width Delta_1", 2),
+    "time_step": double("t' = t s", "step between samples"),
 }
 """The window of a body's two panels."""
 
@@ -79,26 +75,18 @@ def _points(name: str, stored: Data, fresh: Data) -> list[Difference]:
 
 def _curves(name: str) -> dict[str, Field]:
     """The curves of one surface, with dimensions of their own."""
-    points, orbits = (f"points of {name}",), f"orbits of {name}"
+    points, orbits = f"points of {name}", f"orbits of {name}"
     along, when = Bound(_points, sized=False), Bound(_times, sized=False)
     turned = modulo(2 * np.pi, lambda name, stored, fresh: 1e3 * ROUNDING)
     said, counted = "all curves, one after the other", "time of each point in time_step"
     return {
-        "theta1": Field(FLOAT, points, "rad", said, within=along),
-        "J1_over_J2": Field(FLOAT, points, "1", said, within=along, symbol="$J_1/J_2$"),
-        "sample": Field(
-            WHOLE, points, "1", f"{counted}, from the start; S2+ runs backward", within=when
+        "theta1": double("rad", said, points, within=along),
+        "J1_over_J2": double("1", said, points, within=along, symbol="$J_1/J_2$"),
+        "sample": whole("1", f"{counted}, from the start; S2+ runs backward", points, within=when),
+        "offsets": whole(
+            "1", "curve k is offsets[k]:offsets[k + 1]", f"{orbits}+1", within=Bound(_ends)
         ),
-        "offsets": Field(
-            WHOLE,
-            (f"{orbits}+1",),
-            "1",
-            "curve k is offsets[k]:offsets[k + 1]",
-            within=Bound(_ends),
-        ),
-        "theta2_0": Field(
-            FLOAT, (orbits,), "rad", "theta2 at the start of each orbit", within=turned
-        ),
+        "theta2_0": double("rad", "theta2 at the start of each orbit", orbits, within=turned),
     }
 
 

@@ -15,8 +15,8 @@ from rigidpend.config.schema import (
     PhaseGrid,
     Weight,
     Word,
-    WordForNone,
     holding,
+    word_for_none,
 )
 
 MAX_ORBITS = 10_000
@@ -39,7 +39,7 @@ class Problem(Part):
 
     bodies: Annotated[dict[Word, Moments], Field(min_length=1)]
     """Principal moments of inertia of each body, A1 > A3 > A2 and A2 + A3 >= A1; physical units."""
-    beta0: Annotated[Number | None, WordForNone("gamma0")]
+    beta0: Annotated[Number | None, *word_for_none("gamma0")]
     """Angle of the centre of gravity, radians; gamma0 is each body's own (Grioli)."""
     mu: Weight
     """Weight times the distance of the centre of gravity, mu >= 0; physical units."""

@@ -26,10 +26,10 @@ from rigidpend.experiments.bench.solvers import SMALLER, Make, Solve, Solver, cr
 from rigidpend.experiments.principal_axes import heyoka
 from rigidpend.mechanics.body import Body
 from rigidpend.mechanics.coordinates import (
+    Canonical,
     andoyer_from_body,
     andoyer_from_canonical,
     body_from_andoyer,
-    canonical,
     canonical_from_andoyer,
 )
 from rigidpend.mechanics.equations import eq1 as eq1_rates
@@ -141,7 +141,7 @@ def _to_eq1(states: Array, body: Body) -> Array:
 
 def _from_eq1(found: Array, body: Body) -> Array:
     theta1, J1, theta2, J2 = found
-    c = canonical(J1, J2, np.zeros_like(J1), theta1, theta2)
+    c = Canonical(J1, J2 - J1, 0.0, theta1, theta2, 0.0, 1.0)
     M, gamma = body_from_andoyer(andoyer_from_canonical(c, body.beta0))
     return np.concatenate((M / time_unit(body), gamma))
 

@@ -5,21 +5,20 @@ from __future__ import annotations
 from functools import partial
 
 from rigidpend.experiments.compare import stated
-from rigidpend.experiments.data import FLAG, FLOAT, WHOLE, Field, Layout, held
+from rigidpend.experiments.data import FLAG, FLOAT, Field, Layout, double, held, whole
 
 CLOSE = 1e-9
 """Allowed difference of places and of averages: the map errs by 1e-13, times its growth."""
 
 _double, _flag = (partial(Field, kind, ("words",)) for kind in (FLOAT, FLAG))
 _gap = partial(_double, "1", gaps=True, within=stated(1e-15))
-LENGTHS, POINTS = ("lengths",), ("points",)
 
 ORBITS = {
-    "word": Field(
-        WHOLE,
-        ("words", "longest"),
+    "word": whole(
         "1",
         "symbols, read from a passage past the upper orbit on; 255 behind the end",
+        "words",
+        "longest",
     ),
     # `scripts.stated` measures what they err by: 1e-13, 3e-13 and 2e-12 at most.
     "period": _double("t'", "time of the word's passages, twice for odd words", within=1e-12),
@@ -39,16 +38,16 @@ ORBITS = {
     "closing_expected": _gap("what roundings leave of that gap, grown for a period"),
 }
 AVERAGES = {
-    "length": Field(WHOLE, LENGTHS, "1", "symbols of the words that are averaged over"),
-    "points": Field(WHOLE, LENGTHS, "1", "upward crossings of the orbits that repeat such a word"),
-    "mean": Field(FLOAT, LENGTHS, "1", "Lyapunov exponent per passage, all these words alike"),
-    "long_orbit": Field(FLOAT, (), "1", "that of a long orbit of random symbols, per passage"),
-    "long_orbit_error": Field(FLOAT, (), "1", "its standard error, from ten parts of the orbit"),
+    "length": whole("1", "symbols of the words that are averaged over", "lengths"),
+    "points": whole("1", "upward crossings of the orbits that repeat such a word", "lengths"),
+    "mean": double("1", "Lyapunov exponent per passage, all these words alike", "lengths"),
+    "long_orbit": double("1", "that of a long orbit of random symbols, per passage"),
+    "long_orbit_error": double("1", "its standard error, from ten parts of the orbit"),
 }
 PLACES = {
-    "chi": Field(FLOAT, POINTS, "rad", "chi of all upward crossings, from -pi to pi"),
-    "d": Field(FLOAT, POINTS, "1", "d of all upward crossings"),
-    "of": Field(WHOLE, POINTS, "1", "place of the orbit in the list"),
+    "chi": double("rad", "chi of all upward crossings, from -pi to pi", "points"),
+    "d": double("1", "d of all upward crossings", "points"),
+    "of": whole("1", "place of the orbit in the list", "points"),
 }
 LAYOUT: Layout = {
     name: held(CLOSE, fields)

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from rigidpend.experiments.compare import ROUNDING, of_largest, stated, where
-from rigidpend.experiments.data import FLOAT, WHOLE, Data, Field, Layout
+from rigidpend.experiments.data import FLOAT, Data, Field, Layout, double, whole
 from rigidpend.experiments.shared import MEANING
 
 LOST = 1e-3
@@ -42,55 +42,50 @@ def _grown(name: str, stored: Data, fresh: Data) -> Any:
     return np.where(_both(stored, fresh, "growth"), stored["allowed"], np.inf)
 
 
-_double = partial(Field, FLOAT, units="1")
-_cell = partial(_double, ("rows", "columns"), gaps=True, within=_rounded)
-_checked = partial(_double, ("checked",), gaps=True)
-_axis = partial(Field, FLOAT, within=of_largest(ROUNDING))
+_cell = partial(Field, FLOAT, ("rows", "columns"), "1", gaps=True, within=_rounded)
+_checked = partial(Field, FLOAT, ("checked",), "1", gaps=True)
+_axis = partial(double, within=of_largest(ROUNDING))
 
 LOG10_J1_0 = _axis(
-    ("rows",), "1", "decadic logarithms of the rows' initial actions", symbol=r"$\log_{10} J_1^0$"
+    "1", "decadic logarithms of the rows' initial actions", "rows", symbol=r"$\log_{10} J_1^0$"
 )
 LAYOUT: Layout = {
-    "codes": Field(
-        WHOLE,
-        ("symbols", "rows", "columns"),
-        "1",
-        "symbols: 0 left, 1 right, 255 no return",
-        within=_KNOWN,
+    "codes": whole(
+        "1", "symbols: 0 left, 1 right, 255 no return", "symbols", "rows", "columns", within=_KNOWN
     ),
     "exponent": _cell(
-        description="ln of the growth of the deviation that grows most through all passages, a"
+        "ln of the growth of the deviation that grows most through all passages, a"
         " passage, on the section M3 = 0 at the orbit's energy, in the Euclidean norm of"
         " (M', gamma), all dimensionless; NaN where the code is not certain, or return maps do"
-        " not reach",
+        " not reach"
     ),
-    "allowed": _cell(description="bound of the exponent's rounding, a power of two; NaN as above"),
+    "allowed": _cell("bound of the exponent's rounding, a power of two; NaN as above"),
     "theta2_0": MEANING["theta2_0"]._replace(
         description="initial phases of the columns", within=of_largest(ROUNDING)
     ),
     "log10_J1_0": LOG10_J1_0,
-    "marked": _axis((), "1", "log10 of the config's own J1_0"),
+    "marked": _axis("1", "log10 of the config's own J1_0"),
     "growth": {
-        "passages": Field(WHOLE, ("symbols",), "1", "passages through which deviations have grown"),
-        "share": _double(("shares",), description="shares of the cells whose exponents are below"),
-        "exponent": _double(
-            ("shares", "symbols"),
-            description="quantiles of the cells' exponents",
+        "passages": whole("1", "passages through which deviations have grown", "symbols"),
+        "share": double("1", "shares of the cells whose exponents are below", "shares"),
+        "exponent": double(
+            "1",
+            "quantiles of the cells' exponents",
+            "shares",
+            "symbols",
             gaps=True,
             within=QUANTILE,
         ),
     },
     "checked": {
-        "row": Field(WHOLE, ("checked",), "1", "row of the cell"),
-        "column": Field(WHOLE, ("checked",), "1", "column of the cell"),
-        "growth": _checked(
-            description="ln of the growth through all passages; NaN as above", within=_grown
-        ),
+        "row": whole("1", "row of the cell", "checked"),
+        "column": whole("1", "column of the cell", "checked"),
+        "growth": _checked("ln of the growth through all passages; NaN as above", within=_grown),
         # The errors of both ways are of one result.
         "difference": _checked(
-            description="that by the variational equations, integrated, less it",
+            "that by the variational equations, integrated, less it",
             within=stated(lambda stored, fresh: _grown("", stored, fresh)),
         ),
-        "allowed": _checked(description="bound of the rounding of both growths", within=_grown),
+        "allowed": _checked("bound of the rounding of both growths", within=_grown),
     },
 }

@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
+from functools import partial
 from typing import Any
 
 from rigidpend.experiments.compare import of_largest, stated
-from rigidpend.experiments.data import ANY, FLAG, FLOAT, WHOLE, Allowed, Bound, Field, Layout, held
+from rigidpend.experiments.data import ANY, Layout, double, flag, held, whole
 from rigidpend.experiments.shared import STEPS
 
-SETS, COVERED, CROSSED = ("sets",), ("sets", "targets"), ("targets",)
+COVERED = ("sets", "targets")
 CLOSE = of_largest(1e-6)
 """Allowed difference of sets, of the largest: the map errs by 1e-16 in d, which is 1e-7 of a."""
 MARGIN = 0.05
@@ -26,35 +27,28 @@ def _curve(*_: Any) -> Any:
     return [1e-12, 1e-10, 1e-8, 1e-6, 1e-4]
 
 
-def _number(
-    description: str,
-    *dimensions: int | str,
-    units: str = "1",
-    within: float | Allowed | Bound = 0.0,
-) -> Field:
-    return Field(FLOAT, dimensions, units, description, within=within)
-
+_number = partial(double, "1")
 
 OF_SET = "the set of which a step is, counted from 0; then the line, and its approach"
 OFF = "bound on the distance of the polynomials from the orbits"
 QUADS = {
-    "rising": Field(FLAG, SETS, "1", "whether it is on the section of upward crossings"),
+    "rising": flag("1", "whether it is on the section of upward crossings", "sets"),
     "p": _number("p: its curve U = 0 is d = sum of p_k gamma3^k", "sets", "curve", within=_curve),
     "a": _number("half of its width in d: U = (d - p(gamma3))/a", "sets"),
     "b": _number("V = (d - p(gamma3) - l0 - l1 gamma3)/b", "sets"),
     "l0": _number("see b", "sets"),
     "l1": _number("see b", "sets"),
-    "symbol": Field(WHOLE, SETS, "1", "symbol of the passage from it: 0 left, 1 right"),
+    "symbol": whole("1", "symbol of the passage from it: 0 left, 1 right", "sets"),
     "bound": _number(OFF, "sets", within=NEAR),
-    "late": _number(
-        "bound on the distance of the crossings from their ends", "sets", units="t'", within=NEAR
+    "late": double(
+        "t'", "bound on the distance of the crossings from their ends", "sets", within=NEAR
     ),
-    "shortest": _number("least time of a passage from it", "sets", units="t'"),
-    "longest": _number("largest time of a passage from it", "sets", units="t'"),
+    "shortest": double("t'", "least time of a passage from it", "sets"),
+    "longest": double("t'", "largest time of a passage from it", "sets"),
 }
 RELATIONS = {
-    "target": Field(WHOLE, COVERED, "1", "the sets that it covers, counted from 0"),
-    "orientation": Field(WHOLE, COVERED, "1", "1 or -1: end of the target beyond which u = 1 goes"),
+    "target": whole("1", "the sets that it covers, counted from 0", *COVERED),
+    "orientation": whole("1", "1 or -1: end of the target beyond which u = 1 goes", *COVERED),
     "edge": _number("lower bound on |U| of the images of u = -1 and 1", *COVERED, within=ANY),
     "across": _number("upper bound on |V| of the whole image", *COVERED, within=MARGIN),
     "stretch": _number("lower bound on |dU/du| - |dU/dv| of the passage", *COVERED, within=ANY),
@@ -66,15 +60,15 @@ LINE = {
     "centre": _number("see e1", within=PHASE),
     "half": _number("see e1"),
     "wide": _number("Qm = wide v, v from -1 to 1, on a strip about it"),
-    "theta2": _number("theta2 at its ends, about", 2, units="rad"),
+    "theta2": double("rad", "theta2 at its ends, about", 2),
     "bound": _number(OFF, within=NEAR),
-    "target": Field(
-        WHOLE, CROSSED, "1", "the sets that it, or the last set of the approach, crosses, from 0"
+    "target": whole(
+        "1", "the sets that it, or the last set of the approach, crosses, from 0", "targets"
     ),
-    "edge": _number("lower bound on |U| at its ends", *CROSSED, within=ANY),
-    "across": _number("upper bound on |V| of all of it", *CROSSED, within=MARGIN),
-    "stretch": _number("lower bound on |dU/du| along it", *CROSSED, within=ANY),
-    "squeeze": _number("upper bound on |dV/du| along it", *CROSSED, within=SLOPES),
+    "edge": _number("lower bound on |U| at its ends", "targets", within=ANY),
+    "across": _number("upper bound on |V| of all of it", "targets", within=MARGIN),
+    "stretch": _number("lower bound on |dU/du| along it", "targets", within=ANY),
+    "squeeze": _number("upper bound on |dV/du| along it", "targets", within=SLOPES),
 }
 APPROACH = {
     name: QUADS[name]._replace(dimensions=("passages",))
@@ -88,10 +82,10 @@ ENERGIES = {
     "line": _number("what w, w^2 and so on add to centre", "line orders", within=ANY),
 }
 DRAWN = {
-    "chi": _number("chi around the sets", "sets", "outline", units="rad"),
+    "chi": double("rad", "chi around the sets", "sets", "outline"),
     "d": _number("d around the sets, less the stable surface's", "sets", "outline"),
-    "image_chi": _number("chi around their images", "sets", "outline", units="rad"),
-    "line_chi": _number("chi along the image of the line of starts", "line", units="rad"),
+    "image_chi": double("rad", "chi around their images", "sets", "outline"),
+    "line_chi": double("rad", "chi along the image of the line of starts", "line"),
     "line_d": _number("d along it, less the stable surface's", "line"),
     "image_d": _number("d around them, less the stable surface's", "sets", "outline"),
 }

@@ -7,7 +7,7 @@ from typing import Annotated, Self
 from pydantic import Field, model_validator
 
 from rigidpend.config.bodies import HeavyBody
-from rigidpend.config.schema import AUTO, ExperimentConfig, Number, Whole
+from rigidpend.config.schema import Auto, ExperimentConfig, Number, Whole
 from rigidpend.numbers.checked import ParameterError
 from rigidpend.numbers.exact import exact
 from rigidpend.routes.problem import check_energy
@@ -16,17 +16,17 @@ from rigidpend.routes.problem import check_energy
 class Problem(HeavyBody):
     """A heavy body and the energy at which every code is to be proven to occur."""
 
-    h: Annotated[Number | None, AUTO] = None
+    h: Auto[Number] = None
     """Energy of all orbits (eq. h0_new), dimensionless, h > mu > 0; given unless h0 is."""
-    h0: Annotated[Number | None, AUTO] = None
+    h0: Auto[Number] = None
     """Energy constant kappa J2_0^2/2 of Fig. 4's own line, dimensionless, in the place of h."""
     J1_0: Number
     """Initial action of a line of starts, dimensionless, a decimal or fraction, J1_0 > 0."""
-    half_turns: Annotated[Annotated[Whole, Field(ge=1, le=100)] | None, AUTO] = None
+    half_turns: Auto[Annotated[Whole, Field(ge=1, le=100)]] = None
     """Half rotations of every passage, by which sets are smaller; searched unless given."""
     lengths: Annotated[Whole, Field(ge=1, le=4)] = 1
     """Numbers of half rotations of each symbol: half_turns, 2 more, and so on, a set of each."""
-    approach: Annotated[str | None, AUTO] = None
+    approach: Auto[str] = None
     """Address of an orbit of h0 whose last crossing lies between the sets: passages before them."""
     around: Number = exact(0)
     """Share by which h may differ, dimensionless: one proof is of all these energies."""

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from rigidpend.experiments.compare import ROUNDING, modulo, of_largest
-from rigidpend.experiments.data import ANY, FLOAT, TEXT, WHOLE, Data, Field, Layout, held
+from rigidpend.experiments.data import ANY, FLOAT, Data, Field, Layout, double, held, text, whole
 from rigidpend.experiments.shared import MEANING, crossing_tolerance
 
 GROWTH = 10.0
@@ -52,36 +52,27 @@ CASE = {
     "J1_over_J2": _sample("1", "0 at the lower periodic orbit, 1 at the upper one"),
     "theta3": _sample("rad", "precession angle of M, by (th3)"),
     "alpha": ALPHA,
-    "omega": Field(
-        FLOAT,
-        ("samples", 3),
+    "omega": double(
         "1/t",
         "(n, 3): omega_xi, omega_eta, omega_zeta in physical units; xi is upward",
+        "samples",
+        3,
     ),
     # Of the route that it is to follow, decided beforehand, and of how well it does.
-    "theta2_0": Field(FLOAT, (), "rad", "initial phase", within=_CLOSED),
-    "codes": Field(
-        WHOLE, ("symbols",), "1", "symbols of the route: 0 left, 1 right, 255 none (no return)"
-    ),
+    "theta2_0": double("rad", "initial phase", within=_CLOSED),
+    "codes": whole("1", "symbols of the route: 0 left, 1 right, 255 none (no return)", "symbols"),
     "certain": MEANING["certain"]._replace(dimensions=("symbols",), within=0.0),
-    "bits": Field(WHOLE, (), "bit", "precision that decided the route", within=ANY),
-    "separatrix": Field(WHOLE, ("symbols+1",), "1", "separatrices of the route, 1..4"),
-    "crossing_time": _crossing(
-        description="when the route crosses J1 = J2/2 beside each separatrix"
-    ),
-    "crossing_error": _crossing(
-        description="how much later the sampled orbit crosses than the route"
-    ),
-    "route": Field(TEXT, (), "text", "vertices of the heteroclinic cycle in their order"),
-    "plateaus": Field(
-        FLOAT,
-        ("symbols+2",),
+    "bits": whole("bit", "precision that decided the route", within=ANY),
+    "separatrix": whole("1", "separatrices of the route, 1..4", "symbols+1"),
+    "crossing_time": _crossing("when the route crosses J1 = J2/2 beside each separatrix"),
+    "crossing_error": _crossing("how much later the sampled orbit crosses than the route"),
+    "route": text("text", "vertices of the heteroclinic cycle in their order"),
+    "plateaus": double(
         "rad",
         "theta3 near each periodic orbit, predicted by (tri1) to first order",
+        "symbols+2",
         within=_CLOSED,
     ),
-    "wound": Field(
-        WHOLE, (2,), "1", "first and last sample between the first vertex and that of n_wound"
-    ),
+    "wound": whole("1", "first and last sample between the first vertex and that of n_wound", 2),
 }
 LAYOUT: Layout = {"<cases>": held(_moved, CASE)}

@@ -3,35 +3,31 @@
 from __future__ import annotations
 
 from rigidpend.experiments.compare import ROUNDING
-from rigidpend.experiments.data import FLAG, FLOAT, TEXT, WHOLE, Field, Layout, held
+from rigidpend.experiments.data import Layout, double, flag, held, text, whole
 
 START = 2
 """Separatrix of the start; the rectangles on its two sides are called left and right."""
 
 GROUPS = {
     "vertices": {
-        "label": Field(
-            TEXT,
-            ("vertices",),
-            "1",
-            "number of the separatrix, starred on J1 = J2",
-            coordinate=True,
+        "label": text(
+            "1", "number of the separatrix, starred on J1 = J2", "vertices", coordinate=True
         ),
-        "theta1": Field(FLOAT, ("vertices",), "rad", "place of the vertex"),
-        "J1": Field(FLOAT, ("vertices",), "J2", "J1/J2 of the vertex"),
-        "again": Field(FLAG, ("vertices",), "1", "whether it repeats another vertex, 4 pi further"),
+        "theta1": double("rad", "place of the vertex", "vertices"),
+        "J1": double("J2", "J1/J2 of the vertex", "vertices"),
+        "again": flag("1", "whether it repeats another vertex, 4 pi further", "vertices"),
     },
     "edges": {
-        "from": Field(TEXT, ("edges",), "1", "label of the vertex where the edge begins"),
-        "to": Field(TEXT, ("edges",), "1", "label of the vertex where the edge ends"),
-        "theta1": Field(FLOAT, (2, "edges"), "rad", "of both ends as drawn, first the start"),
-        "J1": Field(FLOAT, (2, "edges"), "J2", "J1/J2 of both ends, first the start"),
-        "symbol": Field(WHOLE, ("edges",), "1", "0 left, 1 right, 255 none (a separatrix)"),
-        "again": Field(FLAG, ("edges",), "1", "whether it repeats another edge, 4 pi further"),
+        "from": text("1", "label of the vertex where the edge begins", "edges"),
+        "to": text("1", "label of the vertex where the edge ends", "edges"),
+        "theta1": double("rad", "of both ends as drawn, first the start", 2, "edges"),
+        "J1": double("J2", "J1/J2 of both ends, first the start", 2, "edges"),
+        "symbol": whole("1", "0 left, 1 right, 255 none (a separatrix)", "edges"),
+        "again": flag("1", "whether it repeats another edge, 4 pi further", "edges"),
     },
     "rectangles": {
-        "name": Field(TEXT, (2,), "1", f"side of separatrix {START}: symbol 0, symbol 1"),
-        "theta1": Field(FLOAT, (2, 2), "rad", "lower and upper bound of each"),
+        "name": text("1", f"side of separatrix {START}: symbol 0, symbol 1", 2),
+        "theta1": double("rad", "lower and upper bound of each", 2, 2),
     },
 }
 LAYOUT: Layout = {name: held(ROUNDING, fields) for name, fields in GROUPS.items()}

@@ -6,7 +6,7 @@ from functools import partial
 from typing import Any
 
 from rigidpend.experiments.compare import stated
-from rigidpend.experiments.data import FLAG, FLOAT, TEXT, WHOLE, Data, Field, Layout, held
+from rigidpend.experiments.data import FLOAT, Data, Field, Layout, double, flag, held, text, whole
 from rigidpend.experiments.shared import EACH, MU_OVER_H0, NAME
 
 UNCERTAINTY = 1e-13
@@ -37,20 +37,18 @@ _slope = partial(Field, FLOAT, ("bodies", 4), "1", gaps=True, within=SLOPE)
 BODIES = {
     "alpha0": _angle("(bodies,): angle of each body"),
     "beta0": _angle("(bodies,): angle of the centre of gravity"),
-    "regime": Field(
-        TEXT,
-        ("bodies",),
-        "text",
-        "(bodies,): order of the increments by (trieq); 0 is no increment",
+    "regime": text(
+        "text", "(bodies,): order of the increments by (trieq); 0 is no increment", "bodies"
     ),
     "unit": _each("(bodies, mu): mu pi kappa/(h0 sin(alpha0)), the largest increment there is"),
     "first_order": _separatrices("(bodies, mu, separatrices): increment of theta3 by (tri1)"),
-    "gained": Field(
-        FLOAT,
-        (*EACH, 2, 4),
+    "gained": double(
         "rad",
         "(bodies, mu, orbits, separatrices): increment along the heteroclinic orbits that meet"
         " the section at theta1/2 + theta2 = pi/2 and -pi/2 (turned or reflected with 1, 3, 4)",
+        *EACH,
+        2,
+        4,
         within=_increments,
     ),
     "error": _each(
@@ -65,12 +63,12 @@ BODIES = {
     ),
     "slope": _slope("(bodies, separatrices): of remainder in mu; NaN where it is rounding"),
     "mean_slope": _slope("(bodies, separatrices): of mean_remainder in mu, as well"),
-    "ordered": Field(
-        FLAG, EACH, "1", "(bodies, mu): whether the means of the two orbits are in that order"
+    "ordered": flag(
+        "1", "(bodies, mu): whether the means of the two orbits are in that order", *EACH
     ),
 }
 LAYOUT: Layout = {
     "mu_over_h0": MU_OVER_H0,
-    "drawn": Field(WHOLE, (), "1", "place of the mu whose increments are shown"),
+    "drawn": whole("1", "place of the mu whose increments are shown"),
     "bodies": held(UNCERTAINTY, {"name": NAME, **BODIES}),
 }

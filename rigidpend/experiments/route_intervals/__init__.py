@@ -2,27 +2,22 @@
 
 from __future__ import annotations
 
-from rigidpend.experiments.data import FLOAT, WHOLE, Field, Layout
+from rigidpend.experiments.data import Layout, double, whole
 from rigidpend.experiments.shared import MEANING, STEPS
 
 INTERVALS = {
-    "place": Field(
-        WHOLE,
-        ("intervals",),
-        "1",
-        "theta2_0 is from 2 pi place/2^depth to 2 pi (place + 1)/2^depth",
+    "place": whole(
+        "1", "theta2_0 is from 2 pi place/2^depth to 2 pi (place + 1)/2^depth", "intervals"
     ),
-    "depth": Field(WHOLE, ("intervals",), "1", "see place"),
-    "codes": Field(
-        WHOLE,
-        ("symbols", "intervals"),
+    "depth": whole("1", "see place", "intervals"),
+    "codes": whole(
         "1",
         "symbols of all orbits that start there: 0 left, 1 right, 255 not proven",
+        "symbols",
+        "intervals",
     ),
 }
-SHARES = Field(
-    FLOAT, ("symbols",), "1", "share of the line on which so many symbols are proven, exact"
-)
+SHARES = double("1", "share of the line on which so many symbols are proven, exact", "symbols")
 COLUMNS = {
     "theta2_0": MEANING["theta2_0"],
     # They have more symbols than are proven of intervals.

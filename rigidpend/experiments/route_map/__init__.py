@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from rigidpend.experiments.compare import ROUNDING, of_largest, where
-from rigidpend.experiments.data import ANY, FLAG, FLOAT, TEXT, WHOLE, Data, Field, Layout
+from rigidpend.experiments.data import ANY, Data, Layout, double, flag, text, whole
 
 LOST = 1e-3
 """Allowed mean loss of certain symbols a cell, where doubles round otherwise."""
@@ -29,39 +29,32 @@ def _known(stored: Data, fresh: Data) -> Any:
 
 
 KINDS = "theta2_0 (rad), log10_J1_0, mu, h0 (dimensionless), beta0 or alpha0 (rad)"
-_axis, _own = (partial(Field, FLOAT, within=within) for within in (of_largest(ROUNDING), ROUNDING))
+_axis, _own = (partial(double, within=within) for within in (of_largest(ROUNDING), ROUNDING))
 
 PLANE = {
-    "codes": Field(
-        WHOLE,
-        ("symbols", "rows", "columns"),
+    "codes": whole(
         "1",
         "symbols, layer 0 = symbol 1: 0 left, 1 right, 255 none (no return)",
+        "symbols",
+        "rows",
+        "columns",
         within=_known,
     ),
-    "certain": Field(
-        WHOLE,
-        ("rows", "columns"),
-        "1",
-        "how many of the first symbols are established",
-        within=_kept,
+    "certain": whole(
+        "1", "how many of the first symbols are established", "rows", "columns", within=_kept
     ),
-    "by_map": Field(
-        FLAG,
-        ("rows", "columns"),
-        "1",
-        "whether return maps found the cell, not integration",
-        within=ANY,
+    "by_map": flag(
+        "1", "whether return maps found the cell, not integration", "rows", "columns", within=ANY
     ),
-    "x": _axis(("columns",), "rad, or see x_axis", "theta2_0 of the columns, or what x_axis says"),
-    "y": _axis(("rows",), "see y_axis", "values of the rows"),
+    "x": _axis("rad, or see x_axis", "theta2_0 of the columns, or what x_axis says", "columns"),
+    "y": _axis("see y_axis", "values of the rows", "rows"),
 }
 LAYOUT: Layout = {
     **PLANE,
-    "y_axis": Field(TEXT, (), "", f"what y is: {KINDS}"),
-    "marked": _own((), "see y_axis", "the row of the config's own value"),
-    "x_axis?": Field(TEXT, (), "", f"what x is: {KINDS}"),
-    "marked_x?": _own((), "see x_axis", "the column of the config's own value"),
-    "nu": _own((), "1", "nu, by which a change of a symbol repeats: exp(pi^2/nu)"),
+    "y_axis": text("", f"what y is: {KINDS}"),
+    "marked": _own("see y_axis", "the row of the config's own value"),
+    "x_axis?": text("", f"what x is: {KINDS}"),
+    "marked_x?": _own("see x_axis", "the column of the config's own value"),
+    "nu": _own("1", "nu, by which a change of a symbol repeats: exp(pi^2/nu)"),
     "zooms?": {"<zooms>": PLANE},
 }

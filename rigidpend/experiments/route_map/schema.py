@@ -9,7 +9,7 @@ from typing import Annotated, Any, Literal, Self
 from pydantic import Discriminator, Field, Tag, model_validator
 
 from rigidpend.config.bodies import Axis, Range, RouteStart, distinct
-from rigidpend.config.schema import AUTO, ExperimentConfig, Number, Numerics, Part, Word
+from rigidpend.config.schema import Auto, ExperimentConfig, Number, Numerics, Part, Word
 from rigidpend.machine import files
 from rigidpend.numbers.checked import ParameterError
 
@@ -24,9 +24,9 @@ class PlaneAxis(Axis):
 class Zoom(Part):
     """A part of the plane, shown with as many cells."""
 
-    theta2_0: Annotated[Range | None, AUTO] = None
+    theta2_0: Auto[Range] = None
     """Its ends across, where the cells of theta2_0 are the columns; radians."""
-    columns: Annotated[Range | None, AUTO] = None
+    columns: Auto[Range] = None
     """Its ends across, where columns are given; in units of its axis."""
     rows: Range
     """Its ends on the other axis; in units of that axis."""
@@ -46,7 +46,7 @@ class Problem(RouteStart):
 
     theta2_0: Phase
     """Initial phases, radians: the columns' cells; or where columns are given, one number."""
-    columns: Annotated[PlaneAxis | None, AUTO] = None
+    columns: Auto[PlaneAxis] = None
     """The axis across; auto is the cells of theta2_0."""
     rows: PlaneAxis
     """The axis upwards. Values given for the axes above are marked in the drawing."""

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from rigidpend.experiments.compare import ROUNDING, of_field
-from rigidpend.experiments.data import ANY, FLOAT, TEXT, WHOLE, Field, Layout
+from rigidpend.experiments.data import ANY, Layout, double, text, whole
 from rigidpend.experiments.shared import APART, MEANING, crossed
 
 LEVEL = {
@@ -15,37 +15,26 @@ LEVEL = {
     # held to what certain symbols allow.
     "crossing_time": MEANING["crossing_time"]._replace(within=crossed(lambda crossings: APART)),
     # Phases beyond doubles: the very numbers that were used, and doubles to draw them by.
-    "centre": Field(TEXT, (), "rad", "theta2_0 of the middle, exact"),
-    "theta2_0": Field(
-        TEXT, ("columns",), "rad", "initial phase of each column, exact", coordinate=True
-    ),
-    "offset": Field(
-        FLOAT,
-        ("columns",),
+    "centre": text("rad", "theta2_0 of the middle, exact"),
+    "theta2_0": text("rad", "initial phase of each column, exact", "columns", coordinate=True),
+    "offset": double(
         "rad",
         "theta2_0 of each column less the centre, rounded to a double",
+        "columns",
         within=of_field("step", ROUNDING),
         coordinate=True,
     ),
-    "step": Field(
-        FLOAT,
-        (),
-        "rad",
-        "spacing of the columns, rounded to a double",
-        within=of_field("step", ROUNDING),
+    "step": double(
+        "rad", "spacing of the columns, rounded to a double", within=of_field("step", ROUNDING)
     ),
 }
 LAYOUT: Layout = {
     "levels": {"<levels>": LEVEL},
-    "repeats_after": Field(
-        FLOAT, (), "1", "zoom after which the rows repeat, exp(pi^2/nu)", within=10 * ROUNDING
+    "repeats_after": double(
+        "1", "zoom after which the rows repeat, exp(pi^2/nu)", within=10 * ROUNDING
     ),
-    "symbol": Field(WHOLE, (), "1", "the symbol that changes at the centre"),
-    "reference_bits": Field(
-        WHOLE,
-        (),
-        "bit",
-        "precision of the reference orbit beside which columns were followed",
-        within=ANY,
+    "symbol": whole("1", "the symbol that changes at the centre"),
+    "reference_bits": whole(
+        "bit", "precision of the reference orbit beside which columns were followed", within=ANY
     ),
 }

@@ -8,7 +8,18 @@ from typing import Any
 import numpy as np
 
 from rigidpend.experiments.compare import relative, stated
-from rigidpend.experiments.data import ANY, FLAG, FLOAT, TEXT, WHOLE, Data, Field, Layout, held
+from rigidpend.experiments.data import (
+    ANY,
+    FLOAT,
+    Data,
+    Field,
+    Layout,
+    double,
+    flag,
+    held,
+    text,
+    whole,
+)
 from rigidpend.experiments.shared import EACH, MU_OVER_H0, NAME
 
 SHARE = 4e-3
@@ -65,12 +76,8 @@ BODIES = {
     "nu": _body("1", "(bodies,): pi kappa/sin(alpha0)", within=_closed),
     "slope_amplitude": _fitted("(bodies,): of |excess[0]| in mu, both logarithmic, mu <= 0.01 h0"),
     "slope_curve": _fitted("(bodies,): of curve_excess in mu, as well"),
-    "amplitude": Field(
-        FLOAT,
-        EACH,
-        "rad",
-        "(bodies, mu): Melnikov's amplitude of the distance in theta1",
-        within=_closed,
+    "amplitude": double(
+        "rad", "(bodies, mu): Melnikov's amplitude of the distance in theta1", *EACH, within=_closed
     ),
     "largest": _each(
         "rad", "(bodies, mu): largest distance in theta1 over all phases", within=_largest
@@ -91,31 +98,29 @@ BODIES = {
         " are rounded to doubles",
         within=stated(_error),
     ),
-    "resolved": Field(FLAG, EACH, "1", "(bodies, mu): whether the error is small beside (mu/h0)^2"),
-    "bits": Field(WHOLE, EACH, "bit", "(bodies, mu): precision that decided", within=ANY),
-    "orbits": Field(
-        WHOLE, EACH, "1", "(bodies, mu): orbits in each of the two computations", within=ANY
-    ),
-    "excess": Field(
-        FLOAT,
-        (*EACH, "harmonics"),
+    "resolved": flag("1", "(bodies, mu): whether the error is small beside (mu/h0)^2", *EACH),
+    "bits": whole("bit", "(bodies, mu): precision that decided", *EACH, within=ANY),
+    "orbits": whole("1", "(bodies, mu): orbits in each of the two computations", *EACH, within=ANY),
+    "excess": double(
         "1",
         "(bodies, mu, harmonics): distance less Melnikov's, in Melnikov's amplitude, of cos g,"
         " sin 2g, cos 3g, ...; NaN where S1- turns back in g",
+        *EACH,
+        "harmonics",
         gaps=True,
         within=lambda name, stored, fresh: MARGIN * _error(stored, fresh)[..., None],
     ),
 }
 _phases, _line = (partial(Field, FLOAT, (name,)) for name in ("phases", "line"))
 CURVE = {
-    "body": Field(TEXT, (), "text", "whose distance it is"),
+    "body": text("text", "whose distance it is"),
     "g": _phases("rad", "phase theta1/2 + theta2 on the section", coordinate=True),
     "melnikov": _phases("1", "distance by Melnikov, in its amplitude"),
-    "measured": Field(
-        FLOAT,
-        ("mu", "phases"),
+    "measured": double(
         "1",
         "(mu, phases): distance, in that amplitude; NaN where not resolved",
+        "mu",
+        "phases",
         gaps=True,
         within=_curve,
     ),
