@@ -11,7 +11,7 @@ expansions    Fourier and Chebyshev expansions
 jets          power series in two variables
 reduced       the reduced equations beside the upper periodic orbit
 normal_form   Moser's normal form, found degree by degree
-conjugacy     the normal form evaluated and inverted
+conjugacy     the normal form at some energies, evaluated and inverted
 poincare      the section M3 = 0 in coordinates (d, chi)
 charts        from the section to the normal form and back, as tables
 passage       one passage, forward and backward, with its derivatives, and the first

@@ -21,6 +21,7 @@ from rigidpend.orbits.return_map.charts import (
     quadrature_points,
     table_sizes,
 )
+from rigidpend.orbits.return_map.conjugacy import TorusForm
 from rigidpend.orbits.return_map.expansions import Interval, phases
 from rigidpend.orbits.return_map.normal_form import MapError, normal_form, powers
 from rigidpend.orbits.return_map.precision import precision
@@ -169,7 +170,7 @@ def first_look(c: Coefficients, h: float) -> Layer:
     for rising in (False, True):
         table = forward_table(rising, guess, n_x, n_phase, nf, c, length, a)
         at = phases(36, a)
-        seen = table.at(np.ones((1, 1))).look_up_slopes(0 * at, at, a)
+        seen = table.at(TorusForm(nf, np.full(1, h), a)).look_up_slopes(0 * at, at, a)
         U, V = seen.value[:2]
         splittings.append(float(np.abs(U * V).max()))
         slopes.append(float(np.abs(U * seen.by_x[1] + V * seen.by_x[0]).min()))

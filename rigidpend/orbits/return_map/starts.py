@@ -9,7 +9,7 @@ import numpy as np
 from rigidpend.numbers.generic import Scalar
 from rigidpend.orbits.integrate.pair_arrays import PairArray
 from rigidpend.orbits.return_map.charts import INVERSE, ChartTable, fitted
-from rigidpend.orbits.return_map.conjugacy import inverted
+from rigidpend.orbits.return_map.conjugacy import TorusForm
 from rigidpend.orbits.return_map.normal_form import MapError, NormalForm
 from rigidpend.orbits.return_map.precision import Precision
 
@@ -48,13 +48,13 @@ def entry(nf: NormalForm, least: Scalar, most: Scalar, a: Precision) -> Entry:
     """
     centre, half_width = (least + most) / 2, (most - least) / 2
 
-    def placed(x: Any, psi: Any, _: Any, weights: Any, counts: Any) -> Any:
+    def placed(x: Any, psi: Any, form: TorusForm) -> Any:
         Qp = centre + half_width * x
-        at = inverted(nf, weights, psi, Qp, 0 * Qp, a, counts)
+        at = form.inverted(psi, Qp, 0 * Qp)
         return np.stack((at.v / Qp, at.u / Qp, at.tau))
 
     for n_x in range(6, MOST_NODES, 3) if half_width else (1,):
-        table = fitted(placed, a.number(1), n_x, nf.n, nf.energies, INVERSE, a)
+        table = fitted(placed, a.number(1), n_x, nf.n, nf, INVERSE, a)
         last = table.values.reshape(nf.energies.n, n_x, nf.n, -1)[:, -2:]
         if n_x == 1 or a.largest(last) <= ROUNDINGS * a.epsilon:
             return Entry(centre, half_width, table)
