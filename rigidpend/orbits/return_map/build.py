@@ -41,9 +41,8 @@ from rigidpend.orbits.return_map.orders import (
 )
 from rigidpend.orbits.return_map.passage import EnergyLevel
 from rigidpend.orbits.return_map.precision import MOST_IN_PAIRS, Precision, in_pairs, precision
-from rigidpend.orbits.return_map.program import Program, program
+from rigidpend.orbits.return_map.program import Entry, Program, entry, program
 from rigidpend.orbits.return_map.reduced import Coefficients, coefficients
-from rigidpend.orbits.return_map.starts import Entry, entry
 
 SLACK = 2.0**13
 """Allowed error of a map, in roundings of the working precision, where its tables have no more.
@@ -119,8 +118,6 @@ class ReturnMap:
         What it was measured to err by.
     orders : Orders
     design : Design
-    coefficients : Coefficients
-        Those of the body, in the map's unit.
     normal_form : NormalForm
     charts : 2 Chart
         Of downward and of upward crossings.
@@ -134,7 +131,6 @@ class ReturnMap:
     errors: Errors
     orders: Orders
     design: Design
-    coefficients: Coefficients
     normal_form: NormalForm
     charts: Charts
     cost: float
@@ -159,7 +155,8 @@ class ReturnMap:
         if off.any():
             message = f"the map is one of energies from {low} to {high}, got h = {shown[off][0]}"
             raise ParameterError("h", message)
-        return EnergyLevel(self.normal_form, self.charts, given * self._unit**2, a)
+        unit = _number(exact(self.design.unit), a)
+        return EnergyLevel(self.normal_form, self.charts, given * unit**2, a)
 
     def program(self, bits: int, least_Qp: Scalar, most_Qp: Scalar, coarse: float = 0.0) -> Program:
         """This map for `kernel.follow`, for orbits that start at least_Qp <= Qp <= most_Qp.
@@ -186,9 +183,11 @@ class ReturnMap:
         a = precision(self.bits)
         return functools.cache(lambda least, most: entry(self.normal_form, least, most, a))
 
-    @property
-    def _unit(self) -> Any:
-        return _number(exact(self.design.unit), precision(self.bits))
+    @functools.cached_property
+    def coefficients(self) -> Coefficients:
+        """Those of the body, in the map's unit."""
+        angles = self.body.angles(self.bits + GUARD_BITS)
+        return coefficients(angles, self.design.unit, precision(self.bits))
 
 
 @functools.lru_cache(maxsize=256)
@@ -301,7 +300,6 @@ def build(
         errors,
         planned,
         design,
-        coefficients(p, design.unit, own),
         _cast(nf, own),
         (_cast(charts[0], own), _cast(charts[1], own)),
         spent,

@@ -12,7 +12,7 @@ import pytest
 from rigidpend import Body
 from rigidpend.experiments.bench.problems import drawn
 from rigidpend.machine.cache import KeptFileWarning
-from rigidpend.machine.workers import WorkerError
+from rigidpend.machine.workers import WorkerError, apart
 from rigidpend.numbers.checked import ParameterError
 from rigidpend.numbers.exact import exact
 from rigidpend.orbits.return_map import MapError, ReturnMap, build, checks, return_map, storage
@@ -238,7 +238,13 @@ def test_a_map_by_a_process_is_the_same_and_is_kept(
 ) -> None:
     ends = exact(H), exact(H)
     here = build.build(GENERIC, *ends, 53, FIRST)
-    monkeypatch.setattr(storage, "build", lambda *_: pytest.fail("built here"))
+    elsewhere: list[Any] = []
+
+    def watched(work: Any, task: Any) -> Any:
+        elsewhere.append(work)
+        return apart(work, task)
+
+    monkeypatch.setattr(storage, "apart", watched)
     storage.build_apart(GENERIC, ends, 53, FIRST, math.inf)
     assert same(return_map(GENERIC, h=H, design=FIRST), here)
     assert len(list(cache.iterdir())) == 1
@@ -248,6 +254,7 @@ def test_a_map_by_a_process_is_the_same_and_is_kept(
     heavy = Body((2, 1, "1.5"), (1, 1, 0), "0.5")
     with pytest.raises(MapError, match="does not reach the periodic orbit"):
         storage.build_apart(heavy, ends, 53, FIRST, math.inf)
+    assert elsewhere == 3 * [build.build]
 
 
 @pytest.mark.parametrize("error", [WorkerError, OSError, ImportError, NotImplementedError])

@@ -18,8 +18,13 @@ from rigidpend.orbits.return_map import ReturnMap, kernel, program, return_map
 from rigidpend.orbits.return_map.conjugacy import TorusForm
 from rigidpend.orbits.return_map.expansions import chebyshev_basis, fourier_basis
 from rigidpend.orbits.return_map.precision import precision
-from rigidpend.orbits.return_map.program import radians, reciprocal_of, shortened, significant
-from rigidpend.orbits.return_map.starts import Entry
+from rigidpend.orbits.return_map.program import (
+    Entry,
+    radians,
+    reciprocal_of,
+    shortened,
+    significant,
+)
 from tests.bodies import GENERIC
 
 ENERGIES = ("1.3332", "1.3352")
