@@ -62,12 +62,11 @@ def expected_tables(problem: RouteProblem, orbits: int, most: float) -> float:
 
     They take no more than `most`; infinity where none do, or the orbits have no map.
     """
-    which = problem.body, *problem.energies
     with contextlib.suppress(MapError):
         check_start(problem)
         for pair in wanted(problem):
-            each = (expected_cost(*which, _bits_of(x, pair), x) for x in designs_of(orbits))
-            if (tables := sum(each)) <= most:
+            tables = sum(_expected(problem, _tasks(designs_of(orbits), pair)).values())
+            if tables <= most:
                 return tables
     return math.inf
 
@@ -84,13 +83,18 @@ def check_start(problem: RouteProblem) -> None:
         )
 
 
-def _bits_of(design: Design, pair: tuple[int, int]) -> int:
-    """The bits of the map of a design, given those of the first and of the second."""
-    return pair[design == SECOND]
+Task: TypeAlias = tuple[int, Design]
+"""A map's bits and its design."""
 
 
-Task: TypeAlias = tuple[Design, int]
-"""A design, and the bits of its map."""
+def _tasks(designs: list[Design], pair: tuple[int, int]) -> list[Task]:
+    """The maps of some designs, where the first and the second have so many bits."""
+    return [(pair[design == SECOND], design) for design in designs]
+
+
+def _expected(problem: RouteProblem, tasks: list[Task]) -> dict[Task, float]:
+    """Seconds of a core that each map is expected to take."""
+    return {task: expected_cost(problem.body, *problem.energies, *task) for task in tasks}
 
 
 class Maps:
@@ -121,7 +125,7 @@ class Maps:
     ) -> None:
         check_start(run.problem)
         self.run, self.problem, self.kept = run, run.problem, kept
-        self._lock, self._ready = threading.Lock(), dict[tuple[int, Design], Program]()
+        self._lock, self._ready = threading.Lock(), dict[Task, Program]()
         self._budgets = dict[Task, float]()
         self.designs = designs_of(run.orbits)
         pays = costs.budget(run.problem, run.orbits, run.arithmetic.precisions)
@@ -162,30 +166,28 @@ class Maps:
 
     def _make(self, pair: tuple[int, int], most: float) -> None:
         """Make maps of all designs, side by side where that pays, if they may take so long."""
-        tasks = [(design, _bits_of(design, pair)) for design in self.designs]
-        which = self.problem.body, *self.problem.energies
-        missing = [(design, bits) for design, bits in tasks if not is_kept(*which, bits, design)]
+        body, ends = self.problem.body, self.problem.energies
+        tasks = _tasks(self.designs, pair)
+        missing = [task for task in tasks if not is_kept(body, *ends, *task)]
         if self.kept and missing:
             raise MapError("none is kept")
-        expected = [expected_cost(*which, bits, design) for design, bits in tasks]
-        if sum(expected) > most:
-            raise Costly(sum(expected), most)
-        for task, each in zip(tasks, expected, strict=True):
-            self._budgets[task] = most * (each / sum(expected))
-        # The longest is made here, and the others beside it.
-        own = tasks[expected.index(max(expected))]
-        if self.run.jobs > 1 and len(missing) > 1 and max(expected) > APART:
-            side_by_side(self._prepare, (own, which), False, missing, self.run.jobs)
+        expected = _expected(self.problem, tasks)
+        total, longest = sum(expected.values()), max(expected, key=expected.__getitem__)
+        if total > most:
+            raise Costly(total, most)
+        self._budgets |= {task: most * (each / total) for task, each in expected.items()}
+
+        def prepare(task: Task) -> None:
+            if task == longest:
+                self.made(*task)
+            else:
+                build_apart(body, ends, *task, self._budgets[task])
+
+        # The longest is made here, and the others beside it by processes.
+        if self.run.jobs > 1 and len(missing) > 1 and expected[longest] > APART:
+            side_by_side(prepare, (), False, missing, self.run.jobs)
         for task in tasks:
             self.made(*task)
-
-    def _prepare(self, task: Task, own: Task, which: Any) -> None:
-        """Make a map that is made beside others: all but one by processes."""
-        if task == own:
-            self.made(*task)
-        else:
-            (body, *ends), (design, bits) = which, task
-            build_apart(body, ends, bits, design, self._budgets[task])
 
     @property
     def most_bits(self) -> int:
@@ -219,20 +221,18 @@ class Maps:
         """The crossings of some columns in t'; FAILED where an orbit leaves the tables."""
         one = bits > 53 and scales == certainty.FIRST
         design = self.levels[bits] if one else DESIGNS[scales]
-        program, begin = self._program(bits, design), self._beginning(design, bits, columns)
-        phase, height = self._begin(bits, design, begin, columns)
-        given = begin.Qp + 0 * phase, phase, height, self.problem.n_symbols + 1, self.run.jobs
-        found = kernel.follow(program, *given)
+        given = *self._begin(bits, design, columns), self.problem.n_symbols + 1, self.run.jobs
+        found = kernel.follow(self._program(bits, design), *given)
         return found._replace(time=found.time * _unit(design.unit, 53))
 
-    def made(self, design: Design, bits: int) -> ReturnMap:
+    def made(self, bits: int, design: Design) -> ReturnMap:
         """The map of a design over the energies of all phases."""
         return return_map(
             self.problem.body,
             h=self.problem.energies,
             bits=bits,
             design=design,
-            budget=self._budgets.get((design, bits), math.inf),
+            budget=self._budgets.get((bits, design), math.inf),
         )
 
     def _program(self, bits: int, design: Design) -> Program:
@@ -240,24 +240,16 @@ class Maps:
         # Threads ask for the same map: one makes it, and the others wait.
         with self._lock:
             if (bits, design) not in self._ready:
-                made = self.made(design, _bits_of(design, self.pair))
+                made = self.made(self.pair[design == SECOND], design)
                 starts, coarse = self.run.starts, 0.0
                 if bits == self.pair[0] < self.pair[1] and design == FIRST:
                     # By so much the second is sharper in any case, whatever its tables came to.
                     more = self.pair[1] - bits
-                    coarse = 2.0**more * self.made(SECOND, self.pair[1]).errors.largest
+                    coarse = 2.0**more * self.made(self.pair[1], SECOND).errors.largest
                 ends = starts.least if starts else self.problem, self.problem
                 least, most = (beginning(end, design, made.bits).Qp for end in ends)
                 self._ready[bits, design] = made.program(bits, least, most, coarse)
             return self._ready[bits, design]
-
-    def _beginning(self, design: Design, bits: int, columns: Any) -> Beginning:
-        """The common part of the starts of some columns."""
-        if self.run.starts is None:
-            return beginning(self.problem, design, bits)
-        J1_0, which = self._actions
-        of_each = beginning(self.problem, design, bits, J1_0)
-        return Beginning(*(x[which[columns]] for x in of_each))
 
     @functools.cached_property
     def _actions(self) -> tuple[tuple[float, ...], Any]:
@@ -266,12 +258,18 @@ class Maps:
         J1_0, which = np.unique(self.run.starts.J1_0, return_inverse=True)
         return tuple(J1_0.tolist()), which
 
-    def _begin(self, bits: int, design: Design, begin: Beginning, columns: Any) -> tuple[Any, Any]:
-        """The phase of entry, and the energy less h0 in units of mu, (N,) each.
+    def _begin(self, bits: int, design: Design, columns: Any) -> tuple[Any, Any, Any]:
+        """Qp, the phase of entry, and the energy less h0 in units of mu, (N,) each.
 
         Phases are rounded at another place in each design; what that loses goes to the rest.
         """
         a, phases = precision(bits), self.run.phases
+        if self.run.starts is None:
+            Qp, along, across = beginning(self.problem, design, bits)
+        else:
+            J1_0, which = self._actions
+            each = beginning(self.problem, design, bits, J1_0)
+            Qp, along, across = (x[which[columns]] for x in each)
         theta2 = phases.near[columns]
         shifted = theta2 + design.origin
         # Knuth's two-sum: what rounding the sum has lost, exactly.
@@ -280,24 +278,17 @@ class Maps:
         rest = a.array(phases.rest[columns] + lost)
         cos, sin = turned(a.cos(a.array(shifted)), a.sin(a.array(shifted)), rest)
         # psi of the mirrored start is pi/2 - beta0/2 - theta2.
-        beta0 = _constants(self.problem, bits).angles.beta0
-        psi = a.pi / 2 - beta0 / 2 - a.atan2(sin, cos) + design.origin
-        return psi, begin.along * cos + begin.across * sin
-
-
-class Constants(NamedTuple):
-    """A problem's numbers, each rounded once to a precision."""
-
-    angles: Angles
-    J2_0: Any
-    J1_0: Any
+        p, *_ = _constants(self.problem, bits)
+        psi = a.pi / 2 - p.beta0 / 2 - a.atan2(sin, cos) + design.origin
+        return Qp + 0 * psi, psi, along * cos + across * sin
 
 
 @functools.lru_cache(maxsize=16)
-def _constants(problem: RouteProblem, bits: int) -> Constants:
+def _constants(problem: RouteProblem, bits: int) -> tuple[Angles, Any, Any]:
+    """The body's angles, J2_0 and J1_0 of a problem, each rounded once to a precision."""
     a, guarded = precision(bits), bits + GUARD_BITS
     angles = Angles(*map(a.number, problem.body.angles(guarded)))
-    return Constants(angles, a.number(problem.J2_0(guarded)), a.number(problem.J1_0.at(guarded)))
+    return angles, a.number(problem.J2_0(guarded)), a.number(problem.J1_0.at(guarded))
 
 
 @functools.cache

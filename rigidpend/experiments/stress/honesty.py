@@ -207,9 +207,9 @@ class SpoiltMaps(mapped.Maps):
         self.size, self.every = size, every
         super().__init__(run)
 
-    def made(self, design: Design, bits: int) -> ReturnMap:
+    def made(self, bits: int, design: Design) -> ReturnMap:
         """The map of a design."""
-        right = super().made(design, bits)
+        right = super().made(bits, design)
         if design != FIRST and not self.every:
             return right
         return spoilt(right, self.size, int(1000 * float(design.unit)))
