@@ -153,16 +153,10 @@ class Maps:
     def _use(self, pair: tuple[int, int]) -> None:
         """Take maps that are made, the first and the second of which have so many bits."""
         self.pair = pair
-        made = zip(pair, (FIRST, SECOND), strict=True)
-        self.levels = {bits: x for bits, x in made if bits > 53 and self._fits(bits)}
-
-    def _fits(self, bits: int) -> bool:
-        """True if a map is asked for, or stands before the last precision and far from all.
-
-        One computation is only worth as much as it is sharper than the one before it.
-        """
-        precisions = self.run.arithmetic.precisions
-        return bits in precisions or costs.fits(bits, precisions)
+        made, asked = zip(pair, (FIRST, SECOND), strict=True), self.run.arithmetic.precisions
+        # One computation is only worth as much as it is sharper than the one before it.
+        served = {bits for bits in pair if bits in asked or costs.fits(bits, asked)}
+        self.levels = {bits: design for bits, design in made if bits > 53 and bits in served}
 
     def _make(self, pair: tuple[int, int], most: float) -> None:
         """Make maps of all designs, side by side where that pays, if they may take so long."""
