@@ -32,9 +32,8 @@ from rigidpend.orbits.return_map.normal_form import MapError, NormalForm, normal
 from rigidpend.orbits.return_map.orders import (
     Layer,
     Orders,
+    Rough,
     Shrinking,
-    border_of,
-    cost,
     first_look,
     orders,
     second_look,
@@ -197,9 +196,14 @@ def expected_cost(body: Body, low: Exact, high: Exact, bits: int, design: Design
     Raises MapError where there is none.
     """
     _, planned = _plan(body, low, high, bits, design)
-    rough = coefficients(body.angles(), design.unit, precision(53))
-    middle = float((low + high) / 2) * float(design.unit) ** 2
-    return cost(planned, rough, middle, table_bits(bits), theta3=design.theta3)
+    rough = _rough(body, (low + high) / 2, design)
+    return rough.cost(planned, table_bits(bits), theta3=design.theta3)
+
+
+def _rough(body: Body, h: Exact, design: Design) -> Rough:
+    """A body at an energy, in the unit of a design."""
+    c = coefficients(body.angles(), design.unit, precision(53))
+    return Rough(c, float(h * exact(design.unit) ** 2))
 
 
 def _plan(body: Body, low: Exact, high: Exact, bits: int, design: Design) -> tuple[Layer, Orders]:
@@ -208,12 +212,10 @@ def _plan(body: Body, low: Exact, high: Exact, bits: int, design: Design) -> tup
     found = _looked(body, *ends)
     if isinstance(found, MapError):
         raise MapError(str(found))
-    layer, seen = found
     below = 2.0 ** (table_bits(bits) - bits + MARGIN_BITS)
-    target = min(2.0**-bits, _allowed(bits) / below)
-    rough = coefficients(body.angles(), FIRST.unit, precision(53))
-    planned, unit = orders(rough, ends, layer, seen, target), float(design.unit)
-    return layer.in_unit(unit), planned.designed(unit, design.stretch, design.more)
+    target, unit = min(2.0**-bits, _allowed(bits) / below), float(design.unit)
+    planned = orders(found[0], (ends[1] - ends[0]) / 2, *found[1:], target)
+    return found[1].in_unit(unit), planned.designed(unit, design.stretch, design.more)
 
 
 def _allowed(bits: int) -> float:
@@ -222,13 +224,13 @@ def _allowed(bits: int) -> float:
 
 
 @functools.lru_cache(maxsize=64)
-def _looked(body: Body, low: float, high: float) -> tuple[Layer, Shrinking] | MapError:
+def _looked(body: Body, low: float, high: float) -> tuple[Rough, Layer, Shrinking] | MapError:
     """The two looks at a map that is to be built in the first design; or why there is none."""
     try:
-        rough, middle = coefficients(body.angles(), FIRST.unit, precision(53)), (low + high) / 2
+        rough = _rough(body, exact((low + high) / 2), FIRST)
         _floquet_exponent(body, low, high)
-        layer = first_look(rough, middle)
-        return layer, second_look(rough, middle, layer)
+        layer = first_look(rough)
+        return rough, layer, second_look(rough, layer)
     except MapError as refused:
         return refused
 
@@ -252,7 +254,7 @@ def build(
     """
     a = precision(table_bits(bits))
     p = body.angles(max(MOST_IN_PAIRS, a.bits) + GUARD_BITS)
-    c, rough = coefficients(p, design.unit, a), coefficients(p, design.unit, precision(53))
+    c, rough = coefficients(p, design.unit, a), _rough(body, (low + high) / 2, design)
     scale = exact(design.unit) ** 2
     exponent = _floquet_exponent(body, float(low), float(high))
     allowed = _allowed(bits)
@@ -260,7 +262,7 @@ def build(
     middle, half = (low + high) / 2 * scale, (high - low) / 2 * scale
     spent, before = 0.0, math.inf
     for _ in range(ATTEMPTS):
-        spent += cost(planned, rough, float(middle), a.bits, theta3=design.theta3)
+        spent += rough.cost(planned, a.bits, theta3=design.theta3)
         if spent > budget:
             raise Costly(spent, budget)
         energies = Interval(_number(middle, a), _number(half, a), planned.n_energy)
@@ -308,7 +310,7 @@ def build(
 
 def _attempt(
     c: Coefficients,
-    rough: Coefficients,
+    rough: Rough,
     energies: Interval,
     layer: Layer,
     o: Orders,
@@ -318,8 +320,7 @@ def _attempt(
     theta3: bool,
 ) -> tuple[NormalForm, Charts, Errors]:
     """The normal form and the charts by given orders, with their errors."""
-    h, length = float(energies.centre), a.number(o.length)
-    border = border_of(rough, h, max(layer.widths))
+    length, border = a.number(o.length), rough.border(max(layer.widths))
     nf = normal_form(c, energies, o.degree, o.n_phase_orbit, border, a, theta3=theta3)
     charts, found = [], []
     for rising in (False, True):
