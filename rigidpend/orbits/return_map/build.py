@@ -49,10 +49,6 @@ SLACK = 2.0**13
 With the body of Fig. 4 finished maps err by some tens of them, and by 700 at mu = 0.01."""
 SPARE_BITS = 6
 """Bits by which the tables of a map are sharper than it is said to be, in pairs of doubles."""
-TOLD = 2
-"""Factor by which tables may err more than their last coefficients."""
-MOST_MORE = 0.2
-"""Share by which the degree of the normal form is raised for another attempt, at most."""
 MARGIN_BITS = 2
 """Bits by which the first coefficients left out are planned to be below what tables resolve.
 
@@ -275,18 +271,7 @@ def build(
             # so much smaller than the others that it loses to their roundings.
             a = precision(MOST_IN_PAIRS)
             c = coefficients(p, design.unit, a)
-        before, small = errors.largest, allowed / 8
-        x, phase, energy = (tail > small for tail in errors[-3:])
-        told = TOLD * max(errors[-3:])
-        if errors.inverse > max(told, allowed / 2):
-            # By terms of both, for an inverse chart is solved from the chart's own table.
-            phase = energy = True
-        # What the tails don't tell of a chart is the normal form's own.
-        inner = errors.charts > told or not (x or phase or energy)
-        # A degree more gains as much as those before it.
-        share = math.log(max(errors.charts, 2 * small) / small) / -math.log(small)
-        more = min(MOST_MORE, share) if inner else 0.0
-        planned = planned.larger(inner=1 + more, x=x, phase=phase, energy=energy)
+        before, planned = errors.largest, planned.larger(errors, allowed)
     else:
         raise MapError(
             f"the tables don't settle: in the last of {ATTEMPTS} attempts they err by"

@@ -21,6 +21,7 @@ from rigidpend.orbits.return_map.charts import (
     quadrature_points,
     table_sizes,
 )
+from rigidpend.orbits.return_map.checks import Errors
 from rigidpend.orbits.return_map.conjugacy import TorusForm
 from rigidpend.orbits.return_map.expansions import Interval, phases
 from rigidpend.orbits.return_map.normal_form import MapError, normal_form, powers
@@ -65,6 +66,10 @@ MOST_DEGREE = 45
 """Largest degree of the normal form in doubles, and in proportion to the bits.
 
 With the body of Fig. 4 mu = 0.045 takes 43."""
+TOLD = 2
+"""Factor by which tables may err more than their last coefficients."""
+MORE = 1.2
+"""Factor by which orders are raised for another attempt; those of the normal form at most."""
 
 
 class Orders(NamedTuple):
@@ -83,17 +88,25 @@ class Orders(NamedTuple):
     length: float
     """Length of the arcs, t'."""
 
-    def larger(self, *, inner: float, x: bool, phase: bool, energy: bool) -> Orders:
-        """The orders for another attempt, where some were too small.
-
-        Those of the normal form are raised by the factor `inner`."""
+    def larger(self, errors: Errors, allowed: float) -> Orders:
+        """The orders for another attempt, more of those that the errors tell to be too small."""
+        small, told = allowed / 8, TOLD * max(errors[-3:])
+        x, phase, energy = (MORE if tail > small else 1.0 for tail in errors[-3:])
+        if errors.inverse > max(told, allowed / 2):
+            # By terms of both, for an inverse chart is solved from the chart's own table.
+            phase = energy = MORE
+        # A degree more gains as much as those before it.
+        share = math.log(max(errors.charts, 2 * small) / small) / -math.log(small)
+        # What the tails don't tell of a chart is the normal form's own.
+        own = errors.charts > told or x == phase == energy == 1
+        inner = min(MORE, 1 + share) if own else 1.0
         return Orders(
             _odd(self.degree * inner),
             _odd(self.n_phase_orbit * inner),
-            math.ceil(self.n_x * (1.2 if x else 1)),
-            _odd(self.n_phase * (1.2 if phase else 1)),
-            _odd(self.n_phase_inverse * (1.2 if phase else 1)),
-            math.ceil(self.n_energy * (1.2 if energy else 1)),
+            math.ceil(self.n_x * x),
+            _odd(self.n_phase * phase),
+            _odd(self.n_phase_inverse * phase),
+            math.ceil(self.n_energy * energy),
             self.length,
         )
 

@@ -9,12 +9,13 @@ import pytest
 from rigidpend.numbers.exact import exact
 from rigidpend.orbits.return_map import MapError, orders
 from rigidpend.orbits.return_map.build import FIRST, WHOLE, expected_cost
+from rigidpend.orbits.return_map.checks import Errors
 from rigidpend.orbits.return_map.orders import LARGEST_RADIUS, Orders, Rough, first_look
 from rigidpend.orbits.return_map.precision import precision
 from rigidpend.orbits.return_map.reduced import coefficients
 from tests.bodies import FIG4
 
-H = 1.3342
+H, ALLOWED = 1.3342, 2.0**-64
 
 
 @pytest.fixture(scope="module")
@@ -53,21 +54,27 @@ def test_arcs_end_where_both_components_are_equal(rough: Rough) -> None:
 
 
 @pytest.mark.parametrize(
-    ("raised", "expected"),
+    ("charts", "inverse", "tails", "expected"),
     [
-        ([], (21, 31, 10, 41, 51, 5)),
-        (["inner"], (27, 39, 10, 41, 51, 5)),
-        (["x", "energy"], (21, 31, 12, 41, 51, 6)),
-        (["phase"], (21, 31, 10, 51, 63, 5)),
+        # In units of what is allowed; what the tails tell is twice their largest.
+        (1.99, 0, (0, 1, 0), (21, 31, 10, 51, 63, 5)),
+        (1.99, 0, (1, 0, 1), (21, 31, 12, 41, 51, 6)),
+        (0, 0, (0.13, 0.12, 0), (21, 31, 12, 41, 51, 5)),
+        (0, 0.51, (0.13, 0, 0), (21, 31, 12, 51, 63, 6)),
+        (0, 0.49, (0.13, 0, 0), (21, 31, 12, 41, 51, 5)),
+        (0, 2.01, (1, 0, 0), (21, 31, 12, 51, 63, 6)),
+        (0, 1.99, (1, 0, 0), (21, 31, 12, 41, 51, 5)),
+        (2.01, 0, (0, 1, 0), (23, 33, 10, 51, 63, 5)),
+        (1e6, 0, (0, 0, 0.12), (27, 39, 10, 41, 51, 5)),
+        (0, 0, (0, 0, 0), (23, 33, 10, 41, 51, 5)),
     ],
 )
-def test_only_orders_that_were_too_small_are_raised_by_a_fifth(
-    raised: list[str], expected: tuple[int, ...]
+def test_orders_that_errors_tell_to_be_too_small_are_raised_by_a_fifth(
+    charts: float, inverse: float, tails: tuple[float, ...], expected: tuple[int, ...]
 ) -> None:
-    """Those of the normal form by what is asked for, and as those of phases to odd numbers."""
-    asked = {name: name in raised for name in ("x", "phase", "energy")}
-    more = 1.2 if "inner" in raised else 1.0
-    assert Orders(21, 31, 10, 41, 51, 5, 2.5).larger(inner=more, **asked) == (*expected, 2.5)
+    """Those of the normal form by as many degrees as the error asks for; phases to odd numbers."""
+    errors = Errors(*(x * ALLOWED for x in (0, 0, charts, inverse, *tails)))
+    assert Orders(21, 31, 10, 41, 51, 5, 2.5).larger(errors, ALLOWED) == (*expected, 2.5)
 
 
 @pytest.mark.parametrize("name", Orders._fields)
