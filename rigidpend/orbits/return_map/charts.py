@@ -161,7 +161,7 @@ def fitted(
             own = (own - known) / newton[level, level]
         own = np.matmul(fourier_analysis(few, a), own).reshape(few_x, -1)
         found[level, :few_x, : few * functions] = chebyshev_analysis(few_x, a) @ own
-    back = energies.analysis(a)[:, order] @ newton
+    back = chebyshev_analysis(energies.n, a)[:, order] @ newton
     return ChartTable(
         width,
         n_x,
@@ -336,7 +336,7 @@ def _solved(
     a = form.a
     low = forward._replace(width=float(forward.width), values=a.floats(forward.values))
     rough = a.floats(goal[0]), a.floats(goal[1])
-    begin, slopes, at = _newton(rising, low, form.in_doubles(), rough)
+    begin, slopes, at = _newton(rising, low, form.in_doubles(series=False), rough)
     d, chi = (a.array(x) for x in begin)
     for _ in range(MOST_ITERATIONS):
         value = forward.look_up(d, chi, a)

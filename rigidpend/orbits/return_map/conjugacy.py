@@ -103,11 +103,12 @@ class TorusForm:
         """The same for some of the groups, with so many points each."""
         return TorusForm(self.nf, self.h[groups], self.a, counts, self.weights[groups])
 
-    def in_doubles(self) -> TorusForm:
-        """The same with the rates in doubles, but not the series."""
-        floats = self.a.floats
-        given = self.nf, floats(self.h), precision(53), self.counts, floats(self.weights)
-        found = TorusForm(*given)
+    def in_doubles(self, *, series: bool) -> TorusForm:
+        """The same with its rates in doubles, and its series too where these are asked for."""
+        floats, nf = self.a.floats, self.nf
+        if series and self.a.bits > 53:
+            nf = nf._replace(odd=floats(nf.odd), even=floats(nf.even))
+        found = TorusForm(nf, floats(self.h), precision(53), self.counts, floats(self.weights))
         found.exponent, found.rotation = floats(self.exponent), floats(self.rotation)
         return found
 
@@ -141,10 +142,7 @@ class TorusForm:
         MapError
             A point lies outside of the range of the normal form.
         """
-        rough = self.in_doubles()
-        if self.a.bits > 53:
-            odd, even = self.a.floats(self.nf.odd), self.a.floats(self.nf.even)
-            rough.nf = self.nf._replace(odd=odd, even=even)
+        rough = self.in_doubles(series=True)
         counts = self.counts or (len(psi) // len(self.weights),) * len(self.weights)
         found = [
             _inverted(self.part(groups, here), rough.part(groups, here), psi[at], (Qp[at], Qm[at]))

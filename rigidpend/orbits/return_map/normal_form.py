@@ -21,7 +21,13 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from rigidpend.numbers.generic import Scalar
-from rigidpend.orbits.return_map.expansions import Interval, fourier_analysis, fourier_basis, phases
+from rigidpend.orbits.return_map.expansions import (
+    Interval,
+    chebyshev_analysis,
+    fourier_analysis,
+    fourier_basis,
+    phases,
+)
 from rigidpend.orbits.return_map.jets import Deferred, Jet, Reciprocal, convolved
 from rigidpend.orbits.return_map.precision import Precision
 from rigidpend.orbits.return_map.reduced import Coefficients, ReducedRates, lift, reduced
@@ -322,7 +328,7 @@ class _Finder:
 
     def record(self, energies: Interval, degree: int, radius: float) -> NormalForm:
         """The normal form as expansions in energy and phase."""
-        a, to_energy = self.a, energies.analysis(self.a).T
+        a, to_energy = self.a, chebyshev_analysis(energies.n, self.a).T
         found = self._found()
         for sharp, all_ in zip(self.sharp, found, strict=False):
             all_[:] = [*sharp, *map(a.array, all_[len(sharp) :])]

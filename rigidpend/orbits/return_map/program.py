@@ -34,6 +34,7 @@ from rigidpend.orbits.integrate.kernel.lane_numbers import KINDS
 from rigidpend.orbits.integrate.pair_arrays import PairArray, in_doubles
 from rigidpend.orbits.return_map.charts import INVERSE, Charts, ChartTable, fitted
 from rigidpend.orbits.return_map.conjugacy import TorusForm
+from rigidpend.orbits.return_map.expansions import chebyshev_analysis
 from rigidpend.orbits.return_map.normal_form import MapError, NormalForm
 from rigidpend.orbits.return_map.precision import Precision
 
@@ -174,8 +175,8 @@ def legs(
         forward, inverse = charts[back]
         scale, turns, rates = _rates(nf, size, inverse.width, threshold, a)
         # d in units of the width of the table that comes next.
-        out = _scaled(significant(inverse, threshold), (1 / forward.width, 1, sides[1]))
-        into = _scaled(into, (1 / scale, scale / inverse.width, sides[0]))
+        out = significant(inverse, threshold) * np.stack((1 / forward.width, 1, sides[1]))
+        into = into * np.stack((1 / scale, scale / inverse.width, sides[0]))
         return Leg(into, out, sides[1] * rates, largest / scale, sides[1] * turns)
 
     def passage(rising: bool) -> Leg:
@@ -201,12 +202,6 @@ def significant(table: ChartTable, threshold: float) -> Any:
     return np.where(sizes > threshold, values, 0)
 
 
-def _scaled(values: Any, factors: tuple[Any, Any, Any]) -> Any:
-    """A table with each function times a factor."""
-    several = np.stack if isinstance(values, PairArray) else np.array
-    return values * several(factors)
-
-
 def _rates(
     nf: NormalForm, size: float, reach: Any, threshold: float, a: Precision
 ) -> tuple[float, float, Any]:
@@ -221,7 +216,7 @@ def _rates(
     turns = float(np.round(float(deep[0, 0]) / (2 * math.pi)))
     for part in radians(turns):
         deep[:, 0] = deep[:, 0] - part
-    back, far = nf.energies.analysis(a), float(reach)
+    back, far = chebyshev_analysis(nf.energies.n, a), float(reach)
     found = [shortened(x, far, threshold) for x in (back @ reciprocal, back @ deep, nf.rotation)]
     most = max(x.shape[1] for x in found)
     joined = np.zeros_like(found[0], shape=(len(found[0]), most, FUNCTIONS))
