@@ -116,13 +116,7 @@ class Maps:
         large to begin in the normal form.
     """
 
-    def __init__(
-        self,
-        run: Run,
-        *,
-        least_time: bool = False,
-        kept: bool = False,
-    ) -> None:
+    def __init__(self, run: Run, *, least_time: bool = False, kept: bool = False) -> None:
         check_start(run.problem)
         self.run, self.problem, self.kept = run, run.problem, kept
         self._lock, self._ready = threading.Lock(), dict[Task, Program]()

@@ -126,15 +126,8 @@ def fitted(
     energy are tables that take the fewer nodes the higher they are: of the k-th of n a share of
     1 - (k/n)^power in each direction.
 
-    Parameters
-    ----------
-    values : callable
-        ``values(x, phase, form)`` gives the functions, (F, N), at points in groups by energies.
-    width : number
-    n_x, n_phase : int
-        Nodes at the first energy.
-    nf : NormalForm
-        Over the energies.
+    ``values(x, phase, form)`` gives the functions, (F, N), at points in groups by energies; there
+    are n_x n_phase nodes at the first energy.
     """
     energies, order = nf.energies, _spread(nf.energies.n)
     at = nodes(energies.n, a)[order]
@@ -199,17 +192,8 @@ def section_chart(
 ) -> Any:
     """U, V, and the constants of time and theta3, at points of the section: (4, N).
 
-    The last is left out where the normal form tells no theta3.
-
-    Parameters
-    ----------
-    rising : bool
-        Upward crossings (separatrix 2) or downward ones (3).
-    d, chi : (N,) arrays
-    form : TorusForm
-    c : Coefficients
-    length : number
-        Of the arcs, t'.
+    The last is left out where the normal form tells no theta3. Upward (`rising`) crossings are
+    those of separatrix 2, downward ones of 3; the arcs take the time `length`, t'.
 
     Raises
     ------
@@ -377,14 +361,7 @@ def _size(step: Any, turn: Any, table: ChartTable, a: Precision) -> float:
 def invariants(by_v: bool, seen: Looked, chi: Scalar, form: TorusForm) -> Invariants:
     """I and s of points of a section, with their derivatives in (d, chi) if the chart has some.
 
-    Parameters
-    ----------
-    by_v : bool
-        Whether s is chi + ln|V|/Lambda, as for upward crossings, or chi - ln|U|/Lambda.
-    seen : Looked
-        The chart at the points.
-    chi : (N,) array
-    form : TorusForm
+    By V s is chi + ln|V|/Lambda, as for upward crossings, and else chi - ln|U|/Lambda.
     """
     (U, V), which, side = seen.value[:2], int(by_v), 1 if by_v else -1
     I, W = U * V, seen.value[which]

@@ -102,18 +102,12 @@ def normal_form(
 
     Parameters
     ----------
-    c : Coefficients
-        The body.
-    energies : Interval
     degree : int
         The largest j + k of u^j v^k in Qp and Qm, odd; time goes one degree lower.
     n : int
         Phases, odd.
     radius : float
         How far |u| and |v| go.
-    a : Precision
-    theta3 : bool, optional
-        Whether theta3 is wanted too.
     least : float, optional
         Relative size of terms at the radius from which on there are enough of them.
 

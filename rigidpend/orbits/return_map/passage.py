@@ -86,17 +86,8 @@ class EnergyLevel(TorusForm):
     def enter(self, Qp: Scalar, phase: Scalar) -> Entered:
         """Orbits that start at Qp > 0, Qm = 0, M3 < 0, and first cross beside separatrix 2.
 
-        Parameters
-        ----------
-        Qp : number
-            Dimensionless.
-        phase : (N,) array
-            pi/2 - beta0/2 - theta2: psi of the mirrored state, radians.
-
-        Raises
-        ------
-        MapError
-            Qp lies outside of the range of the normal form.
+        Qp is a dimensionless number, `phase` psi of the mirrored states, pi/2 - beta0/2 - theta2
+        radians, (N,). Raises MapError where Qp lies outside of the range of the normal form.
         """
         a, nf = self.a, self.nf
         zero = 0 * phase
@@ -115,15 +106,9 @@ class EnergyLevel(TorusForm):
     def passage(
         self, point: SectionPoint, *, backward: bool = False, slopes: bool = False
     ) -> Passage:
-        """The passage that follows a crossing, or the one before it.
+        """The passage that follows a crossing, or `backward` in time the one before it.
 
-        Parameters
-        ----------
-        point : SectionPoint
-        backward : bool, optional
-            Whether to go back in time.
-        slopes : bool, optional
-            Whether the derivatives are wanted.
+        Its `slopes` are left out unless they are asked for.
         """
         if point.rising != backward:
             return self._past_upper(point, slopes)
