@@ -212,40 +212,40 @@ class TorusSeries:
     def __init__(self, form: TorusForm, psi: Scalar, most: int | None = None) -> None:
         nf, weights, counts = form.nf, form.weights, form.counts
         self.degree = nf.degree if most is None else min(most, nf.degree)
-        odd, even = (powers(self.degree, parity) for parity in (1, 0))
-        self.powers = odd, even
+        self.series: list[tuple[Any, Any]] = []
+        """Coefficients (N, F, terms), and the powers: of Qp, Qm and sigma, and of tau."""
         basis = fourier_basis(psi, nf.n, form.a)
-        series = (
-            nf.odd[:, : len(odd)].transpose(0, 2, 1).reshape(len(nf.odd), -1),
-            nf.even[:, : len(even)],
-        )
-        if len(weights) < len(psi):
-            series = tuple(
-                product(weights, part.reshape(weights.shape[1], -1)).reshape(len(weights), nf.n, -1)
-                for part in series
-            )
-        else:
+        groups, energies = weights.shape
+        alone = groups == len(psi)
+        if alone:
             # Each point has an energy of its own.
             basis = (weights[:, :, None] * basis[:, None, :]).reshape(len(psi), -1)
-            series, counts = tuple(part[None] for part in series), None
-        self.odd, self.even = (grouped(basis, part, counts) for part in series)
-        self.odd = self.odd.reshape(len(psi), nf.odd.shape[-1], -1)
+            groups, counts = 1, None
+        for values, parity in ((nf.odd.transpose(0, 2, 1), 1), (nf.even[:, None], 0)):
+            exponents = powers(self.degree, parity)
+            part = values[..., : len(exponents)]
+            if not alone:
+                part = product(weights, part.reshape(energies, -1))
+            part = grouped(basis, part.reshape(groups, basis.shape[1], -1), counts)
+            self.series.append((part.reshape(len(psi), values.shape[1], -1), exponents))
 
     def part(self, least: int, most: int | None = None) -> TorusSeries:
         """The terms from a degree to another."""
         made = copy.copy(self)
         made.degree = self.degree if most is None else min(most, self.degree)
-        odd, even = (_range(x, least, made.degree) for x in self.powers)
-        made.powers = self.powers[0][odd], self.powers[1][even]
-        made.odd, made.even = self.odd[:, :, odd], self.even[:, even]
+        made.series = []
+        for c, exponents in self.series:
+            # They are in ascending order of degrees.
+            ends = np.searchsorted(exponents.sum(axis=1), (least, made.degree + 1))
+            made.series.append((c[..., slice(*ends)], exponents[slice(*ends)]))
         return made
 
     def least_degrees(self, size: float, *shares: float) -> list[int]:
         """The degrees behind which terms at |u|, |v| <= size are below shares of the largest."""
         found = [1] * len(shares)
-        for powers_, values in zip(self.powers, (self.odd, self.even[:, None]), strict=True):
-            degrees = powers_.sum(axis=1)
-            sizes = np.abs(values).max(axis=0) * size**degrees
+        for c, exponents in self.series:
+            degrees = exponents.sum(axis=1)
+            sizes = np.abs(c).max(axis=0) * size**degrees
             sizes = (sizes / np.maximum(sizes.max(axis=1, keepdims=True), 1e-300)).max(axis=0)
             large = (degrees[sizes > share].max(initial=1) for share in shares)
             found = [max(low, int(high)) for low, high in zip(found, large, strict=True)]
@@ -255,27 +255,21 @@ class TorusSeries:
         """Qp, Qm, sigma if it is known, and tau: (3 or 4, N)."""
         of_u, of_v = (_powers(x, self.degree + 1) for x in (u, v))
         found = []
-        for c, powers_ in zip((self.odd, self.even[:, None]), self.powers, strict=True):
-            j, k = powers_.T
+        for c, exponents in self.series:
+            j, k = exponents.T
             found.append(np.matmul(c, (of_u[:, j] * of_v[:, k])[:, :, None])[..., 0])
         return np.concatenate(found, axis=1).T
 
     def slopes(self, u: Scalar, v: Scalar, *, every: bool = False) -> tuple[Any, Any, Any]:
         """Qp and Qm, or `every` one of `values`, with their derivatives in u and in v."""
-        given = [(self.odd, 0), (self.even[:, None], 1)] if every else [(self.odd[:, :2], 0)]
+        odd, of_odd = self.series[0]
         of_u, of_v = (_powers(x, self.degree + 1) for x in (u, v))
         found = []
-        for c, parity in given:
-            j, k = self.powers[parity].T
+        for c, exponents in self.series if every else [(odd[:, :2], of_odd)]:
+            j, k = exponents.T
             by_u, by_v = j * of_u[:, np.maximum(j - 1, 0)], k * of_v[:, np.maximum(k - 1, 0)]
             at_u, at_v = of_u[:, j], of_v[:, k]
             terms = at_u * at_v, by_u * at_v, at_u * by_v
             found.append([np.einsum("...i,...i", c, x[:, None]) for x in terms])
         value, along_u, along_v = (np.concatenate(x, axis=1).T for x in zip(*found, strict=True))
         return value, along_u, along_v
-
-
-def _range(exponents: Any, least: int, most: int) -> slice:
-    """The terms, in ascending order of degrees, from a degree to another."""
-    degrees = exponents.sum(axis=1)
-    return slice(*np.searchsorted(degrees, (least, most + 1)))
