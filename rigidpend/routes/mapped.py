@@ -211,7 +211,7 @@ class Maps:
         design = self.levels[bits] if one else DESIGNS[scales]
         given = *self._begin(bits, design, columns), self.problem.n_symbols + 1, self.run.jobs
         found = kernel.follow(self._program(bits, design), *given)
-        return found._replace(time=found.time * _unit(design.unit, 53))
+        return found._replace(time=found.time * float(exact(design.unit)))
 
     def made(self, bits: int, design: Design) -> ReturnMap:
         """The map of a design over the energies of all phases."""
@@ -276,13 +276,7 @@ def _constants(problem: RouteProblem, bits: int) -> tuple[Angles, Any, Any]:
     """The body's angles, J2_0 and J1_0 of a problem, each rounded once to a precision."""
     a, guarded = precision(bits), bits + GUARD_BITS
     angles = Angles(*map(a.number, problem.body.angles(guarded)))
-    return angles, a.number(problem.J2_0(guarded)), a.number(problem.J1_0.at(guarded))
-
-
-@functools.cache
-def _unit(unit: str, bits: int) -> Any:
-    """A design's unit of M in a precision."""
-    return precision(bits).number(exact(unit).at(bits + GUARD_BITS))
+    return angles, a.number(problem.J2_0(guarded)), a.number(problem.J1_0)
 
 
 def start_Qp(problem: RouteProblem, unit: str, bits: int, J1_0: Any = None) -> Any:
@@ -290,7 +284,7 @@ def start_Qp(problem: RouteProblem, unit: str, bits: int, J1_0: Any = None) -> A
     a, (p, J2, J1) = precision(bits), _constants(problem, bits)
     J1 = J1 if J1_0 is None else a.array(np.array(J1_0))[()]
     begin = Canonical(J1, J2 - J1, 0, p.alpha0 + p.beta0, 0 * J1, 0, 1)
-    return _unit(unit, bits) * aligned_from_canonical(begin, p.alpha0, p.beta0, a).Qp
+    return a.number(exact(unit)) * aligned_from_canonical(begin, p.alpha0, p.beta0, a).Qp
 
 
 class Beginning(NamedTuple):

@@ -142,7 +142,7 @@ class ReturnMap:
         """The map at an energy, or at one for each of N orbits; ParameterError beyond its own."""
         a, (low, high) = precision(self.bits), self.energies
         if isinstance(h, str | Decimal | Exact):
-            h = _number(checked.number("h", h), a)
+            h = a.number(checked.number("h", h))
         given = a.array(h)
         shown = np.atleast_1d(a.floats(given))
         # What is beyond an end by a rounding is on it.
@@ -150,7 +150,7 @@ class ReturnMap:
         if off.any():
             message = f"the map is one of energies from {low} to {high}, got h = {shown[off][0]}"
             raise ParameterError("h", message)
-        unit = _number(exact(self.design.unit), a)
+        unit = a.number(exact(self.design.unit))
         return EnergyLevel(self.normal_form, self.charts, given * unit**2, a)
 
     def program(self, bits: int, least_Qp: Scalar, most_Qp: Scalar, coarse: float = 0.0) -> Program:
@@ -261,7 +261,7 @@ def build(
         spent += rough.cost(planned, a.bits, theta3=design.theta3)
         if spent > budget:
             raise Costly(spent, budget)
-        energies = Interval(_number(middle, a), _number(half, a), planned.n_energy)
+        energies = Interval(a.number(middle), a.number(half), planned.n_energy)
         given = c, rough, energies, layer, planned, exponent, a
         nf, charts, errors = _attempt(*given, theta3=design.theta3)
         if errors.largest < allowed:
@@ -350,10 +350,6 @@ def table_bits(bits: int) -> int:
     Sharper tables make a sharper map, in doubles too.
     """
     return bits + SPARE_BITS if in_pairs(bits + SPARE_BITS) else bits
-
-
-def _number(x: Exact, a: Precision) -> Any:
-    return a.number(x.at(a.bits + GUARD_BITS))
 
 
 def _cast(x: Scalar, a: Precision) -> Any:

@@ -26,6 +26,7 @@ from rigidpend.orbits.return_map.expansions import (
     chebyshev_analysis,
     fourier_analysis,
     fourier_basis,
+    fourier_synthesis,
     phases,
 )
 from rigidpend.orbits.return_map.jets import Deferred, Jet, Reciprocal, convolved
@@ -163,7 +164,7 @@ class _Finder:
         psi = phases(n, a)[:, None]
         self.turn = a.cos(psi), a.sin(psi)
         self.analysis = fourier_analysis(n, a)
-        self.synthesis = fourier_basis(phases(n, a), n, a)
+        self.synthesis = fourier_synthesis(n, n, a)
         self.slope = fourier_basis(phases(n, a), n, a, slope=True) @ self.analysis
         self.Q, self.flow = self._series(c, h)
         self.tau: dict[int, Any] = {}

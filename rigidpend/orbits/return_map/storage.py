@@ -123,11 +123,6 @@ def _by_process(*task: Any) -> ReturnMap:
         return build(*task)
 
 
-@functools.lru_cache(maxsize=16)
-def _kept(body: Body, low: Exact, high: Exact, bits: int, design: Design) -> _Kept:
-    return _Kept(body, low, high, bits, design)
-
-
 class _Kept:
     """A map, or the reason why there is none, in memory and on disk."""
 
@@ -183,6 +178,9 @@ class _Kept:
         nf, down, up, orders, errors, cost = facts
         ends = float(low), float(high)
         return ReturnMap(body, bits, ends, errors, orders, design, nf, (down, up), cost)
+
+
+_kept = functools.lru_cache(maxsize=16)(_Kept)
 
 
 def followed(body: Body, low: Exact, high: Exact, bits: int, design: Any, table: int) -> bytes:
