@@ -17,6 +17,7 @@ from rigidpend.experiments.bench.problems import drawn
 from rigidpend.orbits.return_map import MapError, ReturnMap, return_map
 from rigidpend.orbits.return_map.build import FIRST
 from rigidpend.orbits.return_map.charts import Looked, invariants, section_chart
+from rigidpend.orbits.return_map.conjugacy import TorusForm
 from rigidpend.orbits.return_map.normal_form import normal_form
 from rigidpend.orbits.return_map.precision import precision
 from rigidpend.orbits.return_map.reduced import coefficients
@@ -44,13 +45,12 @@ def ratios(made: ReturnMap) -> tuple[Any, Any]:
         chi, energy = (a.array(x) for x in random.uniform(-1, 1, (2, POINTS)))
         share = a.array((np.arange(POINTS) + random.uniform(0, 1, POINTS)) * 2 / POINTS - 1)
         chi, h = chi * a.pi, energies.centre + energies.half_width * energy
-        weights = [x.basis(h, a) for x in (nf.energies, energies)]
+        forms = TorusForm(nf, h, a), TorusForm(finer, h, a)
 
-        def true(d: Any, chi: Any, rising: int = rising, h: Any = h, weights: Any = weights) -> Any:
-            length = a.number(o.length * SHORTER)
-            return section_chart(bool(rising), d, chi, h, weights[1], finer, c, length, a)
+        def true(d: Any, chi: Any, rising: int = rising, form: TorusForm = forms[1]) -> Any:
+            return section_chart(bool(rising), d, chi, form, c, a.number(o.length * SHORTER))
 
-        forward, inverse = (table.at(weights[0]) for table in chart)
+        forward, inverse = chart.at(forms[0])
         d = forward.width * share
         right = true(d, chi)
         scale = np.array([a.largest(x) for x in right])[:, None]
@@ -59,8 +59,7 @@ def ratios(made: ReturnMap) -> tuple[Any, Any]:
         I = inverse.width * share
         there = inverse.look_up(I, chi, a)
         back = true(there[0], chi + there[1])
-        rates = weights[1] @ finer.exponent, weights[1] @ finer.rotation
-        I_back, s_back, *_ = invariants(bool(rising), Looked(back), chi + there[1], *rates, a)
+        I_back, s_back, *_ = invariants(bool(rising), Looked(back), chi + there[1], forms[1])
         off = [(I_back - I) / inverse.width, s_back - chi, *((back - there)[2:] / scale[2:])]
         # An inverse chart states what it errs by beside the chart's table.
         stated = made.errors.inverse + made.errors.charts

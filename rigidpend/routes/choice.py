@@ -113,7 +113,9 @@ def decided(run: Run, method: str = "auto", *, kept: bool = False) -> Mapped:
             if method == "map":
                 raise
             if not few:
-                costs.told(run.problem, run.orbits, str(reason))
+                each, all_ = costs.integration(run.problem), run.orbits
+                said = f"there are no return maps: {reason}"
+                costs.warned(run.problem, all_, all_, each, said)
     return Mapped(run.decided(), np.zeros(len(run.phases), dtype=bool))
 
 

@@ -147,14 +147,9 @@ def share_open(problem: RouteProblem, bits: int, *, displaced: bool = True) -> f
     return math.erfc((bits * math.log(2) - nats) / (math.sqrt(2) * SPREAD)) / 2
 
 
-def in_pairs(problem: RouteProblem) -> float:
-    """Seconds of a core that an orbit takes in pairs of doubles."""
-    return integration(problem, (PAIRS,))
-
-
 def beyond_maps(problem: RouteProblem) -> float:
     """Seconds of a core that an orbit takes whose symbols ask for more bits than maps have."""
-    return FURTHER * in_pairs(problem)
+    return FURTHER * integration(problem, (PAIRS,))
 
 
 def at_stake(problem: RouteProblem, orbits: int, precisions: Sequence[int] = PRECISIONS) -> bool:
@@ -178,12 +173,6 @@ def wanted(problem: RouteProblem) -> tuple[tuple[int, int], ...]:
 def budget(problem: RouteProblem, orbits: int, precisions: Sequence[int] = PRECISIONS) -> float:
     """Seconds of a core that the tables of all designs may take, if they are to pay."""
     return STAKE * orbits * (integration(problem, precisions) - by_maps(problem, precisions))
-
-
-def told(problem: RouteProblem, orbits: int, reason: str) -> None:
-    """Say at once why many orbits take long, if integrating them is expected to."""
-    each = integration(problem)
-    warned(problem, orbits, orbits, each, f"there are no return maps: {reason}")
 
 
 def warned(problem: RouteProblem, orbits: int, of: int, each: float, reason: str) -> None:

@@ -62,12 +62,11 @@ def expected_tables(problem: RouteProblem, orbits: int, most: float) -> float:
 
     They take no more than `most`; infinity where none do, or the orbits have no map.
     """
-    which = problem.body, *problem.energies
     with contextlib.suppress(MapError):
         check_start(problem)
         for pair in wanted(problem):
-            each = (expected_cost(*which, _bits_of(x, pair), x) for x in designs_of(orbits))
-            if (tables := sum(each)) <= most:
+            tables = sum(_expected(problem, _tasks(designs_of(orbits), pair)).values())
+            if tables <= most:
                 return tables
     return math.inf
 
@@ -84,13 +83,18 @@ def check_start(problem: RouteProblem) -> None:
         )
 
 
-def _bits_of(design: Design, pair: tuple[int, int]) -> int:
-    """The bits of the map of a design, given those of the first and of the second."""
-    return pair[design == SECOND]
+Task: TypeAlias = tuple[int, Design]
+"""A map's bits and its design."""
 
 
-Task: TypeAlias = tuple[Design, int]
-"""A design, and the bits of its map."""
+def _tasks(designs: list[Design], pair: tuple[int, int]) -> list[Task]:
+    """The maps of some designs, where the first and the second have so many bits."""
+    return [(pair[design == SECOND], design) for design in designs]
+
+
+def _expected(problem: RouteProblem, tasks: list[Task]) -> dict[Task, float]:
+    """Seconds of a core that each map is expected to take."""
+    return {task: expected_cost(problem.body, *problem.energies, *task) for task in tasks}
 
 
 class Maps:
@@ -112,16 +116,10 @@ class Maps:
         large to begin in the normal form.
     """
 
-    def __init__(
-        self,
-        run: Run,
-        *,
-        least_time: bool = False,
-        kept: bool = False,
-    ) -> None:
+    def __init__(self, run: Run, *, least_time: bool = False, kept: bool = False) -> None:
         check_start(run.problem)
         self.run, self.problem, self.kept = run, run.problem, kept
-        self._lock, self._ready = threading.Lock(), dict[tuple[int, Design], Program]()
+        self._lock, self._ready = threading.Lock(), dict[Task, Program]()
         self._budgets = dict[Task, float]()
         self.designs = designs_of(run.orbits)
         pays = costs.budget(run.problem, run.orbits, run.arithmetic.precisions)
@@ -149,43 +147,35 @@ class Maps:
     def _use(self, pair: tuple[int, int]) -> None:
         """Take maps that are made, the first and the second of which have so many bits."""
         self.pair = pair
-        made = zip(pair, (FIRST, SECOND), strict=True)
-        self.levels = {bits: x for bits, x in made if bits > 53 and self._fits(bits)}
-
-    def _fits(self, bits: int) -> bool:
-        """True if a map is asked for, or stands before the last precision and far from all.
-
-        One computation is only worth as much as it is sharper than the one before it.
-        """
-        precisions = self.run.arithmetic.precisions
-        return bits in precisions or costs.fits(bits, precisions)
+        made, asked = zip(pair, (FIRST, SECOND), strict=True), self.run.arithmetic.precisions
+        # One computation is only worth as much as it is sharper than the one before it.
+        served = {bits for bits in pair if bits in asked or costs.fits(bits, asked)}
+        self.levels = {bits: design for bits, design in made if bits > 53 and bits in served}
 
     def _make(self, pair: tuple[int, int], most: float) -> None:
         """Make maps of all designs, side by side where that pays, if they may take so long."""
-        tasks = [(design, _bits_of(design, pair)) for design in self.designs]
-        which = self.problem.body, *self.problem.energies
-        missing = [(design, bits) for design, bits in tasks if not is_kept(*which, bits, design)]
+        body, ends = self.problem.body, self.problem.energies
+        tasks = _tasks(self.designs, pair)
+        missing = [task for task in tasks if not is_kept(body, *ends, *task)]
         if self.kept and missing:
             raise MapError("none is kept")
-        expected = [expected_cost(*which, bits, design) for design, bits in tasks]
-        if sum(expected) > most:
-            raise Costly(sum(expected), most)
-        for task, each in zip(tasks, expected, strict=True):
-            self._budgets[task] = most * (each / sum(expected))
-        # The longest is made here, and the others beside it.
-        own = tasks[expected.index(max(expected))]
-        if self.run.jobs > 1 and len(missing) > 1 and max(expected) > APART:
-            side_by_side(self._prepare, (own, which), False, missing, self.run.jobs)
+        expected = _expected(self.problem, tasks)
+        total, longest = sum(expected.values()), max(expected, key=expected.__getitem__)
+        if total > most:
+            raise Costly(total, most)
+        self._budgets |= {task: most * (each / total) for task, each in expected.items()}
+
+        def prepare(task: Task) -> None:
+            if task == longest:
+                self.made(*task)
+            else:
+                build_apart(body, ends, *task, self._budgets[task])
+
+        # The longest is made here, and the others beside it by processes.
+        if self.run.jobs > 1 and len(missing) > 1 and expected[longest] > APART:
+            side_by_side(prepare, (), False, missing, self.run.jobs)
         for task in tasks:
             self.made(*task)
-
-    def _prepare(self, task: Task, own: Task, which: Any) -> None:
-        """Make a map that is made beside others: all but one by processes."""
-        if task == own:
-            self.made(*task)
-        else:
-            (body, *ends), (design, bits) = which, task
-            build_apart(body, ends, bits, design, self._budgets[task])
 
     @property
     def most_bits(self) -> int:
@@ -219,20 +209,18 @@ class Maps:
         """The crossings of some columns in t'; FAILED where an orbit leaves the tables."""
         one = bits > 53 and scales == certainty.FIRST
         design = self.levels[bits] if one else DESIGNS[scales]
-        program, begin = self._program(bits, design), self._beginning(design, bits, columns)
-        phase, height = self._begin(bits, design, begin, columns)
-        given = begin.Qp + 0 * phase, phase, height, self.problem.n_symbols + 1, self.run.jobs
-        found = kernel.follow(program, *given)
-        return found._replace(time=found.time * _unit(design.unit, 53))
+        given = *self._begin(bits, design, columns), self.problem.n_symbols + 1, self.run.jobs
+        found = kernel.follow(self._program(bits, design), *given)
+        return found._replace(time=found.time * float(exact(design.unit)))
 
-    def made(self, design: Design, bits: int) -> ReturnMap:
+    def made(self, bits: int, design: Design) -> ReturnMap:
         """The map of a design over the energies of all phases."""
         return return_map(
             self.problem.body,
             h=self.problem.energies,
             bits=bits,
             design=design,
-            budget=self._budgets.get((design, bits), math.inf),
+            budget=self._budgets.get((bits, design), math.inf),
         )
 
     def _program(self, bits: int, design: Design) -> Program:
@@ -240,24 +228,16 @@ class Maps:
         # Threads ask for the same map: one makes it, and the others wait.
         with self._lock:
             if (bits, design) not in self._ready:
-                made = self.made(design, _bits_of(design, self.pair))
+                made = self.made(self.pair[design == SECOND], design)
                 starts, coarse = self.run.starts, 0.0
                 if bits == self.pair[0] < self.pair[1] and design == FIRST:
                     # By so much the second is sharper in any case, whatever its tables came to.
                     more = self.pair[1] - bits
-                    coarse = 2.0**more * self.made(SECOND, self.pair[1]).errors.largest
+                    coarse = 2.0**more * self.made(self.pair[1], SECOND).errors.largest
                 ends = starts.least if starts else self.problem, self.problem
                 least, most = (beginning(end, design, made.bits).Qp for end in ends)
                 self._ready[bits, design] = made.program(bits, least, most, coarse)
             return self._ready[bits, design]
-
-    def _beginning(self, design: Design, bits: int, columns: Any) -> Beginning:
-        """The common part of the starts of some columns."""
-        if self.run.starts is None:
-            return beginning(self.problem, design, bits)
-        J1_0, which = self._actions
-        of_each = beginning(self.problem, design, bits, J1_0)
-        return Beginning(*(x[which[columns]] for x in of_each))
 
     @functools.cached_property
     def _actions(self) -> tuple[tuple[float, ...], Any]:
@@ -266,12 +246,18 @@ class Maps:
         J1_0, which = np.unique(self.run.starts.J1_0, return_inverse=True)
         return tuple(J1_0.tolist()), which
 
-    def _begin(self, bits: int, design: Design, begin: Beginning, columns: Any) -> tuple[Any, Any]:
-        """The phase of entry, and the energy less h0 in units of mu, (N,) each.
+    def _begin(self, bits: int, design: Design, columns: Any) -> tuple[Any, Any, Any]:
+        """Qp, the phase of entry, and the energy less h0 in units of mu, (N,) each.
 
         Phases are rounded at another place in each design; what that loses goes to the rest.
         """
         a, phases = precision(bits), self.run.phases
+        if self.run.starts is None:
+            Qp, along, across = beginning(self.problem, design, bits)
+        else:
+            J1_0, which = self._actions
+            each = beginning(self.problem, design, bits, J1_0)
+            Qp, along, across = (x[which[columns]] for x in each)
         theta2 = phases.near[columns]
         shifted = theta2 + design.origin
         # Knuth's two-sum: what rounding the sum has lost, exactly.
@@ -280,30 +266,17 @@ class Maps:
         rest = a.array(phases.rest[columns] + lost)
         cos, sin = turned(a.cos(a.array(shifted)), a.sin(a.array(shifted)), rest)
         # psi of the mirrored start is pi/2 - beta0/2 - theta2.
-        beta0 = _constants(self.problem, bits).angles.beta0
-        psi = a.pi / 2 - beta0 / 2 - a.atan2(sin, cos) + design.origin
-        return psi, begin.along * cos + begin.across * sin
-
-
-class Constants(NamedTuple):
-    """A problem's numbers, each rounded once to a precision."""
-
-    angles: Angles
-    J2_0: Any
-    J1_0: Any
+        p, *_ = _constants(self.problem, bits)
+        psi = a.pi / 2 - p.beta0 / 2 - a.atan2(sin, cos) + design.origin
+        return Qp + 0 * psi, psi, along * cos + across * sin
 
 
 @functools.lru_cache(maxsize=16)
-def _constants(problem: RouteProblem, bits: int) -> Constants:
+def _constants(problem: RouteProblem, bits: int) -> tuple[Angles, Any, Any]:
+    """The body's angles, J2_0 and J1_0 of a problem, each rounded once to a precision."""
     a, guarded = precision(bits), bits + GUARD_BITS
     angles = Angles(*map(a.number, problem.body.angles(guarded)))
-    return Constants(angles, a.number(problem.J2_0(guarded)), a.number(problem.J1_0.at(guarded)))
-
-
-@functools.cache
-def _unit(unit: str, bits: int) -> Any:
-    """A design's unit of M in a precision."""
-    return precision(bits).number(exact(unit).at(bits + GUARD_BITS))
+    return angles, a.number(problem.J2_0(guarded)), a.number(problem.J1_0)
 
 
 def start_Qp(problem: RouteProblem, unit: str, bits: int, J1_0: Any = None) -> Any:
@@ -311,7 +284,7 @@ def start_Qp(problem: RouteProblem, unit: str, bits: int, J1_0: Any = None) -> A
     a, (p, J2, J1) = precision(bits), _constants(problem, bits)
     J1 = J1 if J1_0 is None else a.array(np.array(J1_0))[()]
     begin = Canonical(J1, J2 - J1, 0, p.alpha0 + p.beta0, 0 * J1, 0, 1)
-    return _unit(unit, bits) * aligned_from_canonical(begin, p.alpha0, p.beta0, a).Qp
+    return a.number(exact(unit)) * aligned_from_canonical(begin, p.alpha0, p.beta0, a).Qp
 
 
 class Beginning(NamedTuple):

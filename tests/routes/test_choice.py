@@ -229,7 +229,9 @@ def test_orbits_without_a_map_are_integrated_or_refused(monkeypatch: pytest.Monk
     monkeypatch.setattr(costs, "LEAST", 0.0)
     assert not found(some, heavy, n_symbols=2).by_map.any()
     monkeypatch.setattr(costs, "LONG", 0.0)
-    with pytest.warns(costs.SlowRoutesWarning, match="nearly symmetric: its surfaces are split"):
+    with pytest.warns(
+        costs.SlowRoutesWarning, match="no return maps: the body is nearly symmetric"
+    ):
         found(some[:1], symmetric, h0=1, n_symbols=1, precisions=(53,))
 
 

@@ -17,8 +17,6 @@ from rigidpend.routes import choice, costs, mapped
 from rigidpend.routes.problem import RouteProblem, closeness, passage_rotations
 from tests.orbits.integrate.problems import FIG4
 
-SYMMETRIC = Body(("2.673", "2.520", "2.527"), (1, 1, 0), "0.004")
-
 
 def problem(body: Body = FIG4, n_symbols: int = 15, h0: Any = "1.3342") -> RouteProblem:
     return RouteProblem(body, exact(h0), exact("1e-8"), n_symbols)
@@ -32,8 +30,8 @@ def test_tables_pay_for_more_orbits_of_longer_passages() -> None:
     assert costs.budget(SLOW, 1000) > 3 * costs.budget(problem(), 1000)
     saved = costs.integration(problem(), (53,)) - costs.by_maps(problem(), (53,))
     assert costs.budget(problem(), 1, (53,)) == pytest.approx(costs.STAKE * saved)
-    longer = costs.in_pairs(problem(n_symbols=45))
-    assert longer == pytest.approx(3 * costs.in_pairs(problem())), "symbols are alike"
+    longer = costs.integration(problem(n_symbols=45), (106,))
+    assert longer == pytest.approx(3 * costs.integration(problem(), (106,))), "symbols are alike"
 
 
 def test_what_is_at_stake_is_seconds_and_no_number_of_orbits(
@@ -84,14 +82,14 @@ def test_an_orbit_costs_what_each_precision_takes_of_those_left_open() -> None:
     # Measured of three bodies.
     assert 0.48 <= costs.CLIMBING <= 0.78
     further = left + costs.CLIMBING * (open_ - left)
-    assert both == pytest.approx(doubles + further * costs.in_pairs(SLOW))
+    assert both == pytest.approx(doubles + further * costs.integration(SLOW, (106,)))
     assert costs.integration(SLOW, (160,)) == pytest.approx(110 * doubles)
     assert costs.integration(SLOW, (425,)) == pytest.approx(4000 * doubles)
     # No rung fits between these two.
     near = costs.integration(SLOW, (53, 65)) - doubles
-    assert near == pytest.approx(open_ * costs.in_pairs(SLOW))
+    assert near == pytest.approx(open_ * costs.integration(SLOW, (106,)))
     # Measured of orbits that maps left open.
-    assert 1.4 <= costs.beyond_maps(SLOW) / costs.in_pairs(SLOW) <= 1.5
+    assert 1.4 <= costs.beyond_maps(SLOW) / costs.integration(SLOW, (106,)) <= 1.5
 
 
 def test_maps_save_nothing_of_what_lies_beyond_their_bits() -> None:
@@ -154,8 +152,6 @@ def test_slow_orbits_come_with_the_reason_where_they_make_all_slow() -> None:
     many = int(10 * each / 100e-6)
     assert heard(problem(), 10, int(0.99 * many), each, "because")
     assert not heard(problem(), 10, int(1.01 * many), each, "because"), "0.1 ms of each of all"
-    with pytest.warns(costs.SlowRoutesWarning, match="s in all: there are no return maps: because"):
-        costs.told(problem(SYMMETRIC, h0=1), 20_000, "because")
 
 
 def test_without_weight_an_orbit_is_short() -> None:

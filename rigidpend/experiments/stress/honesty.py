@@ -203,8 +203,8 @@ def spoilt_maps(run: Run, size: float, every: bool) -> mapped.Maps:
     """The maps of some orbits, the first or all of them spoilt."""
 
     class Spoilt(mapped.Maps):
-        def made(self, design: Design, bits: int) -> ReturnMap:
-            right = super().made(design, bits)
+        def made(self, bits: int, design: Design) -> ReturnMap:
+            right = super().made(bits, design)
             if design != FIRST and not every:
                 return right
             return spoilt(right, size, int(1000 * float(design.unit)))

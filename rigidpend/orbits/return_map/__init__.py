@@ -11,12 +11,11 @@ expansions    Fourier and Chebyshev expansions
 jets          power series in two variables
 reduced       the reduced equations beside the upper periodic orbit
 normal_form   Moser's normal form, found degree by degree
-conjugacy     the normal form evaluated and inverted
+conjugacy     the normal form at some energies, evaluated and inverted
 poincare      the section M3 = 0 in coordinates (d, chi)
 charts        from the section to the normal form and back, as tables
 passage       one passage, forward and backward, with its derivatives, and the first
-starts        starts in the normal form, as a table
-program       a finished map as data for the kernel
+program       a finished map, and starts in the normal form, as data for the kernel
 kernel        many orbits through any map, in machine code
 kernel_sums   tables and polynomials summed in lanes
 orders        sizes of the tables, from a first look at the splitting

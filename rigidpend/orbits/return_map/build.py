@@ -32,18 +32,16 @@ from rigidpend.orbits.return_map.normal_form import MapError, NormalForm, normal
 from rigidpend.orbits.return_map.orders import (
     Layer,
     Orders,
+    Rough,
     Shrinking,
-    border_of,
-    cost,
     first_look,
     orders,
     second_look,
 )
 from rigidpend.orbits.return_map.passage import EnergyLevel
 from rigidpend.orbits.return_map.precision import MOST_IN_PAIRS, Precision, in_pairs, precision
-from rigidpend.orbits.return_map.program import Program, program
+from rigidpend.orbits.return_map.program import Entry, Program, entry, program
 from rigidpend.orbits.return_map.reduced import Coefficients, coefficients
-from rigidpend.orbits.return_map.starts import Entry, entry
 
 SLACK = 2.0**13
 """Allowed error of a map, in roundings of the working precision, where its tables have no more.
@@ -51,10 +49,6 @@ SLACK = 2.0**13
 With the body of Fig. 4 finished maps err by some tens of them, and by 700 at mu = 0.01."""
 SPARE_BITS = 6
 """Bits by which the tables of a map are sharper than it is said to be, in pairs of doubles."""
-TOLD = 2
-"""Factor by which tables may err more than their last coefficients."""
-MOST_MORE = 0.2
-"""Share by which the degree of the normal form is raised for another attempt, at most."""
 MARGIN_BITS = 2
 """Bits by which the first coefficients left out are planned to be below what tables resolve.
 
@@ -119,8 +113,6 @@ class ReturnMap:
         What it was measured to err by.
     orders : Orders
     design : Design
-    coefficients : Coefficients
-        Those of the body, in the map's unit.
     normal_form : NormalForm
     charts : 2 Chart
         Of downward and of upward crossings.
@@ -134,7 +126,6 @@ class ReturnMap:
     errors: Errors
     orders: Orders
     design: Design
-    coefficients: Coefficients
     normal_form: NormalForm
     charts: Charts
     cost: float
@@ -151,7 +142,7 @@ class ReturnMap:
         """The map at an energy, or at one for each of N orbits; ParameterError beyond its own."""
         a, (low, high) = precision(self.bits), self.energies
         if isinstance(h, str | Decimal | Exact):
-            h = _number(checked.number("h", h), a)
+            h = a.number(checked.number("h", h))
         given = a.array(h)
         shown = np.atleast_1d(a.floats(given))
         # What is beyond an end by a rounding is on it.
@@ -159,7 +150,8 @@ class ReturnMap:
         if off.any():
             message = f"the map is one of energies from {low} to {high}, got h = {shown[off][0]}"
             raise ParameterError("h", message)
-        return EnergyLevel(self.normal_form, self.charts, given * self._unit**2, a)
+        unit = a.number(exact(self.design.unit))
+        return EnergyLevel(self.normal_form, self.charts, given * unit**2, a)
 
     def program(self, bits: int, least_Qp: Scalar, most_Qp: Scalar, coarse: float = 0.0) -> Program:
         """This map for `kernel.follow`, for orbits that start at least_Qp <= Qp <= most_Qp.
@@ -186,9 +178,11 @@ class ReturnMap:
         a = precision(self.bits)
         return functools.cache(lambda least, most: entry(self.normal_form, least, most, a))
 
-    @property
-    def _unit(self) -> Any:
-        return _number(exact(self.design.unit), precision(self.bits))
+    @functools.cached_property
+    def coefficients(self) -> Coefficients:
+        """Those of the body, in the map's unit."""
+        angles = self.body.angles(self.bits + GUARD_BITS)
+        return coefficients(angles, self.design.unit, precision(self.bits))
 
 
 @functools.lru_cache(maxsize=256)
@@ -198,9 +192,14 @@ def expected_cost(body: Body, low: Exact, high: Exact, bits: int, design: Design
     Raises MapError where there is none.
     """
     _, planned = _plan(body, low, high, bits, design)
-    rough = coefficients(body.angles(), design.unit, precision(53))
-    middle = float((low + high) / 2) * float(design.unit) ** 2
-    return cost(planned, rough, middle, table_bits(bits), theta3=design.theta3)
+    rough = _rough(body, (low + high) / 2, design)
+    return rough.cost(planned, table_bits(bits), theta3=design.theta3)
+
+
+def _rough(body: Body, h: Exact, design: Design) -> Rough:
+    """A body at an energy, in the unit of a design."""
+    c = coefficients(body.angles(), design.unit, precision(53))
+    return Rough(c, float(h * exact(design.unit) ** 2))
 
 
 def _plan(body: Body, low: Exact, high: Exact, bits: int, design: Design) -> tuple[Layer, Orders]:
@@ -209,12 +208,10 @@ def _plan(body: Body, low: Exact, high: Exact, bits: int, design: Design) -> tup
     found = _looked(body, *ends)
     if isinstance(found, MapError):
         raise MapError(str(found))
-    layer, seen = found
     below = 2.0 ** (table_bits(bits) - bits + MARGIN_BITS)
-    target = min(2.0**-bits, _allowed(bits) / below)
-    rough = coefficients(body.angles(), FIRST.unit, precision(53))
-    planned, unit = orders(rough, ends, layer, seen, target), float(design.unit)
-    return layer.in_unit(unit), planned.designed(unit, design.stretch, design.more)
+    target, unit = min(2.0**-bits, _allowed(bits) / below), float(design.unit)
+    planned = orders(found[0], (ends[1] - ends[0]) / 2, *found[1:], target)
+    return found[1].in_unit(unit), planned.designed(unit, design.stretch, design.more)
 
 
 def _allowed(bits: int) -> float:
@@ -223,13 +220,13 @@ def _allowed(bits: int) -> float:
 
 
 @functools.lru_cache(maxsize=64)
-def _looked(body: Body, low: float, high: float) -> tuple[Layer, Shrinking] | MapError:
+def _looked(body: Body, low: float, high: float) -> tuple[Rough, Layer, Shrinking] | MapError:
     """The two looks at a map that is to be built in the first design; or why there is none."""
     try:
-        rough, middle = coefficients(body.angles(), FIRST.unit, precision(53)), (low + high) / 2
+        rough = _rough(body, exact((low + high) / 2), FIRST)
         _floquet_exponent(body, low, high)
-        layer = first_look(rough, middle)
-        return layer, second_look(rough, middle, layer)
+        layer = first_look(rough)
+        return rough, layer, second_look(rough, layer)
     except MapError as refused:
         return refused
 
@@ -253,7 +250,7 @@ def build(
     """
     a = precision(table_bits(bits))
     p = body.angles(max(MOST_IN_PAIRS, a.bits) + GUARD_BITS)
-    c, rough = coefficients(p, design.unit, a), coefficients(p, design.unit, precision(53))
+    c, rough = coefficients(p, design.unit, a), _rough(body, (low + high) / 2, design)
     scale = exact(design.unit) ** 2
     exponent = _floquet_exponent(body, float(low), float(high))
     allowed = _allowed(bits)
@@ -261,10 +258,10 @@ def build(
     middle, half = (low + high) / 2 * scale, (high - low) / 2 * scale
     spent, before = 0.0, math.inf
     for _ in range(ATTEMPTS):
-        spent += cost(planned, rough, float(middle), a.bits, theta3=design.theta3)
+        spent += rough.cost(planned, a.bits, theta3=design.theta3)
         if spent > budget:
             raise Costly(spent, budget)
-        energies = Interval(_number(middle, a), _number(half, a), planned.n_energy)
+        energies = Interval(a.number(middle), a.number(half), planned.n_energy)
         given = c, rough, energies, layer, planned, exponent, a
         nf, charts, errors = _attempt(*given, theta3=design.theta3)
         if errors.largest < allowed:
@@ -274,18 +271,7 @@ def build(
             # so much smaller than the others that it loses to their roundings.
             a = precision(MOST_IN_PAIRS)
             c = coefficients(p, design.unit, a)
-        before, small = errors.largest, allowed / 8
-        x, phase, energy = (tail > small for tail in errors[-3:])
-        told = TOLD * max(errors[-3:])
-        if errors.inverse > max(told, allowed / 2):
-            # By terms of both, for an inverse chart is solved from the chart's own table.
-            phase = energy = True
-        # What the tails don't tell of a chart is the normal form's own.
-        inner = errors.charts > told or not (x or phase or energy)
-        # A degree more gains as much as those before it.
-        share = math.log(max(errors.charts, 2 * small) / small) / -math.log(small)
-        more = min(MOST_MORE, share) if inner else 0.0
-        planned = planned.larger(inner=1 + more, x=x, phase=phase, energy=energy)
+        before, planned = errors.largest, planned.larger(errors, allowed)
     else:
         raise MapError(
             f"the tables don't settle: in the last of {ATTEMPTS} attempts they err by"
@@ -301,7 +287,6 @@ def build(
         errors,
         planned,
         design,
-        coefficients(p, design.unit, own),
         _cast(nf, own),
         (_cast(charts[0], own), _cast(charts[1], own)),
         spent,
@@ -310,7 +295,7 @@ def build(
 
 def _attempt(
     c: Coefficients,
-    rough: Coefficients,
+    rough: Rough,
     energies: Interval,
     layer: Layer,
     o: Orders,
@@ -320,8 +305,7 @@ def _attempt(
     theta3: bool,
 ) -> tuple[NormalForm, Charts, Errors]:
     """The normal form and the charts by given orders, with their errors."""
-    h, length = float(energies.centre), a.number(o.length)
-    border = border_of(rough, h, max(layer.widths))
+    length, border = a.number(o.length), rough.border(max(layer.widths))
     nf = normal_form(c, energies, o.degree, o.n_phase_orbit, border, a, theta3=theta3)
     charts, found = [], []
     for rising in (False, True):
@@ -366,10 +350,6 @@ def table_bits(bits: int) -> int:
     Sharper tables make a sharper map, in doubles too.
     """
     return bits + SPARE_BITS if in_pairs(bits + SPARE_BITS) else bits
-
-
-def _number(x: Exact, a: Precision) -> Any:
-    return a.number(x.at(a.bits + GUARD_BITS))
 
 
 def _cast(x: Scalar, a: Precision) -> Any:

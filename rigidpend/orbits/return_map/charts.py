@@ -22,11 +22,10 @@ from typing import Any, NamedTuple, TypeAlias
 
 import numpy as np
 
-from rigidpend.numbers.generic import Numbers, Scalar
+from rigidpend.numbers.generic import Scalar
 from rigidpend.orbits.integrate.states import states_at
-from rigidpend.orbits.return_map.conjugacy import TorusRates, inverted, torus_rates
+from rigidpend.orbits.return_map.conjugacy import TorusForm, TorusRates
 from rigidpend.orbits.return_map.expansions import (
-    Interval,
     chebyshev_analysis,
     chebyshev_basis,
     chebyshev_synthesis,
@@ -80,11 +79,11 @@ class ChartTable(NamedTuple):
     counts: Any = None
     """Points of each group, where these are not all of one length."""
 
-    def at(self, weights: Numbers, counts: Any = None) -> ChartTable:
-        """The table at E energies, of which `weights` are the Chebyshev polynomials, (E, count)."""
+    def at(self, form: TorusForm) -> ChartTable:
+        """The table at the energies of groups of points."""
         flat = self.values.reshape(len(self.values), -1)
-        values = product(weights, flat).reshape(len(weights), *self.values.shape[1:])
-        return self._replace(values=values, counts=counts)
+        values = product(form.weights, flat).reshape(len(form.weights), *self.values.shape[1:])
+        return self._replace(values=values, counts=form.counts)
 
     def look_up(self, x: Scalar, phase: Scalar, a: Precision) -> Any:
         """The functions at points, (F, N)."""
@@ -113,11 +112,11 @@ def _summed(coefficients: Any, F: Any) -> Any:
 
 
 def fitted(
-    values: Callable[[Any, Any, Any, Any, Any], Any],
+    values: Callable[[Any, Any, TorusForm], Any],
     width: Scalar,
     n_x: int,
     n_phase: int,
-    energies: Interval,
+    nf: NormalForm,
     power: int,
     a: Precision,
 ) -> ChartTable:
@@ -127,19 +126,11 @@ def fitted(
     energy are tables that take the fewer nodes the higher they are: of the k-th of n a share of
     1 - (k/n)^power in each direction.
 
-    Parameters
-    ----------
-    values : callable
-        ``values(x, phase, h, weights, counts)`` gives the functions, (F, N), at points that have
-        each of E energies h in common, `counts` of them each; `weights` are the Chebyshev
-        polynomials of these, (E, count).
-    width : number
-    n_x, n_phase : int
-        Nodes at the first energy.
-    energies : Interval
+    ``values(x, phase, form)`` gives the functions, (F, N), at points in groups by energies; there
+    are n_x n_phase nodes at the first energy.
     """
-    h, order = energies.nodes(a), _spread(energies.n)
-    weights, at = energies.basis(h, a), nodes(energies.n, a)[order]
+    energies, order = nf.energies, _spread(nf.energies.n)
+    at = nodes(energies.n, a)[order]
     newton = a.zeros((energies.n, energies.n))
     newton[:, 0] = a.number(1)
     for k in range(1, energies.n):
@@ -147,14 +138,10 @@ def fitted(
     sizes = table_sizes(n_x, n_phase, energies.n, power)
     x = np.concatenate([np.repeat(width * nodes(few_x, a), few) for few_x, few in sizes])
     phase = np.concatenate([np.tile(phases(few, a), few_x) for few_x, few in sizes])
-    counts, h, weights = [few_x * few for few_x, few in sizes], h[order], weights[order]
-    value = np.concatenate(
-        [
-            values(x[at], phase[at], h[levels], weights[levels], here)
-            for levels, at, here in in_blocks(counts)
-        ],
-        axis=1,
-    ).T
+    form = TorusForm(nf, energies.nodes(a)[order], a)
+    blocks = in_blocks([few_x * few for few_x, few in sizes])
+    found = [values(x[at], phase[at], form.part(levels, here)) for levels, at, here in blocks]
+    value = np.concatenate(found, axis=1).T
     functions = value.shape[1]
     found = a.zeros((energies.n, n_x, n_phase * functions))
     for level, (few_x, few) in enumerate(sizes):
@@ -167,7 +154,7 @@ def fitted(
             own = (own - known) / newton[level, level]
         own = np.matmul(fourier_analysis(few, a), own).reshape(few_x, -1)
         found[level, :few_x, : few * functions] = chebyshev_analysis(few_x, a) @ own
-    back = energies.analysis(a)[:, order] @ newton
+    back = chebyshev_analysis(energies.n, a)[:, order] @ newton
     return ChartTable(
         width,
         n_x,
@@ -199,37 +186,21 @@ def section_chart(
     rising: bool,
     d: Scalar,
     chi: Scalar,
-    h: Scalar,
-    weights: Numbers,
-    nf: NormalForm,
+    form: TorusForm,
     c: Coefficients,
     length: Scalar,
-    a: Precision,
-    counts: Any = None,
 ) -> Any:
     """U, V, and the constants of time and theta3, at points of the section: (4, N).
 
-    The last is left out where the normal form tells no theta3.
-
-    Parameters
-    ----------
-    rising : bool
-        Upward crossings (separatrix 2) or downward ones (3).
-    d, chi, h : (N,) arrays
-    weights : (E, count) array
-        Of the energies h, which E groups of points have in common.
-    nf : NormalForm
-    c : Coefficients
-    length : number
-        Of the arcs, t'.
-    counts : E ints, optional
-        Points of each group, where these are not all of one length.
+    The last is left out where the normal form tells no theta3. Upward (`rising`) crossings are
+    those of separatrix 2, downward ones of 3; the arcs take the time `length`, t'.
 
     Raises
     ------
     MapError
         The arcs do not end within the range of the normal form.
     """
+    nf, a, h = form.nf, form.a, np.repeat(form.h, form.each(len(d)))
     begin = section_state(rising, d, chi, h, c, a)
     side = 1 if rising else -1
     times = side * length * a.array([1.0])
@@ -243,8 +214,8 @@ def section_chart(
         raise MapError("an orbit from the section does not reach the periodic orbit")
     psi = rotation_phase(end, c, a)
     turned = branch(psi - chi, side, length, h, c, a)
-    at = inverted(nf, weights, psi, end[0], end[1], a, counts)
-    rates = torus_rates(weights @ nf.exponent, weights @ nf.rotation, at.u * at.v, counts)
+    at = form.inverted(psi, end[0], end[1])
+    rates = form.rates(at.u * at.v)
     stretch = a.exp(rates.exponent * turned)
     time = side * length - at.tau - rates.rotation * turned
     found = [at.u / stretch, at.v * stretch, time]
@@ -282,6 +253,10 @@ class Chart(NamedTuple):
     inverse: ChartTable
     """d, chi - s, and the same constants, of (I, s)."""
 
+    def at(self, form: TorusForm) -> Chart:
+        """Both at the energies of groups of points."""
+        return Chart(self.forward.at(form), self.inverse.at(form))
+
 
 Charts: TypeAlias = tuple[Chart, Chart]
 """The charts of downward and of upward crossings."""
@@ -311,11 +286,10 @@ def forward_table(
 ) -> ChartTable:
     """The chart of a section as a table over |d| <= width."""
 
-    def chart(d: Any, chi: Any, h: Any, weights: Any, counts: Any) -> Any:
-        h = np.repeat(h, counts)
-        return section_chart(rising, d, chi, h, weights, nf, c, length, a, counts)
+    def chart(d: Any, chi: Any, form: TorusForm) -> Any:
+        return section_chart(rising, d, chi, form, c, length)
 
-    return fitted(chart, width, n_x, n_phase, nf.energies, FORWARD, a)
+    return fitted(chart, width, n_x, n_phase, nf, FORWARD, a)
 
 
 def inverse_table(
@@ -329,33 +303,28 @@ def inverse_table(
         The invariants don't belong to points of the section within the chart.
     """
 
-    def chart(I: Any, s: Any, _: Any, weights: Any, counts: Any) -> Any:
-        rates = weights @ nf.exponent, weights @ nf.rotation
-        there = forward.at(weights, counts)
-        d, chi, value = _solved(rising, there, rates, (I, s), a)
+    def chart(I: Any, s: Any, form: TorusForm) -> Any:
+        d, chi, value = _solved(rising, forward.at(form), form, (I, s))
         return np.stack((d, chi - s, *value[2:]))
 
-    return fitted(chart, width, forward.n_x, n_phase, nf.energies, INVERSE, a)
+    return fitted(chart, width, forward.n_x, n_phase, nf, INVERSE, a)
 
 
 def _solved(
-    rising: bool,
-    forward: ChartTable,
-    rates: tuple[Numbers, Numbers],
-    goal: tuple[Scalar, Scalar],
-    a: Precision,
+    rising: bool, forward: ChartTable, form: TorusForm, goal: tuple[Scalar, Scalar]
 ) -> tuple[Any, Any, Any]:
     """The points (d, chi) that have the invariants I and s, and the chart there.
 
     Doubles do all of it but the last corrections, and give the slopes for these.
     """
+    a = form.a
     low = forward._replace(width=float(forward.width), values=a.floats(forward.values))
-    rough = [(a.floats(x), a.floats(y)) for x, y in (rates, goal)]
-    begin, slopes, at = _newton(rising, low, rough[0], rough[1])
+    rough = a.floats(goal[0]), a.floats(goal[1])
+    begin, slopes, at = _newton(rising, low, form.in_doubles(series=False), rough)
     d, chi = (a.array(x) for x in begin)
     for _ in range(MOST_ITERATIONS):
         value = forward.look_up(d, chi, a)
-        I, s, *_ = invariants(rising, Looked(value), chi, *rates, a, forward.counts)
+        I, s, *_ = invariants(rising, Looked(value), chi, form)
         step, turn = correction(at.by_d, at.by_chi, (I - goal[0], s - goal[1]))
         d, chi = d - step, chi - turn
         # The slopes in doubles leave 2^-40 of a correction.
@@ -365,17 +334,17 @@ def _solved(
 
 
 def _newton(
-    rising: bool, table: ChartTable, rates: tuple[Any, Any], goal: Any
+    rising: bool, table: ChartTable, form: TorusForm, goal: tuple[Any, Any]
 ) -> tuple[tuple[Any, Any], Looked, Invariants]:
     """The points in doubles, with the chart and the invariants there."""
-    a = precision(53)
+    a = form.a
     d, chi = 0 * goal[0], goal[1] + 0
     # Where passages are long chi and s are many turns apart, the same at nearly all points.
     begun = Looked(table.look_up(d, chi, a))
-    chi = chi - (invariants(rising, begun, chi, *rates, a, table.counts).s - goal[1])
+    chi = chi - (invariants(rising, begun, chi, form).s - goal[1])
     for _ in range(MOST_ITERATIONS):
         seen = table.look_up_slopes(d, chi, a)
-        at = invariants(rising, seen, chi, *rates, a, table.counts)
+        at = invariants(rising, seen, chi, form)
         step, turn = correction(at.by_d, at.by_chi, (at.I - goal[0], at.s - goal[1]))
         d, chi = np.clip(d - step, -2 * table.width, 2 * table.width), chi - turn
         if _size(step, turn, table, a) < SETTLED:
@@ -389,33 +358,15 @@ def _size(step: Any, turn: Any, table: ChartTable, a: Precision) -> float:
     return a.largest(step) / float(table.width) + a.largest(turn)
 
 
-def invariants(
-    by_v: bool,
-    seen: Looked,
-    chi: Scalar,
-    exponent: Scalar,
-    rotation: Scalar,
-    a: Precision,
-    counts: Any = None,
-) -> Invariants:
+def invariants(by_v: bool, seen: Looked, chi: Scalar, form: TorusForm) -> Invariants:
     """I and s of points of a section, with their derivatives in (d, chi) if the chart has some.
 
-    Parameters
-    ----------
-    by_v : bool
-        Whether s is chi + ln|V|/Lambda, as for upward crossings, or chi - ln|U|/Lambda.
-    seen : Looked
-        The chart at the points.
-    chi : (N,) array
-    exponent, rotation : (E, K) arrays
-        Coefficients of Lambda and of the mean dt'/dpsi, of E groups of points.
-    counts : E ints, optional
-        Points of each group, where these are not all of one length.
+    By V s is chi + ln|V|/Lambda, as for upward crossings, and else chi - ln|U|/Lambda.
     """
     (U, V), which, side = seen.value[:2], int(by_v), 1 if by_v else -1
     I, W = U * V, seen.value[which]
-    rates = torus_rates(exponent, rotation, I, counts)
-    depth = a.log(np.abs(W)) / rates.exponent
+    rates = form.rates(I)
+    depth = form.a.log(np.abs(W)) / rates.exponent
     s = chi + depth if by_v else chi - depth
     if seen.by_x is None:
         return Invariants(I, s, rates)

@@ -8,6 +8,7 @@ import numpy as np
 
 from rigidpend.numbers.generic import Scalar
 from rigidpend.orbits.return_map.charts import Chart, ChartTable, Looked, invariants, section_chart
+from rigidpend.orbits.return_map.conjugacy import TorusForm
 from rigidpend.orbits.return_map.normal_form import NormalForm
 from rigidpend.orbits.return_map.precision import Precision
 from rigidpend.orbits.return_map.reduced import Coefficients
@@ -74,24 +75,19 @@ def held_out(
     energy = (np.arange(LEVELS) + random.uniform(0, 1, LEVELS)) * 2 / LEVELS - 1
     energy = a.array(np.append(energy, [1, -1]))
     levels = nf.energies.centre + nf.energies.half_width * energy
-    weights = nf.energies.basis(levels, a)
     share, turn, counts = _points(random, ARCS)
-    d, chi, h = (
-        chart.forward.width * a.array(share),
-        a.array(turn) * a.pi,
-        np.repeat(levels, counts),
-    )
-    longer = length * a.number(LONGER)
-    direct = section_chart(rising, d, chi, h, weights, nf, c, longer, a, counts)
-    seen = chart.forward.at(weights, counts).look_up(d, chi, a)
+    d, chi = chart.forward.width * a.array(share), a.array(turn) * a.pi
+    form = TorusForm(nf, levels, a, counts)
+    direct = section_chart(rising, d, chi, form, c, length * a.number(LONGER))
+    seen = chart.forward.at(form).look_up(d, chi, a)
     scale = np.array([a.largest(x) or 1.0 for x in direct])[:, None]
     share, turn, counts = _points(random, LOOK_UPS)
     I, s = chart.inverse.width * a.array(share), a.array(turn) * a.pi
-    forward, inverse = (table.at(weights, counts) for table in chart)
+    form = TorusForm(nf, levels, a, counts)
+    forward, inverse = chart.at(form)
     there = inverse.look_up(I, s, a)
     back = forward.look_up(there[0], s + there[1], a)
-    rates = weights @ nf.exponent, weights @ nf.rotation
-    again = invariants(rising, Looked(back), s + there[1], *rates, a, counts)
+    again = invariants(rising, Looked(back), s + there[1], form)
     off = (
         a.largest((again.I - I) / chart.inverse.width),
         a.largest(again.s - s),

@@ -1,17 +1,14 @@
-"""The normal form evaluated: rates on a torus, and (u, v) of a point beside the orbit.
-
-`weights` are values (E, count) of the Chebyshev polynomials at energies: the points come in E
-groups, each with an energy in common, of one length or `counts` of them.
-"""
+"""The normal form evaluated: rates on a torus, and (u, v) of a point beside the orbit."""
 
 from __future__ import annotations
 
 import copy
+import functools
 from typing import Any, NamedTuple
 
 import numpy as np
 
-from rigidpend.numbers.generic import Numbers, Scalar
+from rigidpend.numbers.generic import Scalar
 from rigidpend.orbits.return_map.expansions import fourier_basis, grouped, in_blocks
 from rigidpend.orbits.return_map.normal_form import GUARD, MapError, NormalForm, powers
 from rigidpend.orbits.return_map.precision import Precision, correction, precision, product
@@ -37,14 +34,6 @@ class TorusRates(NamedTuple):
     exponent_slope: Any
     rotation: Any
     rotation_slope: Any
-
-
-def torus_rates(exponent: Scalar, rotation: Scalar, I: Scalar, counts: Any = None) -> TorusRates:
-    """The rates from their coefficients (E, K) at the invariants I, in E groups."""
-    by_power = _powers(I, max(exponent.shape[1], rotation.shape[1]))
-    each = len(I) // len(exponent) if counts is None else counts
-    found = (_polynomial(np.repeat(c, each, axis=0), by_power) for c in (exponent, rotation))
-    return TorusRates(*next(found), *next(found))
 
 
 def _polynomial(c: Any, by_power: Any) -> tuple[Any, Any]:
@@ -80,67 +69,99 @@ class Beside(NamedTuple):
     """theta3 less its mean (which is 0), radians, if the normal form tells it."""
 
 
-def placed(
-    nf: NormalForm, weights: Numbers, psi: Scalar, u: Scalar, v: Scalar, a: Precision
-) -> tuple[Any, Any, Any]:
-    """Qp, Qm and the time less its mean of points in the normal form, (N,) each."""
-    series = TorusSeries(nf, weights, psi, a)
-    Qp, Qm, *_, tau = series.values(u, v)
-    return Qp, Qm, tau
+class TorusForm:
+    """The normal form at E energies, for points that come in as many groups.
 
-
-def inverted(
-    nf: NormalForm,
-    weights: Numbers,
-    psi: Scalar,
-    Qp: Scalar,
-    Qm: Scalar,
-    a: Precision,
-    counts: Any = None,
-) -> Beside:
-    """u and v of points by Newton's method.
-
-    Doubles do all of it but a last correction, and of that all but the terms of low degree: the
-    others are so small beside them that in doubles they have digits enough.
-
-    Raises
-    ------
-    MapError
-        A point lies outside of the range of the normal form.
+    Parameters
+    ----------
+    nf : NormalForm
+    h : (E,) array
+    a : Precision
+    counts : E ints, optional
+        Points of each group, where these are not all of one length.
+    weights : (E, count) array, optional
+        The Chebyshev polynomials at the energies, if they are known.
     """
-    rough = nf if a.bits == 53 else rounded(nf, a)
-    levels = len(weights)
-    found = [
-        _inverted(nf, rough, weights[groups], psi[at], (Qp[at], Qm[at]), a, here)
-        for groups, at, here in in_blocks(counts or (len(psi) // levels,) * levels)
-    ]
-    return Beside(*(np.concatenate(x) for x in zip(*found, strict=True)))
+
+    def __init__(
+        self, nf: NormalForm, h: Scalar, a: Precision, counts: Any = None, weights: Any = None
+    ) -> None:
+        self.nf, self.h, self.a, self.counts = nf, h, a, counts
+        self.weights = nf.energies.basis(h, a) if weights is None else weights
+
+    @functools.cached_property
+    def exponent(self) -> Any:
+        """(E, K): the coefficients of Lambda(I)."""
+        return self.weights @ self.nf.exponent
+
+    @functools.cached_property
+    def rotation(self) -> Any:
+        """(E, K + 1): the coefficients of the mean dt'/dpsi."""
+        return self.weights @ self.nf.rotation
+
+    def part(self, groups: slice, counts: Any) -> TorusForm:
+        """The same for some of the groups, with so many points each."""
+        return TorusForm(self.nf, self.h[groups], self.a, counts, self.weights[groups])
+
+    def in_doubles(self, *, series: bool) -> TorusForm:
+        """The same with its rates in doubles, and its series too where these are asked for."""
+        floats, nf = self.a.floats, self.nf
+        if series and self.a.bits > 53:
+            nf = nf._replace(odd=floats(nf.odd), even=floats(nf.even))
+        found = TorusForm(nf, floats(self.h), precision(53), self.counts, floats(self.weights))
+        found.exponent, found.rotation = floats(self.exponent), floats(self.rotation)
+        return found
+
+    def each(self, points: int) -> Any:
+        """How many of all points each group has."""
+        return points // len(self.weights) if self.counts is None else self.counts
+
+    def rates(self, I: Scalar) -> TorusRates:
+        """The rates at the invariants I, (N,)."""
+        by_power = _powers(I, max(self.exponent.shape[1], self.rotation.shape[1]))
+        each = self.each(len(I))
+        found = (
+            _polynomial(np.repeat(c, each, axis=0), by_power)
+            for c in (self.exponent, self.rotation)
+        )
+        return TorusRates(*next(found), *next(found))
+
+    def placed(self, psi: Scalar, u: Scalar, v: Scalar) -> tuple[Any, Any, Any]:
+        """Qp, Qm and the time less its mean of points in the normal form, (N,) each."""
+        Qp, Qm, *_, tau = TorusSeries(self, psi).values(u, v)
+        return Qp, Qm, tau
+
+    def inverted(self, psi: Scalar, Qp: Scalar, Qm: Scalar) -> Beside:
+        """u and v of points by Newton's method.
+
+        Doubles do all of it but a last correction, and of that all but the terms of low degree: the
+        others are so small beside them that in doubles they have digits enough.
+
+        Raises
+        ------
+        MapError
+            A point lies outside of the range of the normal form.
+        """
+        rough = self.in_doubles(series=True)
+        counts = self.counts or (len(psi) // len(self.weights),) * len(self.weights)
+        found = [
+            _inverted(self.part(groups, here), rough.part(groups, here), psi[at], (Qp[at], Qm[at]))
+            for groups, at, here in in_blocks(counts)
+        ]
+        return Beside(*(np.concatenate(x) for x in zip(*found, strict=True)))
 
 
-def rounded(nf: NormalForm, a: Precision) -> NormalForm:
-    """A normal form's series in doubles."""
-    return nf._replace(odd=a.floats(nf.odd), even=a.floats(nf.even))
-
-
-def _inverted(
-    nf: NormalForm,
-    rough: NormalForm,
-    weights: Numbers,
-    psi: Any,
-    Q: tuple[Any, Any],
-    a: Precision,
-    counts: Any,
-) -> tuple[Any, ...]:
-    doubles = precision(53)
+def _inverted(form: TorusForm, rough: TorusForm, psi: Any, Q: tuple[Any, Any]) -> tuple[Any, ...]:
+    a, doubles = form.a, rough.a
     given = [a.floats(x) for x in Q]
-    series = TorusSeries(rough, a.floats(weights), a.floats(psi), doubles, counts)
+    series = TorusSeries(rough, a.floats(psi))
     u, v = _newton(series, given[0], given[1])
     if a.bits == 53:
         return (u, v, *series.values(u, v)[:1:-1])
     size = max(doubles.largest(u), doubles.largest(v))
     low, fine = series.least_degrees(size, GUARD * 2.0 ** (53 - a.bits), GUARD * SLOPES)
     _, by_u, by_v = series.part(0, fine).slopes(u, v, every=True)
-    head = TorusSeries(nf, weights, psi, a, counts, most=low)
+    head = TorusSeries(form, psi, low)
     tail = series.part(low + 1)
     u, v = a.array(u), a.array(v)
     for _ in range(MOST_ITERATIONS):
@@ -185,61 +206,46 @@ def _relative(du: Any, dv: Any, u: Any, v: Any, a: Precision) -> float:
 class TorusSeries:
     """The series at given phases: polynomials in u and v with coefficients of each point.
 
-    Parameters
-    ----------
-    nf : NormalForm
-    weights : (E, count) array
-    psi : (N,) array
-    a : Precision
-    counts : E ints, optional
-    most : int, optional
-        Largest degree of the terms that are taken.
+    Terms are taken up to the degree `most`, if that is told.
     """
 
-    def __init__(
-        self,
-        nf: NormalForm,
-        weights: Numbers,
-        psi: Scalar,
-        a: Precision,
-        counts: Any = None,
-        most: int | None = None,
-    ) -> None:
-        self.a, self.degree = a, nf.degree if most is None else min(most, nf.degree)
-        odd, even = (powers(self.degree, parity) for parity in (1, 0))
-        self.powers = odd, even
-        basis = fourier_basis(psi, nf.n, a)
-        series = (
-            nf.odd[:, : len(odd)].transpose(0, 2, 1).reshape(len(nf.odd), -1),
-            nf.even[:, : len(even)],
-        )
-        if len(weights) < len(psi):
-            series = tuple(
-                product(weights, part.reshape(weights.shape[1], -1)).reshape(len(weights), nf.n, -1)
-                for part in series
-            )
-        else:
+    def __init__(self, form: TorusForm, psi: Scalar, most: int | None = None) -> None:
+        nf, weights, counts = form.nf, form.weights, form.counts
+        self.degree = nf.degree if most is None else min(most, nf.degree)
+        self.series: list[tuple[Any, Any]] = []
+        """Coefficients (N, F, terms), and the powers: of Qp, Qm and sigma, and of tau."""
+        basis = fourier_basis(psi, nf.n, form.a)
+        groups, energies = weights.shape
+        alone = groups == len(psi)
+        if alone:
             # Each point has an energy of its own.
             basis = (weights[:, :, None] * basis[:, None, :]).reshape(len(psi), -1)
-            series, counts = tuple(part[None] for part in series), None
-        self.odd, self.even = (grouped(basis, part, counts) for part in series)
-        self.odd = self.odd.reshape(len(psi), nf.odd.shape[-1], -1)
+            groups, counts = 1, None
+        for values, parity in ((nf.odd.transpose(0, 2, 1), 1), (nf.even[:, None], 0)):
+            exponents = powers(self.degree, parity)
+            part = values[..., : len(exponents)]
+            if not alone:
+                part = product(weights, part.reshape(energies, -1))
+            part = grouped(basis, part.reshape(groups, basis.shape[1], -1), counts)
+            self.series.append((part.reshape(len(psi), values.shape[1], -1), exponents))
 
     def part(self, least: int, most: int | None = None) -> TorusSeries:
         """The terms from a degree to another."""
         made = copy.copy(self)
         made.degree = self.degree if most is None else min(most, self.degree)
-        odd, even = (_range(x, least, made.degree) for x in self.powers)
-        made.powers = self.powers[0][odd], self.powers[1][even]
-        made.odd, made.even = self.odd[:, :, odd], self.even[:, even]
+        made.series = []
+        for c, exponents in self.series:
+            # They are in ascending order of degrees.
+            ends = np.searchsorted(exponents.sum(axis=1), (least, made.degree + 1))
+            made.series.append((c[..., slice(*ends)], exponents[slice(*ends)]))
         return made
 
     def least_degrees(self, size: float, *shares: float) -> list[int]:
         """The degrees behind which terms at |u|, |v| <= size are below shares of the largest."""
         found = [1] * len(shares)
-        for powers_, values in zip(self.powers, (self.odd, self.even[:, None]), strict=True):
-            degrees = powers_.sum(axis=1)
-            sizes = np.abs(values).max(axis=0) * size**degrees
+        for c, exponents in self.series:
+            degrees = exponents.sum(axis=1)
+            sizes = np.abs(c).max(axis=0) * size**degrees
             sizes = (sizes / np.maximum(sizes.max(axis=1, keepdims=True), 1e-300)).max(axis=0)
             large = (degrees[sizes > share].max(initial=1) for share in shares)
             found = [max(low, int(high)) for low, high in zip(found, large, strict=True)]
@@ -249,27 +255,21 @@ class TorusSeries:
         """Qp, Qm, sigma if it is known, and tau: (3 or 4, N)."""
         of_u, of_v = (_powers(x, self.degree + 1) for x in (u, v))
         found = []
-        for c, powers_ in zip((self.odd, self.even[:, None]), self.powers, strict=True):
-            j, k = powers_.T
+        for c, exponents in self.series:
+            j, k = exponents.T
             found.append(np.matmul(c, (of_u[:, j] * of_v[:, k])[:, :, None])[..., 0])
         return np.concatenate(found, axis=1).T
 
     def slopes(self, u: Scalar, v: Scalar, *, every: bool = False) -> tuple[Any, Any, Any]:
         """Qp and Qm, or `every` one of `values`, with their derivatives in u and in v."""
-        given = [(self.odd, 0), (self.even[:, None], 1)] if every else [(self.odd[:, :2], 0)]
+        odd, of_odd = self.series[0]
         of_u, of_v = (_powers(x, self.degree + 1) for x in (u, v))
         found = []
-        for c, parity in given:
-            j, k = self.powers[parity].T
+        for c, exponents in self.series if every else [(odd[:, :2], of_odd)]:
+            j, k = exponents.T
             by_u, by_v = j * of_u[:, np.maximum(j - 1, 0)], k * of_v[:, np.maximum(k - 1, 0)]
             at_u, at_v = of_u[:, j], of_v[:, k]
             terms = at_u * at_v, by_u * at_v, at_u * by_v
             found.append([np.einsum("...i,...i", c, x[:, None]) for x in terms])
         value, along_u, along_v = (np.concatenate(x, axis=1).T for x in zip(*found, strict=True))
         return value, along_u, along_v
-
-
-def _range(exponents: Any, least: int, most: int) -> slice:
-    """The terms, in ascending order of degrees, from a degree to another."""
-    degrees = exponents.sum(axis=1)
-    return slice(*np.searchsorted(degrees, (least, most + 1)))

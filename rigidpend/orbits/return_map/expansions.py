@@ -146,10 +146,6 @@ class Interval(NamedTuple):
         # A difference of numbers, and not of arrays, may be a number.
         return chebyshev_basis(a.array((h - self.centre) / self.half_width), self.n, a)
 
-    def analysis(self, a: Precision) -> Any:
-        """(n, n), from values at nodes to coefficients."""
-        return chebyshev_analysis(self.n, a)
-
 
 def in_blocks(counts: Sequence[int]) -> Iterator[tuple[slice, slice, list[int]]]:
     """Groups of points, `counts` of them, in blocks of at most `AT_ONCE` points.

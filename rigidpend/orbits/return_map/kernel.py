@@ -75,7 +75,7 @@ def follow(
     rows[:, : len(orbits), :n] = in_doubles(orbits, parts)
     rows[0, [IMAGE, INSIDE]] = 1.0
     times = np.empty((crossings, stride))
-    separatrices = np.empty((crossings, stride), dtype=np.uint8)
+    beside = np.empty((crossings, stride), dtype=np.uint8)
     most = len(program.lengths) * FUNCTIONS + program.energies + 2 * max(1, program.most)
     passages = _passages(program)
     further = max(1, AT_ONCE // LANES)
@@ -83,49 +83,41 @@ def follow(
 
     def carry(some: range) -> None:
         room = np.empty(most * parts * LANES + 8)
-        aligned = room.ctypes.data + -room.ctypes.data % 64
+        aligned = room[-room.ctypes.data % 64 // room.itemsize :]
         for group in some[::abreast]:
-            for crossing in range(0, crossings, further):
+            here, groups = group * LANES, min(abreast, some.stop - group)
+            for k in range(0, crossings, further):
                 check_stop()
-                here = crossing * stride + group * LANES
-                passages(
-                    rows.ctypes.data + group * LANES * rows.itemsize,
-                    stride,
-                    min(abreast, some.stop - group),
-                    crossing,
-                    min(further, crossings - crossing),
-                    aligned,
-                    times.ctypes.data + here * times.itemsize,
-                    separatrices.ctypes.data + here,
-                )
+                counts = stride, groups, k, min(further, crossings - k)
+                passages(rows[:, :, here:], *counts, aligned, times[k:, here:], beside[k:, here:])
 
     worth = groups * crossings * LANES // WORTHWHILE[program.bits]
     threads = max(1, min(jobs, groups, worth))
     ends = [groups * k // threads for k in range(threads + 1)]
     side_by_side(carry, (), False, [range(*x) for x in itertools.pairwise(ends)], threads)
-    outcome = np.where(separatrices[-1, :n] != 0, Outcome.COMPLETE, Outcome.FAILED)
-    return Crossings(times[:, :n], separatrices[:, :n], outcome.astype(np.uint8))
+    outcome = np.where(beside[-1, :n] != 0, Outcome.COMPLETE, Outcome.FAILED)
+    return Crossings(times[:, :n], beside[:, :n], outcome.astype(np.uint8))
 
 
 def _passages(program: Program) -> Any:
     """The kernel's function, with all of a program as its first arguments."""
     return functools.partial(
         _function(program.bits),
-        program.stages.ctypes.data,
-        program.harmonics.ctypes.data,
-        program.lengths.ctypes.data,
-        program.values.ctypes.data,
+        program.stages,
+        program.harmonics,
+        program.lengths,
+        program.values,
         program.values.shape[1] * FUNCTIONS,
         len(program.lengths),
         program.energies,
-        program.limits.ctypes.data,
+        program.limits,
     )
 
 
 @functools.cache
 def _function(bits: int) -> Any:
-    pointer, count = ctypes.c_void_p, ctypes.c_int64
-    kinds = (*(pointer,) * 4, *(count,) * 3, *(pointer,) * 2, *(count,) * 4, *(pointer,) * 3)
+    array, count = machine_code.ArrayPointer, ctypes.c_int64
+    kinds = (*(array,) * 4, *(count,) * 3, *(array,) * 2, *(count,) * 4, *(array,) * 3)
     return machine_code.function(_Following(bits).whole(), "follow", *kinds)
 
 

@@ -21,7 +21,14 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from rigidpend.numbers.generic import Scalar
-from rigidpend.orbits.return_map.expansions import Interval, fourier_analysis, fourier_basis, phases
+from rigidpend.orbits.return_map.expansions import (
+    Interval,
+    chebyshev_analysis,
+    fourier_analysis,
+    fourier_basis,
+    fourier_synthesis,
+    phases,
+)
 from rigidpend.orbits.return_map.jets import Deferred, Jet, Reciprocal, convolved
 from rigidpend.orbits.return_map.precision import Precision
 from rigidpend.orbits.return_map.reduced import Coefficients, ReducedRates, lift, reduced
@@ -96,18 +103,12 @@ def normal_form(
 
     Parameters
     ----------
-    c : Coefficients
-        The body.
-    energies : Interval
     degree : int
         The largest j + k of u^j v^k in Qp and Qm, odd; time goes one degree lower.
     n : int
         Phases, odd.
     radius : float
         How far |u| and |v| go.
-    a : Precision
-    theta3 : bool, optional
-        Whether theta3 is wanted too.
     least : float, optional
         Relative size of terms at the radius from which on there are enough of them.
 
@@ -163,7 +164,7 @@ class _Finder:
         psi = phases(n, a)[:, None]
         self.turn = a.cos(psi), a.sin(psi)
         self.analysis = fourier_analysis(n, a)
-        self.synthesis = fourier_basis(phases(n, a), n, a)
+        self.synthesis = fourier_synthesis(n, n, a)
         self.slope = fourier_basis(phases(n, a), n, a, slope=True) @ self.analysis
         self.Q, self.flow = self._series(c, h)
         self.tau: dict[int, Any] = {}
@@ -322,7 +323,7 @@ class _Finder:
 
     def record(self, energies: Interval, degree: int, radius: float) -> NormalForm:
         """The normal form as expansions in energy and phase."""
-        a, to_energy = self.a, energies.analysis(self.a).T
+        a, to_energy = self.a, chebyshev_analysis(energies.n, self.a).T
         found = self._found()
         for sharp, all_ in zip(self.sharp, found, strict=False):
             all_[:] = [*sharp, *map(a.array, all_[len(sharp) :])]

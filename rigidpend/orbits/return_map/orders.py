@@ -21,6 +21,8 @@ from rigidpend.orbits.return_map.charts import (
     quadrature_points,
     table_sizes,
 )
+from rigidpend.orbits.return_map.checks import Errors
+from rigidpend.orbits.return_map.conjugacy import TorusForm
 from rigidpend.orbits.return_map.expansions import Interval, phases
 from rigidpend.orbits.return_map.normal_form import MapError, normal_form, powers
 from rigidpend.orbits.return_map.precision import precision
@@ -64,6 +66,10 @@ MOST_DEGREE = 45
 """Largest degree of the normal form in doubles, and in proportion to the bits.
 
 With the body of Fig. 4 mu = 0.045 takes 43."""
+TOLD = 2
+"""Factor by which tables may err more than their last coefficients."""
+MORE = 1.2
+"""Factor by which orders are raised for another attempt; those of the normal form at most."""
 
 
 class Orders(NamedTuple):
@@ -82,17 +88,25 @@ class Orders(NamedTuple):
     length: float
     """Length of the arcs, t'."""
 
-    def larger(self, *, inner: float, x: bool, phase: bool, energy: bool) -> Orders:
-        """The orders for another attempt, where some were too small.
-
-        Those of the normal form are raised by the factor `inner`."""
+    def larger(self, errors: Errors, allowed: float) -> Orders:
+        """The orders for another attempt, more of those that the errors tell to be too small."""
+        small, told = allowed / 8, TOLD * max(errors[-3:])
+        x, phase, energy = (MORE if tail > small else 1.0 for tail in errors[-3:])
+        if errors.inverse > max(told, allowed / 2):
+            # By terms of both, for an inverse chart is solved from the chart's own table.
+            phase = energy = MORE
+        # A degree more gains as much as those before it.
+        share = math.log(max(errors.charts, 2 * small) / small) / -math.log(small)
+        # What the tails don't tell of a chart is the normal form's own.
+        own = errors.charts > told or x == phase == energy == 1
+        inner = min(MORE, 1 + share) if own else 1.0
         return Orders(
             _odd(self.degree * inner),
             _odd(self.n_phase_orbit * inner),
-            math.ceil(self.n_x * (1.2 if x else 1)),
-            _odd(self.n_phase * (1.2 if phase else 1)),
-            _odd(self.n_phase_inverse * (1.2 if phase else 1)),
-            math.ceil(self.n_energy * (1.2 if energy else 1)),
+            math.ceil(self.n_x * x),
+            _odd(self.n_phase * phase),
+            _odd(self.n_phase_inverse * phase),
+            math.ceil(self.n_energy * energy),
             self.length,
         )
 
@@ -122,37 +136,81 @@ class Layer(NamedTuple):
         return Layer(self.invariant * unit**2, (self.widths[0] * unit, self.widths[1] * unit))
 
 
-def cost(o: Orders, c: Coefficients, h: float, bits: int, *, theta3: bool) -> float:
-    """Seconds of a core for tables of these orders, made in pairs of doubles.
+class Rough(NamedTuple):
+    """A body at an energy, in doubles: how far and how fast orbits go, nearly as without weight."""
 
-    Of 15 bodies drawn by lot tables that took 0.16 to 2.6 s cost 0.9 to 1.12 times as much.
-    """
-    charts = sum(math.prod(x) for x in table_sizes(o.n_x, o.n_phase, o.n_energy, FORWARD))
-    inverses = sum(math.prod(x) for x in table_sizes(o.n_x, o.n_phase_inverse, o.n_energy, INVERSE))
-    terms = (o.degree + 1) * (o.degree + 3) / 4 * o.n_phase_orbit
-    arc = 60 + 0.9 * quadrature_points(o.length, c, h, bits) * theta3 + 0.004 * terms
-    back = 20 + 0.011 * o.n_x * o.n_phase_inverse
-    series = 0.018 * o.n_energy * o.n_phase_orbit * o.degree**3
-    return 0.03 + (2 * charts * arc + 2 * inverses * back + series) * 1e-6
+    c: Coefficients
+    h: float
+
+    @property
+    def rate(self) -> float:
+        """Rate of the separatrices in 1/t'."""
+        return math.sqrt(2 * self.h / self.c.aligned.kappa) * self.c.aligned.half_sigma
+
+    def radius(self, width: float) -> float:
+        """|u| and |v| at the arcs' ends, in units of their size at the nearest singularity.
+
+        Without weight Qp is Q/cosh(x) on separatrix 2, v = 2 Q exp(-x), u = d exp(x)/2 and
+        Q = J2 sin(alpha0); the arcs from d = width end where |u| = |v|.
+        """
+        return math.sqrt(width / (8 * self.rate))
+
+    def border(self, width: float) -> float:
+        """|u| and |v| at the ends of arcs from points at d = width."""
+        return 4 * self.rate * self.radius(width)
+
+    def arc_length(self, width: float) -> float:
+        """The length t' of arcs after which |u| = |v| for points at d = width.
+
+        Raises
+        ------
+        MapError
+            The layer is so wide that no such arc is short of the singularity.
+        """
+        r = self.radius(width)
+        if r > LARGEST_RADIUS:
+            raise MapError(
+                f"mu is too large: the layer around the separatrices, |d| up to {width:.2g},"
+                f" reaches {r:.2g} of the normal form's radius, more than {LARGEST_RADIUS}"
+            )
+        return -math.log(r) / self.rate
+
+    def nodes(self, width: float, nats: float) -> int:
+        """The number of Chebyshev nodes in d, by the rate of the leading terms."""
+        return math.ceil(nats / -math.log(min(0.5, 2 * self.radius(width) ** 2)) + 1)
+
+    def harmonics(self, nats: float) -> int:
+        """The number of Fourier terms: the harmonics of order k are of order (mu/h)^k."""
+        mu = math.hypot(self.c.aligned.mu_r1, self.c.aligned.mu_r2)
+        return _odd(2 * nats / -math.log(min(0.5, 2 * mu / self.h)) + 1)
+
+    def cost(self, o: Orders, bits: int, *, theta3: bool) -> float:
+        """Seconds of a core for tables of some orders, made in pairs of doubles.
+
+        Of 15 bodies drawn by lot tables that took 0.16 to 2.6 s cost 0.9 to 1.12 times as much.
+        """
+        of = o.n_energy, FORWARD
+        charts = sum(math.prod(x) for x in table_sizes(o.n_x, o.n_phase, *of))
+        of = o.n_energy, INVERSE
+        inverses = sum(math.prod(x) for x in table_sizes(o.n_x, o.n_phase_inverse, *of))
+        terms = (o.degree + 1) * (o.degree + 3) / 4 * o.n_phase_orbit
+        points = quadrature_points(o.length, self.c, self.h, bits)
+        arc = 60 + 0.9 * points * theta3 + 0.004 * terms
+        back = 20 + 0.011 * o.n_x * o.n_phase_inverse
+        series = 0.018 * o.n_energy * o.n_phase_orbit * o.degree**3
+        return 0.03 + (2 * charts * arc + 2 * inverses * back + series) * 1e-6
 
 
-def first_look(c: Coefficients, h: float) -> Layer:
+def first_look(body: Rough) -> Layer:
     """Estimate the layer's width: some times the splitting, from charts of low order.
-
-    Parameters
-    ----------
-    c : Coefficients
-        Floats.
-    h : float
 
     Raises
     ------
     MapError
         There is no splitting (mu = 0), or it is too wide.
     """
-    k, a = c.aligned, precision(53)
-    rate = math.sqrt(2 * h / k.kappa) * k.half_sigma
-    guess = max(abs(k.force_p), abs(k.force_m)) * math.pi / 2 / rate
+    (c, h), k, a = body, body.c.aligned, precision(53)
+    guess = max(abs(k.force_p), abs(k.force_m)) * math.pi / 2 / body.rate
     if guess == 0:
         raise MapError("without weight (mu = 0) nothing is split and no map is needed")
     wide = layer_width(math.pi * k.kappa / (2 * k.half_sigma))
@@ -162,14 +220,13 @@ def first_look(c: Coefficients, h: float) -> Layer:
             f" some {wide:.1g} of what both are displaced by"
         )
     n_x, n_phase, degree = LOOK
-    length = arc_length(c, h, guess)
-    n = _harmonics(c, h, DOUBLES)
-    nf = normal_form(c, Interval(h, 0.0, 1), degree, n, 0.0, a)
+    length = body.arc_length(guess)
+    nf = normal_form(c, Interval(h, 0.0, 1), degree, body.harmonics(DOUBLES), 0.0, a)
     splittings, slopes = [], []
     for rising in (False, True):
         table = forward_table(rising, guess, n_x, n_phase, nf, c, length, a)
         at = phases(36, a)
-        seen = table.at(np.ones((1, 1))).look_up_slopes(0 * at, at, a)
+        seen = table.at(TorusForm(nf, np.full(1, h), a)).look_up_slopes(0 * at, at, a)
         U, V = seen.value[:2]
         splittings.append(float(np.abs(U * V).max()))
         slopes.append(float(np.abs(U * seen.by_x[1] + V * seen.by_x[0]).min()))
@@ -179,33 +236,6 @@ def first_look(c: Coefficients, h: float) -> Layer:
         for split, slope in zip(splittings, slopes, strict=True)
     )
     return Layer(invariant, (low, high))
-
-
-def radius(c: Coefficients, h: float, width: float) -> float:
-    """|u| and |v| at the arcs' ends, in units of their size at the nearest singularity.
-
-    Without weight Qp is Q/cosh(x) on separatrix 2, v = 2 Q exp(-x), u = d exp(x)/2 and
-    Q = J2 sin(alpha0); the arcs end where |u| = |v|.
-    """
-    Q = math.sqrt(2 * h / c.aligned.kappa) * 2 * c.aligned.half_sigma
-    return math.sqrt(width / (4 * Q))
-
-
-def arc_length(c: Coefficients, h: float, width: float) -> float:
-    """The length t' of arcs after which |u| = |v| for points at d = width.
-
-    Raises
-    ------
-    MapError
-        The layer is so wide that no such arc is short of the singularity.
-    """
-    r = radius(c, h, width)
-    if r > LARGEST_RADIUS:
-        raise MapError(
-            f"mu is too large: the layer around the separatrices, |d| up to {width:.2g}, reaches "
-            f"{r:.2g} of the normal form's radius, more than {LARGEST_RADIUS}"
-        )
-    return -math.log(r) / (math.sqrt(2 * h / c.aligned.kappa) * c.aligned.half_sigma)
 
 
 class Shrinking(NamedTuple):
@@ -219,15 +249,14 @@ class Shrinking(NamedTuple):
     """The same by harmonics."""
 
 
-def second_look(c: Coefficients, h: float, layer: Layer) -> Shrinking:
+def second_look(body: Rough, layer: Layer) -> Shrinking:
     """Measure how fast the terms of the normal form and of the charts shrink, at one energy.
 
     Raises MapError where the series shrink too slowly, or the arcs do not end within them.
     """
-    width, a = max(layer.widths), precision(53)
-    length, border = arc_length(c, h, width), border_of(c, h, width)
-    at, n = Interval(h, 0.0, 1), _harmonics(c, h, DOUBLES)
-    nf = normal_form(c, at, SECOND_LOOK, n, border, a, least=TINY)
+    width, a, at = max(layer.widths), precision(53), Interval(body.h, 0.0, 1)
+    length, border, n = body.arc_length(width), body.border(width), body.harmonics(DOUBLES)
+    nf = normal_form(body.c, at, SECOND_LOOK, n, border, a, least=TINY)
     degrees = powers(nf.degree, 1).sum(axis=1)
     sizes = np.abs(nf.odd[:, :, :2]).max(axis=(0, 2)) * border**degrees
     by_degree = np.array([sizes[degrees == D].max() for D in range(1, nf.degree + 1, 2)])
@@ -236,44 +265,33 @@ def second_look(c: Coefficients, h: float, layer: Layer) -> Shrinking:
     _degree(by_degree, 2.0**-53, width)
     tables = []
     for rising in (False, True):
-        sizes = rising, a.number(layer.widths[rising]), _nodes(c, h, width, DOUBLES), nf.n
-        forward = forward_table(*sizes, nf, c, length, a)
+        sizes = rising, a.number(layer.widths[rising]), body.nodes(width, DOUBLES), nf.n
+        forward = forward_table(*sizes, nf, body.c, length, a)
         tables += [forward, inverse_table(rising, forward, layer.invariant, nf.n, nf, a)]
     by_x, by_phase = zip(*(_by_order(table) for table in tables), strict=True)
     return Shrinking(by_degree, by_x, by_phase)
 
 
-def orders(
-    c: Coefficients, energies: tuple[float, float], layer: Layer, seen: Shrinking, target: float
-) -> Orders:
+def orders(body: Rough, half: float, layer: Layer, seen: Shrinking, target: float) -> Orders:
     """The orders whose first terms left out are below `target`, relative.
 
-    Parameters
-    ----------
-    c : Coefficients
-        Floats.
-    energies : 2 floats
-    layer : Layer
-    seen : Shrinking
-        What the second look has found in the middle of the energies.
-    target : float
+    Energies differ by up to `half` from that of the looks.
 
     Raises
     ------
     MapError
         The series shrink too slowly, or not at all.
     """
-    h, half_width = (energies[0] + energies[1]) / 2, (energies[1] - energies[0]) / 2
     width, nats = max(layer.widths), -math.log(target)
     return Orders(
         _degree(seen.by_degree, target, width),
-        _harmonics(c, h, nats) + 2,
+        body.harmonics(nats) + 2,
         max(_enough(x, target) for x in seen.by_x),
         # One harmonic more: what a chart leaves out is larger than its last one.
         2 * max(_enough(x, target) for x in seen.by_phase[::2]) + 1,
         2 * max(_enough(x, target) for x in seen.by_phase[1::2]) - 1,
-        math.ceil(nats / math.log(2 * h / half_width) + 1) if half_width else 1,
-        arc_length(c, h, width),
+        math.ceil(nats / math.log(2 * body.h / half) + 1) if half else 1,
+        body.arc_length(width),
     )
 
 
@@ -287,11 +305,6 @@ def _degree(by_degree: Any, target: float, width: float) -> int:
             f" separatrices, |d| up to {width:.2g}, that it takes the degree {degree}"
         )
     return degree
-
-
-def border_of(c: Coefficients, h: float, width: float) -> float:
-    """|u| and |v| at the ends of arcs from points at d = width."""
-    return 2 * math.sqrt(2 * h / c.aligned.kappa) * 2 * c.aligned.half_sigma * radius(c, h, width)
 
 
 def _by_order(table: ChartTable) -> tuple[Any, Any]:
@@ -311,17 +324,6 @@ def _enough(sizes: Any, target: float) -> int:
     if rate < SLOWEST:
         raise MapError("mu is too large: the series of the map do not shrink")
     return max(2, math.ceil(last + (logs[last] - math.log(target)) / rate))
-
-
-def _nodes(c: Coefficients, h: float, width: float, nats: float) -> int:
-    """The number of Chebyshev nodes in d, by the rate of the leading terms."""
-    return math.ceil(nats / -math.log(min(0.5, 2 * radius(c, h, width) ** 2)) + 1)
-
-
-def _harmonics(c: Coefficients, h: float, nats: float) -> int:
-    """The number of Fourier terms: the harmonics of order k are of order (mu/h)^k."""
-    mu = math.hypot(c.aligned.mu_r1, c.aligned.mu_r2)
-    return _odd(2 * nats / -math.log(min(0.5, 2 * mu / h)) + 1)
 
 
 def _odd(x: float) -> int:

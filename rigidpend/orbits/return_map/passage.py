@@ -13,15 +13,8 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from rigidpend.numbers.generic import Scalar
-from rigidpend.orbits.return_map.charts import (
-    Chart,
-    Charts,
-    ChartTable,
-    Invariants,
-    Looked,
-    invariants,
-)
-from rigidpend.orbits.return_map.conjugacy import inverted, torus_rates
+from rigidpend.orbits.return_map.charts import Charts, ChartTable, Invariants, Looked, invariants
+from rigidpend.orbits.return_map.conjugacy import TorusForm
 from rigidpend.orbits.return_map.normal_form import NormalForm
 from rigidpend.orbits.return_map.precision import Precision
 
@@ -73,7 +66,7 @@ class Entered(NamedTuple):
     """(N,), whether the tables reach so far."""
 
 
-class EnergyLevel:
+class EnergyLevel(TorusForm):
     """The return map at one energy, or at one of its own for each orbit.
 
     Parameters
@@ -86,40 +79,22 @@ class EnergyLevel:
     a : Precision
     """
 
-    def __init__(
-        self,
-        nf: NormalForm,
-        charts: Charts,
-        h: Scalar,
-        a: Precision,
-    ) -> None:
-        self.nf, self.a = nf, a
-        self.h = np.atleast_1d(a.array(h))
-        self.weights = nf.energies.basis(self.h, a)
-        self.exponent, self.rotation = self.weights @ nf.exponent, self.weights @ nf.rotation
-        self.charts = [Chart(*(table.at(self.weights) for table in chart)) for chart in charts]
+    def __init__(self, nf: NormalForm, charts: Charts, h: Scalar, a: Precision) -> None:
+        super().__init__(nf, np.atleast_1d(a.array(h)), a)
+        self.charts = [chart.at(self) for chart in charts]
 
     def enter(self, Qp: Scalar, phase: Scalar) -> Entered:
         """Orbits that start at Qp > 0, Qm = 0, M3 < 0, and first cross beside separatrix 2.
 
-        Parameters
-        ----------
-        Qp : number
-            Dimensionless.
-        phase : (N,) array
-            pi/2 - beta0/2 - theta2: psi of the mirrored state, radians.
-
-        Raises
-        ------
-        MapError
-            Qp lies outside of the range of the normal form.
+        Qp is a dimensionless number, `phase` psi of the mirrored states, pi/2 - beta0/2 - theta2
+        radians, (N,). Raises MapError where Qp lies outside of the range of the normal form.
         """
         a, nf = self.a, self.nf
         zero = 0 * phase
-        at = inverted(nf, self.weights, phase, zero + Qp, zero, a)
+        at = self.inverted(phase, zero + Qp, zero)
         inverse = self.charts[True].inverse
         I = at.u * at.v
-        rates = torus_rates(self.exponent, self.rotation, I)
+        rates = self.rates(I)
         inside = (np.abs(I) <= inverse.width) & (at.v > 0) & (at.v <= nf.radius)
         s = phase + a.log(np.where(at.v > 0, at.v, 1 + zero)) / rates.exponent
         seen = inverse.look_up(np.where(inside, I, zero), s, a)
@@ -131,15 +106,9 @@ class EnergyLevel:
     def passage(
         self, point: SectionPoint, *, backward: bool = False, slopes: bool = False
     ) -> Passage:
-        """The passage that follows a crossing, or the one before it.
+        """The passage that follows a crossing, or `backward` in time the one before it.
 
-        Parameters
-        ----------
-        point : SectionPoint
-        backward : bool, optional
-            Whether to go back in time.
-        slopes : bool, optional
-            Whether the derivatives are wanted.
+        Its `slopes` are left out unless they are asked for.
         """
         if point.rising != backward:
             return self._past_upper(point, slopes)
@@ -165,9 +134,8 @@ class EnergyLevel:
         inside = np.abs(point.d) <= forward.width
         d = np.where(inside, point.d, 0 * point.d)
         seen = _seen(forward, d, point.chi, slopes, a)
-        rates = self.exponent, self.rotation
         with np.errstate(divide="ignore", invalid="ignore"):
-            at = invariants(not rising, seen, point.chi, *rates, a)
+            at = invariants(not rising, seen, point.chi, self)
         other = seen.value[0 if rising else 1]
         inside = inside & (np.abs(at.I) <= inverse.width) & (other != 0)
         I, s = (np.where(inside, x, 0 * d) for x in (at.I, at.s))

@@ -13,7 +13,7 @@ from typing import Any
 
 import numpy as np
 
-from rigidpend.numbers.exact import context, fraction
+from rigidpend.numbers.exact import GUARD_BITS, Exact, context, fraction
 from rigidpend.numbers.generic import Scalar
 from rigidpend.orbits.integrate import pair_arrays
 from rigidpend.orbits.integrate.pair_arrays import PairArray
@@ -58,7 +58,9 @@ class Precision:
         self.epsilon = 2.0 ** (1 - bits)
 
     def number(self, x: Scalar) -> Any:
-        """A number of this precision from an int, a float, a Fraction or an mpmath number."""
+        """A number of this precision from an int, a float, a Fraction, an Exact or mpmath's."""
+        if isinstance(x, Exact):
+            x = x.at(self.bits + GUARD_BITS)
         if self.in_pairs:
             known = isinstance(x, (int, float, Fraction))
             return PairArray.number(Fraction(x) if known else fraction(x))

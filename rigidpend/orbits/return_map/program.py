@@ -1,9 +1,9 @@
 """A finished map as the kernel reads it: three legs, each the significant terms of its tables.
 
-A leg leads from one crossing of M3 = 0 to the next: from the starts, past the upper orbit from
-upward crossings, and from downward ones. Units are such that d and I go from -1 to 1 and that W is
-near 1; signs such that all legs are alike: what follows a downward crossing is run backward and
-mirrored, and so is the way from a start.
+A leg leads from one crossing of M3 = 0 to the next: from the starts, which are a table too, past
+the upper orbit from upward crossings, and from downward ones. Units are such that d and I go from
+-1 to 1 and that W is near 1; signs such that all legs are alike: what follows a downward crossing
+is run backward and mirrored, and so is the way from a start.
 
 A table over (x, phase, energy) holds the product of its orders; but its terms shrink with the sum
 of these, so that most lie below rounding. What is left is summed as it stands: some 80 of 640 terms
@@ -29,12 +29,14 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from rigidpend.numbers.exact import context, fraction
+from rigidpend.numbers.generic import Scalar
 from rigidpend.orbits.integrate.kernel.lane_numbers import KINDS
 from rigidpend.orbits.integrate.pair_arrays import PairArray, in_doubles
-from rigidpend.orbits.return_map.charts import Charts, ChartTable
-from rigidpend.orbits.return_map.normal_form import NormalForm
+from rigidpend.orbits.return_map.charts import INVERSE, Charts, ChartTable, fitted
+from rigidpend.orbits.return_map.conjugacy import TorusForm
+from rigidpend.orbits.return_map.expansions import chebyshev_analysis
+from rigidpend.orbits.return_map.normal_form import MapError, NormalForm
 from rigidpend.orbits.return_map.precision import Precision
-from rigidpend.orbits.return_map.starts import Entry
 
 FUNCTIONS = 3
 """Functions of a chart that codes and times follow from: all but that of theta3."""
@@ -51,6 +53,51 @@ HEADROOM = 2.0**4
 """Factor by which a term in doubles may err more than a rounding of its coefficient.
 
 A harmonic of some tens has as many roundings, of which most cancel."""
+MOST_NODES = 20
+"""Chebyshev nodes in Qp from which on a start counts as outside of the normal form."""
+ROUNDINGS = 8
+"""Roundings in a coefficient of the table of starts; relative, for the largest is of order 1."""
+
+
+class Entry(NamedTuple):
+    """Starts at Qm = 0 put into the normal form, as a table."""
+
+    centre: Any
+    half_width: Any
+    """Half of the interval of Qp; 0 where it is a point."""
+    table: ChartTable
+    """v/Qp, u/Qp and tau over (x, psi), x = (Qp - centre)/half_width."""
+
+    def place(self, Qp: Scalar) -> Any:
+        """x of starts, in their numbers: doubles or pairs of them."""
+        if not self.half_width:
+            return 0 * Qp
+        centre, half_width = (z if isinstance(Qp, PairArray) else float(z) for z in self[:2])
+        x = (Qp - centre) * (1 / half_width)
+        return np.where(x > 1, 1.0, np.where(x < -1, -1.0, x))
+
+
+def entry(nf: NormalForm, least: Scalar, most: Scalar, a: Precision) -> Entry:
+    """Starts at Qp from `least` to `most`, numbers of the precision.
+
+    Raises
+    ------
+    MapError
+        The normal form does not reach as far as `most`.
+    """
+    centre, half_width = (least + most) / 2, (most - least) / 2
+
+    def placed(x: Any, psi: Any, form: TorusForm) -> Any:
+        Qp = centre + half_width * x
+        at = form.inverted(psi, Qp, 0 * Qp)
+        return np.stack((at.v / Qp, at.u / Qp, at.tau))
+
+    for n_x in range(6, MOST_NODES, 3) if half_width else (1,):
+        table = fitted(placed, a.number(1), n_x, nf.n, nf, INVERSE, a)
+        last = table.values.reshape(nf.energies.n, n_x, nf.n, -1)[:, -2:]
+        if n_x == 1 or a.largest(last) <= ROUNDINGS * a.epsilon:
+            return Entry(centre, half_width, table)
+    raise MapError("the start lies outside of the range of the normal form")
 
 
 class Program(NamedTuple):
@@ -128,8 +175,8 @@ def legs(
         forward, inverse = charts[back]
         scale, turns, rates = _rates(nf, size, inverse.width, threshold, a)
         # d in units of the width of the table that comes next.
-        out = _scaled(significant(inverse, threshold), (1 / forward.width, 1, sides[1]))
-        into = _scaled(into, (1 / scale, scale / inverse.width, sides[0]))
+        out = significant(inverse, threshold) * np.stack((1 / forward.width, 1, sides[1]))
+        into = into * np.stack((1 / scale, scale / inverse.width, sides[0]))
         return Leg(into, out, sides[1] * rates, largest / scale, sides[1] * turns)
 
     def passage(rising: bool) -> Leg:
@@ -155,12 +202,6 @@ def significant(table: ChartTable, threshold: float) -> Any:
     return np.where(sizes > threshold, values, 0)
 
 
-def _scaled(values: Any, factors: tuple[Any, Any, Any]) -> Any:
-    """A table with each function times a factor."""
-    several = np.stack if isinstance(values, PairArray) else np.array
-    return values * several(factors)
-
-
 def _rates(
     nf: NormalForm, size: float, reach: Any, threshold: float, a: Precision
 ) -> tuple[float, float, Any]:
@@ -175,7 +216,7 @@ def _rates(
     turns = float(np.round(float(deep[0, 0]) / (2 * math.pi)))
     for part in radians(turns):
         deep[:, 0] = deep[:, 0] - part
-    back, far = nf.energies.analysis(a), float(reach)
+    back, far = chebyshev_analysis(nf.energies.n, a), float(reach)
     found = [shortened(x, far, threshold) for x in (back @ reciprocal, back @ deep, nf.rotation)]
     most = max(x.shape[1] for x in found)
     joined = np.zeros_like(found[0], shape=(len(found[0]), most, FUNCTIONS))

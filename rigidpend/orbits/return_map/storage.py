@@ -24,7 +24,7 @@ from rigidpend.machine.workers import WorkerError, apart
 from rigidpend.mechanics.body import Body, check_units
 from rigidpend.numbers import checked
 from rigidpend.numbers.checked import ParameterError
-from rigidpend.numbers.exact import FINEST, GUARD_BITS, Exact
+from rigidpend.numbers.exact import FINEST, Exact
 from rigidpend.numbers.expressions import named
 from rigidpend.numbers.generic import Scalar
 from rigidpend.orbits.integrate.pair_arrays import PairArray
@@ -35,7 +35,6 @@ from rigidpend.orbits.return_map.expansions import Interval
 from rigidpend.orbits.return_map.normal_form import MapError, NormalForm
 from rigidpend.orbits.return_map.orders import Orders
 from rigidpend.orbits.return_map.precision import Precision, precision
-from rigidpend.orbits.return_map.reduced import coefficients
 
 MOST = 500_000_000
 """Bytes of all kept maps: one of Fig. 4 takes half a million, of a nearly symmetric body 50."""
@@ -118,26 +117,10 @@ def build_apart(
 
 def _by_process(*task: Any) -> ReturnMap:
     try:
-        found = apart(_built, task)
+        return apart(build, task)
     except (WorkerError, OSError, ImportError, NotImplementedError):
         # It was killed, or the system has no processes or nothing that they could speak through.
         return build(*task)
-    if isinstance(found, MapError):
-        raise found
-    return found
-
-
-def _built(*task: Any) -> ReturnMap | MapError:
-    """The map, or why there is none: what a process answers."""
-    try:
-        return build(*task)
-    except MapError as refused:
-        return refused
-
-
-@functools.lru_cache(maxsize=16)
-def _kept(body: Body, low: Exact, high: Exact, bits: int, design: Design) -> _Kept:
-    return _Kept(body, low, high, bits, design)
 
 
 class _Kept:
@@ -193,9 +176,11 @@ class _Kept:
             reason, needed = facts
             return MapError(reason) if needed is None else Costly(needed, 0.0)
         nf, down, up, orders, errors, cost = facts
-        own = coefficients(body.angles(a.bits + GUARD_BITS), design.unit, a)
         ends = float(low), float(high)
-        return ReturnMap(body, bits, ends, errors, orders, design, own, nf, (down, up), cost)
+        return ReturnMap(body, bits, ends, errors, orders, design, nf, (down, up), cost)
+
+
+_kept = functools.lru_cache(maxsize=16)(_Kept)
 
 
 def followed(body: Body, low: Exact, high: Exact, bits: int, design: Any, table: int) -> bytes:

@@ -26,7 +26,7 @@ from rigidpend.orbits.return_map import (
     SectionPoint,
     return_map,
 )
-from rigidpend.orbits.return_map.conjugacy import TorusRates, inverted, torus_rates
+from rigidpend.orbits.return_map.conjugacy import TorusRates
 from rigidpend.orbits.return_map.passage import Entered
 from rigidpend.orbits.return_map.precision import precision
 from rigidpend.orbits.return_map.reduced import coefficients
@@ -120,7 +120,7 @@ class Level:
 
     def rates(self, I: Array) -> TorusRates:
         """Lambda(I) and the mean dt'/dchi, in the shape of I."""
-        found = torus_rates(self.map_level.exponent, self.map_level.rotation, I.ravel())
+        found = self.map_level.rates(I.ravel())
         return TorusRates(*(x.reshape(I.shape) for x in found))
 
     def crossings(self, rising: Any, upper: Any, I: Any, angle: Any) -> PassageEnds:
@@ -223,7 +223,7 @@ class Surface(NamedTuple):
         def arrival(theta2: float) -> Arrival:
             # I and b of the mirrored starts.
             phase = self._phase(theta2 + STEP * np.array([-1.0, 0.0, 1.0]))
-            at = inverted(made.nf, made.weights, phase, 0 * phase + Qp, 0 * phase, made.a)
+            at = made.inverted(phase, 0 * phase + Qp, 0 * phase)
             if np.abs(at.v).max() > made.nf.radius:
                 raise MapError(f"J1_0 = {self.problem.J1_0} lies outside of the normal form")
             I = at.u * at.v

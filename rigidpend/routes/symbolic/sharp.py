@@ -31,7 +31,6 @@ from rigidpend.numbers.generic import Array, Numbers
 from rigidpend.orbits.integrate.arithmetic import PAIRS
 from rigidpend.orbits.integrate.kernel.lane_numbers import exactly
 from rigidpend.orbits.integrate.states import states_at
-from rigidpend.orbits.return_map.conjugacy import inverted, placed
 from rigidpend.orbits.return_map.poincare import rotation_phase
 from rigidpend.orbits.return_map.precision import precision
 from rigidpend.orbits.return_map.reduced import coefficients
@@ -165,7 +164,7 @@ class Launch:
         made, zero = self.level.map_level, 0 * psi
         v = np.full(len(psi), np.sqrt(J1))
         for _ in range(MOST_ITERATIONS):
-            Qp, Qm, tau = placed(made.nf, made.weights, psi, zero, v, made.a)
+            Qp, Qm, tau = made.placed(psi, zero, v)
             M1, M2 = (Qp + Qm) * self.doubles.to_M1, (Qp - Qm) * self.doubles.to_M2
             here = self._action(psi, Qp, Qm, M1, M2)
             v = v * np.sqrt(J1 / here)
@@ -281,5 +280,5 @@ def _invariant(
     psi = rotation_phase(at, launch.doubles, made.a)
     if not (np.hypot(at[0], at[1]) < math.sqrt(FARTHEST)).all():
         raise NoOrbit("an orbit leaves the periodic orbit before its end")
-    beside = inverted(made.nf, made.weights, psi, at[0], at[1], made.a)
+    beside = made.inverted(psi, at[0], at[1])
     return np.asarray(beside.u * beside.v)

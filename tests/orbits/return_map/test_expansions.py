@@ -8,6 +8,7 @@ from fractions import Fraction
 import numpy as np
 import pytest
 
+from rigidpend.numbers.exact import exact
 from rigidpend.orbits.return_map.expansions import (
     Interval,
     fourier_analysis,
@@ -93,6 +94,7 @@ def test_numbers_are_rounded_once_and_stored_without_loss(bits: int) -> None:
     a = precision(bits)
     third = a.array([Fraction(1, 3), Fraction(-1, 7), 0])
     assert a.largest(third * 21 - a.array([7, -3, 0])) <= 8 * a.epsilon
+    assert a.largest(a.number(exact("1/3")) - third[0]) < 2.0**-30 * a.epsilon
     assert (joined(split(third), a) == third).all()
     if bits > 53:
         assert a.largest(third - a.array(third.astype(float))) > a.epsilon, "more than doubles"

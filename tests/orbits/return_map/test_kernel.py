@@ -15,10 +15,16 @@ from rigidpend.orbits.integrate import Crossings, Outcome
 from rigidpend.orbits.integrate.kernel.machine_code import LANES
 from rigidpend.orbits.integrate.pair_arrays import PairArray
 from rigidpend.orbits.return_map import ReturnMap, kernel, program, return_map
+from rigidpend.orbits.return_map.conjugacy import TorusForm
 from rigidpend.orbits.return_map.expansions import chebyshev_basis, fourier_basis
 from rigidpend.orbits.return_map.precision import precision
-from rigidpend.orbits.return_map.program import radians, reciprocal_of, shortened, significant
-from rigidpend.orbits.return_map.starts import Entry
+from rigidpend.orbits.return_map.program import (
+    Entry,
+    radians,
+    reciprocal_of,
+    shortened,
+    significant,
+)
 from tests.bodies import GENERIC
 
 ENERGIES = ("1.3332", "1.3352")
@@ -141,7 +147,7 @@ def test_order_what_is_left_out_of_a_table_is_below_its_threshold(
     table, a, own = made.charts[1][which], precision(53), precision(made.bits)
     phase, e = drawn()
     x = np.random.default_rng(4).uniform(-1, 1, N)
-    there = table.at(made.normal_form.energies.basis(energy(made, e), own))
+    there = table.at(TorusForm(made.normal_form, energy(made, e), own))
     full = there.look_up(table.width * own.array(x), own.array(phase), own)[:3]
     kept = significant(table, 2.0**-40).astype(float)
     E, T = (chebyshev_basis(y, n, a) for y, n in zip((e, x), kept.shape[:2], strict=True))

@@ -12,7 +12,7 @@ from hypothesis import assume, given
 from rigidpend import Body
 from rigidpend.mechanics import floquet
 from rigidpend.orbits.return_map import normal_form as module
-from rigidpend.orbits.return_map.conjugacy import inverted, placed
+from rigidpend.orbits.return_map.conjugacy import TorusForm
 from rigidpend.orbits.return_map.expansions import Interval
 from rigidpend.orbits.return_map.normal_form import MapError, normal_form, powers
 from rigidpend.orbits.return_map.precision import precision
@@ -59,8 +59,8 @@ def test_agrees_the_inverse_of_the_series_in_53_and_113_bits() -> None:
         a = precision(bits)
         h = a.number(1.3342)
         nf = normal_form(coefficients_of(FIG4, bits), Interval(h, 0 * h, 1), 5, 11, 0.1, a)
-        ones, at = a.array([[1.0]]), a.array([0.4])
-        beside = inverted(nf, ones, at, a.array([0.02]), a.array([-0.01]), a)
+        form = TorusForm(nf, a.array([1.3342]), a)
+        beside = form.inverted(*(a.array([x]) for x in (0.4, 0.02, -0.01)))
         found.append(np.array([float(x[0]) for x in beside]))
         assert float(nf.disagreement) < 2.0 ** (10 - bits)
     np.testing.assert_allclose(found[0], found[1], rtol=1e-12)
@@ -82,11 +82,11 @@ def test_the_normal_form_ends_with_the_first_terms_that_are_small_enough(least: 
 def test_order_points_are_put_into_the_normal_form_to_rounding_of_doubles() -> None:
     """Where slopes of half the degree do, the last correction leaves no more than that."""
     nf = normal_form(coefficients_of(GENERIC), Interval(1.3342, 0.0, 1), 21, 21, 0.1, DOUBLES)
-    ones, random = np.ones((1, 1)), np.random.default_rng(4)
+    form, random = TorusForm(nf, np.full(1, 1.3342), DOUBLES), np.random.default_rng(4)
     for _ in range(60):
         psi, (Qp, Qm) = random.uniform(0, 6.28, 20), random.uniform(-0.4, 0.4, (2, 20))
-        at = inverted(nf, ones, psi, Qp, Qm, DOUBLES)
-        again = placed(nf, ones, psi, at.u, at.v, DOUBLES)[:2]
+        at = form.inverted(psi, Qp, Qm)
+        again = form.placed(psi, at.u, at.v)[:2]
         off = np.abs(np.array(again) - (Qp, Qm)) / np.maximum(np.abs(Qp), np.abs(Qm))
         assert off.max() < 2e-15
 

@@ -9,86 +9,83 @@ import pytest
 from rigidpend.numbers.exact import exact
 from rigidpend.orbits.return_map import MapError, orders
 from rigidpend.orbits.return_map.build import FIRST, WHOLE, expected_cost
-from rigidpend.orbits.return_map.orders import (
-    LARGEST_RADIUS,
-    Orders,
-    arc_length,
-    border_of,
-    cost,
-    first_look,
-    radius,
-)
+from rigidpend.orbits.return_map.checks import Errors
+from rigidpend.orbits.return_map.orders import LARGEST_RADIUS, Orders, Rough, first_look
 from rigidpend.orbits.return_map.precision import precision
-from rigidpend.orbits.return_map.reduced import Coefficients, coefficients
+from rigidpend.orbits.return_map.reduced import coefficients
 from tests.bodies import FIG4
 
-H = 1.3342
+H, ALLOWED = 1.3342, 2.0**-64
 
 
 @pytest.fixture(scope="module")
-def rough() -> Coefficients:
-    return coefficients(FIG4.angles(), "1", precision(53))
+def rough() -> Rough:
+    return Rough(coefficients(FIG4.angles(), "1", precision(53)), H)
 
 
 @pytest.mark.parametrize(("width", "refused"), [(0.999, True), (1.001, False)])
 def test_a_layer_below_what_pairs_of_doubles_resolve_is_refused(
-    rough: Coefficients, monkeypatch: pytest.MonkeyPatch, width: float, refused: bool
+    rough: Rough, monkeypatch: pytest.MonkeyPatch, width: float, refused: bool
 ) -> None:
     monkeypatch.setattr(orders, "layer_width", lambda _: width * 2.0**-40)
     if refused:
         with pytest.raises(MapError, match="nearly symmetric"):
-            first_look(rough, H)
+            first_look(rough)
     else:
-        assert first_look(rough, H).invariant > 0
+        assert first_look(rough).invariant > 0
 
 
-def test_arcs_end_short_of_the_singularity(rough: Coefficients) -> None:
+def test_arcs_end_short_of_the_singularity(rough: Rough) -> None:
     """The radius grows as the root of the width."""
-    widest = 0.25 / radius(rough, H, 1.0) ** 2
+    widest = 0.25 / rough.radius(1.0) ** 2
     assert LARGEST_RADIUS == 0.5
-    assert arc_length(rough, H, 0.999 * widest) > 0
+    assert rough.arc_length(0.999 * widest) > 0
     with pytest.raises(MapError, match="mu is too large"):
-        arc_length(rough, H, 1.001 * widest)
+        rough.arc_length(1.001 * widest)
 
 
-def test_arcs_end_where_both_components_are_equal(rough: Coefficients) -> None:
+def test_arcs_end_where_both_components_are_equal(rough: Rough) -> None:
     """Without weight v = 2 Q exp(-x) falls, and u = d exp(x)/2 rises, at x = u t'."""
-    c, d = rough.aligned, 1e-3
+    c, d = rough.c.aligned, 1e-3
     J2 = math.sqrt(2 * H / c.kappa)
-    x, Q = arc_length(rough, H, d) * J2 * c.half_sigma, J2 * 2 * c.half_sigma
+    x, Q = rough.arc_length(d) * J2 * c.half_sigma, J2 * 2 * c.half_sigma
     assert d * math.exp(x) / 2 == pytest.approx(2 * Q * math.exp(-x))
-    assert border_of(rough, H, d) == pytest.approx(d * math.exp(x) / 2)
+    assert rough.border(d) == pytest.approx(d * math.exp(x) / 2)
 
 
 @pytest.mark.parametrize(
-    ("raised", "expected"),
+    ("charts", "inverse", "tails", "expected"),
     [
-        ([], (21, 31, 10, 41, 51, 5)),
-        (["inner"], (27, 39, 10, 41, 51, 5)),
-        (["x", "energy"], (21, 31, 12, 41, 51, 6)),
-        (["phase"], (21, 31, 10, 51, 63, 5)),
+        # In units of what is allowed; what the tails tell is twice their largest.
+        (1.99, 0, (0, 1, 0), (21, 31, 10, 51, 63, 5)),
+        (1.99, 0, (1, 0, 1), (21, 31, 12, 41, 51, 6)),
+        (0, 0, (0.13, 0.12, 0), (21, 31, 12, 41, 51, 5)),
+        (0, 0.51, (0.13, 0, 0), (21, 31, 12, 51, 63, 6)),
+        (0, 0.49, (0.13, 0, 0), (21, 31, 12, 41, 51, 5)),
+        (0, 2.01, (1, 0, 0), (21, 31, 12, 51, 63, 6)),
+        (0, 1.99, (1, 0, 0), (21, 31, 12, 41, 51, 5)),
+        (2.01, 0, (0, 1, 0), (23, 33, 10, 51, 63, 5)),
+        (1e6, 0, (0, 0, 0.12), (27, 39, 10, 41, 51, 5)),
+        (0, 0, (0, 0, 0), (23, 33, 10, 41, 51, 5)),
     ],
 )
-def test_only_orders_that_were_too_small_are_raised_by_a_fifth(
-    raised: list[str], expected: tuple[int, ...]
+def test_orders_that_errors_tell_to_be_too_small_are_raised_by_a_fifth(
+    charts: float, inverse: float, tails: tuple[float, ...], expected: tuple[int, ...]
 ) -> None:
-    """Those of the normal form by what is asked for, and as those of phases to odd numbers."""
-    asked = {name: name in raised for name in ("x", "phase", "energy")}
-    more = 1.2 if "inner" in raised else 1.0
-    assert Orders(21, 31, 10, 41, 51, 5, 2.5).larger(inner=more, **asked) == (*expected, 2.5)
+    """Those of the normal form by as many degrees as the error asks for; phases to odd numbers."""
+    errors = Errors(*(x * ALLOWED for x in (0, 0, charts, inverse, *tails)))
+    assert Orders(21, 31, 10, 41, 51, 5, 2.5).larger(errors, ALLOWED) == (*expected, 2.5)
 
 
 @pytest.mark.parametrize("name", Orders._fields)
-def test_a_map_of_larger_orders_costs_more(rough: Coefficients, name: str) -> None:
+def test_a_map_of_larger_orders_costs_more(rough: Rough, name: str) -> None:
     """And not more than the largest power of them in the number of operations."""
     orders = Orders(21, 31, 20, 81, 91, 5, 2.5)
     twice = orders._replace(**{name: 2 * getattr(orders, name)})
-    share = cost(twice, rough, H, 53, theta3=True) / cost(orders, rough, H, 53, theta3=True)
+    share = rough.cost(twice, 53, theta3=True) / rough.cost(orders, 53, theta3=True)
     assert 1 < share < 8
     # Where charts cost little a normal form costs as the cube of its degree.
-    few, many = (
-        cost(Orders(n, 99, 2, 3, 3, 9, 2.5), rough, H, 53, theta3=False) for n in (50, 100)
-    )
+    few, many = (rough.cost(Orders(n, 99, 2, 3, 3, 9, 2.5), 53, theta3=False) for n in (50, 100))
     assert 7.5 < many / few < 8.2
 
 
