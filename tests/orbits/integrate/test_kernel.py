@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import ctypes
 import platform
 import time
 from fractions import Fraction
@@ -96,14 +95,12 @@ def test_machine_code_is_kept_and_a_damaged_file_made_anew(
 
     def fresh() -> int:
         machine_code.ready.cache_clear()
-        return int(machine_code.function(identity(), "same", ctypes.c_int64)(41))
+        return int(machine_code.function(identity())(41))
 
     # Threads that ask for the same code wait for the one that makes it.
     machine_code.ready.cache_clear()
     text = identity()
-    both = side_by_side(
-        machine_code.function, ("same", ctypes.c_int64), False, [text, text], jobs=2
-    )
+    both = side_by_side(machine_code.function, (), False, [text, text], jobs=2)
     assert [int(f(41)) for f in both] == [41, 41]
     assert len(made) == 1
     assert fresh() == 41
@@ -134,7 +131,7 @@ def test_a_folder_that_cannot_be_written_costs_no_more_than_a_compilation(
     machine_code.ready.cache_clear()
     cache.tell_once.cache_clear()
     with pytest.warns(KeptFileWarning, match="nothing can be kept"):
-        assert machine_code.function(identity(), "same", ctypes.c_int64)(7) == 7
+        assert machine_code.function(identity())(7) == 7
     machine_code.ready.cache_clear()
 
 

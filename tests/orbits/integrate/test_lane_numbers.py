@@ -48,15 +48,14 @@ def compiled(name: str, parts: int) -> Any:
     for i, part in enumerate(OPERATIONS[name][0](n, *given)):
         code.store(part, code.at("%out", i), align=8)
     head = "define i64 @apply(ptr noalias %out, ptr %a, ptr %b) {"
-    kinds = (ctypes.c_void_p,) * 3
-    return machine_code.function(code.function(head, "0"), "apply", *kinds)
+    return machine_code.function(code.function(head, "0"))
 
 
 def computed(name: str, parts: int, a: list[Fraction], b: list[Fraction]) -> list[list[float]]:
     """The parts of the results for `LANES` numbers."""
     rows = [np.array([as_doubles(x, parts) for x in xs]).T.copy() for xs in (a, b)]
     out = np.empty((parts, LANES))
-    compiled(name, parts)(*(x.ctypes.data for x in (out, *rows)))
+    compiled(name, parts)(out, *rows)
     return out.T.tolist()
 
 
@@ -129,7 +128,7 @@ def values(bits: int, lines: Callable[[Functions, Value], Value], x: Any) -> Any
     for i, part in enumerate(lines(Functions(numbers), number)):
         code.store(part, code.at("%y", i))
     text = code.function("define i64 @one(ptr noalias %x, ptr noalias %y) {", "0")
-    function = machine_code.function(text, "one", ctypes.c_void_p, ctypes.c_void_p)
+    function = machine_code.function(text)
     room = np.zeros((2, numbers.parts * LANES + 8))
     ends = [row.ctypes.data + -row.ctypes.data % 64 for row in room]
     given, found = (

@@ -54,7 +54,7 @@ def elementwise(name: str) -> Any:
         for part, operand in zip(value, operands[4:], strict=True):
             operand.keep(part, first)
     text = code.function("define i64 @apply(ptr %args, ptr %dims, ptr %steps, ptr %data) {", "0")
-    return _ufunc(name, machine_code.function(text, "apply", *(ctypes.c_void_p,) * 4))
+    return _ufunc(name, machine_code.function(text))
 
 
 class _Operand:
@@ -171,8 +171,7 @@ def products() -> Any:
         "define i64 @products(ptr noalias %out, ptr %a, ptr %b, i64 %rows, i64 %terms, i64 %width,"
         " i64 %sets, i64 %a_own, i64 %b_own) {"
     )
-    kinds = (*(machine_code.ArrayPointer,) * 3, *(ctypes.c_int64,) * 6)
-    return machine_code.function(code.function(head, "0"), "products", *kinds)
+    return machine_code.function(code.function(head, "0"))
 
 
 @functools.cache
@@ -235,8 +234,7 @@ def convolution(bits: int) -> Any:
         "define i64 @convolution(ptr noalias %out, ptr %a, ptr %b, ptr %a_rows, ptr noalias %work,"
         " i64 %count, i64 %rows, i64 %width) {"
     )
-    kinds = (*(machine_code.ArrayPointer,) * 5, *(ctypes.c_int64,) * 3)
-    return machine_code.function(code.function(head, "0"), "convolution", *kinds)
+    return machine_code.function(code.function(head, "0"))
 
 
 @functools.cache
