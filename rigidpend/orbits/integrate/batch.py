@@ -20,7 +20,7 @@ from rigidpend.machine.workers import check_stop, note
 from rigidpend.mechanics.equations import AlignedCoefficients
 from rigidpend.numbers.generic import Array
 from rigidpend.orbits.integrate import Crossings, Orbits, Outcome, no_crossings, silent_outcome
-from rigidpend.orbits.integrate.arithmetic import PAIRS, kernel_bits
+from rigidpend.orbits.integrate.arithmetic import PAIRS, rung
 from rigidpend.orbits.integrate.kernel import following, taylor_step
 from rigidpend.orbits.integrate.kernel.lane_numbers import exactly, in_parts
 from rigidpend.orbits.integrate.kernel.machine_code import FEW, LANES, lanes_for
@@ -58,7 +58,7 @@ def crossings(orbits: Orbits, bits: int, tolerance: float) -> Crossings:
 
 def bits_of_numbers(bits: int) -> int:
     """The bits of the kernel's numbers in which crossings are found, by those asked for."""
-    return 3 * PAIRS // 2 if PAIRS < bits <= TRIPLES else kernel_bits(bits)
+    return 3 * PAIRS // 2 if PAIRS < bits <= TRIPLES else rung(bits)
 
 
 def worth_a_thread(bits: int) -> int:
@@ -237,7 +237,7 @@ def advance(
 
     The kernel's numbers that have as many `bits` serve; `tolerance` is that of 53 bits.
     """
-    kind = kernel_bits(bits)
+    kind = rung(bits)
     order = taylor_step.order_of(tolerance * 2.0 ** (53 - kind))
     unit = unit_for(kind, state)
     scaled, state = in_units(unit, coefficients, state)

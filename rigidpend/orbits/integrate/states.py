@@ -24,7 +24,7 @@ from rigidpend.orbits.integrate.arithmetic import (
     PAIRS,
     check_engine,
     in_kernel,
-    kernel_bits,
+    rung,
 )
 from rigidpend.orbits.integrate.kernel import following, taylor_step
 from rigidpend.orbits.integrate.kernel.lane_numbers import exactly, in_parts
@@ -131,7 +131,7 @@ def _exact(
     """The same of Fractions, by the kernel or in integers."""
     states, times = task
     if in_kernel(engine, bits):
-        kind = kernel_bits(bits)
+        kind = rung(bits)
         unit = unit_for(kind, states)
         field, states = in_units(unit, field, states)
         state, grid = (in_parts(np.array(x), kind) for x in (states, times * unit))
@@ -171,7 +171,7 @@ def _sampled(
 
     Times are (parts, k, n), or (parts, k, 1) for all orbits.
     """
-    (parts, size, n), kind = states.shape, kernel_bits(bits)
+    (parts, size, n), kind = states.shape, rung(bits)
     if tolerance is None:
         tolerance = FINEST_TOLERANCE["taylor"] * 2.0 ** (53 - min(kind, bits + SPARE_BITS))
     lanes = lanes_for(n)
@@ -245,7 +245,7 @@ def first_crossings(
     """
     exact = states.dtype == object
     # The whole of the kernel's numbers, if it computes.
-    whole = kernel_bits(max(bits, PAIRS)) if in_kernel(engine, bits) else max(bits, 54)
+    whole = rung(max(bits, PAIRS)) if in_kernel(engine, bits) else max(bits, 54)
     floats = AlignedCoefficients(*map(float, coefficients))
     finest = max(tolerance, FINEST_TOLERANCE[FIRST])
     orbits = Orbits(floats, states.astype(float), 1, limit)

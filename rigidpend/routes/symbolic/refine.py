@@ -26,8 +26,7 @@ from rigidpend.machine.workers import note
 from rigidpend.mechanics.equations import AlignedCoefficients, aligned, aligned_along
 from rigidpend.numbers.exact import context, exact, fraction
 from rigidpend.numbers.generic import Array
-from rigidpend.orbits.integrate.arithmetic import LADDER
-from rigidpend.orbits.integrate.reference_orbit import rung
+from rigidpend.orbits.integrate.arithmetic import LADDER, PAIRS, rung
 from rigidpend.orbits.integrate.states import states_at
 from rigidpend.routes.start import Scales, start, states_exact
 from rigidpend.routes.symbolic.chain import Chain, NoOrbit, carried, crossing_states, tangents
@@ -237,7 +236,9 @@ class _Legs:
     ) -> tuple[list[Any], list[Any]]:
         """Ends of legs, on M3 = 0, and by how much later they are than their times say."""
         reached: list[Any] = [None] * len(legs)
-        kinds = [rung(x) if x <= LADDER[-1] else WHOLE * math.ceil(x / WHOLE) for x in bits]
+        kinds = [
+            rung(max(x, PAIRS)) if x <= LADDER[-1] else WHOLE * math.ceil(x / WHOLE) for x in bits
+        ]
         for kind in sorted(set(kinds)):
             here = [i for i, x in enumerate(kinds) if x == kind]
             states = np.array([begun[i] for i in here]).T
