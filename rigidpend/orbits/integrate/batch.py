@@ -19,13 +19,19 @@ from numpy.typing import NDArray
 from rigidpend.machine.workers import check_stop, note
 from rigidpend.mechanics.equations import AlignedCoefficients
 from rigidpend.numbers.generic import Array
-from rigidpend.orbits.integrate import Crossings, Orbits, Outcome, no_crossings, silent_outcome
+from rigidpend.orbits.integrate import (
+    Crossings,
+    Orbits,
+    Outcome,
+    in_unit,
+    no_crossings,
+    silent_outcome,
+)
 from rigidpend.orbits.integrate.arithmetic import PAIRS, rung
 from rigidpend.orbits.integrate.kernel import following, taylor_step
 from rigidpend.orbits.integrate.kernel.lane_numbers import exactly, in_parts
 from rigidpend.orbits.integrate.kernel.machine_code import FEW, LANES, lanes_for
 from rigidpend.orbits.integrate.passages import UNDECIDED, crossings_of_series, touch, value_at
-from rigidpend.orbits.integrate.units import in_units, unit_for
 
 MAX_STEPS = 1_000_000
 """Steps without a crossing after which an orbit counts as failed; a passage takes some fifty."""
@@ -50,7 +56,7 @@ CONVERGED = 1e-9
 def crossings(orbits: Orbits, bits: int, tolerance: float) -> Crossings:
     """Crossings of orbits: the same to the last bit whatever the other orbits.
 
-    (In units of M, see `units`, of others with an |M| alike.)
+    (In units of M, see `in_unit`, of others with an |M| alike.)
     `tolerance` is that of the Taylor series in 53 bits; every bit more halves it.
     """
     return Batch(orbits, bits, tolerance * 2.0 ** (53 - bits)).run()
@@ -72,12 +78,11 @@ class Batch:
     def __init__(self, orbits: Orbits, bits: int, tolerance: float) -> None:
         self.bits, order = bits, taylor_step.order_of(tolerance)
         self.kind = bits = bits_of_numbers(bits)
-        self.unit = unit = unit_for(bits, orbits.states)
+        self.unit, *given = in_unit(orbits.coefficients, orbits.states, bits)
         """Unit of M: times are in its inverse."""
-        if unit != 1:
-            given = in_units(unit, orbits.coefficients, orbits.states)
-            orbits = Orbits(*given, orbits.n_crossings, orbits.passage_limit * float(unit))
-        self.orbits = orbits
+        self.orbits = orbits = Orbits(
+            *given, orbits.n_crossings, orbits.passage_limit * float(self.unit)
+        )
         states = np.concatenate(in_parts(orbits.states, bits))
         self.n = states.shape[1]
         self.abreast = lanes_for(self.n)
@@ -239,10 +244,9 @@ def advance(
     """
     kind = rung(bits)
     order = taylor_step.order_of(tolerance * 2.0 ** (53 - kind))
-    unit = unit_for(kind, state)
-    scaled, state = in_units(unit, coefficients, state)
+    unit, scaled, state = in_unit(coefficients, state, kind)
     kernel, parameters = following.carrying(order, kind, FEW), in_parts(scaled, kind)
-    begin = in_parts(np.array(state, dtype=object), kind).reshape(-1, 1)
+    begin = in_parts(state, kind).reshape(-1, 1)
     # All lanes carry the orbit; what is noted of its crossings is not looked at.
     lanes, time = np.repeat(begin, FEW, axis=1), np.zeros((2, FEW))
     room = np.empty(FEW, following.note(order, kind))

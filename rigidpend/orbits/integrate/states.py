@@ -18,7 +18,7 @@ from rigidpend.machine.workers import check_stop, side_by_side, spread
 from rigidpend.mechanics.equations import AlignedCoefficients, aligned
 from rigidpend.numbers.exact import fraction
 from rigidpend.numbers.generic import Array, Numbers
-from rigidpend.orbits.integrate import Orbits, Outcome, crossings
+from rigidpend.orbits.integrate import Orbits, Outcome, crossings, in_unit
 from rigidpend.orbits.integrate.arithmetic import (
     FINEST_TOLERANCE,
     PAIRS,
@@ -31,7 +31,6 @@ from rigidpend.orbits.integrate.kernel.lane_numbers import exactly, in_parts
 from rigidpend.orbits.integrate.kernel.machine_code import lanes_for
 from rigidpend.orbits.integrate.kernel.tape import ALIGNED, trace
 from rigidpend.orbits.integrate.pair_arrays import PairArray
-from rigidpend.orbits.integrate.units import in_units, unit_for
 
 Field: TypeAlias = Callable[[Any], Any]
 
@@ -132,9 +131,8 @@ def _exact(
     states, times = task
     if in_kernel(engine, bits):
         kind = rung(bits)
-        unit = unit_for(kind, states)
-        field, states = in_units(unit, field, states)
-        state, grid = (in_parts(np.array(x), kind) for x in (states, times * unit))
+        unit, field, states = in_unit(field, states, kind)
+        state, grid = (in_parts(x, kind) for x in (states, times * unit))
         found = exactly(_sampled(field, state, grid, bits, tolerance))
         found[:3] *= unit
         return found

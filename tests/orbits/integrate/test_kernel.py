@@ -16,12 +16,11 @@ from rigidpend.machine import cache
 from rigidpend.machine.cache import KeptFileWarning
 from rigidpend.machine.workers import side_by_side
 from rigidpend.mechanics.equations import AlignedCoefficients
-from rigidpend.orbits.integrate import bigint
+from rigidpend.orbits.integrate import bigint, in_unit
 from rigidpend.orbits.integrate.kernel import machine_code, taylor_step
 from rigidpend.orbits.integrate.kernel.following import carrying, note
 from rigidpend.orbits.integrate.kernel.lane_numbers import KINDS, in_parts
 from rigidpend.orbits.integrate.kernel.machine_code import LANES, Writer
-from rigidpend.orbits.integrate.units import unit_of
 from tests.orbits.integrate.problems import fan, task
 
 C = AlignedCoefficients(
@@ -177,4 +176,4 @@ def test_the_unit_is_half_of_a_power_of_two_next_to_the_largest_momentum(
     momentum: tuple[str, ...], expected: str
 ) -> None:
     state = [*map(Fraction, momentum), Fraction(1000), Fraction(-2000), Fraction(3000)]
-    assert unit_of(state) == Fraction(expected)
+    assert in_unit(C, state)[0] == Fraction(expected)
