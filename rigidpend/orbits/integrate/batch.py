@@ -30,7 +30,7 @@ from rigidpend.orbits.integrate import (
 from rigidpend.orbits.integrate.arithmetic import PAIRS, rung
 from rigidpend.orbits.integrate.kernel import following, taylor_step
 from rigidpend.orbits.integrate.kernel.lane_numbers import exactly, in_parts
-from rigidpend.orbits.integrate.kernel.machine_code import FEW, LANES, lanes_for
+from rigidpend.orbits.integrate.kernel.machine_code import LANES, lanes_for
 from rigidpend.orbits.integrate.passages import UNDECIDED, crossings_of_series, touch, value_at
 
 MAX_STEPS = 1_000_000
@@ -105,7 +105,7 @@ class Batch:
             left = int(self.orbits.n_crossings - self.lanes["count"].min())
             # Few where all orbits are nearly done.
             number = max(FEWEST, min(STEPS[self.kind], MAX_STEPS, left * EXPECTED // 2))
-            self._take(self.carried(number), number)
+            self._take(crossings_on(self.noted(number), self.bits), number)
             note(self._told)
             self.load(self._ended())
         written(np.hstack(self.seen), self.found, self.orbits.passage_limit)
@@ -120,8 +120,8 @@ class Batch:
         said = f"{open_} of {self.n} orbits under way in {self.bits} bits, at t' = {reached:.4g}"
         return f"{said} of {limit:.4g} at most for each passage"
 
-    def carried(self, number: int) -> Array:
-        """All columns some steps further: the crossings on the way, by columns."""
+    def noted(self, number: int) -> Any:
+        """Carry all columns some steps on; notes of the steps on which M3 may have been zero."""
         m = self.lanes.size
         groups = -(-m // self.abreast)
         # Lanes without an orbit repeat the first: their steps are not looked at.
@@ -131,8 +131,7 @@ class Batch:
         count = self.kernel(*given, 2 * depth, groups, number, self.notes)
         taken = self.notes[:count]
         # Where series overflow nothing is known, and the orbit ends as one that failed.
-        known = np.isfinite(taken["after"]) & (taken["lane"] < m)
-        return crossings_on(taken[known], self.bits)
+        return taken[np.isfinite(taken["after"]) & (taken["lane"] < m)]
 
     def _take(self, found: Array, number: int) -> None:
         """Take in the crossings on so many steps."""
@@ -243,18 +242,15 @@ def advance(
     The kernel's numbers that have as many `bits` serve; `tolerance` is that of 53 bits.
     """
     kind = rung(bits)
-    order = taylor_step.order_of(tolerance * 2.0 ** (53 - kind))
-    unit, scaled, state = in_unit(coefficients, state, kind)
-    kernel, parameters = following.carrying(order, kind, FEW), in_parts(scaled, kind)
-    begin = in_parts(state, kind).reshape(-1, 1)
-    # All lanes carry the orbit; what is noted of its crossings is not looked at.
-    lanes, time = np.repeat(begin, FEW, axis=1), np.zeros((2, FEW))
-    room = np.empty(FEW, following.note(order, kind))
+    alone = Orbits(coefficients, np.array([state]).T, 0, 0.0)
+    run = Batch(alone, kind, tolerance * 2.0 ** (53 - kind))
+    run.load()
     found = []
     for _ in range(count):
         check_stop()
-        kernel(lanes, FEW, time, parameters, 0.0, 1, 1, room)
-        here = exactly(lanes[:, 0].reshape(-1, len(state)))
-        here[:3] *= unit
-        found.append((exactly(time[:, :1])[0] / unit, tuple(here)))
+        # What is noted of its crossings is not looked at.
+        run.noted(1)
+        here = exactly(run.states[:, 0].reshape(-1, len(state)))
+        here[:3] *= run.unit
+        found.append((exactly(run.times[:, 0]) / run.unit, tuple(here)))
     return found

@@ -139,13 +139,26 @@ class ReferenceOrbit:
     def series(self, k: int, differences: Array, tolerance: float) -> Array:
         """Series (order + 1, 6, 1 + n) of the orbit and of others on the step from point k.
 
-        Column 0 is the orbit's own, the others are those of the `differences` (6, n); in powers of
-        the share of the step.
+        Column 0 is the orbit's own, the others are those of the `differences` (6, n); in doubles
+        and in powers of the share of the step.
         """
         # Steps are the radius of convergence over e^2, in any precision: an order gains two nats.
         order = math.ceil(-math.log(tolerance) / 2) + MORE_TERMS
-        begin, step = self.points[k].doubles, self.points[k + 1].step
-        return difference_series(self._field, begin, differences, order, step)
+        linear, left_of, right_of, weights = self._field
+        n = 1 + differences.shape[1]
+        terms = np.empty((order + 1, SIZE, n))
+        terms[0, :, 0], terms[0, :, 1:] = self.points[k].doubles, differences
+        left, right = np.empty((2, order, len(left_of), n))
+        for j in range(order):
+            now = terms[j]
+            total = now + 2 * now[:, :1]
+            # The reference itself is a difference from the orbit that stays at zero.
+            total[:, 0] = now[:, 0]
+            now.take(left_of, axis=0, out=left[j], mode="clip")
+            total.take(right_of, axis=0, out=right[j], mode="clip")
+            products = np.einsum("kpn,kpn->pn", left[: j + 1], right[j::-1])
+            terms[j + 1] = (linear @ now + weights @ products) / (j + 1)
+        return terms * (self.points[k + 1].step ** np.arange(order + 1))[:, None, None]
 
     def size(self, differences: Any) -> Any:
         """The sizes of differences (6, n), relative to |M| and to |gamma|."""
@@ -229,39 +242,16 @@ def _units(state: Sequence[Fraction]) -> Any:
     return np.repeat((1 / M, 1 / gamma), 3)
 
 
-def difference_series(
-    field: Bilinear, reference: Array, differences: Array, order: int, step: float
-) -> Array:
-    """Series (order + 1, 6, 1 + n) of a state (6,) and of differences from it (6, n), in doubles.
-
-    They are in powers of the share of a step, whose length is t'.
-    """
-    linear, left_of, right_of, weights = field
-    n = 1 + differences.shape[1]
-    terms = np.empty((order + 1, SIZE, n))
-    terms[0, :, 0], terms[0, :, 1:] = reference, differences
-    left, right = np.empty((2, order, len(left_of), n))
-    for k in range(order):
-        now = terms[k]
-        total = now + 2 * now[:, :1]
-        # The reference itself is a difference from the orbit that stays at zero.
-        total[:, 0] = now[:, 0]
-        now.take(left_of, axis=0, out=left[k], mode="clip")
-        total.take(right_of, axis=0, out=right[k], mode="clip")
-        products = np.einsum("kpn,kpn->pn", left[: k + 1], right[k::-1])
-        terms[k + 1] = (linear @ now + weights @ products) / (k + 1)
-    return terms * (step ** np.arange(order + 1))[:, None, None]
-
-
 def summed(series: Array) -> Any:
     """The values (6, n) of such series at the end of the step, small terms first."""
     return series[::-1].sum(axis=0)
 
 
-def polarised(coefficients: AlignedCoefficients) -> tuple[Any, dict[tuple[int, int], Any]]:
-    """The aligned field's linear part (6, 6), and B of unit vectors i and j, in Fractions.
+@functools.lru_cache(maxsize=16)
+def bilinear(coefficients: AlignedCoefficients) -> Bilinear:
+    """The aligned field's L and B: kept, for orbits of a call share theirs.
 
-    What adds nothing to any of the six components is left out.
+    Of B what adds nothing to any of the six components is left out.
     """
     exactly = AlignedCoefficients(*map(Fraction, coefficients))
     ones = np.eye(SIZE, dtype=int) * Fraction(1)
@@ -272,14 +262,8 @@ def polarised(coefficients: AlignedCoefficients) -> tuple[Any, dict[tuple[int, i
 
     linear = [along(0 * one, one) for one in ones]
     halves = list(combinations_with_replacement(range(SIZE), 2))
-    pairs = (*halves, *((j, i) for i, j in halves if i != j))
-    products = {(i, j): (along(ones[i], ones[j]) - linear[j]) / 2 for i, j in pairs}
-    return np.array(linear).T, {pair: both for pair, both in products.items() if both.any()}
-
-
-@functools.lru_cache(maxsize=16)
-def bilinear(coefficients: AlignedCoefficients) -> Bilinear:
-    """The field in doubles: kept, for orbits of a call share theirs."""
-    linear, products = polarised(coefficients)
-    left, right = np.array(list(products)).T
-    return linear.astype(float), left, right, np.array(list(products.values()), dtype=float).T
+    pairs = np.array([*halves, *((j, i) for i, j in halves if i != j)])
+    products = np.array([(along(ones[i], ones[j]) - linear[j]) / 2 for i, j in pairs])
+    needed = (products != 0).any(axis=1)
+    left, right = pairs[needed].T
+    return np.array(linear).T.astype(float), left, right, products[needed].T.astype(float)

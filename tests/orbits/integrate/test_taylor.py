@@ -75,7 +75,7 @@ def test_steps_are_noted_to_twice_the_depth_of_a_touch_of_the_largest_orbit(bits
         return 0
 
     run.kernel = kernel
-    run.carried(8)
+    run.noted(8)
     largest = np.linalg.norm(states[:3], axis=0).max()
     assert depths == [pytest.approx(2 * touch(bits) * largest, rel=1e-12)]
 
