@@ -15,7 +15,7 @@ from typing import Any
 
 import numpy as np
 
-from rigidpend.orbits.integrate.kernel.lane_numbers import as_doubles
+from rigidpend.orbits.integrate.kernel.lane_numbers import as_doubles, exactly
 from rigidpend.orbits.integrate.kernel.machine_code import LANES
 from rigidpend.orbits.integrate.kernel.pair_loops import (
     WIDE,
@@ -91,12 +91,9 @@ class PairArray:
     def T(self) -> PairArray:
         return self.transpose(*range(self.ndim - 1, -1, -1))
 
-    def exactly(self) -> Fraction:
-        """The value of a single number."""
-        if self.ndim:
-            raise TypeError("an array of pairs is no single number")
-        high, low = self.parts.tolist()
-        return Fraction(high) + Fraction(low)
+    def exactly(self) -> Any:
+        """The values as Fractions."""
+        return exactly(self.parts)
 
     def __len__(self) -> int:
         return len(self.parts[0])

@@ -154,7 +154,7 @@ def products() -> Any:
     groups = code(f"udiv i64 {code.add('%width', LANES - 1)}, {LANES}")
     with code.loop("%sets") as one, code.loop("%rows") as i, code.loop(groups) as group:
         column = _first(code, group, "%width")
-        n.store(_zero(code), total, 0)
+        n.store(n.of_double(code.number(0.0)), total, 0)
         with code.loop("%terms") as k:
             row = code.mul(code.mul(one, "%a_own"), a_one)
             row = code.add(code.add(row, code.mul(i, "%terms")), k)
@@ -258,7 +258,3 @@ def _loaded(code: Writer, base: str, place: str, apart: str, parts: int = 2) -> 
 def _keep(code: Writer, value: Value, base: str, place: str, apart: str) -> None:
     for part, at in zip(value, (place, code.add(place, apart)), strict=False):
         code.store(part, code.at(base, at, "double"), align=8)
-
-
-def _zero(code: Writer) -> Value:
-    return code.number(0.0), code.number(0.0)
