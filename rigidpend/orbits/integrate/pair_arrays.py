@@ -18,6 +18,7 @@ import numpy as np
 from rigidpend.orbits.integrate.kernel.lane_numbers import as_doubles, exactly
 from rigidpend.orbits.integrate.kernel.machine_code import LANES
 from rigidpend.orbits.integrate.kernel.pair_loops import (
+    OPERATIONS,
     WIDE,
     convolution,
     elementwise,
@@ -318,14 +319,9 @@ def _all_of(*arrays: Any) -> list[PairArray]:
 
 
 UFUNCS: dict[Any, Callable[..., Any]] = {
-    np.add: functools.partial(_joined, "add"),
-    np.subtract: functools.partial(_joined, "subtract"),
-    np.multiply: functools.partial(_joined, "multiply"),
-    np.divide: functools.partial(_joined, "divide"),
-    np.matmul: matmul,
-    np.cos: cos,
-    np.sin: sin,
+    **{getattr(np, name): functools.partial(_joined, name) for name in OPERATIONS},
     np.log: log,
+    np.matmul: matmul,
     np.negative: PairArray.__neg__,
     np.absolute: PairArray.__abs__,
     np.less: _compared(operator.lt),

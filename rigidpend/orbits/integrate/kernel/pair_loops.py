@@ -31,7 +31,7 @@ OPERATIONS: dict[str, Callable[[Pairs, Value, Value], Value]] = {
     "sin": lambda n, a, _: Functions(n).cos_sin(a)[1],
     "log": lambda n, a, _: Functions(n).logarithm_of_size(a),
 }
-"""Operations on the elements of one or two arrays."""
+"""Operations on the elements of one or two arrays, by NumPy's names."""
 
 
 @functools.cache
