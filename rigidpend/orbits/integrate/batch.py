@@ -78,11 +78,10 @@ class Batch:
     def __init__(self, orbits: Orbits, bits: int, tolerance: float) -> None:
         self.bits, order = bits, taylor_step.order_of(tolerance)
         self.kind = bits = bits_of_numbers(bits)
-        self.unit, *given = in_unit(orbits.coefficients, orbits.states, bits)
+        self.unit, c, scaled = in_unit(orbits.coefficients, orbits.states, bits)
         """Unit of M: times are in its inverse."""
-        self.orbits = orbits = Orbits(
-            *given, orbits.n_crossings, orbits.passage_limit * float(self.unit)
-        )
+        limit = orbits.passage_limit * float(self.unit)
+        self.orbits = orbits = Orbits(c, scaled, orbits.n_crossings, limit)
         states = np.concatenate(in_parts(orbits.states, bits))
         self.n = states.shape[1]
         self.abreast = lanes_for(self.n)
