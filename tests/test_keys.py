@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import ctypes
 from collections.abc import Callable
 from functools import partial
 from pathlib import Path
@@ -94,7 +93,7 @@ def test_of_machine_code(monkeypatch: pytest.MonkeyPatch) -> None:
         monkeypatch.setattr(machine_code, "_machine", lambda _: SimpleNamespace(triple=triple))
         monkeypatch.setattr(machine_code, "processor", lambda _: (cpu, features))
         monkeypatch.setattr(llvm, "llvm_version_info", version)
-        return asked(lambda: machine_code.function(text, "f", ctypes.c_double))
+        return asked(lambda: machine_code.function(text))
 
     versions = (1, 2), (1, 3)
     named = {name: (name, f"other {name}") for name in ("text", "triple", "cpu", "features")}

@@ -5,6 +5,8 @@ Modules
 files       files written whole or not at all, sealed, locked while somebody is at work
 cache       kept files, each with what it is of, and the user's folder of them
 workers     threads and processes side by side
+progress    how far long work is, and how long the rest takes, on stderr
+code_hash   what a module runs, in sixteen digits
 signals     signal handling (SIGTERM, SIGINT)
 wording     words fit for a message; tables for a terminal, in Markdown or HTML
 """

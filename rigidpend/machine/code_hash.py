@@ -10,7 +10,7 @@ import functools
 import hashlib
 import json
 import os
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Iterator, Sequence
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -123,41 +123,29 @@ def _files(name: str) -> list[str]:
     return [f"{'/'.join(inner)}.py", *around]
 
 
-def as_text(tree: ast.AST) -> str:
-    """Text of a syntax tree, absent fields left out, so that versions of Python agree.
+def as_text(node: Any) -> str:
+    """Text of a syntax tree, of a list of them or of a value, so that versions of Python agree.
 
     `ast.dump` and `ast.unparse` change from one version of Python to the next, also by fields
-    that are new and empty. Whether a name is read or written is told by where it stands.
+    that are new and empty: absent ones are left out. Whether a name is read or written is told by
+    where it stands.
     """
-    words: list[str] = []
-    _spell(tree, words.append)
-    return " ".join(words)
-
-
-def _spell(node: Any, put: Callable[[str], None]) -> None:
-    """Put the words of a node of a syntax tree, of a list of them, or of a value."""
     if isinstance(node, ast.AST):
-        put(type(node).__name__ + "(")
+        words = [f"{type(node).__name__}("]
         for name in _in_order(node._fields):
             value = getattr(node, name, None)
-            if value is not None and value != [] and name != "ctx":
-                put(name)
-                _spell(value, put)
-        put(")")
-    elif isinstance(node, list):
-        put("[")
-        for each in node:
-            if not _is_text(each):
-                _spell(each, put)
-        put("]")
-    else:
-        put(repr(node))
+            if value is not None and value != []:
+                words += name, as_text(value)
+        return " ".join([*words, ")"])
+    if isinstance(node, list):
+        return " ".join(["[", *[as_text(each) for each in node if not _is_text(each)], "]"])
+    return repr(node)
 
 
 @functools.cache
 def _in_order(fields: tuple[str, ...]) -> list[str]:
     """Fields of a kind of node, in alphabetical order; there are few kinds and many nodes."""
-    return sorted(fields)
+    return sorted(set(fields) - {"ctx"})
 
 
 def _is_text(node: Any) -> bool:

@@ -129,7 +129,7 @@ def side_by_side(
     """
     workers = min(jobs, len(parts))
     if workers > 1 and holds_interpreter:
-        return _in_processes(work, arguments, parts, workers, hear)
+        return list(_in_processes(work, arguments, parts, workers, hear))
     given = arguments if hear is None else (*arguments, hear)
     if workers <= 1:
         return [_done(work, part, *given) for part in parts]
@@ -153,15 +153,8 @@ def ahead(
     Results come in the order of the parts. The first is computed here: it makes, and keeps, what
     all share.
     """
-    coming: deque[Future[Result]] = deque()
     yield from (_done(work, part) for part in parts[:1])
-    with _processes(jobs, None) as pool:
-        for part in parts[1:]:
-            coming.append(_begun(pool, work, part))
-            if len(coming) > jobs:
-                yield _result(coming.popleft())
-        while coming:
-            yield _result(coming.popleft())
+    yield from _in_processes(work, (), parts[1:], jobs, None, ahead=jobs)
 
 
 def apart(
@@ -188,7 +181,9 @@ def _in_processes(
     workers: int,
     hear: Callable[[Any], object] | None,
     limit: float = math.inf,
-) -> list[Result]:
+    ahead: float = math.inf,
+) -> Generator[Result, None, None]:
+    """Compute in processes: results in the order of the parts, so many ahead of the one in use."""
     # Imported here: a run that needs no process does not pay for it.
     from multiprocessing import get_context
 
@@ -202,8 +197,14 @@ def _in_processes(
         if time.monotonic() > until:
             raise TimeoutError(f"ended at {limit:g} s")
 
+    coming: deque[Future[Result]] = deque()
     with _processes(workers, lines) as pool:
-        return [_result(x, meanwhile) for x in [_begun(pool, work, y, *given) for y in parts]]
+        for part in parts:
+            coming.append(_begun(pool, work, part, *given))
+            if len(coming) > ahead:
+                yield _result(coming.popleft(), meanwhile)
+        while coming:
+            yield _result(coming.popleft(), meanwhile)
 
 
 def _processes(count: int, lines: Any) -> AbstractContextManager[Executor]:

@@ -55,18 +55,12 @@ def as_written(text: str) -> str:
     except ZeroDivisionError:
         return text
     with localcontext(prec=DIGITS):
-        rounded = Decimal(value.numerator) / Decimal(value.denominator)
+        rounded = (Decimal(value.numerator) / Decimal(value.denominator)).normalize()
     # A decimal that is merely close would say another number.
     if Fraction(rounded) != value:
         return text
-    if value.denominator == 1 and abs(value) <= LARGE:
-        return str(value)
-    plain = rounded.normalize()
-    if not value or SMALL <= abs(value) <= LARGE:
-        return f"{plain:f}"
-    digits = "".join(map(str, plain.as_tuple().digits))
-    mantissa = digits[0] + (f".{digits[1:]}" if digits[1:] else "")
-    return f"{'-' * (value < 0)}{mantissa}e{plain.adjusted()}"
+    plain = not value or SMALL <= abs(value) <= LARGE
+    return f"{rounded:f}" if plain else f"{rounded:e}".replace("e+", "e")
 
 
 def everywhere(node: Any) -> Any:

@@ -16,7 +16,7 @@ from collections.abc import Sequence
 from rigidpend.machine.wording import seconds
 from rigidpend.numbers.checked import GAP
 from rigidpend.numbers.exact import PRECISIONS
-from rigidpend.orbits.integrate.arithmetic import PAIRS, kernel_bits
+from rigidpend.orbits.integrate.arithmetic import PAIRS, rung
 from rigidpend.routes.problem import (
     RouteProblem,
     closeness,
@@ -128,7 +128,7 @@ def _further(problem: RouteProblem, precisions: Sequence[int], open_: float) -> 
 
 
 def _factor(bits: int) -> float:
-    return FACTORS.get(kernel_bits(bits), BEYOND) if bits <= max(FACTORS) else BEYOND
+    return FACTORS.get(rung(bits), BEYOND)
 
 
 @functools.lru_cache(maxsize=256)

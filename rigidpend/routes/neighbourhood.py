@@ -21,9 +21,9 @@ import numpy as np
 
 from rigidpend.numbers.exact import GUARD_BITS, PI, Exact, fraction, rational
 from rigidpend.orbits.integrate import Crossings
-from rigidpend.orbits.integrate.arithmetic import Arithmetic
+from rigidpend.orbits.integrate.arithmetic import Arithmetic, rung
 from rigidpend.orbits.integrate.neighbours import Walk
-from rigidpend.orbits.integrate.reference_orbit import ReferenceOrbit, reference_bits, rung
+from rigidpend.orbits.integrate.reference_orbit import ReferenceOrbit, reference_bits
 from rigidpend.orbits.records import joined
 from rigidpend.routes import certainty
 from rigidpend.routes.choice import Mapped

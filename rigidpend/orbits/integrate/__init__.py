@@ -19,6 +19,7 @@ Engines are imported when they are used, not before.
 from __future__ import annotations
 
 from enum import IntEnum
+from fractions import Fraction
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -96,6 +97,34 @@ def in_turn(found: Crossings) -> Crossings:
     found.time[bad], found.separatrix[bad] = np.nan, 0
     found.outcome[bad.any(axis=0)] = Outcome.FAILED
     return found
+
+
+WEIGHTS = ("force_p", "force_m", "mu_r1", "mu_r2")
+"""The coefficients that are proportional to mu."""
+WIDEST = 212
+"""Bits up to which the series are short enough for any energy, without a unit of M."""
+NEAR = 16
+"""Factor by which |M| may differ from one, without a unit, in more bits."""
+
+
+def in_unit(
+    c: AlignedCoefficients, states: Any, bits: int | None = None
+) -> tuple[Fraction, AlignedCoefficients, Any]:
+    """A unit of M, and coefficients and states (6, n) with M in it and time in its inverse.
+
+    It is a power of two, half of that next to the largest |M|: so numbers, and steps in its time,
+    are near one. Numbers of the kernel, of so many bits, need it less often. The terms of a series
+    are powers of |M|: those of 110 orders and more leave the range of doubles, or slow them down
+    where they are denormal.
+    """
+    if bits is not None and bits <= WIDEST:
+        return Fraction(1), c, states
+    largest = max(abs(x) for x in np.ravel(states[:3]))
+    unit = Fraction(2) ** (largest.numerator.bit_length() - largest.denominator.bit_length() - 1)
+    if bits is not None and 1 / NEAR < unit < NEAR:
+        return Fraction(1), c, states
+    c = c._replace(**{x: getattr(c, x) / unit**2 for x in WEIGHTS})
+    return unit, c, np.array([*(x / unit for x in states[:3]), *states[3:]])
 
 
 def crossings(orbits: Orbits, *, engine: str, bits: int, tolerance: float, jobs: int) -> Crossings:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from typing import NamedTuple
 
@@ -27,6 +28,8 @@ LADDER = (53, PAIRS, 212, 424)
 
 A precision is computed in the first that has as many bits, its series cut off by what was asked
 for. Integers have any number of bits, and serve beyond."""
+INTEGERS = range(448, 10_000, 32)
+"""Bits of integers where the precision falls along an orbit: steps of some ten per cent in time."""
 COARSEST_TOLERANCE = 1e-2
 """Above it a local error is no longer small beside the components themselves."""
 
@@ -98,6 +101,6 @@ def in_kernel(engine: str, bits: int) -> bool:
     return engine == "taylor" and bits <= LADDER[-1]
 
 
-def kernel_bits(bits: int) -> int:
-    """The bits of the kernel's numbers that serve so many."""
-    return next(kind for kind in LADDER if kind >= bits)
+def rung(bits: float) -> int:
+    """The least precision of all that are computed in, the kernel's first, with so many bits."""
+    return next((one for one in (*LADDER, *INTEGERS) if one >= bits), math.ceil(bits))

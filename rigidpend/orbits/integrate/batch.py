@@ -19,13 +19,19 @@ from numpy.typing import NDArray
 from rigidpend.machine.workers import check_stop, note
 from rigidpend.mechanics.equations import AlignedCoefficients
 from rigidpend.numbers.generic import Array
-from rigidpend.orbits.integrate import Crossings, Orbits, Outcome, no_crossings, silent_outcome
-from rigidpend.orbits.integrate.arithmetic import PAIRS, kernel_bits
+from rigidpend.orbits.integrate import (
+    Crossings,
+    Orbits,
+    Outcome,
+    in_unit,
+    no_crossings,
+    silent_outcome,
+)
+from rigidpend.orbits.integrate.arithmetic import PAIRS, rung
 from rigidpend.orbits.integrate.kernel import following, taylor_step
 from rigidpend.orbits.integrate.kernel.lane_numbers import exactly, in_parts
-from rigidpend.orbits.integrate.kernel.machine_code import FEW, LANES, lanes_for
+from rigidpend.orbits.integrate.kernel.machine_code import LANES, lanes_for
 from rigidpend.orbits.integrate.passages import UNDECIDED, crossings_of_series, touch, value_at
-from rigidpend.orbits.integrate.units import in_units, unit_for
 
 MAX_STEPS = 1_000_000
 """Steps without a crossing after which an orbit counts as failed; a passage takes some fifty."""
@@ -50,7 +56,7 @@ CONVERGED = 1e-9
 def crossings(orbits: Orbits, bits: int, tolerance: float) -> Crossings:
     """Crossings of orbits: the same to the last bit whatever the other orbits.
 
-    (In units of M, see `units`, of others with an |M| alike.)
+    (In units of M, see `in_unit`, of others with an |M| alike.)
     `tolerance` is that of the Taylor series in 53 bits; every bit more halves it.
     """
     return Batch(orbits, bits, tolerance * 2.0 ** (53 - bits)).run()
@@ -58,7 +64,7 @@ def crossings(orbits: Orbits, bits: int, tolerance: float) -> Crossings:
 
 def bits_of_numbers(bits: int) -> int:
     """The bits of the kernel's numbers in which crossings are found, by those asked for."""
-    return 3 * PAIRS // 2 if PAIRS < bits <= TRIPLES else kernel_bits(bits)
+    return 3 * PAIRS // 2 if PAIRS < bits <= TRIPLES else rung(bits)
 
 
 def worth_a_thread(bits: int) -> int:
@@ -72,12 +78,10 @@ class Batch:
     def __init__(self, orbits: Orbits, bits: int, tolerance: float) -> None:
         self.bits, order = bits, taylor_step.order_of(tolerance)
         self.kind = bits = bits_of_numbers(bits)
-        self.unit = unit = unit_for(bits, orbits.states)
+        self.unit, c, scaled = in_unit(orbits.coefficients, orbits.states, bits)
         """Unit of M: times are in its inverse."""
-        if unit != 1:
-            given = in_units(unit, orbits.coefficients, orbits.states)
-            orbits = Orbits(*given, orbits.n_crossings, orbits.passage_limit * float(unit))
-        self.orbits = orbits
+        limit = orbits.passage_limit * float(self.unit)
+        self.orbits = orbits = Orbits(c, scaled, orbits.n_crossings, limit)
         states = np.concatenate(in_parts(orbits.states, bits))
         self.n = states.shape[1]
         self.abreast = lanes_for(self.n)
@@ -100,7 +104,7 @@ class Batch:
             left = int(self.orbits.n_crossings - self.lanes["count"].min())
             # Few where all orbits are nearly done.
             number = max(FEWEST, min(STEPS[self.kind], MAX_STEPS, left * EXPECTED // 2))
-            self._take(self.carried(number), number)
+            self._take(crossings_on(self.noted(number), self.bits), number)
             note(self._told)
             self.load(self._ended())
         written(np.hstack(self.seen), self.found, self.orbits.passage_limit)
@@ -115,8 +119,8 @@ class Batch:
         said = f"{open_} of {self.n} orbits under way in {self.bits} bits, at t' = {reached:.4g}"
         return f"{said} of {limit:.4g} at most for each passage"
 
-    def carried(self, number: int) -> Array:
-        """All columns some steps further: the crossings on the way, by columns."""
+    def noted(self, number: int) -> Any:
+        """Carry all columns some steps on; notes of the steps on which M3 may have been zero."""
         m = self.lanes.size
         groups = -(-m // self.abreast)
         # Lanes without an orbit repeat the first: their steps are not looked at.
@@ -126,8 +130,7 @@ class Batch:
         count = self.kernel(*given, 2 * depth, groups, number, self.notes)
         taken = self.notes[:count]
         # Where series overflow nothing is known, and the orbit ends as one that failed.
-        known = np.isfinite(taken["after"]) & (taken["lane"] < m)
-        return crossings_on(taken[known], self.bits)
+        return taken[np.isfinite(taken["after"]) & (taken["lane"] < m)]
 
     def _take(self, found: Array, number: int) -> None:
         """Take in the crossings on so many steps."""
@@ -237,20 +240,16 @@ def advance(
 
     The kernel's numbers that have as many `bits` serve; `tolerance` is that of 53 bits.
     """
-    kind = kernel_bits(bits)
-    order = taylor_step.order_of(tolerance * 2.0 ** (53 - kind))
-    unit = unit_for(kind, state)
-    scaled, state = in_units(unit, coefficients, state)
-    kernel, parameters = following.carrying(order, kind, FEW), in_parts(scaled, kind)
-    begin = in_parts(np.array(state, dtype=object), kind).reshape(-1, 1)
-    # All lanes carry the orbit; what is noted of its crossings is not looked at.
-    lanes, time = np.repeat(begin, FEW, axis=1), np.zeros((2, FEW))
-    room = np.empty(FEW, following.note(order, kind))
+    kind = rung(bits)
+    alone = Orbits(coefficients, np.array([state]).T, 0, 0.0)
+    run = Batch(alone, kind, tolerance * 2.0 ** (53 - kind))
+    run.load()
     found = []
     for _ in range(count):
         check_stop()
-        kernel(lanes, FEW, time, parameters, 0.0, 1, 1, room)
-        here = exactly(lanes[:, 0].reshape(-1, len(state)))
-        here[:3] *= unit
-        found.append((exactly(time[:, :1])[0] / unit, tuple(here)))
+        # What is noted of its crossings is not looked at.
+        run.noted(1)
+        here = exactly(run.states[:, 0].reshape(-1, len(state)))
+        here[:3] *= run.unit
+        found.append((exactly(run.times[:, 0]) / run.unit, tuple(here)))
     return found

@@ -20,9 +20,9 @@ import numpy as np
 from rigidpend.machine.workers import check_stop
 from rigidpend.mechanics.equations import AlignedCoefficients
 from rigidpend.numbers.exact import GUARD_BITS
+from rigidpend.orbits.integrate import in_unit
 from rigidpend.orbits.integrate.kernel.tape import ALIGNED
 from rigidpend.orbits.integrate.passages import crossings_of_series
-from rigidpend.orbits.integrate.units import in_units, unit_of
 
 GAIN = 1.2
 """Nats that an order gains: the cheapest choice of 1.0 to 2.4 from 448 to 704 bits.
@@ -91,8 +91,7 @@ def steps(
 
     All numbers are Fractions; `bits` are relative to the smallest component of the state.
     """
-    unit = unit_of(state)
-    c, here = in_units(unit, coefficients, state)
+    unit, c, here = in_unit(coefficients, state)
     smallest = min(abs(x) for x in (*here, *c) if x)
     leading_zeros = smallest.denominator.bit_length() - smallest.numerator.bit_length()
     P = bits + GUARD_BITS + max(0, leading_zeros)

@@ -15,9 +15,10 @@ from typing import Any
 
 import numpy as np
 
-from rigidpend.orbits.integrate.kernel.lane_numbers import as_doubles
+from rigidpend.orbits.integrate.kernel.lane_numbers import as_doubles, exactly
 from rigidpend.orbits.integrate.kernel.machine_code import LANES
 from rigidpend.orbits.integrate.kernel.pair_loops import (
+    OPERATIONS,
     WIDE,
     convolution,
     elementwise,
@@ -91,12 +92,9 @@ class PairArray:
     def T(self) -> PairArray:
         return self.transpose(*range(self.ndim - 1, -1, -1))
 
-    def exactly(self) -> Fraction:
-        """The value of a single number."""
-        if self.ndim:
-            raise TypeError("an array of pairs is no single number")
-        high, low = self.parts.tolist()
-        return Fraction(high) + Fraction(low)
+    def exactly(self) -> Any:
+        """The values as Fractions."""
+        return exactly(self.parts)
 
     def __len__(self) -> int:
         return len(self.parts[0])
@@ -321,14 +319,9 @@ def _all_of(*arrays: Any) -> list[PairArray]:
 
 
 UFUNCS: dict[Any, Callable[..., Any]] = {
-    np.add: functools.partial(_joined, "add"),
-    np.subtract: functools.partial(_joined, "subtract"),
-    np.multiply: functools.partial(_joined, "multiply"),
-    np.divide: functools.partial(_joined, "divide"),
-    np.matmul: matmul,
-    np.cos: cos,
-    np.sin: sin,
+    **{getattr(np, name): functools.partial(_joined, name) for name in OPERATIONS},
     np.log: log,
+    np.matmul: matmul,
     np.negative: PairArray.__neg__,
     np.absolute: PairArray.__abs__,
     np.less: _compared(operator.lt),

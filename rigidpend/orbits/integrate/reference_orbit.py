@@ -26,19 +26,12 @@ from typing import Any, NamedTuple, TypeAlias
 
 import numpy as np
 
-from rigidpend.mechanics.equations import AlignedCoefficients, aligned
+from rigidpend.mechanics.equations import AlignedCoefficients, aligned_along
 from rigidpend.numbers.exact import GUARD_BITS
 from rigidpend.numbers.generic import Array
-from rigidpend.orbits.integrate import (
-    Crossings,
-    Orbits,
-    Outcome,
-    in_turn,
-    no_crossings,
-    silent_outcome,
-)
-from rigidpend.orbits.integrate.arithmetic import LADDER, in_kernel
-from rigidpend.orbits.integrate.batch import advance
+from rigidpend.orbits.integrate import Crossings, Orbits, in_turn, no_crossings, silent_outcome
+from rigidpend.orbits.integrate.arithmetic import PAIRS, in_kernel, rung
+from rigidpend.orbits.integrate.batch import advance, written
 from rigidpend.orbits.integrate.passages import TOUCH, UNDECIDED, crossings_of_series, touch
 from rigidpend.orbits.records import joined
 
@@ -46,8 +39,6 @@ BLOCK = 8
 """Steps at a time, all in one precision."""
 PARTS = 3
 """Parts of a step in integers: they are longer than tangents in doubles are carried at once."""
-PRECISIONS = (*LADDER[1:], *range(448, 10_000, 32))
-"""Precisions that are taken: the kernel's, and for integers steps of some ten per cent in time."""
 MAX_STEPS = 10_000_000
 """Steps after which an orbit counts as failed: some 300,000 passages."""
 TINY = 2.0**-800
@@ -107,7 +98,8 @@ class ReferenceOrbit:
 
     State and coefficients are Fractions, and so is the tangent, the derivative of the state at time
     0 along the family of neighbours, which is carried in doubles. `bits` are the precision at time
-    0, the computation's own is one of `PRECISIONS`; integers serve where the engine's numbers end.
+    0, the computation's own is a `rung` from pairs of doubles on; integers serve where the engine's
+    numbers end.
     After a wait of `longest` for the next crossing, t', the orbit is not continued. `tolerance` is
     that of a compiled Taylor series in 53 bits; every bit more halves it.
     """
@@ -147,13 +139,26 @@ class ReferenceOrbit:
     def series(self, k: int, differences: Array, tolerance: float) -> Array:
         """Series (order + 1, 6, 1 + n) of the orbit and of others on the step from point k.
 
-        Column 0 is the orbit's own, the others are those of the `differences` (6, n); in powers of
-        the share of the step.
+        Column 0 is the orbit's own, the others are those of the `differences` (6, n); in doubles
+        and in powers of the share of the step.
         """
         # Steps are the radius of convergence over e^2, in any precision: an order gains two nats.
         order = math.ceil(-math.log(tolerance) / 2) + MORE_TERMS
-        begin, step = self.points[k].doubles, self.points[k + 1].step
-        return difference_series(self._field, begin, differences, order, step)
+        linear, left_of, right_of, weights = self._field
+        n = 1 + differences.shape[1]
+        terms = np.empty((order + 1, SIZE, n))
+        terms[0, :, 0], terms[0, :, 1:] = self.points[k].doubles, differences
+        left, right = np.empty((2, order, len(left_of), n))
+        for j in range(order):
+            now = terms[j]
+            total = now + 2 * now[:, :1]
+            # The reference itself is a difference from the orbit that stays at zero.
+            total[:, 0] = now[:, 0]
+            now.take(left_of, axis=0, out=left[j], mode="clip")
+            total.take(right_of, axis=0, out=right[j], mode="clip")
+            products = np.einsum("kpn,kpn->pn", left[: j + 1], right[j::-1])
+            terms[j + 1] = (linear @ now + weights @ products) / (j + 1)
+        return terms * (self.points[k + 1].step ** np.arange(order + 1))[:, None, None]
 
     def size(self, differences: Any) -> Any:
         """The sizes of differences (6, n), relative to |M| and to |gamma|."""
@@ -168,27 +173,16 @@ class ReferenceOrbit:
 
     def followed(self, n_crossings: int) -> Crossings:
         """The first crossings; FAILED where they do not rise and sink in turn."""
-        found = no_crossings(n_crossings, 1)
-        path, found.outcome[0] = self.path(n_crossings)
-        for k, passed in enumerate(path):
-            found.time[k, 0], found.separatrix[k, 0] = passed
-        return in_turn(found)
-
-    def path(self, n_crossings: int) -> tuple[list[Passed], Outcome]:
-        """The first crossings, and how the orbit ended."""
-        path: list[Passed] = []
+        found, rows = no_crossings(n_crossings, 1), list[Any]()
         for k in range(MAX_STEPS):
             if not self.reaches(k + 1):
-                return path, silent_outcome(*self.points[-1].state[:2])
-            for time, separatrix in self.crossings[k]:
-                if separatrix == UNDECIDED:
-                    return path, Outcome.FAILED
-                if time - (path[-1][0] if path else 0.0) > self.longest:
-                    return path, Outcome.NO_CROSSING
-                path.append((time, separatrix))
-                if len(path) == n_crossings:
-                    return path, Outcome.COMPLETE
-        return path, Outcome.FAILED
+                found.outcome[0] = silent_outcome(*self.points[-1].state[:2])
+                break
+            rows += [(0, *passed) for passed in self.crossings[k]]
+            if len(rows) >= n_crossings or (rows and rows[-1][2] == UNDECIDED):
+                break
+        written(np.reshape(rows, (-1, 3)).T, found, self.longest)
+        return in_turn(found)
 
     def bits_at(self, k: int) -> float:
         """Bits that are left at a known point."""
@@ -198,7 +192,7 @@ class ReferenceOrbit:
         """Take some further steps."""
         first = len(self.points) - 1
         begin = self.points[first]
-        for time, state in self.advanced(begin.state, rung(self.bits_at(first))):
+        for time, state in self.advanced(begin.state, rung(max(PAIRS, self.bits_at(first)))):
             last, here = self.points[-1].exact_time, begin.exact_time + time
             doubles = np.array(state, dtype=float)
             self.points.append(Point(here, state, float(here), float(here - last), doubles))
@@ -242,39 +236,10 @@ def reference_bits(finest: float, bits: int) -> int:
     return math.ceil(bits + GUARD_BITS - math.log2(min(finest, 1.0)))
 
 
-def rung(bits: float) -> int:
-    """The precision in which so many bits, or more, are computed."""
-    return next((one for one in PRECISIONS if one >= bits), math.ceil(bits))
-
-
 def _units(state: Sequence[Fraction]) -> Any:
     """The inverse sizes of M and of gamma, for each component; of nothing 1."""
     M, gamma = (math.hypot(*map(float, part)) or 1.0 for part in (state[:3], state[3:]))
     return np.repeat((1 / M, 1 / gamma), 3)
-
-
-def difference_series(
-    field: Bilinear, reference: Array, differences: Array, order: int, step: float
-) -> Array:
-    """Series (order + 1, 6, 1 + n) of a state (6,) and of differences from it (6, n), in doubles.
-
-    They are in powers of the share of a step, whose length is t'.
-    """
-    linear, left_of, right_of, weights = field
-    n = 1 + differences.shape[1]
-    terms = np.empty((order + 1, SIZE, n))
-    terms[0, :, 0], terms[0, :, 1:] = reference, differences
-    left, right = np.empty((2, order, len(left_of), n))
-    for k in range(order):
-        now = terms[k]
-        total = now + 2 * now[:, :1]
-        # The reference itself is a difference from the orbit that stays at zero.
-        total[:, 0] = now[:, 0]
-        now.take(left_of, axis=0, out=left[k], mode="clip")
-        total.take(right_of, axis=0, out=right[k], mode="clip")
-        products = np.einsum("kpn,kpn->pn", left[: k + 1], right[k::-1])
-        terms[k + 1] = (linear @ now + weights @ products) / (k + 1)
-    return terms * (step ** np.arange(order + 1))[:, None, None]
 
 
 def summed(series: Array) -> Any:
@@ -282,32 +247,23 @@ def summed(series: Array) -> Any:
     return series[::-1].sum(axis=0)
 
 
-def polarised(coefficients: AlignedCoefficients) -> tuple[Any, dict[tuple[int, int], Any]]:
-    """The aligned field's linear part (6, 6), and B of unit vectors i and j, in Fractions.
-
-    What adds nothing to any of the six components is left out.
-    """
-    exactly = AlignedCoefficients(*map(Fraction, coefficients))
-
-    def parts(state: Any) -> Any:
-        """L x and B(x, x)."""
-        ahead, behind = (np.array(aligned(x, exactly), dtype=object) for x in (state, -state))
-        return np.array([ahead - behind, ahead + behind]) / 2
-
-    ones = np.eye(SIZE, dtype=int) * Fraction(1)
-    linear, squares = np.array([parts(one) for one in ones]).swapaxes(0, 1)
-    halves = list(combinations_with_replacement(range(SIZE), 2))
-    products = {}
-    for i, j in (*halves, *((j, i) for i, j in halves if i != j)):
-        both = (parts(ones[i] + ones[j])[1] - squares[i] - squares[j]) / 2
-        if both.any():
-            products[i, j] = both
-    return linear.T, products
-
-
 @functools.lru_cache(maxsize=16)
 def bilinear(coefficients: AlignedCoefficients) -> Bilinear:
-    """The field in doubles: kept, for orbits of a call share theirs."""
-    linear, products = polarised(coefficients)
-    left, right = np.array(list(products)).T
-    return linear.astype(float), left, right, np.array(list(products.values()), dtype=float).T
+    """The aligned field's L and B: kept, for orbits of a call share theirs.
+
+    Of B what adds nothing to any of the six components is left out.
+    """
+    exactly = AlignedCoefficients(*map(Fraction, coefficients))
+    ones = np.eye(SIZE, dtype=int) * Fraction(1)
+
+    def along(state: Any, change: Any) -> Any:
+        """L y + 2 B(x, y) for a change y."""
+        return np.array(aligned_along(state, change, exactly))
+
+    linear = [along(0 * one, one) for one in ones]
+    halves = list(combinations_with_replacement(range(SIZE), 2))
+    pairs = np.array([*halves, *((j, i) for i, j in halves if i != j)])
+    products = np.array([(along(ones[i], ones[j]) - linear[j]) / 2 for i, j in pairs])
+    needed = (products != 0).any(axis=1)
+    left, right = pairs[needed].T
+    return np.array(linear).T.astype(float), left, right, products[needed].T.astype(float)

@@ -18,20 +18,19 @@ from rigidpend.machine.workers import check_stop, side_by_side, spread
 from rigidpend.mechanics.equations import AlignedCoefficients, aligned
 from rigidpend.numbers.exact import fraction
 from rigidpend.numbers.generic import Array, Numbers
-from rigidpend.orbits.integrate import Orbits, Outcome, crossings
+from rigidpend.orbits.integrate import Orbits, Outcome, crossings, in_unit
 from rigidpend.orbits.integrate.arithmetic import (
     FINEST_TOLERANCE,
     PAIRS,
     check_engine,
     in_kernel,
-    kernel_bits,
+    rung,
 )
 from rigidpend.orbits.integrate.kernel import following, taylor_step
 from rigidpend.orbits.integrate.kernel.lane_numbers import exactly, in_parts
 from rigidpend.orbits.integrate.kernel.machine_code import lanes_for
 from rigidpend.orbits.integrate.kernel.tape import ALIGNED, trace
 from rigidpend.orbits.integrate.pair_arrays import PairArray
-from rigidpend.orbits.integrate.units import in_units, unit_for
 
 Field: TypeAlias = Callable[[Any], Any]
 
@@ -131,10 +130,9 @@ def _exact(
     """The same of Fractions, by the kernel or in integers."""
     states, times = task
     if in_kernel(engine, bits):
-        kind = kernel_bits(bits)
-        unit = unit_for(kind, states)
-        field, states = in_units(unit, field, states)
-        state, grid = (in_parts(np.array(x), kind) for x in (states, times * unit))
+        kind = rung(bits)
+        unit, field, states = in_unit(field, states, kind)
+        state, grid = (in_parts(x, kind) for x in (states, times * unit))
         found = exactly(_sampled(field, state, grid, bits, tolerance))
         found[:3] *= unit
         return found
@@ -171,7 +169,7 @@ def _sampled(
 
     Times are (parts, k, n), or (parts, k, 1) for all orbits.
     """
-    (parts, size, n), kind = states.shape, kernel_bits(bits)
+    (parts, size, n), kind = states.shape, rung(bits)
     if tolerance is None:
         tolerance = FINEST_TOLERANCE["taylor"] * 2.0 ** (53 - min(kind, bits + SPARE_BITS))
     lanes = lanes_for(n)
@@ -245,7 +243,7 @@ def first_crossings(
     """
     exact = states.dtype == object
     # The whole of the kernel's numbers, if it computes.
-    whole = kernel_bits(max(bits, PAIRS)) if in_kernel(engine, bits) else max(bits, 54)
+    whole = rung(max(bits, PAIRS)) if in_kernel(engine, bits) else max(bits, 54)
     floats = AlignedCoefficients(*map(float, coefficients))
     finest = max(tolerance, FINEST_TOLERANCE[FIRST])
     orbits = Orbits(floats, states.astype(float), 1, limit)

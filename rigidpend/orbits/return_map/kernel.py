@@ -11,7 +11,6 @@ interrupted, and leaves its orbits where the next one goes on.
 
 from __future__ import annotations
 
-import ctypes
 import functools
 import itertools
 from typing import Any
@@ -116,9 +115,7 @@ def _passages(program: Program) -> Any:
 
 @functools.cache
 def _function(bits: int) -> Any:
-    array, count = machine_code.ArrayPointer, ctypes.c_int64
-    kinds = (*(array,) * 4, *(count,) * 3, *(array,) * 2, *(count,) * 4, *(array,) * 3)
-    return machine_code.function(_Following(bits).whole(), "follow", *kinds)
+    return machine_code.function(_Following(bits).whole())
 
 
 class _Following(Sums):

@@ -26,8 +26,7 @@ from rigidpend.machine.workers import note
 from rigidpend.mechanics.equations import AlignedCoefficients, aligned, aligned_along
 from rigidpend.numbers.exact import context, exact, fraction
 from rigidpend.numbers.generic import Array, Numbers
-from rigidpend.orbits.integrate.arithmetic import LADDER
-from rigidpend.orbits.integrate.reference_orbit import rung
+from rigidpend.orbits.integrate.arithmetic import LADDER, PAIRS, rung
 from rigidpend.orbits.integrate.states import states_at
 from rigidpend.orbits.return_map.precision import precision
 from rigidpend.routes.start import Scales, start, states_exact
@@ -223,7 +222,7 @@ class _Legs:
     def _ends(self, legs: Numbers, begun: Numbers, bits: Sequence[int]) -> tuple[Any, Any]:
         """Ends (6, N) of legs, on M3 = 0, and by how much later they are than their times say."""
         kinds = np.array(
-            [rung(x) if x <= LADDER[-1] else WHOLE * math.ceil(x / WHOLE) for x in bits]
+            [rung(max(x, PAIRS)) if x <= LADDER[-1] else WHOLE * math.ceil(x / WHOLE) for x in bits]
         )
         reached, times = np.empty_like(begun), self.times[legs]
         for kind in np.unique(kinds).tolist():

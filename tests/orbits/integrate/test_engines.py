@@ -12,14 +12,15 @@ from numpy.typing import NDArray
 
 from rigidpend.orbits import integrate
 from rigidpend.orbits.integrate import Crossings, Outcome, dop853
-from rigidpend.orbits.integrate.arithmetic import in_kernel, kernel_bits, resolve
+from rigidpend.orbits.integrate.arithmetic import in_kernel, resolve, rung
 from tests.orbits.integrate.problems import FIG4, FREE, WAYS, fan, find, on_separatrix, same, task
 
 
 def test_the_kernel_serves_up_to_424_bits() -> None:
     asked = (53, 54, 64, 106, 107, 212, 424)
     assert [in_kernel("taylor", bits) for bits in (*asked, 425)] == [True] * 7 + [False]
-    assert list(map(kernel_bits, asked)) == [53, 106, 106, 106, 212, 212, 424]
+    assert list(map(rung, asked)) == [53, 106, 106, 106, 212, 212, 424]
+    assert list(map(rung, (10.5, 106.5, 424.5, 10_000.2))) == [53, 212, 448, 10_001]
     assert resolve(None, None, (53, 64, 106)).precisions == (53, 64, 106)
     assert not any(in_kernel("scipy", bits) for bits in (53, 64, 113))
     assert resolve("scipy", None, (53, 64, 106)).precisions == (53, 106)

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import ctypes
 import platform
 import time
 from fractions import Fraction
@@ -17,12 +16,11 @@ from rigidpend.machine import cache
 from rigidpend.machine.cache import KeptFileWarning
 from rigidpend.machine.workers import side_by_side
 from rigidpend.mechanics.equations import AlignedCoefficients
-from rigidpend.orbits.integrate import bigint
+from rigidpend.orbits.integrate import bigint, in_unit
 from rigidpend.orbits.integrate.kernel import machine_code, taylor_step
 from rigidpend.orbits.integrate.kernel.following import carrying, note
 from rigidpend.orbits.integrate.kernel.lane_numbers import KINDS, in_parts
 from rigidpend.orbits.integrate.kernel.machine_code import LANES, Writer
-from rigidpend.orbits.integrate.units import unit_of
 from tests.orbits.integrate.problems import fan, task
 
 C = AlignedCoefficients(
@@ -96,14 +94,12 @@ def test_machine_code_is_kept_and_a_damaged_file_made_anew(
 
     def fresh() -> int:
         machine_code.ready.cache_clear()
-        return int(machine_code.function(identity(), "same", ctypes.c_int64)(41))
+        return int(machine_code.function(identity())(41))
 
     # Threads that ask for the same code wait for the one that makes it.
     machine_code.ready.cache_clear()
     text = identity()
-    both = side_by_side(
-        machine_code.function, ("same", ctypes.c_int64), False, [text, text], jobs=2
-    )
+    both = side_by_side(machine_code.function, (), False, [text, text], jobs=2)
     assert [int(f(41)) for f in both] == [41, 41]
     assert len(made) == 1
     assert fresh() == 41
@@ -134,7 +130,7 @@ def test_a_folder_that_cannot_be_written_costs_no_more_than_a_compilation(
     machine_code.ready.cache_clear()
     cache.tell_once.cache_clear()
     with pytest.warns(KeptFileWarning, match="nothing can be kept"):
-        assert machine_code.function(identity(), "same", ctypes.c_int64)(7) == 7
+        assert machine_code.function(identity())(7) == 7
     machine_code.ready.cache_clear()
 
 
@@ -180,4 +176,4 @@ def test_the_unit_is_half_of_a_power_of_two_next_to_the_largest_momentum(
     momentum: tuple[str, ...], expected: str
 ) -> None:
     state = [*map(Fraction, momentum), Fraction(1000), Fraction(-2000), Fraction(3000)]
-    assert unit_of(state) == Fraction(expected)
+    assert in_unit(C, state)[0] == Fraction(expected)

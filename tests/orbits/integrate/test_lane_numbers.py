@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import ctypes
 import functools
 import itertools
 import random
@@ -38,25 +37,24 @@ SMALLEST = Fraction(2) ** -1074
 
 
 @functools.cache
-def compiled(name: str, parts: int) -> Any:
+def compiled(lines: Callable[[Doubles, Value, Value], Value], parts: int) -> Any:
     """An operation as a function of three arrays: the result and both operands."""
     code = Writer()
     n = KINDS[53 * parts](code)
     given = [
         tuple(code.load(code.at(base, i), align=8) for i in range(parts)) for base in ("%a", "%b")
     ]
-    for i, part in enumerate(OPERATIONS[name][0](n, *given)):
+    for i, part in enumerate(lines(n, *given)):
         code.store(part, code.at("%out", i), align=8)
     head = "define i64 @apply(ptr noalias %out, ptr %a, ptr %b) {"
-    kinds = (ctypes.c_void_p,) * 3
-    return machine_code.function(code.function(head, "0"), "apply", *kinds)
+    return machine_code.function(code.function(head, "0"))
 
 
 def computed(name: str, parts: int, a: list[Fraction], b: list[Fraction]) -> list[list[float]]:
     """The parts of the results for `LANES` numbers."""
     rows = [np.array([as_doubles(x, parts) for x in xs]).T.copy() for xs in (a, b)]
     out = np.empty((parts, LANES))
-    compiled(name, parts)(*(x.ctypes.data for x in (out, *rows)))
+    compiled(OPERATIONS[name][0], parts)(out, *rows)
     return out.T.tolist()
 
 
@@ -123,22 +121,10 @@ BITS = pytest.mark.parametrize("bits", [53, 106])
 
 def values(bits: int, lines: Callable[[Functions, Value], Value], x: Any) -> Any:
     """A function of LANES numbers, each as mpmath's."""
-    code = Writer()
-    numbers = KINDS[bits](code)
-    number = tuple(code.element("%x", i) for i in range(numbers.parts))
-    for i, part in enumerate(lines(Functions(numbers), number)):
-        code.store(part, code.at("%y", i))
-    text = code.function("define i64 @one(ptr noalias %x, ptr noalias %y) {", "0")
-    function = machine_code.function(text, "one", ctypes.c_void_p, ctypes.c_void_p)
-    room = np.zeros((2, numbers.parts * LANES + 8))
-    ends = [row.ctypes.data + -row.ctypes.data % 64 for row in room]
-    given, found = (
-        np.ctypeslib.as_array((ctypes.c_double * (numbers.parts * LANES)).from_address(end))
-        for end in ends
-    )
-    given[:] = np.concatenate([np.asarray(part, dtype=float) for part in x[: numbers.parts]])
-    function(*ends)
-    return [sum((M.mpf(z) for z in found[k::LANES]), M.mpf(0)) for k in range(LANES)]
+    parts = KINDS[bits].parts
+    given, out = np.array(x[:parts]), np.empty((parts, LANES))
+    compiled(lambda n, a, _: lines(Functions(n), a), parts)(out, given, given)
+    return [sum(map(M.mpf, column)) for column in out.T.tolist()]
 
 
 def numbers_between(low: float, high: float, seed: int, bits: int) -> tuple[Any, list[Any]]:

@@ -9,10 +9,12 @@ import numpy as np
 import pytest
 
 from rigidpend.orbits.integrate import (
+    WEIGHTS,
     Crossings,
     Orbits,
     Outcome,
     batch,
+    in_unit,
     no_crossings,
     on_one_thread,
 )
@@ -20,7 +22,6 @@ from rigidpend.orbits.integrate.kernel import following, taylor_step
 from rigidpend.orbits.integrate.kernel.machine_code import FEW, LANES
 from rigidpend.orbits.integrate.passages import touch
 from rigidpend.orbits.integrate.states import states_at
-from rigidpend.orbits.integrate.units import in_units, unit_for
 from tests.orbits.integrate.problems import GENERIC, fan, find, lanes_taken, same, task
 
 
@@ -74,7 +75,7 @@ def test_steps_are_noted_to_twice_the_depth_of_a_touch_of_the_largest_orbit(bits
         return 0
 
     run.kernel = kernel
-    run.carried(8)
+    run.noted(8)
     largest = np.linalg.norm(states[:3], axis=0).max()
     assert depths == [pytest.approx(2 * touch(bits) * largest, rel=1e-12)]
 
@@ -192,9 +193,12 @@ def test_every_bit_halves_the_tolerance(
 def test_a_unit_of_M_keeps_long_series_in_range(M: float) -> None:
     """In 424 bits 110th powers of M overflow, or are denormal: it is another unit's orbit."""
     near, unit = task(fan(2), 424, n_crossings=1), Fraction(M)
-    assert unit_for(424, near.states) == unit_for(212, near.states * unit) == 1
-    c, states = in_units(1 / unit, near.coefficients, near.states)
-    far = Orbits(c, np.array(states), 1, near.passage_limit / M)
+    states = np.concatenate((near.states[:3] * unit, near.states[3:]))
+    for bits, given in ((424, near.states), (212, states)):
+        assert in_unit(near.coefficients, given, bits)[0] == 1
+    heavier = {x: getattr(near.coefficients, x) * unit**2 for x in WEIGHTS}
+    c = near.coefficients._replace(**heavier)
+    far = Orbits(c, states, 1, near.passage_limit / M)
     seen, found = (batch.crossings(x, 424, 1e-13) for x in (near, far))
     assert seen.outcome.tolist() == [Outcome.COMPLETE] * 2
     assert np.allclose(found.time * M, seen.time, rtol=1e-15, atol=0)

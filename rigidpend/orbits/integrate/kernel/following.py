@@ -7,7 +7,6 @@ there is one; see `rigidpend.orbits.integrate.passages`.
 
 from __future__ import annotations
 
-import ctypes
 import functools
 from typing import Any
 
@@ -53,14 +52,7 @@ def carrying(order: int, bits: int, lanes: int = LANES) -> Any:
     - groups, steps: vectors of lanes, and steps for each of them;
     - notes: an array of `note`, with room for one on each step of each lane.
     """
-    return functools.partial(_carrying(room_for(order, bits), bits, lanes), *of_order(order, bits))
-
-
-@functools.cache
-def _carrying(room: Room, bits: int, lanes: int) -> Any:
-    array, count, number = machine_code.ArrayPointer, ctypes.c_int64, ctypes.c_double
-    kinds = (count, array, array, array, count, array, array, number, count, count, array)
-    return machine_code.function(_Carrying(room, bits, ALIGNED, lanes).whole(), "carry", *kinds)
+    return _of_order(order, bits, _Carrying, ALIGNED, lanes)
 
 
 @functools.cache
@@ -80,16 +72,17 @@ def sampling(order: int, bits: int, field: TracedField = ALIGNED, lanes: int = L
     - groups, steps: vectors of lanes, and steps for each of them at most;
     - samples: rows of `stride` doubles, for each time those of `state`.
     """
-    kernel = _sampling(room_for(order, bits), bits, field, lanes)
-    return functools.partial(kernel, *of_order(order, bits))
+    return _of_order(order, bits, _Sampling, field, lanes)
+
+
+def _of_order(order: int, bits: int, *of: Any) -> Any:
+    """A kernel for series of an order, whose code serves all that it has room for."""
+    return functools.partial(_compiled(room_for(order, bits), bits, *of), *of_order(order, bits))
 
 
 @functools.cache
-def _sampling(room: Room, bits: int, field: TracedField, lanes: int) -> Any:
-    array, count, number = machine_code.ArrayPointer, ctypes.c_int64, ctypes.c_double
-    state = (count, array, array, array, count, array, array)
-    kinds = (*state, array, count, count, count, array, number, count, count, array)
-    return machine_code.function(_Sampling(room, bits, field, lanes).whole(), "sample", *kinds)
+def _compiled(room: Room, bits: int, kind: Any, field: TracedField, lanes: int) -> Any:
+    return machine_code.function(kind(room, bits, field, lanes).whole())
 
 
 class _Carrying(Kernel):

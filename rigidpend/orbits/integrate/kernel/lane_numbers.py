@@ -23,7 +23,7 @@ import numpy as np
 
 from rigidpend.numbers.exact import context, fraction
 from rigidpend.numbers.generic import Array
-from rigidpend.orbits.integrate.kernel.machine_code import Writer, hexadecimal
+from rigidpend.orbits.integrate.kernel.machine_code import Writer
 
 CONSTANT_BITS = 240
 """Bits of pi and ln 2: more than two pairs have."""
@@ -75,10 +75,6 @@ class Doubles:
         place = self.code.at(base, index, self.rows(self.room))
         for i, part in enumerate((*value, *("zeroinitializer",) * (self.room - self.parts))):
             self.code.store(part, self.code.at(place, i))
-
-    def constant(self, value: Fraction) -> list[str]:
-        """A number's parts as LLVM reads them."""
-        return [hexadecimal(part) for part in as_doubles(value, self.parts)]
 
     def of_double(self, x: str) -> Value:
         """The number with the value of a double."""
@@ -369,7 +365,7 @@ class Functions:
         return j
 
     def _number(self, value: Fraction | int) -> Value:
-        return tuple(map(self.code.everywhere, self.numbers.constant(Fraction(value))))
+        return tuple(map(self.code.number, as_doubles(Fraction(value), self.numbers.parts)))
 
     def _nearest(self, x: Value, factor: float) -> str:
         """The whole number nearest to a multiple of a number, as a double."""

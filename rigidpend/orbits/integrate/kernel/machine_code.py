@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import ctypes
 import functools
+import re
 import struct
 import threading
 from collections.abc import Iterator
@@ -214,26 +215,31 @@ _locks: dict[str, threading.Lock] = {}
 """A lock for each text: threads ask for the same code, and one makes it while the others wait."""
 
 
-class ArrayPointer(ctypes.c_void_p):
-    """Kind of an argument that is an array: the address of its first number."""
+class Pointer(ctypes.c_void_p):
+    """Kind of an argument that is an array, or the address of a number in one."""
 
     @classmethod
     def from_param(cls, array: Any) -> Any:
-        return ctypes.c_void_p(array.ctypes.data)
+        return ctypes.c_void_p(array if isinstance(array, int) else array.ctypes.data)
 
 
-def function(text: str, name: str, *arguments: Any) -> Any:
+HEAD = re.compile(r"^define i64 @(\w+)\((.*)\) \{$", re.MULTILINE)
+"""First line of the function of a text: its name, and its arguments with their kinds in front."""
+KINDS = {"ptr": Pointer, "i64": ctypes.c_int64, "double": ctypes.c_double}
+"""Kinds of arguments, for a call from Python."""
+
+
+def function(text: str) -> Any:
     """The function of a text in LLVM's language that returns an int64, ready to be called.
 
-    While it runs, and while it is compiled, other threads have the interpreter. Its arguments are
-    ctypes' types, or `ArrayPointer`.
+    While it runs, and while it is compiled, other threads have the interpreter.
     """
     with _locks.setdefault(text, threading.Lock()):
-        return ready(text, name, *arguments)
+        return ready(text)
 
 
 @functools.cache
-def ready(text: str, name: str, *arguments: Any) -> Any:
+def ready(text: str) -> Any:
     """The function, read or compiled: for one thread at a time."""
     import llvmlite.binding as llvm
 
@@ -247,7 +253,9 @@ def ready(text: str, name: str, *arguments: Any) -> Any:
     loaded.add_object_file(llvm.ObjectFileRef.from_data(code))
     loaded.finalize_object()
     _loaded.append(loaded)
-    return ctypes.CFUNCTYPE(ctypes.c_int64, *arguments)(loaded.get_function_address(name))
+    [(name, arguments)] = HEAD.findall(text)
+    kinds = (KINDS[argument.split()[0]] for argument in arguments.split(", "))
+    return ctypes.CFUNCTYPE(ctypes.c_int64, *kinds)(loaded.get_function_address(name))
 
 
 def folder() -> Path:

@@ -31,7 +31,7 @@ OPERATIONS: dict[str, Callable[[Pairs, Value, Value], Value]] = {
     "sin": lambda n, a, _: Functions(n).cos_sin(a)[1],
     "log": lambda n, a, _: Functions(n).logarithm_of_size(a),
 }
-"""Operations on the elements of one or two arrays."""
+"""Operations on the elements of one or two arrays, by NumPy's names."""
 
 
 @functools.cache
@@ -55,7 +55,7 @@ def elementwise(name: str) -> Any:
         for part, operand in zip(value, operands[4:], strict=True):
             operand.keep(part, first)
     text = code.function("define i64 @apply(ptr %args, ptr %dims, ptr %steps, ptr %data) {", "0")
-    return _ufunc(name, machine_code.function(text, "apply", *(ctypes.c_void_p,) * 4))
+    return _ufunc(name, machine_code.function(text))
 
 
 class _Operand:
@@ -153,7 +153,7 @@ def products() -> Any:
     groups = code(f"udiv i64 {code.add('%width', LANES - 1)}, {LANES}")
     with code.loop("%sets") as one, code.loop("%rows") as i, code.loop(groups) as group:
         column = _first(code, group, "%width")
-        n.store(_zero(code), total, 0)
+        n.store(n.of_double(code.number(0.0)), total, 0)
         with code.loop("%terms") as k:
             row = code.mul(code.mul(one, "%a_own"), a_one)
             row = code.add(code.add(row, code.mul(i, "%terms")), k)
@@ -170,8 +170,7 @@ def products() -> Any:
         "define i64 @products(ptr noalias %out, ptr %a, ptr %b, i64 %rows, i64 %terms, i64 %width,"
         " i64 %sets, i64 %a_own, i64 %b_own) {"
     )
-    kinds = (*(machine_code.ArrayPointer,) * 3, *(ctypes.c_int64,) * 6)
-    return machine_code.function(code.function(head, "0"), "products", *kinds)
+    return machine_code.function(code.function(head, "0"))
 
 
 @functools.cache
@@ -234,8 +233,7 @@ def convolution(bits: int) -> Any:
         "define i64 @convolution(ptr noalias %out, ptr %a, ptr %b, ptr %a_rows, ptr noalias %work,"
         " i64 %count, i64 %rows, i64 %width) {"
     )
-    kinds = (*(machine_code.ArrayPointer,) * 5, *(ctypes.c_int64,) * 3)
-    return machine_code.function(code.function(head, "0"), "convolution", *kinds)
+    return machine_code.function(code.function(head, "0"))
 
 
 @functools.cache
@@ -259,7 +257,3 @@ def _loaded(code: Writer, base: str, place: str, apart: str, parts: int = 2) -> 
 def _keep(code: Writer, value: Value, base: str, place: str, apart: str) -> None:
     for part, at in zip(value, (place, code.add(place, apart)), strict=False):
         code.store(part, code.at(base, at, "double"), align=8)
-
-
-def _zero(code: Writer) -> Value:
-    return code.number(0.0), code.number(0.0)

@@ -45,8 +45,9 @@ class TracedField(NamedTuple):
 def trace(field: Callable[[Any], Any], size: int) -> tuple[TracedField, tuple[float, ...]]:
     """Take down a field of `size` components, and the parameters in it."""
     tape = _Tape()
-    found = tape.taken(field([tape.write("component", i) for i in range(size)]))
-    return found, tuple(tape.parameters)
+    found = field([tape.write("component", i) for i in range(size)])
+    rates = tuple(tape.symbol(x).line for x in found)
+    return TracedField(tuple(tape.lines), rates), tuple(tape.parameters)
 
 
 class _Tape:
@@ -59,25 +60,6 @@ class _Tape:
     def write(self, name: str, *operands: int) -> Symbol:
         line = Operation(name, operands)
         return Symbol(self, self.lines.setdefault(line, len(self.lines)))
-
-    def taken(self, rates: Sequence[Scalar]) -> TracedField:
-        """The field that has these derivatives, without the lines that none of them needs."""
-        ends, lines = [self.symbol(x).line for x in rates], list(self.lines)
-        needed = {i for i, line in enumerate(lines) if line.name == "component"}
-        left = list(ends)
-        while left:
-            i = left.pop()
-            if i not in needed:
-                needed.add(i)
-                left += [] if lines[i].name == "parameter" else lines[i].operands
-        place = {i: k for k, i in enumerate(sorted(needed))}
-        kept = [
-            line
-            if (line := lines[i]).name in ("component", "parameter")
-            else Operation(line.name, tuple(place[j] for j in line.operands))
-            for i in sorted(needed)
-        ]
-        return TracedField(tuple(kept), tuple(place[i] for i in ends))
 
     def symbol(self, x: Scalar) -> Symbol:
         """A symbol for a number, or the symbol itself."""

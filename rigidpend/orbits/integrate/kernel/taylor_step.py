@@ -145,7 +145,11 @@ class Kernel:
         """Step to the ends of the series."""
         for series, end in zip(self.component, ends, strict=True):
             self.numbers.store(end, series, 0)
-        self._let_time_pass(h)
+        # The time has what the sum's rounding leaves over.
+        high, low = (self.code.load(x) for x in self.time)
+        total, lost = self.numbers.sum_and_error(high, h)
+        self.code.store(total, self.time[0])
+        self.code.store(self.code.binary("fadd", low, lost), self.time[1])
 
     def any_lane(self, mask: str) -> tuple[str, str]:
         """The bits of a mask as a whole number, and whether one of them is set."""
@@ -273,13 +277,6 @@ class Kernel:
         with self.code.loop(self.code.add("%order", -last)) as done:
             yield self.code(f"sub i64 {self.before}, {done}")
 
-    def _let_time_pass(self, h: str) -> None:
-        """Add the step to the time, with what the sum's rounding leaves over."""
-        high, low = (self.code.load(x) for x in self.time)
-        total, lost = self.numbers.sum_and_error(high, h)
-        self.code.store(total, self.time[0])
-        self.code.store(self.code.binary("fadd", low, lost), self.time[1])
-
 
 class Recurrences:
     """Lines that find the series of a traced field."""
@@ -307,8 +304,10 @@ class Recurrences:
         """Find all coefficients from those of order 0."""
         values: dict[int, Value] = {}
         for i, line in enumerate(self.field.lines):
-            if line.name == "parameter" or not self.early:
-                values[i] = self._value(i, values)
+            if line.name == "parameter":
+                values[i] = self.parameter[line.operands[0]]
+            elif not self.early:
+                values[i] = self._linear(i, "0", values, values)
                 self._put(i, values[i], "0")
         if not self.early:
             self._integrate(values, "0")
@@ -359,17 +358,8 @@ class Recurrences:
         for series, i in zip(kernel.component, self.field.rates, strict=True):
             n.store(n.divided(found.get(i, self.zero), share, whole), series, following)
 
-    def _value(self, i: int, values: dict[int, Value]) -> Value:
-        """A line's result at the beginning of the step."""
-        operation, operands = self.field.lines[i]
-        if operation == "parameter":
-            return self.parameter[operands[0]]
-        if operation == "component":
-            return self.numbers.load(self.kernel.component[operands[0]], "0")
-        return self._combined(operation, *(values[operand] for operand in operands))
-
     def _linear(self, i: int, k: str, found: dict[int, Value], values: dict[int, Value]) -> Value:
-        """A line's coefficient from those of the same order of its operands."""
+        """A line's coefficient from those of the same order of its operands: all of order 0."""
         operation, operands = self.field.lines[i]
         if operation == "component":
             return self.numbers.load(self.kernel.component[operands[0]], k)
