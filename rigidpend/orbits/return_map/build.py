@@ -7,7 +7,7 @@ import math
 from collections.abc import Callable
 from dataclasses import dataclass
 from decimal import Decimal
-from typing import Any, NamedTuple
+from typing import Any, NamedTuple, TypeAlias
 
 import numpy as np
 
@@ -191,7 +191,7 @@ def expected_cost(body: Body, low: Exact, high: Exact, bits: int, design: Design
 
     Raises MapError where there is none.
     """
-    _, planned = _plan(body, low, high, bits, design)
+    _, planned = plan(body, low, high, bits, design)
     rough = _rough(body, (low + high) / 2, design)
     return rough.cost(planned, table_bits(bits), theta3=design.theta3)
 
@@ -202,8 +202,12 @@ def _rough(body: Body, h: Exact, design: Design) -> Rough:
     return Rough(c, float(h * exact(design.unit) ** 2))
 
 
-def _plan(body: Body, low: Exact, high: Exact, bits: int, design: Design) -> tuple[Layer, Orders]:
-    """Layer and orders of a map to be built, by the two looks."""
+Plan: TypeAlias = tuple[Layer, Orders]
+"""What is known of a map before it is built: the widths of its tables, and their numbers."""
+
+
+def plan(body: Body, low: Exact, high: Exact, bits: int, design: Design) -> Plan:
+    """The plan of a map, by two looks at its body; MapError where there is no map."""
     ends = float(low), float(high)
     found = _looked(body, *ends)
     if isinstance(found, MapError):
@@ -238,8 +242,9 @@ def build(
     bits: int,
     design: Design = FIRST,
     budget: float = math.inf,
+    by: Plan | None = None,
 ) -> ReturnMap:
-    """Build the map of a body for energies from `low` to `high`.
+    """Build the map of a body for energies from `low` to `high`, by its :func:`plan`.
 
     Raises
     ------
@@ -254,7 +259,7 @@ def build(
     scale = exact(design.unit) ** 2
     exponent = _floquet_exponent(body, float(low), float(high))
     allowed = _allowed(bits)
-    layer, planned = _plan(body, low, high, bits, design)
+    layer, planned = by or plan(body, low, high, bits, design)
     middle, half = (low + high) / 2 * scale, (high - low) / 2 * scale
     spent, before = 0.0, math.inf
     for _ in range(ATTEMPTS):

@@ -28,7 +28,15 @@ from rigidpend.numbers.exact import FINEST, Exact
 from rigidpend.numbers.expressions import named
 from rigidpend.numbers.generic import Scalar
 from rigidpend.orbits.integrate.pair_arrays import PairArray
-from rigidpend.orbits.return_map.build import WHOLE, Costly, Design, ReturnMap, build, table_bits
+from rigidpend.orbits.return_map.build import (
+    WHOLE,
+    Costly,
+    Design,
+    ReturnMap,
+    build,
+    plan,
+    table_bits,
+)
 from rigidpend.orbits.return_map.charts import Chart, ChartTable
 from rigidpend.orbits.return_map.checks import Errors
 from rigidpend.orbits.return_map.expansions import Interval
@@ -116,6 +124,9 @@ def build_apart(
 
 
 def _by_process(*task: Any) -> ReturnMap:
+    *which, _ = task
+    # Its looks at the body, which all designs share, were taken here.
+    task = *task, plan(*which)
     try:
         return apart(build, task)
     except (WorkerError, OSError, ImportError, NotImplementedError):

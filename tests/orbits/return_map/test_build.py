@@ -164,7 +164,7 @@ def test_tables_that_do_not_settle_are_refused_with_their_error_and_what_is_allo
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
     h = exact(H)
-    plan, largest = build._plan(FIG4, h, h, 53, FIRST), build.build(FIG4, h, h, 53).errors.largest
+    plan, largest = build.plan(FIG4, h, h, 53, FIRST), build.build(FIG4, h, h, 53).errors.largest
     monkeypatch.setattr(build, "_plan", lambda *_: plan)
     monkeypatch.setattr(build, "ATTEMPTS", 1)
     monkeypatch.setattr(build, "_allowed", lambda _: 1.01 * largest)
@@ -231,6 +231,7 @@ def test_a_map_by_a_process_is_the_same_and_is_kept(
 
     def watched(work: Any, task: Any) -> Any:
         elsewhere.append(work)
+        assert task[-1] == build.plan(*task[:5]), "the looks are not taken twice"
         return apart(work, task)
 
     monkeypatch.setattr(storage, "apart", watched)
@@ -243,7 +244,7 @@ def test_a_map_by_a_process_is_the_same_and_is_kept(
     heavy = Body((2, 1, "1.5"), (1, 1, 0), "0.5")
     with pytest.raises(MapError, match="does not reach the periodic orbit"):
         storage.build_apart(heavy, ends, 53, FIRST, math.inf)
-    assert elsewhere == 3 * [build.build]
+    assert elsewhere == 2 * [build.build]
 
 
 @pytest.mark.parametrize("error", [WorkerError, OSError, ImportError, NotImplementedError])
