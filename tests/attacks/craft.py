@@ -102,8 +102,11 @@ def swollen_chunk(file: Any, _: Path) -> None:
     """A piece that is said to be small, and is not once it is inflated."""
     del file["data/case1/codes"]
     made = file.create_dataset("data/case1/codes", (5,), "u1", chunks=(5,), compression="gzip")
-    packer = zlib.compressobj(1)
-    inner = b"".join(packer.compress(bytes(2**20)) for _ in range(300)) + packer.flush()
+    # One piece again and again, an empty last one, and the sum of so many zeros.
+    packer, times = zlib.compressobj(1), 300
+    piece = packer.compress(bytes(2**20)) + packer.flush(zlib.Z_FULL_FLUSH)
+    total = (times * 2**20 % 65521 << 16) + 1
+    inner = piece + piece[2:] * (times - 1) + b"\x03\x00" + total.to_bytes(4)
     made.id.write_direct_chunk((0,), inner)
 
 
@@ -130,6 +133,15 @@ def attribute(place: str, name: str, value: Any) -> Change:
 
 def without(place: str, name: str) -> Change:
     return lambda file, _: file[place].attrs.__delitem__(name)
+
+
+def together(*changes: Change) -> Change:
+    return lambda file, folder: [change(file, folder) for change in changes]
+
+
+def alone(group: str, kept: str) -> Change:
+    """Without all other members of a group, which would take long to draw."""
+    return lambda file, _: [file[group].pop(x) for x in list(file[group]) if x != kept]
 
 
 def config(text: str) -> Change:
@@ -192,9 +204,13 @@ ATTACKS: dict[str, Callable[[Path], bytes]] = {
     "negative samples": attack(filled("data/case1/wound", -(2**62))),
     "offsets": attack(filled("data/bodies/a/S1_minus/offsets", 2**62), "fig3"),
     "no such mu": attack(filled("data/drawn", -(2**40)), "precession"),
-    "no symbols": attack(filled("data/left/codes", 77), "fig4"),
-    "phases all the same": attack(filled("data/left/theta2_0", 0), "fig4"),
-    "zoom by nothing": attack(filled("data/levels/level00/step", 0), "fig4_zoom"),
+    "no symbols, and phases all the same": attack(
+        together(filled("data/left/codes", 77), filled("data/right/theta2_0", 0)), "fig4"
+    ),
+    "zoom by nothing": attack(
+        together(alone("data/levels", "level00"), filled("data/levels/level00/step", 0)),
+        "fig4_zoom",
+    ),
     "graph of nothing": attack(filled("data/vertices/J1", 5), "fig2"),
     "arrows far away": attack(filled("data/orbits/arrows", 2**40), "fig1"),
     "name of a formula": attack(renamed("$\\frac{$")),
@@ -211,14 +227,18 @@ ATTACKS: dict[str, Callable[[Path], bytes]] = {
     "experiment a path": attack(attribute("/", "experiment", "../../evil")),
     "experiment a number": attack(attribute("/", "experiment", 7)),
     "no experiment": attack(without("/", "experiment")),
-    "no name": attack(without("/", "name"), "fig2"),
-    "no hash": attack(without("/", "config_hash"), "fig2"),
     "name an array": attack(attribute("/", "name", [1, 2, 3])),
     "name a formula": attack(attribute("/", "name", "$\\frac{$"), "fig2"),
-    "figure markup": attack(attribute("/", "figure", "<script>"), "fig2"),
+    "no name, no hash, figure markup, and units a number": attack(
+        together(
+            *(without("/", name) for name in ("name", "config_hash")),
+            attribute("/", "figure", "<script>"),
+            attribute("data/vertices/J1", "units", 3.5),
+        ),
+        "fig2",
+    ),
     "attribute a structure": attack(attribute("data/case1/t", "extra", STRUCTURE)),
     "attribute a reference": attack(lambda file, _: file.attrs.__setitem__("x", file["data"].ref)),
-    "units a number": attack(attribute("data/vertices/J1", "units", 3.5), "fig2"),
     "more at the root": attack(lambda file, _: file.create_group("more")),
     "format version of many": attack(attribute("/", "format_version", [1, 1])),
 }

@@ -21,14 +21,10 @@ SECONDS, MEGABYTES = 2.0, 500
 
 DRAWN = {
     "offsets",
-    "no symbols",
-    "phases all the same",
+    "no symbols, and phases all the same",
     "arrows far away",
     "name a formula",
-    "figure markup",
-    "units a number",
-    "no name",
-    "no hash",
+    "no name, no hash, figure markup, and units a number",
 }
 """Attacks whose values are as good as any."""
 

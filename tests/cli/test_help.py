@@ -28,12 +28,13 @@ BEGUN = {
     **dict.fromkeys(("stress", "bench", "--scheduler"), "runs.runner.follow"),
     "numerics.engine=scipy": "runs.runner.follow",
     "find": "routes.symbolic.find_orbit",
+    "--decimals": "routes.symbolic.follow.round_phases",
     "certify": "runs.certificates.certify",
     "--check": "runs.certificates.check",
     "verify": "runs.regression.verify",
 }
 """Words of examples that take long: run up to that function, they have tests of their own."""
-WHOLE = ("--near", "--decimals", "--reference", "run fig4 --set problem.mu", "describe")
+WHOLE = ("--reference", "run fig4 --set problem.mu", "describe")
 """Parts of examples with such words that are run to their end."""
 
 

@@ -185,10 +185,7 @@ def test_order_the_multipliers_without_weight(p: Angles, family: int, epsilon: i
 @pytest.mark.slow
 def test_order_of_rounding_at_a_small_energy_and_beside_a_symmetric_body() -> None:
     shares = []
-    for A3, r, mu in (
-        ("1.5", (1, 1, 0), "9e-9"),
-        *((A3, (3, 1, 0), "6e-9") for A3 in ("1.999992", "1.99992", "1.99996")),
-    ):
+    for A3, r, mu in (("1.5", (1, 1, 0), "9e-9"), ("1.999992", (3, 1, 0), "6e-9")):
         body = Body((2, 1, A3), r, mu)
         found = periodic_orbit(body.angles(), 1e-8)
         truth, period = multiplier(body, exact("1e-8"), 1)
@@ -197,8 +194,8 @@ def test_order_of_rounding_at_a_small_energy_and_beside_a_symmetric_body() -> No
         assert off < max(1.0, 0.01 / (1 - float(A3) / 2))
         assert float(abs(found.period / period - 1)) < 2.0**-48 * unit
         shares.append(off)
-    # Beside symmetric bodies the bound of all others is broken.
-    assert shares[0] < 0.5 < 1 < max(shares[1:])
+    # Beside a symmetric body the bound of all others is broken.
+    assert shares[0] < 0.5 < 1 < shares[1]
 
 
 def test_what_is_no_orbit_is_refused(monkeypatch: pytest.MonkeyPatch) -> None:

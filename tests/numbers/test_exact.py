@@ -159,9 +159,14 @@ def test_refused_texts_name_their_reason(text: str, reason: str) -> None:
         exact(text)
 
 
+WRITTEN = "0123456789.eE+-*/() pisqrtanco_,"
+STRANGE = "".join(chr(2**k + 1) for k in range(5, 20)) + "a\0\n\x1b\xb2\u0663\u2212\U0010ffff"
+"""Of every length in UTF-8: controls, what is a digit and is none, a minus that is none."""
+
+
 @pytest.mark.slow
 @repeatable(60)
-@given(st.one_of(st.text(), st.text("0123456789.eE+-*/() pisqrtanco_,", max_size=12)))
+@given(st.one_of(st.text(STRANGE), st.text(WRITTEN, max_size=12)))
 def test_refused_garbage_raises_nothing_but_exact_errors(text: str) -> None:
     try:
         read = exact(text)

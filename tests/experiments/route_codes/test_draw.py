@@ -35,8 +35,8 @@ def data() -> Data:
     return {"left": array(LEFT), "right": array(RIGHT)}
 
 
-def drawn(data: Data) -> Figure:
-    return styled(draw, loaded(data), laid_out=True)
+def drawn(data: Data, *, laid_out: bool = False) -> Figure:
+    return styled(draw, loaded(data), laid_out=laid_out)
 
 
 def marks(axes: Axes, marker: str) -> Any:
@@ -57,7 +57,7 @@ def cell_sides(axes: Axes, columns: int, rows: int) -> Any:
 
 
 def test_zero_is_black_one_is_white_and_square_cells_stand_around_their_phases(data: Data) -> None:
-    figure, sides = drawn(data), []
+    figure, sides = drawn(data, laid_out=True), []
     for axes, group in zip(figure.axes, data.values(), strict=True):
         mesh: Any = axes.collections[0]
         zero, one, none = mesh.to_rgba(np.array([[0, 1, 255]]))[0, :, :3].tolist()
@@ -140,7 +140,7 @@ def test_the_legend_tells_of_doubt_and_of_no_return_where_there_are(
 @pytest.mark.slow
 @pytest.mark.parametrize(("columns", "rows"), [(1, 15), (2, 1), (63, 30), (1000, 15), (40, 300)])
 def test_any_number_of_cells_is_drawn_inside_the_figure(columns: int, rows: int) -> None:
-    figure = drawn({"a": array(np.arange(columns) / 1000, rows)})
+    figure = drawn({"a": array(np.arange(columns) / 1000, rows)}, laid_out=True)
     [axes] = figure.axes
     box, below = axes.get_position(), figure.legends[0].get_window_extent()
     assert 0 < box.x0 < box.x1 < 1

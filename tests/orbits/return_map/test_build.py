@@ -165,7 +165,7 @@ def test_tables_that_do_not_settle_are_refused_with_their_error_and_what_is_allo
 ) -> None:
     h = exact(H)
     plan, largest = build.plan(FIG4, h, h, 53, FIRST), build.build(FIG4, h, h, 53).errors.largest
-    monkeypatch.setattr(build, "_plan", lambda *_: plan)
+    monkeypatch.setattr(build, "plan", lambda *_: plan)
     monkeypatch.setattr(build, "ATTEMPTS", 1)
     monkeypatch.setattr(build, "_allowed", lambda _: 1.01 * largest)
     assert build.build(FIG4, h, h, 53).errors.largest == largest
