@@ -145,6 +145,10 @@ class _Legs:
         places = crossing_states(chain)[:, :n]
         self.states = [np.array([self.m.mpf(float(x)) for x in state]) for state in places.T]
         self.mirrored = [False, *(bool(I < 0) for I in chain.I[: n - 1])]
+        # A leg bends as the square of what deviations across the layer grow to; along the surface
+        # they hardly do. So where surfaces are split little only the closest neighbours tell how.
+        grown = np.abs(tangents(chain)[: n - 1, 1, 0]).max(initial=1.0)
+        self.kinds = [kind for kind in LADDER[1:] if 2.0 ** (kind / 2) > grown**2]
         if chain.off[-1] < MIDDLE and n == len(chain.chi):
             # It returns from the middle of its cell: gamma3 there stays as it is.
             self.states[-1][5] = self.m.mpf(0)
@@ -155,7 +159,7 @@ class _Legs:
     def run(self) -> tuple[Fraction, float]:
         """The phase, and the largest delay of a crossing against the map."""
         known = before = float(FIRST_DIGITS)
-        told, kinds, lost = np.array(self.times), iter(LADDER[1:]), 0.0
+        told, kinds, lost = np.array(self.times), iter(self.kinds), 0.0
         # Slopes, the digits that they have, and those that legs may have with them.
         slopes: list[Any] = []
         gained = reach = 0.0
