@@ -19,7 +19,7 @@ from rigidpend.numbers.generic import Array
 from rigidpend.routes import choice
 from rigidpend.routes.cells import cells_of_starts
 from rigidpend.routes.symbolic.levels import Surface, surface
-from rigidpend.routes.symbolic.stretching import INTEGRATED, integrated, stretched
+from rigidpend.routes.symbolic.stretching import integrated, stretched
 
 TILE = 8192
 """Cells at a time: each has tables of its own energy."""
@@ -101,7 +101,7 @@ def _checked(
     for name, each in (
         ("growth", found.growth[-1]),
         ("difference", integrated(found) - found.growth[-1]),
-        ("allowed", (1 + INTEGRATED) * found.allowed),
+        ("allowed", found.allowed + found.integrated),
     ):
         values[name] = np.full(cells.size, np.nan)
         values[name][known[cells]] = each

@@ -139,6 +139,10 @@ class _Legs:
         self.theta, self.times = a.number(chain.unknown), a.array(times[:n])
         self.states = a.array(crossing_states(chain)[:, :n])
         self.mirrored = np.append(False, chain.I[: n - 1] < 0)
+        # A leg bends as the square of what deviations across the layer grow to; along the surface
+        # they hardly do. So where surfaces are split little only the closest neighbours tell how.
+        grown = np.abs(tangents(chain)[: n - 1, 1, 0]).max(initial=1.0)
+        self.kinds = [kind for kind in LADDER[1:] if 2.0 ** (kind / 2) > grown**2]
         if chain.off[-1] < MIDDLE and n == len(chain.chi):
             # It returns from the middle of its cell: gamma3 there stays as it is.
             self.states[5, -1] = self.m.mpf(0)
@@ -146,7 +150,7 @@ class _Legs:
     def run(self) -> tuple[Fraction, float]:
         """The phase, and the largest delay of a crossing against the map."""
         known = before = float(FIRST_DIGITS)
-        told, kinds, lost = self.times.copy(), iter(LADDER[1:]), 0.0
+        told, kinds, lost = self.times.copy(), iter(self.kinds), 0.0
         # Slopes, the digits that they have, and those that legs may have with them.
         slopes: list[Any] = []
         gained = reach = 0.0

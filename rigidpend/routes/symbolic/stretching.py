@@ -31,10 +31,11 @@ from rigidpend.routes.symbolic.levels import Mask, Surface, onward, widest_d
 
 ROUNDINGS = 3
 """Roundings of doubles in a passage by the map: those of its sums, some 80 terms, mostly cancel."""
-INTEGRATED = 30
-"""Roundings in a passage that is integrated, 50 steps, in units of those by the map.
+INTEGRATED = 0.1
+"""Roundings in a passage that is integrated, in units of those by the map, where the layer is 1.
 
-So the bound of :func:`integrated` is as many times that of the map."""
+Integration rounds numbers of the order of 1, the map what is as small as the layer: the thinner it
+is, the more roundings of the map are one of integration."""
 BENDING = 3.0
 """Relative change of a growth by a change of the place of a crossing, in radians of chi.
 
@@ -117,6 +118,11 @@ class Stretched(NamedTuple):
     growth: Array
     allowed: Array
 
+    @property
+    def integrated(self) -> Array:
+        """The bound of the rounding of :func:`integrated`, (N,)."""
+        return INTEGRATED / widest_d(self.level) * self.allowed
+
 
 def stretched(orbits: Surface, theta2_0: Array, J1_0: Array, n: int) -> Stretched:
     """Follow orbits of one body and h0 through n passages, from phases and actions (N,)."""
@@ -130,17 +136,20 @@ def stretched(orbits: Surface, theta2_0: Array, J1_0: Array, n: int) -> Stretche
     inside = np.logical_and.reduce([begin.inside, *(each.inside for each in passed)])
     time = sum(each.time for each in passed)
     codes = np.array([each.symbol for each in passed], dtype=np.uint8)
-    grown, allowed = most_stretched(slopes, frames), rounding(slopes, widest_d(level))
+    grown = most_stretched(slopes, frames)
+    allowed = rounding(slopes, widest_d(level), grown[-1])
     return Stretched(level, c, first, inside, time, codes, grown, allowed)
 
 
-def rounding(slopes: list[Array], width: float) -> Array:
+def rounding(slopes: list[Array], width: float, grown: Array) -> Array:
     """Allowed error of ln of the growth through all passages, (N,): a bound by theory.
 
     In each passage the place on the section errs by `ROUNDINGS`, of chi in radians and of d in
     widths of the layer. The error grows as deviations do from there to the next crossings. At
     each it changes the derivatives by `BENDING`, and the growth through all passages by the
-    product of those before it and behind it over the whole.
+    product of those before it and behind it over the whole. That is exp(grown), of the norm that is
+    told: of a change of d by a width it is `width` times as much, and where deviations shrink again
+    far less than the product in widths.
     """
     n, unit = len(slopes), np.array([width, 1.0])
     scaled = [slope * (unit / unit[:, None])[..., None] for slope in slopes]
@@ -151,7 +160,8 @@ def rounding(slopes: list[Array], width: float) -> Array:
             whole = product(scaled[k], whole)
             norm[j, k + 1] = largest_singular(whole)
     place = ROUNDINGS * 2.0**-53 * np.array([norm[: k + 1, k].sum(axis=0) for k in range(n + 1)])
-    return np.asarray((BENDING * place * norm[0] * norm[:, n] / norm[0, n]).sum(axis=0))
+    whole = width * np.exp(grown)
+    return np.asarray((BENDING * place * norm[0] * norm[:, n] / whole).sum(axis=0))
 
 
 def integrated(found: Stretched) -> Array:
