@@ -203,7 +203,7 @@ def _rough(body: Body, h: Exact, design: Design) -> Rough:
 
 
 Plan: TypeAlias = tuple[Layer, Orders]
-"""What is known of a map before it is built: the widths of its tables, and their numbers."""
+"""Layer and orders of a map that is to be built: the widths of its tables, and their numbers."""
 
 
 def plan(body: Body, low: Exact, high: Exact, bits: int, design: Design) -> Plan:

@@ -113,7 +113,7 @@ class TorusForm:
         return found
 
     def each(self, points: int) -> Any:
-        """How many of all points each group has."""
+        """Number of the points of each group."""
         return points // len(self.weights) if self.counts is None else self.counts
 
     def rates(self, I: Scalar) -> TorusRates:

@@ -100,7 +100,7 @@ class _Operand:
                 code.store(code.scalar(self.lanes, lane), self._place(first, lane), "double", 8)
 
     def _place(self, first: str, lane: str) -> str:
-        """Where the number of a lane is."""
+        """Address of the number of a lane."""
         far = self.code.mul(self.code.add(first, lane), self.step)
         return self.code.at(self.base, far, "i8")
 
