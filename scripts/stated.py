@@ -150,7 +150,7 @@ def _gained(one: Body, number: int, side: int) -> Any:
 def of_exponents(random: Any, count: int) -> Shares:
     """The rounding of ln of the growth of a deviation."""
     for _ in range(count):
-        one, n = body(random, -3.5, -1.7), int(random.integers(1, 7))
+        one, n = body(random, -6.5, -1.7), int(random.integers(1, 7))
         theta2, J1 = random.uniform(0, 2 * math.pi), 10 ** random.uniform(-9, -6)
         try:
             orbits = orbits_of(RouteProblem(one, H0, exact("1e-8"), n))
