@@ -71,9 +71,10 @@ def _draw_check(axes: Axes, checked: Data) -> None:
     axes.semilogy(growth, checked["allowed"][order], ".", color=plots.RED, ms=3, label="allowed")
     axes.set(xlabel="ln of the growth", ylabel="|difference of ln growth|")
     plots.title(axes, "c", "variational equations less map")
-    # Room for the legend below the marks.
-    axes.margins(y=0.2)
-    axes.legend(fontsize=7.5, loc="lower right", ncols=2)
+    # Room for the legend above the marks.
+    _, top = axes.get_ylim()
+    axes.set_ylim(top=30 * top)
+    axes.legend(fontsize=7.5, loc="upper right", ncols=2)
 
 
 CAPTION = (

@@ -125,7 +125,8 @@ def _draw_array(axes: Axes, array: Array) -> None:
     axes.plot(zeros, places, "^", color=plots.ZERO, ms=4, transform=below, clip_on=False, zorder=5)
     axes.tick_params(axis="x", pad=6)
     axes.set_xlabel(plots.axis_label(MEANING["theta2_0"]), labelpad=2)
-    axes.set_title(array.name, loc="left")
+    # Its name alone would be taken for a symbol, left or right.
+    axes.set_title(f"{array.name} array", loc="left")
 
 
 def _legend_entries(arrays: list[Array], magnified: bool) -> list[Artist]:
