@@ -24,7 +24,7 @@ LONGEST = 150
 """Characters of a name at most, which leaves room for what is added to it in files."""
 NAME = re.compile(r"\w[\w.,=+-]*")
 """Form of a name: no blank, no slash, and no point or dash at its beginning."""
-IN_NAMES = str.maketrans({"/": "over", "*": "", " ": "", "[": "", "]": "", "(": "", ")": ""})
+IN_NAMES = str.maketrans({"/": "over", "*": "x", " ": "", "[": "", "]": "", "(": "", ")": ""})
 """Stand-ins in names of files for what numbers are written with."""
 FORM = "expected KEY.KEY=VALUE,VALUE, as in problem.mu=1e-4,1e-3"
 """Complaint about an option of another form."""
@@ -123,8 +123,12 @@ def variants(sweeps: Sequence[Sweep]) -> list[Variant]:
         found.append(Variant(ending(list(zip(keys, values, strict=True))), settings))
     if len(found) > MOST:
         raise ConfigError.of(origin, f"more than {MOST} combinations")
-    if len({variant.ending.casefold() for variant in found}) < len(found):
-        raise ConfigError.of(origin, "two values would have the same name")
+    named: dict[str, Variant] = {}
+    for variant in found:
+        twin = named.setdefault(variant.ending.casefold(), variant)
+        if twin is not variant:
+            both = " and ".join(", ".join(text for text, _ in x.settings) for x in (twin, variant))
+            raise ConfigError.of(origin, f"{both} would have the same name {variant.ending}")
     return found
 
 
@@ -167,6 +171,9 @@ def in_one_line(node: Any) -> str:
 
 
 def short_names(keys: Sequence[str]) -> list[str]:
-    """Last words of keys, with the one before an index; the whole key where two would be alike."""
-    last = [re.findall(r"[^.]*(?:\.\d+)?$", key)[0] for key in keys]
-    return [name if last.count(name) == 1 else key for name, key in zip(last, keys, strict=True)]
+    """Keys without their section; the whole key where two would be alike.
+
+    So no name depends on what else is swept, and no result takes the place of another key's.
+    """
+    short = [key.partition(".")[2] or key for key in keys]
+    return [name if short.count(name) == 1 else key for name, key in zip(short, keys, strict=True)]
