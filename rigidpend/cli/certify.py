@@ -10,16 +10,7 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from rigidpend.cli.common import configs_of, folder_of, print_json, say
-from rigidpend.cli.options import (
-    FILE,
-    JOBS,
-    JSON,
-    NAMED,
-    OUT,
-    SCHEDULER,
-    SETTINGS,
-    complete_names,
-)
+from rigidpend.cli.options import FILE, JOBS, JSON, NAMED, OUT, SCHEDULER, SETTINGS, complete_names
 
 if TYPE_CHECKING:
     from rigidpend.runs.certificates import Summary, Theorem

@@ -69,8 +69,9 @@ def draw(result: Loaded) -> Figure:
 def words(codes: NDArray[np.uint8]) -> Array:
     """Words as numbers between 0 and 1, neighbours along a Gray code: (rows, columns).
 
-    Each is in the middle of those of the words that begin with it. Symbol i says whether what follows it is mirrored, so that a word beside a change of a
-    symbol differs little from the one on its other side.
+    Each is in the middle of those of the words that begin with it. Symbol i says whether what
+    follows it is mirrored, so that a word beside a change of a symbol differs little from the one
+    on its other side.
     """
     total = np.full(codes.shape[1:], 0.5 ** (len(codes) + 1))
     flipped = np.zeros(codes.shape[1:], dtype=np.uint8)
