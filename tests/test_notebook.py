@@ -164,7 +164,7 @@ def test_what_is_wrong_is_said_as_on_the_command_line(tmp_path: Path) -> None:
     with pytest.raises(ValueError, match=r"problem\.mew: unknown key"):
         rigidpend.run("fig4", mew=1, folder=tmp_path)
     with pytest.raises(ValueError, match="7=1: 7: unknown key"):
-        rigidpend.run("fig4", {7: 1}, folder=tmp_path)
+        rigidpend.run("fig4", {7: 1}, folder=tmp_path)  # type: ignore[dict-item]
     with pytest.raises(store.StoreError, match="there is no such file"):
         rigidpend.load(tmp_path / "none.h5")
     with pytest.raises(store.StoreError, match="; call: rigidpend run fig4 --out "):
