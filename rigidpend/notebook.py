@@ -206,7 +206,7 @@ def run(
     if jobs is not None:
         jobs = checked.whole("jobs", jobs, 1)
     pairs = {**pairs, **{f"problem.{key}": value for key, value in problem.items()}}
-    given = [(key, overrides.in_one_line(value)) for key, value in pairs.items()]
+    given = [(str(key), overrides.in_one_line(value)) for key, value in pairs.items()]
     paths = resolve((str(checked.path("name", name)),), folder)
     if len(paths) != 1:
         raise ParameterError("name", f"{name} names {len(paths)} configs: give one of them")
@@ -214,9 +214,10 @@ def run(
     # The name that a sweep would give it, so that either finds the other's result.
     ending = overrides.ending(given)
     options = [f"{key}={value}" for key, value in given]
-    chosen = ending if called is None else called
-    if called is not None or ending:
-        overrides.check_name(chosen, Origin("called"))
+    if called is not None:
+        overrides.check_name(called, Origin("called"))
+    elif ending:
+        overrides.check_name(ending, Origin("the values make no name: give one as `called`"))
     [[config]] = loading.load_swept([path], options, option="")
     config = replace(config, name=f"{path.stem}{ending}" if called is None else called)
     planned = runner.plan(config, folder)

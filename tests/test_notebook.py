@@ -98,7 +98,7 @@ def test_the_file_itself_has_named_dimensions_with_scales(result: Any) -> None:
 
 def test_a_figure_is_drawn(result: Any) -> None:
     figure = rigidpend.plot(result)
-    assert [axes.get_title("left") for axes in figure.axes] == ["only"]
+    assert [axes.get_title("left") for axes in figure.axes] == ["only array"]
     assert rigidpend.plot(result.path).get_size_inches().tolist() > [1, 1]
 
 
@@ -153,13 +153,18 @@ def test_a_file_may_have_any_name_and_numbers_may_be_an_array(tmp_path: Path) ->
 def test_what_makes_no_single_result_is_refused(tmp_path: Path) -> None:
     with pytest.raises(ParameterError, match="all names 14 configs: give one of them"):
         rigidpend.run("all", folder=tmp_path)
-    with pytest.raises(ValueError, match="called: a name is made of"):
+    unnamed = "^the values make no name: give one as `called`: a name is made of"
+    with pytest.raises(ValueError, match=unnamed):
         rigidpend.run("fig4", arrays={"x": {"start": 0}}, folder=tmp_path)
+    with pytest.raises(ValueError, match=r"^called: a name is made of"):
+        rigidpend.run("fig4", mu=0.01, called="a/b", folder=tmp_path)
 
 
 def test_what_is_wrong_is_said_as_on_the_command_line(tmp_path: Path) -> None:
     with pytest.raises(ValueError, match=r"problem\.mew: unknown key"):
         rigidpend.run("fig4", mew=1, folder=tmp_path)
+    with pytest.raises(ValueError, match="7=1: 7: unknown key"):
+        rigidpend.run("fig4", {7: 1}, folder=tmp_path)  # type: ignore[dict-item]
     with pytest.raises(store.StoreError, match="there is no such file"):
         rigidpend.load(tmp_path / "none.h5")
     with pytest.raises(store.StoreError, match="; call: rigidpend run fig4 --out "):

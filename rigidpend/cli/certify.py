@@ -9,16 +9,15 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from rigidpend.cli.common import configs_of, print_json, say
-from rigidpend.cli.options import FILE, JOBS, JSON, OUT, SCHEDULER, SETTINGS, complete_names
-from rigidpend.config.catalogue import RESULTS
+from rigidpend.cli.common import configs_of, folder_of, print_json, say
+from rigidpend.cli.options import FILE, JOBS, JSON, NAMED, OUT, SCHEDULER, SETTINGS, complete_names
 
 if TYPE_CHECKING:
     from rigidpend.runs.certificates import Summary, Theorem
 
 
 @click.command("certify")
-@click.argument("names", nargs=-1, metavar="[NAME|FILE.yaml]...", shell_complete=complete_names)
+@click.argument("names", nargs=-1, metavar=f"[{NAMED}]...", shell_complete=complete_names)
 @SETTINGS
 @click.option("--name", metavar="NAME", help="Name of the certificate, for one config.")
 @OUT
@@ -46,9 +45,9 @@ def certify_command(
 ) -> None:
     """Prove the symbols of route codes, each for the exact problem of the config.
 
-    Writes FOLDER/NAME.certificate.h5: what is proven, and the polynomials that prove it. An
-    orbit that cannot be proven is undecided, with the reason; its code is never guessed. An
-    interrupted proof goes on where it was.
+    Writes FOLDER/NAME.certificate.h5, of a RESULT.h5 beside itself: what is proven, and the
+    polynomials that prove it. An orbit that cannot be proven is undecided, with the reason; its
+    code is never guessed. An interrupted proof goes on where it was.
 
     \b
     Examples:
@@ -64,11 +63,11 @@ def certify_command(
     told: dict[str, Sequence[Summary | Theorem]] = {}
     if file:
         told[str(file)] = certificates.check(file, jobs=jobs, report=say)
-    paths = configs_of(names, RESULTS, name)
+    paths = configs_of(names, folder, name)
     how: Any = {"jobs": jobs, "force": force, "scheduler": scheduler}
-    for [loaded] in loading.load_swept(paths, settings, (), name):
-        report = partial(_say, loaded.name)
-        told[loaded.name] = certificates.certify(loaded, folder, report=report, **how)
+    for path, [loaded] in zip(paths, loading.load_swept(paths, settings, (), name), strict=True):
+        report, place = partial(_say, loaded.name), folder_of(path, folder)
+        told[loaded.name] = certificates.certify(loaded, place, report=report, **how)
     if as_json:
         print_json({of: [each._asdict() for each in found] for of, found in told.items()})
     else:

@@ -24,7 +24,7 @@ LONGEST = 150
 """Characters of a name at most, which leaves room for what is added to it in files."""
 NAME = re.compile(r"\w[\w.,=+-]*")
 """Form of a name: no blank, no slash, and no point or dash at its beginning."""
-IN_NAMES = str.maketrans({"/": "over", "*": "", " ": "", "[": "", "]": "", "(": "", ")": ""})
+IN_NAMES = str.maketrans({"/": "over", "*": "x", " ": "", "[": "", "]": "", "(": "", ")": ""})
 """Stand-ins in names of files for what numbers are written with."""
 FORM = "expected KEY.KEY=VALUE,VALUE, as in problem.mu=1e-4,1e-3"
 """Complaint about an option of another form."""
@@ -115,14 +115,16 @@ def variants(sweeps: Sequence[Sweep]) -> dict[str, list[tuple[str, Origin]]]:
     every = list(itertools.islice(itertools.product(*(s.values for s in sweeps)), MOST + 1))
     if len(every) > MOST:
         raise ConfigError.of(origin, f"more than {MOST} combinations")
-    found = {
-        ending(list(zip(keys, values, strict=True))): [
-            (f"{s.key}={x}", s.origin) for s, x in zip(sweeps, values, strict=True)
-        ]
-        for values in every
-    }
-    if len(set(map(str.casefold, found))) < len(every):
-        raise ConfigError.of(origin, "two values would have the same name")
+    found: dict[str, list[tuple[str, Origin]]] = {}
+    folded: dict[str, list[tuple[str, Origin]]] = {}
+    for values in every:
+        name = ending(list(zip(keys, values, strict=True)))
+        settings = [(f"{s.key}={x}", s.origin) for s, x in zip(sweeps, values, strict=True)]
+        twin = folded.setdefault(name.casefold(), settings)
+        if twin is not settings:
+            both = " and ".join(", ".join(text for text, _ in x) for x in (twin, settings))
+            raise ConfigError.of(origin, f"{both} would have the same name {name}")
+        found[name] = settings
     return found
 
 
@@ -164,6 +166,9 @@ def in_one_line(node: Any) -> str:
 
 
 def short_names(keys: Sequence[str]) -> list[str]:
-    """Last words of keys, with the one before an index; the whole key where two would be alike."""
-    last = [re.findall(r"[^.]*(?:\.\d+)?$", key)[0] for key in keys]
-    return [name if last.count(name) == 1 else key for name, key in zip(last, keys, strict=True)]
+    """Keys without their section; the whole key where two would be alike.
+
+    So no name depends on what else is swept, and no result takes the place of another key's.
+    """
+    short = [key.partition(".")[2] or key for key in keys]
+    return [name if short.count(name) == 1 else key for name, key in zip(short, keys, strict=True)]

@@ -15,7 +15,7 @@ PLAIN = {
     "tuple_type": "expected a list",
     "string_type": "expected a text",
     "string_pattern_mismatch": "expected a word of letters, digits and _",
-    "string_too_long": "expected a shorter word",
+    "string_too_long": "expected a word of {max_length} letters at most",
     "too_short": "expected at least {min_length}",
     "too_long": "expected at most {max_length} values",
     "literal_error": "expected {expected}",

@@ -11,8 +11,10 @@ from typing import Any
 
 MAX_SHOWN = 160
 """Characters of a number that a message shows, at most."""
-RATIONAL = re.compile(r"-?\d{1,40}(/\d{1,40})?")
-"""Form of what :func:`as_written` looks at: longer numbers stay as they stand, unread."""
+RATIONAL = re.compile(r"-?\d{1,600}(/\d{1,600})?")
+"""Form of what :func:`as_written` looks at: longer numbers stay as they stand, unread.
+
+Weights go down to 1e-100 h0 and initial actions to 1e-500."""
 DIGITS, SMALL, LARGE = 16, Fraction(1, 1000), 10**6
 """Digits of a decimal form at most; below and above these it has an exponent."""
 NO_SYMBOL = 255

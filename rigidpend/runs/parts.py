@@ -33,7 +33,7 @@ class Parts:
 
     Parts of another fingerprint, which is all that the result depends on, are not used. Runs of
     the same name at the same time share the folder; the last one removes it. To be used in a
-    ``with`` statement, at whose end the folder is left to others.
+    ``with`` statement, at whose end the folder is left to others, or removed if nothing is in it.
     """
 
     def __init__(self, target: Path, fingerprint: str) -> None:
@@ -47,6 +47,11 @@ class Parts:
 
     def __exit__(self, *_: object) -> None:
         self._leave()
+        # Of a run that failed before it finished a part nothing is left.
+        with files.deserted(self._whole) as free, contextlib.suppress(OSError):
+            if free:
+                self._folder.rmdir()
+                self._whole.rmdir()
 
     def __len__(self) -> int:
         return len(list(self._folder.glob("[!.]*.kept")))

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import shutil
 from pathlib import Path
 
 import pytest
@@ -75,6 +76,20 @@ def test_a_result_is_a_config_for_every_command(
     assert "Route codes: mine_mu=1e-2" in page
     assert "A = (2, 1, 1.5), r along (1, 1, 0), mu = 0.01" in page
     assert "Fig. 4" not in page.partition('id="departures"')[0]
+
+
+@pytest.mark.slow
+def test_the_proof_of_a_result_is_written_beside_it(swept: Path, tmp_path: Path) -> None:
+    """By its file or by its name: there a figure and a comparison look for it."""
+    for name in ("mine_mu=1e-2", "mine_mu=1e-3"):
+        shutil.copy(swept / "results" / f"{name}.h5", tmp_path)
+    by_file, by_name = str(tmp_path / "mine_mu=1e-2.h5"), ("mine_mu=1e-3", "--out", str(tmp_path))
+    for given in ((by_file,), by_name):
+        assert "15 of 15 symbols" in succeeded(swept, "certify", *given).stdout
+    compared = succeeded(swept, "verify", by_file, "--results", str(tmp_path)).stdout
+    assert compared.endswith("; 15 symbols are proven\n")
+    assert len(list(tmp_path.glob("*.certificate.h5"))) == 2
+    assert not list(swept.glob("results/*.certificate.h5"))
 
 
 @pytest.mark.slow

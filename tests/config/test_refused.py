@@ -75,6 +75,7 @@ def test_an_array_s_name_must_be_a_short_word(tmp_path: Path, name: str) -> None
     [problem] = refused(written(tmp_path, changed("only:", f"{name}:", SMALL)))
     assert problem.origin.line == 12
     assert problem.place[:2] == ("problem", "arrays")
+    assert problem.message.startswith("expected a word of 40 letters at most") == (len(name) > 40)
 
 
 def test_a_step_counts_in_the_finest_precision_and_among_several_columns(tmp_path: Path) -> None:

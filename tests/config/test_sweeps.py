@@ -32,12 +32,18 @@ def test_lists_and_expressions_are_values_too_and_names_tell_them() -> None:
     assert found[:2] == Sweep("problem.A", ("[2, 1, 1.5]", "[3, 2, 2.5]"))[:2]
     data = {"a": (1, 2.5, True, None), "b": {"c": "x"}}
     assert overrides.in_one_line(data) == "{a: [1, 2.5, true, null], b: {c: x}}"
-    # Keys that end alike are told in full.
-    keys = ["problem.arrays.left.step", "problem.arrays.right.step", "problem.A.0"]
-    assert overrides.short_names(keys) == [*keys[:2], "A.0"]
+    # Without the section; keys that are alike then are told in full.
+    keys = ["problem.arrays.left.step", "problem.engine", "numerics.engine", "figure"]
+    assert overrides.short_names(keys) == ["arrays.left.step", *keys[1:]]
     assert [*overrides.variants([found])] == ["_A=2,1,1.5", "_A=3,2,2.5"]
-    [members] = loading.load_swept([FIG4], (), ["problem.arrays.left.step=1/10,pi/40"])
-    assert [member.name for member in members] == ["fig4_step=1over10", "fig4_step=piover40"]
+    swept = [f"problem.arrays.{name}.step=3*pi/40,pi/40" for name in ("left", "right")]
+    members = [x for each in swept for [xs] in [loading.load_swept([FIG4], (), [each])] for x in xs]
+    # The sweep of one array leaves the results of the other's alone.
+    assert [member.name for member in members] == [
+        f"fig4_arrays.{name}.step={step}"
+        for name in ("left", "right")
+        for step in ("3xpiover40", "piover40")
+    ]
 
 
 def test_a_file_of_any_name_can_be_swept(tmp_path: Path) -> None:
@@ -53,7 +59,10 @@ def test_a_file_of_any_name_can_be_swept(tmp_path: Path) -> None:
         ("problem.mu=1", "a sweep of problem.mu needs two values or more"),
         ("problem.mu=1,1", "the value 1 is given twice"),
         ("problem.mu=1,[2", "--sweep problem.mu=1,[2: not YAML"),
-        ("problem.mu=1/2,1over2", "two values would have the same name"),
+        (
+            "problem.mu=1/2,1over2",
+            "problem.mu=1/2 and problem.mu=1over2 would have the same name _mu=1over2",
+        ),
         (f"problem.mu={0.5:.160f},0.1", "a name is made of up to 150 letters"),
         ("problem.mew=1,2", "--sweep problem.mew=1,2: problem.mew: unknown key (known: A, r, mu"),
         ("problem.mu=1e-4,5", "h0 > mu is broken"),

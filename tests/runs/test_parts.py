@@ -133,6 +133,17 @@ def test_nothing_of_any_fingerprint_that_nobody_uses_is_left(
     assert list(target.parent.iterdir()) == []
 
 
+def test_a_run_that_fails_before_its_first_part_leaves_nothing(tmp_path: Path) -> None:
+    """But the folder that another run holds."""
+    with Parts(tmp_path / "fig.h5", "a") as other:
+        for left in ([], [".fig.parts"]):
+            with pytest.raises(AssertionError), Parts(tmp_path / "fig.h5", "a") as parts:
+                parts.keep("first", not_again)
+            assert [path.name for path in tmp_path.iterdir()] == left
+            with contextlib.suppress(AssertionError):
+                other.keep("second", not_again)
+
+
 def test_a_folder_in_the_place_of_a_part_is_refused_before_the_part_is_computed(
     target: Path,
 ) -> None:

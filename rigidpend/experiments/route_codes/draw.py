@@ -53,10 +53,11 @@ class Array(NamedTuple):
         return [float(x) for x in self.melnikov_zeros if first <= x <= last]
 
     def magnifies(self, whole: Array) -> bool:
-        """True if it lies inside another array and is finer."""
+        """True if it lies inside another array and is finer; a single column has no step."""
         (first, last), (low, high) = self.ends, whole.ends
         finer = (last - first) / len(self.theta2_0) < (high - low) / len(whole.theta2_0)
-        return finer and low <= first and last <= high
+        several = min(len(self.theta2_0), len(whole.theta2_0)) > 1
+        return several and finer and low <= first and last <= high
 
 
 def draw(result: Loaded) -> Figure:
@@ -124,6 +125,10 @@ def _draw_array(axes: Axes, array: Array) -> None:
     places = np.full(len(zeros), -0.05)
     axes.plot(zeros, places, "^", color=plots.ZERO, ms=4, transform=below, clip_on=False, zorder=5)
     axes.tick_params(axis="x", pad=6)
+    # A few columns have room for few labels; Matplotlib would show two at least.
+    axes.locator_params(axis="x", min_n_ticks=1)
+    if len(array.theta2_0) == 1:
+        axes.set_xticks(array.theta2_0, [f"{array.theta2_0[0]:.6g}"])
     axes.set_xlabel(plots.axis_label(MEANING["theta2_0"]), labelpad=2)
     # Its name alone would be taken for a symbol, left or right.
     axes.set_title(f"{array.name} array", loc="left")

@@ -67,12 +67,13 @@ def draw(result: Loaded) -> Figure:
 
 
 def words(codes: NDArray[np.uint8]) -> Array:
-    """Words as numbers in [0, 1), neighbours along a Gray code: (rows, columns).
+    """Words as numbers between 0 and 1, neighbours along a Gray code: (rows, columns).
 
-    Symbol i says whether what follows it is mirrored, so that a word beside a change of a
-    symbol differs little from the one on its other side.
+    Each is in the middle of those of the words that begin with it. Symbol i says whether what
+    follows it is mirrored, so that a word beside a change of a symbol differs little from the one
+    on its other side.
     """
-    total = np.zeros(codes.shape[1:])
+    total = np.full(codes.shape[1:], 0.5 ** (len(codes) + 1))
     flipped = np.zeros(codes.shape[1:], dtype=np.uint8)
     for i, layer in enumerate(codes):
         flipped = flipped ^ (layer == 1)
@@ -133,10 +134,14 @@ def _entries(data: Data, zooms: Data) -> list[Any]:
     if "marked_x" in data:
         own.append(f"{NAMES[str(data['x_axis'])]} = {float(data['marked_x']):g}")
     (width, grey), *_ = plots.LINES
+    symbols = len(data["codes"])
+    shades = "; shades: later symbols" if symbols > 1 else ""
+    lines = [str(k + 1) for k in range(min(symbols, len(plots.LINES)))]
+    changes = f"changes of symbol{'s' if len(lines) > 1 else ''} {', '.join(lines)}"
     entries: list[Any] = [
-        Patch(facecolor=SHADES(0.12), label=r"$z_1 = 0$; shades: later symbols"),
-        Patch(facecolor=SHADES(0.85), label=r"$z_1 = 1$; shades: later symbols"),
-        plots.entry("changes of symbols 1, 2, 3", color=grey, lw=width),
+        Patch(facecolor=SHADES(0.25), label=f"$z_1 = 0${shades}"),
+        Patch(facecolor=SHADES(0.75), label=f"$z_1 = 1${shades}"),
+        plots.entry(changes, color=grey, lw=width),
         plots.entry(", ".join(own), color=plots.ZOOM, lw=0.8, ls=(0, (5, 3))),
     ]
     if zooms:

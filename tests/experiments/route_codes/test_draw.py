@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from itertools import pairwise
 from typing import Any
 
 import numpy as np
@@ -108,6 +109,24 @@ def test_what_is_magnified_is_framed_in_the_colour_of_what_magnifies_it(data: Da
     # What ends where the whole does is inside it.
     both = {"a": array(np.arange(8)), "b": array(5.125 + np.arange(10) / 4)}
     assert len(drawn(both).axes[0].patches) == 1
+
+    alone = drawn({"a": array([0.25]), "b": array(0.2 + np.arange(8) / 100)})
+    assert not any(axes.patches for axes in alone.axes)
+
+
+@pytest.mark.parametrize("columns", [1, 2, 3, 8])
+def test_phases_of_few_columns_are_told_and_none_upon_another(columns: int) -> None:
+    for start in (0.0, 3 * np.pi / 40, 1.0):
+        figure = drawn({"a": array(start + np.arange(columns) / 10)})
+        [axes] = figure.axes
+        low, high = axes.get_xlim()
+        ticks = zip(axes.get_xticks(), axes.get_xticklabels(), strict=True)
+        shown = [(x, label) for x, label in ticks if low <= x <= high]
+        assert shown
+        for x, label in shown:
+            assert abs(float(label.get_text()) - x) < 1e-5
+        boxes = [label.get_window_extent() for _, label in shown]
+        assert all(one.x1 < two.x0 for one, two in pairwise(boxes))
 
 
 def test_uncertain_and_proven_cells_and_no_others_are_marked(data: Data) -> None:

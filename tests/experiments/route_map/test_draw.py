@@ -40,7 +40,32 @@ def coloured(axes: Any, colour: str) -> list[list[float]]:
 def test_words_are_a_gray_code_between_0_and_1() -> None:
     codes = np.array([[0, 0, 0, 0, 1, 1, 1, 1], [0, 0, 1, 1, 1, 1, 0, 0], [0, 1, 1, 0, 0, 1, 1, 0]])
     found = words(codes[:, None, :].astype(np.uint8))[0]
-    assert found == pytest.approx(np.arange(8) / 8)
+    assert found == pytest.approx((np.arange(8) + 0.5) / 8)
+
+
+@pytest.mark.parametrize(
+    ("symbols", "shades", "lines"),
+    [
+        (1, "", "changes of symbol 1"),
+        (2, "; shades: later symbols", "changes of symbols 1, 2"),
+        (3, "; shades: later symbols", "changes of symbols 1, 2, 3"),
+    ],
+)
+def test_the_legend_tells_of_the_symbols_that_there_are_and_shows_the_colours_of_the_first(
+    symbols: int, shades: str, lines: str
+) -> None:
+    figure = figure_of(codes=plane(0, 6)["codes"][:symbols])
+    [legend] = figure.legends
+    said = [text.get_text() for text in legend.get_texts()]
+    assert said[:3] == [f"$z_1 = {k}${shades}" for k in (0, 1)] + [lines]
+    [image] = figure.axes[0].images
+    colours = image.to_rgba(image.get_array())[..., :3]
+    for k, patch in enumerate(legend.get_patches()[:2]):
+        from_legend = np.abs(colours - patch.get_facecolor()[:3]).sum(axis=-1)
+        own = plane(0, 6)["codes"][0] == k
+        assert from_legend[own].mean() < from_legend[~own].min()
+        # Where no symbol follows there is one colour, that of the legend.
+        assert symbols > 1 or from_legend[own].max() < 1e-12
 
 
 def test_lines_are_where_symbols_change() -> None:
