@@ -215,9 +215,10 @@ def first_look(body: Rough) -> Layer:
         raise MapError("without weight (mu = 0) nothing is split and no map is needed")
     wide = layer_width(math.pi * k.kappa / (2 * k.half_sigma))
     if wide < THINNEST:
+        told = f"some {wide:.1g}" if wide else "less than 1e-300"
         raise MapError(
             "the body is nearly symmetric: its surfaces are split by less than the tables resolve,"
-            f" some {wide:.1g} of what both are displaced by"
+            f" {told} of what both are displaced by"
         )
     n_x, n_phase, degree = LOOK
     length = body.arc_length(guess)
