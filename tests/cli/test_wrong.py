@@ -77,6 +77,7 @@ find --code 0a | 2 | symbols are 0 and 1
 find --code 01 --near x | 2 | near: 'x' is not understood
 find --code 011 --decimals 1 --near 1 | 2 | --decimals lists orbits, and --near chooses one: give o
 find --code 01 --code 11 --decimals 1 | 2 | --decimals lists orbits of one code, on this machine
+find --code 01 --decimals 1 --proof x | 2 | --proof is of one orbit, on this machine
 find --code 01 --code 11 --proof x | 2 | --proof is of one orbit, on this machine
 find --code '0^5 1^10' --proof x | 1 | x: a proof is named X.orbit.certificate.h5
 find --code '0^5 1^10' | 1 | rigidpend: none exists: passage 1

@@ -75,6 +75,29 @@ def test_the_reference_orbit_has_the_derivative_of_its_start_in_the_phase(
     np.testing.assert_allclose([float(x) for x in tangent], rate, rtol=0, atol=1e-11)
 
 
+def test_the_closest_phases_differ_in_as_many_bits_as_doubles_have(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """At the least distance, against differences that have 200 bits more."""
+    given: list[Any] = []
+
+    class Taken(Exception):
+        """Nothing is followed."""
+
+    def walk(_: Any, differences: Any, *__: Any, **___: Any) -> Any:
+        given.append(differences)
+        raise Taken
+
+    monkeypatch.setattr(neighbourhood, "ReferenceOrbit", lambda *_, **__: None)
+    monkeypatch.setattr(neighbourhood, "Walk", walk)
+    for finest in (FINEST, FINEST * 2.0**-200):
+        with pytest.raises(Taken):
+            near = Neighbourhood(problem(4), exact("4.7"), finest, resolve())
+            near.prefixes([exact("4.7") + exact(f"{side}1e-30") for side in ("", "-")])
+    apart, truly = given
+    assert np.abs(apart - truly).max() < 2.0**-52 * np.abs(truly).max()
+
+
 @pytest.mark.slow
 def test_higher_precisions_integrate_each_orbit() -> None:
     asked, centre = problem(2), exact(FIRST)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from fractions import Fraction
+from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
@@ -148,6 +149,23 @@ def test_a_crossing_is_told_from_beside_it_to_the_third_power_of_the_time() -> N
         )
 
 
+@pytest.mark.parametrize(("digits", "fixed"), [(22, 1), (23, 2), (26, 2), (27, 3)])
+def test_symbols_are_fixed_where_a_rounded_phase_moves_no_crossing_by_a_thousandth(
+    digits: int, fixed: int, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Changes of theta2_0 grow by these powers of ten; twelve bits may be lost on the way."""
+    growth: Any = np.array([12.0, 16.0, 20.0, 24.0, 28.0])
+    monkeypatch.setattr(refine, "_growth", lambda *_: growth)
+    monkeypatch.setattr(refine, "_begun", lambda *_: np.ones((3, 1)))
+    monkeypatch.setattr(refine._Legs, "__init__", lambda *_: None)
+    monkeypatch.setattr(refine._Legs, "run", lambda _: (Fraction(1, 3), 0.0))
+    found = refine.refined(None, SimpleNamespace(time=np.ones(4)), 0.0, digits, 1)  # type: ignore[arg-type]
+    assert found.fixed == fixed
+    assert 10.0 ** (growth[fixed] - digits) <= 1e-3 < 10.0 ** (growth[fixed + 1] - digits)
+    assert 2.0 ** (12 - found.bits) <= 10.0**-digits
+
+
+@pytest.mark.parametrize("bent", [0.0, 2.0])
 @pytest.mark.parametrize(
     ("digits", "kinds"),
     [
@@ -159,12 +177,13 @@ def test_a_crossing_is_told_from_beside_it_to_the_third_power_of_the_time() -> N
     ],
 )
 def test_no_more_digits_are_said_to_be_known_than_slopes_can_have_told(
-    digits: int, kinds: list[int]
+    digits: int, kinds: list[int], bent: float
 ) -> None:
     """Legs that are no legs: a correction gains as many as its slopes have, or doubles them.
 
     Slopes have half of the digits of their numbers, less what the thin layer takes; at the first
-    crossings the map errs by half a digit less than it may.
+    crossings the map errs by half a digit less than it may. Where legs are bent more than was
+    expected corrections gain less.
     """
     legs: Any = object.__new__(refine._Legs)
     legs.needed, legs.most, legs.kinds = np.array([float(digits)]), float(digits), LADDER[1:]
@@ -179,7 +198,7 @@ def test_no_more_digits_are_said_to_be_known_than_slopes_can_have_told(
     def corrected(slopes: list[float], aim: float, _: int) -> float:
         nonlocal right
         before = right
-        right = min(aim, before + slopes[0], 2 * before - refine.CURVED)
+        right = min(aim, before + slopes[0] - bent, 2 * before - refine.CURVED - bent)
         return min(legs.most, before)
 
     legs._differences, legs._corrected = differences, corrected
