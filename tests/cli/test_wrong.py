@@ -331,12 +331,15 @@ def test_one_bad_result_keeps_no_other_from_being_drawn(tmp_path: Path) -> None:
     assert call(tmp_path, "render", "all", "--out", "none").returncode == 3
 
 
-@pytest.mark.parametrize("bad", [False, True])
+@pytest.mark.parametrize(("bad", "force"), [(False, False), (True, True)])
 def test_many_figures_are_drawn_side_by_side_and_a_bad_one_fails(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, bad: bool
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, bad: bool, force: bool
 ) -> None:
     """To begin the processes is the affair of `workers`, and tested there."""
     damaged(tmp_path / "results", "fig1", "fig2", "fig4")
+    again = ("--force",) * force
+    for name in ("fig1", "fig2", "fig4")[: 3 * force]:
+        (tmp_path / "results" / f"{name}.png").touch()
     asked = []
 
     def noted(work: Any, given: Any, holds: bool, tasks: Any, jobs: int) -> list[bool]:
@@ -347,8 +350,8 @@ def test_many_figures_are_drawn_side_by_side_and_a_bad_one_fails(
     monkeypatch.setattr("rigidpend.cli.render.FEW", 2)
     monkeypatch.setattr(workers, "cores", lambda: 7)
     monkeypatch.setattr(workers, "side_by_side", noted)
-    assert call(tmp_path, "render", "fig1", "fig2", "fig4").returncode == bad
-    assert asked == [("_drawn", ("png", False), True, ["fig1", "fig2", "fig4"], 7)]
+    assert call(tmp_path, "render", "fig1", "fig2", "fig4", *again).returncode == bad
+    assert asked == [("_drawn", ("png", force), True, ["fig1", "fig2", "fig4"], 7)]
 
 
 def test_a_damaged_result_is_said_with_its_remedy_by_whoever_reads_it(tmp_path: Path) -> None:

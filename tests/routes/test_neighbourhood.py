@@ -90,10 +90,11 @@ def test_the_closest_phases_differ_in_as_many_bits_as_doubles_have(
 
     monkeypatch.setattr(neighbourhood, "ReferenceOrbit", lambda *_, **__: None)
     monkeypatch.setattr(neighbourhood, "Walk", walk)
+    phases = [exact("4.7") + exact(f"{side}1e-30") for side in ("", "-")]
     for finest in (FINEST, FINEST * 2.0**-200):
+        near = Neighbourhood(problem(4), exact("4.7"), finest, resolve())
         with pytest.raises(Taken):
-            near = Neighbourhood(problem(4), exact("4.7"), finest, resolve())
-            near.prefixes([exact("4.7") + exact(f"{side}1e-30") for side in ("", "-")])
+            near.prefixes(phases)
     apart, truly = given
     assert np.abs(apart - truly).max() < 2.0**-52 * np.abs(truly).max()
 

@@ -145,7 +145,7 @@ def test_an_orbit_that_is_no_number_any_more_is_given_up() -> None:
 def test_a_zero_is_isolated_where_newton_s_next_correction_would_show(
     correction: float, taken: bool
 ) -> None:
-    """That is the square of the last one: M3 = 0 in the middle, where the kernel found a quarter."""
+    """That is the square of the last one; M3 = 0 in the middle, and the kernel found a quarter."""
     step = noted((1, -1, -1), 1.0)
     step["zero"], step["correction"] = 0.25, correction
     [time] = batch.crossings_on(np.array([step]), 53)[1]

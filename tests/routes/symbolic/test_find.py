@@ -20,7 +20,7 @@ from rigidpend.orbits.return_map import MapError
 from rigidpend.routes.problem import RouteProblem
 from rigidpend.routes.start import Scales, start, states_exact
 from rigidpend.routes.symbolic import Address, NoOrbit, find, refine, shortest
-from tests.orbits.integrate.problems import FIG4
+from tests.orbits.integrate.problems import FIG4, FREE
 
 START: dict[str, Any] = {"h0": "1.3342", "J1_0": "1e-8"}
 FIG5 = Body(A=(2, "3/2", "9/5"), r=(0, 1, 0), mu="0.01")
@@ -283,6 +283,8 @@ def test_wrong_values_are_named() -> None:
         find_orbit(FIG4, "01", h0="1.3342", J1_0="0.2")
     with pytest.raises(MapError, match=r"too large|does not reach"):
         find_orbit(Body(A=(2, 1, 1.5), r=(1, 1, 0), mu="0.3"), "01", **START)
+    with pytest.raises(MapError, match="no certain symbol"):
+        address_of(FREE, 1, **START, n_symbols=3)
 
 
 def test_addresses_end_before_what_is_not_certain() -> None:
