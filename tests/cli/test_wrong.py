@@ -53,6 +53,7 @@ run fig4 --set problem.\udcff=1 | 2 | problem: input should be a valid string
 describe pipe.yaml | 2 | pipe.yaml: not a file
 describe zero.yaml | 2 | zero.yaml: not a file
 render fig4 --out no | 3 | rigidpend: no/fig4.h5 is not there; call: rigidpend run fig4 --out no
+render small.yaml --out no | 3 | no/small.h5 is not there; call: rigidpend run small.yaml --out no
 report fig4 --out no | 3 | rigidpend: no/fig4.h5: there is no such file; call: rigidpend run fig4
 certify --check none.certificate.h5 | 3 | rigidpend: none.certificate.h5: there is no such file
 verify fig4 --reference none | 3 | rigidpend: none/fig4.h5: there is no such file

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from itertools import pairwise
 from typing import Any
@@ -10,7 +11,8 @@ import numpy as np
 import pytest
 
 from rigidpend import Body, RouteCodes
-from rigidpend.numbers.exact import Exact, exact
+from rigidpend.numbers.exact import GUARD_BITS, Exact, exact
+from rigidpend.orbits.integrate import no_crossings
 from rigidpend.orbits.integrate.arithmetic import resolve
 from rigidpend.orbits.integrate.neighbours import Walk
 from rigidpend.routes import certainty, neighbourhood
@@ -97,6 +99,25 @@ def test_the_closest_phases_differ_in_as_many_bits_as_doubles_have(
             near.prefixes(phases)
     apart, truly = given
     assert np.abs(apart - truly).max() < 2.0**-52 * np.abs(truly).max()
+
+
+def test_phases_get_the_bits_of_their_distance_and_at_the_centre_of_the_least(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    asked: list[int] = []
+
+    def alone(_: Any, __: Any, bits: int, ___: Any) -> Any:
+        asked.append(bits)
+        return no_crossings(1, 1)
+
+    monkeypatch.setattr(Neighbourhood, "_alone", alone)
+    centre = exact("4.7")
+    phases = [centre, *(centre + exact(f"1e-{k}") for k in (60, 30, 10, 1))]
+    Neighbourhood(problem(4), centre, FINEST, resolve()).crossings(106, certainty.FIRST, phases)
+    assert len(set(asked[:3])) == 1
+    for bits, distance in zip(asked[2:], (1e-30, 1e-10, 1e-1), strict=True):
+        needed = 106 - math.log2(distance)
+        assert needed <= bits <= 2 * (needed + GUARD_BITS)
 
 
 @pytest.mark.slow
