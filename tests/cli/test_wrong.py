@@ -20,6 +20,7 @@ import pytest
 from click.testing import CliRunner
 
 from rigidpend.cli import common
+from rigidpend.experiments import UnknownExperiment
 from rigidpend.machine import workers
 from rigidpend.machine.files import Absent
 from rigidpend.machine.workers import WorkerError
@@ -191,7 +192,9 @@ def test_how_a_run_ended_is_its_exit_code(
         (Contradiction("x"), 1),
         (OSError(28, "no room"), 1),
         (NoOrbit("x"), 1),
+        (UnknownExperiment("x"), 1),
         (EOFError("x"), 4),
+        (FloatingPointError("x"), 4),
     ],
     ids=lambda x: type(x).__name__,
 )

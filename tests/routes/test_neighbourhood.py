@@ -189,7 +189,7 @@ def test_irrational_ends_are_halved_too() -> None:
 
 def both(phases: Sequence[Exact]) -> list[list[int]]:
     """An earlier symbol changes too."""
-    return [[side, side] for _, side in threshold(phases)]
+    return [[1, side, side] for _, side in threshold(phases)]
 
 
 @pytest.mark.parametrize(
@@ -197,7 +197,7 @@ def both(phases: Sequence[Exact]) -> list[list[int]]:
     [(threshold, "0", "0.5"), (threshold, "0.8", "1"), (both, "0", "1")],
 )
 def test_no_change_is_told_with_the_symbols(prefixes: Any, low: str, high: str) -> None:
-    with pytest.raises(NoChange, match=r"symbol 2 must change, .* it is \[.*Melnikov zeros that"):
+    with pytest.raises(NoChange, match=r"symbol [23] must change, .* it is \[.*Melnikov zeros"):
         bisect(prefixes, Bracket(exact(low), exact(high)), 1e-3)
 
 

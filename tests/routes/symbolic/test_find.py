@@ -139,6 +139,7 @@ def test_a_crossing_is_told_from_beside_it_to_the_third_power_of_the_time() -> N
         moved = states_at(begin.coefficients, section, np.array([[time]]), 212)[:, 0, 0]
         number = np.array([m.mpf(x.numerator) / x.denominator for x in moved])
         end, late = legs._on_section(number)
+        assert end[2] == 0
         exact_end = [m.mpf(x.numerator) / x.denominator for x in section[:, 0]]
         off.append(
             (max(abs(end - exact_end)), abs(late + m.mpf(time.numerator) / time.denominator))
