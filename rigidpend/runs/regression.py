@@ -7,7 +7,6 @@ import datetime
 import tempfile
 from collections.abc import Callable
 from pathlib import Path
-from typing import Any
 
 from rigidpend import experiments
 from rigidpend.config import writer
@@ -48,7 +47,8 @@ def verify(
     configs = old["config"], new["config"]
     same_numerics = configs[0].get("numerics") == configs[1].get("numerics")
     found: list[str] = [*compare.outlines(outline, fresh_outline, same_numerics=same_numerics)]
-    changed = writer.changes(_problem(old["config"]), _problem(new["config"]))
+    was, is_ = ({key: x for key, x in one.items() if key != "numerics"} for one in configs)
+    changed = writer.changes(was, is_)
     found += [Difference(f"config/{key.replace('.', '/')}", *x) for key, x in changed.items()]
     # Values are compared place by place, which only equal structures allow.
     if outline.keys() == fresh_outline.keys():
@@ -62,11 +62,6 @@ def verify(
     if certificate:
         found += storage.contradictions(new, certificate)
     return found
-
-
-def _problem(config: dict[str, Any]) -> dict[str, Any]:
-    """Problem of a config: without its numerics, and the name of its figure."""
-    return {key: x for key, x in config.items() if key not in ("numerics", "figure")}
 
 
 def renew(config: LoadedConfig, target: Path, reason: str, *, jobs: int) -> None:

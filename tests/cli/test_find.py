@@ -40,6 +40,7 @@ def test_round_phases_are_listed() -> None:
     rows = dict(line.split(maxsplit=1) for line in done.stdout.splitlines())
     found = json.loads(call(ROOT, "find", "--code", "011", "--decimals", "1", "--json").stdout)
     assert rows == {each["theta2_0"]: each["address"] for each in found["phases"]}
+    assert found["tried"] == 63
     assert f"{len(rows)} of 63 phases" in done.stderr
 
 
@@ -48,10 +49,13 @@ def test_many_codes_say_how_many_are_done_and_long_ones_are_cut(
 ) -> None:
     monkeypatch.setattr(workers, "SILENCE", 0)
     monkeypatch.setattr(find, "SHOWN", 4)
-    done = call(tmp_path, "find", "--code", "0", "--code", "01111", "--digits", "10", "-j", "1")
-    assert "1 of 2 codes are done" in done.stderr
-    assert "2 of 2 codes are done" in done.stderr
-    assert [line.split()[0] for line in done.stdout.splitlines()] == ["0", "0..."]
+    codes = [x for code in ("0", "01111", "0", "0^5 1^10") for x in ("--code", code)]
+    done = call(tmp_path, "find", *codes, "--digits", "10", "-j", "1")
+    assert "1 of 3 codes are done" in done.stderr
+    assert "3 of 3 codes are done" in done.stderr
+    first, long, none = (line.split()[:2] for line in done.stdout.splitlines()[:3])
+    assert (first[0], long[0], none) == ("0", "0...", ["0...", "-"])
+    assert done.returncode == 1, "the last has no orbit"
 
 
 def test_a_proof_that_cannot_be_written_is_told_of_its_own_option(tmp_path: Path) -> None:

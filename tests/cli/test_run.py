@@ -16,8 +16,9 @@ from unittest.mock import Mock
 
 import pytest
 
-from rigidpend.cli import run
+from rigidpend.cli import common, run
 from rigidpend.machine import progress, workers
+from rigidpend.orbits.integrate.arithmetic import EngineError
 from rigidpend.results import store
 from rigidpend.runs import runner
 from tests.cli.calls import ENVIRONMENT, Done, call, succeeded
@@ -115,6 +116,23 @@ numerics: {precisions: [53]}
     (folder / "results").mkdir()
     (folder / "results" / "b.h5").write_bytes(b"mine")
     return folder
+
+
+def test_a_config_that_cannot_be_planned_is_told_once_and_keeps_no_other_from_it(
+    failing: Path,
+) -> None:
+    done = call(failing, "run", "b.yaml", "c.yaml", "-k", "-n", "-v")
+    assert (done.returncode, done.stdout) == (1, "")
+    assert [line for line in done.stderr.splitlines() if "None" in line] == []
+    assert done.stderr.startswith(f"rigidpend: {Path('results', 'b.h5')}: ")
+    assert "c: would compute (no result yet), " in done.stderr
+
+
+def test_the_worst_failure_is_the_exit_code() -> None:
+    runs = run.Runs(1, None, keep_going=True)
+    for error in (store.StoreError("x"), EngineError("x"), store.StoreError("x")):
+        runs._failed(run.RunOutcome("a", "planned", "none"), error, None)
+    assert runs.code == common.ABSENT
 
 
 @pytest.mark.slow

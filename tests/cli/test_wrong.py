@@ -20,6 +20,7 @@ import pytest
 from click.testing import CliRunner
 
 from rigidpend.cli import common
+from rigidpend.experiments import UnknownExperiment
 from rigidpend.machine import workers
 from rigidpend.machine.files import Absent
 from rigidpend.machine.workers import WorkerError
@@ -53,6 +54,7 @@ run fig4 --set problem.\udcff=1 | 2 | problem: input should be a valid string
 describe pipe.yaml | 2 | pipe.yaml: not a file
 describe zero.yaml | 2 | zero.yaml: not a file
 render fig4 --out no | 3 | rigidpend: no/fig4.h5 is not there; call: rigidpend run fig4 --out no
+render small.yaml --out no | 3 | no/small.h5 is not there; call: rigidpend run small.yaml --out no
 report fig4 --out no | 3 | rigidpend: no/fig4.h5: there is no such file; call: rigidpend run fig4
 certify --check none.certificate.h5 | 3 | rigidpend: none.certificate.h5: there is no such file
 verify fig4 --reference none | 3 | rigidpend: none/fig4.h5: there is no such file
@@ -77,6 +79,7 @@ find --code 0a | 2 | symbols are 0 and 1
 find --code 01 --near x | 2 | near: 'x' is not understood
 find --code 011 --decimals 1 --near 1 | 2 | --decimals lists orbits, and --near chooses one: give o
 find --code 01 --code 11 --decimals 1 | 2 | --decimals lists orbits of one code, on this machine
+find --code 01 --decimals 1 --proof x | 2 | --proof is of one orbit, on this machine
 find --code 01 --code 11 --proof x | 2 | --proof is of one orbit, on this machine
 find --code '0^5 1^10' --proof x | 1 | x: a proof is named X.orbit.certificate.h5
 find --code '0^5 1^10' | 1 | rigidpend: none exists: passage 1
@@ -189,7 +192,9 @@ def test_how_a_run_ended_is_its_exit_code(
         (Contradiction("x"), 1),
         (OSError(28, "no room"), 1),
         (NoOrbit("x"), 1),
+        (UnknownExperiment("x"), 1),
         (EOFError("x"), 4),
+        (FloatingPointError("x"), 4),
     ],
     ids=lambda x: type(x).__name__,
 )
@@ -330,12 +335,15 @@ def test_one_bad_result_keeps_no_other_from_being_drawn(tmp_path: Path) -> None:
     assert call(tmp_path, "render", "all", "--out", "none").returncode == 3
 
 
-@pytest.mark.parametrize("bad", [False, True])
+@pytest.mark.parametrize(("bad", "force"), [(False, False), (True, True)])
 def test_many_figures_are_drawn_side_by_side_and_a_bad_one_fails(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, bad: bool
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, bad: bool, force: bool
 ) -> None:
     """To begin the processes is the affair of `workers`, and tested there."""
     damaged(tmp_path / "results", "fig1", "fig2", "fig4")
+    again = ("--force",) * force
+    for name in ("fig1", "fig2", "fig4")[: 3 * force]:
+        (tmp_path / "results" / f"{name}.png").touch()
     asked = []
 
     def noted(work: Any, given: Any, holds: bool, tasks: Any, jobs: int) -> list[bool]:
@@ -346,8 +354,8 @@ def test_many_figures_are_drawn_side_by_side_and_a_bad_one_fails(
     monkeypatch.setattr("rigidpend.cli.render.FEW", 2)
     monkeypatch.setattr(workers, "cores", lambda: 7)
     monkeypatch.setattr(workers, "side_by_side", noted)
-    assert call(tmp_path, "render", "fig1", "fig2", "fig4").returncode == bad
-    assert asked == [("_drawn", ("png", False), True, ["fig1", "fig2", "fig4"], 7)]
+    assert call(tmp_path, "render", "fig1", "fig2", "fig4", *again).returncode == bad
+    assert asked == [("_drawn", ("png", force), True, ["fig1", "fig2", "fig4"], 7)]
 
 
 def test_a_damaged_result_is_said_with_its_remedy_by_whoever_reads_it(tmp_path: Path) -> None:

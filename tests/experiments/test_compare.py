@@ -97,6 +97,10 @@ def test_a_text_that_changed_and_another_shape_are_found() -> None:
     assert differences(LAYOUT, tree(), fresh) == ["b[1]: stored q, computed r"]
     fresh["b"] = fresh["b"][:1]
     assert differences(LAYOUT, tree(), fresh) == ["b: shape (2,) stored, (1,) computed"]
+    # An angle that would fit as well in every place.
+    fresh = tree()
+    fresh["a"]["p"] = fresh["a"]["p"][:1]
+    assert differences(LAYOUT, tree(), fresh) == ["a/p: shape (2,) stored, (1,) computed"]
 
 
 def test_the_worst_difference_is_that_furthest_beyond_its_bound() -> None:

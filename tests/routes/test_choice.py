@@ -163,6 +163,23 @@ def test_where_maps_of_more_bits_do_not_settle_their_columns_are_integrated(
     assert (record.codes == found(phases, method="integration", **given).codes).all()
 
 
+@pytest.mark.usefixtures("samples")
+def test_an_orbit_that_a_map_does_not_follow_is_said_to_be_integrated(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    followed = mapped.Maps.crossings
+
+    def but_one(self: mapped.Maps, bits: int, scales: Scales, columns: Any) -> Crossings:
+        seen = followed(self, bits, scales, columns)
+        seen.outcome[columns == 3] = Outcome.NO_CROSSING
+        return seen
+
+    monkeypatch.setattr(mapped.Maps, "crossings", but_one)
+    record = found(PHASES[:6], n_symbols=3, method="map")
+    assert record.certain.all()
+    assert record.by_map.tolist() == [True, True, True, False, True, True]
+
+
 @pytest.fixture(scope="module")
 def true() -> tuple[Any, Any]:
     """Phases, and their symbols by integration."""

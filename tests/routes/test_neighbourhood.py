@@ -2,21 +2,25 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from itertools import pairwise
 from typing import Any
+from unittest.mock import Mock
 
 import numpy as np
 import pytest
 
 from rigidpend import Body, RouteCodes
-from rigidpend.numbers.exact import Exact, exact
+from rigidpend.numbers.exact import GUARD_BITS, Exact, exact
+from rigidpend.orbits.integrate import no_crossings
 from rigidpend.orbits.integrate.arithmetic import resolve
 from rigidpend.orbits.integrate.neighbours import Walk
 from rigidpend.routes import certainty, neighbourhood
 from rigidpend.routes.codes import codes_of
 from rigidpend.routes.neighbourhood import Bracket, Neighbourhood, NoChange, bisect, narrowed
 from rigidpend.routes.problem import RouteProblem
+from rigidpend.routes.run import Run
 from tests.bodies import FIG4, FREE
 
 OTHER = Body(A=("2.1", "0.9", "1.4"), r=("0.3", 1, 0), mu="0.02")
@@ -73,6 +77,63 @@ def test_the_reference_orbit_has_the_derivative_of_its_start_in_the_phase(
     (_, before, _), (_, _, tangent), (_, after, _) = given
     rate = [float(y - x) / 2e-6 for x, y in zip(before, after, strict=True)]
     np.testing.assert_allclose([float(x) for x in tangent], rate, rtol=0, atol=1e-11)
+
+
+def test_the_closest_phases_differ_in_as_many_bits_as_doubles_have(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """At the least distance, against differences that have 200 bits more."""
+    given: list[Any] = []
+
+    class Taken(Exception):
+        """Nothing is followed."""
+
+    def walk(_: Any, differences: Any, *__: Any, **___: Any) -> Any:
+        given.append(differences)
+        raise Taken
+
+    monkeypatch.setattr(neighbourhood, "ReferenceOrbit", lambda *_, **__: None)
+    monkeypatch.setattr(neighbourhood, "Walk", walk)
+    phases = [exact("4.7") + exact(f"{side}1e-30") for side in ("", "-")]
+    for finest in (FINEST, FINEST * 2.0**-200):
+        near = Neighbourhood(problem(4), exact("4.7"), finest, resolve())
+        with pytest.raises(Taken):
+            near.prefixes(phases)
+    apart, truly = given
+    assert np.abs(apart - truly).max() < 2.0**-52 * np.abs(truly).max()
+
+
+def test_phases_get_the_bits_of_their_distance_and_at_the_centre_of_the_least(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    asked: list[int] = []
+
+    def alone(_: Any, __: Any, bits: int, ___: Any) -> Any:
+        asked.append(bits)
+        return no_crossings(1, 1)
+
+    monkeypatch.setattr(Neighbourhood, "_alone", alone)
+    centre = exact("4.7")
+    phases = [centre, *(centre + exact(f"1e-{k}") for k in (60, 30, 10, 1))]
+    Neighbourhood(problem(4), centre, FINEST, resolve()).crossings(106, certainty.FIRST, phases)
+    assert len(set(asked[:3])) == 1
+    for bits, distance in zip(asked[2:], (1e-30, 1e-10, 1e-1), strict=True):
+        needed = 106 - math.log2(distance)
+        assert needed <= bits <= 2 * (needed + GUARD_BITS)
+
+
+def test_a_phase_by_itself_has_a_reference_orbit_where_the_kernel_would_take_longer(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """Twelve symbols took the kernel 0.12 s in 212 bits, and by a reference orbit 0.92 s."""
+    beside = Mock(**{"followed.return_value": no_crossings(1, 1)})
+    monkeypatch.setattr(Neighbourhood, "_orbit", orbit := Mock(return_value=beside))
+    monkeypatch.setattr(Run, "crossings", kernel := Mock(return_value=no_crossings(1, 1)))
+    around = Neighbourhood(problem(1), exact("4.7"), FINEST, resolve())
+    for bits in (106, 212, 448):
+        around._alone(exact("4.8"), bits, certainty.FIRST)
+    assert [given.args[0] for given in kernel.call_args_list] == [106, 212]
+    assert [given.args[1] for given in orbit.call_args_list] == [448]
 
 
 @pytest.mark.slow
@@ -144,7 +205,7 @@ def test_irrational_ends_are_halved_too() -> None:
 
 def both(phases: Sequence[Exact]) -> list[list[int]]:
     """An earlier symbol changes too."""
-    return [[side, side] for _, side in threshold(phases)]
+    return [[1, side, side] for _, side in threshold(phases)]
 
 
 @pytest.mark.parametrize(
@@ -152,7 +213,7 @@ def both(phases: Sequence[Exact]) -> list[list[int]]:
     [(threshold, "0", "0.5"), (threshold, "0.8", "1"), (both, "0", "1")],
 )
 def test_no_change_is_told_with_the_symbols(prefixes: Any, low: str, high: str) -> None:
-    with pytest.raises(NoChange, match=r"symbol 2 must change, .* it is \[.*Melnikov zeros that"):
+    with pytest.raises(NoChange, match=r"symbol [23] must change, .* it is \[.*Melnikov zeros"):
         bisect(prefixes, Bracket(exact(low), exact(high)), 1e-3)
 
 

@@ -6,6 +6,7 @@ import contextlib
 import gc
 import os
 import shutil
+import signal
 import tracemalloc
 from collections.abc import Callable
 from pathlib import Path
@@ -15,7 +16,7 @@ import pytest
 
 from rigidpend.experiments.contract import Piece
 from rigidpend.experiments.data import Tree
-from rigidpend.machine import cache, workers
+from rigidpend.machine import cache, signals, workers
 from rigidpend.machine.cache import KeptFileWarning
 from rigidpend.machine.files import StoreError
 from rigidpend.runs.parts import UNFIT, Parts, packed, sweep, unpacked
@@ -53,6 +54,18 @@ def test_a_kept_part_is_used_again_with_its_values_and_types(target: Path) -> No
     assert type(again["one"]) is np.float64
     with pytest.raises(AssertionError, match="computed again"):
         Parts(target, "b").keep("first", not_again)
+    long: Tree = {"text": "x" * 100_000}
+    assert unpacked(packed(long)) == long
+
+
+def test_after_a_signal_no_further_part_is_begun(
+    target: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(signals, "_came", [signal.SIGTERM])
+    parts = Parts(target, "a")
+    assert parts.keep("first", not_again).keys() == PART.keys()
+    with pytest.raises(signals.Stopped):
+        parts.keep("second", not_again)
 
 
 def copied(name: str, run: str) -> Callable[[Path], None]:

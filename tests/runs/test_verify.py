@@ -7,12 +7,14 @@ import shutil
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
+from unittest.mock import Mock
 
 import h5py
 import numpy as np
 import pytest
 
 from rigidpend.cli import verify
+from rigidpend.experiments import compare
 from rigidpend.experiments.shared import APART, crossing_tolerance
 from rigidpend.mechanics.body import Body
 from rigidpend.numbers.exact import exact
@@ -70,7 +72,8 @@ EDITED = (
 
 
 def provenance(file: Any) -> None:
-    """Change all that tells how a result was made."""
+    """Change all that tells how a result was made, and the name of its figure."""
+    file["config"][()] = changed('"figure": ""', '"figure": "5"', file["config"].asstr()[()])
     told = {"code_hash": "another", "engine": "taylor (another)", "reasons": "another"}
     file.attrs.update({"name": "another", **told})
     file["provenance"].attrs.update({"processor": "another", "further": 1})
@@ -126,6 +129,15 @@ def test_every_change_is_found_and_only_that(
     if code == 0 or found:
         verdict = "differs from results/reference/small.h5\n" if found else SAME[7:]
         assert done.stdout.startswith(f"small: {verdict}")
+
+
+@pytest.mark.usefixtures("desk")
+def test_values_that_no_comparison_takes_are_one_sentence(monkeypatch: pytest.MonkeyPatch) -> None:
+    for error in (KeyError("x"), ValueError("x"), ZeroDivisionError("x")):
+        monkeypatch.setattr(compare, "differences", Mock(side_effect=error))
+        done = called(*READ)
+        assert (done.returncode, done.stdout) == (1, "")
+        assert "results/reference/small.h5: cannot be compared: " in done.stderr
 
 
 def test_the_worst_element_is_named_with_both_values_and_what_is_allowed(desk: Path) -> None:

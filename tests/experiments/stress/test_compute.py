@@ -81,19 +81,22 @@ def test_results_differ_by_a_verdict_and_by_no_value() -> None:
 def test_command_draws_tells_and_ends_as_the_claims_do(
     value: float, told: Any, code: int, monkeypatch: pytest.MonkeyPatch, tmp_path: Path
 ) -> None:
-    monkeypatch.setattr(stress, "trials", lambda *_: [trial("a", "first", "x", value)])
+    every = [trial("a", "first", "x", value), trial("b", "second", "y", 0.5)]
+    monkeypatch.setattr(stress, "trials", lambda *_: every)
     monkeypatch.setattr(render, "render", lambda _, target: target.write_text("drawn"))
     result = CliRunner().invoke(stress_command, ["--quick", "--json", "--out", str(tmp_path)])
     assert result.exit_code == code, result.output
     found = json.loads(result.stdout)
     assert found["data"]["a"]["claims"]["value"] == [told]
-    assert "1/1: a, first" in result.stderr
+    assert "1/2: a, first" in result.stderr
     assert store.load(tmp_path / "stress_quick.h5")["attributes"]["experiment"] == "stress"
     assert (tmp_path / "stress_quick.png").read_bytes() == b"drawn"
     again = CliRunner().invoke(stress_command, ["--quick", "--out", str(tmp_path)])
     assert "is up to date" in again.stderr
     assert again.exit_code == code
     assert ("Beyond their bounds" in again.stdout) == bool(code)
+    forced = CliRunner().invoke(stress_command, ["--quick", "--force", "--out", str(tmp_path)])
+    assert "1/2: a, first" in forced.stderr
 
 
 def test_a_route_codes_that_always_refuses_fails_everything_that_needs_it(

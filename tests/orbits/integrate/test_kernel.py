@@ -169,11 +169,19 @@ def test_products_of_whole_series_are_the_sums_of_their_terms(
 
 
 @pytest.mark.parametrize(
-    ("momentum", "expected"),
-    [(("1", "-0.5", "0"), "0.5"), (("0", "0.1", "-5"), 2), (("0.2", "0", "0.1"), "0.125")],
+    ("momentum", "expected", "of_424_bits"),
+    [
+        (("1", "-0.5", "0"), "0.5", 1),
+        (("0", "0.1", "-5"), 2, 1),
+        (("0.2", "0", "0.1"), "0.125", 1),
+        (("100", "-30", "0"), 32, 32),
+        (("0", "0", "-0.04"), "1/32", "1/32"),
+    ],
 )
 def test_the_unit_is_half_of_a_power_of_two_next_to_the_largest_momentum(
-    momentum: tuple[str, ...], expected: str
+    momentum: tuple[str, ...], expected: str, of_424_bits: str
 ) -> None:
+    """In 424 bits orbits with an |M| near one do without, so that none has another's unit."""
     state = [*map(Fraction, momentum), Fraction(1000), Fraction(-2000), Fraction(3000)]
-    assert in_unit(C, state)[0] == Fraction(expected)
+    for bits, unit in ((None, expected), (212, 1), (424, of_424_bits)):
+        assert in_unit(C, state, bits)[0] == Fraction(unit)

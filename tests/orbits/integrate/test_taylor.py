@@ -139,6 +139,32 @@ def test_an_orbit_that_is_no_number_any_more_is_given_up() -> None:
     assert run._ended().tolist() == [False, True, False]
 
 
+@pytest.mark.parametrize(
+    ("correction", "taken"), [(0.0, True), (2.0**-53, True), (2.0**-26, False), (np.nan, False)]
+)
+def test_a_zero_is_isolated_where_newton_s_next_correction_would_show(
+    correction: float, taken: bool
+) -> None:
+    """That is the square of the last one; M3 = 0 in the middle, and the kernel found a quarter."""
+    step = noted((1, -1, -1), 1.0)
+    step["zero"], step["correction"] = 0.25, correction
+    [time] = batch.crossings_on(np.array([step]), 53)[1]
+    assert time == (0.25 if taken else 0.5)
+
+
+@pytest.mark.parametrize(("most", "ended"), [(23, [True, False]), (24, [False, False])])
+def test_an_orbit_is_given_up_by_its_steps_since_the_last_crossing(
+    most: int, ended: list[bool], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(batch, "MAX_STEPS", most)
+    run = batch.Batch(task(fan(2), 53), 53, 2.0**-52)
+    run.load()
+    none, one = np.empty((3, 0)), np.array([[1.0], [0.5], [2.0]])
+    for found, steps in ((none, 5), (one, 7), (none, 11)):
+        run._take(found, steps)
+    assert run._ended().tolist() == ended
+
+
 def test_numbers_of_the_kernel_have_the_bits_that_are_asked_for() -> None:
     """Three doubles have 159 bits, and their signs two more; the next ones have no fewer."""
     found = {bits: batch.bits_of_numbers(bits) for bits in (53, 54, 106, 107, 160, 161, 212, 213)}

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from fractions import Fraction
+from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
@@ -19,7 +20,7 @@ from rigidpend.orbits.return_map import MapError
 from rigidpend.routes.problem import RouteProblem
 from rigidpend.routes.start import Scales, start, states_exact
 from rigidpend.routes.symbolic import Address, NoOrbit, find, refine, shortest
-from tests.orbits.integrate.problems import FIG4
+from tests.orbits.integrate.problems import FIG4, FREE
 
 START: dict[str, Any] = {"h0": "1.3342", "J1_0": "1e-8"}
 FIG5 = Body(A=(2, "3/2", "9/5"), r=(0, 1, 0), mu="0.01")
@@ -138,6 +139,7 @@ def test_a_crossing_is_told_from_beside_it_to_the_third_power_of_the_time() -> N
         moved = states_at(begin.coefficients, section, np.array([[time]]), 212)[:, 0, 0]
         number = np.array([m.mpf(x.numerator) / x.denominator for x in moved])
         end, late = legs._on_section(number)
+        assert end[2] == 0
         exact_end = [m.mpf(x.numerator) / x.denominator for x in section[:, 0]]
         off.append(
             (max(abs(end - exact_end)), abs(late + m.mpf(time.numerator) / time.denominator))
@@ -148,23 +150,41 @@ def test_a_crossing_is_told_from_beside_it_to_the_third_power_of_the_time() -> N
         )
 
 
+@pytest.mark.parametrize(("digits", "fixed"), [(22, 1), (23, 2), (26, 2), (27, 3)])
+def test_symbols_are_fixed_where_a_rounded_phase_moves_no_crossing_by_a_thousandth(
+    digits: int, fixed: int, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Changes of theta2_0 grow by these powers of ten; twelve bits may be lost on the way."""
+    growth: Any = np.array([12.0, 16.0, 20.0, 24.0, 28.0])
+    monkeypatch.setattr(refine, "_growth", lambda *_: growth)
+    monkeypatch.setattr(refine, "_begun", lambda *_: np.ones((3, 1)))
+    monkeypatch.setattr(refine._Legs, "__init__", lambda *_: None)
+    monkeypatch.setattr(refine._Legs, "run", lambda _: (Fraction(1, 3), 0.0))
+    found = refine.refined(None, SimpleNamespace(time=np.ones(4)), 0.0, digits, 1)  # type: ignore[arg-type]
+    assert found.fixed == fixed
+    assert 10.0 ** (growth[fixed] - digits) <= 1e-3 < 10.0 ** (growth[fixed + 1] - digits)
+    assert 2.0 ** (12 - found.bits) <= 10.0**-digits
+
+
 @pytest.mark.parametrize(
-    ("digits", "kinds"),
+    ("digits", "kinds", "bent"),
     [
-        (30, [106]),
-        (60, [106, 212]),
-        (80, [106, 212]),
-        (130, [106, 212, 424]),
-        (200, [106, 212, 424]),
+        (30, [106], 0.0),
+        (36, [106], 2.0),
+        (60, [106, 212], 0.0),
+        (80, [106, 212], 0.0),
+        (130, [106, 212, 424], 0.0),
+        (200, [106, 212, 424], 0.0),
     ],
 )
 def test_no_more_digits_are_said_to_be_known_than_slopes_can_have_told(
-    digits: int, kinds: list[int]
+    digits: int, kinds: list[int], bent: float
 ) -> None:
     """Legs that are no legs: a correction gains as many as its slopes have, or doubles them.
 
     Slopes have half of the digits of their numbers, less what the thin layer takes; at the first
-    crossings the map errs by half a digit less than it may.
+    crossings the map errs by half a digit less than it may. Where legs are bent more than was
+    expected each correction gains so many digits less.
     """
     legs: Any = object.__new__(refine._Legs)
     legs.needed, legs.most, legs.kinds = np.array([float(digits)]), float(digits), LADDER[1:]
@@ -179,7 +199,7 @@ def test_no_more_digits_are_said_to_be_known_than_slopes_can_have_told(
     def corrected(slopes: list[float], aim: float, _: int) -> float:
         nonlocal right
         before = right
-        right = min(aim, before + slopes[0], 2 * before - refine.CURVED)
+        right = min(aim, before + slopes[0] - bent, 2 * before - refine.CURVED - bent)
         return min(legs.most, before)
 
     legs._differences, legs._corrected = differences, corrected
@@ -264,6 +284,8 @@ def test_wrong_values_are_named() -> None:
         find_orbit(FIG4, "01", h0="1.3342", J1_0="0.2")
     with pytest.raises(MapError, match=r"too large|does not reach"):
         find_orbit(Body(A=(2, 1, 1.5), r=(1, 1, 0), mu="0.3"), "01", **START)
+    with pytest.raises(MapError, match="no certain symbol"):
+        address_of(FREE, 1, **START, n_symbols=3)
 
 
 def test_addresses_end_before_what_is_not_certain() -> None:
