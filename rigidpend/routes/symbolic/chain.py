@@ -38,7 +38,7 @@ SETTLED = 1e-9
 ROUGHEST = 1e-6
 """Size below which a correction that is no smaller than the one before is rounding, or more.
 
-Where surfaces are split little, roundings displace crossings by more: `System._rounding`."""
+Where surfaces are split little, roundings displace crossings by more: `displaced`."""
 MOVED = 1e-3
 """Largest displacement of a crossing by roundings with which an orbit is told, radians."""
 ANGLES = 8.0
@@ -238,10 +238,6 @@ class System(NamedTuple):
         found = solve_banded((2, 2), blocks, right.ravel(), check_finite=False)
         return np.asarray(found.reshape(right.shape).T)
 
-    def _rounding(self, x: Array) -> float:
-        """Radians by which roundings of tables and angles displace crossings, at most."""
-        return self.level.displaced(53) * (1 + float(np.abs(x).max()) / ANGLES)
-
     def solved(self, x: Array) -> Chain:
         """The chain, by Newton's method from a guess.
 
@@ -259,7 +255,7 @@ class System(NamedTuple):
             if not np.isfinite(size):
                 break
             x = x - step * min(1.0, LONGEST_STEP / max(size, 1e-300))
-            rounding = min(max(ROUGHEST, self._rounding(x)), MOVED)
+            rounding = min(max(ROUGHEST, displaced(self.level, x)), MOVED)
             if size < SETTLED or before <= size < rounding:
                 made, widest = self.evaluated(x)[2], self.level.widest
                 at = np.argwhere(np.abs(made.I) >= widest)
@@ -268,16 +264,21 @@ class System(NamedTuple):
                     raise NoOrbit(f"{needed}, the tables' end")
                 return made
             before = size
-        check_split(self.level, self._rounding(x))
+        check_split(self.level, displaced(self.level, x))
         raise NoOrbit("Newton's method does not settle")
 
 
-def check_split(level: Level, displaced: float) -> None:
+def displaced(level: Level, x: Array) -> float:
+    """Radians by which roundings of tables and of angles `x` displace crossings, at most."""
+    return level.displaced(53) * (1 + float(np.abs(x).max()) / ANGLES)
+
+
+def check_split(level: Level, moved: float) -> None:
     """Raise NoOrbit where roundings displace the orbits of a level by so much, radians."""
-    if displaced > MOVED:
+    if moved > MOVED:
         raise NoOrbit(
             f"the body is nearly symmetric: its surfaces are split by {level.splitting:.1g} only,"
-            f" and doubles place an orbit on them within {displaced:.1g} rad; take a less symmetric"
+            f" and doubles place an orbit on them within {moved:.1g} rad; take a less symmetric"
             " body"
         )
 

@@ -30,11 +30,21 @@ from rigidpend.orbits.integrate.arithmetic import LADDER, PAIRS, rung
 from rigidpend.orbits.integrate.states import states_at
 from rigidpend.orbits.return_map.precision import precision
 from rigidpend.routes.start import Scales, start, states_exact
-from rigidpend.routes.symbolic.chain import Chain, NoOrbit, carried, crossing_states, tangents
+from rigidpend.routes.symbolic.chain import (
+    Chain,
+    NoOrbit,
+    carried,
+    check_split,
+    crossing_states,
+    displaced,
+    tangents,
+)
 from rigidpend.routes.symbolic.levels import STEP, Surface
 
 FIRST_DIGITS = 9
-"""Digits behind the point that the map in doubles has of its crossings, at least."""
+"""Digits behind the point that the map in doubles is expected to have of its crossings.
+
+Where surfaces are split by less than some 1e-8 it has fewer: the first correction tells."""
 LEAST_DIGITS = 5
 """Digits with which Newton's method still begins."""
 DIGIT = math.log2(10)
@@ -136,6 +146,7 @@ class _Legs:
         self.begin = start(orbits.problem, self.bits, Scales())
         self.c = AlignedCoefficients(*map(a.number, self.begin.coefficients))
         self.jobs, self.needed, self.most = jobs, needed, float(needed[0])
+        self.chain = chain
         self.theta, self.times = a.number(chain.unknown), a.array(times[:n])
         self.states = a.array(crossing_states(chain)[:, :n])
         self.mirrored = np.append(False, chain.I[: n - 1] < 0)
@@ -165,11 +176,13 @@ class _Legs:
             aim = min(2 * known - CURVED, known + gained, self.most, reach)
             note(lambda: f"theta2_0 to {known:.0f} of {self.most:.0f} digits")  # noqa: B023
             before = self._corrected(slopes, aim, last)
-            if before < LEAST_DIGITS:
-                raise NoOrbit("integration does not find the crossings where the map has them")
             # Where a passage grazes a surface legs are bent more than was expected.
             lost = max(lost, known - before)
             known = min(aim, before + gained - lost, 2 * before - CURVED - lost)
+            # With so few the next correction has no more.
+            if before < LEAST_DIGITS or known <= CURVED:
+                check_split(self.chain.level, displaced(self.chain.level, self.chain.unknowns))
+                raise NoOrbit("integration does not find the crossings where the map has them")
             if known >= self.most:
                 late = np.cumsum(self.times - told)
                 return fraction(self.theta), float(max(abs(x) for x in late))

@@ -279,6 +279,24 @@ def test_none_with_so_few_rotations_says_which_passage() -> None:
     assert fewest > 4
 
 
+@pytest.mark.slow
+def test_where_legs_do_not_meet_a_body_that_is_nearly_symmetric_is_named(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """Nor is any correction tried from which the next is expected to have no more digits."""
+    aims, corrected = [], refine._Legs._corrected
+
+    def counted(legs: Any, slopes: Any, aim: float, last: int) -> float:
+        aims.append(aim)
+        return corrected(legs, slopes, aim, last)
+
+    monkeypatch.setattr(refine._Legs, "_corrected", counted)
+    flat = Body(A=(2, "1.8", "1.9"), r=(1, 1, 0), mu="0.01")
+    with pytest.raises(NoOrbit, match="nearly symmetric: its surfaces are split by 3e-13 only"):
+        find_orbit(flat, "01", **START, digits=10)
+    assert min(aims) > refine.CURVED
+
+
 def test_wrong_values_are_named() -> None:
     with pytest.raises(MapError, match="normal form"):
         find_orbit(FIG4, "01", h0="1.3342", J1_0="0.2")
