@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from fractions import Fraction
 from types import SimpleNamespace
-from typing import Any
+from typing import Any, cast
 
 import numpy as np
 import pytest
@@ -16,7 +16,8 @@ from rigidpend.numbers.exact import context, exact
 from rigidpend.orbits.integrate import arithmetic
 from rigidpend.orbits.integrate.arithmetic import LADDER
 from rigidpend.orbits.integrate.states import first_crossings, states_at
-from rigidpend.orbits.return_map import MapError
+from rigidpend.orbits.return_map import MapError, SectionPoint
+from rigidpend.orbits.return_map.passage import Entered
 from rigidpend.routes.problem import RouteProblem
 from rigidpend.routes.start import Scales, start, states_exact
 from rigidpend.routes.symbolic import Address, NoOrbit, find, refine, shortest
@@ -100,6 +101,23 @@ def test_crossings_are_told_as_much_further_than_the_phase_as_a_change_of_it_gro
     monkeypatch.setattr(refine, "_Legs", legs)
     with pytest.raises(NoOrbit, match="seen"):
         find_orbit(FIG4, "a 0^11 1^12", **START, digits=12)
+
+
+@pytest.mark.parametrize("chi", [0.0, math.pi])
+def test_a_change_of_the_first_crossing_has_no_whole_turn(
+    chi: float, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Where chi = pi lies between the orbits beside: the next time moves by 100 times chi."""
+
+    def enter(_: Any, theta2: Any) -> Entered:
+        turned = np.angle(np.exp(1j * (chi + 3 * (theta2 - 1))))
+        return Entered(SectionPoint(True, 0 * theta2, turned), theta2 / 10, None, True)
+
+    monkeypatch.setattr(refine, "tangents", lambda _: np.array([[[0, 0], [0, 1], [0, 100.0]]]))
+    chain = SimpleNamespace(unknown=1.0, level=SimpleNamespace(map_level=None))
+    orbits = SimpleNamespace(enter=enter, energy_slope=lambda _: 0.0)
+    found: Any = refine._growth(cast("Any", orbits), cast("Any", chain), 0.0)
+    assert 10**found == pytest.approx([0.1, 0.1 + 3 * 100], rel=1e-6)
 
 
 @pytest.mark.parametrize(("off", "told"), [(1e-14, 20), (1e-12, 12), (1e-7, 7)])
