@@ -43,6 +43,11 @@ FEWEST = 8
 """Steps in a call at least, for which there is room in the notes."""
 EXPECTED = 50
 """Steps that a passage takes."""
+LONGER = 4
+"""Share of the steps without a crossing, of all orbits, that is taken at once.
+
+Beside nearly symmetric bodies a passage takes some hundred thousand: in calls of 75 steps each they
+took four times as long."""
 LANE = np.dtype([("orbit", int), ("count", int), ("silence", int), ("last", float)])
 """A column: the number of its orbit, its crossings, steps since the last, and t' of that."""
 TRIPLES = 160
@@ -93,7 +98,8 @@ class Batch:
         """The parts of the states one below the other, and the two of the time."""
         self.rows = np.zeros((len(self.initial), self.width))
         self.states, self.times = self.rows[:-2], self.rows[-2:]
-        self.notes = np.empty(STEPS[bits] * self.width, following.note(order, bits))
+        # The same room however few the orbits are: what nobody writes takes no memory.
+        self.notes = np.empty(STEPS[bits] * TOGETHER[bits], following.note(order, bits))
         self.lanes, self.next = np.zeros(0, LANE), 0
 
     def run(self) -> Crossings:
@@ -101,15 +107,22 @@ class Batch:
         self.load()
         while self.lanes.size:
             check_stop()
-            left = int(self.orbits.n_crossings - self.lanes["count"].min())
-            # Few where all orbits are nearly done.
-            number = max(FEWEST, min(STEPS[self.kind], MAX_STEPS, left * EXPECTED // 2))
+            number = self.steps
             self._take(crossings_on(self.noted(number), self.bits), number)
             note(self._told)
             self.load(self._ended())
         written(np.hstack(self.seen), self.found, self.orbits.passage_limit)
         self.found.time[:] /= float(self.unit)
         return self.found
+
+    @property
+    def steps(self) -> int:
+        """Steps for the next call: few where all orbits are nearly done, many in a long silence."""
+        left = int(self.orbits.n_crossings - self.lanes["count"].min())
+        silence = int(self.lanes["silence"].min())
+        room = self.notes.size // self.width
+        usual = max(FEWEST, min(STEPS[self.kind], left * EXPECTED // 2))
+        return min(max(usual, silence // LONGER), room, max(FEWEST, MAX_STEPS))
 
     def _told(self) -> str:
         """Progress of these orbits, in words."""

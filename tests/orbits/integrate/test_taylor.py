@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+import math
 from fractions import Fraction
 from typing import Any
 
 import numpy as np
 import pytest
 
+from rigidpend import Body
 from rigidpend.orbits.integrate import (
     WEIGHTS,
     Crossings,
@@ -78,6 +80,24 @@ def test_steps_are_noted_to_twice_the_depth_of_a_touch_of_the_largest_orbit(bits
     run.noted(8)
     largest = np.linalg.norm(states[:3], axis=0).max()
     assert depths == [pytest.approx(2 * touch(bits) * largest, rel=1e-12)]
+
+
+def test_long_passages_take_few_calls_of_the_kernel(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Each call a quarter of the silence: from 128 steps to so many in log(steps/128)/log(5/4)."""
+    calls: list[int] = []
+    noted = batch.Batch.noted
+
+    def counted(run: batch.Batch, number: int) -> Any:
+        calls.append(number)
+        return noted(run, number)
+
+    monkeypatch.setattr(batch.Batch, "noted", counted)
+    body = Body((2, "1.99", "1.995"), (1, 1, 0), "0.001")
+    found = find(fan(2, body), "taylor", 53, body=body, n_crossings=2, passage_limit=1e5)
+    assert found.outcome.tolist() == [Outcome.COMPLETE] * 2
+    steps = sum(calls)
+    assert steps > 10_000
+    assert len(calls) < 2 * (math.log(steps / 128) / math.log(5 / 4) + 10)
 
 
 @pytest.mark.parametrize("bits", [53, 106, 159, 212, 424])
