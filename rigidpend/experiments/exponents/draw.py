@@ -72,8 +72,7 @@ def _draw_check(axes: Axes, checked: Data) -> None:
     axes.set(xlabel="ln of the growth", ylabel="|difference of ln growth|")
     plots.title(axes, "c", "variational equations less map")
     # Room for the legend above the marks.
-    _, top = axes.get_ylim()
-    axes.set_ylim(top=30 * top)
+    axes.margins(y=0.2)
     axes.legend(fontsize=7.5, loc="upper right", ncols=2)
 
 

@@ -26,7 +26,7 @@ The configuration that is shipped took 12 s, half of it in pairs."""
 GRID = np.linspace(-np.pi, np.pi, 721)
 """Phases from which the largest distances are looked for."""
 CORRECTIONS = 3
-"""Of a phase beside that of the largest distance, by Newton's method."""
+"""Corrections of each, by Newton's method."""
 
 
 def compute(config: Config, means: Means) -> Tree:
