@@ -1,7 +1,5 @@
 """Entry point of the process, as ``rigidpend`` and as ``python -m rigidpend``."""
 
-import atexit
-import gc
 import os
 import signal
 import sys
@@ -12,15 +10,12 @@ def main() -> None:
     # Until there is a watch Ctrl-C ends the process as the system does, without a traceback.
     if signal.getsignal(signal.SIGINT) is signal.default_int_handler:
         signal.signal(signal.SIGINT, signal.SIG_DFL)
-    # To look for garbage among what was just imported is a tenth of a start.
-    gc.set_threshold(200_000)
-    # And so is the same look once more when the process ends, which gives its memory back anyway.
-    atexit.register(gc.freeze)
     # No other package has a word in our configs; to look for one takes a hundredth of a start.
     os.environ.setdefault("PYDANTIC_DISABLE_PLUGINS", "__all__")
     settle_streams()
-    from rigidpend.machine import signals
+    from rigidpend.machine import leave_garbage, signals
 
+    leave_garbage()
     signals.watch()
     # Only now: these imports take longer than many a command.
     from rigidpend.cli import main as command

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import atexit
-import gc
 import math
 import os
 import signal
@@ -16,6 +14,7 @@ from concurrent.futures import BrokenExecutor, Executor, Future, ThreadPoolExecu
 from contextlib import AbstractContextManager, contextmanager, suppress
 from typing import Any, TypeVar
 
+from rigidpend.machine import leave_garbage
 from rigidpend.machine.signals import Stopped, came, kept_from_children
 from rigidpend.machine.wording import say_warnings
 
@@ -295,10 +294,7 @@ def _follow_parent(to: Any) -> None:
     """
     global _to_parent
     _to_parent = to
-    # As in a command: a look for garbage among what is imported, and one at the end, take longer
-    # than they are worth.
-    gc.set_threshold(200_000)
-    atexit.register(gc.freeze)
+    leave_garbage()
     say_warnings(_warn)
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     threading.Thread(target=_wait_for_end_of_parent, daemon=True).start()

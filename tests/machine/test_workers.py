@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import gc
 import os
 import threading
 import time
@@ -112,6 +113,16 @@ def test_the_end_of_work_apart_comes_through(
 ) -> None:
     with pytest.raises(error, match=said):
         workers.apart(spoken, (parts,), lambda _: None, limit)
+
+
+def rare(_: int) -> bool:
+    return gc.get_threshold()[0] > 100_000
+
+
+@pytest.mark.slow
+def test_a_process_looks_for_garbage_seldom() -> None:
+    """While it imports; and not at its end, by the same function."""
+    assert workers.apart(rare, (1,))
 
 
 def test_a_process_of_a_pool_begins_none(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -25,8 +25,10 @@ BEGIN, ORBIT, ORBITS = 1.0, (5e-4, 8e-3), 1200
 The configuration that is shipped took 12 s, half of it in pairs."""
 GRID = np.linspace(-np.pi, np.pi, 721)
 """Phases from which the largest distances are looked for."""
-CORRECTIONS = 3
-"""Corrections of each, by Newton's method."""
+PARABOLAS = GRID[1] - GRID[0], 1e-4
+"""Half-widths of parabolas through three distances, whose vertex is the next phase.
+
+It errs by some square of it: of the largest distance then nothing is left but rounding."""
 
 
 def compute(config: Config, means: Means) -> Tree:
@@ -71,34 +73,33 @@ def _body(config: Config, name: str, means: Means) -> Tree:
     told = columns(("error", "resolved", "bits", "amplitude", "excess"), found)
     excess, amplitudes = told["excess"], told["amplitude"]
     whole = excess + np.eye(1, excess.shape[1])
-    curve_excess = _largest(excess)
+    curve_excess = largest(excess)
     means.report(f"{name}: nu = {body.nu:.2f}, {_summary(found)}")
     return {
         **{key: getattr(body, key) for key in ("alpha0", "beta0", "nu")},
         **told,
         "orbits": np.array([x.n for x in found]),
         "reduced": whole[:, 0] * decay(body.nu),
-        "largest": amplitudes * _largest(whole),
+        "largest": amplitudes * largest(whole),
         "curve_excess": curve_excess,
         "slope_amplitude": slope(ratio, np.abs(excess[:, 0])),
         "slope_curve": slope(ratio, curve_excess),
     }
 
 
-def _largest(harmonics: Array) -> Array:
+def largest(harmonics: Array) -> Array:
     """Largest |distance| over all phases, for harmonics (n, k)."""
     return np.array([_peak(row) for row in harmonics])
 
 
 def _peak(harmonics: Array) -> float:
     """Largest |distance|, at one of the phases where its slope vanishes."""
-    k, g = np.arange(1, len(harmonics) + 1), GRID
-    # cos kg and sin kg are real parts of exp(ikg) and of -i exp(ikg).
-    waves = np.where(k % 2, 1, -1j) * harmonics
-    for _ in range(CORRECTIONS):
-        around = np.exp(1j * np.outer(g, k))
-        slope, bend = ((around @ (waves * (1j * k) ** order)).real for order in (1, 2))
-        g = g - np.divide(slope, bend, out=np.zeros_like(g), where=np.abs(bend) > np.abs(slope))
+    g = GRID
+    for h in PARABOLAS:
+        before, here, after = (distance(harmonics, g + off) for off in (-h, 0, h))
+        slope, bend = (after - before) / 2, after - 2 * here + before
+        near = np.abs(bend) > np.abs(slope)
+        g = g - h * np.divide(slope, bend, out=np.zeros_like(g), where=near)
     return float(np.abs(distance(harmonics, np.append(GRID, g))).max())
 
 

@@ -11,7 +11,7 @@ import pytest
 from rigidpend.experiments import splitting
 from rigidpend.experiments.shared import SMALL as SMALL_RATIO
 from rigidpend.experiments.shared import slope
-from rigidpend.experiments.splitting.compute import _largest, cost
+from rigidpend.experiments.splitting.compute import cost, largest
 from tests.experiments.trees import asked, computed, differences
 
 BODIES = "{a: {A: [2, 0.2, 1.8], r: [1, 2, 0]}, fig4: {A: [2, 1, 1.5], r: [1, 1, 0]}}"
@@ -87,9 +87,9 @@ def test_the_largest_distance_is_that_of_all_phases_and_not_of_some() -> None:
     """Of cos g + e sin 2g it is where sin g = s with 4 e s^2 + s = 2 e."""
     e = np.array([1e-6, -1e-3, 0.11, 1.7])
     s = (np.sqrt(1 + 32 * e**2) - 1) / (8 * e)
-    found = _largest(np.stack((np.ones(4), e), axis=1))
+    found = largest(np.stack((np.ones(4), e), axis=1))
     np.testing.assert_allclose(found, np.sqrt(1 - s * s) * (1 + 2 * e * s), rtol=1e-15)
-    assert np.isnan(_largest(np.full((1, 2), np.nan)))
+    assert np.isnan(largest(np.full((1, 2), np.nan)))
 
 
 def test_the_reduced_distance_follows_the_closed_form(data: Any) -> None:
