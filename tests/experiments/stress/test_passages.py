@@ -75,6 +75,21 @@ def test_a_crossing_is_off_by_what_is_off_in_M3_over_its_speed() -> None:
     assert predicted[1] == pytest.approx(expected, rel=0.03)
 
 
+def test_predicted_errors_are_those_of_many_digits_also_where_they_have_grown_most() -> None:
+    """By another program in 113 bits, which carries them back from each crossing, step by step."""
+    scene = Scene(FIG4, 1.4146731071169765, 1, 1)
+    known = (
+        (63.66389588608289, 2.45646e-13),
+        (133.09982222419092, 1.59342e-10),
+        (203.38630400247985, 2.30890e-07),
+        (239.51407303637157, 2.99400e-05),
+        (256.3596226342304, 6.84090e-05),
+    )
+    times, errors = np.array(known).T
+    predicted = passages.predicted_errors(scene, scene.starts(2, 1e-8)[:, 1:], times[:, None])
+    assert predicted[:, 0] == pytest.approx(errors, rel=1e-3)
+
+
 def test_symbols_are_decided_up_to_the_first_large_error() -> None:
     errors = np.array([1e-8, 1e-5, 1e-2, 1e-6, 10.0])
     assert [passages.decided(errors * x) for x in (1, 1e-6, 1e6)] == [1, 4, 0]
