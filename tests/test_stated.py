@@ -10,7 +10,7 @@ CASES = {
     "splitting": 1,
     "precession": 1,
     "exponents": 1,
-    "closed_orbits`: `exponent": 3,
+    "closed_orbits`: `exponent_error": 3,
     "periodic_orbit": 4,
     "herpolhodes`: `crossing_error": 1,
 }

@@ -57,7 +57,7 @@ def _orbits(problem: Problem, found: list[ClosedOrbit]) -> Tree:
             raise ArithmeticError(f"integration leaves the orbit of {orbit.word}")
     return {
         "word": _words(found),
-        **columns(("period", "mirrored", "exponent", "stable"), found),
+        **columns(("period", "mirrored", "exponent", "exponent_error", "stable"), found),
         "action": actions([orbit.chain for orbit in found]),
         "positive": np.array([orbit.trace > 0 for orbit in found]),
         "residual": np.array([orbit.chain.residual for orbit in found]),

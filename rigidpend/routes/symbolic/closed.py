@@ -43,6 +43,7 @@ from rigidpend.routes.symbolic.chain import (
     NoOrbit,
     System,
     crossing_states,
+    displaced,
     section_points,
     section_states,
     signs_of,
@@ -50,6 +51,7 @@ from rigidpend.routes.symbolic.chain import (
 )
 from rigidpend.routes.symbolic.levels import Level, Signs
 from rigidpend.routes.symbolic.shortest import alike
+from rigidpend.routes.symbolic.stretching import BENDING
 
 MOST_SYMBOLS = 60
 """Longest word: its equations are a dense system."""
@@ -94,6 +96,15 @@ class ClosedOrbit(NamedTuple):
     def exponent(self) -> float:
         """Lyapunov exponent, per passage; over the mean time of a passage it is that in 1/t'."""
         return math.log(abs(self.multiplier)) / len(self.chain.b)
+
+    @property
+    def exponent_error(self) -> float:
+        """The exponent's rounding at most, per passage: each crossing, displaced, bends a growth.
+
+        Near a trace of 2 or -2 the multiplier changes with it as a square root does.
+        """
+        bent = BENDING * displaced(self.chain.level, self.chain.unknowns)
+        return bent * abs(self.trace) / math.sqrt(abs(self.trace * self.trace - 4))
 
     @property
     def points(self) -> int:

@@ -191,6 +191,8 @@ def test_the_multiplier_is_told_where_surfaces_are_split_little(
     """
     found = closed_orbit(body, word, h=h)
     assert found.trace == pytest.approx(trace, rel=missed)
+    exponent = math.acosh(abs(trace) / 2) / len(found.chain.b)
+    assert found.exponent == pytest.approx(exponent, rel=0, abs=found.exponent_error)
 
 
 def test_an_orbit_that_does_not_come_to_close_is_not_verified() -> None:
