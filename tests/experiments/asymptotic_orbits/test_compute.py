@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from fractions import Fraction
 from typing import Any
 
@@ -11,8 +12,10 @@ import pytest
 from rigidpend.experiments.asymptotic_orbits.draw import address, phase_text
 from rigidpend.experiments.plots import decimals
 from rigidpend.mechanics.body import Body
+from rigidpend.results import store
 from rigidpend.routes.codes import route_codes
 from rigidpend.routes.symbolic import NoOrbit
+from tests.cli.calls import REFERENCE
 from tests.experiments.trees import asked, computed
 
 SMALL = ["problem.symbols=2", "problem.columns=60"]
@@ -86,3 +89,11 @@ def test_thirty_digits_are_shown(data: Any) -> None:
     assert len(shown) == 31
     assert 0 < abs(rest) < 1e-15
     assert address(data["orbits"]["2"], 0)[0] in "ab"
+
+
+def test_the_page_says_by_how_much_the_map_alone_errs() -> None:
+    page = (REFERENCE.parents[1] / "docs" / "addresses.md").read_text()
+    [told] = re.findall(r"the map alone errs by\s+\$(\S+)\\cdot10\^\{-14\}\$ at most", page)
+    orbits = store.load(REFERENCE / "asymptotic_orbits.h5")["data"]["orbits"]
+    moved = max(np.abs(each["moved"]).max() for each in orbits.values())
+    assert moved <= 1e-14 * float(told) < 1.1 * moved
