@@ -115,7 +115,7 @@ def skeleton(level: Level, symbols: int, half_turns: int) -> list[tuple[Track, i
     one symbol less on which they were sought. NoOrbit is raised where the surfaces do not cross, or
     so little that doubles do not place their orbits, or an arc leaves the tables.
     """
-    check_split(level, level.displaced(53))
+    check_split(level, level.displaced(53), level.splitting)
     b = np.linspace(0, 2 * np.pi, AROUND + 1)
     U = track(level, b, 0).U
     at = np.flatnonzero(np.signbit(U[:-1]) != np.signbit(U[1:]))
@@ -139,7 +139,7 @@ class _Arcs:
     def __init__(self, level: Level, low: Array, high: Array, n: int, half_turns: int) -> None:
         self.level, self.n, self.most = level, n, half_turns
         self.low, self.width = low, high - low
-        least = level.fewest_half_turns
+        least = level.fewest_half_turns(level.splitting)
         reach = PER_CELL * max(half_turns + 3 - least, 3)
         for _ in range(WIDENINGS):
             if self._sampled(reach):

@@ -243,7 +243,7 @@ class System(NamedTuple):
 
         NoOrbit is raised where the iteration does not settle, or leaves the tables.
         """
-        before = math.inf
+        before, split = math.inf, self.level.narrowest(self.signs)
         for _ in range(MOST_ITERATIONS):
             left, by, _ = self.evaluated(x)
             try:
@@ -255,7 +255,7 @@ class System(NamedTuple):
             if not np.isfinite(size):
                 break
             x = x - step * min(1.0, LONGEST_STEP / max(size, 1e-300))
-            rounding = min(max(ROUGHEST, displaced(self.level, x)), MOVED)
+            rounding = min(max(ROUGHEST, displaced(self.level, x, split)), MOVED)
             if size < SETTLED or before <= size < rounding:
                 made, widest = self.evaluated(x)[2], self.level.widest
                 at = np.argwhere(np.abs(made.I) >= widest)
@@ -264,22 +264,28 @@ class System(NamedTuple):
                     raise NoOrbit(f"{needed}, the tables' end")
                 return made
             before = size
-        check_split(self.level, displaced(self.level, x))
+        check_split(self.level, displaced(self.level, x, split), split)
         raise NoOrbit("Newton's method does not settle")
 
 
-def displaced(level: Level, x: Array) -> float:
-    """Radians by which roundings of tables and of angles `x` displace crossings, at most."""
-    return level.displaced(53) * (1 + float(np.abs(x).max()) / ANGLES)
+def displaced(level: Level, x: Array, split: float) -> float:
+    """Radians by which roundings of tables and of angles `x` displace crossings, at most.
+
+    `split` is the least that surfaces are split by where the orbits change sides.
+    """
+    return level.displaced(53, split) * (1 + float(np.abs(x).max()) / ANGLES)
 
 
-def check_split(level: Level, moved: float) -> None:
+def check_split(level: Level, moved: float, split: float) -> None:
     """Raise NoOrbit where roundings displace the orbits of a level by so much, radians."""
     if moved > MOVED:
+        body, where, other = "nearly symmetric", f"{split:.1g} only", "a less symmetric body"
+        if split < level.splitting:
+            body, other = "at the Hess case or near it", "a body farther from it"
+            where = f"{split:.1g} at most at downward crossings, where this orbit changes sides"
         raise NoOrbit(
-            f"the body is nearly symmetric: its surfaces are split by {level.splitting:.1g} only,"
-            f" and doubles place an orbit on them within {moved:.1g} rad; take a less symmetric"
-            " body"
+            f"the body is {body}: its surfaces are split by {where}, and doubles place an orbit"
+            f" on them within {moved:.1g} rad; take {other}"
         )
 
 

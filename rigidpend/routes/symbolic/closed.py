@@ -156,7 +156,7 @@ def closed(
         system = System(level, None, signs, math.pi * n * len(signs))
         return system.solved(system.guess(angles, 0.0)).within(cells)
 
-    chain = alike(level, solved) if half_turns is None else solved(half_turns)
+    chain = alike(level, signs, solved) if half_turns is None else solved(half_turns)
     turns, mirrored = chain.cells[1] - chain.cells[0], bool((chain.I < 0).sum() % 2)
     period, trace = float(chain.time.sum()), float(np.trace(_monodromy(chain, signs)))
     return ClosedOrbit(word, int(turns), mirrored, period, trace, chain)

@@ -96,9 +96,9 @@ class Level:
     """The return map of a body at one energy, in the form in which chains use it.
 
     `widest` and `unit` are the largest |I| and |d| of the tables, `splitting` is the largest |I|
-    that a crossing on the unstable surface of the lower orbit leads to, `shift` the growth of chi
-    in a passage beyond -ln|I|/Lambda, from 0 to a multiple of pi; `c` are the body's coefficients
-    in doubles.
+    that a crossing on the unstable surface of the lower orbit leads to, and `downward` that of the
+    upper orbit: it is less, in the Hess case a rounding. `shift` is the growth of chi in a passage
+    beyond -ln|I|/Lambda, from 0 to a multiple of pi; `c` are the body's coefficients in doubles.
     """
 
     def __init__(self, made: ReturnMap, h: Scalar) -> None:
@@ -108,15 +108,21 @@ class Level:
         self.widest = min(float(chart.inverse.width) for chart in level.charts)
         self.unit = widest_d(level)
         self.exponent = float(level.exponent[0, 0])
-        on = self.arriving(np.zeros(LOOKS), np.linspace(0, 2 * np.pi, LOOKS))
-        U, V, *_ = level.charts[True].forward.look_up(on.d, on.chi, level.a)
-        self.splitting = float(np.abs(U * V).max())
+        self.splitting = self._split(True)
+        self.downward = max(self._split(False), math.ldexp(self.unit, -53))
         self.shift = float(np.diff(self.crossings([True, False], True, 0.0, 0.0).chi)[0])
 
     @staticmethod
     def of(body: Body, h: Scalar) -> Level:
         """The level of a body at an energy, dimensionless; MapError where it has no map."""
         return Level(return_map(body, h=h), h)
+
+    def _split(self, rising: bool) -> float:
+        """The largest |I| behind crossings on an unstable surface, upward or downward ones."""
+        level, turn = self.map_level, 1 if rising else -1
+        on = self.crossings(rising, not rising, 0.0, np.linspace(0, 2 * np.pi, LOOKS))
+        U, V, *_ = level.charts[rising].forward.look_up(on.d, turn * on.chi, level.a)
+        return float(np.abs(U * V).max())
 
     def rates(self, I: Array) -> TorusRates:
         """Lambda(I) and the mean dt'/dchi, in the shape of I."""
@@ -168,18 +174,26 @@ class Level:
                 break
         return np.asarray(signs * size, dtype=float), slope
 
-    def displaced(self, bits: int) -> float:
-        """Radians by which roundings of so many bits displace an orbit on a surface, at most."""
-        return math.ldexp(ROUNDINGS * self.unit / self.splitting, -bits)
+    def narrowest(self, signs: Signs) -> float:
+        """The least that surfaces are split where orbits change sides, by the signs of I."""
+        changed = signs[1:] != signs[:-1]
+        return self.downward if changed[::2].any() else self.splitting
+
+    def displaced(self, bits: int, split: float | None = None) -> float:
+        """Radians by which roundings of so many bits displace an orbit on a surface, at most.
+
+        The surface is that of the lower orbit, unless it is said how much it is split.
+        """
+        apart = self.splitting if split is None else split
+        return math.ldexp(ROUNDINGS * self.unit / apart, -bits)
 
     def half_turns(self, I: float) -> float:
         """The half rotations that a passage takes between crossings at multiples of pi."""
         return (-math.log(abs(I)) / self.exponent + self.shift) / math.pi
 
-    @property
-    def fewest_half_turns(self) -> int:
-        """The half rotations that any passage takes at least."""
-        return math.floor(self.half_turns(2 * self.splitting))
+    def fewest_half_turns(self, split: float) -> int:
+        """The half rotations that passages take at least, by how much surfaces are split."""
+        return math.floor(self.half_turns(2 * split))
 
     def invariant(self, half_turns: float) -> float:
         """The |I| of passages with so many half rotations, the inverse of `half_turns`."""

@@ -149,7 +149,7 @@ def shortest(system: System, first: int, unknown: float, given: tuple[int, ...] 
         cells = np.cumsum([first, *given, *[each] * (n - len(given))])
         return path(system, cells, unknown, patient=False)
 
-    made = alike(system.level, tried, math.inf if given else INSIDE)
+    made = alike(system.level, system.signs, tried, bool(given))
     cells = made.cells
     for k in range(len(given), n if n <= LESSENED else 0):
         cells = lessened(system, made, cells, k)
@@ -159,22 +159,25 @@ def shortest(system: System, first: int, unknown: float, given: tuple[int, ...] 
     return made
 
 
-def alike(level: Level, tried: Callable[[int], Chain], within: float = INSIDE) -> Chain:
+def alike(level: Level, signs: Signs, tried: Callable[[int], Chain], given: bool = False) -> Chain:
     """The chain with the fewest half rotations, as many in every passage that is free.
 
-    `tried` finds that with so many. Its crossings stay `within` of their cells' middles. NoOrbit
-    is raised where none was found.
+    `tried` finds that with so many. Its crossings stay `INSIDE` unless some passages are `given`.
+    NoOrbit is raised where none was found.
     """
-    least, reason = max(1, level.fewest_half_turns), None
-    for each in range(least, least + MORE):
+    split, reason = level.narrowest(signs), None
+    # Where surfaces are split least only passages may end that are given.
+    least = max(1, level.fewest_half_turns(level.splitting if given else split))
+    most = max(1, level.fewest_half_turns(split)) + MORE - 1
+    for each in range(least, most + 1):
         try:
             made = tried(each)
         except NoOrbit as error:
             reason = error
             continue
-        if made.off.max() <= within:
+        if given or made.off.max() <= INSIDE:
             return made
-    raise NoOrbit(f"from {least} to {least + MORE - 1} half rotations a passage: {reason}")
+    raise NoOrbit(f"from {least} to {most} half rotations a passage: {reason}")
 
 
 def lessened(system: System, made: Chain, cells: Signs, k: int) -> Signs:

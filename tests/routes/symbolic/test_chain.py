@@ -34,6 +34,23 @@ def test_the_splitting_is_the_largest_at_any_phase() -> None:
     assert every.min() < 0.1 * every.max()
 
 
+def test_surfaces_are_split_by_less_at_downward_crossings() -> None:
+    """As Melnikov's integrals along separatrices 3 and 2 are, to first order in mu = 0.001."""
+    p, here = BODY.angles(), level()
+    by_first_order = np.sin((p.alpha0 - p.beta0) / 2) / np.sin((p.alpha0 + p.beta0) / 2)
+    assert here.downward / here.splitting == pytest.approx(by_first_order, rel=5e-3)
+
+
+@pytest.mark.parametrize(
+    ("code", "downward"), [([0, 0], True), ([1, 1], True), ([0, 1, 1, 0], False), ([1], False)]
+)
+def test_where_the_sign_of_the_invariant_changes_tells_what_surfaces_are_split(
+    code: list[int], downward: bool
+) -> None:
+    here = level()
+    assert here.narrowest(signs_of(code)) == (here.downward if downward else here.splitting)
+
+
 @pytest.mark.parametrize("upper", [True, False])
 @pytest.mark.parametrize("rising", [True, False])
 def test_slopes_of_crossings_are_their_differences(rising: bool, upper: bool) -> None:

@@ -21,6 +21,8 @@ from rigidpend.orbits.return_map.passage import Entered
 from rigidpend.routes.problem import RouteProblem
 from rigidpend.routes.start import Scales, start, states_exact
 from rigidpend.routes.symbolic import Address, NoOrbit, find, refine, shortest
+from rigidpend.routes.symbolic.address import parsed
+from rigidpend.routes.symbolic.levels import surface
 from tests.orbits.integrate.problems import FIG4, FREE
 
 START: dict[str, Any] = {"h0": "1.3342", "J1_0": "1e-8"}
@@ -237,6 +239,27 @@ def test_orbits_are_found_where_surfaces_are_split_little() -> None:
     found = find_orbit(body, "011", h0=1, J1_0="1e-8", digits=20)
     assert str(found.theta2_0) == "4.10620635667083801521"
     assert (found.confirmed, found.passages) == (3, 3)
+
+
+@pytest.mark.slow
+def test_near_the_hess_case_a_change_of_sides_at_a_downward_crossing_takes_longer() -> None:
+    """Surfaces are split by 1.1e-10 at upward crossings and by 1.5e-12 at downward ones.
+
+    The phase is that at whose last crossing gamma3 = 0, by a Taylor series of degree 30 in 113
+    bits; there it is known to 1e-25. Doubles place orbits within 1e-5 rad.
+    """
+    body = Body(A=(2, "7/4", "1.87"), r=(1, 1, 0), mu="1/100")
+    orbits = surface(RouteProblem(body, START["h0"], START["J1_0"], 2))
+    chain, _ = find._solved(orbits, parsed("11"), None)
+    assert np.diff(chain.cells).tolist() == [135, 135]
+    assert chain.unknown % (2 * math.pi) == pytest.approx(4.3624593828235308, abs=1e-5)
+
+
+@pytest.mark.slow
+def test_in_the_hess_case_no_orbit_changes_sides_at_a_downward_crossing() -> None:
+    body = Body(A=(2, 1, "3/2"), r=(1, "sqrt(2)", 0), mu="0.001")
+    with pytest.raises(NoOrbit, match=r"Hess case or near it: .* at most at downward crossings"):
+        find_orbit(body, "11", **START)
 
 
 @pytest.mark.slow
