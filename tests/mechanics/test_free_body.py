@@ -66,16 +66,6 @@ def test_agrees_with_the_integrated_separatrix(number: int) -> None:
     np.testing.assert_allclose(found, free_body.half_circle(FREE.alpha0, number, phi), atol=1e-10)
 
 
-@given(body=bodies())
-@repeatable(8)
-def test_the_separatrices_in_the_plane_are_where_the_paper_has_them(body: Body) -> None:
-    alpha0, beta0, turn = body.alpha0, body.beta0, 2 * np.pi
-    expected = [beta0 - alpha0, beta0 + alpha0, beta0 - alpha0 + turn, beta0 + alpha0 + turn]
-    np.testing.assert_allclose(
-        free_body.separatrix_theta1(alpha0, beta0), expected, atol=4 * np.pi * 1e-15
-    )
-
-
 @pytest.mark.parametrize("number", free_body.SEPARATRICES)
 def test_a_separatrix_on_the_sphere_is_the_one_of_that_number_in_the_plane(number: int) -> None:
     M = free_body.half_circle(FREE.alpha0, number, HALF)

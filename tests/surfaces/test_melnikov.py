@@ -11,7 +11,7 @@ from hypothesis import given
 from scipy.integrate import quad
 
 from rigidpend import Body
-from rigidpend.mechanics.equations import eq1, hamiltonian_J3_0
+from rigidpend.mechanics.equations import eq1
 from rigidpend.mechanics.free_body import SEPARATRICES, SeparatrixMotion, direction, separatrix
 from rigidpend.numbers.exact import exact
 from rigidpend.orbits.integrate.states import states_at
@@ -25,14 +25,12 @@ from tests.strategies import (
     along,
     apart,
     bodies,
-    canonicals,
     fine_angles,
-    gradient,
     largest_difference,
     numbers,
     repeatable,
 )
-from tests.surfaces.bracket import bracket, bracket_on
+from tests.surfaces.bracket import bracket_on
 
 HESS = Body.from_angles("1.2", "1.2", "0.9", "0.01")
 
@@ -49,26 +47,6 @@ def nearly_round(nu: float) -> Body:
     """A body of about the given nu; the nearer to a sphere, the larger it is."""
     spread = 2 * math.pi / nu
     return Body(A=(2, 2 - spread, 2 - spread / 2), r=(1, 3, 0), mu=0)
-
-
-def bracket_of_slopes(x: Any, p: Any) -> Any:
-    """{H0, H1/(kappa J2)} at theta1, J1, theta2, J2 from differences of the Hamiltonian."""
-
-    def slopes(mu: int) -> Any:
-        q = p._replace(mu=mu)
-        H = gradient(lambda y: hamiltonian_J3_0(y[1], y[3], (y[0], y[2]), q, FINE), x)
-        return np.array(H[:2])
-
-    free = slopes(0)
-    heavy = slopes(1) - free
-    return (free[0] * heavy[1] - free[1] * heavy[0]) / (p.kappa * x[3])
-
-
-@repeatable(6)
-@given(bodies(), canonicals())
-def test_the_bracket_is_that_of_the_hamiltonian_s_slopes(body: Body, c: Any) -> None:
-    p, x = fine_angles(body), [FINE.mpf(float(y)) for y in (c.theta1, c.J1, c.theta2, c.J2)]
-    assert abs(bracket(x, p, FINE) - bracket_of_slopes(x, p)) < DERIVATIVE
 
 
 @pytest.mark.parametrize("number", SEPARATRICES)

@@ -127,16 +127,20 @@ def whole(engine: str, bits: int) -> tuple[Any, Crossings]:
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize(("engine", "bits"), EACH[:-1])
+@pytest.mark.parametrize(
+    ("engine", "bits", "short"),
+    # DOP853 looks at the end of each step.
+    [(*way, 0.75 if way == ("scipy", 53) else 1 - 1e-9) for way in EACH],
+)
 def test_outcome_a_limit_ends_an_orbit_before_a_crossing_that_comes_later(
-    engine: str, bits: int
+    engine: str, bits: int, short: float
 ) -> None:
     begin, expected = whole(engine, bits)
     waited = float(np.diff(expected.time, axis=0)[0, 0])
     assert waited > 10
     found = find(begin, engine, bits, n_crossings=2, passage_limit=waited * (1 + 1e-9))
     assert same(found, expected)
-    for limit, crossed in ((0.75 * waited, 1), (1.0, 0)):
+    for limit, crossed in ((waited * short, 1), (1.0, 0)):
         found = find(begin, engine, bits, n_crossings=2, passage_limit=limit)
         assert found.outcome.tolist() == [Outcome.NO_CROSSING]
         assert np.isfinite(found.time).sum() == np.count_nonzero(found.separatrix) == crossed

@@ -21,10 +21,10 @@ from rigidpend.orbits.integrate import (
     on_one_thread,
 )
 from rigidpend.orbits.integrate.kernel import following, taylor_step
-from rigidpend.orbits.integrate.kernel.machine_code import FEW, LANES
+from rigidpend.orbits.integrate.kernel.machine_code import LANES
 from rigidpend.orbits.integrate.passages import touch
 from rigidpend.orbits.integrate.states import states_at
-from tests.orbits.integrate.problems import GENERIC, fan, find, lanes_taken, same, task
+from tests.orbits.integrate.problems import GENERIC, fan, find, same, task
 
 
 @pytest.mark.parametrize("bits", [53, 106, 212])
@@ -192,13 +192,6 @@ def test_numbers_of_the_kernel_have_the_bits_that_are_asked_for() -> None:
     assert list(found.values()) == [53, 106, 106, 159, 159, 212, 212, 424]
     for table in (batch.TOGETHER, batch.STEPS):
         assert set(table) == set(found.values())
-
-
-def test_few_orbits_take_narrow_vectors(monkeypatch: pytest.MonkeyPatch) -> None:
-    taken = lanes_taken(monkeypatch, "carrying")
-    for n in (FEW, FEW + 1):
-        find(fan(n), "taylor", n_crossings=1)
-    assert taken == [FEW, LANES]
 
 
 @pytest.mark.parametrize("bits", [53, 106])
