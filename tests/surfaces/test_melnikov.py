@@ -85,8 +85,8 @@ def test_the_amplitude_neither_overflows_nor_loses_digits(nu: float) -> None:
 @pytest.mark.parametrize("number", [1, 4])
 def test_zeros_are_where_the_integral_vanishes(number: int) -> None:
     """Where the flow falls and where it rises, before a turn of theta1 and behind it."""
-    p, q = problem(GENERIC), fine_angles(GENERIC)
-    J1, J2 = FINE.mpf("1e-8"), p.J2_0(200)
+    p, q = problem(GENERIC, J1_0="1e-50"), fine_angles(GENERIC)
+    J1, J2 = FINE.mpf("1e-50"), p.J2_0(200)
     found = melnikov.zeros(p, number)
     assert len(found) == 2
     for phase in found:
@@ -110,12 +110,6 @@ def assert_same_angles(found: Any, expected: Any, allowed: float) -> None:
     direct = max(apart(found[0], first, math.tau), apart(found[1], second, math.tau))
     crossed = max(apart(found[0], second, math.tau), apart(found[1], first, math.tau))
     assert min(direct, crossed) <= allowed
-
-
-def test_the_zeros_move_with_J1_0_by_kappa_over_sin_alpha0() -> None:
-    before, after = (melnikov.zeros(problem(J1_0=x)) for x in ("1e-50", "2e-50"))
-    shift = FIG4.kappa / math.sin(FIG4.alpha0) * math.log(2)
-    assert_same_angles(after, [x + shift for x in before], 1e-14)
 
 
 DELTA = (0.7, -0.4, 1.1, 0.3)

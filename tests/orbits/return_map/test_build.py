@@ -11,7 +11,6 @@ import pytest
 
 from rigidpend import Body
 from rigidpend.experiments.bench.problems import drawn
-from rigidpend.machine.cache import KeptFileWarning
 from rigidpend.machine.workers import WorkerError, apart
 from rigidpend.numbers.checked import ParameterError
 from rigidpend.numbers.exact import exact
@@ -283,14 +282,3 @@ def test_a_refusal_is_kept(cache: Path, monkeypatch: pytest.MonkeyPatch) -> None
     with pytest.raises(MapError) as again:
         return_map(HEAVY, h=H)
     assert str(again.value) == str(first.value)
-
-
-def test_a_damaged_file_is_built_again(cache: Path) -> None:
-    made = return_map(FIG4, h=H)
-    (path,) = cache.iterdir()
-    content = bytearray(path.read_bytes())
-    content[len(content) // 2] ^= 1
-    path.write_bytes(content)
-    storage._kept.cache_clear()
-    with pytest.warns(KeptFileWarning, match=f"{path}: damaged; it is made again"):
-        assert same(made, return_map(FIG4, h=H))
