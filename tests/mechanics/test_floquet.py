@@ -14,7 +14,9 @@ from rigidpend.mechanics import coordinates, floquet, pendulum
 from rigidpend.mechanics.body import Angles
 from rigidpend.mechanics.equations import aligned, aligned_coefficients, eq1
 from rigidpend.mechanics.floquet import NotHyperbolic, PeriodicOrbit, periodic_orbit
+from rigidpend.numbers.exact import exact
 from rigidpend.orbits.integrate.states import states_at
+from scripts.stated_orbits import multiplier
 from tests.strategies import aligned_from_body, apart
 
 PAIRS = [(family, epsilon) for family in (1, 2) for epsilon in (1, -1)]
@@ -180,7 +182,21 @@ def test_order_the_multipliers_without_weight(p: Angles, family: int, epsilon: i
     np.testing.assert_allclose(free.theta1, p.beta0 + epsilon * p.alpha0, atol=1e-13)
 
 
-def test_an_orbit_that_does_not_settle_is_refused(monkeypatch: pytest.MonkeyPatch) -> None:
+@pytest.mark.slow
+def test_order_of_rounding_beside_a_symmetric_body_at_a_small_energy() -> None:
+    """Of which the moments differ by a part d of A1: there the bound of all others is broken."""
+    d, body = 4e-6, Body((2, 1, "1.999992"), (3, 1, 0), "6e-9")
+    found = periodic_orbit(body.angles(), 1e-8)
+    truth, period = multiplier(body, exact("1e-8"), 1)
+    rest = 1 - 0.6
+    off = rest * 2.0**46 * float(abs(found.exponent_per_period - truth))
+    assert 1 < off < 0.01 / d
+    assert rest * float(abs(found.period / period - 1)) < 2.0**-48
+
+
+def test_what_is_no_orbit_is_refused(monkeypatch: pytest.MonkeyPatch) -> None:
+    with pytest.raises(ValueError, match="epsilon is 1 or -1"):
+        periodic_orbit(FIG4, 1.0, 1, 2)
     monkeypatch.setattr(floquet, "MOST", 32)
     with pytest.raises(ArithmeticError, match="32 steps don't settle the periodic orbit at h0 = "):
         periodic_orbit(FIG4, 1.0)

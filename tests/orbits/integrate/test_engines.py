@@ -56,18 +56,6 @@ def test_groups_follow_each_other_in_order() -> None:
     np.testing.assert_array_equal(found.time[:, 33:], last.time)
 
 
-@pytest.mark.slow
-def test_small_components_keep_their_relative_precision_and_follow_the_tolerance() -> None:
-    """Qp grows from 1e-12 to one; what it errs, relatively, the crossing time errs."""
-    begin = fan(1, J1=1e-24)
-    truth = find(begin, "taylor", 106, n_crossings=1).time
-    fine, coarse = (
-        abs(find(begin, "scipy", tolerance=x, n_crossings=1).time / truth - 1).max()
-        for x in (1e-13, 1e-5)
-    )
-    assert fine < 1e-11 < 1e-10 < coarse < 1e-7
-
-
 def test_errors_of_Q_count_by_the_smallest_orbit_and_others_by_one() -> None:
     states = np.concatenate((fan(2, J1=1e-4), fan(1, J1=1e-24), fan(1, J1=1e-8)), axis=1)
     states[1] = states[0] / 1024
