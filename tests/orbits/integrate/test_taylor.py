@@ -142,14 +142,16 @@ def test_a_touch_is_as_deep_as_the_momentum_allows_where_the_step_begins(
         return []
 
     monkeypatch.setattr(batch, "crossings_of_series", none)
-    assert batch._isolated([noted((0.3, 0.0, 0.4), 0.1)], 53).size == 0
+    step = noted((0.3, 0.0, 0.4), 0.1)
+    step["steady"] = 0
+    assert batch.crossings_on(np.array([step]), 53).size == 0
 
 
 def test_an_orbit_that_is_no_number_any_more_is_given_up() -> None:
     run = batch.Batch(task(fan(3), 53), 53, 2.0**-52)
     run.load()
     run.states[4, 1] = np.nan
-    assert run._ended().tolist() == [False, True, False]
+    assert run.ended().tolist() == [False, True, False]
 
 
 @pytest.mark.parametrize(
@@ -174,8 +176,8 @@ def test_an_orbit_is_given_up_by_its_steps_since_the_last_crossing(
     run.load()
     none, one = np.empty((3, 0)), np.array([[1.0], [0.5], [2.0]])
     for found, steps in ((none, 5), (one, 7), (none, 11)):
-        run._take(found, steps)
-    assert run._ended().tolist() == ended
+        run.take(found, steps)
+    assert run.ended().tolist() == ended
 
 
 def test_numbers_of_the_kernel_have_the_bits_that_are_asked_for() -> None:

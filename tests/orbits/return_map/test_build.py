@@ -31,7 +31,7 @@ H = "1.3342"
 def cache(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     """An empty cache of the test's own."""
     monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path))
-    storage._kept.cache_clear()
+    storage.kept.cache_clear()
     return tmp_path / "rigidpend" / "maps"
 
 
@@ -189,7 +189,7 @@ def test_tables_that_do_not_settle_are_refused_with_their_error_and_what_is_allo
 def test_a_map_is_kept_and_taken_again(cache: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     made = return_map(FIG4, h=H)
     assert len(list(cache.iterdir())) == 1
-    storage._kept.cache_clear()
+    storage.kept.cache_clear()
     monkeypatch.setattr(storage, "build", lambda *_: pytest.fail("built again"))
     # The same numbers, written otherwise.
     again = return_map(Body((2, 1, "3/2"), (1, 1, 0), "1e-3"), h=exact(H).fraction)
@@ -210,11 +210,11 @@ def test_a_map_over_its_budget_is_refused_and_that_is_kept(
     for _ in range(2):
         with pytest.raises(build.Costly, match=told):
             return_map(FIG4, h=H, budget=0.9 * needed)
-        storage._kept.cache_clear()
+        storage.kept.cache_clear()
     monkeypatch.undo()
     monkeypatch.setenv("XDG_CACHE_HOME", str(cache.parent.parent))
     assert return_map(FIG4, h=H, budget=2 * needed).cost == needed
-    storage._kept.cache_clear()
+    storage.kept.cache_clear()
     with pytest.raises(build.Costly, match=told):
         return_map(FIG4, h=H, budget=0.9 * needed)
     assert return_map(FIG4, h=H).cost == needed
@@ -258,7 +258,7 @@ def test_a_map_is_built_here_where_no_process_can_be_had(
 
 
 def test_points_at_which_a_map_is_checked_fill_its_tables() -> None:
-    for places in checks._points(np.random.default_rng(0), 50)[:2]:
+    for places in checks.points(np.random.default_rng(0), 50)[:2]:
         assert np.abs(places).max() <= 1
         within = places[np.abs(places) < 1]
         assert within.min() < -0.9
@@ -277,7 +277,7 @@ def test_an_arc_that_is_longer_by_a_turn_ends_a_turn_later(side: int) -> None:
 def test_a_refusal_is_kept(cache: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     with pytest.raises(MapError) as first:
         return_map(HEAVY, h=H)
-    storage._kept.cache_clear()
+    storage.kept.cache_clear()
     monkeypatch.setattr(storage, "build", lambda *_: pytest.fail("tried again"))
     with pytest.raises(MapError) as again:
         return_map(HEAVY, h=H)
