@@ -61,13 +61,6 @@ def test_harmonics_are_those_of_a_known_curve(bits: int) -> None:
     assert found[:4] == pytest.approx([10, 4, -8, 0], abs=1e-9)
 
 
-@pytest.mark.parametrize("bits", [53, 97])
-def test_a_curve_that_turns_back_has_no_harmonics(bits: int) -> None:
-    start = [2 * M.pi * k / 32 for k in range(32)]
-    g = [s + M.mpf("1.2") * M.sin(s) for s in start]
-    assert harmonics(points(start, g, g, bits), precision(bits)) is None
-
-
 @pytest.mark.slow
 @pytest.mark.parametrize("g", [0.0, 1.1, 2.9, -0.7])
 def test_agrees_with_orbits_integrated_backward_from_the_upper_periodic_solution(g: float) -> None:

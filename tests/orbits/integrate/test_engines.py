@@ -10,7 +10,6 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from rigidpend.orbits import integrate
 from rigidpend.orbits.integrate import Crossings, Outcome, dop853
 from rigidpend.orbits.integrate.arithmetic import in_kernel, resolve, rung
 from tests.orbits.integrate.problems import FIG4, FREE, WAYS, fan, find, on_separatrix, same, task
@@ -25,26 +24,6 @@ def test_the_kernel_serves_up_to_424_bits() -> None:
     assert not any(in_kernel("scipy", bits) for bits in (53, 64, 113))
     assert resolve("scipy", None, (53, 64, 106)).precisions == (53, 106)
     assert resolve("scipy", None, (64,)).precisions == (64,)
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize(
-    ("engine", "bits", "n", "n_crossings"),
-    # Orbits longer than the limit, in other company; fours of doubles; two parts.
-    [("taylor", 53, 21, 9), ("taylor", 212, 19, 1), ("scipy", 53, 3, 1)],
-)
-def test_jobs_change_no_bit(
-    engine: str, bits: int, n: int, n_crossings: int, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    monkeypatch.setattr(dop853, "SIDE_BY_SIDE", 2)
-    given: Any = {"n_crossings": n_crossings, "passage_limit": 40.0}
-    if engine == "scipy":
-        # Processes are looked at elsewhere: here it is the parts that count.
-        in_turn = lambda work, further, _, parts, jobs: [work(x, *further) for x in parts]  # noqa: E731
-        monkeypatch.setattr(integrate, "side_by_side", in_turn)
-    alone = find(fan(n), engine, bits, **given)
-    for jobs in (2, 3, 50) if engine == "taylor" else (2,):
-        assert same(alone, find(fan(n), engine, bits, **given, jobs=jobs))
 
 
 def test_groups_follow_each_other_in_order() -> None:
