@@ -37,12 +37,6 @@ AXIS = {free_body.around_M1: 0, free_body.around_M2: 1}
 Family = Callable[..., Any]
 
 
-def kinetic(body: Body, M: Any) -> Any:
-    """Twice the energy of the body without weight."""
-    A, r, _ = floats_of(body)
-    return 2 * energy(M, (0, 0, 0), A, r, 0.0)
-
-
 @pytest.mark.parametrize("number", free_body.SEPARATRICES)
 def test_a_separatrix_on_the_sphere_is_the_one_of_that_number_in_the_plane(number: int) -> None:
     M = free_body.half_circle(FREE.alpha0, number, HALF)
@@ -61,8 +55,9 @@ def test_an_orbit_keeps_momentum_and_energy_on_the_sphere_and_in_the_plane(
     family: Family, height: float, side: int, start: float
 ) -> None:
     M = family(FREE.alpha0, height, side, PHI)
+    A, nowhere = floats_of(FREE)[0], (0, 0, 0)
     # In units of J2^2, dimensionless: |M|^2 s^2.
-    free = kinetic(FREE, M) / (2 * scale(floats_of(FREE)[0]) ** 2)
+    free = energy(M, nowhere, A, nowhere, 0.0) / scale(A) ** 2
     np.testing.assert_allclose((M * M).sum(axis=0), 1, rtol=ROUNDING)
     np.testing.assert_allclose(free, free[0], rtol=ROUNDING)
     assert np.abs(M[2]).max() == pytest.approx(height, rel=1e-3)

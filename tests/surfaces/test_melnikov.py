@@ -23,7 +23,6 @@ from tests.strategies import (
     DERIVATIVE,
     FINE,
     along,
-    apart,
     bodies,
     fine_angles,
     largest_difference,
@@ -37,10 +36,6 @@ HESS = Body.from_angles("1.2", "1.2", "0.9", "0.01")
 
 def problem(body: Body = FIG4, h0: Any = "1.3342", J1_0: Any = "1e-8") -> RouteProblem:
     return RouteProblem(body, exact(h0), exact(J1_0), 1)
-
-
-def fine_motion(number: int, phase: float = 0.7) -> SeparatrixMotion:
-    return SeparatrixMotion(number, FINE.mpf("1e-8"), FINE.mpf("0.9"), FINE.mpf(phase))
 
 
 def nearly_round(nu: float) -> Body:
@@ -101,15 +96,7 @@ def test_zeros_are_none_where_nothing_splits() -> None:
     found = [melnikov.zeros(problem(HESS, 2), number) for number in SEPARATRICES]
     assert [len(x) for x in found] == [0, 2, 0, 2]
     # 2 and 4 are mirrors of each other.
-    assert_same_angles(found[1], found[3], 1e-14)
-
-
-def assert_same_angles(found: Any, expected: Any, allowed: float) -> None:
-    """Two pairs of angles, in any order, around the circle."""
-    first, second = expected
-    direct = max(apart(found[0], first, math.tau), apart(found[1], second, math.tau))
-    crossed = max(apart(found[0], second, math.tau), apart(found[1], first, math.tau))
-    assert min(direct, crossed) <= allowed
+    np.testing.assert_allclose(found[1], found[3], rtol=0, atol=1e-14)
 
 
 DELTA = (0.7, -0.4, 1.1, 0.3)
@@ -127,14 +114,10 @@ def fine(motion: SeparatrixMotion) -> SeparatrixMotion:
     )
 
 
-def flat(c: Any) -> list[Any]:
-    return [c.theta1, c.J1, c.theta2, c.J2]
-
-
 def beside(motion: SeparatrixMotion, t: Any, p: Any, s: Any) -> list[Any]:
     """The separatrix's state, displaced by s DELTA."""
-    at = flat(separatrix(t, motion, p, FINE))
-    return [x + s * y for x, y in zip(at, DELTA, strict=True)]
+    c = separatrix(t, motion, p, FINE)
+    return [x + s * y for x, y in zip((c.theta1, c.J1, c.theta2, c.J2), DELTA, strict=True)]
 
 
 @pytest.mark.parametrize("number", SEPARATRICES)

@@ -68,11 +68,6 @@ def test_orders_share_a_kernel_as_far_as_it_has_room() -> None:
         assert off(end, time, 113) < 3 * Fraction(2.0**-50)
 
 
-def identity() -> str:
-    code = Writer()
-    return f"define i64 @same(i64 %x) {{\n  ret i64 %x\n}}\n; {code.vector}\n"
-
-
 def test_machine_code_is_made_once_among_threads_and_kept(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -105,7 +100,8 @@ def test_every_processor_computes_the_same_bits(
     order = taylor_step.order_of(1e-8)
     here = stepped(53, order, 12)
     monkeypatch.setattr(machine_code, "folder", lambda: tmp_path)
-    monkeypatch.setattr(machine_code, "processor", lambda llvm: (plain_processor(), ""))
+    plain_one = "x86-64" if platform.machine() in ("x86_64", "AMD64") else "generic"
+    monkeypatch.setattr(machine_code, "processor", lambda llvm: (plain_one, ""))
     for cached in (machine_code.ready, carrying):
         cached.cache_clear()
     plain = stepped(53, order, 12)
@@ -113,10 +109,6 @@ def test_every_processor_computes_the_same_bits(
         cached.cache_clear()
     assert plain[:2] == here[:2]
     np.testing.assert_array_equal(plain[2], here[2])
-
-
-def plain_processor() -> str:
-    return "x86-64" if platform.machine() in ("x86_64", "AMD64") else "generic"
 
 
 @pytest.mark.parametrize("bits", [60, 300])
