@@ -73,18 +73,12 @@ HALF_PLANES = {1: (0, -1), 2: (1, 0), 3: (0, 1), 4: (-1, 0)}
 """The signs of Qp and Qm on each separatrix (`equations.aligned`)."""
 
 
-def fine_motion(
-    number: int, share: float, theta2: float = 0.3, J2: Any = "0.8"
-) -> SeparatrixMotion:
-    J1 = FINE.mpf(share) * FINE.mpf(J2)
-    return SeparatrixMotion(number, J1, FINE.mpf(J2) - J1, FINE.mpf(theta2))
-
-
 def assert_solves(number: int) -> None:
     """In its half plane, with the rates of the free body, whatever the weight."""
     p = fine_angles(GENERIC)
     for share, t in ((1e-9, 3.0), (0.3, -1.0), (1 - 1e-9, 0.5)):
-        motion = fine_motion(number, share)
+        J1, J2 = FINE.mpf(share) * FINE.mpf("0.8"), FINE.mpf("0.8")
+        motion = SeparatrixMotion(number, J1, J2 - J1, FINE.mpf("0.3"))
 
         def state(x: Any, motion: SeparatrixMotion = motion) -> list[Any]:
             c = separatrix(x[0], motion, p, FINE)
