@@ -41,22 +41,6 @@ def after_each(folder: Path, *lines: str) -> list[set[str]]:
     return [set(words[1:]) for words in told if words[:1] == ["modules"]]
 
 
-@pytest.fixture(scope="module")
-def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """A working directory with a small config; its result is there after the first run.
-
-    Doubles decide it: of the higher precisions that it allows nothing is to be imported.
-    """
-    made = tmp_path_factory.mktemp("imports")
-    written(made, changed("[53]", "[53, 106, 160]", SMALL), "small.yaml")
-    return made
-
-
-@pytest.fixture(scope="module")
-def by_run(folder: Path) -> set[str]:
-    return after_each(folder, "rigidpend run small.yaml -j 1")[-1]
-
-
 def test_the_package_help_and_completion_import_nothing_heavy(tmp_path: Path) -> None:
     """One process does all in turn: whoever of them imports something is found by asking fewer."""
     helps = [f"rigidpend {words}" for words in ("--help", "--version")]
@@ -68,52 +52,39 @@ def test_the_package_help_and_completion_import_nothing_heavy(tmp_path: Path) ->
     assert (alone | helped | named) & HEAVY == set()
 
 
-@pytest.mark.slow
-def test_a_run_imports_one_engine_and_never_matplotlib(by_run: set[str]) -> None:
-    assert "rigidpend.runs.runner" in by_run
-    assert "matplotlib" not in by_run
-    assert "rigidpend.orbits.integrate.batch" in by_run
-    assert by_run & {"heyoka", "llvmlite", "scipy.integrate"} == {"llvmlite"}
+ENGINES = {"heyoka", "llvmlite", "scipy.integrate"}
+ENGINES |= {f"rigidpend.orbits.integrate.{name}" for name in ("batch", "bigint", "dop853")}
+COMPUTING = {"rigidpend.experiments.route_codes.compute", "rigidpend.routes.codes"}
+COMPUTING |= {"rigidpend.mechanics.equations", "rigidpend.surfaces.melnikov"}
 
 
 @pytest.mark.slow
-def test_what_has_a_closed_form_is_computed_without_an_integrator(tmp_path: Path) -> None:
-    found = after_each(tmp_path, "rigidpend run fig1 -j 1")[-1]
-    assert "rigidpend.mechanics.free_body" in found
-    assert found & {"heyoka", "llvmlite", "matplotlib", "scipy.integrate"} == set()
-
-
-@pytest.mark.slow
-def test_what_shows_and_a_run_of_what_is_up_to_date_import_no_engine_and_no_drawing(
-    folder: Path, by_run: set[str]
+def test_runs_import_one_engine_if_any_and_never_matplotlib_and_renders_nothing_that_computes(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    lines = (f"rigidpend {words}" for words in ("describe small.yaml", "list", "run small.yaml"))
-    _, described, _, found = after_each(folder, *lines)
-    assert "h5py" not in described
-    assert "rigidpend.runs.runner" in found
-    engines = {"heyoka", "llvmlite", "scipy.integrate", "rigidpend.orbits.integrate.bigint"}
-    engines |= {f"rigidpend.orbits.integrate.{name}" for name in ("batch", "dop853")}
-    assert found & (engines | {"matplotlib"}) == set()
+    """One process computes, another draws without a display and finds all up to date.
 
-
-@pytest.mark.slow
-def test_render_imports_nothing_that_computes_and_no_display(
-    folder: Path, by_run: set[str], monkeypatch: pytest.MonkeyPatch
-) -> None:
+    Doubles decide the small config: of the higher precisions that it allows nothing is imported.
+    """
     monkeypatch.setenv("MPLBACKEND", "nonsense")
-    found = after_each(folder, "rigidpend render small.yaml")[-1]
-    assert (folder / "results" / "small.png").is_file()
-    assert "matplotlib" in found
-    assert "matplotlib.pyplot" not in found
-    computing = {
-        "heyoka",
-        "scipy.integrate",
-        "rigidpend.routes.codes",
-        "rigidpend.mechanics.equations",
-    }
-    computing |= {"rigidpend.experiments.route_codes.compute", "rigidpend.surfaces.melnikov"}
-    assert found & computing == set()
-    assert {name for name in found if name.startswith("rigidpend.orbits.integrate")} == set()
+    written(tmp_path, changed("[53]", "[53, 106, 160]", SMALL), "small.yaml")
+    _, closed, small = after_each(
+        tmp_path, "rigidpend run fig1 -j 1", "rigidpend run small.yaml -j 1"
+    )
+    assert "rigidpend.mechanics.free_body" in closed
+    assert closed & (ENGINES | {"matplotlib"}) == set()
+    assert small & ENGINES == {"llvmlite", "rigidpend.orbits.integrate.batch"}
+    assert "matplotlib" not in small
+    assert "h5py" not in after_each(tmp_path, "rigidpend describe small.yaml")[-1]
+    lines = (f"rigidpend {word} small.yaml" for word in ("render", "run"))
+    _, rendered, known = after_each(tmp_path, *lines)
+    assert (tmp_path / "results" / "small.png").is_file()
+    assert "matplotlib" in rendered
+    assert "matplotlib.pyplot" not in rendered
+    assert rendered & COMPUTING == set()
+    assert {name for name in rendered if name.startswith("rigidpend.orbits.integrate")} == set()
+    assert known - rendered > {"rigidpend.runs.runner"}
+    assert known & ENGINES == set()
 
 
 def test_the_public_names_are_there_without_being_asked_for_first() -> None:

@@ -52,9 +52,13 @@ def refuse(*arguments: Any) -> Any:
 
 
 def test_of_a_return_map(monkeypatch: pytest.MonkeyPatch) -> None:
+    """And of each field of its design."""
+    task = ("low", "high", "bits", "table")
+
     def key(A: Any, r: Any, mu: Any, code: str, **given: Any) -> bytes:
         monkeypatch.setattr(storage, "package_digest", lambda: code)
-        return storage.followed(Body(A, r, mu), **given)
+        asked = {name: given.pop(name) for name in task}
+        return storage.followed(Body(A, r, mu), **asked, design=WHOLE._replace(**given))
 
     assert_complete(
         key,
@@ -65,18 +69,9 @@ def test_of_a_return_map(monkeypatch: pytest.MonkeyPatch) -> None:
         low=(H, exact("1.3341")),
         high=(H, exact("1.3343")),
         bits=(53, 64),
-        design=(WHOLE, SECOND),
         table=(64, 53),
+        **dict(zip(WHOLE._fields, zip(WHOLE, SECOND, strict=True), strict=True)),
     )
-
-
-def test_of_each_field_of_a_map_s_design() -> None:
-    def key(**fields: Any) -> bytes:
-        design = WHOLE._replace(**fields)
-        return storage.followed(FIG4, H, H, bits=53, design=design, table=64)
-
-    pairs = zip(WHOLE, SECOND, strict=True)
-    assert_complete(key, **dict(zip(WHOLE._fields, pairs, strict=True)))
 
 
 @pytest.mark.slow

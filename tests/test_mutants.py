@@ -95,20 +95,16 @@ def test_a_lot_stays_where_other_code_changes_and_a_larger_one_holds_it() -> Non
     assert [x for x in of_both if x.path == CERTAINTY][:20] == some
 
 
-def declared(folder: Path, **changed: Any) -> Path:
-    """A file that declares a mutant to be equivalent."""
-    mutant = mutations.mutants(CERTAINTY)[0]
-    entry = {"path": mutant.path, "line": mutant.text, "change": mutant.said, "reason": "why"}
-    (folder / "declared.yaml").write_text(yaml.safe_dump([entry | changed]))
-    return folder / "declared.yaml"
-
-
 def test_a_declared_mutant_is_found_by_its_line_and_its_change(tmp_path: Path) -> None:
-    assert mutations.equivalent(declared(tmp_path)) == {mutations.mutants(CERTAINTY)[0]: "why"}
+    mutant, path = mutations.mutants(CERTAINTY)[0], tmp_path / "declared.yaml"
+    entry = {"path": mutant.path, "line": mutant.text, "change": mutant.said, "reason": "why"}
+    path.write_text(yaml.safe_dump([entry]))
+    assert mutations.equivalent(path) == {mutant: "why"}
     stale: list[dict[str, Any]] = [{"line": "no such line"}, {"change": "1  ->  7"}, {"nth": 99}]
     for wrong in stale:
+        path.write_text(yaml.safe_dump([entry | wrong]))
         with pytest.raises(ValueError, match="fits no mutant: rigidpend/routes/certainty"):
-            mutations.equivalent(declared(tmp_path, **wrong))
+            mutations.equivalent(path)
 
 
 def test_every_declared_mutant_is_one_that_can_be_drawn_and_has_a_reason() -> None:

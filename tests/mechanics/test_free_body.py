@@ -14,7 +14,6 @@ from rigidpend.mechanics import free_body
 from rigidpend.mechanics.coordinates import aligned_from_canonical, momentum, scale
 from rigidpend.mechanics.equations import energy, euler_poisson, hamiltonian_J3_0
 from rigidpend.mechanics.free_body import SEPARATRICES, SeparatrixMotion, separatrix, unperturbed
-from rigidpend.orbits.integrate.states import states_at
 from tests.orbits.integrate.problems import FREE, GENERIC, theta1_on
 from tests.strategies import (
     DERIVATIVE,
@@ -32,55 +31,18 @@ from tests.strategies import (
 
 PHI = np.linspace(-3, 3, 61)
 HALF = np.linspace(-1.5, 1.5, 41)
-UP = np.array([0.0, 0.0, 1.0])
 FAMILIES = [free_body.around_M1, free_body.around_M2]
 AXIS = {free_body.around_M1: 0, free_body.around_M2: 1}
 
 Family = Callable[..., Any]
 
 
-def kinetic(body: Body, M: Any) -> Any:
-    """Twice the energy of the body without weight."""
-    A, r, _ = floats_of(body)
-    return 2 * energy(M, (0, 0, 0), A, r, 0.0)
-
-
-def rate(body: Body, M: Any) -> Any:
-    """dM/dt of the Euler-Poisson equations without weight."""
-    A, r, _ = floats_of(body)
-    return np.array(euler_poisson(M, UP, A, r, 0.0)[:3])
-
-
-def orbit(body: Body, M: Any, times: Any) -> Any:
-    A, r, _ = floats_of(body)
-    state = [*M, *UP]
-    return states_at(lambda s: euler_poisson(s[:3], s[3:], A, r, 0.0), state, times)[:3]
-
-
-@pytest.mark.parametrize("number", free_body.SEPARATRICES)
-def test_agrees_with_the_integrated_separatrix(number: int) -> None:
-    M = free_body.half_circle(FREE.alpha0, number, np.array([-0.9]))[:, 0]
-    found = orbit(FREE, M, np.linspace(0, 4, 41))
-    phi = np.arcsin(found[2] * (1 if number in (2, 4) else -1))
-    assert (np.diff(phi) > 0).all()
-    np.testing.assert_allclose(found, free_body.half_circle(FREE.alpha0, number, phi), atol=1e-10)
-
-
-@given(body=bodies())
-@repeatable(8)
-def test_the_separatrices_in_the_plane_are_where_the_paper_has_them(body: Body) -> None:
-    alpha0, beta0, turn = body.alpha0, body.beta0, 2 * np.pi
-    expected = [beta0 - alpha0, beta0 + alpha0, beta0 - alpha0 + turn, beta0 + alpha0 + turn]
-    np.testing.assert_allclose(
-        free_body.separatrix_theta1(alpha0, beta0), expected, atol=4 * np.pi * 1e-15
-    )
-
-
 @pytest.mark.parametrize("number", free_body.SEPARATRICES)
 def test_a_separatrix_on_the_sphere_is_the_one_of_that_number_in_the_plane(number: int) -> None:
     M = free_body.half_circle(FREE.alpha0, number, HALF)
     start = FREE.beta0 - FREE.alpha0 - 0.1
-    theta1, _ = free_body.in_plane(M, FREE.beta0, start)
+    theta1, J1 = free_body.in_plane(M, FREE.beta0, start)
+    assert (np.diff(J1) * (1 if number in (2, 4) else -1) > 0).all()
     np.testing.assert_allclose(theta1, theta1_on(number, FREE), atol=1e-14)
     told = free_body.separatrix_theta1(FREE.alpha0, FREE.beta0)[number - 1]
     assert told == pytest.approx(theta1_on(number, FREE), rel=1e-15)
@@ -93,8 +55,9 @@ def test_an_orbit_keeps_momentum_and_energy_on_the_sphere_and_in_the_plane(
     family: Family, height: float, side: int, start: float
 ) -> None:
     M = family(FREE.alpha0, height, side, PHI)
+    A, nowhere = floats_of(FREE)[0], (0, 0, 0)
     # In units of J2^2, dimensionless: |M|^2 s^2.
-    free = kinetic(FREE, M) / (2 * scale(floats_of(FREE)[0]) ** 2)
+    free = energy(M, nowhere, A, nowhere, 0.0) / scale(A) ** 2
     np.testing.assert_allclose((M * M).sum(axis=0), 1, rtol=ROUNDING)
     np.testing.assert_allclose(free, free[0], rtol=ROUNDING)
     assert np.abs(M[2]).max() == pytest.approx(height, rel=1e-3)
@@ -110,18 +73,12 @@ HALF_PLANES = {1: (0, -1), 2: (1, 0), 3: (0, 1), 4: (-1, 0)}
 """The signs of Qp and Qm on each separatrix (`equations.aligned`)."""
 
 
-def fine_motion(
-    number: int, share: float, theta2: float = 0.3, J2: Any = "0.8"
-) -> SeparatrixMotion:
-    J1 = FINE.mpf(share) * FINE.mpf(J2)
-    return SeparatrixMotion(number, J1, FINE.mpf(J2) - J1, FINE.mpf(theta2))
-
-
 def assert_solves(number: int) -> None:
     """In its half plane, with the rates of the free body, whatever the weight."""
     p = fine_angles(GENERIC)
     for share, t in ((1e-9, 3.0), (0.3, -1.0), (1 - 1e-9, 0.5)):
-        motion = fine_motion(number, share)
+        J1, J2 = FINE.mpf(share) * FINE.mpf("0.8"), FINE.mpf("0.8")
+        motion = SeparatrixMotion(number, J1, J2 - J1, FINE.mpf("0.3"))
 
         def state(x: Any, motion: SeparatrixMotion = motion) -> list[Any]:
             c = separatrix(x[0], motion, p, FINE)

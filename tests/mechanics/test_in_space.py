@@ -41,10 +41,6 @@ BODIES = [
 J2_0 = 0.8
 
 
-def h0_of(body: Body) -> float:
-    return body.kappa * J2_0**2 / 2
-
-
 @pytest.mark.parametrize("body", BODIES)
 @pytest.mark.parametrize("number", [1, 2, 3, 4])
 def test_eq_tri1_is_the_integral_of_th3_along_the_unperturbed_separatrix(
@@ -61,7 +57,8 @@ def test_eq_tri1_is_the_integral_of_th3_along_the_unperturbed_separatrix(
     far = 70 / (J2_0 * math.sin(p.alpha0))
     begin, end = (-far, 0.0) if number % 2 == 0 else (0.0, far)
     half, _ = quad(rate, begin, end, epsabs=1e-15, epsrel=1e-12, limit=200)
-    assert increments(p, h0_of(body))[number - 1] == pytest.approx(2 * half, abs=1e-12)
+    h0 = body.kappa * J2_0**2 / 2
+    assert increments(p, h0)[number - 1] == pytest.approx(2 * half, abs=1e-12)
 
 
 def test_increments_keep_their_digits_where_alpha0_is_near_pi() -> None:
@@ -70,18 +67,6 @@ def test_increments_keep_their_digits_where_alpha0_is_near_pi() -> None:
     unit = p.mu * m.pi * p.kappa / m.sin(p.alpha0)
     expected = [float(unit * m.sin((p.beta0 + side * p.alpha0) / 2)) for side in (-1, 1)]
     np.testing.assert_allclose(increments(body.angles(), 1.0)[:2], expected, rtol=1e-15)
-
-
-def assert_ordered(body: Body) -> None:
-    """The increments are as the body's regime has them."""
-    p = body.angles()
-    unit = float(p.mu * p.nu)
-    value = dict(enumerate([0.0, *increments(p, 1.0) / unit]))
-    groups = [[value[k] for k in group] for group in regime(body).value]
-    for group in groups:
-        assert max(group) - min(group) <= 4e-15
-    for above, below in itertools.pairwise(groups):
-        assert min(above) > max(below)
 
 
 @pytest.mark.parametrize(
@@ -102,7 +87,13 @@ def test_eq_trieq_has_five_regimes(beta0: str, found: Regime, order: str) -> Non
     body = Body.from_angles(2, beta0, "1.5", "0.01")
     assert regime(body) is found
     assert str(regime(body)) == order
-    assert_ordered(body)
+    p = body.angles()
+    value = dict(enumerate([0.0, *increments(p, 1.0) / float(p.mu * p.nu)]))
+    groups = [[value[k] for k in group] for group in regime(body).value]
+    for group in groups:
+        assert max(group) - min(group) <= 4e-15
+    for above, below in itertools.pairwise(groups):
+        assert min(above) > max(below)
 
 
 def test_plateaus_add_up_the_increments_of_a_route() -> None:

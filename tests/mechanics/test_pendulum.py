@@ -40,11 +40,6 @@ FAMILIES = [1, 2]
 GAPS = [1.0, 1e-2, 1e-5, 1e-8, 1e-11, 1e-14]
 
 
-def sign_of(family: int) -> int:
-    """Of M3 = 2 J1 - J2."""
-    return 2 * family - 3
-
-
 @pytest.mark.parametrize("sign", [1, -1])
 @repeatable(6)
 @given(bodies(), numbers(1.001, 3), numbers(-4, 4))
@@ -71,7 +66,7 @@ def test_eq_5_3_solves_euler_poisson_at_energy_h0(
 def test_eq_sol_3_is_5_3_in_other_coordinates(family: int, body: Body, surplus: float) -> None:
     (A, r, mu), p = floats_of(body), body.angles()
     h0, t = surplus * (mu + 1), np.linspace(-5, 5, 41)
-    motion = pendulum.body_motion(t, sign_of(family), A[2], r, h0, mu, np)
+    motion = pendulum.body_motion(t, 2 * family - 3, A[2], r, h0, mu, np)
     M, gamma = np.array(motion[0]), np.array(motion[1])
     found = coordinates.canonical_from_andoyer(coordinates.andoyer_from_body(M, gamma), p.beta0)
     s = coordinates.scale(A)
@@ -184,17 +179,13 @@ def beside(theta1: Any, tau: Any, p: Angles, h: Any, family: int) -> tuple[Any, 
     return rates[0], rates[0] + rates[2]
 
 
-def fine(*x: float) -> list[Any]:
-    return [FINE.mpf(y) for y in x]
-
-
 @pytest.mark.parametrize("family", [1, 2])
 @repeatable(6)
 @given(bodies(), numbers(1.001, 3), numbers(0.1, 6.1), numbers(0, 6.3))
 def test_eq_eq_Ric1_is_eq1_beside_the_pendulum_motions(
     family: int, body: Body, surplus: float, theta1: float, tau: float
 ) -> None:
-    p, (x, phase) = fine_angles(body), fine(theta1, tau)
+    p, x, phase = fine_angles(body), FINE.mpf(theta1), FINE.mpf(tau)
     h = surplus * (p.mu + 1)
     a0, a1, a2 = riccati_coefficients(phase, p, h, family, FINE)
     # y' of y = cot(theta1/2) from (eq1), by the chain rule.

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 import pickle
-import time
 from decimal import Decimal
 from fractions import Fraction
 from typing import Any
@@ -14,7 +13,6 @@ import numpy as np
 import pytest
 from hypothesis import assume, given
 from hypothesis import strategies as st
-from mpmath.libmp import to_rational
 
 from rigidpend.numbers.exact import (
     MAX_TEXT,
@@ -26,42 +24,24 @@ from rigidpend.numbers.exact import (
     fraction,
     function,
 )
-from rigidpend.numbers.expressions import as_written, everywhere, shown
+from rigidpend.numbers.expressions import as_written, everywhere, named, shown
 from tests.strategies import repeatable
 
-MANY = 1000
-"""Bits of the references."""
-
-
-def as_fraction(x: Any) -> Fraction:
-    """An mpmath number, unrounded."""
-    return Fraction(*map(int, to_rational(x._mpf_)))
-
-
-def same(a: Exact, b: Exact) -> bool:
-    return a.fraction == b.fraction and as_fraction(a.at(MANY)) == as_fraction(b.at(MANY))
-
-
-RATIONAL = {
-    "1e-6": Fraction(1, 10**6),
-    "0.1": Fraction(1, 10),
-    " 1.3342 ": Fraction(13342, 10**4),
-    "1/3": Fraction(1, 3),
-    "-(1/3)**2": Fraction(-1, 9),
-    "-2**2": Fraction(-4),
-    "2**-3": Fraction(1, 8),
-    "1 - 2 - 3": Fraction(-4),
-    "2/3/4": Fraction(1, 6),
-    "2**3**2": Fraction(512),
-    "sqrt(9/16)": Fraction(3, 4),
-    "+7": Fraction(7),
-    "1e-5000": Fraction(1, 10**5000),
-    "(" * 99 + "1" + ")" * 99: Fraction(1),
-}
-
-
-OF_OTHER_KINDS = [
-    *((x, Fraction(float(x))) for x in (0.1, -1e-6, 5e-324, 1.7976931348623157e308)),
+RATIONAL: list[tuple[Any, Fraction]] = [
+    ("1e-6", Fraction(1, 10**6)),
+    (" 1.3342 ", Fraction(13342, 10**4)),
+    ("1/3", Fraction(1, 3)),
+    ("-(1/3)**2", Fraction(-1, 9)),
+    ("-2**2", Fraction(-4)),
+    ("2**-3", Fraction(1, 8)),
+    ("1 - 2 - 3", Fraction(-4)),
+    ("2/3/4", Fraction(1, 6)),
+    ("2**3**2", Fraction(512)),
+    ("sqrt(9/16)", Fraction(3, 4)),
+    ("+7", Fraction(7)),
+    ("1e-5000", Fraction(1, 10**5000)),
+    ("(" * 99 + "1" + ")" * 99, Fraction(1)),
+    (5e-324, Fraction(1, 2**1074)),
     (np.float64(0.1), Fraction(0.1)),
     (np.float32(0.1), Fraction(13421773, 2**27)),
     (Decimal("0.1"), Fraction(1, 10)),
@@ -74,7 +54,7 @@ OF_OTHER_KINDS = [
 ]
 
 
-@pytest.mark.parametrize(("given", "value"), [*RATIONAL.items(), *OF_OTHER_KINDS])
+@pytest.mark.parametrize(("given", "value"), RATIONAL)
 def test_agrees_a_rational_number_with_its_fraction(given: Any, value: Fraction) -> None:
     assert exact(given).fraction == value
     assert float(exact(given)) == float(value)
@@ -99,35 +79,26 @@ def test_agrees_a_rational_number_with_its_fraction(given: Any, value: Fraction)
     ],
 )
 def test_agrees_at_with_mpmath_to_the_last_bit(text: str, value: Any, bits: int) -> None:
-    with mpmath.workprec(MANY):
-        expected = as_fraction(value(mpmath.mp))
-    found = as_fraction(exact(text).at(bits))
-    assert found == fraction(exact(text).at(bits), bits) == nearest(expected, bits)
-    assert float(exact(text)) == expected.numerator / expected.denominator
+    """Whatever the precision of mpmath's own context."""
+    with mpmath.workprec(1000):
+        fine = value(mpmath.mp)
+        expected = mpmath.mpf(fine, prec=bits)
+    with mpmath.workprec(20):
+        found = exact(text).at(bits)
+    assert ratio(found) == ratio(expected) == fraction(found) == fraction(found, bits)
+    assert float(exact(text)) == float(ratio(fine))
 
 
-def nearest(x: Fraction, bits: int) -> Fraction:
-    """A fraction rounded to that many bits; ties do not occur."""
-    size = abs(x.numerator).bit_length() - x.denominator.bit_length()
-    unit = Fraction(2) ** (size - bits)
-    while abs(x) / unit >= 2**bits:
-        unit *= 2
-    while abs(x) / unit < 2 ** (bits - 1):
-        unit /= 2
-    return round(x / unit) * unit
+def ratio(x: Any) -> Fraction:
+    """An mpmath number, unrounded."""
+    return Fraction(*map(int, x.as_integer_ratio()))
 
 
-REFUSED_VALUES = [math.nan, math.inf, -math.inf, True, np.True_, None, 1j, b"1", [1]]
-REFUSED_VALUES += [np.float32("nan"), Decimal("NaN"), Decimal("-Infinity"), np.array([1.5])]
-
-
-@pytest.mark.parametrize("value", REFUSED_VALUES, ids=repr)
-def test_refused_what_is_no_finite_real_number(value: Any) -> None:
-    with pytest.raises(ExactError, match=r"is not (finite|a real number)"):
-        exact(value)
-
-
-REFUSED = {
+REFUSED: dict[str, list[Any]] = {
+    "is not (finite|a real number)": [
+        *(math.nan, math.inf, -math.inf, True, np.True_, None, 1j, b"1", [1], np.array([1.5])),
+        *(np.float32("nan"), Decimal("NaN"), Decimal("-Infinity")),
+    ],
     "is not a number": ["", "1e", "0x10", "1\x002", "1;2", "(" * 150 + "1"],
     "not understood": [
         *("nan", "inf", "True", "1j", "exp(1)", "sin(1, 2)", "sin(x=1)", "(1, 2)", "7 // 2"),
@@ -142,21 +113,27 @@ REFUSED = {
     "not real": ["sqrt(-1)", "sqrt(3 - pi)", "sqrt(-sqrt(2))"],
     "whole number": ["2**0.5"],
     "at most 64": ["2**65", "9**9**9", "9**64**64"],
-    "exponents go to 5000": ["1e5001", "1e-99999999999"],
+    # What is huge is so at once: were it formed, these would fill the memory.
+    "exponents go to 5000": [
+        *("1e5001", "1e-99999999999", Decimal("1E+99999999"), Decimal("1E-5001")),
+    ],
     "4001 characters": ["1" * 4001],
     "100000 characters": ["(" * 100_000],
     "more than 40000 bits": [
-        *("((9**64)**64)**64", "(((2**64)**64)**64)**64", "1e5000*1e5000*1e5000"),
+        *("((9**64)**64)**64", "(((2**64)**64)**64)**64", "1e5000*1e5000*1e5000", "1e5000**64"),
+        *(Fraction(1, 2**40_000), 2**40_000),
     ],
 }
 
 
 @pytest.mark.parametrize(
-    ("text", "reason"), [(text, reason) for reason, texts in REFUSED.items() for text in texts]
+    ("value", "reason"),
+    [(value, reason) for reason, values in REFUSED.items() for value in values],
+    ids=named,
 )
-def test_refused_texts_name_their_reason(text: str, reason: str) -> None:
+def test_what_is_refused_names_its_reason(value: Any, reason: str) -> None:
     with pytest.raises(ExactError, match=reason):
-        exact(text)
+        exact(value)
 
 
 WRITTEN = "0123456789.eE+-*/() pisqrtanco_,"
@@ -199,7 +176,8 @@ def _larger(parts: st.SearchStrategy[Exact]) -> st.SearchStrategy[Exact]:
 @given(st.recursive(LEAVES, _larger, max_leaves=6))
 def test_agrees_the_text_of_an_exact_with_its_value(x: Exact) -> None:
     assume(len(str(x)) <= MAX_TEXT)
-    assert same(exact(str(x)), x)
+    again = exact(str(x))
+    assert (again.fraction, ratio(again.at(1000))) == (x.fraction, ratio(x.at(1000)))
     assert str(pickle.loads(pickle.dumps(x))) == str(x)
     assert repr(x) == f"exact({str(x)!r})"
 
@@ -240,24 +218,6 @@ def test_agrees_a_float_s_text_with_the_decimal_or_quotient(value: Any, text: st
     assert str(exact(value)) == text
 
 
-@pytest.mark.parametrize(
-    "make",
-    [
-        lambda: Fraction(1, 2**40_001),
-        lambda: 2**40_001,
-        lambda: Decimal("1E+99999999"),
-        lambda: Decimal("1E-5001"),
-        lambda: "1e5000**64",
-    ],
-    ids=["denominator", "integer", "decimal", "tiny decimal", "power"],
-)
-def test_refused_what_is_huge_at_once(make: Any) -> None:
-    value, begin = make(), time.perf_counter()
-    with pytest.raises(ExactError):
-        exact(value)
-    assert time.perf_counter() - begin < 1
-
-
 def test_agrees_a_deep_expression() -> None:
     """Forty levels: were each to ask the one below it twice, this would not end."""
     x = mpmath.mpf(1)
@@ -276,15 +236,11 @@ def test_agrees_a_double_too_large_or_small_with_its_limit() -> None:
 
 
 def test_agrees_operators_with_a_number_on_either_side() -> None:
-    x = exact("pi/3")
-    third = math.pi / 3
+    x, third = exact("pi/3"), math.pi / 3
     found = [-x, 1 + x, 2 * x, 1 / x, 3 - x, x + 1, x * 2, x / 2, x - 3, x**2]
     expected = [-third, 1 + third, 2 * third, 1 / third, 3 - third]
     expected += [third + 1, third * 2, third / 2, third - 3, third**2]
     assert [float(y) for y in found] == pytest.approx(expected, rel=1e-15)
-    half = exact("1/2")
-    rational = [-half, 1 + half, 2 * half, 1 / half, 3 - half]
-    assert [y.fraction for y in rational] == [Fraction(n, 2) for n in (-1, 3, 2, 4, 5)]
 
 
 def test_agrees_equality_with_value_and_writing() -> None:
@@ -293,18 +249,6 @@ def test_agrees_equality_with_value_and_writing() -> None:
     assert exact("pi") != exact(math.pi)
     assert exact(0.1) != exact("0.1")
     assert exact("pi") != "pi"
-
-
-def test_invariant_a_context_keeps_its_precision() -> None:
-    before = {bits: context(bits).prec for bits in (53, 85, 113, 300)}
-    outside = mpmath.mp.prec
-    with mpmath.workprec(20):
-        third, root = exact("1/3").at(300), exact("sqrt(2)").at(113)
-    assert 3 * as_fraction(third) != 1
-    assert abs(3 * as_fraction(third) - 1) < Fraction(1, 2**299)
-    assert abs(as_fraction(root) ** 2 - 2) < Fraction(1, 2**110)
-    assert {bits: context(bits).prec for bits in before} == before == {b: b for b in before}
-    assert mpmath.mp.prec == outside
 
 
 @pytest.mark.parametrize("x", ["-0.3", "1e-40", "-1e-3000", "0", "3", "-200"])

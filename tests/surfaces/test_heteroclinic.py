@@ -117,13 +117,19 @@ def test_the_error_told_holds_against_more_steps(
     assert np.abs(finer.gained - found.gained).max() < found.error.max() + rounding
 
 
-def test_theta3_is_followed_by_the_engine_that_is_asked_for() -> None:
-    """Two of one tolerance err otherwise, and agree to what is left of it."""
-    given = surface(GENERIC, H0, 53, 2), 1.0, np.linspace(0, 80, 9)
-    engines = (resolve(x, 1e-13) for x in ("taylor", "scipy"))
-    one, other = (heteroclinic._turning(*given, x) for x in engines)
-    assert np.abs(one).max() > 1e-3
-    assert 0 < np.abs(one - other).max() < 1e-10
+def test_theta3_is_followed_by_the_engine_that_is_asked_for(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    asked = set()
+
+    def noted(*given: Any, **how: Any) -> Any:
+        asked.add(tuple(how.items()))
+        return states_at(*given, **how)
+
+    monkeypatch.setattr(heteroclinic, "phase_at_start", lambda *_: (1.0, 40.0))
+    monkeypatch.setattr(heteroclinic, "states_at", noted)
+    increments(GENERIC, H0, resolve("scipy", 1e-9))
+    assert asked == {(("engine", "scipy"), ("tolerance", 1e-9))}
 
 
 def test_secants_that_lead_nowhere_begin_anew() -> None:

@@ -11,7 +11,7 @@ from hypothesis import given
 from scipy.integrate import quad
 
 from rigidpend import Body
-from rigidpend.mechanics.equations import eq1, hamiltonian_J3_0
+from rigidpend.mechanics.equations import eq1
 from rigidpend.mechanics.free_body import SEPARATRICES, SeparatrixMotion, direction, separatrix
 from rigidpend.numbers.exact import exact
 from rigidpend.orbits.integrate.states import states_at
@@ -23,16 +23,13 @@ from tests.strategies import (
     DERIVATIVE,
     FINE,
     along,
-    apart,
     bodies,
-    canonicals,
     fine_angles,
-    gradient,
     largest_difference,
     numbers,
     repeatable,
 )
-from tests.surfaces.bracket import bracket, bracket_on
+from tests.surfaces.bracket import bracket_on
 
 HESS = Body.from_angles("1.2", "1.2", "0.9", "0.01")
 
@@ -41,34 +38,10 @@ def problem(body: Body = FIG4, h0: Any = "1.3342", J1_0: Any = "1e-8") -> RouteP
     return RouteProblem(body, exact(h0), exact(J1_0), 1)
 
 
-def fine_motion(number: int, phase: float = 0.7) -> SeparatrixMotion:
-    return SeparatrixMotion(number, FINE.mpf("1e-8"), FINE.mpf("0.9"), FINE.mpf(phase))
-
-
 def nearly_round(nu: float) -> Body:
     """A body of about the given nu; the nearer to a sphere, the larger it is."""
     spread = 2 * math.pi / nu
     return Body(A=(2, 2 - spread, 2 - spread / 2), r=(1, 3, 0), mu=0)
-
-
-def bracket_of_slopes(x: Any, p: Any) -> Any:
-    """{H0, H1/(kappa J2)} at theta1, J1, theta2, J2 from differences of the Hamiltonian."""
-
-    def slopes(mu: int) -> Any:
-        q = p._replace(mu=mu)
-        H = gradient(lambda y: hamiltonian_J3_0(y[1], y[3], (y[0], y[2]), q, FINE), x)
-        return np.array(H[:2])
-
-    free = slopes(0)
-    heavy = slopes(1) - free
-    return (free[0] * heavy[1] - free[1] * heavy[0]) / (p.kappa * x[3])
-
-
-@repeatable(6)
-@given(bodies(), canonicals())
-def test_the_bracket_is_that_of_the_hamiltonian_s_slopes(body: Body, c: Any) -> None:
-    p, x = fine_angles(body), [FINE.mpf(float(y)) for y in (c.theta1, c.J1, c.theta2, c.J2)]
-    assert abs(bracket(x, p, FINE) - bracket_of_slopes(x, p)) < DERIVATIVE
 
 
 @pytest.mark.parametrize("number", SEPARATRICES)
@@ -107,8 +80,8 @@ def test_the_amplitude_neither_overflows_nor_loses_digits(nu: float) -> None:
 @pytest.mark.parametrize("number", [1, 4])
 def test_zeros_are_where_the_integral_vanishes(number: int) -> None:
     """Where the flow falls and where it rises, before a turn of theta1 and behind it."""
-    p, q = problem(GENERIC), fine_angles(GENERIC)
-    J1, J2 = FINE.mpf("1e-8"), p.J2_0(200)
+    p, q = problem(GENERIC, J1_0="1e-50"), fine_angles(GENERIC)
+    J1, J2 = FINE.mpf("1e-50"), p.J2_0(200)
     found = melnikov.zeros(p, number)
     assert len(found) == 2
     for phase in found:
@@ -123,21 +96,7 @@ def test_zeros_are_none_where_nothing_splits() -> None:
     found = [melnikov.zeros(problem(HESS, 2), number) for number in SEPARATRICES]
     assert [len(x) for x in found] == [0, 2, 0, 2]
     # 2 and 4 are mirrors of each other.
-    assert_same_angles(found[1], found[3], 1e-14)
-
-
-def assert_same_angles(found: Any, expected: Any, allowed: float) -> None:
-    """Two pairs of angles, in any order, around the circle."""
-    first, second = expected
-    direct = max(apart(found[0], first, math.tau), apart(found[1], second, math.tau))
-    crossed = max(apart(found[0], second, math.tau), apart(found[1], first, math.tau))
-    assert min(direct, crossed) <= allowed
-
-
-def test_the_zeros_move_with_J1_0_by_kappa_over_sin_alpha0() -> None:
-    before, after = (melnikov.zeros(problem(J1_0=x)) for x in ("1e-50", "2e-50"))
-    shift = FIG4.kappa / math.sin(FIG4.alpha0) * math.log(2)
-    assert_same_angles(after, [x + shift for x in before], 1e-14)
+    np.testing.assert_allclose(found[1], found[3], rtol=0, atol=1e-14)
 
 
 DELTA = (0.7, -0.4, 1.1, 0.3)
@@ -155,14 +114,10 @@ def fine(motion: SeparatrixMotion) -> SeparatrixMotion:
     )
 
 
-def flat(c: Any) -> list[Any]:
-    return [c.theta1, c.J1, c.theta2, c.J2]
-
-
 def beside(motion: SeparatrixMotion, t: Any, p: Any, s: Any) -> list[Any]:
     """The separatrix's state, displaced by s DELTA."""
-    at = flat(separatrix(t, motion, p, FINE))
-    return [x + s * y for x, y in zip(at, DELTA, strict=True)]
+    c = separatrix(t, motion, p, FINE)
+    return [x + s * y for x, y in zip((c.theta1, c.J1, c.theta2, c.J2), DELTA, strict=True)]
 
 
 @pytest.mark.parametrize("number", SEPARATRICES)

@@ -108,9 +108,9 @@ class Batch:
         while self.lanes.size:
             check_stop()
             number = self.steps
-            self._take(crossings_on(self.noted(number), self.bits), number)
+            self.take(crossings_on(self.noted(number), self.bits), number)
             note(self._told)
-            self.load(self._ended())
+            self.load(self.ended())
         written(np.hstack(self.seen), self.found, self.orbits.passage_limit)
         self.found.time[:] /= float(self.unit)
         return self.found
@@ -145,7 +145,7 @@ class Batch:
         # Where series overflow nothing is known, and the orbit ends as one that failed.
         return taken[np.isfinite(taken["after"]) & (taken["lane"] < m)]
 
-    def _take(self, found: Array, number: int) -> None:
+    def take(self, found: Array, number: int) -> None:
         """Take in the crossings on so many steps."""
         at, lanes = found[0].astype(np.int64), self.lanes
         self.seen.append(np.array([lanes["orbit"][at], *found[1:]]))
@@ -155,7 +155,7 @@ class Batch:
         np.maximum.at(lanes["last"], at, found[1])
         lanes["count"][at[found[2] == UNDECIDED]] = self.orbits.n_crossings
 
-    def _ended(self) -> NDArray[np.bool_]:
+    def ended(self) -> NDArray[np.bool_]:
         """The columns whose orbits are done; their outcomes are noted."""
         lanes, outcome = self.lanes, self.found.outcome
         complete = lanes["count"] >= self.orbits.n_crossings

@@ -75,13 +75,13 @@ def held_out(
     energy = (np.arange(LEVELS) + random.uniform(0, 1, LEVELS)) * 2 / LEVELS - 1
     energy = a.array(np.append(energy, [1, -1]))
     levels = nf.energies.centre + nf.energies.half_width * energy
-    share, turn, counts = _points(random, ARCS)
+    share, turn, counts = points(random, ARCS)
     d, chi = chart.forward.width * a.array(share), a.array(turn) * a.pi
     form = TorusForm(nf, levels, a, counts)
     direct = section_chart(rising, d, chi, form, c, length * a.number(LONGER))
     seen = chart.forward.at(form).look_up(d, chi, a)
     scale = np.array([a.largest(x) or 1.0 for x in direct])[:, None]
-    share, turn, counts = _points(random, LOOK_UPS)
+    share, turn, counts = points(random, LOOK_UPS)
     I, s = chart.inverse.width * a.array(share), a.array(turn) * a.pi
     form = TorusForm(nf, levels, a, counts)
     forward, inverse = chart.at(form)
@@ -96,7 +96,7 @@ def held_out(
     return SHARED * a.largest((seen - direct) / scale), BETWEEN * max(off)
 
 
-def _points(random: np.random.Generator, each: int) -> tuple[Any, Any, list[int]]:
+def points(random: np.random.Generator, each: int) -> tuple[Any, Any, list[int]]:
     """Points of a table: shares of its width, half turns, and how many at each energy."""
     share, turn = random.uniform(-1, 1, (2, LEVELS * each))
     ends, phases = np.tile([1, -1], CORNERS), (np.arange(CORNERS) + 0.5) * 2 / CORNERS - 1

@@ -104,12 +104,12 @@ def return_map(
         raise ParameterError("h", f"the energies must ascend, got {low} and {high}")
     for end in (low, high):
         check_units("h", end)
-    return _kept(body, low, high, bits, design).within(budget)
+    return kept(body, low, high, bits, design).within(budget)
 
 
 def is_kept(body: Body, low: Exact, high: Exact, bits: int, design: Design) -> bool:
     """True if a map was built before, by whichever process, and is there to be used."""
-    return isinstance(_kept(body, low, high, bits, design).known, ReturnMap)
+    return isinstance(kept(body, low, high, bits, design).known, ReturnMap)
 
 
 def build_apart(
@@ -120,7 +120,7 @@ def build_apart(
     Threads would not do: most of the time is Python's own, and they take turns with it.
     """
     low, high = ends
-    _kept(body, low, high, bits, design).within(budget, _by_process)
+    kept(body, low, high, bits, design).within(budget, _by_process)
 
 
 def _by_process(*task: Any) -> ReturnMap:
@@ -191,7 +191,7 @@ class _Kept:
         return ReturnMap(body, bits, ends, errors, orders, design, nf, (down, up), cost)
 
 
-_kept = functools.lru_cache(maxsize=16)(_Kept)
+kept = functools.lru_cache(maxsize=16)(_Kept)
 
 
 def followed(body: Body, low: Exact, high: Exact, bits: int, design: Any, table: int) -> bytes:

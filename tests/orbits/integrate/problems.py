@@ -15,7 +15,6 @@ from rigidpend import Body
 from rigidpend.mechanics.coordinates import Canonical, aligned_from_canonical
 from rigidpend.mechanics.equations import aligned_coefficients
 from rigidpend.orbits.integrate import Crossings, Orbits, crossings
-from rigidpend.orbits.integrate.kernel import following
 from tests.bodies import FIG4 as FIG4
 from tests.bodies import FREE as FREE
 from tests.bodies import GENERIC as GENERIC
@@ -91,19 +90,6 @@ def find(
     """The crossings of such a task."""
     orbits = task(states, bits, **of_task)
     return crossings(orbits, engine=engine, bits=bits, tolerance=tolerance, jobs=jobs)
-
-
-def lanes_taken(monkeypatch: pytest.MonkeyPatch, kernel: str) -> list[int]:
-    """The lanes of each kernel of a name that is asked for from now on."""
-    taken: list[int] = []
-    real = getattr(following, kernel)
-
-    def watched(*given: Any) -> Any:
-        taken.append(given[-1])
-        return real(*given)
-
-    monkeypatch.setattr(following, kernel, watched)
-    return taken
 
 
 def same(a: tuple[Any, ...], b: tuple[Any, ...]) -> bool:

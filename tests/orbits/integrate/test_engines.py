@@ -8,9 +8,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from numpy.typing import NDArray
 
-from rigidpend.orbits import integrate
 from rigidpend.orbits.integrate import Crossings, Outcome, dop853
 from rigidpend.orbits.integrate.arithmetic import in_kernel, resolve, rung
 from tests.orbits.integrate.problems import FIG4, FREE, WAYS, fan, find, on_separatrix, same, task
@@ -27,26 +25,6 @@ def test_the_kernel_serves_up_to_424_bits() -> None:
     assert resolve("scipy", None, (64,)).precisions == (64,)
 
 
-@pytest.mark.slow
-@pytest.mark.parametrize(
-    ("engine", "bits", "n", "n_crossings"),
-    # Orbits longer than the limit, in other company; fours of doubles; two parts.
-    [("taylor", 53, 21, 9), ("taylor", 212, 19, 1), ("scipy", 53, 3, 1)],
-)
-def test_jobs_change_no_bit(
-    engine: str, bits: int, n: int, n_crossings: int, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    monkeypatch.setattr(dop853, "SIDE_BY_SIDE", 2)
-    given: Any = {"n_crossings": n_crossings, "passage_limit": 40.0}
-    if engine == "scipy":
-        # Processes are looked at elsewhere: here it is the parts that count.
-        in_turn = lambda work, further, _, parts, jobs: [work(x, *further) for x in parts]  # noqa: E731
-        monkeypatch.setattr(integrate, "side_by_side", in_turn)
-    alone = find(fan(n), engine, bits, **given)
-    for jobs in (2, 3, 50) if engine == "taylor" else (2,):
-        assert same(alone, find(fan(n), engine, bits, **given, jobs=jobs))
-
-
 def test_groups_follow_each_other_in_order() -> None:
     """65 orbits are two groups, of 33 and 32."""
     states = fan(65)
@@ -54,18 +32,6 @@ def test_groups_follow_each_other_in_order() -> None:
     last = find(states[:, 33:], "scipy", n_crossings=1, tolerance=1e-6)
     assert found.time.shape == (1, 65)
     np.testing.assert_array_equal(found.time[:, 33:], last.time)
-
-
-@pytest.mark.slow
-def test_small_components_keep_their_relative_precision_and_follow_the_tolerance() -> None:
-    """Qp grows from 1e-12 to one; what it errs, relatively, the crossing time errs."""
-    begin = fan(1, J1=1e-24)
-    truth = find(begin, "taylor", 106, n_crossings=1).time
-    fine, coarse = (
-        abs(find(begin, "scipy", tolerance=x, n_crossings=1).time / truth - 1).max()
-        for x in (1e-13, 1e-5)
-    )
-    assert fine < 1e-11 < 1e-10 < coarse < 1e-7
 
 
 def test_errors_of_Q_count_by_the_smallest_orbit_and_others_by_one() -> None:
@@ -84,7 +50,7 @@ def test_errors_of_Q_count_by_the_smallest_orbit_and_others_by_one() -> None:
 EACH = [("taylor", 53), ("taylor", 106), ("scipy", 53), ("scipy", 60)]
 """One way for each way of computing: doubles, sums of them, a system of SciPy's, integers."""
 J2, THETA2, V = 1.3, 0.7, 12.0
-"""|M|, initial phase and v of the separatrices below: J1 from 8e-6 J2 up, or down to it."""
+"""|M|, initial phase and v of the separatrices below: J1 rises from 6e-6 J2."""
 
 
 @pytest.mark.slow
@@ -96,21 +62,13 @@ def test_agrees_integers_with_sums_of_doubles_from_a_small_J1() -> None:
     np.testing.assert_allclose(found.time, expected, rtol=3e-16)
 
 
-def separatrix_J1(separatrix: int, times: NDArray[np.float64]) -> NDArray[np.float64]:
-    """J1 on (sol_1)-(sol_22): rising on 2 and 4, sinking on 1 and 3."""
-    falling = 1 if separatrix in (1, 3) else -1
-    exponent = falling * (J2 * math.sin(FREE.alpha0) * times - V)
-    return J2 / (np.exp(exponent) + 1)
-
-
 @pytest.mark.parametrize(
     ("separatrix", "engine", "bits"), [(2 + 2 * (k % 2), *way) for k, way in enumerate(EACH)]
 )
 def test_agrees_the_one_crossing_of_an_unperturbed_separatrix(
     separatrix: int, engine: str, bits: int
 ) -> None:
-    J1 = float(separatrix_J1(separatrix, np.zeros(1))[0])
-    begin = on_separatrix(separatrix, FREE, J1, THETA2, J2)
+    begin = on_separatrix(separatrix, FREE, J2 / (math.exp(V) + 1), THETA2, J2)
     found = find(begin[:, None], engine, bits, body=FREE, passage_limit=40)
     # J1 = J2/2 where u t = v; then the orbit stays on Q = 0 and never comes back.
     assert found.time[0, 0] == pytest.approx(V / (J2 * math.sin(FREE.alpha0)), abs=1e-10)
@@ -127,16 +85,20 @@ def whole(engine: str, bits: int) -> tuple[Any, Crossings]:
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize(("engine", "bits"), EACH[:-1])
+@pytest.mark.parametrize(
+    ("engine", "bits", "short"),
+    # DOP853 looks at the end of each step.
+    [(*way, 0.75 if way == ("scipy", 53) else 1 - 1e-9) for way in EACH],
+)
 def test_outcome_a_limit_ends_an_orbit_before_a_crossing_that_comes_later(
-    engine: str, bits: int
+    engine: str, bits: int, short: float
 ) -> None:
     begin, expected = whole(engine, bits)
     waited = float(np.diff(expected.time, axis=0)[0, 0])
     assert waited > 10
     found = find(begin, engine, bits, n_crossings=2, passage_limit=waited * (1 + 1e-9))
     assert same(found, expected)
-    for limit, crossed in ((0.75 * waited, 1), (1.0, 0)):
+    for limit, crossed in ((waited * short, 1), (1.0, 0)):
         found = find(begin, engine, bits, n_crossings=2, passage_limit=limit)
         assert found.outcome.tolist() == [Outcome.NO_CROSSING]
         assert np.isfinite(found.time).sum() == np.count_nonzero(found.separatrix) == crossed

@@ -12,8 +12,6 @@ from typing import Any
 import numpy as np
 import pytest
 
-from rigidpend.machine import cache
-from rigidpend.machine.cache import KeptFileWarning
 from rigidpend.machine.workers import side_by_side
 from rigidpend.mechanics.equations import AlignedCoefficients
 from rigidpend.orbits.integrate import bigint, in_unit
@@ -21,6 +19,7 @@ from rigidpend.orbits.integrate.kernel import machine_code, taylor_step
 from rigidpend.orbits.integrate.kernel.following import carrying, note
 from rigidpend.orbits.integrate.kernel.lane_numbers import KINDS, in_parts
 from rigidpend.orbits.integrate.kernel.machine_code import LANES, Writer
+from rigidpend.orbits.integrate.states import states_at
 from tests.orbits.integrate.problems import fan, task
 
 C = AlignedCoefficients(
@@ -42,12 +41,10 @@ def stepped(bits: int, order: int, steps_taken: int) -> tuple[list[Fraction], Fr
     return end, Fraction(time[0, 0]) + Fraction(time[1, 0]), notes[:count]
 
 
-def by_integers(time: Fraction, bits: int) -> list[Fraction]:
-    """The state of the same orbit at a time, in integers."""
-    for step in bigint.steps(C, STATE, bits):
-        if step.since_begin(time) <= step.length:
-            return list(step.at(step.since_begin(time)))
-    raise AssertionError
+def off(state: list[Fraction], time: Fraction, bits: int) -> Fraction:
+    """How far a state is from that of the same orbit in integers."""
+    true = states_at(C, np.array([STATE]).T, [time], bits, engine="scipy")[:, 0, 0]
+    return max(abs(a - b) for a, b in zip(state, true, strict=True))
 
 
 @pytest.mark.parametrize(
@@ -58,9 +55,8 @@ def test_steps_err_by_rounding_alone(bits: int, finest: float) -> None:
     """A slip in a single recurrence, or a part of a pair that is lost, is seen here."""
     end, time, _ = stepped(bits, taylor_step.order_of(2.0 ** (1 - bits)), 8)
     assert 2 < time < 20
-    error = max(abs(a - b) for a, b in zip(end, by_integers(time, bits + 60), strict=True))
     # Eight steps, each of which rounds and lets earlier errors grow a little.
-    assert error < 8 * Fraction(finest)
+    assert off(end, time, bits + 60) < 8 * Fraction(finest)
 
 
 def test_orders_share_a_kernel_as_far_as_it_has_room() -> None:
@@ -69,19 +65,12 @@ def test_orders_share_a_kernel_as_far_as_it_has_room() -> None:
     assert carrying(32, 53).func is not carrying(31, 53).func
     for order in (31, 32):
         end, time, _ = stepped(53, order, 3)
-        error = max(abs(a - b) for a, b in zip(end, by_integers(time, 113), strict=True))
-        assert error < 3 * Fraction(2.0**-50)
+        assert off(end, time, 113) < 3 * Fraction(2.0**-50)
 
 
-def identity() -> str:
-    code = Writer()
-    return f"define i64 @same(i64 %x) {{\n  ret i64 %x\n}}\n; {code.vector}\n"
-
-
-def test_machine_code_is_kept_and_a_damaged_file_made_anew(
+def test_machine_code_is_made_once_among_threads_and_kept(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(machine_code, "folder", lambda: tmp_path / "kernels")
     made: list[str] = []
     compiled = machine_code.compiled
 
@@ -90,47 +79,16 @@ def test_machine_code_is_kept_and_a_damaged_file_made_anew(
         time.sleep(0.01)
         return compiled(llvm, machine, text)
 
+    monkeypatch.setattr(machine_code, "folder", lambda: tmp_path / "kernels")
     monkeypatch.setattr(machine_code, "compiled", counted)
-
-    def fresh() -> int:
+    text = f"define i64 @same(i64 %x) {{\n  ret i64 %x\n}}\n; {Writer().vector}\n"
+    for _ in range(2):
         machine_code.ready.cache_clear()
-        return int(machine_code.function(identity())(41))
-
-    # Threads that ask for the same code wait for the one that makes it.
-    machine_code.ready.cache_clear()
-    text = identity()
-    both = side_by_side(machine_code.function, (), False, [text, text], jobs=2)
-    assert [int(f(41)) for f in both] == [41, 41]
-    assert len(made) == 1
-    assert fresh() == 41
-    assert len(made) == 1, "the second time it was read"
-    [file] = (tmp_path / "kernels").iterdir()
-    whole = file.read_bytes()
-    for place in (3, len(whole) // 2, len(whole) - 1):
-        spoilt = bytearray(whole)
-        spoilt[place] ^= 16
-        file.write_bytes(spoilt)
-        before = len(made)
-        with pytest.warns(KeptFileWarning, match=str(tmp_path)):
-            assert fresh() == 41
-        assert len(made) == before + 1
-        assert file.read_bytes() == whole, "and the file is mended"
-    file.write_bytes(whole[:-7])
-    with pytest.warns(KeptFileWarning):
-        assert fresh() == 41
-    machine_code.ready.cache_clear()
-
-
-def test_a_folder_that_cannot_be_written_costs_no_more_than_a_compilation(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    blocked = tmp_path / "file"
-    blocked.write_text("")
-    monkeypatch.setattr(machine_code, "folder", lambda: blocked / "kernels")
-    machine_code.ready.cache_clear()
-    cache.tell_once.cache_clear()
-    with pytest.warns(KeptFileWarning, match="nothing can be kept"):
-        assert machine_code.function(identity())(7) == 7
+        both = side_by_side(machine_code.function, (), False, [text, text], jobs=2)
+        assert [int(f(41)) for f in both] == [41, 41]
+    assert made == [text], (
+        "threads waited for the one that made it, and the second time it was read"
+    )
     machine_code.ready.cache_clear()
 
 
@@ -142,7 +100,8 @@ def test_every_processor_computes_the_same_bits(
     order = taylor_step.order_of(1e-8)
     here = stepped(53, order, 12)
     monkeypatch.setattr(machine_code, "folder", lambda: tmp_path)
-    monkeypatch.setattr(machine_code, "processor", lambda llvm: (plain_processor(), ""))
+    plain_one = "x86-64" if platform.machine() in ("x86_64", "AMD64") else "generic"
+    monkeypatch.setattr(machine_code, "processor", lambda llvm: (plain_one, ""))
     for cached in (machine_code.ready, carrying):
         cached.cache_clear()
     plain = stepped(53, order, 12)
@@ -150,10 +109,6 @@ def test_every_processor_computes_the_same_bits(
         cached.cache_clear()
     assert plain[:2] == here[:2]
     np.testing.assert_array_equal(plain[2], here[2])
-
-
-def plain_processor() -> str:
-    return "x86-64" if platform.machine() in ("x86_64", "AMD64") else "generic"
 
 
 @pytest.mark.parametrize("bits", [60, 300])

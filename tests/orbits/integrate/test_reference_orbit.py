@@ -14,7 +14,7 @@ import pytest
 from rigidpend import Body
 from rigidpend.mechanics.equations import aligned
 from rigidpend.numbers.exact import exact
-from rigidpend.orbits.integrate import Outcome, neighbours
+from rigidpend.orbits.integrate import neighbours
 from rigidpend.orbits.integrate.reference_orbit import BLOCK, ReferenceOrbit, reference_bits
 from rigidpend.routes.problem import RouteProblem
 from rigidpend.routes.start import Scales, start, states_exact
@@ -90,18 +90,6 @@ def test_an_orbit_that_does_not_cross_ends() -> None:
     assert not short.reaches(1000)
     assert short.points[-1 - BLOCK].time <= 5 < short.points[-1].time
     assert short.last_below(1e300) == len(short.points) - 1
-
-
-def test_a_crossing_after_the_longest_wait_ends_an_orbit() -> None:
-    """Though it lies on a step that is taken before the wait is looked at."""
-    whole = orbit("3.3", 113).followed(2)
-    assert whole.outcome == Outcome.COMPLETE
-    waited = float(np.diff(whole.time[:, 0])[0])
-    for share, ends in ((1 + 1e-9, Outcome.COMPLETE), (1 - 1e-9, Outcome.NO_CROSSING)):
-        found = orbit("3.3", 113, longest=waited * share).followed(2)
-        assert found.outcome == ends
-        times = whole.time[:, 0] if ends == Outcome.COMPLETE else [whole.time[0, 0], np.nan]
-        np.testing.assert_array_equal(found.time[:, 0], times)
 
 
 def test_each_halving_of_the_least_distance_costs_a_bit_and_one_beyond_1_none() -> None:

@@ -15,20 +15,11 @@ from scipy.special import ellipj, ellipk
 from rigidpend.mechanics.equations import AlignedCoefficients, aligned_coefficients
 from rigidpend.numbers.exact import context, fraction
 from rigidpend.orbits.integrate import states
-from rigidpend.orbits.integrate.kernel import machine_code
+from rigidpend.orbits.integrate.kernel import following, machine_code
 from rigidpend.orbits.integrate.kernel.machine_code import FEW, LANES
 from rigidpend.orbits.integrate.states import first_crossings, states_at
 from rigidpend.orbits.return_map.precision import precision
-from tests.orbits.integrate.problems import (
-    ENGINES,
-    FIG4,
-    GENERIC,
-    WAYS,
-    fan,
-    find,
-    lanes_taken,
-    task,
-)
+from tests.orbits.integrate.problems import ENGINES, FIG4, GENERIC, WAYS, fan, find, task
 
 K2 = 0.9
 TOLERANCES = (1e-4, 1e-6, 1e-8, 1e-10, 1e-12)
@@ -131,33 +122,46 @@ def test_a_field_of_every_operation_agrees_with_its_closed_form() -> None:
     np.testing.assert_allclose(found, expected, rtol=4e-15, atol=2e-15)
 
 
+@pytest.mark.parametrize(
+    ("kernel", "followed"),
+    [
+        ("sampling", lambda begin: states_at(C, begin, np.linspace(1, 9, 5))),
+        ("carrying", lambda begin: find(begin, "taylor", n_crossings=1).time),
+    ],
+)
 def test_few_orbits_take_narrow_vectors_and_keep_every_bit(
-    monkeypatch: pytest.MonkeyPatch,
+    kernel: str, followed: Any, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    taken = lanes_taken(monkeypatch, "sampling")
-    begin, times = fan(FEW + 1), np.linspace(1, 9, 5)
-    more, few = (states_at(C, begin[:, :n], times) for n in (FEW + 1, FEW))
+    taken, genuine = list[int](), getattr(following, kernel)
+
+    def watched(*given: Any) -> Any:
+        taken.append(given[-1])
+        return genuine(*given)
+
+    monkeypatch.setattr(following, kernel, watched)
+    more, few = (followed(fan(FEW + 1)[:, :n]) for n in (FEW + 1, FEW))
     assert taken == [LANES, FEW]
     np.testing.assert_array_equal(more[..., :FEW], few)
 
 
 @pytest.mark.parametrize(
-    "times", [[], [0.0, 0.0], [2.0, 1.0], [-1.0, 1.0], [1.0, 1.0], 3.0, [[1.0, -2.0], [2.0, 1.0]]]
+    ("times", "more", "said"),
+    [
+        *(
+            (times, {}, "ascends or descends from 0")
+            for times in ([], [0.0, 0.0], [2.0, 1.0], [-1.0, 1.0], [1.0, 1.0], 3.0)
+        ),
+        ([[1.0, -2.0], [2.0, 1.0]], {}, "ascends or descends from 0"),
+        *(
+            ([1.0], {"tolerance": x}, f"tolerance must be a number above 0, got {x}")
+            for x in (0, -1e-9, math.nan, math.inf)
+        ),
+        ([1.0], {"bits": 106}, "106 bits follow the aligned field alone"),
+    ],
 )
-def test_refuses_times_that_do_not_lead_away_from_0(times: Any) -> None:
-    with pytest.raises(ValueError, match="ascends or descends from 0"):
-        states_at(lambda x: (x[0],), np.ones((1, 2)), times)
-
-
-@pytest.mark.parametrize("tolerance", [0, -1e-9, math.nan, math.inf])
-def test_no_tolerance_but_one_above_0_is_taken(tolerance: float) -> None:
-    with pytest.raises(ValueError, match=f"tolerance must be a number above 0, got {tolerance}"):
-        states_at(rotor, rotors(0.1, 0.2), [1.0], tolerance=tolerance)
-
-
-def test_more_bits_follow_the_aligned_field_alone() -> None:
-    with pytest.raises(ValueError, match="106 bits follow the aligned field alone"):
-        states_at(rotor, np.ones((4, 1)), [1.0], 106)
+def test_what_is_refused_names_its_reason(times: Any, more: Any, said: str) -> None:
+    with pytest.raises(ValueError, match=said):
+        states_at(lambda x: (x[0],), np.ones((1, 2)), times, **more)
 
 
 def given(bits: int, sense: int, n: int = 3) -> tuple[AlignedCoefficients, Any, Any]:

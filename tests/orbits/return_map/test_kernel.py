@@ -18,13 +18,7 @@ from rigidpend.orbits.return_map import ReturnMap, kernel, program, return_map
 from rigidpend.orbits.return_map.conjugacy import TorusForm
 from rigidpend.orbits.return_map.expansions import chebyshev_basis, fourier_basis
 from rigidpend.orbits.return_map.precision import precision
-from rigidpend.orbits.return_map.program import (
-    Entry,
-    radians,
-    reciprocal_of,
-    shortened,
-    significant,
-)
+from rigidpend.orbits.return_map.program import Entry, shortened, significant
 from tests.bodies import GENERIC
 
 ENERGIES = ("1.3332", "1.3352")
@@ -210,18 +204,6 @@ def test_terms_below_the_threshold_are_left_out(last: float, terms: int) -> None
     series = np.array([[0.5, 0.0, 0.0, 0.0], [8.0, 1.0, 0.0, last * 2.0**-7 / 4**3]])
     kept = shortened(series, reach=4.0, threshold=2.0**-10)
     np.testing.assert_array_equal(kept, series[:, :terms])
-
-
-def test_a_series_times_its_reciprocal_is_one() -> None:
-    series = np.array([[2.0, -0.3, 0.7, 0.1], [0.5, 3.0, -1.0, 2.0]])
-    found = [np.convolve(*pair)[:4] for pair in zip(series, reciprocal_of(series), strict=True)]
-    np.testing.assert_allclose(found, np.tile([1, 0, 0, 0], (2, 1)), atol=1e-13)
-
-
-def test_turns_are_told_in_two_doubles() -> None:
-    high, low = radians(7.0)
-    assert (high, abs(low) < 2.0**-48) == (float(14 * np.pi), True)
-    assert low != 0
 
 
 @pytest.mark.parametrize("kind", [np.asarray, lambda x: PairArray(np.stack((x, 0 * x)))])
