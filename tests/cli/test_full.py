@@ -74,13 +74,6 @@ def test_a_disk_that_is_full_for_figures_is_one_sentence(
     assert [x.name for x in (small / "results").iterdir()] == ["fig2.h5"]
 
 
-def test_a_config_whose_result_would_have_too_long_a_name_is_one_sentence(tmp_path: Path) -> None:
-    written(tmp_path, SMALL, f"{'n' * 245}.yaml")
-    done = call(tmp_path, "run", f"{'n' * 245}.yaml")
-    assert done.returncode == 1
-    assert "File name too long" in done.stderr
-
-
 def test_an_error_of_ours_without_room_for_a_log_is_said() -> None:
     full = OSError(28, "No space left on device")
     said = common.sentence(ZeroDivisionError("mine"), Mock(side_effect=full))

@@ -36,8 +36,8 @@ from rigidpend.runs import runner
 from tests.cli.calls import ENVIRONMENT, REFERENCE, call
 from tests.config.samples import SMALL, written
 
-LONG, LONG_WORD = "n" * 300, "9x" * 40_000
-"""A name that no system takes, and an argument of 80 kB."""
+LONG, NEARLY, LONG_WORD = "n" * 300, "n" * 245, "9x" * 40_000
+"""A name that no system takes, one with which no longer one can begin, and 80 kB of argument."""
 
 WRONG = """
 run fig | 2 | fig: no such config; did you mean fig
@@ -89,6 +89,7 @@ run small.yaml sub/Small.yaml | 2 | both be stored as Small.h5, for some systems
 run fig1 --out taken | 1 | taken/fig1.h5: a folder is in the place of a file: move it away, or rem
 render fig2 --out taken | 1 | rigidpend: taken/fig2.png: a folder is in the place of a file: move it
 run LONG.yaml | 1 | File name too long
+run NEARLY.yaml | 1 | File name too long
 run small.yaml --out LONG | 1 | File name too long
 render fig4 --out LONG | 3 | fig4.h5 is not there
 report --out LONG | 1 | File name too long
@@ -101,7 +102,8 @@ def strange(desk: Path) -> Path:
     """The desk, with twins of a config, what never ends, and a folder whose places are taken."""
     os.mkfifo(desk / "pipe.yaml")
     (desk / "zero.yaml").symlink_to("/dev/zero")
-    (desk / "\udcfe.yaml").symlink_to("small.yaml")
+    for name in (NEARLY, "\udcfe"):
+        (desk / f"{name}.yaml").symlink_to("small.yaml")
     for folder in ("sub", "taken", "taken/fig1.h5", "taken/fig2.png"):
         (desk / folder).mkdir()
     for name in ("small", "Small"):
@@ -112,7 +114,7 @@ def strange(desk: Path) -> Path:
 
 @pytest.mark.parametrize("case", WRONG.strip().splitlines())
 def test_what_goes_wrong_is_one_sentence_and_an_exit_code(strange: Path, case: str) -> None:
-    command, code, sentence = case.replace("LONG", LONG).split(" | ")
+    command, code, sentence = case.replace("LONG", LONG).replace("NEARLY", NEARLY).split(" | ")
     done = call(strange, *shlex.split(command))
     assert (done.returncode, done.stdout) == (int(code), ""), done
     assert sentence in done.stderr.splitlines()[-1]

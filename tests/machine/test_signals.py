@@ -117,10 +117,10 @@ def test_a_signal_is_heeded_also_where_python_swallows_exceptions(
 def test_a_command_asked_to_end_says_so_and_prints_its_document(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, number: signal.Signals
 ) -> None:
-    written(tmp_path, SMALL, "small.yaml")
     monkeypatch.setattr(signals, "_came", [number])
     monkeypatch.setattr(signals, "_told", [])
-    done = call(tmp_path, "run", "small.yaml", "--json")
+    # One that by itself looks nowhere whether it is to end.
+    done = call(tmp_path, "cache", "--json")
     assert (done.returncode, done.stderr) == (128 + number, f"{SAID[number]}\n")
     assert json.loads(done.stdout) == {"error": SAID[number], "exit_code": 128 + number}
 
