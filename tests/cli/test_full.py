@@ -113,19 +113,3 @@ def test_a_folder_elsewhere_gets_no_parts(tmp_path: Path) -> None:
         assert (inner / "first.kept").is_file()
         (inner / "first.kept").unlink()
         inner.rmdir()
-
-
-@pytest.mark.parametrize("make", [os.mkfifo, lambda path: path.symlink_to("/dev/zero")])
-@pytest.mark.parametrize(
-    ("command", "code"),
-    [(("run", "fig4"), 1), (("list",), 0), (("render", "fig4"), 1), (("report",), 1)],
-)
-def test_a_pipe_or_a_device_for_a_result_is_one_sentence(
-    tmp_path: Path, make: Callable[[Path], None], command: tuple[str, ...], code: int
-) -> None:
-    (tmp_path / "results").mkdir()
-    make(tmp_path / "results" / "fig4.h5")
-    done = call(tmp_path, *command)
-    assert done.returncode == code
-    said = " ".join((done.stderr + done.stdout).split())
-    assert "fig4.h5: not a readable HDF5 file: not a regular file" in said

@@ -56,6 +56,12 @@ describe zero.yaml | 2 | zero.yaml: not a file
 render fig4 --out no | 3 | rigidpend: no/fig4.h5 is not there; call: rigidpend run fig4 --out no
 render small.yaml --out no | 3 | no/small.h5 is not there; call: rigidpend run small.yaml --out no
 report fig4 --out no | 3 | rigidpend: no/fig4.h5: there is no such file; call: rigidpend run fig4
+certify | 2 | give names of configs, or a certificate with --check
+certify fig4 --check fig4.h5 | 2 | give names of configs, or a certificate with --check
+certify fig1 | 2 | fig1: experiment: the experiment phase_portraits has no route codes to prove
+certify fig4_zoom --out no | 3 | call: rigidpend run fig4_zoom
+certify --check taken/fig2.h5 | 1 | fig2.h5: neither a certificate, which rigidpend certify writes
+certify --check none.h5 | 3 | none.h5: there is no such file
 certify --check none.certificate.h5 | 3 | rigidpend: none.certificate.h5: there is no such file
 verify fig4 --reference none | 3 | rigidpend: none/fig4.h5: there is no such file
 run small.yaml --out small.yaml/sub | 1 | rigidpend: small: small.yaml/sub/small.h5: small.yaml/su
@@ -86,6 +92,11 @@ find --code '0^5 1^10' | 1 | rigidpend: none exists: passage 1
 find --code '0^90 1^3' --decimals 0 | 1 | none of the 7 phases
 run small.yaml sub/small.yaml | 2 | sub/small.yaml would both be stored as small.h5
 run small.yaml sub/Small.yaml | 2 | both be stored as Small.h5, for some systems do not tell c
+run route_map --scheduler head | 2 | 'head' is no address of a scheduler, as tcp://host:8786 is
+run fig4 --out taken | 1 | taken/fig4.h5: not a readable HDF5 file: not a regular file
+render fig4 --out taken | 1 | taken/fig4.h5: not a readable HDF5 file: not a regular file
+run fig5 --out taken | 1 | taken/fig5.h5: not a readable HDF5 file: not a regular file
+render fig5 --out taken | 1 | taken/fig5.h5: not a readable HDF5 file: not a regular file
 run fig1 --out taken | 1 | taken/fig1.h5: a folder is in the place of a file: move it away, or rem
 render fig2 --out taken | 1 | rigidpend: taken/fig2.png: a folder is in the place of a file: move it
 run LONG.yaml | 1 | File name too long
@@ -109,6 +120,8 @@ def strange(desk: Path) -> Path:
     for name in ("small", "Small"):
         written(desk / "sub", SMALL, f"{name}.yaml")
     shutil.copy(REFERENCE / "fig2.h5", desk / "taken")
+    os.mkfifo(desk / "taken" / "fig4.h5")
+    (desk / "taken" / "fig5.h5").symlink_to("/dev/zero")
     return desk
 
 
