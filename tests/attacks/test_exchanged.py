@@ -1,6 +1,4 @@
-"""Results and kept files under names of others or damaged, values and names of all kinds, by lot.
-
-And commands where a library is absent or broken."""
+"""Names of all kinds, and kept files under names of others or damaged, by lot."""
 
 from __future__ import annotations
 
@@ -11,16 +9,15 @@ import subprocess
 import time
 from pathlib import Path
 
+import numpy as np
 import pytest
 
-from rigidpend import render
-from rigidpend.config import catalogue
 from rigidpend.config.complaints import ConfigError
 from rigidpend.machine import cache
 from rigidpend.results import store
-from rigidpend.runs import loading, runner
+from rigidpend.runs import loading
 from tests.attacks import lot
-from tests.cli.calls import REFERENCE, UNTRACED, call
+from tests.cli.calls import UNTRACED
 from tests.config.samples import HEAD, SMALL, written
 from tests.processes import python
 from tests.runs.test_faults import ZOOM
@@ -46,25 +43,6 @@ def test_any_name_stays_in_its_folder_or_is_refused(tmp_path: Path) -> None:
             target.unlink()
     assert refused
     assert max(map(len, refused)) < 400
-
-
-@pytest.mark.slow
-def test_a_result_under_another_name_is_never_taken_for_that_result(tmp_path: Path) -> None:
-    stored = {path.stem: path for path in sorted(REFERENCE.glob("*.h5"))}
-    known = {name: path for name, path in catalogue.known().items() if name in stored}
-    with lot.drawn("exchanged results") as chance:
-        for _ in range(lot.trials(3, 0.05)):
-            mine, other = chance.sample(sorted(known), 2)
-            shutil.copyfile(stored[other], tmp_path / f"{mine}.h5")
-            config = loading.load(known[mine])
-            try:
-                said = runner.plan(config, tmp_path).reason
-            except store.StoreError as error:
-                said = str(error)
-            assert said, (mine, other)
-            # Drawn, it says whose result it is: by its own name.
-            shown = render.captions.bodies(store.load(tmp_path / f"{mine}.h5"))
-            assert shown == render.captions.bodies(store.load(stored[other]))
 
 
 MAP = f"""\
@@ -186,45 +164,6 @@ def test_kept_files_that_are_damaged_or_exchanged_change_no_result(
             assert end.returncode == 0, (done, end.stderr)
             for each in ("map", "zoom"):
                 one, two = (folder / where / f"{each}.h5" for where in ("results", "undisturbed"))
-                assert repr(store.load(one)["data"]) == repr(store.load(two)["data"]), done
+                np.testing.assert_equal(store.load(one)["data"], store.load(two)["data"], str(done))
             assert not list((folder / "results").glob(".*"))
             shutil.rmtree(folder)
-
-
-LIBRARIES = ["heyoka", "llvmlite", "flint", "scipy", "matplotlib", "h5py", "distributed"]
-ABSENT = """
-import importlib.machinery as machinery
-own = machinery.PathFinder.find_spec
-def find(name, *rest):
-    return None if name.partition(".")[0] == "LIBRARY" else own(name, *rest)
-machinery.PathFinder.find_spec = staticmethod(find)
-"""
-COMMANDS = [
-    "run small.yaml --force",
-    "certify small.yaml",
-    "render small.yaml",
-    "find fig4 --code 01",
-]
-
-
-@pytest.mark.slow
-def test_where_a_library_is_absent_or_broken_a_command_works_or_names_it(tmp_path: Path) -> None:
-    written(tmp_path, SMALL, "small.yaml")
-    assert call(tmp_path, "run", "small.yaml").returncode == 0
-    codes = store.load(tmp_path / "results" / "small.h5")["data"]["only"]["codes"]
-    with lot.drawn("libraries") as chance:
-        for index in range(lot.trials(1, 0.02)):
-            library, broken = chance.choice(LIBRARIES), chance.random() < 0.5
-            place = tmp_path / str(index)
-            place.mkdir()
-            text = "raise ImportError('libm.so: broken')" if broken else ABSENT
-            name = library if broken else "sitecustomize"
-            (place / f"{name}.py").write_text(text.replace("LIBRARY", library))
-            command = chance.choice(COMMANDS)
-            words = ("-W", "default", "-m", "rigidpend", *command.split())
-            end = python(tmp_path, *words, env=UNTRACED | {"PYTHONPATH": str(place)})
-            assert end.returncode in (0, 3), (library, broken, command, end.stderr)
-            assert "Traceback" not in end.stderr
-            assert not end.returncode or library in end.stderr.splitlines()[-1]
-            found = store.load(tmp_path / "results" / "small.h5")["data"]["only"]["codes"]
-            assert (found == codes).all()

@@ -44,12 +44,6 @@ def test_a_sweep_has_a_result_for_each_value_the_same_side_by_side_as_one_by_one
     assert listed >= {"mine", "mine_mu=1e-3", "mine_mu=1e-2"}
 
 
-def test_a_reference_of_ones_own_is_made_in_ones_own_folder(small: Path) -> None:
-    done = call(small, "verify", "small")
-    said = "there is no such file; call: rigidpend reference small.yaml --reason WHY\n"
-    assert (done.returncode, done.stderr) == (3, f"rigidpend: results/reference/small.h5: {said}")
-
-
 @pytest.mark.slow
 def test_a_single_result_can_have_a_name(swept: Path) -> None:
     succeeded(swept, "run", "mine", "--set", "problem.mu=0.1", "--name", "heavy")

@@ -63,6 +63,7 @@ certify fig4_zoom --out no | 3 | call: rigidpend run fig4_zoom
 certify --check taken/fig2.h5 | 1 | fig2.h5: neither a certificate, which rigidpend certify writes
 certify --check none.h5 | 3 | none.h5: there is no such file
 certify --check none.certificate.h5 | 3 | rigidpend: none.certificate.h5: there is no such file
+verify small | 3 | results/reference/small.h5: there is no such file; call: rigidpend reference s
 verify fig4 --reference none | 3 | rigidpend: none/fig4.h5: there is no such file
 run small.yaml --out small.yaml/sub | 1 | rigidpend: small: small.yaml/sub/small.h5: small.yaml/su
 run | 2 | Missing argument

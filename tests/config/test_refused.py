@@ -14,6 +14,7 @@ SLIPS = r"""
 # Written -> instead, ^ before what the caret stands under | place | the message, or a part
 A: [2, 1, 1.5] -> A: ^&a [2, 1, 1.5] | problem.A | anchors and aliases are not read: write it out
 r: [1, 1, 0] -> r: ^*a | problem.r | anchors and aliases are not read: write it out
+n_symbols: 15 -> ^mu: 0.002 | problem.mu | given twice, first at PATH:8:3
 mu: 0.001 -> mu: ^!!float 0.001 | problem.mu | the tag tag:yaml.org,2002:float is not read
 numerics: -> ^---\nnumerics: | - | a second document; a config has one
 numerics: -> ? ^[a, b]\n: 1\nnumerics: | - | a key must be a plain word
@@ -67,6 +68,7 @@ def test_a_slip_is_said_where_it_stands(tmp_path: Path, case: str) -> None:
     text = changed(old, new)
     at = text.index(new) + new.index("^")
     text = text[:at] + text[at + 1 :]
+    message = message.replace("PATH", str(tmp_path / "given.yaml"))
     assert message in refused_there(tmp_path, text, at, place.strip("-"))
 
 

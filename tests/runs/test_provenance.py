@@ -70,29 +70,27 @@ def test_code_hash_notices_values_in_what_is_imported_but_no_comment_docstring_o
     assert len({found[0], *found[4:]}) == 6
 
 
-@pytest.mark.parametrize("place", ["extra.py", "extra/__init__.py"])
-def test_code_hash_follows_a_new_import(edited: dict[str, bytes], place: str) -> None:
-    edited["routes/start.py"] += b"\nfrom rigidpend import extra\n"
+@pytest.mark.parametrize(
+    ("place", "block"),
+    [
+        ("extra.py", "{}"),
+        ("extra/__init__.py", "{}"),
+        ("extra.py", "try:\n    pass\nexcept ValueError:\n    {}"),
+        ("extra.py", "try:\n    pass\nfinally:\n    {}"),
+        ("extra.py", "for _ in ():\n    pass\nelse:\n    {}"),
+        ("extra.py", "match 1:\n    case 1:\n        {}"),
+        ("extra.py", "class Extra:\n    def extra(self):\n        with self:\n            {}"),
+    ],
+)
+def test_code_hash_follows_a_new_import_in_any_block(
+    edited: dict[str, bytes], place: str, block: str
+) -> None:
+    edited["routes/start.py"] += f"\n{block.format('from rigidpend import extra')}\n".encode()
     found = set()
     for value in (b"1", b"2"):
         edited[place] = b"X = " + value
         found.add(provenance.code_hash("route_codes"))
     assert len(found) == 2
-
-
-@pytest.mark.parametrize(
-    "block",
-    [
-        "try:\n    pass\nexcept ValueError:\n    {}",
-        "try:\n    pass\nfinally:\n    {}",
-        "for _ in ():\n    pass\nelse:\n    {}",
-        "match 1:\n    case 1:\n        {}",
-        "class Extra:\n    def extra(self):\n        with open(self):\n            {}",
-    ],
-)
-def test_an_import_is_found_in_any_block(edited: dict[str, bytes], block: str) -> None:
-    edited["extra.py"] = block.format("import rigidpend.notebook").encode()
-    assert code_hash.code_of(str(code_hash.PACKAGE), "extra.py")[1] == ["rigidpend.notebook"]
 
 
 def test_sources_are_the_same_wherever_the_package_is(
