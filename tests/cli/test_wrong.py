@@ -134,10 +134,17 @@ def test_what_goes_wrong_is_one_sentence_and_an_exit_code(strange: Path, case: s
     assert sentence in done.stderr.splitlines()[-1]
     # An error of a config stands alone, so that its line begins with its place.
     assert done.stderr.count("rigidpend: ") == (0 if code == str(common.MISUSED) else 1)
-    if code == str(common.MISUSED) and command.split()[0] in ("run", "describe", "find"):
-        document = json.loads(call(strange, *shlex.split(command), "--json").stdout)
-        assert document["exit_code"] == done.returncode
-        assert sentence in document["error"]
+
+
+@pytest.mark.parametrize(
+    ("command", "code"),
+    [("run", 2), ("run fig4 -q -v", 2), ("describe fig", 2), ("find --code 0^5", 1)],
+)
+def test_what_fails_has_its_document_too(tmp_path: Path, command: str, code: int) -> None:
+    done = call(tmp_path, *command.split(), "--json")
+    document = json.loads(done.stdout)
+    assert document["exit_code"] == done.returncode == code
+    assert document["error"] in done.stderr
 
 
 @pytest.mark.parametrize(
