@@ -17,7 +17,7 @@ from rigidpend import render
 from rigidpend.cli import common
 from rigidpend.machine import cache
 from rigidpend.runs.parts import Parts
-from tests.cli.calls import LIMITED, REFERENCE, call, short_files, succeeded
+from tests.cli.calls import REFERENCE, UNTRACED, call, short_files, succeeded
 from tests.config.samples import SMALL, written
 
 FULL = Path("/dev/full")
@@ -31,7 +31,8 @@ def streams(folder: Path, *arguments: str, **how: Any) -> subprocess.CompletedPr
         # What cannot be kept in the user's cache is told by a warning, and is another matter.
         [sys.executable, "-W", "error", "-W", f"ignore::{KEPT}", "-m", "rigidpend", *arguments],
         cwd=folder,
-        env=LIMITED,
+        # Python 3.11 keeps what of compiled code finds room: later processes would fail.
+        env=UNTRACED | {"PYTHONDONTWRITEBYTECODE": "1"},
         text=True,
         timeout=120,
         check=False,

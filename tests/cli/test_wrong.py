@@ -33,7 +33,7 @@ from rigidpend.routes.certainty import Contradiction
 from rigidpend.routes.neighbourhood import NoChange
 from rigidpend.routes.symbolic import NoOrbit
 from rigidpend.runs import runner
-from tests.cli.calls import ENVIRONMENT, REFERENCE, call
+from tests.cli.calls import REFERENCE, UNTRACED, call
 from tests.config.samples import SMALL, written
 
 LONG, NEARLY, LONG_WORD = "n" * 300, "n" * 245, "9x" * 40_000
@@ -240,7 +240,7 @@ def test_a_reader_that_ends_early_is_no_error(tmp_path: Path) -> None:
     with subprocess.Popen(
         [sys.executable, "-m", "rigidpend", "list", "--json"],
         cwd=tmp_path,
-        env=ENVIRONMENT,
+        env=UNTRACED,
         stdout=subprocess.PIPE,
         stderr=subprocess.PIPE,
     ) as process:

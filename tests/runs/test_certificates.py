@@ -19,9 +19,8 @@ from rigidpend.runs import certificate_files as storage
 from rigidpend.runs import certificates, loading
 from scripts import check_certificate
 from tests.cli.calls import call, succeeded
-from tests.config.samples import SMALL, changed, written
+from tests.config.samples import TINY, written
 
-TINY = changed("count: 5", "count: 2", changed("n_symbols: 3", "n_symbols: 2", SMALL))
 FILE = "tiny.certificate.h5"
 
 

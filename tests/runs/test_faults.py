@@ -21,7 +21,7 @@ from rigidpend.machine import cache, files
 from rigidpend.machine.progress import tell_nobody
 from rigidpend.runs import loading, regression, runner
 from tests.attacks import lot
-from tests.cli.calls import OF_CHECKOUT, call, short_files, started
+from tests.cli.calls import UNTRACED, call, short_files, started
 from tests.config.samples import written
 
 KILLS = lot.trials(1, 0.05)
@@ -232,7 +232,7 @@ def test_workers_end_with_a_parent_that_is_killed(tmp_path: Path) -> None:
     """Else each killed run would leave processes that wait for ever."""
     script = tmp_path / "script.py"
     script.write_text(SIGNED)
-    parent = subprocess.Popen([sys.executable, script], env=OF_CHECKOUT, cwd=tmp_path)
+    parent = subprocess.Popen([sys.executable, script], env=UNTRACED, cwd=tmp_path)
     while len(list(tmp_path.glob("*.pid"))) < 2:
         time.sleep(0.01)
     parent.kill()
