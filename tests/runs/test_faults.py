@@ -112,29 +112,6 @@ def test_a_stopped_run_goes_on_whenever_it_was_stopped(tmp_path: Path, undisturb
 
 
 @pytest.mark.slow
-def test_a_killed_run_uses_what_was_finished(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, undisturbed: Path
-) -> None:
-    written(tmp_path, ZOOM, "zoom.yaml")
-    out = tmp_path / "out"
-    process = run_of_zoom(out)
-    while not list(out.glob(".zoom.parts/*/level01.kept")):
-        time.sleep(0.01)
-    process.kill()
-    process.communicate()
-    assert content(out) == [".zoom.parts"]
-    kept = {path.name for path in out.glob(".zoom.parts/*/[!.]*.kept")}
-    assert len(kept) >= 3
-    replace = Mock(wraps=files.replace)
-    monkeypatch.setattr(files, "replace", replace)
-    assert f"goes on from {len(kept)} finished parts" in once_more(out)
-    made = {path.name for (path, *_), _ in replace.call_args_list}
-    assert "zoom.h5" in made
-    assert not made & kept
-    same(out, undisturbed)
-
-
-@pytest.mark.slow
 def test_runs_at_once_do_each_other_no_harm_and_notice_nobody_s_end(
     tmp_path: Path, undisturbed: Path
 ) -> None:

@@ -19,7 +19,7 @@ import scipy
 import rigidpend
 from rigidpend import experiments
 from rigidpend.machine import cache, code_hash
-from rigidpend.runs import loading, provenance, runner
+from rigidpend.runs import loading, provenance
 from tests.config.samples import FIG4, TEXT, changed, written
 
 
@@ -68,6 +68,15 @@ def test_code_hash_notices_values_in_what_is_imported_but_no_comment_docstring_o
     assert found[0] == found[1] == found[2]
     assert found[3] == found[4]
     assert len({found[0], *found[4:]}) == 6
+
+
+def test_code_hash_is_of_what_an_experiment_imports_alone(edited: dict[str, bytes]) -> None:
+    names = "exponents", "heteroclinic_cycle"
+    before = [*map(provenance.code_hash, names)]
+    edited["routes/cells.py"] += b"\nX = 1\n"
+    after = [*map(provenance.code_hash, names)]
+    assert [x != y for x, y in zip(before, after, strict=True)] == [True, False]
+    assert before[0] != before[1]
 
 
 @pytest.mark.parametrize(
@@ -130,6 +139,10 @@ def test_no_folder_hides_what_an_import_from_it_runs() -> None:
     assert lazy == ["__init__.py"]
 
 
+DRAWING = ("/draw.py", "bench/report.py")
+"""Files of an experiment that compute nothing."""
+
+
 @pytest.mark.slow
 def test_code_hash_counts_what_python_imports_and_nothing_that_draws() -> None:
     names = experiments.names()
@@ -144,31 +157,6 @@ def test_code_hash_counts_what_python_imports_and_nothing_that_draws() -> None:
         others = [f"experiments/{name}/" for name in names if name != experiment]
         apart = ("cli/", "render/", "routes/certified/", "notebook.py", *others)
         assert not [x for x in counted if x.startswith(apart) or x.endswith(DRAWING)]
-
-
-@pytest.mark.slow
-def test_a_plan_changes_with_each_module_that_is_imported_and_with_no_other(
-    monkeypatch: pytest.MonkeyPatch, tmp_path: Path
-) -> None:
-    config = loading.load(FIG4.with_name("fig2.yaml"))
-    before, changed = runner.plan(config, tmp_path).fingerprint, set()
-    real, place = code_hash.code_of, ""
-
-    def looked_up(package: str, given: str) -> tuple[str, list[str]]:
-        code, imported = real(package, given)
-        return f"{code} edited" if given == place else code, imported
-
-    monkeypatch.setattr(code_hash, "code_of", looked_up)
-    monkeypatch.setattr(cache, "recall", lambda _: None)
-    monkeypatch.setattr(cache, "remember", lambda *_: None)
-    for place in code_hash.sources(str(code_hash.PACKAGE)).files:
-        changed |= {place} if runner.plan(config, tmp_path).fingerprint != before else set()
-    assert changed == set(hashed("heteroclinic_cycle"))
-    assert "routes/cells.py" in {*hashed("exponents")} - changed
-
-
-DRAWING = ("/draw.py", "bench/report.py")
-"""Files of an experiment that compute nothing."""
 
 
 def test_code_does_not_depend_on_fields_that_another_python_has(

@@ -1,7 +1,8 @@
-"""Runs: what is up to date and why not, what a result holds, what a failure leaves."""
+"""Runs: what is up to date and why not, what a result and a log hold, what a failure leaves."""
 
 from __future__ import annotations
 
+import datetime
 import importlib.metadata
 import json
 import shutil
@@ -20,6 +21,7 @@ from rigidpend.machine.progress import tell_nobody
 from rigidpend.orbits.integrate import arithmetic
 from rigidpend.results import store
 from rigidpend.runs import loading, provenance, runner
+from rigidpend.runs.logs import Logs
 
 CONFIG, RESULTS, RESULT = Path("configs/small.yaml"), Path("results"), Path("results/small.h5")
 MU = "its config changed: problem.mu from 0.001 to 0.002"
@@ -182,3 +184,22 @@ def test_a_plan_is_recalled_as_it_was_found_for_the_same_bytes_alone(
         path.write_bytes(files.sealed(b"[1]"))
     with pytest.warns(cache.KeptFileWarning):
         assert recalled() is None
+
+
+def lines(path: Path) -> list[str]:
+    """A log's lines without their times, which must be some."""
+    found = [line.split(" ", 1) for line in path.read_text(encoding="utf-8").splitlines()]
+    assert all(datetime.datetime.fromisoformat(time).tzinfo for time, _ in found)
+    return [text for _, text in found]
+
+
+def test_each_name_has_a_log_of_its_last_run_with_any_text(tmp_path: Path) -> None:
+    targets = {name: tmp_path / "results" / f"{name}.h5" for name in ("a", "b", "c: d")}
+    for text in ("first", "second \udcff"):
+        logs = Logs(targets, text)
+        logs.hear("a", "computing: now")
+        logs.hear("a", "öäü")
+    assert logs.path("a") == targets["a"].with_suffix(".log")
+    assert lines(targets["a"].with_suffix(".log")) == ["second ?", "computing: now", "öäü"]
+    assert logs.path("b") is None
+    assert [x.name for x in targets["a"].parent.iterdir()] == ["a.log"]
