@@ -6,7 +6,6 @@ import os
 import shutil
 import subprocess
 import sys
-from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 from unittest.mock import Mock
@@ -15,10 +14,7 @@ import pytest
 
 from rigidpend import render
 from rigidpend.cli import common
-from rigidpend.machine import cache
-from rigidpend.runs.parts import Parts
-from tests.cli.calls import REFERENCE, UNTRACED, call, short_files, succeeded
-from tests.config.samples import SMALL, written
+from tests.cli.calls import REFERENCE, UNTRACED, call, short_files
 
 FULL = Path("/dev/full")
 needs_full = pytest.mark.skipif(not FULL.exists(), reason="this system has no /dev/full")
@@ -79,38 +75,3 @@ def test_an_error_of_ours_without_room_for_a_log_is_said() -> None:
     full = OSError(28, "No space left on device")
     said = common.sentence(ZeroDivisionError("mine"), Mock(side_effect=full))
     assert said.endswith("please report it; no log could be written: No space left on device")
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize("make", [os.mkfifo, lambda path: path.symlink_to("elsewhere")])
-def test_what_is_no_regular_file_makes_room_or_is_left_alone(
-    tmp_path: Path, make: Callable[[Path], None]
-) -> None:
-    """Nothing is waited for, nothing written through a link."""
-    out = tmp_path / "out"
-    out.mkdir()
-    written(tmp_path, SMALL, "fig.yaml")
-    (out / "elsewhere").write_text("mine")
-    for place in ("fig.log", ".fig.parts", ".fig.h5.abc.part"):
-        make(out / place)
-    succeeded(tmp_path, "run", "fig.yaml", "--out", "out", "-j", "1")
-    assert (out / "elsewhere").read_text() == "mine"
-    assert (out / "fig.h5").is_file()
-    assert (out / "fig.log").is_file()
-    assert not (out / "fig.log").is_symlink()
-    assert call(tmp_path, "list", "--out", "out").returncode == 0
-
-
-def test_a_folder_elsewhere_gets_no_parts(tmp_path: Path) -> None:
-    other = tmp_path / "other"
-    other.mkdir()
-    inner = tmp_path / ".fig.parts" / cache.name_of(b"a")
-    for place in (inner.parent, inner):
-        place.parent.mkdir(exist_ok=True)
-        place.symlink_to(other)
-        with Parts(tmp_path / "fig.h5", "a") as parts:
-            parts.keep("first", lambda: {"one": 1})
-        assert list(other.iterdir()) == []
-        assert (inner / "first.kept").is_file()
-        (inner / "first.kept").unlink()
-        inner.rmdir()

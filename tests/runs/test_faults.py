@@ -146,6 +146,7 @@ def test_what_a_run_left_that_was_killed_at_its_very_end_is_tidied_up(desk: Path
     out = SMALL.parent
     (out / ".small.parts" / "old").mkdir(parents=True)
     (out / ".small.h5.abc.part").write_bytes(b"half")
+    os.mkfifo(out / ".small.h5.def.part")
     (out / ".other.h5.abc.part").write_bytes(b"half")
     assert small().reason == ""
     assert content(out) == [".other.h5.abc.part", "reference", "small.h5"]

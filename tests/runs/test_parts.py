@@ -122,6 +122,22 @@ def test_a_copy_of_the_open_folder_that_a_child_has_holds_nothing(target: Path) 
     assert list(target.parent.iterdir()) == []
 
 
+@pytest.mark.parametrize("make", [os.mkfifo, lambda path: path.symlink_to("other")])
+@pytest.mark.parametrize("depth", [0, 1])
+def test_what_is_in_the_place_of_a_folder_makes_room_and_a_folder_elsewhere_gets_no_parts(
+    target: Path, make: Callable[[Path], None], depth: int
+) -> None:
+    path = kept(target)
+    place = path.parents[1 - depth]
+    (place.parent / "other").mkdir()
+    shutil.rmtree(place)
+    make(place)
+    with Parts(target, "a") as parts:
+        parts.keep("first", lambda: PART)
+    assert list((place.parent / "other").iterdir()) == []
+    assert path.is_file()
+
+
 def test_parts_that_another_run_uses_stay_until_it_drops_them(target: Path) -> None:
     one, two = (Parts(target, "a") for _ in range(2))
     for parts in (one, two):
