@@ -176,9 +176,12 @@ def disturbed(folder: Path, command: str, number: signal.Signals, moment: float)
 
 def wrong(folder: Path, end: End, number: signal.Signals) -> str:
     """What is wrong with an end, in words; empty if it is as it should be."""
-    # While Python itself begins, Ctrl-C is its own exception, which may even be lost.
+    # While Python itself begins, Ctrl-C is its own exception: nothing of ours has run. It even
+    # loses one that comes while it imports a module of its own.
     if "KeyboardInterrupt" in end.said and "rigidpend/cli" not in end.said:
-        return "" if end.code in (0, 1, -number) else f"exit code {end.code}"
+        lost = end.code == 0 and end.said.startswith("'import warnings' failed")
+        if lost or end.code in (1, -number):
+            return ""
     if end.code not in (0, 128 + number, -number):
         return f"exit code {end.code}"
     if "Traceback" in end.said or "Exception" in end.said:

@@ -72,9 +72,9 @@ def copied(name: str, run: str) -> Callable[[Path], None]:
     """Write another part, or that of another run, over a part."""
 
     def change(path: Path) -> None:
-        other = Parts(path.parents[2] / "fig.h5", run)
-        other.keep(name, lambda: {"wrong": PART["one"]})
-        shutil.copy(other._path(name), path)
+        Parts(path.parents[2] / "fig.h5", run).keep(name, lambda: {"wrong": PART["one"]})
+        [made] = {*path.parents[1].rglob(f"{name}.kept")} - {path}
+        shutil.copy(made, path)
 
     return change
 
