@@ -198,10 +198,11 @@ def test_each_name_has_a_log_of_its_last_run_with_any_text(tmp_path: Path) -> No
     targets = {name: tmp_path / "results" / f"{name}.h5" for name in ("a", "b", "c: d")}
     log, other = targets["a"].with_suffix(".log"), tmp_path / "other"
     # What is in a log's place makes room: nothing is waited for, nothing written through a link.
-    for make in (log.touch, lambda: os.mkfifo(log), lambda: log.symlink_to(other)):
+    makes: list[Callable[[Path], object]] = [Path.touch, os.mkfifo, lambda x: x.symlink_to(other)]
+    for make in makes:
         log.parent.mkdir(exist_ok=True)
         log.unlink(missing_ok=True)
-        make()
+        make(log)
         logs = Logs(targets, "run \udcff")
         logs.hear("a", "computing: now")
         logs.hear("a", "öäü")
