@@ -178,8 +178,11 @@ def test_symbols_are_marked_and_held_against_their_own_proof_alone(folder: Path)
     said = ["only: symbol 2 of column 0 is proven to be another"]
     assert told(only) == ([[True, True], [False, True]], said)
     assert told({**only, "certain": codes > 1})[1] == []
+    # What neither knows is not proven.
+    proven, unknown = certificate["data"]["only"], {"codes": codes * 0 + 255}
+    nothing = {**certificate, "data": {"only": {**proven, **unknown}}}
+    assert told({**only, **unknown}, nothing) == ([[False, False], [False, False]], [])
     # A single route, and a level of a zoom, which is told by its centre to the last digit.
-    proven = certificate["data"]["only"]
     single = {"codes": proven["codes"][:, :1], "theta2_0": proven["theta2_0"][:1]}
     one = {**certificate, "data": {"only": single}}
     route = {"codes": codes[:, 0], "certain": np.ones(2, dtype=bool), "theta2_0": np.float64(1)}
