@@ -1,10 +1,12 @@
-"""Crafted files: whoever reads one says in a sentence why it is refused, or uses it as data."""
+"""Crafted and fuzzed files: who reads one says in a sentence why not, or uses it as data."""
 
 from __future__ import annotations
 
 import contextlib
 import multiprocessing
 import random
+import re
+import resource
 import shutil
 from concurrent.futures import ProcessPoolExecutor
 from pathlib import Path
@@ -12,8 +14,9 @@ from pathlib import Path
 import pytest
 
 from rigidpend import render
-from rigidpend.results import store
-from tests.attacks import craft, fuzz, lot
+from rigidpend.machine.files import sealed, unsealed
+from rigidpend.results import damage, store
+from tests.attacks import craft, lot
 from tests.cli.calls import REFERENCE, call
 
 SECONDS, MEGABYTES = 2.0, 500
@@ -27,6 +30,21 @@ DRAWN = {
     "no name, no hash, figure markup, and units a number",
 }
 """Attacks whose values are as good as any."""
+
+
+def spent() -> float:
+    """Seconds of the processor of this process and of those that it started."""
+    times = (resource.getrusage(who) for who in (resource.RUSAGE_SELF, resource.RUSAGE_CHILDREN))
+    return sum(each.ru_utime + each.ru_stime for each in times)
+
+
+def peaks() -> list[float]:
+    """The peak of memory of this process and of the largest that it started, MB."""
+    # The system's count of a process begins with that of its parent; its status does not.
+    status = Path("/proc/self/status")
+    own = re.search(r"VmHWM:\s+(\d+) kB", status.read_text()) if status.exists() else None
+    mine = int(own[1]) if own else resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
+    return [x / 1024 for x in (mine, resource.getrusage(resource.RUSAGE_CHILDREN).ru_maxrss)]
 
 
 UNSEALED = ("external storage", "soft link", "bomb", "structure", "NaN")
@@ -45,12 +63,12 @@ def test_an_attack_is_a_sentence_or_a_figure(
     # A small image goes the same way as a large one.
     monkeypatch.setattr(render, "PIXELS", 800)
     path = craft.written(tmp_path, name, seal=seal)
-    begun = fuzz.spent()
+    begun = spent()
     try:
         result = store.load(path)
     except store.StoreError as error:
         said = str(error)
-        assert fuzz.spent() - begun < SECONDS
+        assert spent() - begun < SECONDS
         assert said.startswith(f"{path}: ")
         assert said.isprintable()
         assert len(said) < len(str(path)) + 400
@@ -119,7 +137,7 @@ def refused_bombs(folder: Path, count: int) -> tuple[int, float]:
             store.load(craft.written(folder / name, name, seal=True))
             continue
         refused += 1
-    return refused, max(fuzz.peaks())
+    return refused, max(peaks())
 
 
 def test_pieces_larger_than_what_may_be_read_are_refused(tmp_path: Path) -> None:
@@ -137,3 +155,56 @@ def test_the_memory_that_a_bomb_takes_is_bounded(tmp_path: Path) -> None:
         refused, peak = fresh.submit(refused_bombs, tmp_path, count).result()
     assert refused == len(BOMBS) + count
     assert peak < MEGABYTES
+
+
+NAMES = ("fig2", "fig4", "precession", "fig5")
+HEADS = 4096
+"""Bytes at the beginning of a file, and around names, where most of what steers HDF5 lies."""
+
+
+def fuzzed(image: bytes, chance: random.Random) -> bytes:
+    """The image with one to eight places changed, half of the time in its heads."""
+    changed = bytearray(image)
+    for _ in range(chance.choice((1, 1, 2, 4, 8))):
+        reach = len(changed) if chance.random() < 0.5 else min(HEADS, len(changed))
+        place = chance.randrange(8, reach)
+        width = chance.choice((1, 1, 2, 4, 8))
+        value = chance.choice((b"\x00" * 8, b"\xff" * 8, chance.randbytes(8)))
+        changed[place : place + width] = value[: len(changed[place : place + width])]
+    return bytes(changed)
+
+
+def watched(
+    folder: Path, count: int, seed: int, seal: bool
+) -> tuple[list[tuple[str, float]], float]:
+    """Fuzz and read so many files: what is said of each, its seconds, and the peak, MB."""
+    chance, found = random.Random(seed), []
+    images = [unsealed((REFERENCE / f"{name}.h5").read_bytes()) or b"" for name in NAMES]
+    path = folder / "fuzzed.h5"
+    for k in range(count):
+        image = fuzzed(images[k % len(images)], chance)
+        path.write_bytes(sealed(image) if seal else image)
+        begun, said = spent(), ""
+        try:
+            store.load(path)
+        except store.StoreError as error:
+            said = str(error) or "nothing was said\n"
+        found.append((said, spent() - begun))
+    return found, max(peaks())
+
+
+@pytest.mark.slow
+def test_a_fuzzed_file_is_a_sentence_or_data(tmp_path: Path) -> None:
+    """Whether it is sealed anew or not."""
+    # In a fresh process: the peak counts all that a process ever started, and what it inherits.
+    with ProcessPoolExecutor(1, multiprocessing.get_context("spawn")) as fresh:
+        given = [tmp_path] * 2, [lot.trials(16)] * 2, [lot.SEED + 1] * 2, (True, False)
+        both = list(fresh.map(watched, *given))
+    for found, peak in both:
+        said = [each for each, _ in found]
+        assert all(x.isprintable() for x in said), lot.SEED
+        assert all(not x or x.startswith(f"{tmp_path}") for x in said), lot.SEED
+        assert any(said)
+        assert not all(said)
+        assert max(seconds for _, seconds in found) < damage.ALLOWANCE + 1.0
+        assert peak < MEGABYTES

@@ -1,4 +1,4 @@
-"""Settings that would work for ever, or take all memory: refused at once, in a line."""
+"""Settings that would work for ever, take all memory or leave their folder: refused in a line."""
 
 from __future__ import annotations
 
@@ -9,11 +9,13 @@ import numpy as np
 import pytest
 
 import rigidpend
+from rigidpend.config.complaints import ConfigError
 from rigidpend.machine.files import LARGEST
 from rigidpend.numbers.checked import ParameterError
 from rigidpend.numbers.exact import FINEST, ExactError, exact
 from rigidpend.routes.phases import Phases
 from rigidpend.runs import loading
+from tests.attacks import lot
 from tests.config.samples import SMALL, refused, written
 
 TOWER = "((((pi**64)**64)**64)**64)"
@@ -113,3 +115,26 @@ def test_products_are_bounded_by_the_memory_that_they_need(
     for function in (rigidpend.route_codes, rigidpend.certify_codes):
         with pytest.raises(ParameterError, match=said):
             function(body, np.zeros(10**6), h0="1.3342", J1_0="1e-8", n_symbols=1000)
+
+
+PIECES = [*"aZ9_.,=+-~/\\ :*?\0\n", "..", ".certificate", ".h5", "é", "all"]
+
+
+def test_any_name_stays_in_its_folder_or_is_refused(tmp_path: Path) -> None:
+    config, refused = written(tmp_path, SMALL), list[str]()
+    with lot.drawn("names") as chance:
+        for _ in range(lot.trials(60)):
+            name = "".join(chance.choices(PIECES, k=chance.randrange(1, 6)))
+            try:
+                [[found]] = loading.load_swept([config], name=name)
+            except ConfigError as error:
+                refused.append(str(error))
+                continue
+            target = tmp_path / f"{found.name}.h5"
+            assert target.parent.resolve() == target.resolve().parent == tmp_path.resolve()
+            assert not target.name.casefold().endswith(".certificate.h5")
+            target.write_bytes(b"")
+            assert target.stem == name
+            target.unlink()
+    assert refused
+    assert max(map(len, refused)) < 400

@@ -18,17 +18,13 @@ from rigidpend import cli
 
 REFERENCE = Path(__file__).resolve().parents[2] / "results" / "reference"
 STRANGE = ("DISPLAY", "PYTHONUNBUFFERED")
-ENVIRONMENT = {name: x for name, x in os.environ.items() if name not in STRANGE}
-"""Without a display; and with buffers, whose rest is what fails at the end on a full disk."""
-UNTRACED = {name: x for name, x in ENVIRONMENT.items() if not name.startswith("COVERAGE_")}
-"""The same, where coverage is not measured: it writes files, and waits for ever for a lock of
-its own where a signal interrupts it while it holds that."""
-LIMITED = UNTRACED | {"PYTHONDONTWRITEBYTECODE": "1"}
-"""The same where files may not be long: Python 3.11 keeps what of compiled code finds room, and
-every later process fails that imports it."""
-
-OF_CHECKOUT = os.environ | {"PYTHONPATH": str(Path(__file__).resolve().parents[2])}
-"""Where a program in another folder finds this package and its tests."""
+OWN = {"PYTHONPATH": str(REFERENCE.parents[1])}
+UNTRACED = OWN | {
+    name: x for name, x in os.environ.items() if not name.startswith(("COVERAGE_", *STRANGE))
+}
+"""Where a program in another folder finds this package and its tests. Without a display; with
+buffers, whose rest is what fails at the end on a full disk; and where coverage is not measured: it
+writes files, and waits for ever for a lock of its own where a signal interrupts it with that."""
 
 Done = subprocess.CompletedProcess[str]
 

@@ -1,4 +1,4 @@
-"""A working directory, and the first run of fig4 in it."""
+"""A working directory with a small config."""
 
 from __future__ import annotations
 
@@ -6,7 +6,6 @@ from pathlib import Path
 
 import pytest
 
-from tests.cli.calls import Done, call
 from tests.config.samples import SMALL, written
 
 
@@ -23,15 +22,3 @@ def small(tmp_path: Path) -> Path:
     """A folder of a test's own with that small config alone."""
     written(tmp_path, SMALL, "small.yaml")
     return tmp_path
-
-
-@pytest.fixture(scope="package")
-def first(desk: Path) -> Done:
-    """The first run of fig4, on one processor."""
-    return call(desk, "run", "fig4", "-j", "1", "--out", "deep/results")
-
-
-@pytest.fixture(scope="package")
-def result(desk: Path, first: Done) -> Path:
-    assert first.returncode == 0, first.stderr
-    return desk / "deep" / "results" / "fig4.h5"

@@ -6,8 +6,6 @@ import io
 import itertools
 import shlex
 import shutil
-import subprocess
-import sys
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
@@ -15,11 +13,12 @@ from typing import Any
 import click
 import pytest
 from click.shell_completion import ShellComplete
+from click.testing import CliRunner
 from PIL import Image
 
 from rigidpend import cli, render
 from rigidpend.config import catalogue
-from tests.cli.calls import ENVIRONMENT, call, succeeded
+from tests.cli.calls import call, succeeded
 from tests.config.samples import FIG4, SMALL, changed, written
 
 COMMANDS = {name: cli.command(name) for name in cli.COMMANDS}
@@ -144,26 +143,13 @@ def test_names_of_configs_and_their_keys_are_completed(tmp_path: Path) -> None:
     assert item.type == "file"
 
 
-def test_a_shell_completes(tmp_path: Path) -> None:
-    """By click's script in bash itself, where the program stands on the path."""
-    program = tmp_path / "rigidpend"
-    program.write_text(f"#!/bin/sh\nexec '{sys.executable}' -m rigidpend \"$@\"\n")
-    program.chmod(0o755)
-    script = """
-        eval "$(_RIGIDPEND_COMPLETE=bash_source rigidpend)"
-        complete -p rigidpend
-        COMP_WORDS=(rigidpend run fig); COMP_CWORD=2
-        _rigidpend_completion rigidpend
-        echo "${COMPREPLY[*]}"
-    """
-    done = subprocess.run(
-        ["bash", "-c", script],
-        env=ENVIRONMENT | {"PATH": f"{tmp_path}:{ENVIRONMENT['PATH']}"},
-        capture_output=True,
-        text=True,
-        timeout=60,
-        check=False,
-    )
-    assert done.returncode == 0, done.stderr
-    assert "-F _rigidpend_completion rigidpend" in done.stdout
-    assert "fig4" in done.stdout.split()
+@pytest.mark.parametrize(
+    ("asked", "told"),
+    [("source", "-F _rigidpend_completion rigidpend"), ("complete", "plain,fig4\n")],
+)
+def test_a_shell_completes(asked: str, told: str) -> None:
+    """As the script says that click gives to bash."""
+    words = {"COMP_WORDS": "rigidpend run fig", "COMP_CWORD": "2"}
+    env = {**words, "_RIGIDPEND_COMPLETE": f"bash_{asked}"}
+    done = CliRunner().invoke(cli.main, prog_name="rigidpend", env=env)
+    assert (done.exit_code, told in done.stdout) == (0, True)

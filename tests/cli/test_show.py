@@ -17,15 +17,18 @@ from tests.config.samples import FIG4, SMALL, changed, written
 
 @pytest.fixture(scope="module")
 def place(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """Configs of our own: good and computed, not computed, bad, and one that measures."""
+    """Configs, good and computed, not computed, bad, one that measures; and results of our own."""
     folder = tmp_path_factory.mktemp("place")
     (folder / "configs" / "measure").mkdir(parents=True)
     for name in ("a_done", "b_changed", "c_new", "measure/m_slow", "e_damaged"):
         written(folder / "configs", SMALL, f"{name}.yaml")
     written(folder / "configs", changed("mu: 0.001", "mu: x", SMALL), "d_bad.yaml")
-    assert call(folder, "run", "a_done", "b_changed").returncode == 0
+    written(folder, changed("n_symbols: 3", "n_symbols: 25", SMALL), "mine.yaml")
+    written(folder, "services: {}\n", "compose.yaml")
+    assert call(folder, "run", "a_done", "b_changed", "mine").returncode == 0
     written(folder / "configs", changed("mu: 0.001", "mu: 1e-2", SMALL), "b_changed.yaml")
     (folder / "results" / "e_damaged.h5").write_bytes(b"\x89HDF\r\n\x1a\n")
+    shutil.copy(REFERENCE / "fig1.h5", folder / "results" / "other.h5")
     return folder
 
 
@@ -34,61 +37,53 @@ STATUS = {
     "b_changed": "to run: its config changed: problem.mu from 0.001 to",
     "c_new": "to run: no result yet",
     "m_slow": "to run: no result yet (by name only)",
+    "mine": "up to date; ",
 }
 
 
 @pytest.mark.slow
-def test_list_names_every_config_with_its_experiment_and_status(place: Path) -> None:
+def test_list_names_every_config_and_result_with_its_status(place: Path) -> None:
     listed = call(place, "list")
     assert (listed.returncode, listed.stderr) == (0, "")
     lines = listed.stdout.splitlines()
     assert all(len(line) <= 80 for line in lines)
     rows = {line.split()[0]: line for line in lines}
     assert {FIG4.stem, "fig1", "fig2", *STATUS} <= set(rows)
+    assert "compose" not in rows
     for name, status in STATUS.items():
         assert rows[name].split()[1] == "route_codes"
-        assert rows[name].endswith(f"  {status}")
+        assert f"  {status}" in rows[name]
+        assert rows[name].endswith(status) == (name != "mine")
     assert " - " in rows["d_bad"]
+    # Folders of configs are headings; this one has no name.
+    assert "here" in lines
     said = " ".join(listed.stdout.split())
     assert f"cannot be used: {Path('configs', 'd_bad.yaml')}:7:7: problem.mu: " in said
     assert f"cannot be used: {Path('results', 'e_damaged.h5')}: " in said
-    # Of another folder of results.
-    told = json.loads(call(place, "list", "--out", "none", "--json").stdout)
-    by_name = {entry["name"]: entry for entry in told}
-    done = by_name["a_done"]
-    assert (done["status"], done["reason"]) == ("to run", "no result yet")
-    assert done["file"] == str(Path("none", "a_done.h5"))
-    assert by_name["d_bad"]["status"] == "cannot be used"
-    assert (done["in_all"], by_name["m_slow"]["in_all"]) == (True, False)
-
-
-@pytest.mark.slow
-def test_list_shows_own_configs_and_own_results(tmp_path: Path) -> None:
-    written(tmp_path, SMALL, "mine.yaml")
-    written(tmp_path, "services: {}\n", "compose.yaml")
-    (tmp_path / "results").mkdir()
-    shutil.copy(REFERENCE / "fig1.h5", tmp_path / "results" / "other.h5")
-    entries = {x["name"]: x for x in json.loads(call(tmp_path, "list", "--json").stdout)}
-    assert (entries["mine"]["config"], entries["mine"]["in_all"]) == ("mine.yaml", False)
+    entries = {x["name"]: x for x in json.loads(call(place, "list", "--json").stdout)}
+    assert entries["d_bad"]["status"] == "cannot be used"
     assert entries["other"]["experiment"] == "phase_portraits"
     assert entries["other"]["file"] == str(Path("results", "other.h5"))
-    assert "compose" not in entries
-    # Folders of configs are headings; this one has no name.
-    assert "here" in call(tmp_path, "list").stdout.splitlines()
+    assert entries["mine"]["config"] == "mine.yaml"
+    names = ("a_done", "m_slow", "mine")
+    assert [entries[name]["in_all"] for name in names] == [True, False, False]
+    # Of another folder of results.
+    told = json.loads(call(place, "list", "--out", "none", "--json").stdout)
+    [done] = [entry for entry in told if entry["name"] == "a_done"]
+    assert (done["status"], done["reason"]) == ("to run", "no result yet")
+    assert done["file"] == str(Path("none", "a_done.h5"))
 
 
 @pytest.mark.slow
-def test_what_is_uncertain_is_said_at_the_end_and_in_the_list(tmp_path: Path) -> None:
-    written(tmp_path, changed("n_symbols: 3", "n_symbols: 25", SMALL), "mine.yaml")
-    done = call(tmp_path, "run", "mine")
-    doubt = done.stderr.splitlines()[-1].partition("; ")[2]
-    count, total = (int(word) for word in doubt.split() if word.isdigit())
-    loaded = store.load(tmp_path / "results" / "mine.h5")
-    assert 0 < count == (~loaded["data"]["only"]["certain"]).sum()
-    assert total == 125
-    [entry] = [x for x in json.loads(call(tmp_path, "list", "--json").stdout) if x["doubt"]]
-    assert (entry["name"], entry["doubt"]) == ("mine", doubt)
-    assert f"up to date; {doubt}" in " ".join(call(tmp_path, "list").stdout.split())
+def test_what_is_uncertain_is_said_at_the_end_and_in_the_list(place: Path) -> None:
+    loaded = store.load(place / "results" / "mine.h5")
+    count = (~loaded["data"]["only"]["certain"]).sum()
+    doubt = f"{count} of 125 symbols uncertain"
+    assert count > 0
+    assert (place / "results" / "mine.log").read_text().endswith(f"; {doubt}\n")
+    doubts = {x["name"]: x["doubt"] for x in json.loads(call(place, "list", "--json").stdout)}
+    assert {name: x for name, x in doubts.items() if x} == {"mine": doubt}
+    assert f"up to date; {doubt}" in " ".join(call(place, "list").stdout.split())
 
 
 @pytest.mark.slow
@@ -115,15 +110,17 @@ def test_describe_has_the_rows_and_as_json_the_config_and_its_hash_too(tmp_path:
 
 
 @pytest.mark.slow
-def test_a_png_says_which_result_it_shows(desk: Path, result: Path) -> None:
-    succeeded(desk, "render", "fig4", "--out", "deep/results")
+def test_a_png_says_which_result_it_shows(small: Path) -> None:
+    succeeded(small, "run", "small")
+    succeeded(small, "render", "small")
+    result = small / "results" / "small.h5"
     attributes = store.attributes(result)
     with Image.open(result.with_suffix(".png")) as image:
         told = {key: x for key, x in image.info.items() if isinstance(x, str)}
     # By which a second rendering knows that nothing changed.
     assert len(told.pop("Drawn-From")) == 64
     assert told == {
-        "Title": f"rigidpend fig4, config {attributes['config_hash']}",
+        "Title": f"rigidpend small, config {attributes['config_hash']}",
         "Experiment": "route_codes",
         "Config-Hash": attributes["config_hash"],
         "Code-Hash": attributes["code_hash"],

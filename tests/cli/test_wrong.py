@@ -13,6 +13,7 @@ import sys
 import tempfile
 from pathlib import Path
 from typing import Any
+from unittest.mock import Mock
 
 import click
 import numpy as np
@@ -32,15 +33,14 @@ from rigidpend.routes.certainty import Contradiction
 from rigidpend.routes.neighbourhood import NoChange
 from rigidpend.routes.symbolic import NoOrbit
 from rigidpend.runs import runner
-from tests.cli.calls import ENVIRONMENT, REFERENCE, Done, call
+from tests.cli.calls import REFERENCE, UNTRACED, call
 from tests.config.samples import SMALL, written
 
-LONG, LONG_WORD = "n" * 300, "9x" * 40_000
-"""A name that no system takes, and an argument of 80 kB."""
+LONG, NEARLY, LONG_WORD = "n" * 300, "n" * 245, "9x" * 40_000
+"""A name that no system takes, one with which no longer one can begin, and 80 kB of argument."""
 
 WRONG = """
 run fig | 2 | fig: no such config; did you mean fig
-run fig4 --set problem.mew=1 | 2 | --set problem.mew=1: problem.mew: unknown key
 run fig4 --set problem.J3=1 | 2 | --set problem.J3=1: problem.J3: unknown key: J3 is 0, for M is h
 run fig4 --set problem.A[0]=3 | 2 | an entry of a list is written problem.A.0=3
 run fig4 --set problem.A=2,1,1.5 | 2 | expected a list, got '2,1,1.5'; write [2,1,1.5]
@@ -56,7 +56,14 @@ describe zero.yaml | 2 | zero.yaml: not a file
 render fig4 --out no | 3 | rigidpend: no/fig4.h5 is not there; call: rigidpend run fig4 --out no
 render small.yaml --out no | 3 | no/small.h5 is not there; call: rigidpend run small.yaml --out no
 report fig4 --out no | 3 | rigidpend: no/fig4.h5: there is no such file; call: rigidpend run fig4
+certify | 2 | give names of configs, or a certificate with --check
+certify fig4 --check fig4.h5 | 2 | give names of configs, or a certificate with --check
+certify fig1 | 2 | fig1: experiment: the experiment phase_portraits has no route codes to prove
+certify fig4_zoom --out no | 3 | call: rigidpend run fig4_zoom
+certify --check taken/fig2.h5 | 1 | fig2.h5: neither a certificate, which rigidpend certify writes
+certify --check none.h5 | 3 | none.h5: there is no such file
 certify --check none.certificate.h5 | 3 | rigidpend: none.certificate.h5: there is no such file
+verify small | 3 | results/reference/small.h5: there is no such file; call: rigidpend reference s
 verify fig4 --reference none | 3 | rigidpend: none/fig4.h5: there is no such file
 run small.yaml --out small.yaml/sub | 1 | rigidpend: small: small.yaml/sub/small.h5: small.yaml/su
 run | 2 | Missing argument
@@ -69,7 +76,7 @@ report --to '' | 2 | got an empty text
 certify --check '' | 2 | got an empty text
 find --code 01 --proof '' | 2 | got an empty text
 run small small --name one | 2 | --name is for one config; several keep their names
-run small fig4 --name one | 2 | --name is for one config; several keep their names
+run all --name one | 2 | --name is for one config; several keep their names
 describe all --resolved | 2 | --resolved prints one config, not all
 render fig4 --format gif | 2 | 'gif' is not one of 'png', 'svg', 'pdf'
 find fig4 | 2 | Missing option '--code'
@@ -84,7 +91,17 @@ find --code 01 --code 11 --proof x | 2 | --proof is of one orbit, on this machin
 find --code '0^5 1^10' --proof x | 1 | x: a proof is named X.orbit.certificate.h5
 find --code '0^5 1^10' | 1 | rigidpend: none exists: passage 1
 find --code '0^90 1^3' --decimals 0 | 1 | none of the 7 phases
+run small.yaml sub/small.yaml | 2 | sub/small.yaml would both be stored as small.h5
+run small.yaml sub/Small.yaml | 2 | both be stored as Small.h5, for some systems do not tell c
+run route_map --scheduler head | 2 | 'head' is no address of a scheduler, as tcp://host:8786 is
+run fig4 --out taken | 1 | taken/fig4.h5: not a readable HDF5 file: not a regular file
+render fig4 --out taken | 1 | taken/fig4.h5: not a readable HDF5 file: not a regular file
+run fig5 --out taken | 1 | taken/fig5.h5: not a readable HDF5 file: not a regular file
+render fig5 --out taken | 1 | taken/fig5.h5: not a readable HDF5 file: not a regular file
+run fig1 --out taken | 1 | taken/fig1.h5: a folder is in the place of a file: move it away, or rem
+render fig2 --out taken | 1 | rigidpend: taken/fig2.png: a folder is in the place of a file: move it
 run LONG.yaml | 1 | File name too long
+run NEARLY.yaml | 1 | File name too long
 run small.yaml --out LONG | 1 | File name too long
 render fig4 --out LONG | 3 | fig4.h5 is not there
 report --out LONG | 1 | File name too long
@@ -94,25 +111,40 @@ report --out LONG | 1 | File name too long
 
 @pytest.fixture(scope="module")
 def strange(desk: Path) -> Path:
-    """The desk, with what looks like configs and never ends."""
+    """The desk, with twins of a config, what never ends, and a folder whose places are taken."""
     os.mkfifo(desk / "pipe.yaml")
     (desk / "zero.yaml").symlink_to("/dev/zero")
-    (desk / "\udcfe.yaml").symlink_to("small.yaml")
+    for name in (NEARLY, "\udcfe"):
+        (desk / f"{name}.yaml").symlink_to("small.yaml")
+    for folder in ("sub", "taken", "taken/fig1.h5", "taken/fig2.png"):
+        (desk / folder).mkdir()
+    for name in ("small", "Small"):
+        written(desk / "sub", SMALL, f"{name}.yaml")
+    shutil.copy(REFERENCE / "fig2.h5", desk / "taken")
+    os.mkfifo(desk / "taken" / "fig4.h5")
+    (desk / "taken" / "fig5.h5").symlink_to("/dev/zero")
     return desk
 
 
 @pytest.mark.parametrize("case", WRONG.strip().splitlines())
 def test_what_goes_wrong_is_one_sentence_and_an_exit_code(strange: Path, case: str) -> None:
-    command, code, sentence = case.replace("LONG", LONG).split(" | ")
+    command, code, sentence = case.replace("LONG", LONG).replace("NEARLY", NEARLY).split(" | ")
     done = call(strange, *shlex.split(command))
     assert (done.returncode, done.stdout) == (int(code), ""), done
     assert sentence in done.stderr.splitlines()[-1]
     # An error of a config stands alone, so that its line begins with its place.
     assert done.stderr.count("rigidpend: ") == (0 if code == str(common.MISUSED) else 1)
-    if code == str(common.MISUSED) and command.split()[0] in ("run", "describe", "find"):
-        document = json.loads(call(strange, *shlex.split(command), "--json").stdout)
-        assert document["exit_code"] == done.returncode
-        assert sentence in document["error"]
+
+
+@pytest.mark.parametrize(
+    ("command", "code"),
+    [("run", 2), ("run fig4 -q -v", 2), ("describe fig", 2), ("find --code 0^5", 1)],
+)
+def test_what_fails_has_its_document_too(tmp_path: Path, command: str, code: int) -> None:
+    done = call(tmp_path, *command.split(), "--json")
+    document = json.loads(done.stdout)
+    assert document["exit_code"] == done.returncode == code
+    assert document["error"] in done.stderr
 
 
 @pytest.mark.parametrize(
@@ -125,83 +157,75 @@ def test_a_complaint_repeats_no_long_argument(tmp_path: Path, command: str) -> N
     assert "..." in done.stderr
 
 
-def failing(monkeypatch: pytest.MonkeyPatch, desk: Path, fail: Any, out: str) -> Done:
-    """A run in which the computation does something else, or raises an error."""
-
-    def raised(*_: Any, **__: Any) -> None:
-        raise fail
-
-    monkeypatch.setattr(runner, "run", raised if isinstance(fail, BaseException) else fail)
-    return call(desk, "run", "small.yaml", "--out", out)
-
-
-def test_a_library_that_cannot_be_loaded_is_named_with_the_cure(
-    desk: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    """As where the system lacks what its compiled part needs."""
-    broken = "raise ImportError('libm.so: cannot open shared object file')"
-    (tmp_path / "brittle.py").write_text(broken)
-    monkeypatch.syspath_prepend(tmp_path)
-    loads = eval("lambda *_, **__: __import__('brittle')", {"__name__": "rigidpend.ours"})
-    done = failing(monkeypatch, desk, loads, "brittle")
-    said = "brittle cannot be loaded (libm.so: cannot open shared object file): install it anew"
-    assert (done.returncode, done.stderr.splitlines()[-1]) == (3, f"rigidpend: small: {said}")
-
-
 class Ours(ArithmeticError):
     """As a module of the package may derive one."""
 
 
 CUT = "marshal data too short"
 """What Python says of compiled code that is cut short."""
-
-ENDS = [
-    (KeyboardInterrupt(), 130, ""),
-    (arithmetic.EngineError("no heyoka here"), 3, "no heyoka here"),
-    (ModuleNotFoundError("No module", name="dask"), 3, "dask is needed and not installed"),
-    (store.StoreError("x.h5: no room"), 1, "x.h5: no room"),
-    (store.OtherVersion("x.h5: old"), 1, "x.h5: old"),
-    (WorkerError("killed"), 1, "killed"),
-    (NoChange("nothing changes"), 1, "nothing changes"),
-    (Ours("does not converge"), 1, "does not converge"),
-    (
-        EOFError(CUT),
-        4,
-        f"{CUT}: remove the folders __pycache__ of rigidpend, cut short by a full disk",
-    ),
-    (MemoryError(), 1, "not enough memory; fewer orbits or fewer --jobs need less"),
-]
-
-
-@pytest.mark.parametrize(("error", "code", "said"), ENDS)
-def test_how_a_run_ended_is_its_exit_code(
-    desk: Path, monkeypatch: pytest.MonkeyPatch, error: BaseException, code: int, said: str
-) -> None:
-    done = failing(monkeypatch, desk, error, "failing")
-    whole = f"rigidpend: small: {said}" if said else "interrupted; finished results are kept"
-    assert (done.returncode, done.stderr.splitlines()[-1]) == (code, whole)
+MEND = f"{CUT}: remove the folders __pycache__ of rigidpend, cut short by a full disk"
+OF_OURS = (
+    *(EOFError("x"), FloatingPointError("x"), ZeroDivisionError("x"), OverflowError("x")),
+    *(KeyError("x"), ModuleNotFoundError("x", name="rigidpend.x")),
+)
 
 
 @pytest.mark.parametrize(
-    ("error", "code"),
+    ("error", "code", "said"),
     [
-        (ExactError("x"), 2),
-        (ParameterError("mu", "x"), 2),
-        (Absent("x"), 3),
-        (arithmetic.EngineError("x"), 3),
-        (Contradiction("x"), 1),
-        (OSError(28, "no room"), 1),
-        (NoOrbit("x"), 1),
-        (UnknownExperiment("x"), 1),
-        (EOFError("x"), 4),
-        (FloatingPointError("x"), 4),
+        (ExactError("x"), 2, "x"),
+        (ParameterError("mu", "x"), 2, "x"),
+        (Absent("x"), 3, "x"),
+        (arithmetic.EngineError("x"), 3, "x"),
+        (ModuleNotFoundError("x", name="dask"), 3, "dask is needed and not installed"),
+        *((kind("x"), 1, "x") for kind in (store.StoreError, store.OtherVersion, WorkerError)),
+        *((kind("x"), 1, "x") for kind in (NoChange, NoOrbit, Contradiction, Ours)),
+        (UnknownExperiment("x"), 1, "x"),
+        (OSError(28, "no room"), 1, "no room"),
+        (FileNotFoundError(2, "gone", "x" * 1000), 1, f"{'x' * 200}: gone"),
+        (MemoryError(), 1, "not enough memory; fewer orbits or fewer --jobs need less"),
+        (EOFError(CUT), 4, MEND),
+        *((x, 4, f"internal error: {x!r}; please report it with a.log") for x in OF_OURS),
     ],
     ids=lambda x: type(x).__name__,
 )
-def test_what_is_wrong_decides_the_exit_code(error: Exception, code: int) -> None:
+def test_an_error_is_an_exit_code_and_a_sentence(error: Exception, code: int, said: str) -> None:
     """1 failed, 2 wrong values, 3 absent, 4 a fault of ours: as `--help` has them."""
     assert common.exit_code(error) == code
-    assert common.sentence(error, lambda _: Path("log")).startswith("internal error") is (code == 4)
+    assert common.sentence(error, lambda _: Path("a.log")) == said
+
+
+def test_a_library_that_cannot_be_loaded_is_named_with_the_cure(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """As where the system lacks what its compiled part needs."""
+    broken = "raise ImportError('libm.so: cannot open shared object file')"
+    (tmp_path / "brittle.py").write_text(broken)
+    monkeypatch.syspath_prepend(tmp_path)
+    loads = eval("lambda: __import__('brittle')", {"__name__": "rigidpend.ours"})
+    with pytest.raises(ImportError) as caught:
+        loads()
+    said = "brittle cannot be loaded (libm.so: cannot open shared object file): install it anew"
+    assert (common.exit_code(caught.value), common.sentence(caught.value)) == (3, said)
+
+
+def test_an_error_of_ours_is_in_the_log_with_its_traceback_or_in_a_temporary_file(
+    desk: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(tempfile, "tempdir", str(tmp_path))
+    monkeypatch.setattr(runner, "run", Mock(side_effect=ZeroDivisionError("mine")))
+    monkeypatch.setattr(runner, "recalled", Mock(side_effect=[None, None, KeyError("mine")]))
+    for command in ("run small.yaml --out ours", "run small.yaml --out small.yaml/sub", "list"):
+        done = call(desk, *command.split())
+        [log] = tmp_path.iterdir() if "ours" not in command else [Path("ours", "small.log")]
+        assert done.returncode == common.INTERNAL
+        assert done.stderr.splitlines()[-1].endswith(f"please report it with {log}")
+        before, _, trace = (desk / log).read_text().partition("Traceback (most recent call last)")
+        assert "Error: " in trace
+        assert before.count("computing (no result yet)") == command.count("ours")
+        assert bool(before) == (not log.is_absolute())
+        if log.is_absolute():
+            log.unlink()
 
 
 def test_a_document_is_json_whatever_it_holds() -> None:
@@ -211,65 +235,12 @@ def test_a_document_is_json_whatever_it_holds() -> None:
     assert found == {"a": [[1.5, None]], "b": [None, None, True], "c": "x"}
 
 
-def test_a_name_is_for_one_result_and_a_result_is_where_it_was() -> None:
-    with pytest.raises(click.UsageError, match="--name is for one config"):
-        common.configs_of(("all",), Path("results"), "mine")
-    assert common.folder_of(Path("old/x.h5"), Path("results")) == Path("old")
-    assert common.folder_of(Path("old/x.yaml"), Path("results")) == Path("results")
-
-
-def test_a_path_of_any_length_is_told_by_its_beginning() -> None:
-    said = common.sentence(FileNotFoundError(2, "No such file", "x" * 1000))
-    assert said == f"{'x' * 200}: No such file"
-
-
-@pytest.mark.parametrize(
-    "error",
-    [
-        ZeroDivisionError("mine"),
-        OverflowError("mine"),
-        KeyError("mine"),
-        ModuleNotFoundError("No module named 'rigidpend.x'", name="rigidpend.x"),
-    ],
-)
-def test_an_error_of_ours_is_exit_code_4_with_its_traceback_in_the_log(
-    desk: Path, monkeypatch: pytest.MonkeyPatch, error: Exception
-) -> None:
-    done = failing(monkeypatch, desk, error, "ours")
-    assert done.returncode == common.INTERNAL == 4
-    log = Path("ours", "small.log")
-    said = f"rigidpend: small: internal error: {error!r}; please report it with {log}"
-    assert done.stderr.splitlines()[-1] == said
-    text = (desk / log).read_text()
-    assert "in raised\n" in text
-    assert text.index("computing (no result yet)") < text.index(
-        "Traceback (most recent call last):"
-    )
-
-
-def test_where_no_log_can_be_written_it_is_a_temporary_file(
-    desk: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    monkeypatch.setattr(tempfile, "tempdir", str(tmp_path))
-    done = failing(monkeypatch, desk, ZeroDivisionError("mine"), "small.yaml/sub")
-    [log] = tmp_path.iterdir()
-    assert done.stderr.splitlines()[-1].endswith(f"please report it with {log}")
-    assert log.read_text().startswith("Traceback (most recent call last):")
-    assert log.read_text().endswith("ZeroDivisionError: mine\n")
-    log.unlink()
-    # And outside of a run.
-    monkeypatch.setattr(runner, "recalled", None)
-    done = call(desk, "list")
-    [log] = tmp_path.iterdir()
-    assert (done.returncode, str(log) in done.stderr) == (4, True)
-
-
 @pytest.mark.slow
 def test_a_reader_that_ends_early_is_no_error(tmp_path: Path) -> None:
     with subprocess.Popen(
         [sys.executable, "-m", "rigidpend", "list", "--json"],
         cwd=tmp_path,
-        env=ENVIRONMENT,
+        env=UNTRACED,
         stdout=subprocess.PIPE,
         stderr=subprocess.PIPE,
     ) as process:
@@ -278,36 +249,6 @@ def test_a_reader_that_ends_early_is_no_error(tmp_path: Path) -> None:
         process.stdout.close()
         said = process.stderr.read()
     assert said == b""
-
-
-def test_one_written_config_is_enough_to_see_every_fault(tmp_path: Path) -> None:
-    text = SMALL.replace("mu: 0.001", "mu: *a").replace("A: [2, 1, 1.5]", "A: [1, 2, 1.5]")
-    text = text.replace("r: [1, 1, 0]", "r: [1, 1, 1]\n  r: 3").replace("n_symbols", "n_symbls")
-    done = call(written(tmp_path, text, "x.yaml").parent, "run", "x.yaml", "--set", "numerics.x=1")
-    places = [line.split(": ")[:2] for line in done.stderr.splitlines() if line[:1] != " "]
-    assert places == [
-        ["--set numerics.x=1", "numerics.x"],
-        ["x.yaml:5:6", "problem.A"],
-        ["x.yaml:6:6", "problem.r"],
-        ["x.yaml:7:3", "problem.r"],
-        ["x.yaml:8:7", "problem.mu"],
-        ["x.yaml:11:3", "problem.n_symbls"],
-    ]
-
-
-@pytest.mark.parametrize("place", ["fig1.h5", "fig1.png"])
-def test_a_folder_in_the_place_of_a_file_is_said_to_be_in_the_way(
-    tmp_path: Path, place: str
-) -> None:
-    """No advice that leads nowhere: --force writes over no folder."""
-    (tmp_path / "results").mkdir()
-    shutil.copy(REFERENCE / "fig1.h5", tmp_path / "results")
-    (tmp_path / "results" / place).unlink(missing_ok=True)
-    (tmp_path / "results" / place).mkdir()
-    done = call(tmp_path, "run" if place == "fig1.h5" else "render", "fig1")
-    assert done.returncode == 1
-    mend = "a folder is in the place of a file: move it away, or remove it if it is not needed"
-    assert done.stderr == f"rigidpend: results/{place}: {mend}\n"
 
 
 def damaged(results: Path, *names: str) -> None:
@@ -335,27 +276,30 @@ def test_one_bad_result_keeps_no_other_from_being_drawn(tmp_path: Path) -> None:
     assert call(tmp_path, "render", "all", "--out", "none").returncode == 3
 
 
-@pytest.mark.parametrize(("bad", "force"), [(False, False), (True, True)])
-def test_many_figures_are_drawn_side_by_side_and_a_bad_one_fails(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, bad: bool, force: bool
+def test_more_than_a_few_new_figures_are_drawn_side_by_side(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """To begin the processes is the affair of `workers`, and tested there."""
-    damaged(tmp_path / "results", "fig1", "fig2", "fig4")
-    again = ("--force",) * force
-    for name in ("fig1", "fig2", "fig4")[: 3 * force]:
-        (tmp_path / "results" / f"{name}.png").touch()
-    asked = []
+    names, asked = ["fig1", "fig2", "fig3", "fig4"], []
+    damaged(tmp_path / "results", *names)
 
     def noted(work: Any, given: Any, holds: bool, tasks: Any, jobs: int) -> list[bool]:
         pickle.dumps((work, given, tasks))
-        asked.append((work.__name__, given, holds, [x.stem for x in tasks], jobs))
-        return [not (bad and x.stem == "fig1") for x in tasks]
+        asked.append((given, holds, [x.stem for x in tasks], jobs))
+        return [True] * len(tasks)
 
-    monkeypatch.setattr("rigidpend.cli.render.FEW", 2)
     monkeypatch.setattr(workers, "cores", lambda: 7)
     monkeypatch.setattr(workers, "side_by_side", noted)
-    assert call(tmp_path, "render", "fig1", "fig2", "fig4", *again).returncode == bad
-    assert asked == [("_drawn", ("png", force), True, ["fig1", "fig2", "fig4"], 7)]
+    for few in (names[:3], names):
+        assert call(tmp_path, "render", *few).returncode == 0
+    (tmp_path / "results" / "fig1.png").touch()
+    for again in ((), ("--force",)):
+        assert call(tmp_path, "render", *names, *again).returncode == 0
+    plain, force = ("png", False), ("png", True)
+    assert asked == [
+        (plain, True, names[:3], 1),
+        *((given, True, names, jobs) for given, jobs in ((plain, 7), (plain, 1), (force, 7))),
+    ]
 
 
 def test_a_damaged_result_is_said_with_its_remedy_by_whoever_reads_it(tmp_path: Path) -> None:
@@ -370,7 +314,9 @@ def test_a_damaged_result_is_said_with_its_remedy_by_whoever_reads_it(tmp_path: 
         assert done.stderr.count(mend) == 1, command
     assert mend in (results / "report.html").read_text().replace("&#x27;", "'")
     (results / "mine.log").unlink()
-    assert "; make it anew by the config" in call(tmp_path, "render", "mine").stderr
+    # A result is drawn beside itself.
+    done = call(tmp_path, "render", "results/mine.h5", "--out", "none")
+    assert "; make it anew by the config" in done.stderr
     proof = Path("results", "fig4.certificate.h5")
     (tmp_path / proof).write_bytes(b"")
     done = call(tmp_path, "certify", "--check", str(proof))

@@ -47,6 +47,10 @@ def changed(old: str, new: str, text: str = TEXT) -> str:
     return text.replace(old, new)
 
 
+TINY = changed("count: 5", "count: 2", changed("n_symbols: 3", "n_symbols: 2", SMALL))
+"""Two of these orbits with two symbols each, which are soon proven."""
+
+
 def written(folder: Path, text: str | bytes, name: str = "given.yaml") -> Path:
     path = folder / name
     path.write_bytes(text if isinstance(text, bytes) else text.encode())

@@ -86,13 +86,6 @@ def test_a_wrong_setting_is_named_with_what_is_wrong(case: str) -> None:
     assert str(problem).startswith(f"--set {setting}: {said}")
 
 
-def test_the_file_s_own_errors_keep_their_places(tmp_path: Path) -> None:
-    path = written(tmp_path, changed("mu: 0.001", "mu: x"))
-    in_setting, in_file = refused(path, ["problem.n_symbols=1/2"])
-    assert str(in_file).startswith(f"{path}:8:7: problem.mu: ")
-    assert str(in_setting).startswith("--set problem.n_symbols=1/2: problem.n_symbols: ")
-
-
 @pytest.mark.parametrize(
     "setting",
     ["nope.x=1", "problem.arrays.new.start=0", "problem.A.0=0.5", f"problem.A.{'9' * 5000}=1"],

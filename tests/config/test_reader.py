@@ -13,14 +13,6 @@ from rigidpend.runs import loading
 from tests.config.samples import FIG4, TEXT, changed, complaint, refused, written
 
 
-def test_a_key_given_twice_is_refused_with_both_places(tmp_path: Path) -> None:
-    text = changed("n_symbols: 15", "mu: 0.002")
-    path = written(tmp_path, text)
-    [problem] = refused(path)
-    message = f"given twice, first at {path}:8:3"
-    assert str(problem) == complaint(path, text, "mu: 0.002", "problem.mu", message)
-
-
 @pytest.mark.parametrize("opening", ["[", "{a: ", "- "])
 def test_nesting_is_bounded(tmp_path: Path, opening: str) -> None:
     closing, most = {"[": "]", "{a: ": "}", "- ": "x"}[opening], reader.MAX_DEPTH
@@ -88,17 +80,22 @@ def test_what_can_be_passed_over_hides_nothing_else(tmp_path: Path) -> None:
     text = changed("mu: 0.001", "mu: *a", changed("h0: 1.3342", "h0: !x 1.3342"))
     text = changed("n_symbols: 15", "n_symbols: 15\n  A: &b [x]\n  A: {q: *c}", text)
     text = changed("engine: auto", "engine: turbo", changed("count: 63", "count: x", text))
-    found = refused(written(tmp_path, text))
-    said = [(".".join(map(str, p.place)), p.message[:11]) for p in found]
+    text = changed("r: [1, 1, 0]", "r: [1, 1, 1]", changed("A: [2, 1,", "A: [1, 2,", text))
+    settings = "numerics.x=1", "problem.n_symbols=1/2"
+    found = refused(written(tmp_path, text), settings)
+    assert [str(x.origin) for x in found[:2]] == [f"--set {x}" for x in reversed(settings)]
+    said = [(x.origin.line, ".".join(map(str, x.place)), x.message[:11]) for x in found[2:]]
     assert said == [
-        ("problem.mu", "anchors and"),
-        ("problem.h0", "the tag !x "),
-        ("problem.A", "given twice"),
-        ("problem.A", "anchors and"),
-        ("problem.A", "given twice"),
-        ("problem.A.q", "anchors and"),
-        ("problem.arrays.left.count", "'x' is not "),
-        ("numerics.engine", "expected au"),
+        (6, "problem.A", "A1 > A3 > A"),
+        (7, "problem.r", "r3 = 0 is b"),
+        (8, "problem.mu", "anchors and"),
+        (9, "problem.h0", "the tag !x "),
+        (12, "problem.A", "given twice"),
+        (12, "problem.A", "anchors and"),
+        (13, "problem.A", "given twice"),
+        (13, "problem.A.q", "anchors and"),
+        (15, "problem.arrays.left.count", "'x' is not "),
+        (19, "numerics.engine", "expected au"),
     ]
 
 

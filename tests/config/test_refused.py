@@ -14,6 +14,7 @@ SLIPS = r"""
 # Written -> instead, ^ before what the caret stands under | place | the message, or a part
 A: [2, 1, 1.5] -> A: ^&a [2, 1, 1.5] | problem.A | anchors and aliases are not read: write it out
 r: [1, 1, 0] -> r: ^*a | problem.r | anchors and aliases are not read: write it out
+n_symbols: 15 -> ^mu: 0.002 | problem.mu | given twice, first at PATH:8:3
 mu: 0.001 -> mu: ^!!float 0.001 | problem.mu | the tag tag:yaml.org,2002:float is not read
 numerics: -> ^---\nnumerics: | - | a second document; a config has one
 numerics: -> ? ^[a, b]\n: 1\nnumerics: | - | a key must be a plain word
@@ -26,6 +27,9 @@ numerics: -> ^numeric: | numeric | did you mean numerics? (known: figure, experi
 problem:\n  A: [2, 1, 1.5]          # principal -> ^problem:\n  # principal | problem.A | required
 right: {start: 3*pi/40, -> ^right: { | problem.arrays.right.start | required
 A: [2, 1, 1.5] -> ^A: [2, 1] | problem.A.2 | required
+experiment: route_codes -> experiment: ^[a] | experiment | closed_orbits
+experiment: route_codes -> experiment: ^{a: b} | experiment | closed_orbits
+experiment: route_codes -> experiment: ^null | experiment | closed_orbits
 mu: 0.001 -> mu: ^true | problem.mu | expected a number, such as 0.1, 1e-6, 1/10 or 3*pi/40
 mu: 0.001 -> mu: ^[1] | problem.mu | expected a number, such as 0.1, 1e-6, 1/10 or 3*pi/40
 mu: 0.001 -> mu: ^null | problem.mu | expected a number, such as 0.1, 1e-6, 1/10 or 3*pi/40
@@ -67,6 +71,7 @@ def test_a_slip_is_said_where_it_stands(tmp_path: Path, case: str) -> None:
     text = changed(old, new)
     at = text.index(new) + new.index("^")
     text = text[:at] + text[at + 1 :]
+    message = message.replace("PATH", str(tmp_path / "given.yaml"))
     assert message in refused_there(tmp_path, text, at, place.strip("-"))
 
 

@@ -145,6 +145,14 @@ def test_room_is_made_for_others_and_what_failed_or_was_interrupted_leaves_no_li
     assert terminal.screen() == ["rigidpend: words", ""]
 
 
+def test_a_terminal_that_cannot_go_back_has_plain_lines(
+    terminal: Terminal, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setenv("TERM", "dumb")
+    Clocked(1, stream=terminal).hear("a", "computing")
+    assert terminal.getvalue() == "a: computing\n"
+
+
 LINES = "a: computing\na: at last\n"
 
 

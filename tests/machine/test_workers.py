@@ -22,7 +22,7 @@ from rigidpend.machine.workers import (
     spread,
     worth_processes,
 )
-from tests.cli.calls import OF_CHECKOUT
+from tests.cli.calls import UNTRACED
 from tests.machine.work import place, spoken
 from tests.processes import python
 
@@ -104,7 +104,7 @@ def test_processes_serve_work_that_holds_the_interpreter_and_are_heard(
     ("parts", "limit", "error", "said"),
     [
         (0, 60.0, ZeroDivisionError, "division"),
-        (2, 60.0, WorkerError, "was killed"),
+        (2, 60.0, WorkerError, "was killed.*: the same command again continues"),
         (4, 0.1, TimeoutError, r"ended at 0\.1 s"),
     ],
 )
@@ -157,7 +157,7 @@ def test_a_program_is_not_run_by_the_processes_that_it_lets_begin(tmp_path: Path
     (tmp_path / "program.py").write_text(PROGRAM)
     (tmp_path / "module.py").write_text(MODULE)
     # By its name: then it has both a file and a specification.
-    done = python(tmp_path, "-m", "program", env=OF_CHECKOUT)
+    done = python(tmp_path, "-m", "program", env=UNTRACED)
     assert (done.returncode, done.stderr) == (0, "")
     assert sorted(done.stdout.splitlines()) == ["once", *["part 0"] * 2, "part 1", "part 2"]
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
+from types import SimpleNamespace
 from typing import Any
 from unittest.mock import Mock
 
@@ -34,26 +35,16 @@ CHOICES: dict[str, tuple[str, Any]] = {
 """A value of each setting that is not its default, as it is written and as it arrives."""
 
 
-class Stopped(Exception):
-    """The computation was reached; it need not go on."""
-
-
 def means_of(
     path: Path, settings: list[str], folder: Path, monkeypatch: pytest.MonkeyPatch
 ) -> Means:
-    """The means with which the runner calls a config's experiment."""
-    seen: list[Means] = []
-
-    class Spy:
-        def compute(self, config: Any, means: Means) -> Any:
-            seen.append(means)
-            raise Stopped
-
-    monkeypatch.setattr(experiments, "computation", lambda _: Spy())
+    """The means with which the runner calls a config's experiment, which need not go on."""
+    compute = Mock(side_effect=KeyboardInterrupt)
+    monkeypatch.setattr(experiments, "computation", lambda _: SimpleNamespace(compute=compute))
     planned = runner.plan(loading.load(path, settings), folder, force=True)
-    with pytest.raises(Stopped):
+    with pytest.raises(KeyboardInterrupt):
         runner.run(planned, jobs=1, report=print)
-    [means] = seen
+    [((_, means), _)] = compute.call_args_list
     return means
 
 

@@ -2,25 +2,25 @@
 
 from __future__ import annotations
 
+import contextlib
 import json
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
+from unittest.mock import Mock
 
 import h5py
 import numpy as np
 import pytest
 
-from rigidpend.machine.progress import tell_nobody
 from rigidpend.results import store
 from rigidpend.routes.certified.pieces import Step
 from rigidpend.runs import certificate_files as storage
 from rigidpend.runs import certificates, loading
 from scripts import check_certificate
 from tests.cli.calls import call, succeeded
-from tests.config.samples import SMALL, changed, written
+from tests.config.samples import TINY, written
 
-TINY = changed("count: 5", "count: 2", changed("n_symbols: 3", "n_symbols: 2", SMALL))
 FILE = "tiny.certificate.h5"
 
 
@@ -52,27 +52,16 @@ def test_a_certificate_may_have_a_name_of_its_own(folder: Path, tmp_path: Path) 
     done = call(folder, "certify", "tiny.yaml", *given, "--out", str(tmp_path))
     assert done.stdout == "lower: only: 4 of 4 symbols of 2 orbits proven\n", done.stderr
     assert [file.name for file in tmp_path.iterdir()] == ["lower.certificate.h5"]
-    done = call(folder, "certify", "tiny.yaml", "fig4", *given)
-    assert (done.returncode, "--name is for one config" in done.stderr) == (2, True)
 
 
 def test_it_is_checked_again_without_integration(
     folder: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    for name in ("rigidpend.routes.certified.approximation", "rigidpend.orbits.integrate"):
-        monkeypatch.setattr(
-            f"{name}.Approximation" if "cert" in name else f"{name}.crossings", None
-        )
+    monkeypatch.setattr("rigidpend.routes.certified.approximation.Approximation", None)
+    monkeypatch.setattr("rigidpend.orbits.integrate.crossings", None)
     done = succeeded(folder, "certify", "--check", FILE, "-j", "1", "--json")
     [[found]] = json.loads(done.stdout).values()
     assert found == {"array": "only", "orbits": 2, "symbols": 4, "proven": 4, "undecided": []}
-
-
-def test_what_is_up_to_date_is_left_alone(folder: Path) -> None:
-    before = (folder / FILE).stat().st_mtime_ns
-    done = call(folder, "certify", "tiny.yaml", "--out", ".", "-j", "1")
-    assert "up to date" in done.stderr
-    assert (folder / FILE).stat().st_mtime_ns == before
 
 
 def altered(certificate: Path, target: Path, change: Callable[[Any], object]) -> Path:
@@ -90,45 +79,32 @@ class Proving(Exception):
 
 
 @pytest.mark.parametrize(
-    ("setting", "code"), [("problem.J1_0=1e-9", ""), ("problem.mu=0.001", "x")]
+    ("setting", "code", "anew"),
+    [("problem.mu=0.001", "", False), ("problem.J1_0=1e-9", "", True), ("figure=4", "x", True)],
 )
-def test_another_problem_and_other_code_are_proven_anew(
-    folder: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, setting: str, code: str
+def test_only_another_problem_or_other_code_is_proven_anew(
+    folder: Path,
+    tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
+    setting: str,
+    code: str,
+    anew: bool,
 ) -> None:
-    def begin(*_: Any) -> None:
-        raise Proving
-
     (tmp_path / FILE).write_bytes((folder / FILE).read_bytes())
     config = loading.load(written(tmp_path, TINY, "tiny.yaml"), [setting])
-    monkeypatch.setattr(certificates, "Parts", begin)
+    monkeypatch.setattr(certificates, "Parts", Mock(side_effect=Proving))
     if code:
         monkeypatch.setattr(certificates, "code_hash_of", lambda _: code)
-    with pytest.raises(Proving):
-        certificates.certify(config, tmp_path, jobs=1, report=tell_nobody)
+    told: list[str] = []
+    with pytest.raises(Proving) if anew else contextlib.nullcontext():
+        certificates.certify(config, tmp_path, jobs=1, report=told.append)
+    assert ["is up to date" in line for line in told] == [True] * (not anew)
 
 
 def test_steps_survive_packing() -> None:
     step = Step(3 << 30, 70, [[(-1) ** j * (1 << 9 * j) - i for j in range(5)] for i in range(6)])
     orbits = [[step], [], [step, step._replace(bits=9)]]
     assert storage.unpacked(storage.packed(orbits)) == orbits
-
-
-@pytest.mark.parametrize(
-    ("arguments", "code", "said"),
-    [
-        ("", 2, ""),
-        (f"tiny.yaml --check {FILE}", 2, ""),
-        ("fig1", 2, "no route codes to prove"),
-        ("fig4_zoom --out .", 3, "rigidpend run fig4_zoom"),
-        ("--check tiny.h5", 1, "tiny.h5: neither a certificate, which rigidpend certify writes"),
-        ("--check absent.h5", 3, ""),
-    ],
-)
-def test_wrong_usage_and_what_is_no_certificate_are_said(
-    folder: Path, arguments: str, code: int, said: str
-) -> None:
-    done = call(folder, "certify", *arguments.split())
-    assert (done.returncode, said in done.stderr) == (code, True)
 
 
 @pytest.mark.slow
@@ -177,27 +153,41 @@ def test_verify_counts_what_is_proven_and_finds_a_contradiction(
     assert "symbol 2 of column 0 is proven to be another" in done.stdout
 
 
-def test_a_single_route_is_held_against_its_proof_too(folder: Path) -> None:
+def test_symbols_are_marked_and_held_against_their_own_proof_alone(folder: Path) -> None:
     certificate = storage.read(folder / FILE)
-    group = certificate["data"]["only"]
-    proof = {"codes": group["codes"][:, :1], "theta2_0": group["theta2_0"][:1]}
-    one: Any = {**certificate, "data": {"only": proof}}
-    route = {
-        "codes": proof["codes"][:, 0].copy(),
-        "certain": np.ones(2, dtype=bool),
-        "theta2_0": np.float64(1),
-    }
-    result: Any = {"config": certificate["config"], "data": {"only": route}}
-    assert storage.contradictions(result, one) == []
-    assert storage.marked(result, one)["data"]["only"]["proven"].tolist() == [True, True]
-    route["codes"][1] ^= 1
-    assert len(storage.contradictions(result, one)) == 1
-    assert storage.marked(result, one)["data"]["only"]["proven"].tolist() == [True, False]
-    # A level of a zoom is told by its centre, to the last digit.
-    level = {key: x for key, x in route.items() if key != "theta2_0"} | {"centre": "1"}
-    levels: Any = {**result, "data": {"levels": {"only": level}}}
-    marked = storage.marked(levels, one)["data"]["levels"]["only"]["proven"]
-    assert marked.tolist() == [True, False]
+    stated = certificate["config"] | {"figure": "", "numerics": {"precisions": [53]}}
+
+    def told(group: Any, proof: Any = certificate, where: str = "data", **config: Any) -> Any:
+        """What is marked in an array, or level, of a result, and what contradicts its proof."""
+        data = {"only": group} if where == "data" else {where: {"only": group}}
+        result: Any = {"config": {**stated, **config}, "data": data}
+        marked = storage.marked(result, proof)["data"]
+        marks = marked.get(where, marked)["only"].get("proven")
+        said = storage.contradictions(result, proof)
+        return None if marks is None else marks.tolist(), said
+
+    codes = certificate["data"]["only"]["codes"].copy()
+    only = {"codes": codes, "certain": codes < 2, "theta2_0": np.array([1, 1.1])}
+    assert told(only) == ([[True, True], [True, True]], [])
+    other = {**only, "theta2_0": np.array([1, 1.7])}
+    assert told(other) == (None, ["only: the certificate is of other phases"])
+    [of_another_body] = told(only, problem=stated["problem"] | {"mu": "1/500"})[1]
+    assert "another problem" in of_another_body
+    assert told(only, problem={})[0] is None
+    codes[1, 0] ^= 1
+    said = ["only: symbol 2 of column 0 is proven to be another"]
+    assert told(only) == ([[True, True], [False, True]], said)
+    assert told({**only, "certain": codes > 1})[1] == []
+    # What neither knows is not proven.
+    proven, unknown = certificate["data"]["only"], {"codes": codes * 0 + 255}
+    nothing = {**certificate, "data": {"only": {**proven, **unknown}}}
+    assert told({**only, **unknown}, nothing) == ([[False, False], [False, False]], [])
+    # A single route, and a level of a zoom, which is told by its centre to the last digit.
+    single = {"codes": proven["codes"][:, :1], "theta2_0": proven["theta2_0"][:1]}
+    one = {**certificate, "data": {"only": single}}
+    route = {"codes": codes[:, 0], "certain": np.ones(2, dtype=bool), "theta2_0": np.float64(1)}
+    assert told(route, one) == ([True, False], said)
+    level = {"codes": codes[:, 0], "certain": route["certain"], "centre": "1"}
+    assert told(level, one, "levels") == ([True, False], said)
     level["centre"] = f"1.{30 * '0'}1"
-    assert "proven" not in storage.marked(levels, one)["data"]["levels"]["only"]
-    assert storage.contradictions(levels, one) == ["only: the certificate is of another centre"]
+    assert told(level, one, "levels") == (None, ["only: the certificate is of another centre"])

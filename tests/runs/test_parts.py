@@ -72,9 +72,9 @@ def copied(name: str, run: str) -> Callable[[Path], None]:
     """Write another part, or that of another run, over a part."""
 
     def change(path: Path) -> None:
-        other = Parts(path.parents[2] / "fig.h5", run)
-        other.keep(name, lambda: {"wrong": PART["one"]})
-        shutil.copy(other._path(name), path)
+        Parts(path.parents[2] / "fig.h5", run).keep(name, lambda: {"wrong": PART["one"]})
+        [made] = {*path.parents[1].rglob(f"{name}.kept")} - {path}
+        shutil.copy(made, path)
 
     return change
 
@@ -120,6 +120,22 @@ def test_a_copy_of_the_open_folder_that_a_child_has_holds_nothing(target: Path) 
         parts.drop()
         os.close(copy)
     assert list(target.parent.iterdir()) == []
+
+
+@pytest.mark.parametrize("make", [os.mkfifo, lambda path: path.symlink_to("other")])
+@pytest.mark.parametrize("depth", [0, 1])
+def test_what_is_in_the_place_of_a_folder_makes_room_and_a_folder_elsewhere_gets_no_parts(
+    target: Path, make: Callable[[Path], None], depth: int
+) -> None:
+    path = kept(target)
+    place = path.parents[1 - depth]
+    (place.parent / "other").mkdir()
+    shutil.rmtree(place)
+    make(place)
+    with Parts(target, "a") as parts:
+        parts.keep("first", lambda: PART)
+    assert list((place.parent / "other").iterdir()) == []
+    assert path.is_file()
 
 
 def test_parts_that_another_run_uses_stay_until_it_drops_them(target: Path) -> None:

@@ -19,7 +19,7 @@ import scipy
 import rigidpend
 from rigidpend import experiments
 from rigidpend.machine import cache, code_hash
-from rigidpend.runs import loading, provenance, runner
+from rigidpend.runs import loading, provenance
 from tests.config.samples import FIG4, TEXT, changed, written
 
 
@@ -70,29 +70,36 @@ def test_code_hash_notices_values_in_what_is_imported_but_no_comment_docstring_o
     assert len({found[0], *found[4:]}) == 6
 
 
-@pytest.mark.parametrize("place", ["extra.py", "extra/__init__.py"])
-def test_code_hash_follows_a_new_import(edited: dict[str, bytes], place: str) -> None:
-    edited["routes/start.py"] += b"\nfrom rigidpend import extra\n"
+def test_code_hash_is_of_what_an_experiment_imports_alone(edited: dict[str, bytes]) -> None:
+    names = "exponents", "heteroclinic_cycle"
+    before = [*map(provenance.code_hash, names)]
+    edited["routes/cells.py"] += b"\nX = 1\n"
+    after = [*map(provenance.code_hash, names)]
+    assert [x != y for x, y in zip(before, after, strict=True)] == [True, False]
+    assert before[0] != before[1]
+
+
+@pytest.mark.parametrize(
+    ("place", "block"),
+    [
+        ("extra.py", "{}"),
+        ("extra/__init__.py", "{}"),
+        ("extra.py", "try:\n    pass\nexcept ValueError:\n    {}"),
+        ("extra.py", "try:\n    pass\nfinally:\n    {}"),
+        ("extra.py", "for _ in ():\n    pass\nelse:\n    {}"),
+        ("extra.py", "match 1:\n    case 1:\n        {}"),
+        ("extra.py", "class Extra:\n    def extra(self):\n        with self:\n            {}"),
+    ],
+)
+def test_code_hash_follows_a_new_import_in_any_block(
+    edited: dict[str, bytes], place: str, block: str
+) -> None:
+    edited["routes/start.py"] += f"\n{block.format('from rigidpend import extra')}\n".encode()
     found = set()
     for value in (b"1", b"2"):
         edited[place] = b"X = " + value
         found.add(provenance.code_hash("route_codes"))
     assert len(found) == 2
-
-
-@pytest.mark.parametrize(
-    "block",
-    [
-        "try:\n    pass\nexcept ValueError:\n    {}",
-        "try:\n    pass\nfinally:\n    {}",
-        "for _ in ():\n    pass\nelse:\n    {}",
-        "match 1:\n    case 1:\n        {}",
-        "class Extra:\n    def extra(self):\n        with open(self):\n            {}",
-    ],
-)
-def test_an_import_is_found_in_any_block(edited: dict[str, bytes], block: str) -> None:
-    edited["extra.py"] = block.format("import rigidpend.notebook").encode()
-    assert code_hash.code_of(str(code_hash.PACKAGE), "extra.py")[1] == ["rigidpend.notebook"]
 
 
 def test_sources_are_the_same_wherever_the_package_is(
@@ -132,6 +139,10 @@ def test_no_folder_hides_what_an_import_from_it_runs() -> None:
     assert lazy == ["__init__.py"]
 
 
+DRAWING = ("/draw.py", "bench/report.py")
+"""Files of an experiment that compute nothing."""
+
+
 @pytest.mark.slow
 def test_code_hash_counts_what_python_imports_and_nothing_that_draws() -> None:
     names = experiments.names()
@@ -146,31 +157,6 @@ def test_code_hash_counts_what_python_imports_and_nothing_that_draws() -> None:
         others = [f"experiments/{name}/" for name in names if name != experiment]
         apart = ("cli/", "render/", "routes/certified/", "notebook.py", *others)
         assert not [x for x in counted if x.startswith(apart) or x.endswith(DRAWING)]
-
-
-@pytest.mark.slow
-def test_a_plan_changes_with_each_module_that_is_imported_and_with_no_other(
-    monkeypatch: pytest.MonkeyPatch, tmp_path: Path
-) -> None:
-    config = loading.load(FIG4.with_name("fig2.yaml"))
-    before, changed = runner.plan(config, tmp_path).fingerprint, set()
-    real, place = code_hash.code_of, ""
-
-    def looked_up(package: str, given: str) -> tuple[str, list[str]]:
-        code, imported = real(package, given)
-        return f"{code} edited" if given == place else code, imported
-
-    monkeypatch.setattr(code_hash, "code_of", looked_up)
-    monkeypatch.setattr(cache, "recall", lambda _: None)
-    monkeypatch.setattr(cache, "remember", lambda *_: None)
-    for place in code_hash.sources(str(code_hash.PACKAGE)).files:
-        changed |= {place} if runner.plan(config, tmp_path).fingerprint != before else set()
-    assert changed == set(hashed("heteroclinic_cycle"))
-    assert "routes/cells.py" in {*hashed("exponents")} - changed
-
-
-DRAWING = ("/draw.py", "bench/report.py")
-"""Files of an experiment that compute nothing."""
 
 
 def test_code_does_not_depend_on_fields_that_another_python_has(

@@ -1,9 +1,11 @@
-"""Runs: what is up to date and why not, what a result holds, what a failure leaves."""
+"""Runs: what is up to date and why not, what a result and a log hold, what a failure leaves."""
 
 from __future__ import annotations
 
+import datetime
 import importlib.metadata
 import json
+import os
 import shutil
 from collections.abc import Callable
 from dataclasses import replace
@@ -20,6 +22,7 @@ from rigidpend.machine.progress import tell_nobody
 from rigidpend.orbits.integrate import arithmetic
 from rigidpend.results import store
 from rigidpend.runs import loading, provenance, runner
+from rigidpend.runs.logs import Logs
 
 CONFIG, RESULTS, RESULT = Path("configs/small.yaml"), Path("results"), Path("results/small.h5")
 MU = "its config changed: problem.mu from 0.001 to 0.002"
@@ -88,15 +91,13 @@ def test_a_result_says_what_it_was_made_from(desk: Path) -> None:
         assert set(file["provenance"].attrs) == set(provenance.provenance())
 
 
-@pytest.mark.parametrize("error", [KeyboardInterrupt, RuntimeError])
 def test_a_run_that_ends_early_leaves_the_old_result(
-    desk: Path, monkeypatch: pytest.MonkeyPatch, error: type[BaseException]
+    desk: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     before = RESULT.read_bytes()
-
-    monkeypatch.setattr(route_codes, "compute", Mock(side_effect=error))
+    monkeypatch.setattr(route_codes, "compute", Mock(side_effect=KeyboardInterrupt))
     planned = runner.plan(loading.load(CONFIG), RESULTS, force=True)
-    with pytest.raises(error):
+    with pytest.raises(KeyboardInterrupt):
         runner.run(planned, jobs=1, report=tell_nobody)
     assert sorted(path.name for path in RESULTS.iterdir()) == ["reference", "small.h5"]
     assert RESULT.read_bytes() == before
@@ -184,3 +185,29 @@ def test_a_plan_is_recalled_as_it_was_found_for_the_same_bytes_alone(
         path.write_bytes(files.sealed(b"[1]"))
     with pytest.warns(cache.KeptFileWarning):
         assert recalled() is None
+
+
+def lines(path: Path) -> list[str]:
+    """A log's lines without their times, which must be some."""
+    found = [line.split(" ", 1) for line in path.read_text(encoding="utf-8").splitlines()]
+    assert all(datetime.datetime.fromisoformat(time).tzinfo for time, _ in found)
+    return [text for _, text in found]
+
+
+def test_each_name_has_a_log_of_its_last_run_with_any_text(tmp_path: Path) -> None:
+    targets = {name: tmp_path / "results" / f"{name}.h5" for name in ("a", "b", "c: d")}
+    log, other = targets["a"].with_suffix(".log"), tmp_path / "other"
+    # What is in a log's place makes room: nothing is waited for, nothing written through a link.
+    makes: list[Callable[[Path], object]] = [Path.touch, os.mkfifo, lambda x: x.symlink_to(other)]
+    for make in makes:
+        log.parent.mkdir(exist_ok=True)
+        log.unlink(missing_ok=True)
+        make(log)
+        logs = Logs(targets, "run \udcff")
+        logs.hear("a", "computing: now")
+        logs.hear("a", "öäü")
+        assert logs.path("a") == log
+        assert lines(log) == ["run ?", "computing: now", "öäü"]
+    assert not other.exists()
+    assert logs.path("b") is None
+    assert [x.name for x in log.parent.iterdir()] == ["a.log"]
