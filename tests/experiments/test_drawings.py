@@ -9,8 +9,10 @@ from __future__ import annotations
 import io
 from collections.abc import Iterator
 from importlib import metadata
+from pathlib import Path
 from typing import Any, NamedTuple
 
+import h5py
 import matplotlib
 import numpy as np
 import pytest
@@ -21,12 +23,18 @@ from PIL import Image
 from rigidpend import experiments, render
 from rigidpend.results import store
 from tests.cli.calls import REFERENCE
-from tests.experiments.trees import reference
 
 RESULTS = REFERENCE.parent
-MEASURED = ("bench", "stress")
-"""Results that no config of a figure has."""
-NAMES = (*sorted(path.stem for path in REFERENCE.glob("*.h5")), *MEASURED)
+
+
+def stored() -> Iterator[tuple[str, Path]]:
+    """Each experiment with its result: the references, and what no config of a figure has."""
+    for path in sorted([*REFERENCE.glob("*.h5"), *(RESULTS / "measured").glob("*.h5")]):
+        with h5py.File(path) as file:
+            yield str(file.attrs["experiment"]), path
+
+
+STORED = dict(stored())
 SHADES, TICK = 8, 30
 """By how many shades of 256 roundings may move a pixel; pixels of a tick, which may fall on the
 other side of one."""
@@ -40,13 +48,10 @@ class Drawn(NamedTuple):
     image: bytes
 
 
-@pytest.fixture(scope="module", params=NAMES)
+@pytest.fixture(scope="module", params=STORED)
 def drawn(request: pytest.FixtureRequest) -> Drawn:
     """Each stored result, drawn once for all tests."""
-    name = request.param
-    measured = RESULTS / "measured" / f"{name}.h5"
-    result = store.load(measured) if name in MEASURED else reference(name)
-    drawing, made = experiments.drawing(result["attributes"]["experiment"]), list[Figure]()
+    drawing, made = experiments.drawing(request.param), list[Figure]()
 
     def kept(result: Any, draw: Any = drawing.draw) -> Figure:
         made.append(draw(result))
@@ -54,8 +59,8 @@ def drawn(request: pytest.FixtureRequest) -> Drawn:
 
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(drawing, "draw", kept)
-        image = render.image(result, "png")
-    return Drawn(name, made[0], image)
+        image = render.image(store.load(STORED[request.param]), "png")
+    return Drawn(STORED[request.param].stem, made[0], image)
 
 
 def shades(picture: Any) -> Any:
@@ -77,6 +82,10 @@ def test_a_figure_is_that_of_the_gallery(drawn: Drawn) -> None:
     assert found.shape == known.shape
     other = np.argwhere(np.abs(found - known).max(axis=-1) > SHADES)
     assert len(other) < TICK, f"rows and columns {other.min(axis=0)} to {other.max(axis=0)}"
+
+
+def test_every_experiment_is_drawn() -> None:
+    assert sorted(STORED) == sorted(experiments.names())
 
 
 def words(figure: Figure) -> Iterator[Text]:
