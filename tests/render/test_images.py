@@ -13,6 +13,7 @@ from unittest.mock import Mock
 import matplotlib
 import pytest
 from matplotlib.figure import Figure
+from matplotlib.lines import Line2D
 
 from rigidpend import render
 from rigidpend.experiments.heteroclinic_cycle import draw
@@ -71,6 +72,35 @@ def test_equal_results_give_equal_images_whenever_and_wherever_drawn(
     assert not caplog.messages
     with pytest.raises(StoreError, match="cannot be written: No such file or directory"):
         render.render(source, source.parent / "none" / one.name)
+
+
+def test_legends_stay_where_they_are_above_a_foot_of_any_height(
+    source: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    figure = Figure(figsize=(3, 2))
+    legends = [
+        figure.legend(handles=[Line2D([], [], label="a")], loc="upper right", **anchor)
+        for anchor in ({}, {"bbox_to_anchor": (0.25, 0.5, 0, 0)})
+    ]
+    monkeypatch.setattr(draw, "draw", lambda _: figure)
+    result = reference("fig2")
+    # A dollar sign stays as it is.
+    result["attributes"]["name"] = "word $a_b$ " * 150
+    made = render.image(result, "png")
+    [foot] = figure.texts
+    lines = foot.get_text().splitlines()
+    assert 55 < max(map(len, lines)) <= 65, "as long as the figure is wide"
+    assert not foot.get_parse_math()
+    # A tenth of an inch from the left, half as much below; PIXELS are 300.
+    assert foot.get_position() == pytest.approx((0.1 / 3, -0.05 / 2))
+    wide, high = struct.unpack(">II", made[16:24])
+    assert max(wide, high) / 300 == pytest.approx(1, abs=0.01)
+    assert high / wide * 3 == pytest.approx(2 + 0.1 + 0.11 * len(lines), abs=0.1)
+    whole, part = (one.get_bbox_to_anchor().bounds for one in legends)
+    width, height = figure.bbox.size
+    assert whole == pytest.approx((0, 0, width, height))
+    assert part == pytest.approx((width / 4, height / 2, 0, 0))
+    assert legends[0].get_bbox_to_anchor() is not figure.bbox
 
 
 @pytest.mark.slow
