@@ -64,7 +64,7 @@ def drawn(request: pytest.FixtureRequest) -> Drawn:
 
 
 def shades(picture: Any) -> Any:
-    return np.asarray(Image.open(picture).convert("RGB")).astype(int)
+    return np.asarray(Image.open(picture).convert("RGB")).astype(np.int16)
 
 
 VERSION = f"matplotlib=={metadata.version('matplotlib')}\n"
