@@ -114,9 +114,9 @@ stress: $(VENV)/.installed ## trials at the limits, store, renew README; some te
 tables: $(VENV)/.installed ## write README's tables from results/measured/
 	$(BIN)/python -m scripts.readme_tables
 
-gallery: figures ## draw every figure and keep it in results/gallery/, for the README
-	mkdir -p results/gallery
-	cp "$(RESULTS)"/*.png results/gallery/
+gallery: $(VENV)/.installed ## draw the figures of results/reference/ into results/gallery/, for the README
+	$(RUN) render all --out results/reference
+	mv results/reference/*.png results/gallery/
 
 clean: ## remove results and caches, keep the set-up
 	rm -rf "$(RESULTS)"/*.h5 "$(RESULTS)"/*.log "$(RESULTS)"/*.png "$(RESULTS)"/*.svg "$(RESULTS)"/*.pdf

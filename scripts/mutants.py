@@ -48,6 +48,8 @@ LIBRARIES = ("h5py", "hypothesis", "numpy", "pydantic", "scipy.integrate", "scip
 """What processes of tests find imported, for it takes longer than most tests."""
 OF_PEERS = ("cyrk_compiled", "diffrax_vmapped")
 """Methods of libraries that the tests do without."""
+PICTURE = "tests/experiments/test_drawings.py::test_a_figure_is_that_of_the_gallery"
+"""The test of what is drawn, with a case for each experiment."""
 NEAR = 12.0
 """Seconds that tests of a line take together, by the map."""
 FURTHER = 3.0
@@ -119,8 +121,7 @@ class Desk:
 
     def _stages(self, mutant: Mutant) -> list[tuple[list[str], float]]:
         """Tests to be asked, each lot after those before, with the seconds that they may take."""
-        own = ROOT / mirrored(mutant.path) / f"test_{Path(mutant.path).stem}.py"
-        file = [str(own.relative_to(ROOT))] if own.exists() else []
+        file = own(mutant)
         near, rest = nearest(mutant, self.reach), around(mutant, file)
         if self.quick:
             return [(near, self.limit), (with_mark(file, "not slow"), self.limit)]
@@ -158,6 +159,15 @@ class Desk:
     def _left(self, tests: Sequence[str]) -> list[str]:
         """Tests without those that fail with no mutant."""
         return [*tests, *(f"--deselect={x}" for x, sound in self.sound.items() if not sound)]
+
+
+def own(mutant: Mutant) -> list[str]:
+    """The test file that mirrors the module; of a drawing, the test of its picture."""
+    path = Path(mutant.path)
+    if path.name == "draw.py":
+        return [f"{PICTURE}[{path.parent.name}]"]
+    file = mirrored(mutant.path) / f"test_{path.stem}.py"
+    return [str(file)] if (ROOT / file).exists() else []
 
 
 def with_mark(tests: Sequence[str], mark: str) -> list[str]:

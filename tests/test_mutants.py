@@ -122,7 +122,10 @@ def test_the_nearest_tests_reach_the_line_and_the_rest_are_of_the_mirrored_folde
     assert mutants.nearest(mutant, known) == [f"{own}c", f"{own}a", f"{other}b"]
     assert mutants.nearest(mutant._replace(statement="another"), known)[3:] == []
     assert mutants.nearest(mutant, NOTHING) == []
-    own_file = "tests/routes/test_certainty.py"
+    [own_file] = mutants.own(mutant)
+    assert own_file == "tests/routes/test_certainty.py"
+    [picture] = mutants.own(mutant._replace(path="rigidpend/experiments/stress/draw.py"))
+    assert picture.endswith("::test_a_figure_is_that_of_the_gallery[stress]")
     rest = mutants.around(mutant, [own_file])
     assert (own_file in rest, "tests/routes/test_codes.py" in rest) == (False, True)
 

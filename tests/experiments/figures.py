@@ -2,21 +2,19 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from typing import Any
-
 import matplotlib
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 
+from rigidpend import experiments
 from rigidpend.experiments.data import Loaded
 from rigidpend.render import STYLE
 
 
-def styled(draw: Callable[[Loaded], Figure], result: Loaded, *, laid_out: bool = False) -> Figure:
+def styled(result: Loaded, *, laid_out: bool = False) -> Figure:
     """The figure of a result; laid out, its artists have their places."""
     with matplotlib.rc_context(fname=STYLE):
-        made = draw(result)
+        made = experiments.drawing(result["attributes"]["experiment"]).draw(result)
         if laid_out:
             # With a canvas all passes measure the same text once.
             FigureCanvasAgg(made)
@@ -24,6 +22,5 @@ def styled(draw: Callable[[Loaded], Figure], result: Loaded, *, laid_out: bool =
     return made
 
 
-def panel(figure: Figure, letter: str) -> Any:
-    [found] = [x for x in figure.axes if x.get_title(loc="left").startswith(f"{letter})")]
-    return found
+def legend(figure: Figure) -> list[str]:
+    return [text.get_text() for text in figure.legends[0].get_texts()]

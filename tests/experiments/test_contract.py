@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import inspect
-import pickle
 import re
 from collections.abc import Iterator
 from typing import Any
@@ -11,7 +10,6 @@ from typing import Any
 import pytest
 
 from rigidpend import experiments
-from rigidpend.experiments.contract import Means
 from rigidpend.experiments.data import FLAG, FLOAT, NUMBER, TEXT, WHOLE, Field, Layout
 
 NAMES = experiments.names()
@@ -59,7 +57,3 @@ def test_a_name_from_a_file_imports_no_other_module(name: str) -> None:
         said = re.escape(f"no such experiment: {name!r} (known: ")
         with pytest.raises(experiments.UnknownExperiment, match=said):
             part(name)
-
-
-def test_means_without_checkpoints_can_be_sent_to_another_machine() -> None:
-    assert pickle.loads(pickle.dumps(Means())) == Means()

@@ -1,8 +1,4 @@
-"""What of a figure the rule of `test_drawings` cannot say.
-
-The paper's conventions, which mark stands for what, and what is drawn where a result is smaller,
-larger or less known than the references.
-"""
+"""What is drawn where a result is smaller, larger or less known than those of the gallery."""
 
 from __future__ import annotations
 
@@ -12,223 +8,258 @@ from typing import Any
 
 import numpy as np
 import pytest
-from matplotlib.axes import Axes
-from matplotlib.colors import to_hex, to_rgb
 from matplotlib.figure import Figure
-from matplotlib.text import Annotation
 
-from rigidpend import experiments
+from rigidpend.experiments import plots
 from rigidpend.experiments.data import Loaded
-from rigidpend.experiments.plots import SEPARATRIX
-from rigidpend.experiments.splitting.draw import NONE
-from tests.experiments.figures import styled
+from rigidpend.experiments.route_map.draw import words
+from rigidpend.results import store
+from tests.cli.calls import REFERENCE
+from tests.experiments.figures import legend, styled
 from tests.experiments.trees import reference
 
 
-def drawn(result: Loaded, *, laid_out: bool = False) -> Figure:
-    drawing = experiments.drawing(result["attributes"]["experiment"])
-    return styled(drawing.draw, result, laid_out=laid_out)
+def points(axes: Any, colour: str) -> list[Any]:
+    """Where the lines of a colour are."""
+    return [line.get_xydata().tolist() for line in axes.lines if line.get_color() == colour]
 
 
-def arrows(axes: Axes) -> list[Any]:
-    """The arrows of a panel, each from `xyann` to `xy`."""
-    return [x for x in axes.texts if isinstance(x, Annotation) and x.arrow_patch is not None]
+DOUBTED: dict[str, tuple[Callable[[Any], Any], Callable[[Any], Any]]] = {
+    "fig4": (lambda data: data["left"], lambda array: array["theta2_0"]),
+    "fig4_zoom": (
+        lambda data: data["levels"]["level00"],
+        lambda level: level["offset"] / level["step"],
+    ),
+    "fig4_intervals": (lambda data: data["columns"], lambda array: array["theta2_0"]),
+    "route_map": (lambda data: data, lambda plane: plane["x"]),
+}
+"""By reference: what has symbols, and where its columns are drawn."""
 
 
-def test_fig1_what_is_hidden_is_paler_thinner_and_below() -> None:
-    result = reference("fig1")
-    outline, *curves = drawn(result).axes[0].lines
-    # Each curve is two lines, of which the one is broken where the other is not.
-    for back, front in zip(curves[:-2:2], curves[1:-2:2], strict=True):
-        lights = [np.dot(to_rgb(line.get_color()), (0.3, 0.6, 0.1)) for line in (back, front)]
-        assert lights[0] > lights[1] + 0.15
-        assert back.get_linewidth() < front.get_linewidth()
-        assert back.get_zorder() < outline.get_zorder() < front.get_zorder()
-    groups = [result["data"][name] for name in ("orbits", "separatrices")]
-    for lines, seen in ((curves[1:-2:2], True), (curves[:-2:2], False)):
-        shown = np.concatenate([np.isfinite(np.asarray(line.get_xdata())) for line in lines])
-        visible = np.concatenate([group["visible"] for group in groups])
-        np.testing.assert_array_equal(shown, visible == seen)
+@pytest.mark.parametrize("name", DOUBTED)
+def test_what_is_uncertain_is_marked_where_it_is_and_told(name: str) -> None:
+    result, (group_of, columns_of) = reference(name), DOUBTED[name]
+    group = group_of(result["data"])
+    group["certain"][3, 7] = 0
+    made = styled(result)
+    row = group["y"][3] if "y" in group else 4
+    assert points(made.axes[0], plots.DOUBT) == [[[columns_of(group)[7], row]]]
+    assert ("uncertain" in legend(made)) == (name != "fig4_zoom")
+
+
+def test_proven_symbols_and_what_does_not_return_are_marked_and_told() -> None:
+    result = reference("fig4")
+    left = result["data"]["left"]
+    left["proven"] = np.zeros_like(left["certain"])
+    left["proven"][11, 7] = True
+    left["codes"][5, 5] = 255
+    made = styled(result)
+    assert points(made.axes[0], plots.PROVEN) == [[[left["theta2_0"][7], 12]]]
+    assert legend(made)[-2:] == ["no return", "proven symbol"]
+
+
+def arrays(*phases: Any, rows: int = 15, zeros: Any = ()) -> Loaded:
+    """A result of arrays of certain codes at such phases."""
+    made = [
+        {
+            "theta2_0": np.asarray(x, dtype=float),
+            "codes": np.zeros((rows, len(x)), dtype=np.uint8),
+            "certain": np.ones((rows, len(x)), dtype=bool),
+            "melnikov_zeros": np.asarray(zeros, dtype=float),
+        }
+        for x in phases
+    ]
+    named = {f"a{k}": array for k, array in enumerate(made)}
+    told = {"attributes": {"experiment": "route_codes"}, "config": {}, "provenance": {}}
+    return Loaded(**told, data=named)  # type: ignore[typeddict-item]
+
+
+TENTHS = np.arange(63) / 10
+
+
+@pytest.mark.parametrize(
+    ("whole", "part", "frames"),
+    [
+        (TENTHS[::-1], 1 + np.arange(9) / 100, 1),
+        (TENTHS[:20], TENTHS[30:50], 0),
+        # What ends where the whole does is inside it.
+        (np.arange(8), 5.125 + np.arange(10) / 4, 1),
+        # A single column has no step.
+        ([0.25], 0.2 + np.arange(8) / 100, 0),
+    ],
+)
+def test_a_finer_array_inside_of_another_is_framed(whole: Any, part: Any, frames: int) -> None:
+    made = styled(arrays(whole, part))
+    assert [len(axes.patches) for axes in made.axes] == [frames, 0]
+    assert ("magnified part" in legend(made)) == bool(frames)
+
+
+@pytest.mark.parametrize(
+    ("zeros", "shown"), [([0.94, 0.96, 3.94, 3.96], [0.96, 3.94]), ([0.94], [])]
+)
+def test_zeros_of_melnikov_s_integral_within_the_range_are_marked(zeros: Any, shown: Any) -> None:
+    made = styled(arrays(TENTHS[10:40], zeros=zeros))
+    [marks] = [x for x in made.axes[0].lines if x.get_marker() == "^"]
+    assert np.asarray(marks.get_xdata()).tolist() == shown
+    assert ("zero of Melnikov's integral" in legend(made)) == bool(shown)
+
+
+@pytest.mark.parametrize("columns", [1, 2, 3, 8])
+def test_phases_of_few_columns_are_told_and_none_upon_another(columns: int) -> None:
+    for start in (0.0, 3 * np.pi / 40, 1.0):
+        [axes] = styled(arrays(start + np.arange(columns) / 10)).axes
+        low, high = axes.get_xlim()
+        ticks = zip(axes.get_xticks(), axes.get_xticklabels(), strict=True)
+        shown = [(x, label) for x, label in ticks if low <= x <= high]
+        assert shown
+        assert all(abs(float(label.get_text()) - x) < 1e-5 for x, label in shown)
+        boxes = [label.get_window_extent() for _, label in shown]
+        assert all(one.x1 < two.x0 for one, two in pairwise(boxes))
 
 
 @pytest.mark.slow
-def test_fig1_the_flow_goes_up_separatrices_2_and_4_and_forward_on_orbits() -> None:
-    result = reference("fig1")
-    sphere, plane = drawn(result).axes
+@pytest.mark.parametrize(("columns", "rows"), [(1, 15), (2, 1), (63, 30), (1000, 15), (40, 300)])
+def test_any_number_of_cells_is_drawn_inside_the_figure(columns: int, rows: int) -> None:
+    figure = styled(arrays(np.arange(columns) / 1000, rows=rows), laid_out=True)
+    [axes] = figure.axes
+    box, below = axes.get_position(), figure.legends[0].get_window_extent()
+    assert 0 < box.x0 < box.x1 < 1
+    assert 0 < box.y0 < box.y1 < 1
+    assert 0 <= below.x0 < below.x1 <= figure.bbox.x1
+    assert 0 <= below.y0 < below.y1 <= axes.get_window_extent().y0
+    wide, high = figure.get_size_inches()
+    width, height = box.width * wide / columns, box.height * high / rows
+    assert 3.4 - 1e-9 <= wide <= 7.2 + 1e-9
+    # Cells are square but where rows would be lower than can be seen.
+    assert height == pytest.approx(max(width, 0.06))
+    assert width <= 0.12 + 1e-9
+    if columns >= 63:
+        assert wide == pytest.approx(7.2) or width == pytest.approx(0.12)
+
+
+def bodies(count: int) -> Loaded:
+    """Bodies whose names have underscores, which would lower what is behind them."""
+    result = reference("fig3")
     data = result["data"]
-    found = [(np.array(x.xyann), np.array(x.xy) - x.xyann) for x in arrows(plane)]
-    for x, i in zip(data["plane"]["separatrix_theta1"], data["plane"]["separatrix"], strict=True):
-        own = [way for start, way in found if start[0] == x]
-        assert [way[1] > 0 for way in own] == [i % 2 == 0] * 2
-    orbits = data["orbits"]
-    for k in orbits["arrows"]:
-        at, then = (np.array([orbits["theta1"][j], orbits["J1"][j]]) for j in (k, k + 1))
-        assert any(np.array_equal(x, at) and np.allclose(way, then - at) for x, way in found)
-    starts = {tuple(x.xyann) for x in arrows(sphere)}
-    for group in (orbits, data["separatrices"]):
-        for k in group["arrows"]:
-            assert (tuple(group["projected"][:2, k]) in starts) == group["visible"][k]
-    [legend] = plane.figure.legends
-    said = {t.get_text(): h for t, h in zip(legend.get_texts(), legend.get_lines(), strict=True)}
-    colours = {text.get_text(): text.get_color() for text in plane.texts}
-    assert said["separatrices 2, 4 (up)"].get_color() == colours["2"] == colours["4"]
-    assert said["separatrices 1, 3 (down)"].get_color() == colours["1"] == colours["3"]
+    data["bodies"] = {f"b__{k}_": data["bodies"]["a"] for k in range(count)}
+    data["table"] = {name: np.resize(x, count) for name, x in data["table"].items()}
+    return result
 
 
-def test_fig2_edges_are_arrows_to_their_ends_with_their_symbols_beside_them() -> None:
-    result = reference("fig2")
-    [axes] = drawn(result, laid_out=True).axes
-    edges = result["data"]["edges"]
-    looks = set()
-    for k, arrow in enumerate(arrows(axes)):
-        assert arrow.xyann == (edges["theta1"][0, k], edges["J1"][0, k])
-        assert arrow.xy == (edges["theta1"][1, k], edges["J1"][1, k])
-        written = [x for x in axes.texts if getattr(x, "xycoords", None) is arrow.arrow_patch]
-        symbol, look = int(edges["symbol"][k]), arrow.arrow_patch
-        assert [x.get_text() for x in written] == [str(symbol)] * (symbol != 255)
-        if not edges["again"][k]:
-            looks.add((symbol, to_hex(look.get_edgecolor()), str(look.get_linestyle())))
-    assert len(looks) == 3
-    vertices = result["data"]["vertices"]
-    rings: list[Any] = [x.get_bbox_patch() for x in axes.texts if x.get_bbox_patch()]
-    # What is there again is grey.
-    grey = [to_hex(ring.get_edgecolor()) == "#999999" for ring in rings]
-    assert grey == vertices["again"].tolist()
-
-
-def test_fig3_S2_plus_is_above_S1_minus_and_bodies_stand_side_by_side() -> None:
-    boxes = {axes.get_label(): axes.get_position() for axes in drawn(reference("fig3")).axes}
-    lower = [boxes[f"{name} S1_minus"] for name in "abcdefg"]
-    upper = [boxes[f"{name} S2_plus"] for name in "abcdefg"]
-    assert all(below.y1 < above.y0 for below, above in zip(lower, upper, strict=True))
-    assert all(one.x1 < other.x0 for one, other in pairwise(lower))
+def zooms(count: int) -> Loaded:
+    result = reference("route_map")
+    result["data"]["zooms"] = {f"z{k}": result["data"]["zooms"]["lower"] for k in range(count)}
+    return result
 
 
 @pytest.mark.slow
-def test_fig5_each_separatrix_has_its_colour_and_the_spiral_its_sense() -> None:
-    result = reference("fig5")
-    made = drawn(result)
-    for angle, spiral, case in zip(
-        made.axes[::2], made.axes[1::2], result["data"].values(), strict=True
-    ):
-        parts = angle.lines[: len(case["separatrix"])]
-        assert [x.get_color() for x in parts] == [SEPARATRIX[i] for i in case["separatrix"]]
-        points = np.unique(np.concatenate([np.asarray(x.get_xydata()) for x in parts]), axis=0)
-        np.testing.assert_array_equal(points, np.stack((case["t"], case["alpha"]), axis=1))
-        omega = {tuple(point): k for k, point in enumerate(case["omega"][:, [2, 0]])}
-        heads = [x for x in arrows(spiral) if not x.get_text()]
-        assert len(heads) >= 3
-        assert all(omega[tuple(x.xy)] == omega[tuple(x.xyann)] + 1 for x in heads)
-        ends: list[Any] = [x for x in spiral.lines if x.get_marker() in ("o", "s")]
-        assert [omega[tuple(x.get_xydata()[0])] for x in ends] == list(case["wound"])
-        # Plateaus are predicted: they last from one crossing to the next.
-        dashes: Any = angle.collections[-1]
-        times = np.concatenate((case["t"][:1], case["crossing_time"], case["t"][-1:]))
-        np.testing.assert_array_equal(
-            np.array(dashes.get_segments())[:, :, 0], np.stack((times[:-1], times[1:]), axis=1)
-        )
+@pytest.mark.parametrize(
+    ("result", "panels"),
+    [
+        *((lambda n=n: arrays(*[TENTHS[:32]] * n), n) for n in (7, 20)),
+        (lambda: bodies(1), 2),
+        (lambda: bodies(8), 16),
+        (lambda: zooms(4), 5),
+    ],
+)
+def test_any_number_of_parts_has_its_panels_on_the_page_and_none_upon_another(
+    result: Callable[[], Loaded], panels: int
+) -> None:
+    figure = styled(result())
+    boxes = [axes.get_position() for axes in figure.axes]
+    assert len(boxes) == panels
+    for k, box in enumerate(boxes):
+        assert 0 <= box.x0 < box.x1 <= 1 + 1e-9
+        assert 0 <= box.y0 < box.y1 <= 1
+        assert not any(box.overlaps(other) for other in boxes[:k])
+    assert figure.get_figwidth() <= 7.2 + 1e-9
 
 
-def test_closed_orbits_are_told_apart() -> None:
-    """A place is one mark wide, and its length's tick is nearer than any other's marks are."""
-    result = reference("closed_orbits")
-    orbits, axes = result["data"]["orbits"], drawn(result).axes[0]
-    marks = np.concatenate([np.asarray(line.get_xydata()) for line in axes.lines])
-    marks = marks[marks[:, 0].argsort()]
-    assert np.diff(marks[:, 0]).min() > 1 - 1e-9
-    begins = np.append(0, np.flatnonzero(np.diff(marks[:, 0]) > 1.5) + 1)
-    length = (orbits["word"] < 2).sum(axis=1)
-    for n, group in enumerate(np.split(marks, begins[1:]), start=1):
-        np.testing.assert_allclose(group[:, 0].mean(), axes.get_xticks()[n - 1])
-        np.testing.assert_allclose(np.sort(group[:, 1]), np.sort(orbits["exponent"][length == n]))
-    named: list[Any] = list(axes.texts)
-    first = {text.get_text(): text.xy for text in named}
-    assert first.keys() == {"0", "1", "01", "10"}
-    np.testing.assert_allclose(first["10"][1], orbits["exponent"][3])
-
-
-def test_orbits_stand_in_the_row_above_their_symbols() -> None:
-    result = reference("asymptotic_orbits")
-    drawn_orbits: list[Any] = [*drawn(result).axes[0].collections[1:]]
-    for marks, name in zip(drawn_orbits, result["data"]["orbits"], strict=True):
-        middles = np.array(marks.get_segments())[:, :, 1].mean(axis=1)
-        np.testing.assert_allclose(middles, int(name) + 1)
-
-
-def test_a_level_of_a_zoom_tells_what_share_is_as_before() -> None:
-    result = reference("fig4_zoom")
-    first(result["data"]["levels"], 3)
-    codes = [level["codes"] for level in result["data"]["levels"].values()]
-    shares = [np.count_nonzero(a == b) / a.size for a, b in pairwise(codes)]
-    said = [axes.get_title(loc="right") for axes in drawn(result).axes]
-    assert said == ["", *(f"{round(100 * share)} % as before" for share in shares)]
-
-
-@pytest.mark.slow
-def test_remainders_are_beside_guides_of_their_order() -> None:
+def test_every_body_has_its_curve() -> None:
+    """More than there are looks: these come again."""
     result = reference("precession")
-    bodies, ratios = result["data"]["bodies"], result["data"]["mu_over_h0"]
-    _, *panels = drawn(result).axes
-    gone = [", ".join(bodies["name"][~np.isfinite(bodies["slope"][:, i])]) for i in (1, 0, 1)]
-    for axes, order, names in zip(panels, (2, 2, 3), gone, strict=True):
-        low, high = np.asarray(axes.lines[-1].get_ydata())
-        assert np.log(high / low) / np.log(ratios[-1] / ratios[0]) == pytest.approx(order)
-        # Above all curves, so that nothing but its slope is read.
-        assert high > max(np.asarray(line.get_ydata())[-1] for line in axes.lines[:-1])
-        noted = [f"{names}) no increment: rounding"] * bool(names)
-        assert [text.get_text() for text in axes.texts] == [f"slope {order}", *noted]
+    group = result["data"]["bodies"]
+    result["data"]["bodies"] = {name: np.concatenate([x] * 3) for name, x in group.items()}
+    # Beside a guide.
+    assert [len(panel.lines) for panel in styled(result).axes[1:]] == [16] * 3
+
+
+def test_words_are_a_gray_code_between_0_and_1() -> None:
+    codes = np.array([[0, 0, 0, 0, 1, 1, 1, 1], [0, 0, 1, 1, 1, 1, 0, 0], [0, 1, 1, 0, 0, 1, 1, 0]])
+    found = words(codes[:, None, :].astype(np.uint8))[0]
+    assert found == pytest.approx((np.arange(8) + 0.5) / 8)
+
+
+def plane(columns: slice = slice(None), rows: slice = slice(None), **given: Any) -> Any:
+    """A part of the stored plane."""
+    data = reference("route_map")["data"]
+    parts = {"x": columns, "y": rows, "certain": (rows, columns), "codes": (..., rows, columns)}
+    return {name: data[name][part] for name, part in parts.items()} | given
+
+
+def map_of(data: Any) -> Figure:
+    """The figure of a plane over theta2_0 and mu, unless its axes are others."""
+    own = {"y_axis": "mu", "marked": 1e-3}
+    return styled({**reference("route_map"), "data": own | data})
+
+
+@pytest.mark.parametrize(
+    ("symbols", "shades", "lines"),
+    [(1, "", "changes of symbol 1"), (2, "; shades: later symbols", "changes of symbols 1, 2")],
+)
+def test_the_legend_of_a_plane_tells_of_the_symbols_that_there_are(
+    symbols: int, shades: str, lines: str
+) -> None:
+    data = plane()
+    figure = map_of({**data, "codes": data["codes"][:symbols]})
+    said = [f"$z_1 = {k}${shades}" for k in (0, 1)]
+    assert legend(figure) == [*said, lines, r"$\mu$ = 0.001"]
+
+
+def test_zooms_are_framed_in_the_smallest_plane_around_them() -> None:
+    parts = {
+        "outer": plane(slice(100, 300), slice(40, 120)),
+        "inner": plane(slice(150, 250), slice(60, 100)),
+        "to the end": plane(slice(250, None), slice(90, None)),
+    }
+    figure = map_of({**plane(), "zooms": parts})
+    framed = [[patch.get_label() for patch in axes.patches] for axes in figure.axes]
+    assert framed == [["outer", "to the end"], ["inner"], [], []]
+
+
+def test_values_of_the_config_are_marked_where_they_are_shown() -> None:
+    figure = map_of(plane(x_axis="h0", marked_x=1.5))
+    [axes] = figure.axes
+    assert (axes.get_xlabel(), axes.get_ylabel()) == ("$h_0$", r"$\mu$")
+    assert points(axes, plots.ZOOM) == [[[0, 1e-3], [1, 1e-3]], [[1.5, 0], [1.5, 1]]]
+    assert legend(figure)[-1] == r"$\mu$ = 0.001, $h_0$ = 1.5"
+    assert points(map_of(plane(marked=1.0)).axes[0], plots.ZOOM) == []
 
 
 @pytest.mark.slow
-def test_splitting_is_drawn_where_it_is_resolved_and_crossed_out_where_not() -> None:
+@pytest.mark.parametrize("alpha0", [0.05, 0.3, 0.8, 1.2, np.pi / 2, 1.9, 2.4, 2.8, 3.1])
+def test_no_two_ticks_of_separatrices_overlap_for_any_body(alpha0: float) -> None:
+    """On the narrowest axis that has them, 3.1 inches."""
+    figure = Figure(figsize=(7.2, 3))
+    axes = figure.add_axes((0.1, 0.4, 3.1 / 7.2, 0.5))
+    places = 1 + alpha0 * np.array([-1, 1, -1, 1, -1]) + 2 * np.pi * np.array([0, 0, 1, 1, 2])
+    plots.separatrix_ticks(axes, places, digits=3)
+    figure.draw_without_rendering()
+    boxes = [label.get_window_extent() for label in axes.get_xticklabels()]
+    assert all(left.x1 < right.x0 for left, right in pairwise(boxes))
+
+
+def test_a_distance_that_is_not_known_has_no_curve() -> None:
     result = reference("splitting")
-    bodies, ratios = result["data"]["bodies"], result["data"]["mu_over_h0"]
-    bodies["resolved"][0, 3:] = False
-    result["data"]["curve"]["measured"][-1] = np.nan
-    curve, error, _, table = drawn(result).axes
-    labels = [str(x.get_label()) for x in curve.lines]
+    result["data"]["curve"]["measured"][-1, 3] = np.nan
+    labels = [str(x.get_label()) for x in styled(result).axes[0].lines]
+    ratios = result["data"]["mu_over_h0"]
     assert (f"${ratios[-2]:g}$" in labels, f"${ratios[-1]:g}$" in labels) == (True, False)
-    for line, known in zip(error.lines, [*bodies["resolved"]] * 2, strict=False):
-        np.testing.assert_array_equal(np.asarray(line.get_xdata()), ratios[known])
-    colours = [to_hex(x.get_facecolor()).upper() for x in table.patches]
-    crossed = [text.get_text() == "\N{MULTIPLICATION SIGN}" for text in table.texts]
-    for told in (crossed, [colour == NONE for colour in colours]):
-        np.testing.assert_array_equal(told, ~bodies["resolved"].ravel())
-    # The whole curve's errors are the larger: their slope's label is on the upper left.
-    upper, lower = (x.get_position() for x in error.texts if "slope" in x.get_text())
-    assert upper[1] > lower[1] + 0.2
-    assert upper[0] < lower[0]
 
 
-@pytest.mark.slow
-def test_a_full_shift_has_its_sets_and_images_and_magnified_both_sides_of_each() -> None:
-    result = reference("full_shift")
-    outlined, sets = result["data"]["drawn"], result["data"]["sets"]
-    figure = drawn(result, laid_out=True)
-    for k, axes in enumerate(figure.axes):
-        rising = k % 2 == 0
-        outlines = [
-            patch.get_path().vertices for patch in axes.patches if len(patch.get_path()) > 9
-        ]
-        expected = [
-            np.column_stack((outlined[f"{prefix}chi"][i], outlined[f"{prefix}d"][i]))
-            for i, of in enumerate(sets["rising"])
-            for prefix in ["" if of == rising else "image_"]
-        ]
-        assert len(outlines) == 4
-        for found, outline in zip(outlines, expected, strict=True):
-            np.testing.assert_array_equal(np.asarray(found)[: len(outline)], outline)
-        if k >= 2:
-            target = int(np.flatnonzero(sets["rising"] == rising)[-1])
-            low, high = axes.get_ylim()
-            here = np.abs(outlined["chi"][target]).argmin()
-            assert low < outlined["d"][target][here] < high
-            assert 1 < (high - low) / np.ptp(outlined["d"][target]) < 5
-
-
-def first(group: Any, members: int = 1) -> None:
-    """Leave only the first members of a group."""
-    for member in list(group)[members:]:
+def first(group: Any) -> None:
+    """Leave only the first member of a group."""
+    for member in list(group)[1:]:
         del group[member]
 
 
@@ -243,18 +274,26 @@ def leave_one(data: Any) -> None:
     data["bodies"] = {key: x[row : row + 1] for key, x in data["bodies"].items()}
 
 
+def refuse(data: Any) -> None:
+    """Kinds of trials that refused have no curves."""
+    data["passages"]["curves"] = {}
+    first(data["long_time"]["curves"])
+    data["long_time"]["curves"].popitem()
+
+
 @pytest.mark.parametrize(
     ("name", "change", "panels"),
     [
         ("exponents", forget, 4),
         ("asymptotic_orbits", lambda data: data["drawn"].clear(), 1),
         ("splitting", leave_one, 4),
-        ("fig5", first, 2),
+        ("fig5", lambda data: first(data), 2),
         ("fig4_zoom", lambda data: first(data["levels"]), 3),
         ("route_map", lambda data: first(data["zooms"]), 2),
+        ("../measured/stress", refuse, 3),
     ],
 )
 def test_a_result_of_less_is_drawn(name: str, change: Callable[[Any], object], panels: int) -> None:
-    result = reference(name)
+    result = store.load(REFERENCE / f"{name}.h5")
     change(result["data"])
-    assert len(drawn(result).axes) == panels
+    assert len(styled(result).axes) == panels

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import copy
 import functools
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import Any
 
@@ -79,6 +79,22 @@ def shared_reference(name: str) -> Loaded:
 def differences(experiment: str, stored: Any, fresh: Any) -> list[Difference]:
     """Where two results of an experiment disagree, by what its layout declares."""
     return compare.differences(experiments.layout(experiment), stored, fresh)
+
+
+def unlike_stored(name: str, fresh: Any, kept: Mapping[Any, Any]) -> set[str]:
+    """The arrays in which a result of less is unlike a reference, in places of its dimensions."""
+    result = shared_reference(name)
+    layout = experiments.layout(result["attributes"]["experiment"])
+
+    def part(node: Field | Layout, data: Any, like: Any) -> Any:
+        if not isinstance(node, Field):
+            return {key: part(x, data[key], like[key]) for key, x in declared(node, like).items()}
+        for axis, size in enumerate(node.dimensions):
+            data = np.take(data, kept[size], axis) if size in kept else data
+        return data
+
+    found = compare.differences(layout, part(layout, result["data"], fresh), fresh)
+    return {x.place.partition("[")[0] for x in found}
 
 
 def from_file(folder: Path, experiment: str, tree: Any) -> Loaded:

@@ -35,7 +35,6 @@ from rigidpend.mechanics.equations import (
 from rigidpend.mechanics.free_body import SeparatrixMotion, exponent, separatrix, theta1
 from rigidpend.mechanics.in_space import increments
 from rigidpend.orbits.integrate.states import states_at
-from rigidpend.surfaces import melnikov
 from tests.bodies import GENERIC
 from tests.strategies import FINE
 from tests.surfaces.bracket import bracket_on
@@ -59,14 +58,13 @@ def printed_Im(motion: SeparatrixMotion, phase: float) -> float:
 
 
 @pytest.mark.parametrize("phase", [0.0, 0.9, 2.5, 5.0])
-def test_Im_has_the_opposite_sign(phase: float) -> None:
+def test_Im_has_the_opposite_sign_and_counts_theta2_0_twice(phase: float) -> None:
+    """With theta2* = kappa J2_0 (t - t0) + theta2_0 as in (sol_2), delta lacks theta2_0."""
     motion = SeparatrixMotion(2, 0.3, 0.5, 0.0)
     found, printed = summed(motion, phase), printed_Im(motion, phase)
-    assert melnikov.integral(motion._replace(theta2_0=phase), GENERIC.angles()) == pytest.approx(
-        found, abs=1e-11
-    )
     assert printed == pytest.approx(-found, abs=1e-11)
-    assert abs(printed - found) > 1e-3
+    assert abs(found) > 5e-4
+    assert abs(printed + summed(motion._replace(theta2_0=3.0), phase)) > 1e-3
 
 
 def test_Im_converges_absolutely() -> None:
@@ -82,16 +80,6 @@ def test_Im_converges_absolutely() -> None:
     tails = np.diff(sums)
     assert 0 < tails[0] < 3 * math.exp(-10) * sums[-1]
     assert abs(tails[1]) < 1e-7 * sums[-1]
-
-
-@pytest.mark.parametrize("theta2_0", [0.4, 1.0, 3.0])
-def test_Im_counts_theta2_0_twice(theta2_0: float) -> None:
-    """With theta2* = kappa J2_0 (t - t0) + theta2_0 as in (sol_2), delta lacks theta2_0."""
-    phase, motion = 0.9, SeparatrixMotion(2, 0.3, 0.5, theta2_0)
-    found = summed(motion, phase)
-    whole = motion._replace(theta2_0=theta2_0 + phase)
-    assert melnikov.integral(whole, GENERIC.angles()) == pytest.approx(found, abs=1e-11)
-    assert abs(-printed_Im(motion, phase) - found) > 1e-3
 
 
 @pytest.mark.parametrize("number", [1, 3])

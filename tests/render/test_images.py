@@ -5,25 +5,22 @@ from __future__ import annotations
 import re
 import shutil
 import struct
-from collections.abc import Callable
 from importlib import metadata
 from pathlib import Path
 from typing import Any
 from unittest.mock import Mock
 
 import matplotlib
-import numpy as np
 import pytest
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
-from rigidpend import experiments, render
+from rigidpend import render
 from rigidpend.experiments.heteroclinic_cycle import draw
 from rigidpend.machine.files import StoreError
 from rigidpend.render import report
 from rigidpend.runs import certificate_files
 from tests.cli.calls import REFERENCE, call
-from tests.experiments.figures import styled
 from tests.experiments.trees import reference
 
 STARTS = {"png": b"\x89PNG", "svg": b"<?xml", "pdf": b"%PDF"}
@@ -77,27 +74,32 @@ def test_equal_results_give_equal_images_whenever_and_wherever_drawn(
         render.render(source, source.parent / "none" / one.name)
 
 
-def test_legends_stay_where_they_are_above_a_foot_of_any_height() -> None:
+def test_legends_stay_where_they_are_above_a_foot_of_any_height(
+    source: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
     figure = Figure(figsize=(3, 2))
     legends = [
         figure.legend(handles=[Line2D([], [], label="a")], loc="upper right", **anchor)
         for anchor in ({}, {"bbox_to_anchor": (0.25, 0.5, 0, 0)})
     ]
-    with matplotlib.rc_context({"savefig.dpi": 50}):
-        made = render._image(figure, "png", {"experiment": "fig4"}, ["word $a_b$ " * 150])
-    # All lines of the foot are in the image, a dollar sign as it is.
-    high = struct.unpack(">II", made[16:24])[1] / 50
-    lines = figure.texts[0].get_text().splitlines()
-    assert high == pytest.approx(2 + 0.1 + 0.11 * len(lines), abs=0.02)
-    assert not figure.texts[0].get_parse_math()
-    # Its lines are as long as the figure is wide.
-    assert 55 < max(map(len, lines)) <= 65
-    # A tenth of an inch from the left, half as much below.
-    assert figure.texts[0].get_position() == pytest.approx((0.1 / 3, -0.05 / 2))
+    monkeypatch.setattr(draw, "draw", lambda _: figure)
+    result = reference("fig2")
+    # A dollar sign stays as it is.
+    result["attributes"]["name"] = "word $a_b$ " * 150
+    made = render.image(result, "png")
+    [foot] = figure.texts
+    lines = foot.get_text().splitlines()
+    assert 55 < max(map(len, lines)) <= 65, "as long as the figure is wide"
+    assert not foot.get_parse_math()
+    # A tenth of an inch from the left, half as much below; PIXELS are 300.
+    assert foot.get_position() == pytest.approx((0.1 / 3, -0.05 / 2))
+    wide, high = struct.unpack(">II", made[16:24])
+    assert max(wide, high) / 300 == pytest.approx(1, abs=0.01)
+    assert high / wide * 3 == pytest.approx(2 + 0.1 + 0.11 * len(lines), abs=0.1)
     whole, part = (one.get_bbox_to_anchor().bounds for one in legends)
-    wide, high = figure.bbox.size
-    assert whole == pytest.approx((0, 0, wide, high))
-    assert part == pytest.approx((wide / 4, high / 2, 0, 0))
+    width, height = figure.bbox.size
+    assert whole == pytest.approx((0, 0, width, height))
+    assert part == pytest.approx((width / 4, height / 2, 0, 0))
     assert legends[0].get_bbox_to_anchor() is not figure.bbox
 
 
@@ -212,50 +214,6 @@ def test_a_fault_of_the_program_is_none_of_the_file_and_values_are_a_sentence(
     monkeypatch.setattr(draw, "tables", fail)
     with pytest.raises(kind, match=shown):
         report.build([source])
-
-
-def arrays(count: int) -> Any:
-    result = reference("fig4")
-    result["data"] = {f"a{k}": result["data"]["right"] for k in range(count)}
-    return result
-
-
-def bodies(count: int) -> Any:
-    """Bodies whose names have underscores, which would lower what is behind them."""
-    result = reference("fig3")
-    one = result["data"]["bodies"]["a"]
-    result["data"]["bodies"] = {f"b__{k}_": one for k in range(count)}
-    table = result["data"]["table"]
-    result["data"]["table"] = {name: np.resize(x, count) for name, x in table.items()}
-    return result
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize(
-    ("several", "count", "panels"),
-    [(arrays, 7, 7), (arrays, 20, 20), (bodies, 1, 2), (bodies, 8, 16)],
-)
-def test_any_number_of_parts_has_its_panels_on_the_page_and_none_upon_another(
-    several: Callable[[int], Any], count: int, panels: int
-) -> None:
-    result = several(count)
-    figure = styled(experiments.drawing(result["attributes"]["experiment"]).draw, result)
-    boxes = [axes.get_position() for axes in figure.axes]
-    assert len(boxes) == panels
-    for k, box in enumerate(boxes):
-        assert 0 <= box.x0 < box.x1 <= 1 + 1e-9
-        assert 0 <= box.y0 < box.y1 <= 1
-        assert not any(box.overlaps(other) for other in boxes[:k])
-    assert figure.get_figwidth() <= 7.2 + 1e-9
-
-
-def test_every_body_has_its_curve() -> None:
-    result = reference("precession")
-    group = result["data"]["bodies"]
-    result["data"]["bodies"] = {name: np.concatenate([x] * 3) for name, x in group.items()}
-    figure = styled(experiments.drawing("precession").draw, result)
-    # Beside a guide.
-    assert [len(panel.lines) for panel in figure.axes[1:]] == [16] * 3
 
 
 def test_an_image_of_many_parts_has_no_more_pixels_than_can_be_made(

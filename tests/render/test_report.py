@@ -15,9 +15,8 @@ from rigidpend.experiments.herpolhodes import draw as herpolhodes
 from rigidpend.render import captions, report
 from rigidpend.render.report import DEPARTURES
 from rigidpend.results import store
-from rigidpend.runs import loading
 from tests.cli.calls import REFERENCE
-from tests.experiments.trees import CONFIGS, reference
+from tests.experiments.trees import reference
 
 SMALL = ("fig2", "fig4")
 VOID = {"meta", "img", "br"}
@@ -182,48 +181,44 @@ def test_one_bad_file_is_a_section_and_a_bad_certificate_a_sentence(
     assert page.count("<img ") == 2
 
 
-COLUMNS = "problem.columns={axis: h0, ends: [1, 2], count: 4}"
+BODY = {"A": ["2", "1", "3/2"], "mu": "1/1000", "h0": "1"}
+SEVERAL = {"a": {"A": ["2", "1", "3/2"]}, "b": ["2", "1", "6/5"]}
 
 
 @pytest.mark.parametrize(
-    ("name", "settings", "told"),
+    ("problem", "told"),
     [
-        ("route_map", (), "h0 = 1.3342, J1_0 = 1e-8"),
+        # Phases along an axis are not what all orbits share.
+        ({**BODY, "theta2_0": {"count": 5}}, ["A = (2, 1, 1.5), mu = 0.001, h0 = 1"]),
         (
-            "route_map",
-            ("problem.theta2_0=4.7057", COLUMNS, "problem.zooms={}"),
-            "h0 = 1.3342, J1_0 = 1e-8, theta2_0 = 4.7057",
+            {"theta2_0": "47/10", "J1_0": "1e-8", "r": ["1", "1", "0"], **BODY},
+            ["A = (2, 1, 1.5), r along (1, 1, 0), mu = 0.001, h0 = 1, J1_0 = 1e-8, theta2_0 = 4.7"],
         ),
-        ("closed_orbits", (), "h = 1.3342, half_turns = 11"),
+        (
+            {**BODY, "beta0": "1/2", "h0": "7" * 1000},
+            [f"A = (2, 1, 1.5), beta0 = 0.5, mu = 0.001, h0 = {'7' * 300}"],
+        ),
+        (
+            {"mu": "1/10", "h": ["1", "2", "3", "4"], "beta0": None, "bodies": SEVERAL},
+            [
+                "beta0 = gamma0, mu = 0.1, h = 1 to 4 (4 values)",
+                "a: A = (2, 1, 1.5)",
+                "b: A = (2, 1, 1.2)",
+            ],
+        ),
+        ({"mu": "1/10"}, []),
+        (["1"], []),
     ],
 )
-def test_what_all_orbits_of_a_result_share_is_told(
-    name: str, settings: tuple[str, ...], told: str
+def test_the_foot_says_what_one_sees_with_the_name_and_the_bodies(
+    problem: Any, told: list[str]
 ) -> None:
-    """Phases along an axis are not."""
-    result: Any = {"config": loading.load(CONFIGS / f"{name}.yaml", settings).resolved()}
-    assert captions.bodies(result) == [f"A = (2, 1, 1.5), r along (1, 1, 0), mu = 0.001, {told}"]
-
-
-def test_the_foot_says_what_one_sees_with_the_name_and_the_body() -> None:
     attributes = {"experiment": "route_codes", "name": "light"}
-    problem = {"A": ["2", "1", "3/2"], "h0": "1", "mu": "1/1000"}
     result: Any = {"attributes": attributes, "config": {"problem": problem}}
+    assert captions.bodies(result) == told
     seen, one = captions.foot(result)
     assert captions.caption("route_codes").startswith(f"{seen} A column ")
-    assert one == "light: A = (2, 1, 1.5), mu = 0.001, h0 = 1"
-    result["config"] = {"problem": {**problem, "beta0": "1/2", "h0": "7" * 1000}}
-    [told] = captions.bodies(result)
-    assert told == f"A = (2, 1, 1.5), beta0 = 0.5, mu = 0.001, h0 = {'7' * 300}"
-    several: Any = {
-        "mu": "1/10",
-        "h": ["1", "2", "3", "4"],
-        "bodies": {"a": {"A": ["2", "1", "3/2"]}},
-    }
-    result["config"] = {"problem": several}
-    assert captions.bodies(result) == ["mu = 0.1, h = 1 to 4 (4 values)", "a: A = (2, 1, 1.5)"]
-    result["config"] = {}
-    assert captions.foot(result) == [seen, "light"]
+    assert one == ": ".join(["light", *filter(None, ["; ".join(told)])])
 
 
 def test_figures_of_the_paper_come_first_in_their_order(monkeypatch: pytest.MonkeyPatch) -> None:

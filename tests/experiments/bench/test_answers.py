@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import dis
 import functools
 import multiprocessing
 from collections.abc import Iterator
@@ -199,10 +198,3 @@ def test_what_is_written_flat_agrees_with_the_field_and_takes_arrays_too(
     rates = np.empty_like(orbits)
     written(rates, 0.0, orbits, None)
     np.testing.assert_allclose(rates, field(orbits), rtol=1e-14, atol=1e-15)
-
-
-def test_nothing_is_computed_twice_nor_with_the_zero_of_r() -> None:
-    """Euler-Poisson by hand: two quotients, 18 products and eleven sums where r3 = 0."""
-    made = dis.get_instructions(solvers.flat(FIG4, 6))
-    signs = [each.argrepr for each in made if each.opname == "BINARY_OP"]
-    assert (signs.count("*") + signs.count("/"), len(signs)) == (20, 31)

@@ -10,8 +10,14 @@ import pytest
 from rigidpend.experiments.bench import methods as choice
 from rigidpend.experiments.bench.methods import METHODS, PROBLEMS, Entrant
 from rigidpend.experiments.bench.schema import Workload
-from tests.experiments.bench.data import record
 from tests.experiments.trees import asked
+
+
+def record(error: Any, seconds: Any, **more: Any) -> dict[str, Any]:
+    """The record of a search: errors and times at ever finer tolerances."""
+    columns = {"tolerance": np.logspace(-2, -1 - len(error), len(error)), "setting": 0, **more}
+    columns |= {"error": error, "seconds": seconds}
+    return {name: np.zeros(len(error)) + x for name, x in columns.items()}
 
 
 @pytest.fixture(scope="module")

@@ -11,7 +11,7 @@ from rigidpend.experiments.compare import differences
 from rigidpend.experiments.contract import Means
 from rigidpend.experiments.full_shift import LAYOUT, draw
 from rigidpend.experiments.full_shift import compute as full_shift
-from rigidpend.routes.certified import chains, coverings, family_orbits, horseshoe, sections
+from rigidpend.routes.certified import chains, coverings, family_orbits, horseshoe
 from rigidpend.routes.certified.pieces import FamilyStep, unpacked_quads
 from tests.experiments.trees import asked, reference
 
@@ -175,4 +175,3 @@ def test_bounds_are_rounded_outward() -> None:
     times = result["data"]["sets"]["longest"].reshape(2, 2)
     assert np.exp(-stated * times).sum(axis=1).prod() > 1
     assert np.exp(-(stated + 1e-5) * times).sum(axis=1).prod() < 1
-    assert sections.ALONE

@@ -8,9 +8,8 @@ from typing import Any
 import numpy as np
 import pytest
 
-from rigidpend.experiments.phase_portraits import compute as phase_portraits
 from rigidpend.mechanics.equations import energy, eq1
-from tests.experiments.trees import asked, computed, differences
+from tests.experiments.trees import asked, computed, differences, reference
 
 
 @pytest.fixture(scope="module")
@@ -21,6 +20,10 @@ def content() -> Any:
 @pytest.fixture(scope="module")
 def data(content: Any) -> Any:
     return computed(content)
+
+
+def test_all_is_as_it_is_stored(data: Any) -> None:
+    assert differences("phase_portraits", reference("fig1")["data"], data) == []
 
 
 def curves(group: Any, field: str) -> list[Any]:
@@ -58,37 +61,6 @@ def test_the_curves_in_the_plane_satisfy_the_unperturbed_equations(
         assert (along >= 0).all()
         length = np.hypot(dx, dy) * np.hypot(theta1_rate, J1_rate)
         assert np.abs(across).max() < 2e-3 * length.max()
-
-
-def test_the_projection_is_a_rotation_with_M3_upright(content: Any, data: Any) -> None:
-    axes = phase_portraits.view_axes(content.problem.view)
-    for group in (data["orbits"], data["separatrices"], data["centres"]):
-        np.testing.assert_allclose(group["projected"], axes @ group["points"], atol=1e-15)
-    np.testing.assert_allclose(axes @ axes.T, np.eye(3), atol=1e-15)
-    assert np.linalg.det(axes) == pytest.approx(1)
-    assert axes[0, 2] == 0
-    assert axes[1, 2] > 0
-    azimuth, elevation = (float(getattr(content.problem.view, x)) for x in ("azimuth", "elevation"))
-    assert np.atan2(axes[2, 1], axes[2, 0]) == pytest.approx(azimuth)
-    assert np.arcsin(axes[2, 2]) == pytest.approx(elevation)
-
-
-def test_the_window_is_a_whole_period_between_two_separatrices_1(content: Any, data: Any) -> None:
-    body, plane = content.problem.body, data["plane"]
-    assert np.ptp(plane["window"]) == pytest.approx(4 * np.pi, rel=1e-15)
-    assert plane["window"][0] == pytest.approx(body.beta0 - body.alpha0, abs=1e-15)
-    assert plane["separatrix"].tolist() == [1, 2, 3, 4, 1]
-    for field in ("orbits", "centres"):
-        x = data[field]["theta1"]
-        assert ((x > plane["window"][0]) & (x < plane["window"][1])).all()
-    # No orbit crosses a separatrix.
-    for x in curves(data["orbits"], "theta1"):
-        assert np.ptp(np.searchsorted(plane["separatrix_theta1"], x)) == 0
-    # The centres are equilibria.
-    p, centres = body.angles(), data["centres"]
-    rates = eq1((centres["theta1"], centres["J1"], 0.0, 1.0), p, np)
-    np.testing.assert_allclose([rates[0], rates[1]], 0, atol=1e-14)
-    np.testing.assert_allclose(np.diff(np.sort(centres["theta1"])), np.pi)
 
 
 def test_visibility_may_change_on_the_outline_only(data: Any) -> None:

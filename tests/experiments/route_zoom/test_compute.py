@@ -9,15 +9,12 @@ from typing import Any
 
 import numpy as np
 import pytest
-from matplotlib.figure import Figure
 
 from rigidpend import route_codes
-from rigidpend.experiments import plots
 from rigidpend.experiments.route_zoom import compute as route_zoom
 from rigidpend.experiments.route_zoom import draw
 from rigidpend.mechanics import floquet
 from rigidpend.numbers.exact import context, exact
-from rigidpend.numbers.expressions import NO_SYMBOL
 from rigidpend.orbits.integrate import Crossings
 from rigidpend.results import store
 from rigidpend.routes import neighbourhood
@@ -153,20 +150,6 @@ def test_the_shipped_zoom_is_by_the_multiplier_and_comes_to_repeat_itself(given:
     shares = [draw.share(*pair) for pair in pairwise(levels)]
     assert max(shares[:2]) < 0.6
     assert shares[-1] == 1
-
-
-def test_symbols_unlike_those_of_the_level_before_are_drawn_apart(
-    monkeypatch: pytest.MonkeyPatch,
-) -> None:
-    """Where there are any; a line is drawn behind the row of the symbol that changes."""
-    drawn: list[Any] = []
-    monkeypatch.setattr(plots, "draw_codes", lambda *given: drawn.append(given[2]))
-    level = {"step": 1.0, "offset": np.arange(3.0), "certain": np.ones((1, 3), dtype=bool)}
-    codes = np.array([[0, 1, NO_SYMBOL]])
-    axes = Figure().subplots()
-    draw._draw_level(axes, {**level, "codes": codes}, {**level, "codes": codes * 0}, 2)
-    assert drawn[0].tolist() == [[0, 3, NO_SYMBOL]]
-    assert 2.5 in [float(np.ravel(line.get_ydata())[0]) for line in axes.lines]
 
 
 def test_a_change_that_one_computation_mistook_is_not_passed_on(

@@ -12,10 +12,11 @@ from rigidpend.experiments import splitting
 from rigidpend.experiments.shared import SMALL as SMALL_RATIO
 from rigidpend.experiments.shared import slope
 from rigidpend.experiments.splitting.compute import cost, largest
-from tests.experiments.trees import asked, computed, differences
+from tests.experiments.trees import asked, computed, differences, unlike_stored
 
-BODIES = "{a: {A: [2, 0.2, 1.8], r: [1, 2, 0]}, fig4: {A: [2, 1, 1.5], r: [1, 1, 0]}}"
-SMALL = [f"problem.bodies={BODIES}", "problem.mu=[1e-3, 3e-3, 1e-2, 0.1]", "problem.phases=9"]
+A = "a: {A: [2, 0.2, 1.8], r: [sqrt(0.2), sqrt(1.6), 0]}"
+BODIES = f"{{{A}, fig4: {{A: [2, 1, 1.5], r: [1, 1, 0]}}}}"
+SMALL = [f"problem.bodies={BODIES}", "problem.mu=[1e-4, 1e-3, 1e-2, 0.1]", "problem.phases=9"]
 
 
 @pytest.fixture(scope="module")
@@ -28,11 +29,11 @@ def data() -> Any:
     return found
 
 
-def test_all_are_resolved_and_the_errors_are_small_beside_what_is_measured(data: Any) -> None:
-    bodies = data["bodies"]
-    assert bodies["resolved"].all()
-    assert (bodies["error"] < 0.01 * np.abs(bodies["excess"][..., 0])).all()
-    assert bodies["excess"].shape[:2] == (2, 4)
+def test_all_is_as_it_is_stored_of_these_bodies_and_weights(data: Any) -> None:
+    """But a slope, which is fitted to fewer of them, and the range of the closed form."""
+    kept = {"bodies": [0, 1], "mu": [2, 3, 4, 6], "phases": range(0, 73, 9)}
+    expected = {"bodies/slope_curve", "closed_form/nu", "closed_form/decay"}
+    assert unlike_stored("splitting", data, kept) == expected
 
 
 def test_a_slope_is_as_sure_as_its_logarithms_are() -> None:
@@ -69,20 +70,6 @@ def test_a_slope_is_of_what_is_small_enough_and_above_rounding() -> None:
     assert slope(ratio, ratio**2 * [9, 1, 1, 9], 1e-7) == pytest.approx(2, rel=1e-9)
 
 
-def test_the_largest_distance_is_near_melnikov_s_amplitude(data: Any) -> None:
-    bodies = data["bodies"]
-    ratio = bodies["largest"] / bodies["amplitude"]
-    np.testing.assert_allclose(ratio[:, 0], 1, atol=1e-5)
-    assert (np.abs(ratio[:, 3] - 1) > 1e-3).all()
-    per_mu = bodies["amplitude"] / data["mu_over_h0"]
-    np.testing.assert_allclose(per_mu, per_mu[:, :1] * np.ones(4), rtol=1e-14)
-    # And is that of all harmonics: cos g, sin 2g, cos 3g and so on.
-    g, n = np.linspace(0, 2 * np.pi, 4001), bodies["excess"].shape[-1]
-    waves = [(np.sin if k % 2 else np.cos)((k + 1) * g) for k in range(n)]
-    curves = bodies["excess"] @ np.array(waves) + np.cos(g)
-    np.testing.assert_allclose(ratio, np.abs(curves).max(axis=-1), rtol=1e-5)
-
-
 def test_the_largest_distance_is_that_of_all_phases_and_not_of_some() -> None:
     """Of cos g + e sin 2g it is where sin g = s with 4 e s^2 + s = 2 e."""
     e = np.array([1e-6, -1e-3, 0.11, 1.7])
@@ -98,17 +85,6 @@ def test_the_reduced_distance_follows_the_closed_form(data: Any) -> None:
     np.testing.assert_allclose(data["bodies"]["reduced"][:, 0], expected, rtol=2e-2)
     assert closed["nu"][-1] > nu.max()
     assert closed["decay"][0] == pytest.approx(1, abs=0.05)
-
-
-def test_the_curve_is_that_of_the_drawn_body(data: Any) -> None:
-    curve, bodies = data["curve"], data["bodies"]
-    assert curve["body"] == "fig4"
-    np.testing.assert_allclose(curve["g"][[0, 4, 8]], [-np.pi, 0, np.pi], atol=1e-15)
-    np.testing.assert_allclose(curve["melnikov"], np.cos(curve["g"]))
-    # At g = 0 the odd harmonics add up, at the quarters all vanish.
-    middle = 1 + bodies["excess"][1, :, ::2].sum(axis=-1)
-    np.testing.assert_allclose(curve["measured"][:, 4], middle, rtol=1e-12)
-    np.testing.assert_allclose(curve["measured"][:, [2, 6]], 0, atol=1e-14)
 
 
 def test_what_is_not_resolved_is_marked_and_not_drawn() -> None:

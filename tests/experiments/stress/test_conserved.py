@@ -69,26 +69,6 @@ def test_the_finest_tolerance_walks_at_random_and_a_coarse_one_does_not() -> Non
     assert coarse.count("FAILED") >= 2, "no declared bias is as large"
 
 
-def claims(tolerance: float) -> Any:
-    made = conserved.engine_trial(SCENE, "taylor", tolerance, 10**6, 16).claims
-    return zip(made[0::2], made[1::2], strict=True)
-
-
-def test_bounds_of_a_random_walk_and_the_limit_of_a_biased_one() -> None:
-    """A walk's power is known to 4/sqrt(16) over ln(1e4), its size to a factor of four."""
-
-    def verdicts(claim: Any, *values: float) -> tuple[str, ...]:
-        return tuple(claim.told(value, "")["verdict"] for value in values)
-
-    for power, size in claims(2.0**-52):
-        assert verdicts(power, 0.107, 0.113) == ("passed", "FAILED")
-        assert 3e-13 < size.bound < 1e-12
-        assert power.limit == size.limit == ""
-    for power, size in claims(3e-14):
-        assert verdicts(power, 0.6, 0.62) == ("limit", "FAILED")
-        assert verdicts(size, 4e-10, 5e-10) == ("limit", "FAILED")
-
-
 def test_scipy_keeps_its_tolerance() -> None:
     made = drift("scipy", 1e-9, 10, 2)
     assert (len(verdicts(made)), failed(made)) == (3, set())
