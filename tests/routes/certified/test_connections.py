@@ -38,13 +38,10 @@ from tests.routes.certified.offered import (
     problem,
     quad_of,
     said,
-    smaller,
     step,
     strip_states,
-    value,
     whole,
 )
-from tests.weakened import weakened
 
 # ---- C8
 
@@ -433,8 +430,8 @@ class Across(NamedTuple):
     sheets: tuple[float, ...] = (0.5, 0.4)
     reach: float = 0.4
 
-    def told(self, module: Any = connections) -> list[str]:
-        """What both say, the first one perhaps with a slip."""
+    def told(self) -> list[str]:
+        """What both say."""
         box = [arb(1), arb(0), arb(0.5)]
         of = [
             arrived([whole({(0, 1, 0): 2 * x, (0, 0, 1): 2 * y}) for x, y in (by[:2], by[2:])], box)
@@ -444,7 +441,7 @@ class Across(NamedTuple):
         sheets = [Interval.of(Fraction(x)) for x in self.sheets]
         own = mine[0], arb(self.reach), [arb(x) for x in self.sheets], mine[1:]
         other = theirs[0], Fraction(self.reach), sheets, theirs[1:]
-        return [said(module.check_crossings, *own), said(script.check_crossings, *other)]
+        return [said(connections.check_crossings, *own), said(script.check_crossings, *other)]
 
 
 # The strip's slope is within (2e-4 -+ 1e-5)/(0.5 -+ 0.02).
@@ -482,86 +479,6 @@ def test_C9_images_cross_at_an_angle(name: str) -> None:
     for reason in across.told():
         assert bool(reason) is bool(words), reason
         assert words in reason
-
-
-NECESSARY = {
-    # An image of another sheet has no point of the curve.
-    "not (all(x > 0 for x in sheets) or all(x < 0 for x in sheets))": Across(sheets=(0.5, -0.4)),
-    # d = u^2/2 v', |v'| <= 1, is its own mirror image where g = u.
-    "not (slope > 0 or slope < 0)": Across(strip=(0, 2e-4, 0.5, 0), image=(3e-4, 0, 0.25, 0)),
-    # All of the image is on the stable surface: d = -s g, of the slope s of the strip's.
-    "not abs(by_u.range) > by_v.bound": Across(
-        strip=(2e-4, 0, 0.5, 0), image=(-1e-4, 1e-9, 0.25, 0)
-    ),
-}
-
-
-@pytest.mark.parametrize("guard", NECESSARY)
-def test_C9_without_a_condition_curves_that_do_not_cross_once_are_believed(guard: str) -> None:
-    across = NECESSARY[guard]
-    assert across.told(weakened(connections, (guard, "False")))[0] == ""
-    assert all(reason.startswith("C9: ") for reason in across.told())
-
-
-@pytest.mark.slow
-def test_C9_without_its_sides_a_strip_beside_the_surface_is_believed(stored: Stored) -> None:
-    """So short that the surface is flat: backward the orbits of both sides leave on one side."""
-    guard, (first, *_) = "not middle.share * momentum < wide", stored.orbits[4]
-    line, [piece] = smaller(stored.line, [first], 2.0**-10, 2.0**-10)
-    assert set(leaves(begun(piece), 0.0, np.array([-1.0, 1.0]))) == {1.0}
-    both = middles(stored.numbers)
-    of = stored.numbers, both[0], line, piece
-    assert said(weakened(connections, (guard, "False")).check_strip, *of) == ""
-    assert all("between the strip's sides" in x for x in of_strip(stored, both, line, piece))
-
-
-def test_C9_without_its_last_condition_of_a_strip_the_surface_may_go_across(
-    stored: Stored, strip: Strip
-) -> None:
-    """Twice as long: points farther apart across than along, with less slope than there may be."""
-    guard = "not middle.slant_at(momentum) * (by_u + bounds[1] + by_v + bounds[2]) < wide"
-    line, [piece] = smaller(stored.line, stored.orbits[4][:1], along=2.0)
-    both = middles(stored.numbers)
-    mine = both[0]
-    of = stored.numbers, mine, line, piece
-    assert said(weakened(connections, (guard, "False")).check_strip, *of) == ""
-    apart = np.array([value(x, 0.9, 1.0) - value(x, 0.0, 0.0) for x in begun(piece)])
-    norm = norm_of(mine)
-    weights = np.array([1, 0, norm.upright, *[1 / norm.weight] * 3])
-    zeta = float(mine.slant_at(arb(strip.momentum)))
-    assert abs(apart[1]) < zeta * np.linalg.norm(weights * apart)
-    assert all("lie along" in x for x in of_strip(stored, both, line, piece))
-
-
-def test_C9_without_its_graph_two_points_of_one_gamma3_are_believed(
-    monkeypatch: pytest.MonkeyPatch,
-) -> None:
-    """Two points of the section of one energy, with no more slope than the surface may have."""
-    body, h, g, steep = Body((2, 1, "1.9"), (0, 1, 0), "1e-3"), 1.3342, 0.3, 1.3
-    numbers = sections.Numbers.of(body, exact("1.3342"))
-    c, to_M = numbers.field, (float(numbers.to_M1), float(numbers.to_M2))
-    mine = connections.check_middle(numbers, arb(1e-3))
-
-    def point(q: float) -> Any:
-        """Qp, Qm and gamma where M3 = 0."""
-        p = 1.0
-        for _ in range(50):
-            M = np.array([p + q, p - q]) * to_M
-            gamma = math.sqrt(1 - g * g) / np.hypot(*M) * np.array([-M[1], M[0]])
-            height = float(c.mu_r1) * gamma[0] + float(c.mu_r2) * gamma[1]
-            left = h - float(c.kappa) / 2 * M @ M + p * q / 2 - height
-            p += left / (float(c.kappa) * M @ np.array(to_M) - q / 2)
-        assert abs(left) < 1e-12
-        return np.array([p, q, *gamma / float(mine.growth.weight)])
-
-    p, q, *gamma = np.abs(point(1e-3) - point(0.0))
-    assert 1 < q / math.hypot(p, *gamma) < steep
-    # All of what the surface leans at the end is taken for what it may lean at the beginning.
-    monkeypatch.setattr(connections.Middle, "slant", lambda *_: arb(steep))
-    guard = "not steep * (1 + 2 * turned * (pushed + 1 / self.growth.weight) / left) < 1"
-    mine = mine._replace(time=arb(0))
-    assert "a graph over gamma3" in said(mine.check_graph)
-    assert said(weakened(connections, (guard, "False")).Middle.check_graph, mine) == ""
 
 
 def test_the_second_checker_takes_points_of_sets_as_wide_as_they_are_told(
