@@ -199,20 +199,6 @@ def duration(pieces: Sequence[FamilyStep], *place: float) -> float:
     return sum(2 * value(Family.of(piece.half, CLOCK), *place) for piece in pieces)
 
 
-def strip_states(begin: Any, u: float, v: Any) -> Any:
-    """States (6, n) of the strip's first polynomials, in doubles."""
-    return np.array([
-        [value(each, u, float(x)) for x in v] for each in begin
-    ])  # fmt: skip
-
-
-def crossed(pieces: Sequence[FamilyStep], u: float, v: float) -> tuple[float, float]:
-    """d and gamma3 of the crossing of an orbit of a strip, in 113 bits."""
-    begin = WIDE.array(strip_states(begun(pieces[0]), u, np.array([v])))
-    end = crossings(begin, duration(pieces, u, v)).states[:, 0]
-    return float(end[1]), float(end[5])
-
-
 DEPTH = 60
 """Halvings of an interval that is hardly more than a point."""
 
