@@ -16,12 +16,13 @@ from rigidpend.orbits.integrate.arithmetic import resolve
 from rigidpend.routes import certainty, choice, costs
 from rigidpend.routes.cells import AXES, Cells, cell_problem, cells_of_each, cells_of_starts
 from rigidpend.routes.phases import Phases
-from rigidpend.routes.problem import RouteProblem, passage_limit, phase_rate
+from rigidpend.routes.problem import passage_limit, phase_rate
 from rigidpend.routes.run import Run, Starts, in_pieces
+from tests.bodies import problem
 from tests.orbits.integrate.problems import FIG4, same
 
 N = 4
-PROBLEM = RouteProblem(FIG4, exact("1.3342"), exact("1e-8"), N)
+PROBLEM = problem(n_symbols=N)
 STARTS = np.array([1e-9, 1e-7, 1e-5])
 THETA2, J1_0 = np.random.default_rng(4).uniform(0, 6.28, 60), np.tile(STARTS, 20)
 DOUBLES = resolve(None, None, (53,))

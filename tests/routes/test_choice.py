@@ -22,15 +22,16 @@ from rigidpend.routes import certainty, choice, codes, costs, mapped
 from rigidpend.routes.cells import cells_of_starts
 from rigidpend.routes.certainty import Contradiction
 from rigidpend.routes.phases import Phases
-from rigidpend.routes.problem import ProblemError, RouteProblem
+from rigidpend.routes.problem import ProblemError
 from rigidpend.routes.run import Run, abreast
 from rigidpend.routes.start import Scales
 from rigidpend.routes.symbolic.levels import surface
+from tests.bodies import problem
 from tests.orbits.integrate.problems import FIG4, GENERIC
 
 LIGHT = Body((2, 1, "1.5"), (1, 1, 0), "1e-6")
 PHASES = np.linspace(0.01, 6.27, 120)
-PROBLEM = RouteProblem(FIG4, exact("1.3342"), exact("1e-8"), 3)
+PROBLEM = problem(n_symbols=3)
 
 
 def found(phases: Any = PHASES, body: Body = FIG4, **more: Any) -> RouteCodes:

@@ -11,16 +11,10 @@ import pytest
 from scipy.special import erfcinv
 
 from rigidpend import Body
-from rigidpend.numbers.exact import exact
 from rigidpend.orbits.return_map import build
 from rigidpend.routes import choice, costs, mapped
-from rigidpend.routes.problem import RouteProblem, closeness, passage_rotations
-from tests.orbits.integrate.problems import FIG4
-
-
-def problem(body: Body = FIG4, n_symbols: int = 15, h0: Any = "1.3342") -> RouteProblem:
-    return RouteProblem(body, exact(h0), exact("1e-8"), n_symbols)
-
+from rigidpend.routes.problem import closeness, passage_rotations
+from tests.bodies import FIG4, problem
 
 SLOW = problem(Body((2, "1.9", "1.95"), FIG4.r, "0.001"))
 
@@ -70,7 +64,7 @@ def test_starts_farther_off_than_surfaces_are_split_keep_passages_short(
     A: Any, J1_0: str, rotations: float, share: float
 ) -> None:
     """Of 128 and 16 orbits by integration; by the splitting it were 46 and 277, and all open."""
-    one = RouteProblem(Body(A, (1, 1, 0), "0.001"), exact("1.3342"), exact(J1_0), 15)
+    one = problem(Body(A, (1, 1, 0), "0.001"), J1_0=J1_0)
     assert passage_rotations(one) == pytest.approx(rotations, rel=0.06)
     assert 1 / 1.7 < costs.share_open(one, 53) / share < 1.7
 

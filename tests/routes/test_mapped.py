@@ -20,10 +20,9 @@ from rigidpend.orbits.return_map.build import FIRST, SECOND, THIRD, Design
 from rigidpend.orbits.return_map.program import Program
 from rigidpend.routes import certainty, choice, costs, mapped
 from rigidpend.routes.phases import Phases
-from rigidpend.routes.problem import RouteProblem
 from rigidpend.routes.run import Run
 from rigidpend.routes.start import Scales
-from tests.orbits.integrate.problems import FIG4
+from tests.bodies import problem
 
 GENTLE = Body(("2.908", "1.682", "1.764"), ("0.6", "0.8", 0), "0.0002")
 """Passages take long, and errors grow far."""
@@ -33,8 +32,9 @@ PHASES = np.linspace(0.01, 6.27, 120)
 def run(
     phases: Any = PHASES, n_symbols: int = 3, precisions: tuple[int, ...] = PRECISIONS, **more: Any
 ) -> Run:
-    problem = RouteProblem(FIG4, exact("1.3342"), exact("1e-8"), n_symbols)
-    return Run(problem, Phases(phases), resolve(None, None, precisions), **more)
+    return Run(
+        problem(n_symbols=n_symbols), Phases(phases), resolve(None, None, precisions), **more
+    )
 
 
 def unmade(bits: int = costs.SHARPER, second: int = 53, **more: Any) -> Any:
@@ -124,10 +124,9 @@ def test_what_two_maps_of_different_bits_differ_by_is_what_the_first_errs_by(
     Where the first is right by chance, it errs by no more than twice what they differ by.
     """
     phases = Phases(np.random.default_rng(2).uniform(0, 6.28, 256))
-    problem = RouteProblem(GENTLE, exact("1.3342"), exact("1e-8"), 15)
-    sharp = mapped.Maps(Run(problem, phases, resolve()))
+    sharp = mapped.Maps(Run(problem(GENTLE), phases, resolve()))
     monkeypatch.setattr(costs, "DEEP", math.inf)
-    maps = mapped.Maps(Run(problem, phases, resolve()))
+    maps = mapped.Maps(Run(problem(GENTLE), phases, resolve()))
     assert (maps.pair, sharp.pair) == ((64, 75), (80, 88))
     first, second, true = (
         made.crossings(bits, certainty.FIRST, np.arange(256)).time[-1]

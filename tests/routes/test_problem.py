@@ -16,14 +16,13 @@ from rigidpend.orbits.integrate.states import states_at
 from rigidpend.routes.problem import (
     MAX_SYMBOLS,
     ProblemError,
-    RouteProblem,
     passage_limit,
     passage_rotations,
     phase_rate,
     rotation_period,
     whisker_growth,
 )
-from tests.orbits.integrate.problems import FIG4
+from tests.bodies import FIG4, problem
 from tests.routes.reference import fig4_left
 
 PENDULA = [
@@ -33,16 +32,15 @@ PENDULA = [
 ]
 
 
-def problem(body: Body = FIG4, h0: Any = "1.3342", J1_0: Any = "1e-8", n: Any = 15) -> RouteProblem:
-    return RouteProblem(body, exact(h0), exact(J1_0), n)
-
-
 @pytest.mark.parametrize(
     ("given", "told"),
     [
-        ({"n": 0}, "n_symbols must be a whole number from 1 to 100000, got 0"),
-        ({"n": MAX_SYMBOLS + 1}, "n_symbols must be a whole number from 1 to 100000, got 100001"),
-        ({"n": 1.5}, "n_symbols must be a whole number from 1 to 100000, got 1.5"),
+        ({"n_symbols": 0}, "n_symbols must be a whole number from 1 to 100000, got 0"),
+        (
+            {"n_symbols": MAX_SYMBOLS + 1},
+            "n_symbols must be a whole number from 1 to 100000, got 100001",
+        ),
+        ({"n_symbols": 1.5}, "n_symbols must be a whole number from 1 to 100000, got 1.5"),
         ({"h0": "0.001"}, "h0 > mu is broken: h0 = 0.001, mu = 0.001"),
         ({"J1_0": 0}, "0 < J1_0 < J2_0 is broken: J1_0 = 0, J2_0 = 1.41467"),
         ({"J1_0": "-1e-9"}, "0 < J1_0 < J2_0 is broken"),
@@ -54,22 +52,22 @@ def test_refuses_what_the_problem_excludes(given: dict[str, Any], told: str) -> 
     with pytest.raises(ProblemError) as refused:
         problem(**given)
     assert told in str(refused.value)
-    assert [refused.value.field] == [{"n": "n_symbols"}.get(name, name) for name in given]
+    assert [refused.value.field] == [{"n_symbols": "n_symbols"}.get(name, name) for name in given]
 
 
 def test_accepts_values_at_the_edge_of_what_it_excludes() -> None:
-    assert problem(h0="0.001 + 1e-20", J1_0="1e-3", n=1).n_symbols == 1
-    assert problem(J1_0="1.41467", n=MAX_SYMBOLS).n_symbols == MAX_SYMBOLS
+    assert problem(h0="0.001 + 1e-20", J1_0="1e-3", n_symbols=1).n_symbols == 1
+    assert problem(J1_0="1.41467", n_symbols=MAX_SYMBOLS).n_symbols == MAX_SYMBOLS
     assert problem(J1_0="1.5e-500").J2_0(53) > 1
 
 
 def test_energies_reach_from_a_millionth_to_a_million() -> None:
     weightless = Body((2, 1, "1.5"), (1, 1, 0), 0)
     for h0 in ("1e-6", "1e6"):
-        assert problem(weightless, h0).h0 == exact(h0)
+        assert problem(weightless, h0=h0).h0 == exact(h0)
     for h0 in ("1e-6 - 1e-20", "1e6 + 1e-20"):
         with pytest.raises(ProblemError, match="is outside of 1e-06 to 1e"):
-            problem(weightless, h0)
+            problem(weightless, h0=h0)
 
 
 def test_J2_0_has_the_energy_of_the_rotation_in_every_precision() -> None:
@@ -85,7 +83,7 @@ def test_rotation_period_brings_the_integrated_pendulum_around_once(body: Body, 
     p = body.angles()
     theta2 = 0.3
     J2 = math.sqrt(2 * (float(h0) - p.mu * math.sin(theta2)) / p.kappa)
-    period = rotation_period(problem(body, h0))
+    period = rotation_period(problem(body, h0=h0))
     times = np.linspace(0, period, 20)
     begin = [0.4, 0.0, theta2, J2]
     orbit = states_at(lambda state: eq1(state, p, np), begin, times, engine="scipy")
@@ -136,9 +134,9 @@ def test_passages_take_as_many_rotations_as_is_foretold() -> None:
     mean = float(np.mean(np.diff(fig4_left().crossing_time, axis=0))) / rotation_period(problem())
     assert passage_rotations(problem()) == pytest.approx(mean, rel=0.05)
     # Without weight none ends; with a heavy body of small exponents it would be a share of one.
-    assert passage_rotations(problem(Body((2, 1, "1.5"), (1, 1, 0), 0), "1")) == math.inf
+    assert passage_rotations(problem(Body((2, 1, "1.5"), (1, 1, 0), 0), h0="1")) == math.inf
     heavy = Body((2, "0.25", "1.8"), (1, 1, 0), "0.99")
-    assert passage_rotations(problem(heavy, "1", J1_0="1e-2")) == 1.0
+    assert passage_rotations(problem(heavy, h0="1", J1_0="1e-2")) == 1.0
 
 
 def test_whisker_growth_is_the_mean_over_random_phases() -> None:

@@ -20,7 +20,7 @@ from rigidpend.routes.phases import Phases
 from rigidpend.routes.problem import RouteProblem, passage_limit
 from rigidpend.routes.run import Run, Starts, abreast
 from rigidpend.routes.start import Scales
-from tests.orbits.integrate.problems import FIG4
+from tests.bodies import problem
 
 # Drawn by lot: two orbits in three are beyond doubles.
 DEEP = RouteProblem(
@@ -28,7 +28,7 @@ DEEP = RouteProblem(
     exact("1.1"), exact("1.2e-8"), 15,
 )  # fmt: skip
 
-GENTLE = RouteProblem(FIG4, exact("1.3342"), exact("1e-8"), 15)
+GENTLE = problem()
 
 
 def run(*precisions: int, engine: str = "taylor", problem: RouteProblem = DEEP, n: int = 24) -> Run:

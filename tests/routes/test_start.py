@@ -22,7 +22,7 @@ from rigidpend.routes.certainty import FIRST, SECOND
 from rigidpend.routes.phases import Phases
 from rigidpend.routes.problem import RouteProblem
 from rigidpend.routes.start import Scales, start, states_double, states_exact
-from tests.orbits.integrate.problems import FIG4, GENERIC
+from tests.bodies import FIG4, GENERIC, problem
 from tests.strategies import FINE, fine_angles, floats_of
 
 PHASES = Phases(["1/10", "31/10", "2*pi - 1/7", 5.5, "1e5"])
@@ -32,10 +32,6 @@ J1_0S = ["1e-300", "1e-8", "1/2"]
 BODIES = [pytest.param(FIG4, id="Fig. 4"), pytest.param(GENERIC, id="generic")]
 
 
-def problem(body: Body = FIG4, J1_0: str = "1e-8") -> RouteProblem:
-    return RouteProblem(body, exact("1.3342"), exact(J1_0), 3)
-
-
 def doubles(p: RouteProblem) -> Any:
     return states_double(start(p, 53, FIRST), PHASES.high, PHASES.rest)
 
@@ -43,7 +39,7 @@ def doubles(p: RouteProblem) -> Any:
 @pytest.mark.parametrize("J1_0", J1_0S)
 @pytest.mark.parametrize("body", BODIES)
 def test_invariant_constraints_and_energy_of_the_start(body: Body, J1_0: str) -> None:
-    states = doubles(problem(body, J1_0))
+    states = doubles(problem(body, J1_0=J1_0))
     A, r, mu = floats_of(body)
     M, gamma = body_from_aligned(Aligned(*states), body.alpha0, scale(A))
     np.testing.assert_allclose((gamma * gamma).sum(axis=0), 1, rtol=0, atol=1e-15)
@@ -65,7 +61,7 @@ def test_agrees_exact_states_with_the_coordinates_to_their_last_bits(
 ) -> None:
     phases, p, J1 = PHASES.exactly(range(5)), fine_angles(body), exact(J1_0).in_context(FINE)
     J2mJ1, alpha0, beta0 = FINE.sqrt(2 * FINE.mpf("1.3342") / p.kappa) - J1, p.alpha0, p.beta0
-    found = states_exact(start(problem(body, J1_0), bits, FIRST), phases, bits)
+    found = states_exact(start(problem(body, J1_0=J1_0), bits, FIRST), phases, bits)
     for state, phase in zip(found.T, phases, strict=True):
         c = Canonical(J1, J2mJ1, 0, alpha0 + beta0, phase.in_context(FINE), 0, 1)
         expected = aligned_from_canonical(c, alpha0, beta0, FINE)

@@ -199,33 +199,6 @@ def duration(pieces: Sequence[FamilyStep], *place: float) -> float:
     return sum(2 * value(Family.of(piece.half, CLOCK), *place) for piece in pieces)
 
 
-def smaller(
-    line: Any, pieces: Sequence[FamilyStep], along: float = 1.0, across: float = 1.0
-) -> tuple[Any, list[FamilyStep]]:
-    """A strip within another one: its points (u, v) are (along u, across v) of that."""
-
-    def cut(terms: Mapping[Any, int]) -> dict[Any, int]:
-        return {at: round(w * along ** at[1] * across ** at[2]) for at, w in terms.items()}
-
-    sizes = {"half": line.half * Fraction(along), "wide": line.wide * Fraction(across)}
-    steps = [x._replace(half=cut(x.half), terms=list(map(cut, x.terms))) for x in pieces]
-    return line._replace(**sizes), steps
-
-
-def strip_states(begin: Any, u: float, v: Any) -> Any:
-    """States (6, n) of the strip's first polynomials, in doubles."""
-    return np.array([
-        [value(each, u, float(x)) for x in v] for each in begin
-    ])  # fmt: skip
-
-
-def crossed(pieces: Sequence[FamilyStep], u: float, v: float) -> tuple[float, float]:
-    """d and gamma3 of the crossing of an orbit of a strip, in 113 bits."""
-    begin = WIDE.array(strip_states(begun(pieces[0]), u, np.array([v])))
-    end = crossings(begin, duration(pieces, u, v)).states[:, 0]
-    return float(end[1]), float(end[5])
-
-
 DEPTH = 60
 """Halvings of an interval that is hardly more than a point."""
 
@@ -254,20 +227,16 @@ class Start(NamedTuple):
         """That of the interval about the phase."""
         return math.floor(float(self.phase) / (2 * math.pi) * 2**DEPTH)
 
-    def approximation(self, bits: int, **off: float) -> approximation.Approximation:
-        """The orbit, or one from a state that is off."""
+    def approximation(self, bits: int, Qm: float = 0.0) -> approximation.Approximation:
+        """The orbit, or one from a state of which Qm is off."""
         start = enclosed(self.problem, exact(self.phase), bits + 64)
-        names = ("Qp", "Qm", "M3", "gamma1", "gamma2", "gamma3")
-        state = [x + arb(off.get(name, 0)) for x, name in zip(start.state, names, strict=True)]
+        state = [x + Qm * (k == 1) for k, x in enumerate(start.state)]
         return approximation.Approximation(start.coefficients, state)
 
-    def signs(self, steps: Sequence[Step], module: Any = intervals) -> list[Any]:
-        """What the package, or one with a slip, is told of the orbits of the interval."""
-        starts = module.EnclosedStarts.of(self.problem.body, exact(self.h0), Fraction(self.J1_0))
-        of = module.PhaseInterval(self.place, DEPTH)
-        signs = list(module._signs(starts, starts.states(of), of_one(steps)))
-        module.symbols_of(signs)
-        return signs
+    def signs(self, steps: Sequence[Step]) -> list[bool]:
+        """What the package proves of the orbits of the interval."""
+        starts = intervals.EnclosedStarts.of(self.problem.body, exact(self.h0), Fraction(self.J1_0))
+        return intervals.symbols(starts, intervals.PhaseInterval(self.place, DEPTH), of_one(steps))
 
     def signs_by_script(self, steps: Sequence[Step]) -> Any:
         pieces = [step(x) for x in of_one(steps)]

@@ -13,7 +13,8 @@ from rigidpend import Body, certify_codes, route_codes
 from rigidpend.numbers.exact import exact
 from rigidpend.numbers.expressions import ExactError
 from rigidpend.routes.certified import codes
-from rigidpend.routes.problem import ProblemError, RouteProblem
+from rigidpend.routes.problem import ProblemError
+from tests.bodies import problem
 from tests.routes.reference import fig4_left
 
 BODY = Body((2, 1, "3/2"), (1, 1, 0), "0.001")
@@ -97,8 +98,7 @@ def test_bits_that_do_not_suffice_are_followed_by_more(monkeypatch: pytest.Monke
 
 
 def test_an_orbit_takes_a_step_at_least() -> None:
-    problem = RouteProblem(BODY, exact("1.3342"), exact("1e-8"), 2)
-    assert codes.asked_for(problem, 1e-3, exact("3/10"))[0] == 1
+    assert codes.asked_for(problem(n_symbols=2), 1e-3, exact("3/10"))[0] == 1
 
 
 @pytest.mark.parametrize(

@@ -57,7 +57,6 @@ from tests.routes.certified.offered import (
     arrived,
     begun,
     constant,
-    crossed,
     crossings,
     duration,
     interval,
@@ -68,12 +67,10 @@ from tests.routes.certified.offered import (
     quad_of,
     said,
     series,
-    smaller,
     step,
     value,
     whole,
 )
-from tests.weakened import weakened
 
 ALONE, WIDEST = 2.0**-5, 2.0**-12
 AT_ORBITS = Fraction(1), "C3", script.WIDEST
@@ -279,10 +276,10 @@ def test_C3_derivatives_are_carried_as_the_page_says(stored: Stored) -> None:
 
 @pytest.mark.parametrize(("factor", "reason"), [(1 + BARELY, ""), (1 - BARELY, "C4")])
 def test_C4_the_sign_of_M3_beside_its_bound(stored: Stored, factor: float, reason: str) -> None:
-    """Nothing else tells a part, for all else is zero, and so is the rate of M3."""
+    """Nothing else tells a part: Qp is half of what it may be off, and M3 may rise or fall."""
     bound = 1e-4
-    M3 = constant(factor * bound / float(stored.growth.upright.mid()))
-    piece = FamilyStep(BITS, {(0, 0, 0): 2}, [CALM, CALM, M3, CALM, CALM, CALM])
+    Q, M3 = constant(bound / 2), constant(factor * bound / float(stored.growth.upright.mid()))
+    piece = FamilyStep(BITS, {(0, 0, 0): 2}, [Q, CALM, M3, CALM, CALM, CALM])
     states = [Family.of(terms, BITS) for terms in piece.terms]
     agree(
         reason,
@@ -359,6 +356,14 @@ def test_C5_the_side_on_which_an_orbit_leaves(stored: Stored, factor: float, rea
     agree(reason, *crossing(stored, end, [1e-9] * 4))
 
 
+def test_C5_a_rate_of_M3_of_either_sign(stored: Stored) -> None:
+    """The weight's torque is half of what it may be off."""
+    bound = 1e-9
+    g = bound * float(stored.growth.weight.mid()) / 2 * math.sqrt(0.5)
+    end = [constant(x) for x in (0.0, 10 * bound, 0.0, -g, g, 0.0)]
+    agree("C5: M3", *crossing(stored, end, [bound] * 4))
+
+
 def test_C7_derivatives_at_the_crossing_are_as_far_off_as_the_page_says(stored: Stored) -> None:
     """By its formula in doubles, of which the box about the crossing is hardly more than a point.
 
@@ -373,6 +378,7 @@ def test_C7_derivatives_at_the_crossing_are_as_far_off_as_the_page_says(stored: 
     size = math.hypot(Q, 1 / w)
     steep = (math.hypot(1, Omega) * size + w * F) * by / falls
     mine, theirs = (check() for check in crossing(stored, end, bounds))
+    assert mine.late == pytest.approx(by / falls, rel=0.02)
     for k, (bound, slope) in enumerate(zip(bounds[1:], (by, upright * by, 0), strict=True)):
         off = bound + math.expm1(steep) * (slope + bound)
         timed = ((k == 1) * by + off / upright) * max(falls, turns) / falls
@@ -396,11 +402,11 @@ STRAIGHT = made(True, (0.25, 0.5, 0.125, -0.5), (0.0,))
 
 
 def across_straight(ends: float, across: float, sheet: float) -> list[Any]:
-    """C6 of an image that lies so, by both, the first perhaps by a module with a slip."""
+    """C6 of an image that lies so, by both."""
     box, begin = [arb(1 + sheet * ALONE), arb(0.5), arb(0.5)], [arb(1), arb(0.5), arb(0.5)]
     source, other = arrived(image(ends, across, STRAIGHT), box)
     return [
-        lambda by=coverings: by.relation(source, STRAIGHT, begin, 0),
+        lambda: coverings.relation(source, STRAIGHT, begin, 0),
         lambda: script.check_relation(other, quad_of(STRAIGHT), list(map(interval, begin))),
     ]
 
@@ -424,23 +430,6 @@ def test_C6_an_image_lies_across_a_set(
         found = checks[0]()
         assert found.orientation == math.copysign(1, ends)
         np.testing.assert_allclose((found.edge, found.across), (abs(ends), across), rtol=1e-12)
-
-
-@pytest.mark.parametrize(
-    ("before", "after", "where"),
-    [
-        ("not least > 1:", "not least > 0.5:", (0.75, 0.5, 0.5)),
-        ("V.bound < 1", "V.bound < 2", (1.5, 1.5, 0.5)),
-        ("abs(a - b) <= ALONE", "abs(a - b) <= 2 * ALONE", (1.5, 0.5, 1.5)),
-    ],
-)
-def test_with_a_wider_bound_of_C6_a_false_relation_is_believed(
-    before: str, after: str, where: tuple[float, float, float]
-) -> None:
-    """An edge's image inside the set, one beyond its sides, one on another sheet."""
-    checks = across_straight(*where)
-    checks[0](weakened(coverings, (before, after)))
-    agree("C6", *checks)
 
 
 # ---- C7
@@ -717,26 +706,9 @@ def test_the_stored_proof_holds_in_both_checkers(
     code, text = by_script(CONFIG)
     doubts = "set 0: C7: not shown", "C8: not shown", "set 0: C7: not shown"
     assert text.endswith("".join(f"; undecided: {doubt}" for doubt in doubts) + "\n")
-    # A relation that fails is named with its set, and so is one of the line.
+    # A relation that fails is named with its set.
     shifted = [*quads[:2], quads[2]._replace(p=(2 * quads[2].a, *quads[2].p[1:])), quads[3]]
     assert said(coverings.prove, numbers, shifted, stored.orbits[:4]).startswith("set 0: C6: ")
-    far = [quads[0]._replace(b=quads[0].b / 1000), *quads[1:]]
-    of_line = numbers, links, far, arrivals
-    assert said(coverings.prove_line, *of_line).startswith("line of starts: C6: ")
-
-
-@pytest.mark.slow
-def test_C9_without_its_reach_half_a_strip_is_believed(stored: Stored) -> None:
-    """In 113 bits its image ends at |gamma3| = 0.0029, and images of sets at 0.0055."""
-    guard = "not any(low < -reach and high > reach for low, high in (ends, ends[::-1]))"
-    line, pieces = smaller(stored.line, stored.orbits[4], along=0.5)
-    images = stored.arrivals[2:4]
-    ends = [crossed(pieces, u, 0.0)[1] for u in (-1.0, 1.0)]
-    assert max(map(abs, ends)) < 0.55 * min(float(abs(x.g.at("u", 1).range)) for x in images)
-    strip = line, pieces, passages.arrival(stored.numbers, line, pieces)
-    of = stored.numbers, strip, stored.quads, stored.arrivals[:4]
-    assert said(weakened(connections, (guard, "False")).prove_transversal, *of) == ""
-    assert "to reach as far" in said(connections.prove_transversal, *of)
 
 
 @pytest.mark.slow
@@ -848,15 +820,14 @@ def test_what_is_no_set_or_no_step_is_refused(stored: Stored) -> None:
     assert unpacked_energies(None) == (Fraction(0), Fraction(0))
 
 
-@pytest.mark.parametrize("more", [0, 1])
-def test_terms_have_a_largest_degree(more: int) -> None:
-    wide = FamilyStep(BITS, {(0, 0, 0): 1}, [{(0, 0, MOST_DEGREE + more): 1}] * 6)
-    if more:
-        with pytest.raises(ValueError, match=f"or more than {MOST_DEGREE}"):
-            unpacked(packed([[wide]]), 1)
-    else:
-        [[found]] = unpacked(packed([[wide]]), 1)
-        assert found.terms[5] == wide.terms[5]
+def test_terms_have_a_largest_degree() -> None:
+    most, more = (
+        packed([[FamilyStep(BITS, {(0, 0, 0): 1}, [{(0, 0, degree): 1}] * 6)]])
+        for degree in (MOST_DEGREE, MOST_DEGREE + 1)
+    )
+    assert unpacked(most, 1)[0][0].terms[5] == {(0, 0, MOST_DEGREE): 1}
+    with pytest.raises(ValueError, match=f"or more than {MOST_DEGREE}"):
+        unpacked(more, 1)
 
 
 def spoil(file: Any, how: str) -> None:
@@ -897,26 +868,6 @@ def test_a_file_that_is_no_proof_is_refused_at_once(how: str, tmp_path: Path, ca
         spoil(file, how)
     assert script.main([str(path)]) == 1
     assert how in capsys.readouterr().err
-
-
-@pytest.mark.slow
-def test_a_changed_bit_proves_nothing(stored: Stored) -> None:
-    """A bit that is worth more than the bound allows, in any coefficient of a set."""
-    with lot.drawn("full shift") as chance:
-        for _ in range(lot.trials(1, 0.01)):
-            steps = list(stored.orbits[1])
-            k, component = chance.randrange(len(steps)), chance.randrange(6)
-            terms = [dict(each) for each in steps[k].terms]
-            at = chance.choice(sorted(terms[component]))
-            # From 2^-10 on: more than the radius of a tube.
-            terms[component][at] ^= 1 << chance.randrange(steps[k].bits - 10, steps[k].bits)
-            steps[k] = steps[k]._replace(terms=terms)
-            assert said(passages.arrival, stored.numbers, stored.quads[1], steps)[:1] == "C"
-
-
-@pytest.mark.parametrize("other", [{"mu": "2e-3"}, {"h": "1.335"}, {"A": ("2", "1", "1.501")}])
-def test_a_proof_is_of_one_body_and_energy(stored: Stored, other: Any) -> None:
-    agree("C3", *stored.of_set(stored.quads[0], stored.orbits[0][:1], **other))
 
 
 @pytest.mark.slow

@@ -18,7 +18,6 @@ from rigidpend.experiments.full_shift.schema import Config
 from rigidpend.numbers.exact import exact
 from rigidpend.routes.certified import (
     chains,
-    connections,
     coverings,
     family_orbits,
     horseshoe,
@@ -59,7 +58,6 @@ from tests.routes.certified.offered import (
     step,
     value,
 )
-from tests.weakened import weakened
 
 H0 = exact("1.3342")
 OWN = ["problem.h=null", "problem.h0=1.3342"]
@@ -484,38 +482,3 @@ def test_phases_of_a_line_are_told_in_every_quarter(
     monkeypatch.setattr(sections, "line_beginning", loose)
     low, high = sections.phases(numbers, line, [first])
     assert high - low > 1e-4
-
-
-@pytest.mark.slow
-def test_C9_of_starts_of_one_J2_0_would_be_of_several_energies(
-    found: Found, arrived: Arrived, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    """A strip about them passes for all but that, and no surface of one energy goes along it."""
-    setting, wider = found.setting, 4.0
-    setting = setting._replace(spread=setting.spread * Fraction(wider))
-    # As far as the images of sets.
-    low, high = family_orbits.line(found.setting, J1, found.quads)[1]
-    ends = (low + high) / 2 + np.array([-1.5, 1.5]) * (high - low)
-    line, _ = family_orbits.LineStarts(setting, J1).between(ends)
-    momentum = float(begun(found.starts[0])[0].bound)
-    wide = family_orbits._wide(setting._replace(h0=None), line, momentum, found.quads)
-    line = line._replace(wide=wide)
-    c, *to_M = setting.coefficients
-    free: Any = SimpleNamespace(
-        coefficients=(c._replace(mu_r1=0 * c.mu_r1, mu_r2=0 * c.mu_r2), *to_M), h=H0, spread=0
-    )
-    beside = family_orbits._beside
-    monkeypatch.setattr(family_orbits, "_beside", lambda _, *of: beside(free, *of))
-    pieces = family_orbits.line_pieces(setting, line, (float(ends[0]), float(ends[1])))
-    numbers = found.numbers(wider)
-    strip = line, pieces, passages.arrival(numbers, line, pieces)
-    of = numbers, strip, [found.quads[2]], [arrived.mine]
-    slip = weakened(connections, ("numbers.h0 is not None", "False"))
-    assert said(slip.prove_transversal, *of) == ""
-    assert "of several energies" in said(connections.prove_transversal, *of)
-    Qp, Qm, M3, *gamma = (np.array([value(x, u) for u in (-1.0, 1.0)]) for x in begun(pieces[0]))
-    field = numbers.field
-    height = float(field.mu_r1) * gamma[0] + float(field.mu_r2) * gamma[1]
-    M = float(numbers.to_M1) * (Qp + Qm), float(numbers.to_M2) * (Qp - Qm), M3
-    energy = float(field.kappa) / 2 * sum(x * x for x in M) - Qp * Qm / 2 + height
-    assert abs(energy[1] - energy[0]) > 1e-8

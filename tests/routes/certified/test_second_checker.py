@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import ast
-from fractions import Fraction
 from pathlib import Path
 
 import pytest
@@ -12,8 +11,6 @@ from flint import arb
 from rigidpend.mechanics.body import Body
 from rigidpend.numbers.exact import exact
 from rigidpend.routes.certified.balls import enclosed
-from rigidpend.routes.certified.checker import OrbitChecker
-from rigidpend.routes.certified.codes import prove
 from rigidpend.routes.problem import RouteProblem
 from scripts import check_certificate
 from scripts.check_certificate import Interval
@@ -23,7 +20,6 @@ SCRIPTS = sorted(Path(check_certificate.__file__).parent.glob("check_*.py"))
 ALLOWED = {"h5py", "yaml"}
 STANDARD = {"__future__", "argparse", "ast", "collections", "concurrent", "decimal", "fractions"}
 STANDARD |= {"functools", "itertools", "json", "math", "pathlib", "re", "sys", "typing"}
-FIG4 = {"A": ("2", "1", "3/2"), "r": ("1", "1", "0"), "mu": "1/1000", "h0": "6671/5000"}
 BITS = 128
 
 
@@ -72,21 +68,3 @@ def test_the_problem_is_enclosed_as_in_the_package(
     rest = zip(theirs.coefficients[4:], (*mine.torque, *mine.turning), strict=True)
     assert all(overlap(ball, x) for ball, x in rest)
     assert all(overlap(ball, x) for ball, x in zip(theirs.state, mine.start, strict=True))
-
-
-@pytest.mark.slow
-def test_both_find_the_same_bounds_and_the_same_crossings() -> None:
-    problem = RouteProblem(
-        Body(A=(2, 1, "3/2"), r=(1, 1, 0), mu="0.001"), exact("1.3342"), exact("1e-8"), 2
-    )
-    steps = prove(problem, exact("3/10"), 70).steps
-    Interval.digits = 2 * steps[0].bits + 256
-    given = {**FIG4, "J1_0": "1e-8"}
-    walk = check_certificate.Walk(check_certificate.problem_of(given, Fraction(3, 10)))
-    checker = OrbitChecker(enclosed(problem, exact("3/10"), steps[0].bits + 64))
-    for step in steps:
-        checker.take(step)
-        walk.take(check_certificate.Step(*step))
-        # Bounds of their own, by other means; rounding alone would be far less.
-        assert 0.9 < float(walk.bound.above) / float(checker.bound) < 1.1
-    assert walk.separatrices == [c.separatrix for c in checker.crossings] == [2, 1, 2]

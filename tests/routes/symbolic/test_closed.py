@@ -45,27 +45,25 @@ def test_all_words_have_an_orbit(orbits: list[ClosedOrbit]) -> None:
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("word", [(1,), (0, 0, 1, 0, 1, 1)])
-def test_integration_closes_to_rounding(word: tuple[int, ...]) -> None:
-    orbit = closed(level(), word, TURNS)
+@pytest.mark.parametrize(
+    ("body", "h", "word", "turns", "most"),
+    [
+        (BODY, H, "1", TURNS, 1e-17),
+        (BODY, H, "001011", TURNS, 1e-17),
+        # A passage stretches more than a thousand times.
+        (Body((2, "1.01", "1.48"), ("0.85", "0.53", 0), "0.0004"), 1, "0", 17, 1e-15),
+        # Passages happen to meet sharply, and the gap is less than the expected one.
+        (Body((2, "1.32", "1.72"), ("0.62", "0.02", 0), "3.68e-3"), 1, "01", None, 1e-26),
+    ],
+)
+def test_integration_closes_to_rounding(
+    body: Body, h: Any, word: str, turns: int | None, most: float
+) -> None:
+    orbit = closed_orbit(body, word, h=h, half_turns=turns)
     found = closing(orbit)
-    assert found.error < found.expected < 1e-17
+    assert found.error < found.expected < most
     assert found.moved < 1e-11
     assert float(found.period) == pytest.approx(orbit.period, abs=1e-10)
-
-
-@pytest.mark.slow
-def test_an_orbit_closes_where_a_passage_stretches_more_than_a_thousand_times() -> None:
-    body = Body((2, "1.01", "1.48"), ("0.85", "0.53", 0), "0.0004")
-    found = closing(closed_orbit(body, "0", h=1, half_turns=17))
-    assert found.error < found.expected < 1e-15
-
-
-@pytest.mark.slow
-def test_a_gap_is_less_than_expected_where_passages_happen_to_meet_sharply() -> None:
-    body = Body((2, "1.32", "1.72"), ("0.62", "0.02", 0), "3.68e-3")
-    found = closing(closed_orbit(body, "01", h=1))
-    assert found.error < found.expected < 1e-26
 
 
 def test_long_passages_have_the_multiplier_of_what_they_pass() -> None:

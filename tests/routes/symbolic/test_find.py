@@ -18,11 +18,11 @@ from rigidpend.orbits.integrate.arithmetic import LADDER
 from rigidpend.orbits.integrate.states import first_crossings, states_at
 from rigidpend.orbits.return_map import MapError, SectionPoint
 from rigidpend.orbits.return_map.passage import Entered
-from rigidpend.routes.problem import RouteProblem
 from rigidpend.routes.start import Scales, start, states_exact
 from rigidpend.routes.symbolic import Address, NoOrbit, find, refine, shortest
 from rigidpend.routes.symbolic.address import parsed
 from rigidpend.routes.symbolic.levels import surface
+from tests.bodies import problem
 from tests.orbits.integrate.problems import FIG4, FREE
 
 START: dict[str, Any] = {"h0": "1.3342", "J1_0": "1e-8"}
@@ -145,8 +145,7 @@ def test_a_crossing_counts_as_known_two_digits_short_of_what_it_needs(
 def test_a_crossing_is_told_from_beside_it_to_the_third_power_of_the_time() -> None:
     """Before it and behind it: half the time divides the error by eight."""
     legs: Any = object.__new__(refine._Legs)
-    problem, m = RouteProblem(FIG4, exact("1.3342"), exact("1e-8"), 1), context(212)
-    begin = start(problem, 212, Scales())
+    m, begin = context(212), start(problem(n_symbols=1), 212, Scales())
     states = states_exact(begin, [exact("0.4")], 212)
     limit = 100.0
     given: Any = {"engine": "taylor", "bits": 212, "tolerance": 2.0**-52, "jobs": 1}
