@@ -18,6 +18,7 @@ from rigidpend.orbits.integrate.arithmetic import LADDER
 from rigidpend.orbits.integrate.states import first_crossings, states_at
 from rigidpend.orbits.return_map import MapError, SectionPoint
 from rigidpend.orbits.return_map.passage import Entered
+from rigidpend.routes.problem import RouteProblem
 from rigidpend.routes.start import Scales, start, states_exact
 from rigidpend.routes.symbolic import Address, NoOrbit, find, refine, shortest
 from rigidpend.routes.symbolic.address import parsed
