@@ -103,7 +103,8 @@ class ClosedOrbit(NamedTuple):
 
         Near a trace of 2 or -2 the multiplier changes with it as a square root does.
         """
-        bent = BENDING * displaced(self.chain.level, self.chain.unknowns)
+        level, split = self.chain.level, self.chain.level.narrowest(np.sign(self.chain.I))
+        bent = BENDING * displaced(level, self.chain.unknowns, split)
         return bent * abs(self.trace) / math.sqrt(abs(self.trace * self.trace - 4))
 
     @property
