@@ -175,8 +175,10 @@ def alike(level: Level, signs: Signs, tried: Callable[[int], Chain], given: bool
         except NoOrbit as error:
             reason = error
             continue
-        if given or made.off.max() <= INSIDE:
+        off = float(made.off.max())
+        if given or off <= INSIDE:
             return made
+        reason = NoOrbit(f"a crossing is {off:.2f} half rotations from the middle of its cell")
     raise NoOrbit(f"from {least} to {most} half rotations a passage: {reason}")
 
 

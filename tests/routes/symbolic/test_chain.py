@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import contextlib
+from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
@@ -12,7 +13,7 @@ from rigidpend.orbits.return_map import SectionPoint
 from rigidpend.routes.problem import RouteProblem
 from rigidpend.routes.symbolic.chain import NoOrbit, System, on_surface, passages, signs_of
 from rigidpend.routes.symbolic.levels import surface
-from rigidpend.routes.symbolic.shortest import INSIDE, exactly, lessened, path, shortest
+from rigidpend.routes.symbolic.shortest import INSIDE, alike, exactly, lessened, path, shortest
 from tests.routes.symbolic.fig4 import BODY, J1_0, H, chain_of, level
 
 SYMBOLS = np.array([0, 1, 1, 0, 0])
@@ -49,6 +50,13 @@ def test_where_the_sign_of_the_invariant_changes_tells_what_surfaces_are_split(
 ) -> None:
     here = level()
     assert here.narrowest(signs_of(code)) == (here.downward if downward else here.splitting)
+
+
+def test_chains_whose_crossings_are_near_borders_are_refused_with_that_reason() -> None:
+    near: Any = SimpleNamespace(off=np.array([0.1, INSIDE + 0.04]))
+    with pytest.raises(NoOrbit, match=r"a crossing is 0.40 half rotations from the middle"):
+        alike(level(), signs_of([1]), lambda _: near)
+    assert alike(level(), signs_of([1]), lambda _: near, given=True) is near
 
 
 @pytest.mark.parametrize("upper", [True, False])
