@@ -44,7 +44,7 @@ from tests.cli.calls import REFERENCE
 from tests.experiments.trees import reference
 
 GIVEN: Any = {"A": ("2", "1", "3/2"), "r": ("1", "1", "0"), "mu": "1/1000", "h": "1.3342"}
-J1 = Fraction("1e-8")
+H0, J1 = exact("1.3342"), Fraction("1e-8")
 CONFIG = Path(__file__).parents[3] / "configs" / "full_shift.yaml"
 STORED = REFERENCE / "full_shift.h5"
 BODY = Body(A=GIVEN["A"], r=GIVEN["r"], mu=GIVEN["mu"])

@@ -45,6 +45,7 @@ from tests.routes.certified.offered import (
     BODY,
     CONFIG,
     GIVEN,
+    H0,
     J1,
     agree,
     begun,
@@ -59,7 +60,6 @@ from tests.routes.certified.offered import (
     value,
 )
 
-H0 = exact("1.3342")
 OWN = ["problem.h=null", "problem.h0=1.3342"]
 """The starts of Fig. 4 themselves."""
 

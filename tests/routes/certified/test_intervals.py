@@ -32,11 +32,9 @@ from scripts.check_certificate import Fails, Refused
 from tests.attacks import lot
 from tests.cli.calls import REFERENCE, call
 from tests.remembered import Inline, remembered
-from tests.routes.certified.offered import BITS, BODY, J1, constant, said, step
+from tests.routes.certified.offered import BITS, BODY, H0, J1, Start, agree, constant, said, step
 
-GIVEN = {"A": ["2", "1", "3/2"], "r": ["1", "1", "0"], "mu": "0.001"}
-GIVEN |= {"h0": "1.3342", "J1_0": "1e-8"}
-H0 = exact("1.3342")
+GIVEN = Start().given
 CONFIG = Path(__file__).parents[3] / "configs" / "fig4_intervals.yaml"
 SETTING = ShiftProblem(BODY, H0, 1, h0=H0)
 ONE, TWO = (SETTING, J1, 1, 4), (SETTING, J1, 2, 6)
@@ -78,25 +76,18 @@ def test_runs_take_turns(told: list[int | tuple[bool, int]], code: list[bool] | 
         assert intervals.symbols_of(told) == code
 
 
-def by_package(of: PhaseInterval, steps: list[FamilyStep]) -> list[int]:
-    return list(map(int, intervals.symbols(EnclosedStarts.of(BODY, H0, J1), of, steps)))
+def both(of: PhaseInterval, steps: list[FamilyStep]) -> list[Callable[[], Any]]:
+    """What the first symbol of an interval is, which is 0, by both."""
+
+    def by_package() -> None:
+        assert intervals.symbols(EnclosedStarts.of(BODY, H0, J1), of, steps) == [False]
+
+    def by_script() -> None:
+        assert script.prove(GIVEN, of.place, of.depth, [step(x) for x in steps]) == [0]
+
+    return [by_package, by_script]
 
 
-def by_script(of: PhaseInterval, steps: list[FamilyStep]) -> list[int]:
-    return script.prove(GIVEN, of.place, of.depth, [step(x) for x in steps])
-
-
-CHECKERS = pytest.mark.parametrize("check", [by_package, by_script])
-
-
-def reason(check: Callable[..., list[int]], of: PhaseInterval, steps: list[FamilyStep]) -> str:
-    """The reason for which the symbol is not proven, empty where it is."""
-    found: list[int] = []
-    refused = said(lambda: found.extend(check(of, steps)))
-    return refused or ("" if found == [0] else "another symbol")
-
-
-@CHECKERS
 @pytest.mark.slow
 @pytest.mark.parametrize(
     ("of", "kept", "wanted"),
@@ -110,24 +101,22 @@ def reason(check: Callable[..., list[int]], of: PhaseInterval, steps: list[Famil
     ],
 )
 def test_steps_prove_the_symbol_of_their_own_interval(
-    check: Any, of: tuple[int, int], kept: slice, wanted: str, one: ProvenInterval
+    of: tuple[int, int], kept: slice, wanted: str, one: ProvenInterval
 ) -> None:
     assert (one.of, one.symbols) == (PhaseInterval(0, 4), [False])
-    found = reason(check, PhaseInterval(*of), one.pieces[kept])
-    assert (wanted in found, bool(found)) == (True, bool(wanted)), found
+    agree(wanted, *both(PhaseInterval(*of), one.pieces[kept]))
 
 
-@CHECKERS
 @pytest.mark.slow
 def test_an_interval_a_percent_wider_is_not_proven_by_these_steps(
-    check: Any, one: ProvenInterval, monkeypatch: pytest.MonkeyPatch
+    one: ProvenInterval, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     # The same middle, and cosine and sine of an angle that is a percent larger.
     for module, of in ((intervals, "_turned"), (script, "turned")):
         turned: Any = getattr(module, of)
         wider: Any = lambda angle, turned=turned: turned(angle * 101 / 100)  # noqa: E731
         monkeypatch.setattr(module, of, wider)
-    assert reason(check, one.of, one.pieces).partition(": ")[0] == "H3"
+    agree("H3", *both(one.of, one.pieces))
 
 
 @pytest.mark.slow
@@ -278,14 +267,8 @@ def test_a_body_of_two_moments_is_refused() -> None:
 
 @pytest.mark.slow
 def test_a_flipped_symbol_is_refused(one: ProvenInterval, monkeypatch: pytest.MonkeyPatch) -> None:
-    """Whatever is stored is compared with what both prove of it."""
-    monkeypatch.setattr(intervals, "symbols", lambda *_: [False])
+    """What is stored is compared with what the second checker proves of it."""
     monkeypatch.setattr(script, "prove", lambda *_: [0])
-    config: Any = loading.load(CONFIG).content
-    compute._again((one.of, one.pieces, [0, 255]), config.problem)
-    for stored in ([1, 255], [0, 0]):
-        with pytest.raises(Undecided, match="0/2\\^4: its symbols are others"):
-            compute._again((one.of, one.pieces, stored), config.problem)
     packed = {**pieces.packed([one.pieces])}
     packed["family"] = [int(k > 0) for k in packed["family"]]
     for claimed, told in (([0], False), ([1], True), ([0, 0], True)):
