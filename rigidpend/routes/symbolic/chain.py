@@ -93,6 +93,11 @@ class Chain(NamedTuple):
         return cells_of(self.chi)
 
     @property
+    def split(self) -> float:
+        """The least that surfaces are split by where it changes sides."""
+        return self.level.narrowest(np.sign(self.I))
+
+    @property
     def off(self) -> Array:
         """(n + 1,) distances of the crossings from the middles of their cells, half rotations."""
         return np.abs(self.chi / np.pi - self.cells)
@@ -279,8 +284,10 @@ def displaced(level: Level, x: Array, split: float) -> float:
 def check_split(level: Level, moved: float, split: float) -> None:
     """Raise NoOrbit where roundings displace the orbits of a level by so much, radians."""
     if moved > MOVED:
-        body, where, other = "nearly symmetric", f"{split:.1g} only", "a less symmetric body"
-        if split < level.splitting:
+        body, where = "nearly symmetric", f"{level.splitting:.1g} only"
+        other = "a less symmetric body"
+        # Upward crossings alone would place it.
+        if moved * split <= MOVED * level.splitting:
             body, other = "at the Hess case or near it", "a body farther from it"
             where = f"{split:.1g} at most at downward crossings, where this orbit changes sides"
         raise NoOrbit(

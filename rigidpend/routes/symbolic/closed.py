@@ -103,9 +103,11 @@ class ClosedOrbit(NamedTuple):
 
         Near a trace of 2 or -2 the multiplier changes with it as a square root does.
         """
-        level, split = self.chain.level, self.chain.level.narrowest(np.sign(self.chain.I))
-        bent = BENDING * displaced(level, self.chain.unknowns, split)
-        return bent * abs(self.trace) / math.sqrt(abs(self.trace * self.trace - 4))
+        chain, size = self.chain, abs(self.trace)
+        bent = BENDING * displaced(chain.level, chain.unknowns, chain.split)
+        # Nearer than the trace is known it is as at 2 itself.
+        apart = max(abs(size * size - 4), len(chain.b) * bent * size)
+        return bent * size / math.sqrt(apart)
 
     @property
     def points(self) -> int:

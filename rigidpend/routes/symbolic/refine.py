@@ -181,7 +181,7 @@ class _Legs:
             known = min(aim, before + gained - lost, 2 * before - CURVED - lost)
             # With so few the next correction has no more.
             if before < LEAST_DIGITS or known <= CURVED:
-                level, split = self.chain.level, self.chain.level.narrowest(np.sign(self.chain.I))
+                level, split = self.chain.level, self.chain.split
                 check_split(level, displaced(level, self.chain.unknowns, split), split)
                 raise NoOrbit("integration does not find the crossings where the map has them")
             if known >= self.most:

@@ -11,7 +11,15 @@ import pytest
 
 from rigidpend.orbits.return_map import SectionPoint
 from rigidpend.routes.problem import RouteProblem
-from rigidpend.routes.symbolic.chain import NoOrbit, System, on_surface, passages, signs_of
+from rigidpend.routes.symbolic.chain import (
+    MOVED,
+    NoOrbit,
+    System,
+    check_split,
+    on_surface,
+    passages,
+    signs_of,
+)
 from rigidpend.routes.symbolic.levels import surface
 from rigidpend.routes.symbolic.shortest import INSIDE, alike, exactly, lessened, path, shortest
 from tests.routes.symbolic.fig4 import BODY, J1_0, H, chain_of, level
@@ -50,6 +58,18 @@ def test_where_the_sign_of_the_invariant_changes_tells_what_surfaces_are_split(
 ) -> None:
     here = level()
     assert here.narrowest(signs_of(code)) == (here.downward if downward else here.splitting)
+
+
+@pytest.mark.parametrize(
+    ("by_upward", "body"), [(0.99, "at the Hess case or near it"), (1.01, "nearly symmetric")]
+)
+def test_a_body_is_nearly_symmetric_where_upward_crossings_alone_are_displaced_too_far(
+    by_upward: float, body: str
+) -> None:
+    here, times = level(), 4
+    with pytest.raises(NoOrbit, match=f"the body is {body}: "):
+        check_split(here, times * by_upward * MOVED, here.splitting / times)
+    check_split(here, 0.99 * MOVED, here.splitting / times)
 
 
 def test_chains_whose_crossings_are_near_borders_are_refused_with_that_reason() -> None:

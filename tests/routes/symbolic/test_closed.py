@@ -193,6 +193,19 @@ def test_the_multiplier_is_told_where_surfaces_are_split_little(
     assert found.exponent == pytest.approx(exponent, rel=0, abs=found.exponent_error)
 
 
+@pytest.mark.parametrize("side", [1, -1])
+def test_an_exponent_beside_an_elliptic_orbit_errs_by_a_root_of_what_its_trace_does(
+    side: int, orbits: list[ClosedOrbit]
+) -> None:
+    """So much is a trace of 2 off from one that is known as well as that of the orbit."""
+    orbit = orbits[4]
+    size, n = abs(orbit.trace), len(orbit.chain.b)
+    off = n * orbit.exponent_error * math.sqrt(size * size - 4) / size
+    beside = orbit._replace(trace=2.0 * side)
+    assert beside.exponent == 0
+    assert beside.exponent_error == pytest.approx(math.acosh(1 + off) / n, rel=1e-6)
+
+
 def test_an_orbit_that_does_not_come_to_close_is_not_verified() -> None:
     body = Body(A=("1.05", "0.92", 1), r=(1, 10, 0), mu="1e-5")
     found = closed_orbit(body, "1", h="0.25")
