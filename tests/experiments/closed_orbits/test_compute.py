@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from rigidpend.experiments.closed_orbits.draw import tables
-from tests.experiments.trees import asked, computed
+from tests.experiments.trees import asked, computed, unlike_stored
 
 SMALL = ["problem.longest=5", "problem.verified=2", "problem.symbols=1000"]
 
@@ -16,6 +16,16 @@ SMALL = ["problem.longest=5", "problem.verified=2", "problem.symbols=1000"]
 @pytest.fixture(scope="module")
 def data() -> Any:
     return computed(asked("closed_orbits", *SMALL))
+
+
+def test_shorter_words_have_what_is_stored_of_them(data: Any) -> None:
+    """Fewer of them are verified, and the random orbit is a shorter one."""
+    few = {"words": data["orbits"]["word"], "longest": range(5), "lengths": range(5)}
+    kept = {key: np.arange(len(x)) for key, x in (few | {"points": data["places"]["of"]}).items()}
+    verified = {f"orbits/{x}" for x in ("closing", "closing_expected")}
+    assert unlike_stored("closed_orbits", data, kept) == verified | {
+        f"averages/{x}" for x in ("long_orbit", "long_orbit_error")
+    }
 
 
 def test_points_are_those_of_a_full_shift(data: Any) -> None:

@@ -76,7 +76,25 @@ def test_chains_whose_crossings_are_near_borders_are_refused_with_that_reason() 
     near: Any = SimpleNamespace(off=np.array([0.1, INSIDE + 0.04]))
     with pytest.raises(NoOrbit, match=r"a crossing is 0.40 half rotations from the middle"):
         alike(level(), signs_of([1]), lambda _: near)
-    assert alike(level(), signs_of([1]), lambda _: near, given=True) is near
+
+
+@pytest.mark.parametrize(
+    ("code", "given", "least"), [([1], False, 7), ([1, 1], False, 9), ([1, 1], True, 7)]
+)
+def test_passages_are_at_least_as_long_as_the_surfaces_are_split_for(
+    code: list[int], given: bool, least: int
+) -> None:
+    """As ln(1/|I|)/(pi Lambda) for twice 4.1e-4 and 7.1e-5; what is given may end anywhere."""
+    asked = list[int]()
+    far: Any = SimpleNamespace(off=np.array([INSIDE + 0.04]))
+
+    def tried(n: int) -> Any:
+        asked.append(n)
+        return far
+
+    with contextlib.nullcontext() if given else pytest.raises(NoOrbit):
+        assert alike(level(), signs_of(code), tried, given) is far
+    assert asked[0] == least
 
 
 @pytest.mark.parametrize("upper", [True, False])
