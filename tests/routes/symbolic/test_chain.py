@@ -84,7 +84,7 @@ def test_chains_whose_crossings_are_near_borders_are_refused_with_that_reason() 
 def test_passages_are_at_least_as_long_as_the_surfaces_are_split_for(
     code: list[int], given: bool, least: int
 ) -> None:
-    """As ln(1/|I|)/(pi Lambda) for twice 4.1e-4 and 7.1e-5; what is given may end anywhere."""
+    """Downward by a sixth, which is 1.6 half rotations; what is given may end anywhere."""
     asked = list[int]()
     far: Any = SimpleNamespace(off=np.array([INSIDE + 0.04]))
 
