@@ -52,7 +52,9 @@ LINEAR = 1e-2
 
 For every bit less it is half of that. Of 16,631 orbits of one body, followed by maps of 64 and 72
 bits, the second erred by more than R times the difference of both in 39, 8 and 2, for R of 1, 3 and
-10: in 0.0014/R, so that about one in 70,000 would be wrong by a radian at 1e-2."""
+10: in 0.0014/R, so that about one in 70,000 would be wrong by a radian at 1e-2. Of 348 orbits of
+four bodies, followed by maps of 82 and 90 bits, it did so in 43 and 1, for R of 0.01 and 0.1, and
+erred by half of the difference at most."""
 
 
 class Contradiction(Exception):

@@ -36,7 +36,7 @@ FACTORS = {53: 1.0, PAIRS: 11.0, 212: 110.0}
 In pairs of doubles it was 8.5 to 12.6 with 6 bodies, and in quadruples ten times that."""
 BEYOND = 4_000.0
 """The same in more bits: integers of 160 bits were measured."""
-SHARPER, SHARPEST = 64, 80
+SHARPER, SHARPEST = 64, 82
 """Bits of the first map that decides what those in doubles leave open, in pairs of doubles.
 
 It has the larger number where passages are deep."""
@@ -47,8 +47,8 @@ FINER = {SHARPER: (GAP, CLOSEST), SHARPEST: (CLOSEST,)}
 
 So they differ by what the first errs by, and one computation by each settles nearly as much as do
 those of two precisions: of 17 bodies drawn by lot maps of 64 and 75 bits left 0 to 4 of 20,000
-orbits open, where those of 64 and 72 left up to 17. Of 80 and 88 bits they left 2 to 18 of four
-bodies, and 102, 199 and 206 of three whose passages take 20 to 28 rotations. Of 64 bits and of
+orbits open, where those of 64 and 72 left up to 17. Of 82 and 90 bits they left 0 to 9 of eleven
+bodies, and 35 to 110 of four whose passages take 20 to 28 rotations. Of 64 bits and of
 doubles they left 1, 12 and 140 open of three bodies whose tables converge slowly, where those of 72
 bits would take longer than they may."""
 RUNGS = 64, 76, 88, 117, 128

@@ -232,8 +232,7 @@ class Maps:
                 starts, coarse = self.run.starts, 0.0
                 if bits == self.pair[0] < self.pair[1] and design == FIRST:
                     # By so much the second is sharper in any case, whatever its tables came to.
-                    more = self.pair[1] - bits
-                    coarse = 2.0**more * self.made(self.pair[1], SECOND).errors.largest
+                    coarse = 2.0 ** (self.pair[1] - bits) * self.made(self.pair[1], SECOND).left_out
                 ends = starts.least if starts else self.problem, self.problem
                 least, most = (beginning(end, design, made.bits).Qp for end in ends)
                 self._ready[bits, design] = made.program(bits, least, most, coarse)

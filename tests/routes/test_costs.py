@@ -97,11 +97,11 @@ def test_maps_save_nothing_of_what_lies_beyond_their_bits() -> None:
 
 
 def test_maps_gain_the_bits_by_which_orbits_pass_closer_than_surfaces_are_displaced() -> None:
-    by_either = (costs.share_open(SLOW, 80, displaced=x) for x in (False, True))
+    by_either = [costs.share_open(SLOW, costs.SHARPEST, displaced=x) for x in (False, True)]
     less, more = (math.sqrt(2) * costs.SPREAD * erfcinv(2 * share) for share in by_either)
     assert less - more == pytest.approx(closeness(SLOW))
     doubles, left = costs.integration(SLOW, (53,)), costs.share_open(SLOW, 212)
-    further = left + costs.CLIMBING * (costs.share_open(SLOW, 80, displaced=False) - left)
+    further = left + costs.CLIMBING * (by_either[0] - left)
     beyond = costs.by_maps(SLOW, (53, 212)) - 15 * costs.MAPPED
     assert beyond == pytest.approx(further * 110 * doubles)
 

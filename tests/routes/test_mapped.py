@@ -127,10 +127,10 @@ def test_what_two_maps_of_different_bits_differ_by_is_what_the_first_errs_by(
     sharp = mapped.Maps(Run(problem(GENTLE), phases, resolve()))
     monkeypatch.setattr(costs, "DEEP", math.inf)
     maps = mapped.Maps(Run(problem(GENTLE), phases, resolve()))
-    assert (maps.pair, sharp.pair) == ((64, 75), (80, 88))
+    assert (maps.pair, sharp.pair) == ((64, 75), (82, 90))
     first, second, true = (
         made.crossings(bits, certainty.FIRST, np.arange(256)).time[-1]
-        for made, bits in ((maps, 64), (maps, 75), (sharp, 88))
+        for made, bits in ((maps, 64), (maps, 75), (sharp, 90))
     )
     error, left = np.abs(first - true), np.abs(second - true)
     large = (error > 1e-9) & (error < 0.1)
@@ -173,9 +173,9 @@ def test_what_maps_do_not_serve_is_left_to_more_bits_or_integrated(
         (9.4, (64, 75), [(64, 75)]),
         (9.4, (64, 72), [(64, 75), (64, 72)]),
         (9.4, (53, 53), [(64, 75), (64, 72), (64, 53), (53, 53)]),
-        (9.6, (80, 88), [(80, 88)]),
-        (9.6, (64, 75), [(80, 88), (80, 53), (64, 75)]),
-        (9.6, (53, 53), [(80, 88), (80, 53), (64, 75), (64, 72), (64, 53), (53, 53)]),
+        (9.6, (82, 90), [(82, 90)]),
+        (9.6, (64, 75), [(82, 90), (82, 53), (64, 75)]),
+        (9.6, (53, 53), [(82, 90), (82, 53), (64, 75), (64, 72), (64, 53), (53, 53)]),
     ],
 )
 def test_passages_that_take_long_ask_for_sharper_tables_at_once(
@@ -311,9 +311,11 @@ def test_the_first_map_errs_by_more_where_the_second_is_less_sharp_than_planned(
 
     monkeypatch.setattr(ReturnMap, "program", watched)
     less = terms()
+    assert less[0] < less[1] < planned[1]
     assert less[0] < planned[0]
-    assert less[1:] == planned[1:]
-    assert sorted({*allowed}) == [0.0, 2.0 ** (GAP - 60)]
+    assert less[2] == planned[2]
+    # A fourth of its error is what the second map does without.
+    assert sorted({*allowed}) == [0.0, 2.0 ** (GAP - 62)]
 
 
 def test_maps_that_are_not_all_kept_are_made_by_nobody_who_asks_for_kept_ones(

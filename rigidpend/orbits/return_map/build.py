@@ -153,18 +153,24 @@ class ReturnMap:
         unit = a.number(exact(self.design.unit))
         return EnergyLevel(self.normal_form, self.charts, given * unit**2, a)
 
+    @property
+    def left_out(self) -> float:
+        """What terms of its tables come to that it does without, relative to the largest values.
+
+        Held-out points show some five times the error, a fourth of which is as much as that.
+        """
+        return max(2.0 ** -(table_bits(self.bits) + 2), self.errors.largest / 4)
+
     def program(self, bits: int, least_Qp: Scalar, most_Qp: Scalar, coarse: float = 0.0) -> Program:
         """This map for `kernel.follow`, for orbits that start at least_Qp <= Qp <= most_Qp.
 
-        In doubles (53 bits) or pairs of them. Terms below `coarse` are left out, so that it errs by
-        as much. Raises MapError where the normal form does not reach as far as `most_Qp`.
+        In doubles (53 bits) or pairs of them. Terms that come to `coarse` are left out, so that it
+        errs by as much. Raises MapError where the normal form does not reach as far as `most_Qp`.
         """
         key = (bits, least_Qp, most_Qp, coarse)
         if key not in self._programs:
             starts = self._entry(least_Qp, most_Qp)
-            # Terms far below the tables' errors are left out.
-            finest = bits if bits == 53 else table_bits(self.bits)
-            threshold = max(2.0 ** -(finest + 2), self.errors.charts / 16, coarse)
+            threshold = max(2.0**-55 if bits == 53 else self.left_out, coarse)
             given = self.normal_form, self.charts, starts, threshold, precision(self.bits)
             self._programs[key] = program(*given, 53 if bits == 53 else PAIRS)
         return self._programs[key]

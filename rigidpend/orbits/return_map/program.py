@@ -12,8 +12,8 @@ harmonics up to the last that is significant, and for each of these a sum over a
 of the energy.
 
 In pairs of doubles most terms are so small that doubles have digits enough for them: only those
-that a rounding of doubles would take away more than `threshold` from, some 5 to 25 % of all, are
-summed in pairs. They come last in each sum, which goes on from what doubles have summed.
+whose roundings in doubles would come to more than `threshold`, some 5 to 25 % of all, are summed in
+pairs. They come last in each sum, which goes on from what doubles have summed.
 
 Phases are kept sharper than in `passage`: ln|W|/Lambda is tens of radians, of which all but
 ln|W/scale|/Lambda is a smooth function of I and h, reduced by whole turns before it is rounded.
@@ -49,8 +49,8 @@ numbers. Of the rates: how many powers of I, how many of them in doubles, and th
 first."""
 STAGE = 2 * TABLE + RATES
 """Those of a leg: two tables and the rates."""
-HEADROOM = 2.0**4
-"""Factor by which a term in doubles may err more than a rounding of its coefficient.
+HEADROOM = 2.0**2
+"""Factor by which terms in doubles may err more than by a rounding of each coefficient.
 
 A harmonic of some tens has as many roundings, of which most cancel."""
 MOST_NODES = 20
@@ -146,7 +146,7 @@ def program(
 ) -> Program:
     """The program of a map, in doubles (53 bits) or pairs of them (106).
 
-    Terms of tables below `threshold`, relative to the largest, are left out.
+    Terms of tables that come to less than `threshold`, relative to the largest, are left out.
     """
     stages = legs(nf, charts, starts, threshold, a)
     parts = KINDS[bits].parts
@@ -194,12 +194,22 @@ def legs(
 
 
 def significant(table: ChartTable, threshold: float) -> Any:
-    """The terms of a table above `threshold`, relative to the largest of each function."""
+    """The terms of a table without those that come to less than `threshold` (see `negligible`)."""
     count = len(table.values)
     values = table.values.reshape(count, table.n_x, table.n_phase, -1)[..., :FUNCTIONS]
     sizes = np.abs(values.astype(float))
-    sizes = sizes / np.maximum(sizes.max(axis=(0, 1, 2)), 1e-300)
-    return np.where(sizes > threshold, values, 0)
+    return np.where(sizes > negligible(sizes, threshold), values, 0)
+
+
+def negligible(sizes: Any, threshold: float) -> Any:
+    """The size up to which terms of each function, the last axis, come to less than `threshold`.
+
+    That is the root of the sum of their squares, relative to the largest term: there are hundreds
+    whose signs vary from one place to another.
+    """
+    ascending = np.sort(sizes.reshape(-1, sizes.shape[-1]), axis=0)
+    small = np.sqrt(np.cumsum(ascending**2, axis=0)) <= threshold * ascending[-1]
+    return np.max(np.where(small, ascending, 0), axis=0)
 
 
 def _rates(
@@ -236,9 +246,9 @@ def radians(turns: float) -> tuple[float, float]:
 
 
 def shortened(coefficients: Any, reach: float, threshold: float) -> Any:
-    """Coefficients of powers of x, |x| <= reach, without terms below `threshold` of the largest."""
+    """Coefficients of powers of x, |x| <= reach, less those that come to below `threshold`."""
     sizes = np.abs(coefficients.astype(float)) * reach ** np.arange(coefficients.shape[1])
-    kept = sizes > threshold * sizes.max()
+    kept = sizes > negligible(sizes[..., None], threshold)
     return np.where(kept, coefficients, 0)[:, : 1 + np.flatnonzero(kept.any(axis=0)).max(initial=0)]
 
 
@@ -255,8 +265,8 @@ def reciprocal_of(series: Any) -> Any:
 class _Writer:
     """Tables written one behind the other; a table that two stages share is written once.
 
-    Terms above a limit, relative to the largest of their function, are sharp: they are summed in
-    the program's own numbers, the others before them in doubles.
+    Terms that come to less than a limit, relative to the largest of their function, are summed in
+    doubles, the others, the sharp ones, behind them in the program's own numbers.
     """
 
     def __init__(self, parts: int, limit: float) -> None:
@@ -293,8 +303,7 @@ class _Writer:
         """Coefficients (parts, energies, ..., 3), and a mask of those that are sharp."""
         values = in_doubles(terms, self.parts)
         sizes = np.abs(values[0])
-        largest = sizes.reshape(-1, FUNCTIONS).max(axis=0)
-        return values, sizes > self.limit * largest
+        return values, sizes > negligible(sizes, self.limit)
 
     def _write(self, values: Any, sharp: Any, places: Iterable[tuple[int, ...]]) -> None:
         """Write three sums over polynomials of the energy for each place, in their order.

@@ -206,6 +206,16 @@ def test_terms_below_the_threshold_are_left_out(last: float, terms: int) -> None
     np.testing.assert_array_equal(kept, series[:, :terms])
 
 
+@pytest.mark.parametrize(("share", "most"), [(0.999, 3.0), (1.001, 4.0)])
+def test_terms_are_left_out_that_come_to_less_than_the_threshold_together(
+    share: float, most: float
+) -> None:
+    """Terms of 3 and 4 come to 5; the second function has none so small."""
+    sizes = np.array([[[4.0, 0.0], [1000.0, 9.0]], [[3.0, 9.0], [6.0, 9.0]]])
+    found = program.negligible(sizes, share * 5 / 1000)
+    np.testing.assert_array_equal(found, [most, 0])
+
+
 @pytest.mark.parametrize("kind", [np.asarray, lambda x: PairArray(np.stack((x, 0 * x)))])
 def test_starts_have_places_from_end_to_end(kind: Any) -> None:
     Qp = kind(np.array([0.0, 1.0, 2.0, 3.0, 3.0001]))
