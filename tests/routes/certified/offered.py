@@ -117,6 +117,25 @@ def agree(words: str, *checks: Callable[[], Any]) -> None:
         assert bool(found) is bool(words), found
 
 
+def same_limit(
+    words: str, good: float, bad: float, checks: Callable[[float], Sequence[Callable[[], Any]]]
+) -> float:
+    """The number between these two beyond which all refuse in these words, and none before it.
+
+    The first of them tells where it is, to half of what is barely beside it.
+    """
+    low, high = math.log(good), math.log(bad)
+    while abs(high - low) > BARELY / 2:
+        half = (low + high) / 2
+        low, high = (low, half) if words in said(checks(math.exp(half))[0]) else (half, high)
+    barely = math.copysign(BARELY, high - low)
+    for check in checks(math.exp(low - barely)):
+        assert words not in said(check)
+    for check in checks(math.exp(high + barely)):
+        assert words in said(check)
+    return math.exp(low)
+
+
 def moved(piece: FamilyStep, component: int, at: Any, by: float) -> FamilyStep:
     """A step of which a coefficient is off."""
     terms = [dict(each) for each in piece.terms]
