@@ -332,14 +332,13 @@ class Stored:
             lambda: script.beginning(problem(), quad_of(start), again)[1],
         ]
 
-    def of_set(self, quad: Quad, pieces: Sequence[FamilyStep], **other: Any) -> list[Any]:
-        """What both check of the orbits of a set, of the stored body and energy or of another."""
-        given = GIVEN | other
-        body = Body(A=given["A"], r=given["r"], mu=given["mu"])
-        numbers, again = sections.Numbers.of(body, exact(given["h"])), [step(x) for x in pieces]
+    def of(self, start: Quad | StartLine, pieces: Sequence[FamilyStep]) -> list[Any]:
+        """What both check of the orbits of a set, or of a line."""
+        other = script.Line(*start) if isinstance(start, StartLine) else quad_of(start)
+        again = [step(x) for x in pieces]
         return [
-            lambda: passages.arrival(numbers, quad, pieces),
-            lambda: script.arrival(problem(**other), quad_of(quad), again),
+            lambda: passages.arrival(self.numbers, start, pieces),
+            lambda: script.arrival(problem(), other, again),
         ]
 
     def followed(self, found: Sequence[Any]) -> Callable[..., Any]:

@@ -18,16 +18,10 @@ from flint import arb
 
 from rigidpend.experiments.full_shift import compute as full_shift
 from rigidpend.experiments.full_shift.schema import Config
-from rigidpend.numbers.exact import exact
-from rigidpend.orbits.return_map.precision import precision
 from rigidpend.results import store
 from rigidpend.routes.certified import connections, coverings, passages, sections
-from rigidpend.routes.certified.balls import LogarithmicNorm
-from rigidpend.routes.certified.family_orbits import LineStarts, line_pieces
-from rigidpend.routes.certified.horseshoe import ShiftProblem
 from rigidpend.routes.certified.models import Family
 from rigidpend.routes.certified.pieces import (
-    CLOCK,
     MOST_DEGREE,
     FamilyStep,
     Quad,
@@ -41,13 +35,10 @@ from rigidpend.routes.symbolic.address import parsed
 from rigidpend.runs import certificates
 from scripts import check_full_shift as script
 from scripts.check_certificate import Fails, Interval, Refused
-from tests.attacks import lot
 from tests.config.samples import content as typed
 from tests.routes.certified.offered import (
     BARELY,
     BITS,
-    BODY,
-    CALM,
     CONFIG,
     GIVEN,
     J1,
@@ -55,337 +46,17 @@ from tests.routes.certified.offered import (
     Stored,
     agree,
     arrived,
-    begun,
-    constant,
-    crossings,
-    duration,
     interval,
-    moved,
-    places,
-    points,
     problem,
     quad_of,
     said,
     series,
     step,
-    value,
     whole,
 )
 
 ALONE, WIDEST = 2.0**-5, 2.0**-12
 AT_ORBITS = Fraction(1), "C3", script.WIDEST
-
-
-# ---- C1
-
-
-def limit_of_beginning(numbers: sections.Numbers, piece: FamilyStep) -> float:
-    """How far the large Q may be off at u = v = 0: |C G| = (1 - theta)/32, in doubles."""
-    (Q, d, _, g1, g2, g3), c = [float(y.range.mid()) for y in begun(piece)], numbers
-    m1, m2, kappa = float(c.to_M1.mid()), float(c.to_M2.mid()), float(c.field.kappa.mid())
-    r1, r2, h = float(c.field.mu_r1.mid()), float(c.field.mu_r2.mid()), float(c.h.mid())
-
-    def at(Q: float) -> tuple[Any, Any]:
-        M1, M2 = (Q + d) * m1, (Q - d) * m2
-        G = [M1 * g1 + M2 * g2, g1**2 + g2**2 + g3**2 - 1]
-        G.append(kappa / 2 * (M1**2 + M2**2) - Q * d / 2 + r1 * g1 + r2 * g2 - h)
-        J = [[g1 * m1 + g2 * m2, M1, M2], [0, 2 * g1, 2 * g2]]
-        return np.array(G), np.array([*J, [kappa * (M1 * m1 + M2 * m2) - d / 2, r1, r2]])
-
-    # By how much each derivative changes within the box.
-    wide = ALONE * np.array([[m1 + m2, m1, m2], [0, 2, 2], [kappa * (m1 * m1 + m2 * m2), 0, 0]])
-    low, high = 0.0, ALONE
-    for _ in range(50):
-        off = (low + high) / 2
-        G, J = at(Q + off)
-        C = np.linalg.inv(J)
-        theta = (np.abs(C) @ wide).sum(axis=1).max()
-        low, high = (off, high) if np.abs(C @ G).max() < (1 - theta) * ALONE else (low, off)
-    return low
-
-
-@pytest.mark.parametrize(("factor", "reason"), [(1 - BARELY, ""), (1 + BARELY, "C1")])
-def test_C1_points_of_the_section(stored: Stored, factor: float, reason: str) -> None:
-    piece = stored.orbits[0][0]
-    limit = limit_of_beginning(stored.numbers, piece)
-    assert 0 < limit < ALONE
-    # Twice, for a coefficient of T_0 counts half.
-    off = moved(piece, 0, (0, 0, 0), 2 * factor * limit)
-    agree(reason, *stored.beginning(stored.quads[0], off))
-
-
-@pytest.mark.parametrize("k", [0, 2, 4, 5])
-def test_C1_bounds_are_the_same_for_both(stored: Stored, k: int) -> None:
-    """Of solutions and their derivatives, each component of the start moved in turn.
-
-    Of a set of either section and of the line.
-
-    On a line with a large J1 some derivatives are of the size of Qp: on the stored one, 2e-4, they
-    hardly count.
-    """
-    if k == 5:
-        setting, ends = ShiftProblem(BODY, exact(GIVEN["h"]), 14), (1.5, 1.502)
-        start: Any = LineStarts(setting, Fraction("0.01")).between(np.array(ends))[0]
-        first, *_ = line_pieces(setting, start, ends)
-    else:
-        start, first = [*stored.quads, stored.line][k], stored.orbits[k][0]
-    for component in range(6):
-        mine, theirs = stored.beginning(start, moved(first, component, (0, 1, 0), 1e-9))
-        found, wanted = [float(x.upper()) for x in mine()], list(map(float, theirs()))
-        assert found == pytest.approx(wanted, rel=1e-3)
-        assert k < 5 or found[:2] == pytest.approx(wanted[:2], rel=1e-6, abs=0)
-
-
-def test_the_line_of_starts_is_where_theorem_2_says(stored: Stored) -> None:
-    """Its ends lie within the box of C1 about those of theta2_0 = 1.5625 -+ 0.006 or less.
-
-    What checkers prove of all its starts is less sharp: the page has what both of them do.
-    """
-    starts, line = LineStarts(ShiftProblem(BODY, exact(GIVEN["h"]), 14), J1), stored.line
-    ends = script.phases(problem(), script.Line(*line), step(stored.orbits[4][0]))
-    low, high = (Fraction(x, 1 << Interval.digits) for x in (ends.low, ends.high))
-    mine = sections.phases(stored.numbers, line, stored.orbits[4])
-    assert low < mine[0] < 1.5625 < mine[1] < high
-    page = (Path(script.__file__).parents[1] / "docs" / "full-shift.md").read_text(encoding="utf-8")
-    assert (
-        f"between {math.floor(low * 10**5) / 1e5} and {math.ceil(high * 10**5) / 1e5} whose" in page
-    )
-    gamma = starts.states(1.5625 + np.array([-0.006, 0.0, 0.006]), precision(53))[3:]
-    e1, e2, centre, half = map(float, line[1:5])
-    along = (e1 * gamma[0] + e2 * gamma[1] - centre) / half
-    # So |u| <= 1 is passed between these two, and gamma is that of the polynomials, not of
-    # the other theta2_0 at the same place.
-    assert along[0] < -1
-    assert along[2] > 1
-    found = [value(each, along[1]) for each in begun(stored.orbits[4][0])[3:]]
-    np.testing.assert_allclose(found, gamma[:, 1], atol=2.0**-20)
-
-
-def mirrored(quad: Quad, piece: FamilyStep) -> tuple[Quad, FamilyStep]:
-    """The same points beside the opposite separatrix, all that changes its sign taken with it."""
-    curve = tuple(x if k % 2 else -x for k, x in enumerate(quad.p))
-    other = quad._replace(a=-quad.a, b=-quad.b, l0=-quad.l0, p=curve)
-    terms = [
-        {at: -w for at, w in each.items()} if k in (0, 1, 5) else each
-        for k, each in enumerate(piece.terms)
-    ]
-    return other, piece._replace(terms=terms)
-
-
-@pytest.mark.parametrize("k", [0, 2])
-def test_C1_a_set_lies_beside_separatrix_2_or_3(stored: Stored, k: int) -> None:
-    """Beside the opposite one its symbol would be the other one.
-
-    Of its own are left units of 2^-60, a few dozen: a constant of 53 bits would be 1e-16.
-    """
-    own = stored.quads[k], stored.orbits[k][0]
-    assert float(stored.beginning(*own)[0]()[0]) < 2.0**-54
-    agree("C1: the large Q", *stored.beginning(*mirrored(*own)))
-
-
-# ---- C2
-
-
-@pytest.mark.parametrize(("share", "reason"), [(1 - BARELY, "C3"), (1 + BARELY, "C2")])
-def test_C2_a_step_goes_forward(stored: Stored, share: float, reason: str) -> None:
-    """What is allowed is that of another orbit, and so the tube fails next."""
-    piece = stored.orbits[0][0]
-    bent = piece._replace(half={**piece.half, (0, 1, 0): int(share * piece.half[0, 0, 0])})
-    agree(reason, *stored.of_set(stored.quads[0], [bent]))
-
-
-def test_C2_defects_are_the_same_for_both(stored: Stored) -> None:
-    """The steps' own, and one of which a coefficient is off by a known amount."""
-    own, growth = stored.orbits[0][6], stored.growth
-    for piece in (own, moved(own, 2, (3, 2, 0), 1e-9)):
-        states, half = [Family.of(x, piece.bits) for x in piece.terms], Family.of(piece.half, CLOCK)
-        found = passages.defects(stored.numbers, states, half)
-        mine = [float(x.upper()) for x in found]
-        theirs = script.defects(problem(), step(piece))
-        assert mine == pytest.approx([float(x) for x in theirs], rel=1e-6)
-    # M3 = 1e-9 u^2 T_3, and T_3' = 9 at the ends; it drives the others besides.
-    least = 9e-9 * float(growth.upright.mid())
-    assert mine[0] > least
-    assert mine[1] > 2 * least
-    assert mine[2] < least
-
-
-# ---- C3
-
-
-def rates_of(growth: LogarithmicNorm, M3: float, radius: float) -> float:
-    """The lemma's rate at an orbit so near, in doubles."""
-    saddle, upright, w, F, Omega = (float(x.mid()) for x in growth)
-    steep = saddle * (M3 + radius / upright)
-    coupling = w * F + (1 + w * radius) * Omega / w
-    return (steep + math.hypot(steep, coupling)) / 2
-
-
-def tubes(growth: LogarithmicNorm, M3: float, half: float, begin: float, bits: int) -> list[Any]:
-    """The tube about a constant M3, by both."""
-    length = int(half * 2 ** (CLOCK + 1))
-    steep: dict[Any, int] = {(0, 0, 0): round(M3 * 2 ** (bits + 1))}
-    piece = FamilyStep(bits, {(0, 0, 0): length}, [CALM, CALM, steep, CALM, CALM, CALM])
-    of = Family.of(steep, bits), Family.of(piece.half, CLOCK), arb(begin), growth
-    theirs = problem(), step(piece), Fraction(begin), *AT_ORBITS
-    return [lambda: passages.tube(*of, "C"), lambda: script.tube(*theirs)]
-
-
-@pytest.mark.parametrize(("factor", "reason"), [(1 - 1e-6, ""), (1 + 1e-6, "C3")])
-def test_C3_the_widest_tube(stored: Stored, factor: float, reason: str) -> None:
-    """At a constant M3 the bound grows by exp(rate times length), the rate of the whole radius."""
-    M3, half = 1.2, 1.5
-    limit = WIDEST * math.exp(-rates_of(stored.growth, M3, WIDEST) * 2 * half)
-    agree(reason, *tubes(stored.growth, M3, half, factor * limit, BITS))
-
-
-@pytest.mark.parametrize("M3", [2.0**12, 2.0**60])
-def test_C3_a_bound_without_end_is_refused_in_no_time(stored: Stored, M3: float) -> None:
-    """exp(thousands) is no double, and exp(2^60) is no number of this world."""
-    agree("C3", *tubes(stored.growth, M3, 1.5, 1e-9, 1))
-
-
-def test_C3_derivatives_are_carried_as_the_page_says(stored: Stored) -> None:
-    """By its formula in doubles: M3 is constant, Qm = u/8 and the length changes with v."""
-    M3, half, changed, begin = 1.2, 1.0, 0.25, [1e-6, 2e-6, 3e-6, 4e-6]
-    leap = [5e-7, 6e-7, 7e-7, 8e-7]
-    terms = [CALM, {(0, 1, 0): 2**BITS // 4}, constant(M3), CALM, CALM, CALM]
-    length: dict[Any, int] = {
-        (0, 0, k): int(x * 2 ** (CLOCK + 1)) for k, x in enumerate((half, changed))
-    }
-    piece = FamilyStep(BITS, length, terms)
-    states, family = [Family.of(each, BITS) for each in terms], Family.of(length, CLOCK)
-    at, more = list(map(arb, begin)), list(map(arb, leap))
-    mine = passages._carried(stored.numbers, states, family, at, more)
-    exactly = list(map(Fraction, begin)), list(map(Fraction, leap))
-    theirs = script.carried(problem(), step(piece), *exactly)
-    _, upright, w, F, Omega = (float(x.mid()) for x in stored.growth)
-    size, beta, first = math.hypot(0.125, upright * M3), math.hypot(1, Omega), 2e-6
-    factor = math.exp(rates_of(stored.growth, M3, 4e-6) * 2 * (half + changed))
-    added = [0, 2 * beta * (half + changed) * 0.125]
-    added += [2 * (beta * (size + WIDEST) + w * F) * changed, 0]
-    of = zip(begin, leap, added, strict=True)
-    expected = [factor * (x + 2 * y + z * first) for x, y, z in of]
-    # The tube's radius, which is assumed, is a few bounds.
-    assert [float(x.upper()) for x in mine] == pytest.approx(expected, rel=1e-4)
-    assert [float(x) for x in theirs] == pytest.approx(expected, rel=1e-4)
-
-
-# ---- C4
-
-
-@pytest.mark.parametrize(("factor", "reason"), [(1 + BARELY, ""), (1 - BARELY, "C4")])
-def test_C4_the_sign_of_M3_beside_its_bound(stored: Stored, factor: float, reason: str) -> None:
-    """Nothing else tells a part: Qp is half of what it may be off, and M3 may rise or fall."""
-    bound = 1e-4
-    Q, M3 = constant(bound / 2), constant(factor * bound / float(stored.growth.upright.mid()))
-    piece = FamilyStep(BITS, {(0, 0, 0): 2}, [Q, CALM, M3, CALM, CALM, CALM])
-    states = [Family.of(terms, BITS) for terms in piece.terms]
-    agree(
-        reason,
-        lambda: list(passages.told(stored.numbers, states, arb(bound), "C4", [1])),
-        lambda: list(script.signs(problem(), step(piece), Fraction(bound), 1)),
-    )
-
-
-LEAVES, ON_A_LINE = [1, 0, -1], [0, -1]
-
-
-@pytest.mark.parametrize(
-    ("signs", "order", "good"),
-    [
-        ([1, 0, 0, -1], LEAVES, True),
-        ([1, 1, 0, -1, -1], LEAVES, True),
-        ([0, 0, -1], LEAVES, False),
-        ([1, 0, 0], LEAVES, False),
-        ([1, -1], LEAVES, False),
-        ([1, 0, -1, 0, -1], LEAVES, False),
-        ([-1, 0, 1], LEAVES, False),
-        ([], LEAVES, False),
-        ([0, 0, -1], ON_A_LINE, True),
-        ([1, 0, -1], ON_A_LINE, False),
-        ([-1], ON_A_LINE, False),
-        ([0], ON_A_LINE, False),
-    ],
-)
-def test_C4_M3_leaves_zero_and_returns_once(
-    stored: Stored, monkeypatch: pytest.MonkeyPatch, signs: list[int], order: Any, good: bool
-) -> None:
-    """By both; the second checker asks it where it follows orbits."""
-    assert (said(passages._check_signs, signs, order) == "") is good
-    first = step(stored.orbits[0][0])
-    monkeypatch.setattr(script, "signs", lambda *_: signs)
-    monkeypatch.setattr(script, "crossing", Mock(side_effect=Fails("C5")))
-    for check in ("line_beginning", "carried", "defects"):
-        monkeypatch.setattr(script, check, Mock(return_value=[Fraction(0)] * 4))
-    monkeypatch.setattr(script, "beginning", Mock(return_value=([], [Fraction(0)] * 4)))
-    of = quad_of(stored.quads[0]) if order is LEAVES else script.Line(*stored.line)
-    assert said(script.arrival, problem(), of, [first])[:2] == ("C5" if good else "C4")
-
-
-# ---- C5
-
-
-def radius_of_crossing(growth: LogarithmicNorm, bound: float) -> float:
-    """The radius of the box by its definition in doubles, where only the torque mu = 1e-3 counts.
-
-    M3 is at most its bound m, and falls at the rate mu: so m/mu has to pass, in which a component
-    changes by m, for all rates are less. That is the box that is first assumed, less than which
-    none is: m and the bound on M3 itself, which are the same, beyond the bound on Q.
-    """
-    m = bound / float(growth.upright.mid())
-    return bound + 2 * m
-
-
-def crossing(stored: Stored, end: list[dict[Any, int]], bounds: list[float]) -> list[Any]:
-    """C5 by both, of ends of steps as terms and bounds on their distance."""
-    states, theirs = [Family.of(x, BITS) for x in end], [series(x, BITS) for x in end]
-    balls, exactly = list(map(arb, bounds)), list(map(Fraction, bounds))
-    own: Any = stored.numbers, states, balls, 1, [], arb(0)
-    return [
-        lambda: passages._crossing(*own),
-        lambda: script.crossing(problem(), theirs, exactly, 1, []),
-    ]
-
-
-@pytest.mark.parametrize(("factor", "reason"), [(1 + BARELY, ""), (1 - BARELY, "C5")])
-def test_C5_the_side_on_which_an_orbit_leaves(stored: Stored, factor: float, reason: str) -> None:
-    """The large Q beside the radius of its box; M3 is driven by the weight's torque alone."""
-    Q = factor * radius_of_crossing(stored.growth, 1e-9)
-    end = [constant(x) for x in (0.0, Q, 0.0, -math.sqrt(0.5), math.sqrt(0.5), 0.0)]
-    agree(reason, *crossing(stored, end, [1e-9] * 4))
-
-
-def test_C5_a_rate_of_M3_of_either_sign(stored: Stored) -> None:
-    """The weight's torque is half of what it may be off."""
-    bound = 1e-9
-    g = bound * float(stored.growth.weight.mid()) / 2 * math.sqrt(0.5)
-    end = [constant(x) for x in (0.0, 10 * bound, 0.0, -g, g, 0.0)]
-    agree("C5: M3", *crossing(stored, end, [bound] * 4))
-
-
-def test_C7_derivatives_at_the_crossing_are_as_far_off_as_the_page_says(stored: Stored) -> None:
-    """By its formula in doubles, of which the box about the crossing is hardly more than a point.
-
-    Qp = u/16384, and M3 changes with v alone.
-    """
-    saddle, upright, w, F, Omega = (float(x.mid()) for x in stored.growth)
-    Q, by, bounds, sine = 0.25, 2.0**-14, [1e-9, 1e-4, 2e-4, 3e-4], math.sqrt(0.5)
-    end = [constant(x) for x in (0.0, Q, 0.0, -sine, sine, 0.0)]
-    end[0], end[2] = whole({(0, 1, 0): 2 * by}), whole({(0, 0, 1): 2 * by})
-    # Rates of M3, by the torque too, and of gamma3, of omega = (sqrt(3)/2, -sqrt(3/2)) Q.
-    falls, turns = Q**2 / (4 * saddle) + 1e-3, sine * Q * (math.sqrt(1.5) - math.sqrt(0.75))
-    size = math.hypot(Q, 1 / w)
-    steep = (math.hypot(1, Omega) * size + w * F) * by / falls
-    mine, theirs = (check() for check in crossing(stored, end, bounds))
-    assert mine.late == pytest.approx(by / falls, rel=0.02)
-    for k, (bound, slope) in enumerate(zip(bounds[1:], (by, upright * by, 0), strict=True)):
-        off = bound + math.expm1(steep) * (slope + bound)
-        timed = ((k == 1) * by + off / upright) * max(falls, turns) / falls
-        for j, more in enumerate((1, w)):
-            wide = mine.slopes[j][k].error / 2 ** mine.slopes[j][k].bits
-            other = theirs.slopes[k][j].error / 2 ** theirs.slopes[k][j].digits
-            assert [wide, other] == pytest.approx([off * more + timed] * 2, rel=0.02)
 
 
 # ---- C6
@@ -868,32 +539,3 @@ def test_a_file_that_is_no_proof_is_refused_at_once(how: str, tmp_path: Path, ca
         spoil(file, how)
     assert script.main([str(path)]) == 1
     assert how in capsys.readouterr().err
-
-
-@pytest.mark.slow
-def test_orbits_in_113_bits_do_what_the_relations_say(stored: Stored) -> None:
-    """From random points of each set: crossings and their derivatives are where bounds say."""
-    of = zip(stored.quads, stored.orbits, stored.arrivals, strict=False)
-    for k, (quad, pieces, arrival) in enumerate(of):
-        with lot.drawn(f"orbits of a full shift, set {k}") as chance:
-            u, v = chance.uniform(-1, 1), chance.uniform(-1, 1)
-        # The point, and two beside it in each direction: it is cubic terms that differences lack.
-        beside, step_by = np.array([0.0, 1.0, -1.0, 0.0, 0.0]), 2.0**-20
-        begin = points(quad, u + step_by * beside, v + step_by * np.roll(beside, 2))
-        crossed = crossings(begin, duration(pieces, u, v))
-        end = crossed.states[:, 0].astype(float)
-        large, small = (1, 0) if quad.rising else (0, 1)
-        sign = 1 if end[large] > 0 else -1
-        assert ((sign > 0) is quad.rising) is arrival.right
-        assert abs(crossed.late[0]) < arrival.late
-        for j, family, slopes in zip(
-            (small, 5), (arrival.d, arrival.g), arrival.slopes, strict=True
-        ):
-            values = sign * crossed.states[j]
-            assert abs(float(values[0]) - value(family, u, v)) < family.error / 2**family.bits
-            for found, slope in zip((values[1::2] - values[2::2])[:2], slopes[:2], strict=True):
-                off = float(found) / (2 * step_by) - value(slope, u, v)
-                assert abs(off) < slope.error / 2**slope.bits
-        for target in stored.quads:
-            if target.rising != quad.rising:
-                assert abs(places(target, sign * end[small], sign * end[5])[1]) < 1
