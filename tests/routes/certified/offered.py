@@ -118,20 +118,24 @@ def agree(words: str, *checks: Callable[[], Any]) -> None:
 
 
 def same_limit(
-    words: str, good: float, bad: float, checks: Callable[[float], Sequence[Callable[[], Any]]]
+    words: str,
+    good: float,
+    bad: float,
+    checks: Callable[[float], Sequence[Callable[[], Any]]],
+    barely: float = BARELY,
 ) -> float:
     """The number between these two beyond which all refuse in these words, and none before it.
 
     The first of them tells where it is, to half of what is barely beside it.
     """
     low, high = math.log(good), math.log(bad)
-    while abs(high - low) > BARELY / 2:
+    while abs(high - low) > barely / 2:
         half = (low + high) / 2
         low, high = (low, half) if words in said(checks(math.exp(half))[0]) else (half, high)
-    barely = math.copysign(BARELY, high - low)
-    for check in checks(math.exp(low - barely)):
+    beside = math.copysign(barely, high - low)
+    for check in checks(math.exp(low - beside)):
         assert words not in said(check)
-    for check in checks(math.exp(high + barely)):
+    for check in checks(math.exp(high + beside)):
         assert words in said(check)
     return math.exp(low)
 
@@ -252,25 +256,29 @@ class Start(NamedTuple):
         state = [x + Qm * (k == 1) for k, x in enumerate(start.state)]
         return approximation.Approximation(start.coefficients, state)
 
-    def signs(self, steps: Sequence[Step]) -> list[bool]:
-        """What the package proves of the orbits of the interval."""
+    def checks(self, steps: Sequence[Step]) -> list[Callable[[], Any]]:
+        """What both say of the orbit, whose last crossing is never reached."""
+
+        def by_package() -> None:
+            reason = codes.check(self.problem, exact(self.phase), steps).reason
+            if reason != "the steps end before the last crossing":
+                raise Undecided(reason)
+
+        def by_script() -> None:
+            other = [check_certificate.Step(*step) for step in steps]
+            if reason := check_certificate.prove(self.given, self.phase, other).reason:
+                raise Fails(reason)
+
+        return [by_package, by_script]
+
+    def checks_of_interval(self, steps: Sequence[Step]) -> list[Callable[[], Any]]:
+        """What both say of the orbits of the interval, as if all were as that one."""
         starts = intervals.EnclosedStarts.of(self.problem.body, exact(self.h0), Fraction(self.J1_0))
-        return intervals.symbols(starts, intervals.PhaseInterval(self.place, DEPTH), of_one(steps))
-
-    def signs_by_script(self, steps: Sequence[Step]) -> Any:
-        pieces = [step(x) for x in of_one(steps)]
-        return check_intervals.prove(self.given, self.place, DEPTH, pieces)
-
-
-def by_package(start: Start, steps: Sequence[Step]) -> str:
-    """The reason for which the package proves no more."""
-    return codes.check(start.problem, exact(start.phase), steps).reason
-
-
-def by_script(start: Start, steps: Sequence[Step]) -> str:
-    """The reason for which the second checker proves no more."""
-    other = [check_certificate.Step(*step) for step in steps]
-    return check_certificate.prove(start.given, start.phase, other).reason
+        own, again = of_one(steps), [step(x) for x in of_one(steps)]
+        return [
+            lambda: intervals.symbols(starts, intervals.PhaseInterval(self.place, DEPTH), own),
+            lambda: check_intervals.prove(self.given, self.place, DEPTH, again),
+        ]
 
 
 class Stored:
