@@ -33,6 +33,7 @@ from tests.routes.certified.offered import (
     BODY,
     CALM,
     GIVEN,
+    H0,
     J1,
     Stored,
     agree,
@@ -201,9 +202,8 @@ def test_C3_a_bound_without_end_is_refused_in_no_time(stored: Stored, M3: float)
 
 
 def test_C3_a_step_begins_where_the_one_before_ends(stored: Stored) -> None:
-    first, second, third, *_ = stored.orbits[0]
-    agree("C3", *stored.of(stored.quads[0], [first, third]))
-    agree("C4", *stored.of(stored.quads[0], [first, second]))
+    """Not beside it, as where one is left out."""
+    agree("C3", *stored.of(stored.quads[0], stored.orbits[0][:4:2]))
 
 
 # ---- C4
@@ -318,6 +318,32 @@ def test_C5_and_C7_crossings_are_the_same_for_both(stored: Stored, side: int, Q:
         assert family.error / 2**family.bits == pytest.approx(row.error / 2**row.digits, rel=0.01)
         assert float(family.bound) == pytest.approx(float(row.most), rel=1e-3)
         assert value(family, 0.3, 0.2, 0.1) * float(row.ball().low + row.ball().high) >= 0
+
+
+# ---- C6 along a line of starts
+
+
+def test_C6_energies_along_a_line_are_the_same_for_both() -> None:
+    """w and its derivatives are off where gamma is, up to energies of which nothing is known."""
+
+    def both(spread: float) -> list[Callable[[], Any]]:
+        wide, piece = Fraction(spread), by_lot(0.01, 0, 0, 0, 0.5, 0.4, 0.3)
+        numbers = sections.Numbers.of(BODY, H0, wide, H0)
+        given = {name: x for name, x in GIVEN.items() if name != "h"} | {"h0": "1.3342"}
+        p, held = script.problem_of(given | {"spread": wide}), numbers.h0
+        assert held is not None
+        assert p.h0 is not None
+        own, other = (held, piece), (p.h0, step(piece))
+        bounds = [1e-3, 2e-3, 3e-3, 4e-3]
+        return [
+            lambda: passages._energies_along(numbers, *own, list(map(arb, bounds))),
+            lambda: script.energies_along(p, *other, list(map(Fraction, bounds))),
+        ]
+
+    limit = same_limit("C6", 1.0, 1e-6, both)
+    (w, slopes), (other, others) = (check() for check in both(2 * limit))
+    for mine, theirs in zip((w, *slopes), (other, *others), strict=True):
+        assert float(mine.bound) == pytest.approx(float(theirs.most), rel=1e-9)
 
 
 @pytest.mark.slow
