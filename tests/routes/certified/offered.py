@@ -23,7 +23,7 @@ from rigidpend.orbits.return_map.poincare import state_of
 from rigidpend.orbits.return_map.precision import precision
 from rigidpend.orbits.return_map.reduced import coefficients
 from rigidpend.routes.certified import approximation, codes, intervals, passages, pieces, sections
-from rigidpend.routes.certified.balls import LogarithmicNorm, enclosed
+from rigidpend.routes.certified.balls import enclosed
 from rigidpend.routes.certified.checker import Undecided
 from rigidpend.routes.certified.models import Family
 from rigidpend.routes.certified.pieces import (
@@ -171,13 +171,6 @@ def value(family: Family, u: float, v: float = 0.0, w: float = 0.0) -> float:
     return float(total) / 2 ** (family.bits + 1)
 
 
-def places(quad: Quad, d: Any, g: Any) -> tuple[Any, Any]:
-    """U and V in doubles."""
-    a, b, l0, l1 = (float(x) for x in (quad.a, quad.b, quad.l0, quad.l1))
-    off = d - np.polynomial.polynomial.polyval(g, [float(x) for x in quad.p])
-    return off / a, (off - l0 - l1 * g) / b
-
-
 WIDE = precision(113)
 """In which the orbits are followed that proofs are held against."""
 
@@ -199,22 +192,15 @@ def points(quad: Quad, u: Any, v: Any, h: Any = Fraction(GIVEN["h"]), body: Body
     return state_of(quad.rising, d + by_u * u, a.sqrt(1 - g * g), -g, a.number(h), c, a)
 
 
-class Crossings(NamedTuple):
-    """Crossings of M3 = 0 of orbits: states, and when, after a time beside them."""
-
-    states: Any
-    late: Any
-
-
-def crossings(begin: Any, time: float) -> Crossings:
-    """Those of orbits from states, by arcs that get short."""
+def crossings(begin: Any, time: float) -> tuple[Any, Any]:
+    """Crossings of M3 = 0 of orbits, and when, after a time beside them, by arcs that get short."""
     field = flow().aligned
     end = states_at(field, begin, WIDE.array([time]), 113)[:, -1]
     late = 0 * end[0]
     for _ in range(4):
         passed = -end[2] / np.array(aligned(end, field))[2]
         end, late = states_at(field, end, passed[None], 113)[:, -1], late + passed
-    return Crossings(end, late)
+    return end, late
 
 
 def duration(pieces: Sequence[FamilyStep], *place: float) -> float:
@@ -305,20 +291,11 @@ class Stored:
     def numbers(self) -> sections.Numbers:
         return sections.Numbers.of(BODY, exact(GIVEN["h"]))
 
-    @property
-    def growth(self) -> LogarithmicNorm:
-        return self.numbers.growth
-
-    @cached_property
-    def image(self) -> passages.Reached:
-        """The arrival of the line."""
-        return passages.arrival(self.numbers, self.line, self.orbits[4])
-
     @cached_property
     def arrivals(self) -> list[passages.Reached]:
         """Those of the four sets and of the line."""
-        of = zip(self.quads, self.orbits, strict=False)
-        return [*(passages.arrival(self.numbers, *each) for each in of), self.image]
+        of = zip([*self.quads, self.line], self.orbits, strict=True)
+        return [passages.arrival(self.numbers, *each) for each in of]
 
     @cached_property
     def theirs(self) -> list[script.Arrival]:

@@ -294,7 +294,7 @@ def test_the_unstable_surface_is_where_C9_says_in_113_bits(stored: Stored) -> No
     """
 
     pieces, found = stored.orbits[4], []
-    slope, begin = connections.slope_of(stored.image), begun(pieces[0])
+    slope, begin = connections.slope_of(stored.arrivals[4]), begun(pieces[0])
     for u in (-0.9, 0.1, 0.8):
         low, high = -1.0, 1.0
         for _ in range(4):
@@ -324,7 +324,7 @@ def strip_states(begin: Any, u: float, v: Any) -> Any:
 def crossed(pieces: Sequence[FamilyStep], u: float, v: float) -> tuple[float, float]:
     """d and gamma3 of the crossing of an orbit of a strip, in 113 bits."""
     begin = WIDE.array(strip_states(begun(pieces[0]), u, np.array([v])))
-    end = crossings(begin, duration(pieces, u, v)).states[:, 0]
+    end = crossings(begin, duration(pieces, u, v))[0][:, 0]
     return float(end[1]), float(end[5])
 
 

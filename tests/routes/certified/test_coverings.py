@@ -189,18 +189,6 @@ def test_cones_and_the_middle_are_asked_of_all(
     assert max(abs(x).max() for x in surface) < middle[0] < 2e-3
 
 
-@pytest.mark.slow
-def test_what_asks_for_no_derivatives_has_all_else_and_no_cones(stored: Stored) -> None:
-    """As along a chain."""
-    quads, found = stored.quads, stored.arrivals
-    source = passages.arrival(stored.numbers._replace(along=""), quads[0], stored.orbits[0])
-    assert source.slopes == [[], []]
-    both = [coverings.relation(x, quads[2], found[2].begin, 2) for x in (source, found[0])]
-    assert both[0][:4] == both[1][:4]
-    assert said(coverings.prove_cones, both[1:]) == ""
-    assert said(coverings.prove_cones, both)[:2] == "C7"
-
-
 def test_functions_of_which_only_values_are_bounded_have_no_derivative() -> None:
     """An error that is no polynomial's may have any slope; that of a number has none."""
     u = Family.of({(0, 1, 0): 2}, BITS)
@@ -343,29 +331,26 @@ def test_C9_is_asked_of_all_of_a_proof(stored: Stored, monkeypatch: pytest.Monke
     *theirs, image = stored.theirs
     p, of_line = problem(), (stored.line, stored.orbits[4], start)
     again = script.Line(*stored.line), step(stored.orbits[4][0]), image
+    asked = Mock()
     with monkeypatch.context() as patch:
-        mine, other = Mock(), Mock()
-        patch.setattr(connections, "check_crossings", mine)
-        patch.setattr(script, "check_crossings", other)
+        patch.setattr(connections, "check_crossings", asked)
+        patch.setattr(script, "check_crossings", asked)
         connections.prove_transversal(numbers, of_line, quads, arrivals)
         script.check_transversal(p, again, list(map(quad_of, quads)), theirs)
-    strip, reach, sheets, images = mine.call_args.args
-    strip_, reach_, sheets_, images_ = other.call_args.args
-    assert (strip is start, strip_ is image) == (True, True)
-    assert [x is y for x, y in zip(images, arrivals[2:], strict=True)] == [True, True]
-    assert [x is y for x, y in zip(images_, theirs[2:], strict=True)] == [True, True]
-    assert [float(x) for x in sheets] == pytest.approx([0.816] * 5, abs=1e-3)
+    mine, other = (call.args for call in asked.mock_calls)
+    for (strip, _, __, images), (*own, last) in ((mine, stored.arrivals), (other, stored.theirs)):
+        assert strip is last
+        assert [x is y for x, y in zip(images, own[2:], strict=True)] == [True, True]
     # Points of a set are told to 2^-5, what is beside them too; the numbers of n = 0 on the page.
-    assert [float(x.rad()) >= ALONE for x in sheets] == [False] * 3 + [True] * 2
-    assert sorted(x.high - x.low >= 2 * ALONE * 2**Interval.digits for x in sheets_) == (
-        [False] * 3 + [True] * 2
-    )
+    sheets, wide = mine[2], [False] * 3 + [True] * 2
+    assert [float(x) for x in sheets] == pytest.approx([0.816] * 5, abs=1e-3)
+    assert [float(x.rad()) >= ALONE for x in sheets] == wide
+    assert sorted(x.high - x.low >= 2 * ALONE * 2**Interval.digits for x in other[2]) == wide
+    extents = [float(sections.place(quad)[1].bound) for quad in quads[:2]]
+    assert float(mine[1]) == max(extents + [float(x.g.bound) for x in mine[3]]) > 0.0055
+    assert float(other[1]) == pytest.approx(float(mine[1]), rel=1e-5)
     middle = connections.prove_connections(numbers, quads, [*arrivals, start])
     assert 0.000632 <= float(middle.small) < 0.000633
-    extents = [float(sections.place(quad)[1].bound) for quad in quads[:2]]
-    extents += [float(x.g.bound) for x in images]
-    assert float(reach) == max(extents) > 0.0055
-    assert float(reach_) == pytest.approx(float(reach), rel=1e-5)
     held = numbers._replace(h0=numbers.h)
     agree(
         "several energies",

@@ -183,7 +183,7 @@ def test_orbits_of_all_energies_do_what_the_polynomials_say(found: Found) -> Non
             )
             energy = Fraction("1.3342") + found.shift + found.spread * exactly
             begin = points(quad._replace(p=there), [u], [v], energy)
-            end = crossings(begin, duration(found.orbits[2], u, v, w)).states[:, 0]
+            end = crossings(begin, duration(found.orbits[2], u, v, w))[0][:, 0]
             sign = -1 if end[0] < 0 else 1
             for family, x in ((arrival.d, end[1]), (arrival.g, end[5])):
                 assert abs(float(sign * x) - value(family, u, v, w)) < family.error / 2**family.bits
