@@ -126,7 +126,8 @@ def same_limit(
 ) -> float:
     """The number between these two beyond which all refuse in these words, and none before it.
 
-    The first of them tells where it is, to half of what is barely beside it.
+    The first of them tells where it is, to half of what is barely beside it. At the bad one all
+    refuse, in whatever words.
     """
     low, high = math.log(good), math.log(bad)
     while abs(high - low) > barely / 2:
@@ -137,6 +138,7 @@ def same_limit(
         assert words not in said(check)
     for check in checks(math.exp(high + beside)):
         assert words in said(check)
+    assert all(map(said, checks(bad)))
     return math.exp(low)
 
 

@@ -208,24 +208,6 @@ def test_C9_each_number_may_change_until_nothing_is_told_any_more(
     same_limit(words, size, times * size, lambda x: of(stored, **held | {name: x}))
 
 
-@pytest.mark.parametrize("aside", [0.0, 0.3])
-def test_C9_slopes_are_bounded_where_M3_is_large_enough(stored: Stored, aside: float) -> None:
-    """At a tenth of the limit the rate is negative, and so is the slope."""
-    mine, _ = middles(stored.numbers)
-
-    def both(upright: float) -> list[Callable[[], Any]]:
-        exactly = [Interval.of(Fraction(x)) for x in (upright, aside)]
-        return [
-            lambda: mine.slant(arb(upright), arb(aside)),
-            lambda: script.slant(problem(), *exactly)[0].above,
-        ]
-
-    limit = same_limit("C9", 10.0, 0.1, both)
-    agree("C9", *both(limit / 10))
-    found, other = (float(check()) for check in both(2 * limit))
-    assert found == pytest.approx(other, rel=1e-9)
-
-
 @pytest.mark.parametrize("side", [0, -1])
 def test_C9_a_line_alone_is_no_strip(stored: Stored, side: int) -> None:
     """Neither is one that is turned over, both with the polynomials that are theirs."""
