@@ -210,62 +210,53 @@ def duration(pieces: Sequence[FamilyStep], *place: float) -> float:
     return sum(2 * value(Family.of(piece.half, CLOCK), *place) for piece in pieces)
 
 
-DEPTH = 60
-"""Halvings of an interval that is hardly more than a point."""
+PHASE, DEPTH = exact("1"), 60
+"""That of a start, and halvings of an interval about it that is hardly more than a point."""
 
 
 class Start(NamedTuple):
-    """A config and a phase, and what is offered of its orbit, or of all those beside it."""
+    """A config, and what both say of its orbit and of all those beside it."""
 
     A: tuple[str, str, str] = GIVEN["A"]
     r: tuple[str, str, str] = GIVEN["r"]
     mu: str = "1/1000"
     h0: str = "6671/5000"
     J1_0: str = "1e-8"
-    phase: str = "1"
-
-    @property
-    def given(self) -> dict[str, Any]:
-        return {name: x for name, x in self._asdict().items() if name != "phase"}
 
     @property
     def problem(self) -> RouteProblem:
         body = Body(A=self.A, r=self.r, mu=self.mu)
         return RouteProblem(body, exact(self.h0), exact(self.J1_0), 1)
 
-    @property
-    def place(self) -> int:
-        """That of the interval about the phase."""
-        return math.floor(float(self.phase) / (2 * math.pi) * 2**DEPTH)
-
     def approximation(self, bits: int, Qm: float = 0.0) -> approximation.Approximation:
         """The orbit, or one from a state of which Qm is off."""
-        start = enclosed(self.problem, exact(self.phase), bits + 64)
+        start = enclosed(self.problem, PHASE, bits + 64)
         state = [x + Qm * (k == 1) for k, x in enumerate(start.state)]
         return approximation.Approximation(start.coefficients, state)
 
     def checks(self, steps: Sequence[Step]) -> list[Callable[[], Any]]:
-        """What both say of the orbit, whose last crossing is never reached."""
+        """Of the orbit, whose last crossing is never reached."""
 
         def by_package() -> None:
-            reason = codes.check(self.problem, exact(self.phase), steps).reason
+            reason = codes.check(self.problem, PHASE, steps).reason
             if reason != "the steps end before the last crossing":
                 raise Undecided(reason)
 
         def by_script() -> None:
             other = [check_certificate.Step(*step) for step in steps]
-            if reason := check_certificate.prove(self.given, self.phase, other).reason:
+            if reason := check_certificate.prove(self._asdict(), PHASE.text, other).reason:
                 raise Fails(reason)
 
         return [by_package, by_script]
 
     def checks_of_interval(self, steps: Sequence[Step]) -> list[Callable[[], Any]]:
-        """What both say of the orbits of the interval, as if all were as that one."""
+        """Of the orbits beside it, as if all were as that one."""
         starts = intervals.EnclosedStarts.of(self.problem.body, exact(self.h0), Fraction(self.J1_0))
+        place = math.floor(float(PHASE) / (2 * math.pi) * 2**DEPTH)
         own, again = of_one(steps), [step(x) for x in of_one(steps)]
         return [
-            lambda: intervals.symbols(starts, intervals.PhaseInterval(self.place, DEPTH), own),
-            lambda: check_intervals.prove(self.given, self.place, DEPTH, again),
+            lambda: intervals.symbols(starts, intervals.PhaseInterval(place, DEPTH), own),
+            lambda: check_intervals.prove(self._asdict(), place, DEPTH, again),
         ]
 
 

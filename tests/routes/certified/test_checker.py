@@ -58,7 +58,7 @@ def test_the_checker_finds_again_what_was_proven(steps: list[Step]) -> None:
 @pytest.mark.slow
 def test_both_checkers_find_the_same_bounds_and_the_same_crossings(steps: list[Step]) -> None:
     Interval.digits = 2 * steps[0].bits + 256
-    walk = check_certificate.Walk(check_certificate.problem_of(Start().given, Fraction(3, 10)))
+    walk = check_certificate.Walk(check_certificate.problem_of(Start()._asdict(), Fraction(3, 10)))
     checker = OrbitChecker(enclosed(PROBLEM, PHASE, steps[0].bits + 64))
     for step in steps:
         checker.take(step)

@@ -5,6 +5,7 @@ Where a limit lies is computed here, in doubles, from docs/full-shift.md.
 
 from __future__ import annotations
 
+import itertools
 import math
 from fractions import Fraction
 from pathlib import Path
@@ -18,6 +19,7 @@ from flint import arb
 from rigidpend.experiments.full_shift import compute as full_shift
 from rigidpend.experiments.full_shift.schema import Config
 from rigidpend.routes.certified import connections, coverings, passages, sections
+from rigidpend.routes.certified.checker import Undecided
 from rigidpend.routes.certified.models import Family
 from rigidpend.routes.certified.pieces import made
 from rigidpend.routes.symbolic.address import parsed
@@ -137,9 +139,10 @@ def test_C7_differences_grow_along_u_or_shrink_along_v(
     along = [tuple(each.along(i) for each in (at_, up_, w_)) for i in script.ALONG]
     other = script.Arrival(at_, up_, 1, [], [], Interval.of(0), along, w_)
     one = coverings.Relation(0, 1, 2.0, 0.5, stretch, squeeze)
+    held = one._replace(stretch=2.0, squeeze=0.5)
     agree(
         reason,
-        lambda: coverings.prove_cones([one]),
+        lambda: coverings.prove_cones([held, one, held]),
         lambda: script.check_cone(other, quad_of(quad)),
     )
 
@@ -155,38 +158,32 @@ def followed(stored: Stored, monkeypatch: pytest.MonkeyPatch) -> None:
 def test_cones_and_the_middle_are_asked_of_all(
     stored: Stored, followed: None, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """Eight relations of the sets and two of the line, by both: one that fails is enough."""
-    config, data = typed(Config, CONFIG, []), stored.data
-    monkeypatch.setattr(connections, "prove_transversal", lambda *_: None)
-    monkeypatch.setattr(script, "check_transversal", lambda *_: None)
-    middle: list[float] = []
-    monkeypatch.setattr(script, "check_middle", lambda _, small: middle.append(float(small)))
-    monkeypatch.setattr(connections, "check_middle", lambda _, x: middle.append(float(x.upper())))
+    """Of eight relations of the sets and two of the line, and of the largest |d|, by both."""
+    cones, other_cones, middle = Mock(side_effect=Undecided("C7")), Mock(), Mock()
+    monkeypatch.setattr(coverings, "prove_cones", cones)
+    monkeypatch.setattr(script, "check_cone", other_cones)
+    for module, transversal in ((connections, "prove_transversal"), (script, "check_transversal")):
+        monkeypatch.setattr(module, "check_middle", middle)
+        monkeypatch.setattr(module, transversal, lambda *_: None)
+    found = full_shift.checked(typed(Config, CONFIG, []), stored.data)
     given = script.read(STORED)
-    of_script = GIVEN, given.quads, script.Line(J1, *given.line), given.orbits
-    # The first and the last of the sets, and those of the line.
-    for bad in (0, 7, 8, 9):
-        cones = [((1.0 if k == bad else 2.0), 0.5) for k in range(10)]
-        monkeypatch.setattr(coverings, "_cone", Mock(side_effect=cones))
-        cone = Mock(side_effect=[Fails("C7") if k == bad else None for k in range(10)])
-        monkeypatch.setattr(script, "check_cone", cone)
-        found = full_shift.checked(config, data).doubts
-        theirs = script.prove(*of_script).doubts
-        # What else Theorem 8 needs is named in its place.
-        assert [found[0][:2], found[2], found[1]] == ["C7", found[0], ""]
-        assert [theirs[0][-2:], theirs[2], theirs[1]] == ["C7", theirs[0], ""]
-        # Each of another passage or to another set.
-        assert (
-            len({(id(x), y.rising, y.a) for x, y in (z.args for z in cone.mock_calls)}) == bad + 1
-        )
-    # C8 is asked of the largest |d| of all sets and images.
-    drawn, curves = data["drawn"], [[float(x) for x in quad.p] for quad in stored.quads]
+    script.prove(GIVEN, given.quads, script.Line(J1, *given.line), given.orbits)
+    # What else Theorem 8 needs is named in its place.
+    assert found.doubts == ("C7", "", "C7")
+    [relations] = cones.call_args.args
+    assert relations == [*itertools.chain(*found.relations), *found.crossed]
+    # Each of another passage or to another set.
+    asked = {(id(x), y.rising, y.a) for x, y in (call.args for call in other_cones.mock_calls)}
+    assert len(asked) == len(relations) == 10
+    # The largest |d| of all sets and images.
+    drawn, curves = stored.data["drawn"], [[float(x) for x in quad.p] for quad in stored.quads]
     surface = [
         np.polynomial.polynomial.polyval(-np.sin(drawn["chi"][k]), curves[k]) for k in (0, 2)
     ]
+    mine, theirs = (float(call.args[1]) for call in middle.mock_calls)
     # Both add their bounds on the distance and on the time of the crossing, 1e-7.
-    assert middle[0] == pytest.approx(middle[1], abs=1e-7)
-    assert max(abs(x).max() for x in surface) < middle[0] < 2e-3
+    assert mine == pytest.approx(theirs, abs=1e-7)
+    assert max(abs(x).max() for x in surface) < mine < 2e-3
 
 
 def test_functions_of_which_only_values_are_bounded_have_no_derivative() -> None:

@@ -35,7 +35,7 @@ from tests.config.samples import content as typed
 from tests.remembered import Inline
 from tests.routes.certified.offered import BITS, BODY, H0, J1, Start, agree, constant, said, step
 
-GIVEN = Start().given
+GIVEN = Start()._asdict()
 ROOT = Path(__file__).parents[3]
 CONFIG, PAGE = ROOT / "configs" / "fig4_intervals.yaml", ROOT / "docs" / "full-shift.md"
 SETTING = ShiftProblem(BODY, H0, 1, h0=H0)
