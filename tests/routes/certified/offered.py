@@ -287,7 +287,8 @@ class Stored:
     @cached_property
     def arrivals(self) -> list[passages.Reached]:
         """Those of the four sets and of the line."""
-        of = zip([*self.quads, self.line], self.orbits, strict=True)
+        starts: list[Quad | StartLine] = [*self.quads, self.line]
+        of = zip(starts, self.orbits, strict=True)
         return [passages.arrival(self.numbers, *each) for each in of]
 
     @cached_property

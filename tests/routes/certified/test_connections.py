@@ -190,8 +190,8 @@ def of_strip(
         (of_strip, "level", "C9: the", 1e-2, {}),
         (of_strip, "kappa", "C9: the", 1e2, {}),
         (of_strip, "most", "C9: the", 1e9, {}),
-        # As h - mu sinks to K n1^2 nothing is left for M3.
-        (of_strip, "level", "to be beside", 1e-9, {}),
+        # As h - mu sinks to K n1^2 nothing is left for M3; r0 counts where it is large.
+        (of_strip, "level", "to be beside", 1e-9, {"lean": 12.0}),
         # The surface may be between the sides where M3 is allowed to be off, or M3 anything.
         (of_strip, "off", "to be beside", 1e9, {"lean": 1e-9}),
         (of_strip, "off", "pass between", 1e9, {"m1": -9.0}),
@@ -206,6 +206,22 @@ def test_C9_each_number_may_change_until_nothing_is_told_any_more(
     size = 1e-9 if name in OFF else float(getattr(middles(stored.numbers)[0], name))
     agree("", *of(stored, **held))
     same_limit(words, size, times * size, lambda x: of(stored, **held | {name: x}))
+
+
+@pytest.mark.parametrize("aside", [0.0, 0.3])
+def test_C9_slopes_are_less_than_1_where_M3_is_large_enough(stored: Stored, aside: float) -> None:
+    mine, _ = middles(stored.numbers)
+
+    def both(upright: float) -> list[Callable[[], Any]]:
+        exactly = [Interval.of(Fraction(x)) for x in (upright, aside)]
+        return [
+            lambda: mine.slant(arb(upright), arb(aside)),
+            lambda: script.slant(problem(), *exactly)[0].above,
+        ]
+
+    limit = same_limit("C9", 10.0, 0.1, both)
+    found, other = (float(check()) for check in both(2 * limit))
+    assert found == pytest.approx(other, rel=1e-9)
 
 
 @pytest.mark.parametrize("side", [0, -1])

@@ -9,6 +9,7 @@ from collections.abc import Callable
 from fractions import Fraction
 from pathlib import Path
 from typing import Any
+from unittest.mock import Mock
 
 import h5py
 import numpy as np
@@ -240,22 +241,23 @@ def test_each_interval_of_the_reference_is_asked_and_the_page_tells_its_shares(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
     """Those that have symbols, each with its own steps; one that is not proven is named."""
-    asked: list[Any] = []
+    every = Mock(return_value="")
     monkeypatch.setattr(script, "ProcessPoolExecutor", Inline)
-    monkeypatch.setattr(script, "checked", lambda part: asked.append(part) or "")
+    monkeypatch.setattr(script, "checked", every)
     file = REFERENCE / "fig4_intervals.h5"
     [told] = script.check(file, CONFIG)
     head = r"^\| `n_symbols` \| `halvings` .*\n.*\n"
     row = re.search(head + r"\| 2 \| 5 \|(.*)\|", PAGE.read_text(encoding="utf-8"), re.MULTILINE)
     assert row
     shares = [Fraction(x) for x in row[1].split("|")[:2]]
-    every = "; ".join(f"{n} on {x}, {float(x):.6g}" for n, x in enumerate(shares, 1))
-    assert told.endswith(f"of the line: {every}")
+    each = "; ".join(f"{n} on {x}, {float(x):.6g}" for n, x in enumerate(shares, 1))
+    assert told.endswith(f"of the line: {each}")
     data = store.load(file)["data"]
     place, depth, codes = (data["intervals"][name] for name in ("place", "depth", "codes"))
     assert int(row[1].split("|")[3]) == len(place)
     steps = pieces.unpacked(data["proof"], len(place))
     proven = [k for k in range(len(place)) if codes[0, k] != 255]
+    asked = [call.args[0] for call in every.mock_calls]
     assert len(asked) == len(proven)
     for (_, *of, symbols, proof), k in zip(asked, proven, strict=True):
         assert (of, symbols) == ([place[k], depth[k]], [x for x in codes[:, k] if x != 255])
