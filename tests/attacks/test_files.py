@@ -90,10 +90,6 @@ def elsewhere(virtual: bool) -> Change:
     return change
 
 
-def soft_link(target: str) -> Change:
-    return lambda file, _: (file.pop(CODES), file.__setitem__(CODES, h5py.SoftLink(target)))
-
-
 def bomb(file: Any, folder: Path) -> None:
     """Much of nothing, compressed a thousandfold: 400 MB in some hundred kB."""
     much = made(TIMES, (50_000_000,), "f8", chunks=(10**6,), compression="gzip")(file, folder)
@@ -156,8 +152,9 @@ ATTACKS: dict[str, tuple[Any, ...]] = {
     "external storage in a pipe": (external(pipe=True),),
     "virtual dataset": (elsewhere(virtual=True),),
     "external link": (elsewhere(virtual=False),),
-    "soft link": (soft_link("/data/case2/codes"),),
-    "link to itself": (soft_link("/data/case1/codes"),),
+    "link to itself": (
+        lambda file, _: (file.pop(CODES), file.__setitem__(CODES, h5py.SoftLink(f"/{CODES}"))),
+    ),
     "huge shape": (made(TIMES, (180_000_000,), "f8"),),
     "huge virtual chunks": (made(TIMES, (5689,), "f8", maxshape=(None,), chunks=(2**28,)),),
     "bomb": (bomb,),
@@ -174,7 +171,6 @@ ATTACKS: dict[str, tuple[Any, ...]] = {
     "group for an array": (lambda file, _: (file.pop(TIMES), file.create_group(TIMES))[0],),
     "array for a group": (made("data/case1", data=np.zeros(3)),),
     "NaN": (filled(TIMES, np.nan),),
-    "zeros": (filled(TIMES, 0),),
     "no such separatrix": (filled("data/case1/separatrix", 200),),
     "samples far away": (filled("data/case1/wound", 2**62),),
     "offsets": (filled("data/bodies/a/S1_minus/offsets", 2**62), "fig3"),
@@ -186,7 +182,6 @@ ATTACKS: dict[str, tuple[Any, ...]] = {
         together(alone("data/levels", "level00"), filled("data/levels/level00/step", 0)),
         "fig4_zoom",
     ),
-    "graph of nothing": (filled("data/vertices/J1", 5), "fig2"),
     "arrows far away": (filled("data/orbits/arrows", 2**40), "fig1"),
     "name of a formula": (renamed("$\\frac{$"),),
     "name with a control": (renamed("a\x1b[2J"),),
@@ -242,15 +237,11 @@ def peaks() -> list[float]:
     return [x / 1024 for x in (mine, resource.getrusage(resource.RUSAGE_CHILDREN).ru_maxrss)]
 
 
-UNSEALED = ("external storage", "soft link", "bomb", "structure", "NaN")
-"""Attacks that are tried without a digest too: one of each kind."""
-
-
 @pytest.mark.slow
 @pytest.mark.parametrize(
     ("name", "seal"),
     # A seal is nothing to rely on, so every file has one; without it the same checks follow.
-    [(name, True) for name in ATTACKS] + [(name, False) for name in UNSEALED],
+    [*((name, True) for name in ATTACKS), *((name, False) for name in ("bomb", "NaN"))],
 )
 def test_an_attack_is_a_sentence_or_a_figure(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, name: str, seal: bool
