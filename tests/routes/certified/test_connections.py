@@ -254,6 +254,8 @@ LEAST, OTHER = 2e-5 + 0.01 * STEEP - 0.25 * FLAT, -2e-5 - 0.26 * STEEP
         # The strip's image goes as far as 0.5 less 0.02.
         ({"reach": 0.4799}, ""),
         ({"reach": 0.4801}, "reach as far"),
+        ({"reach": 0.45, "aside": 0.05}, "reach as far"),
+        ({"reach": 0.45, "aside": -0.05}, "reach as far"),
         ({"strip": (2e-4, 1.999e-4, 0.5, 0.02), "image": (3e-4, 0, 0.25, 0)}, ""),
         ({"strip": (2e-4, 2.001e-4, 0.5, 0.02)}, "each other"),
         ({"strip": (2e-4, 1e-5, 0.5, 0.501), "reach": -1.0}, "each other"),
@@ -265,13 +267,13 @@ LEAST, OTHER = 2e-5 + 0.01 * STEEP - 0.25 * FLAT, -2e-5 - 0.26 * STEEP
 )
 def test_C9_images_cross_at_an_angle(changed: dict[str, Any], words: str) -> None:
     given: Any = {"strip": STRIP, "image": IMAGE, "sheets": (0.5, 0.4), "reach": 0.4} | changed
-    of = [
-        arrived(
-            [whole({(0, 1, 0): 2 * x, (0, 0, 1): 2 * y}) for x, y in (by[:2], by[2:])],
-            [arb(1), arb(0), arb(0.5)],
-        )
-        for by in (given["strip"], given["image"])
-    ]
+    box, aside = [arb(1), arb(0), arb(0.5)], given.get("aside", 0.0)
+
+    def image(d_u: float, d_v: float, g_u: float, g_v: float) -> Any:
+        g = {(0, 1, 0): 2 * g_u, (0, 0, 1): 2 * g_v, (0, 0, 0): 2 * aside}
+        return arrived([whole({(0, 1, 0): 2 * d_u, (0, 0, 1): 2 * d_v}), whole(g)], box)
+
+    of = [image(*given[name]) for name in ("strip", "image")]
     mine, theirs = zip(*of, strict=True)
     sheets, reach = given["sheets"], given["reach"]
     own = mine[0], arb(reach), [arb(x) for x in sheets], mine[1:]
