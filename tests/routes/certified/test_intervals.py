@@ -124,22 +124,24 @@ def test_an_interval_on_which_the_symbol_changes_is_halved_and_never_proven(
     assert found == [(1, 5, [False, True]), (16, 6, []), (17, 6, [True])]
 
 
-@pytest.mark.parametrize(
-    # The last series ends at a 256th, of which what is left shows.
-    ("bits", "turns", "most"),
-    [(160, 2, 1e-40), (160, 32, 1e-40), (160, 2**21, 1e-40), (8, 16, 2.0**-6)],
-)
-def test_cosine_and_sine_hold_those_of_the_ends(
-    bits: int, turns: int, most: float, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    monkeypatch.setattr(intervals, "BITS", bits)
+@pytest.mark.parametrize("depth", [0, 1, 4, 20])
+def test_cosine_and_sine_hold_those_of_the_ends(depth: int) -> None:
     with ctx.workprec(160):
-        angle = 2 * arb.pi() / turns
+        angle = arb.pi() / 2**depth
         expected = angle.cos(), angle.sin()
         for found, exactly in zip(intervals._turned(angle), expected, strict=True):
             end = found.at("u", 1).range
             assert end.overlaps(exactly)
-            assert float(end.rad()) < most
+            assert float(end.rad()) < 1e-40
+
+
+def test_what_is_left_of_cosine_and_sine_is_counted(monkeypatch: pytest.MonkeyPatch) -> None:
+    """The series ends at a 256th, where a term in 160 bits shows what is left."""
+    monkeypatch.setattr(intervals, "BITS", 8)
+    with ctx.workprec(160):
+        angle = arb(1) / 2
+        whole = zip(intervals._turned(angle), (angle.cos(), angle.sin()), strict=True)
+        assert all(found.at("u", 1).range.contains(exactly) for found, exactly in whole)
 
 
 @pytest.mark.parametrize("rising", [True, False])
