@@ -4,20 +4,210 @@ from __future__ import annotations
 
 import contextlib
 import multiprocessing
+import os
 import random
 import re
 import resource
 import shutil
+import zlib
+from collections.abc import Callable
 from concurrent.futures import ProcessPoolExecutor
 from pathlib import Path
+from typing import Any
 
+import h5py
+import numpy as np
 import pytest
 
 from rigidpend import render
 from rigidpend.machine.files import sealed, unsealed
 from rigidpend.results import damage, store
-from tests.attacks import craft, lot
+from tests.attacks import lot
 from tests.cli.calls import REFERENCE, call
+
+SECRET = b"a secret that must not be told, in 40 bytes"
+
+Change = Callable[[Any, Path], Any]
+"""Takes an open file and the folder that it lies in."""
+
+
+def image(name: str) -> bytes:
+    """The HDF5 file in a reference."""
+    found = unsealed((REFERENCE / f"{name}.h5").read_bytes())
+    assert found is not None
+    return found
+
+
+def written(folder: Path, change: Change, name: str = "fig5", *, seal: bool = True) -> Path:
+    """A changed reference in a folder of its own."""
+    folder.mkdir(parents=True, exist_ok=True)
+    path = folder / "attack.h5"
+    path.write_bytes(image(name))
+    with h5py.File(path, "r+") as file:
+        change(file, folder)
+    if seal:
+        path.write_bytes(sealed(path.read_bytes()))
+    return path
+
+
+CODES, TIMES = "data/case1/codes", "data/case1/t"
+
+
+def made(place: str, *given: Any, **how: Any) -> Change:
+    """Another dataset at a place."""
+    return lambda file, _: (file.pop(place), file.create_dataset(place, *given, **how))[1]
+
+
+def external(pipe: bool = False) -> Change:
+    """Symbols that are stored in a file of secrets, or in a pipe."""
+
+    def change(file: Any, folder: Path) -> None:
+        path = folder / "outside"
+        if not pipe:
+            path.write_bytes(SECRET)
+        elif not path.exists():
+            os.mkfifo(path)
+        made(CODES, (5,), "u1", external=[(str(path), 0, 5)])(file, folder)
+
+    return change
+
+
+def elsewhere(virtual: bool) -> Change:
+    """Symbols of another file, by a virtual dataset or by a link."""
+
+    def change(file: Any, folder: Path) -> None:
+        del file[CODES]
+        other = str(folder / "source.h5")
+        with h5py.File(other, "w") as source:
+            source["x"] = np.arange(5, dtype="u1")
+        if virtual:
+            layout = h5py.VirtualLayout((5,), "u1")
+            layout[:] = h5py.VirtualSource(other, "x", (5,))
+            file.create_virtual_dataset(CODES, layout)
+        else:
+            file[CODES] = h5py.ExternalLink(other, "/x")
+
+    return change
+
+
+def bomb(file: Any, folder: Path) -> None:
+    """Much of nothing, compressed a thousandfold: 400 MB in some hundred kB."""
+    much = made(TIMES, (50_000_000,), "f8", chunks=(10**6,), compression="gzip")(file, folder)
+    piece = zlib.compress(bytes(8 * 10**6))
+    for k in range(0, 50_000_000, 10**6):
+        much.id.write_direct_chunk((k,), piece)
+
+
+def swollen_chunk(file: Any, folder: Path) -> None:
+    """A piece that is said to be small, and is not once it is inflated."""
+    little = made(CODES, (5,), "u1", chunks=(5,), compression="gzip")(file, folder)
+    # One piece again and again, an empty last one, and the sum of so many zeros.
+    packer, times = zlib.compressobj(1), 300
+    piece = packer.compress(bytes(2**20)) + packer.flush(zlib.Z_FULL_FLUSH)
+    total = (times * 2**20 % 65521 << 16) + 1
+    inner = piece + piece[2:] * (times - 1) + b"\x03\x00" + total.to_bytes(4)
+    little.id.write_direct_chunk((0,), inner)
+
+
+def nested(file: Any, _: Path) -> None:
+    node = file["data/case1"]
+    for _k in range(5000):
+        node = node.create_group("g")
+
+
+def crowd(file: Any, _: Path) -> None:
+    inner = file["data"].id
+    # Names of one group: to make as many groups takes six times as long.
+    for k in range(21_000):
+        inner.links.create_hard(b"g%d" % k, inner, b"case1")
+
+
+def attributes(place: str = "/", **values: Any) -> Change:
+    return lambda file, _: file[place].attrs.update(values)
+
+
+def together(*changes: Change) -> Change:
+    return lambda file, folder: [change(file, folder) for change in changes]
+
+
+def without(*names: str) -> Change:
+    return lambda file, _: [file.attrs.pop(name) for name in names]
+
+
+def alone(group: str, kept: str) -> Change:
+    """Without all other members of a group, which would take long to draw."""
+    return lambda file, _: [file[group].pop(x) for x in list(file[group]) if x != kept]
+
+
+def renamed(name: str) -> Change:
+    return lambda file, _: file.move("data/case1", f"data/{name}")
+
+
+def filled(place: str, value: float) -> Change:
+    return lambda file, _: file[place].__setitem__(..., value)
+
+
+ATTACKS: dict[str, tuple[Any, ...]] = {
+    "external storage": (external(),),
+    "external storage in a pipe": (external(pipe=True),),
+    "virtual dataset": (elsewhere(virtual=True),),
+    "external link": (elsewhere(virtual=False),),
+    "link to itself": (
+        lambda file, _: (file.pop(CODES), file.__setitem__(CODES, h5py.SoftLink(f"/{CODES}"))),
+    ),
+    "huge shape": (made(TIMES, (180_000_000,), "f8"),),
+    "huge virtual chunks": (made(TIMES, (5689,), "f8", maxshape=(None,), chunks=(2**28,)),),
+    "bomb": (bomb,),
+    "swollen chunk": (swollen_chunk,),
+    "nested groups": (nested,),
+    "cycle of groups": (lambda file, _: file.__setitem__("data/case1/again", file["data"]),),
+    "crowd of groups": (crowd,),
+    "another filter": (made(CODES, (5,), "u1", chunks=(5,), compression="lzf"),),
+    "structure": (made(CODES, (5,), [("a", "u1"), ("b", "f8")]),),
+    "texts for symbols": (made(CODES, data=["a"] * 5, dtype=h5py.string_dtype()),),
+    "another shape": (made(TIMES, data=np.zeros(7)),),
+    "another dimension": (made(TIMES, data=np.zeros((5689, 1))),),
+    "no values at all": (made(TIMES, data=h5py.Empty("f8")),),
+    "group for an array": (lambda file, _: (file.pop(TIMES), file.create_group(TIMES))[0],),
+    "array for a group": (made("data/case1", data=np.zeros(3)),),
+    "NaN": (filled(TIMES, np.nan),),
+    "no such separatrix": (filled("data/case1/separatrix", 200),),
+    "samples far away": (filled("data/case1/wound", 2**62),),
+    "offsets": (filled("data/bodies/a/S1_minus/offsets", 2**62), "fig3"),
+    "no symbols, and phases all the same": (
+        together(filled("data/left/codes", 77), filled("data/right/theta2_0", 0)),
+        "fig4",
+    ),
+    "zoom by nothing": (
+        together(alone("data/levels", "level00"), filled("data/levels/level00/step", 0)),
+        "fig4_zoom",
+    ),
+    "arrows far away": (filled("data/orbits/arrows", 2**40), "fig1"),
+    "name of a formula": (renamed("$\\frac{$"),),
+    "name with a control": (renamed("a\x1b[2J"),),
+    "name of a thousand characters": (renamed("a" * 1000),),
+    "config no JSON": (made("config", data="{"),),
+    "config no object": (made("config", data="[1]"),),
+    "config too deep": (made("config", data="[" * 100_000 + "]" * 100_000),),
+    "config no text": (made("config", data=7),),
+    "another experiment": (attributes(experiment="route_codes"),),
+    "experiment a path": (attributes(experiment="../../evil"),),
+    "experiment a number": (attributes(experiment=7),),
+    "no experiment": (without("experiment"),),
+    "name a formula": (attributes(name="$\\frac{$"), "fig2"),
+    "no name, no hash, figure markup, and units a number": (
+        together(
+            without("name", "config_hash"),
+            attributes(figure="<script>"),
+            attributes("data/vertices/J1", units=3.5),
+        ),
+        "fig2",
+    ),
+    "attribute a reference": (lambda file, _: file.attrs.update(x=file["data"].ref),),
+    "more at the root": (lambda file, _: file.create_group("more"),),
+    "format version of many": (attributes(format_version=[1, 1]),),
+}
+"""What each changes, and in which reference if not in Fig. 5."""
 
 SECONDS, MEGABYTES = 2.0, 500
 """What a reader may need of the processor, with what it starts, and of memory."""
@@ -47,22 +237,18 @@ def peaks() -> list[float]:
     return [x / 1024 for x in (mine, resource.getrusage(resource.RUSAGE_CHILDREN).ru_maxrss)]
 
 
-UNSEALED = ("external storage", "soft link", "bomb", "structure", "NaN")
-"""Attacks that are tried without a digest too: one of each kind."""
-
-
 @pytest.mark.slow
 @pytest.mark.parametrize(
     ("name", "seal"),
     # A seal is nothing to rely on, so every file has one; without it the same checks follow.
-    [(name, True) for name in craft.ATTACKS] + [(name, False) for name in UNSEALED],
+    [*((name, True) for name in ATTACKS), *((name, False) for name in ("bomb", "NaN"))],
 )
 def test_an_attack_is_a_sentence_or_a_figure(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, name: str, seal: bool
 ) -> None:
     # A small image goes the same way as a large one.
     monkeypatch.setattr(render, "PIXELS", 800)
-    path = craft.written(tmp_path, name, seal=seal)
+    path = written(tmp_path, *ATTACKS[name], seal=seal)
     begun = spent()
     try:
         result = store.load(path)
@@ -88,7 +274,7 @@ def test_no_command_tells_what_another_file_holds(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     results = tmp_path / "results"
-    craft.written(results, "external storage", seal=True).rename(results / "fig5.h5")
+    written(results, external()).rename(results / "fig5.h5")
     shutil.copy(REFERENCE / "fig2.h5", results / "fig2.h5")
     monkeypatch.setattr(render, "PIXELS", 800)
     for command, code in (
@@ -108,8 +294,8 @@ def test_no_command_tells_what_another_file_holds(
     page = (results / "report.html").read_text()
     shown = page + said
     assert "115" not in page.partition("<h2>Fig. 2")[0].partition("<main>")[2]
-    assert craft.SECRET.decode() not in shown
-    assert str(list(craft.SECRET[:5]))[1:-1] not in shown
+    assert SECRET.decode() not in shown
+    assert str(list(SECRET[:5]))[1:-1] not in shown
     assert "where nothing is read" in page
     assert page.count("<img ") == 1
 
@@ -117,24 +303,23 @@ def test_no_command_tells_what_another_file_holds(
 BOMBS = ("bomb", "swollen chunk", "huge shape", "huge virtual chunks")
 
 
-def drawn_bomb(chance: random.Random) -> craft.Change:
+def drawn_bomb(chance: random.Random) -> Change:
     """An array of any length that holds nothing, in pieces of any size, packed or not."""
     length, piece = (round(10 ** chance.uniform(4, 11)) for _ in range(2))
     how = {"chunks": (min(piece, length, 2**28),)} if chance.random() < 0.7 else {}
     packed = {"compression": "gzip"} if how and chance.random() < 0.5 else {}
     place = chance.choice(["data/case1/t", "data/case1/codes", "data/case2/alpha"])
-    return craft.shaped(place, (length,), chance.choice(["f8", "u1", "i8"]), **how, **packed)
+    return made(place, (length,), chance.choice(["f8", "u1", "i8"]), **how, **packed)
 
 
 def refused_bombs(folder: Path, count: int) -> tuple[int, float]:
     """How many bombs are refused, and the peak of memory of this process and its own, MB."""
     with lot.drawn("bombs") as chance:
-        drawn = {f"{k}": craft.attack(drawn_bomb(chance)) for k in range(count)}
-    craft.ATTACKS.update(drawn)
+        bombs = [*(ATTACKS[name] for name in BOMBS), *((drawn_bomb(chance),) for _ in range(count))]
     refused = 0
-    for name in (*BOMBS, *drawn):
+    for k, each in enumerate(bombs):
         with contextlib.suppress(store.StoreError):
-            store.load(craft.written(folder / name, name, seal=True))
+            store.load(written(folder / f"{k}", *each))
             continue
         refused += 1
     return refused, max(peaks())
@@ -142,7 +327,7 @@ def refused_bombs(folder: Path, count: int) -> tuple[int, float]:
 
 def test_pieces_larger_than_what_may_be_read_are_refused(tmp_path: Path) -> None:
     """The reader would make room for one of them whatever the array itself takes."""
-    path = craft.written(tmp_path, "huge virtual chunks", seal=True)
+    path = written(tmp_path, *ATTACKS["huge virtual chunks"])
     with pytest.raises(store.StoreError, match="is stored in pieces that are too large"):
         store.load(path)
 
@@ -162,9 +347,9 @@ HEADS = 4096
 """Bytes at the beginning of a file, and around names, where most of what steers HDF5 lies."""
 
 
-def fuzzed(image: bytes, chance: random.Random) -> bytes:
-    """The image with one to eight places changed, half of the time in its heads."""
-    changed = bytearray(image)
+def fuzzed(content: bytes, chance: random.Random) -> bytes:
+    """It with one to eight places changed, half of the time in its heads."""
+    changed = bytearray(content)
     for _ in range(chance.choice((1, 1, 2, 4, 8))):
         reach = len(changed) if chance.random() < 0.5 else min(HEADS, len(changed))
         place = chance.randrange(8, reach)
@@ -179,11 +364,11 @@ def watched(
 ) -> tuple[list[tuple[str, float]], float]:
     """Fuzz and read so many files: what is said of each, its seconds, and the peak, MB."""
     chance, found = random.Random(seed), []
-    images = [unsealed((REFERENCE / f"{name}.h5").read_bytes()) or b"" for name in NAMES]
+    images = list(map(image, NAMES))
     path = folder / "fuzzed.h5"
     for k in range(count):
-        image = fuzzed(images[k % len(images)], chance)
-        path.write_bytes(sealed(image) if seal else image)
+        content = fuzzed(images[k % len(images)], chance)
+        path.write_bytes(sealed(content) if seal else content)
         begun, said = spent(), ""
         try:
             store.load(path)

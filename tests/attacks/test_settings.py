@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import time
+from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
 
 import numpy as np
@@ -35,16 +37,17 @@ HARD = {
 }
 
 
-def processor(begun: float) -> float:
-    return time.process_time() - begun
+@contextmanager
+def at_once() -> Iterator[None]:
+    begun = time.process_time()
+    yield
+    assert time.process_time() - begun < SECONDS
 
 
 @pytest.mark.parametrize("text", HARD.values(), ids=HARD)
 def test_an_expression_that_would_never_end_is_refused_at_once(text: str) -> None:
-    begun = time.process_time()
-    with pytest.raises(ExactError) as caught:
+    with at_once(), pytest.raises(ExactError) as caught:
         float(exact(text))
-    assert processor(begun) < SECONDS
     assert len(str(caught.value)) < 400
 
 
@@ -59,9 +62,8 @@ def test_an_expression_that_would_never_end_is_refused_at_once(text: str) -> Non
     ids=["turns", "arcs", "long turn", "both"],
 )
 def test_what_may_be_written_is_computed_soon(text: str) -> None:
-    begun = time.process_time()
-    assert float(exact(text)) < 100
-    assert processor(begun) < SECONDS
+    with at_once():
+        assert float(exact(text)) < 100
 
 
 @pytest.mark.parametrize(
@@ -81,9 +83,8 @@ def test_a_setting_that_cannot_be_is_refused_at_once_in_a_line(
     tmp_path: Path, setting: str, said: str
 ) -> None:
     path = written(tmp_path, SMALL)
-    begun = time.process_time()
-    complaints = [str(each) for each in refused(path, [setting])]
-    assert processor(begun) < SECONDS
+    with at_once():
+        complaints = [str(each) for each in refused(path, [setting])]
     assert any(said in each for each in complaints), complaints
     assert all(len(each) < LINE for each in complaints)
 

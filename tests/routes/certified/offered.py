@@ -23,7 +23,7 @@ from rigidpend.orbits.return_map.poincare import state_of
 from rigidpend.orbits.return_map.precision import precision
 from rigidpend.orbits.return_map.reduced import coefficients
 from rigidpend.routes.certified import approximation, codes, intervals, passages, pieces, sections
-from rigidpend.routes.certified.balls import LogarithmicNorm, enclosed
+from rigidpend.routes.certified.balls import enclosed
 from rigidpend.routes.certified.checker import Undecided
 from rigidpend.routes.certified.models import Family
 from rigidpend.routes.certified.pieces import (
@@ -117,6 +117,31 @@ def agree(words: str, *checks: Callable[[], Any]) -> None:
         assert bool(found) is bool(words), found
 
 
+def same_limit(
+    words: str,
+    good: float,
+    bad: float,
+    checks: Callable[[float], Sequence[Callable[[], Any]]],
+    barely: float = BARELY,
+) -> float:
+    """The number between these two beyond which all refuse in these words, and none before it.
+
+    The first of them tells where it is, to half of what is barely beside it. At the bad one all
+    refuse, in whatever words.
+    """
+    low, high = math.log(good), math.log(bad)
+    while abs(high - low) > barely / 2:
+        half = (low + high) / 2
+        low, high = (low, half) if words in said(checks(math.exp(half))[0]) else (half, high)
+    beside = math.copysign(barely, high - low)
+    for check in checks(math.exp(low - beside)):
+        assert words not in said(check)
+    for check in checks(math.exp(high + beside)):
+        assert words in said(check)
+    assert all(map(said, checks(bad)))
+    return math.exp(low)
+
+
 def moved(piece: FamilyStep, component: int, at: Any, by: float) -> FamilyStep:
     """A step of which a coefficient is off."""
     terms = [dict(each) for each in piece.terms]
@@ -148,13 +173,6 @@ def value(family: Family, u: float, v: float = 0.0, w: float = 0.0) -> float:
     return float(total) / 2 ** (family.bits + 1)
 
 
-def places(quad: Quad, d: Any, g: Any) -> tuple[Any, Any]:
-    """U and V in doubles."""
-    a, b, l0, l1 = (float(x) for x in (quad.a, quad.b, quad.l0, quad.l1))
-    off = d - np.polynomial.polynomial.polyval(g, [float(x) for x in quad.p])
-    return off / a, (off - l0 - l1 * g) / b
-
-
 WIDE = precision(113)
 """In which the orbits are followed that proofs are held against."""
 
@@ -176,22 +194,15 @@ def points(quad: Quad, u: Any, v: Any, h: Any = Fraction(GIVEN["h"]), body: Body
     return state_of(quad.rising, d + by_u * u, a.sqrt(1 - g * g), -g, a.number(h), c, a)
 
 
-class Crossings(NamedTuple):
-    """Crossings of M3 = 0 of orbits: states, and when, after a time beside them."""
-
-    states: Any
-    late: Any
-
-
-def crossings(begin: Any, time: float) -> Crossings:
-    """Those of orbits from states, by arcs that get short."""
+def crossings(begin: Any, time: float) -> tuple[Any, Any]:
+    """Crossings of M3 = 0 of orbits, and when, after a time beside them, by arcs that get short."""
     field = flow().aligned
     end = states_at(field, begin, WIDE.array([time]), 113)[:, -1]
     late = 0 * end[0]
     for _ in range(4):
         passed = -end[2] / np.array(aligned(end, field))[2]
         end, late = states_at(field, end, passed[None], 113)[:, -1], late + passed
-    return Crossings(end, late)
+    return end, late
 
 
 def duration(pieces: Sequence[FamilyStep], *place: float) -> float:
@@ -199,59 +210,54 @@ def duration(pieces: Sequence[FamilyStep], *place: float) -> float:
     return sum(2 * value(Family.of(piece.half, CLOCK), *place) for piece in pieces)
 
 
-DEPTH = 60
-"""Halvings of an interval that is hardly more than a point."""
+PHASE, DEPTH = exact("1"), 60
+"""That of a start, and halvings of an interval about it that is hardly more than a point."""
 
 
 class Start(NamedTuple):
-    """A config and a phase, and what is offered of its orbit, or of all those beside it."""
+    """A config, and what both say of its orbit and of all those beside it."""
 
     A: tuple[str, str, str] = GIVEN["A"]
     r: tuple[str, str, str] = GIVEN["r"]
     mu: str = "1/1000"
     h0: str = "6671/5000"
     J1_0: str = "1e-8"
-    phase: str = "1"
-
-    @property
-    def given(self) -> dict[str, Any]:
-        return {name: x for name, x in self._asdict().items() if name != "phase"}
 
     @property
     def problem(self) -> RouteProblem:
         body = Body(A=self.A, r=self.r, mu=self.mu)
         return RouteProblem(body, exact(self.h0), exact(self.J1_0), 1)
 
-    @property
-    def place(self) -> int:
-        """That of the interval about the phase."""
-        return math.floor(float(self.phase) / (2 * math.pi) * 2**DEPTH)
-
     def approximation(self, bits: int, Qm: float = 0.0) -> approximation.Approximation:
         """The orbit, or one from a state of which Qm is off."""
-        start = enclosed(self.problem, exact(self.phase), bits + 64)
+        start = enclosed(self.problem, PHASE, bits + 64)
         state = [x + Qm * (k == 1) for k, x in enumerate(start.state)]
         return approximation.Approximation(start.coefficients, state)
 
-    def signs(self, steps: Sequence[Step]) -> list[bool]:
-        """What the package proves of the orbits of the interval."""
+    def checks(self, steps: Sequence[Step]) -> list[Callable[[], Any]]:
+        """Of the orbit, whose last crossing is never reached."""
+
+        def by_package() -> None:
+            reason = codes.check(self.problem, PHASE, steps).reason
+            if reason != "the steps end before the last crossing":
+                raise Undecided(reason)
+
+        def by_script() -> None:
+            other = [check_certificate.Step(*step) for step in steps]
+            if reason := check_certificate.prove(self._asdict(), PHASE.text, other).reason:
+                raise Fails(reason)
+
+        return [by_package, by_script]
+
+    def checks_of_interval(self, steps: Sequence[Step]) -> list[Callable[[], Any]]:
+        """Of the orbits beside it, as if all were as that one."""
         starts = intervals.EnclosedStarts.of(self.problem.body, exact(self.h0), Fraction(self.J1_0))
-        return intervals.symbols(starts, intervals.PhaseInterval(self.place, DEPTH), of_one(steps))
-
-    def signs_by_script(self, steps: Sequence[Step]) -> Any:
-        pieces = [step(x) for x in of_one(steps)]
-        return check_intervals.prove(self.given, self.place, DEPTH, pieces)
-
-
-def by_package(start: Start, steps: Sequence[Step]) -> str:
-    """The reason for which the package proves no more."""
-    return codes.check(start.problem, exact(start.phase), steps).reason
-
-
-def by_script(start: Start, steps: Sequence[Step]) -> str:
-    """The reason for which the second checker proves no more."""
-    other = [check_certificate.Step(*step) for step in steps]
-    return check_certificate.prove(start.given, start.phase, other).reason
+        place = math.floor(float(PHASE) / (2 * math.pi) * 2**DEPTH)
+        own, again = of_one(steps), [step(x) for x in of_one(steps)]
+        return [
+            lambda: intervals.symbols(starts, intervals.PhaseInterval(place, DEPTH), own),
+            lambda: check_intervals.prove(self._asdict(), place, DEPTH, again),
+        ]
 
 
 class Stored:
@@ -278,20 +284,12 @@ class Stored:
     def numbers(self) -> sections.Numbers:
         return sections.Numbers.of(BODY, exact(GIVEN["h"]))
 
-    @property
-    def growth(self) -> LogarithmicNorm:
-        return self.numbers.growth
-
-    @cached_property
-    def image(self) -> passages.Reached:
-        """The arrival of the line."""
-        return passages.arrival(self.numbers, self.line, self.orbits[4])
-
     @cached_property
     def arrivals(self) -> list[passages.Reached]:
         """Those of the four sets and of the line."""
-        of = zip(self.quads, self.orbits, strict=False)
-        return [*(passages.arrival(self.numbers, *each) for each in of), self.image]
+        starts: list[Quad | StartLine] = [*self.quads, self.line]
+        of = zip(starts, self.orbits, strict=True)
+        return [passages.arrival(self.numbers, *each) for each in of]
 
     @cached_property
     def theirs(self) -> list[script.Arrival]:
@@ -313,14 +311,13 @@ class Stored:
             lambda: script.beginning(problem(), quad_of(start), again)[1],
         ]
 
-    def of_set(self, quad: Quad, pieces: Sequence[FamilyStep], **other: Any) -> list[Any]:
-        """What both check of the orbits of a set, of the stored body and energy or of another."""
-        given = GIVEN | other
-        body = Body(A=given["A"], r=given["r"], mu=given["mu"])
-        numbers, again = sections.Numbers.of(body, exact(given["h"])), [step(x) for x in pieces]
+    def of(self, start: Quad | StartLine, pieces: Sequence[FamilyStep]) -> list[Any]:
+        """What both check of the orbits of a set, or of a line."""
+        other = script.Line(*start) if isinstance(start, StartLine) else quad_of(start)
+        again = [step(x) for x in pieces]
         return [
-            lambda: passages.arrival(numbers, quad, pieces),
-            lambda: script.arrival(problem(**other), quad_of(quad), again),
+            lambda: passages.arrival(self.numbers, start, pieces),
+            lambda: script.arrival(problem(), other, again),
         ]
 
     def followed(self, found: Sequence[Any]) -> Callable[..., Any]:

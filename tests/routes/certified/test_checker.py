@@ -1,28 +1,32 @@
-"""The checker: every slip that it must notice."""
+"""The checkers of one orbit: every slip that they must notice, and that they share nothing."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+import ast
+import math
+from collections.abc import Callable, Sequence
 from fractions import Fraction
+from pathlib import Path
 from types import SimpleNamespace
 from typing import Any
 
-import numpy as np
 import pytest
 from flint import arb
 
 from rigidpend import route_codes
+from rigidpend.mechanics.body import Body
 from rigidpend.numbers.exact import exact
-from rigidpend.routes.certified import codes
-from rigidpend.routes.certified.approximation import Approximation, _fundamental, _Linear, jacobian
+from rigidpend.routes.certified import approximation, codes
 from rigidpend.routes.certified.balls import enclosed
-from rigidpend.routes.certified.checker import OrbitChecker, ProvenCrossing, Undecided
-from rigidpend.routes.certified.codes import MARGIN, check, prove
+from rigidpend.routes.certified.checker import OrbitChecker, ProvenCrossing
+from rigidpend.routes.certified.codes import check, prove
 from rigidpend.routes.certified.models import Model
 from rigidpend.routes.certified.pieces import Step
+from rigidpend.routes.problem import RouteProblem
 from scripts import check_certificate
+from scripts.check_certificate import Interval
 from tests.bodies import FIG4, problem
-from tests.routes.certified.offered import Start
+from tests.routes.certified.offered import GIVEN, Start, interval, said, same_limit
 
 PHASE = exact("3/10")
 PROBLEM = problem(n_symbols=2)
@@ -38,21 +42,6 @@ def steps() -> list[Step]:
     return found.steps
 
 
-def test_one_iteration_squares_the_error_of_runge_and_kutta() -> None:
-    """That of Y = 1 + integral J Y, which the fundamental matrix of an orbit solves."""
-    start = enclosed(PROBLEM, PHASE, BITS)
-    of = Approximation(start.coefficients, start.state)
-    half, states = of._in_doubles([x / 2**bits for x, bits in of.state])
-    linear = _Linear(states, of.doubles, half)
-    middle = jacobian(states @ linear.rule.middles.T, of.doubles)
-    first = _fundamental(linear.J, middle, half * np.diff(linear.rule.nodes))
-    before, after = (
-        np.abs(np.tensordot(linear.rule.integral, half * (linear.J @ Y), 1) + np.eye(6) - Y).max()
-        for Y in (first, linear.Y)
-    )
-    assert after < before**2 < 1e-4
-
-
 def test_the_checker_finds_again_what_was_proven(steps: list[Step]) -> None:
     again = check(PROBLEM, PHASE, steps)
     assert again.reason == ""
@@ -61,12 +50,15 @@ def test_the_checker_finds_again_what_was_proven(steps: list[Step]) -> None:
     # Those of doubles, of which the third errs by some 1e-7.
     found = route_codes(FIG4, "3/10", h0="1.3342", J1_0="1e-8", n_symbols=2, precisions=(53,))
     assert [c.time for c in again.crossings] == pytest.approx(found.crossing_time[:, 0], abs=1e-6)
+    less = check(PROBLEM, PHASE, steps[:-1])
+    assert less.reason == "the steps end before the last crossing"
+    assert len(less.crossings) == 2
 
 
 @pytest.mark.slow
 def test_both_checkers_find_the_same_bounds_and_the_same_crossings(steps: list[Step]) -> None:
-    check_certificate.Interval.digits = 2 * steps[0].bits + 256
-    walk = check_certificate.Walk(check_certificate.problem_of(Start().given, Fraction(3, 10)))
+    Interval.digits = 2 * steps[0].bits + 256
+    walk = check_certificate.Walk(check_certificate.problem_of(Start()._asdict(), Fraction(3, 10)))
     checker = OrbitChecker(enclosed(PROBLEM, PHASE, steps[0].bits + 64))
     for step in steps:
         checker.take(step)
@@ -76,44 +68,24 @@ def test_both_checkers_find_the_same_bounds_and_the_same_crossings(steps: list[S
     assert walk.separatrices == [c.separatrix for c in checker.crossings] == [2, 1, 2]
 
 
-def changed(steps: Sequence[Step], k: int, component: int, j: int, by: int) -> list[Step]:
-    """The steps with one coefficient changed."""
-    series = [list(row) for row in steps[k].series]
-    series[component][j] += by
-    return [*steps[:k], steps[k]._replace(series=series), *steps[k + 1 :]]
-
-
 @pytest.mark.parametrize("component", range(6))
 @pytest.mark.parametrize("j", [0, 7])
 def test_a_changed_coefficient_raises_the_bound(steps: list[Step], component: int, j: int) -> None:
-    def bound(given: Sequence[Step]) -> float:
+    def bound(*given: Step) -> float:
         checker = OrbitChecker(enclosed(PROBLEM, PHASE, given[0].bits + 64))
-        for step in given[:4]:
+        for step in given:
             checker.take(step)
         return float(checker.bound)
 
-    away = steps[3].bits - 30
-    assert bound(changed(steps, 3, component, j, 1 << away)) > 100 * bound(steps)
-
-
-def test_steps_that_do_not_reach_the_last_crossing_do_not_prove_it(steps: list[Step]) -> None:
-    found = check(PROBLEM, PHASE, steps[:-1])
-    assert found.reason == "the steps end before the last crossing"
-    assert len(found.crossings) == 2
+    *first, last = steps[:4]
+    series = [list(row) for row in last.series]
+    series[component][j] += 1 << last.bits - 30
+    assert bound(*first, last._replace(series=series)) > 100 * bound(*first, last)
 
 
 def test_a_wait_beyond_its_limit_ends_the_proof(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(codes, "passage_limit", lambda *_: 5.0)
     assert prove(PROBLEM, PHASE, BITS).reason == "no crossing within t' = 5"
-
-
-def test_a_step_that_ends_on_the_section_is_undecided() -> None:
-    checker = OrbitChecker(enclosed(PROBLEM, PHASE, BITS + MARGIN))
-    rest = 1 << 60
-    flat = [[0], [0], [0], [2 * rest], [0], [0]]
-    checker.start = tuple(arb(x) for x in (0, 0, 0, 1, 0, 0))
-    with pytest.raises(Undecided, match="M3"):
-        checker.take(Step(1, 60, flat))
 
 
 @pytest.mark.parametrize("rising", [True, False])
@@ -136,3 +108,147 @@ def test_H5_the_large_component_is_farther_from_zero_than_the_orbit(
     found = OrbitChecker._crossing(here, models, range(4), radius, arb(1), 4)
     assert isinstance(found, ProvenCrossing) == told
     assert told or "Q is too near zero" in str(found)
+
+
+# ---- Hypotheses, each up to where both checkers refuse.
+
+
+def step_of(start: Start, away: float, half: float) -> tuple[Start, Step]:
+    """A step along the orbit that starts so far from the true one, in Qm."""
+    orbit = start.approximation(60, Qm=away)
+    orbit.longest = 2 * half
+    return start, orbit.step(60)
+
+
+def joint(off: float) -> tuple[Start, Step]:
+    """H1: the first polynomial begins so far from the orbit."""
+    return step_of(Start(), off, 2.0**-12)
+
+
+def flaw(off: float) -> tuple[Start, Step]:
+    """H2: c (T_2 - 1) vanishes at both ends, and its derivative does not."""
+    start, step = step_of(Start(), 0.0, 2.0**-12)
+    series = [list(row) for row in step.series]
+    c = round(off * 2**step.bits)
+    series[0][2] += c
+    series[0][0] -= 2 * c
+    return start, step._replace(series=series)
+
+
+def tube(off: float) -> tuple[Start, Step]:
+    """H3: what the distance grows to over half a unit of time."""
+    return step_of(Start(), off, 0.25)
+
+
+def sign(off: float) -> tuple[Start, Step]:
+    """H4: M3 = 2 J1 - J2 at the start, and hardly changed by the end of a short step."""
+    return step_of(Start(J1_0="7/10"), off, 2.0**-16)
+
+
+def slope(off: float) -> tuple[Start, Step]:
+    """H5: M3 rises through zero at the rate Qp^2/(4 lambda), and Qm is small."""
+    A3, h0, half = 1.0117, 1.09, 0.45
+    kappa, s2 = 2 / A3, 2 * (A3 - 1) / A3
+    J2 = math.sqrt(2 * h0 / kappa)
+    J1 = (J2 - half * J2**2 * math.sqrt(s2 * (1 - s2))) / 2
+    return step_of(Start(("2", "1", str(A3)), GIVEN["r"], "1e-9", str(h0), repr(J1)), off, half)
+
+
+@pytest.mark.parametrize(
+    ("name", "made", "barely"),
+    [
+        ("H1", joint, 0.0005),
+        ("H2", flaw, 0.0005),
+        ("H3", tube, 0.0005),
+        ("H4", sign, 0.005),
+        # A checker's parts are too coarse for less.
+        ("H5", slope, 0.02),
+    ],
+)
+def test_what_is_barely_true_passes_and_what_is_barely_false_is_named(
+    name: str,
+    made: Callable[[float], tuple[Start, Step]],
+    barely: float,
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """Of an interval of starts, before any crossing, all three show in the tube, as far off."""
+    # Steps may end where the prover would not end them.
+    monkeypatch.setattr(approximation, "CLEAR", 0.0)
+
+    def of_orbit(off: float) -> Any:
+        start, step = made(off)
+        return start.checks([step])
+
+    def of_interval(off: float) -> Any:
+        start, step = made(off)
+        return start.checks_of_interval([step])
+
+    # Beyond that H1 is asked first.
+    most = 0.1 if name in ("H1", "H2") else 0.0155
+    limit = same_limit(f"{name}: ", 1e-4, most, of_orbit, barely)
+    assert [said(check) for check in of_orbit(limit / 2)] == [""] * 2
+    if made in (joint, flaw, tube):
+        wide = same_limit("H3: ", 1e-4, 0.1, of_interval, barely)
+        assert wide == pytest.approx(limit, rel=4 * barely)
+
+
+def test_a_step_of_an_interval_goes_forward() -> None:
+    start, step = joint(0.0)
+    for length, reason in ((step.half_length, ""), (0, "H2: "), (-step.half_length, "H2: ")):
+        checks = start.checks_of_interval([step._replace(half_length=length)])
+        assert [said(check)[:4] for check in checks] == [reason] * 2
+
+
+# ---- The second checker shares nothing with the package, and has the same problem.
+
+SCRIPTS = sorted(Path(check_certificate.__file__).parent.glob("check_*.py"))
+ALLOWED = {"__future__", "argparse", "ast", "collections", "concurrent", "decimal", "fractions"}
+ALLOWED |= {"functools", "itertools", "json", "math", "pathlib", "re", "sys", "typing"}
+ALLOWED |= {"h5py", "yaml", ""}
+
+
+@pytest.mark.parametrize("script", SCRIPTS, ids=lambda file: file.stem)
+def test_it_imports_nothing_of_the_package(script: Path) -> None:
+    found = set()
+    for node in ast.walk(ast.parse(script.read_text(encoding="utf-8"))):
+        if isinstance(node, ast.Import):
+            found |= {alias.name.partition(".")[0] for alias in node.names}
+        elif isinstance(node, ast.ImportFrom):
+            assert not node.level
+            module = node.module or ""
+            found.add("" if module.startswith("scripts.check_") else module.partition(".")[0])
+        # Nor does it call what imports by a name.
+        assert not (isinstance(node, ast.Name) and node.id in ("__import__", "exec", "eval"))
+    assert found <= ALLOWED
+
+
+@pytest.mark.parametrize(
+    ("A", "r", "mu", "h0", "J1_0", "theta2_0"),
+    [
+        (("2", "1", "3/2"), ("1", "1", "0"), "1/1000", "1.3342", "1e-8", "3*pi/40 + 1/100"),
+        (("2", "3/2", "9/5"), ("0", "1", "0"), "1/100", "10/9", "2.39205e-9", "1.02"),
+        (("4", "sqrt(2)", "3"), ("1", "2", "0"), "1e-3", "40", "tan(1)", "-atan(7)"),
+        # J2_0 = 1/2 exactly, a power of two.
+        (("2", "1", "3/2"), ("3", "4", "0"), "1/1000", "1/6", "1/8", "-100"),
+    ],
+)
+def test_the_problem_is_enclosed_as_in_the_package(
+    A: tuple[str, ...], r: tuple[str, ...], mu: str, h0: str, J1_0: str, theta2_0: str
+) -> None:
+    """In balls that are narrow, and have a number in common."""
+    Interval.digits = 128
+    given = {"A": A, "r": r, "mu": mu, "h0": h0, "J1_0": J1_0}
+    other = check_certificate.problem_of(given, check_certificate.number(theta2_0))
+    of = RouteProblem(Body(A=A, r=r, mu=mu), exact(h0), exact(J1_0), 1)
+    found = enclosed(of, exact(theta2_0), 128)
+    fourth, rest = found.coefficients[:4], found.coefficients[4:]
+    pairs: list[Sequence[Any]] = [
+        *zip(fourth, [other.lam, other.a, other.b, other.twist], strict=False),
+        *zip(rest, (*other.torque, *other.turning), strict=True),
+        *zip(found.state, other.start, strict=True),
+    ]
+    for ball, theirs in pairs:
+        mine = interval(ball)
+        assert max(x.high - x.low for x in (mine, theirs)) < 1 << 28
+        assert mine.low <= theirs.high
+        assert theirs.low <= mine.high

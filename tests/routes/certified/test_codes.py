@@ -1,23 +1,27 @@
-"""Certified codes: against 113 bits, with other settings, and where nothing can be proven."""
+"""Certified codes: against 113 bits, with other settings, of configs, and where none is proven."""
 
 from __future__ import annotations
 
 import random
 from functools import partial
+from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
 
 from rigidpend import Body, certify_codes, route_codes
+from rigidpend.config import catalogue
 from rigidpend.numbers.exact import exact
 from rigidpend.numbers.expressions import ExactError
+from rigidpend.results import store
 from rigidpend.routes.certified import codes
 from rigidpend.routes.problem import ProblemError
+from rigidpend.runs import certificates, loading
+from tests.bodies import FIG4 as BODY
 from tests.bodies import problem
+from tests.cli.calls import REFERENCE
 from tests.routes.reference import fig4_left
-
-BODY = Body((2, 1, "3/2"), (1, 1, 0), "0.001")
 
 
 def by_lot(seed: int) -> tuple[Body, list[str], str, str, int]:
@@ -124,8 +128,7 @@ def test_progress_names_a_phase_of_a_grid_by_one_number(monkeypatch: pytest.Monk
 
 def test_no_orbits_are_no_trouble() -> None:
     found = certify_codes(BODY, [], h0="1.3342", J1_0="1e-8", n_symbols=2)
-    assert found.codes.shape == (2, 0)
-    assert found.status == []
+    assert (found.codes.shape, found.status) == ((2, 0), [])
 
 
 @pytest.mark.parametrize(
@@ -141,11 +144,54 @@ def test_no_orbits_are_no_trouble() -> None:
     ],
 )
 def test_what_is_excluded_is_said(changed: dict[str, Any], message: str) -> None:
-    given: dict[str, Any] = {
-        "theta2_0": "1",
-        "h0": "1.3342",
-        "J1_0": "1e-8",
-        "n_symbols": 2,
-    } | changed
+    given: dict[str, Any] = {"theta2_0": "1", "h0": "1.3342", "J1_0": "1e-8", "n_symbols": 2}
     with pytest.raises((ProblemError, ExactError), match=message):
-        certify_codes(BODY, given.pop("theta2_0"), **given)
+        certify_codes(BODY, **given | changed)
+
+
+# ---- The orbits of the shipped configs.
+
+
+def orbits(name: str) -> Any:
+    return certificates.orbits(loading.load(catalogue.known()[name]), REFERENCE)
+
+
+def test_those_of_fig4_are_its_grids() -> None:
+    found = orbits("fig4")
+    assert {name: len(phases) for name, (_, phases) in found.items()} == {"left": 63, "right": 32}
+    assert found["left"][1][3].text == "0 + ((1/10) * 3)"
+    assert float(found["right"][1][31]) == pytest.approx(3 * np.pi / 40 + 0.31, abs=1e-15)
+
+
+@pytest.mark.slow
+def test_those_of_the_zoom_are_told_by_its_result() -> None:
+    found = orbits("fig4_zoom")
+    levels = store.load(REFERENCE / "fig4_zoom.h5")["data"]["levels"]
+    assert found.keys() == levels.keys()
+    for name, (_, phases) in found.items():
+        level = levels[name]
+        spacing = phases[1] - phases[0]
+        assert float(spacing) == pytest.approx(level["step"], rel=1e-12)
+        assert len(phases) == len(level["offset"])
+    assert float(spacing) < 1e-11
+
+
+@pytest.mark.slow
+def test_the_published_routes_of_fig5_are_proven() -> None:
+    stored = store.load(REFERENCE / "fig5.h5")["data"]
+    for name, (of, phases) in orbits("fig5").items():
+        given: Any = {"h0": of.h0, "J1_0": of.J1_0, "n_symbols": of.n_symbols}
+        found = certify_codes(of.body, phases, **given)
+        assert found.proven.all()
+        assert np.array_equal(found.codes[:, 0], stored[name]["codes"])
+        assert np.array_equal(found.separatrix[:, 0], stored[name]["separatrix"])
+        away = np.abs(found.crossing_time[:, 0] - stored[name]["crossing_time"])
+        assert (away <= found.time_radius[:, 0] + 1e-6).all()
+
+
+def test_too_many_orbits_are_refused(tmp_path: Path) -> None:
+    loaded = loading.load(
+        catalogue.known()["fig4"], ["problem.arrays.left.count=2001", "problem.n_symbols=2"]
+    )
+    with pytest.raises(loading.ConfigError, match="2000 are the most"):
+        certificates.orbits(loaded, tmp_path)

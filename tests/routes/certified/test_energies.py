@@ -28,9 +28,8 @@ from rigidpend.routes.certified.balls import enclosed
 from rigidpend.routes.certified.pieces import (
     FamilyStep,
     Quad,
-    StartLine,
     unpacked,
-    unpacked_line,
+    unpacked_energies,
     unpacked_quads,
 )
 from rigidpend.routes.problem import RouteProblem
@@ -41,20 +40,15 @@ from scripts.check_certificate import Interval, Refused
 from tests.attacks import lot
 from tests.config.samples import content as typed
 from tests.routes.certified.offered import (
-    BARELY,
     BODY,
     CONFIG,
     GIVEN,
     H0,
     J1,
-    agree,
     begun,
     crossings,
     duration,
-    interval,
-    moved,
     points,
-    quad_of,
     said,
     step,
     value,
@@ -65,86 +59,32 @@ OWN = ["problem.h=null", "problem.h0=1.3342"]
 
 
 class Found(NamedTuple):
-    """Sets on Fig. 4's own line, of which a downward one is followed."""
+    """What the experiment finds and proves of starts of one J2_0."""
 
-    setting: horseshoe.ShiftProblem
+    data: Any
+    proven: full_shift.Proven
     quads: list[Quad]
     orbits: list[list[FamilyStep]]
     """Steps of the four sets and of the line."""
-    line: StartLine
-
-    @property
-    def pieces(self) -> list[FamilyStep]:
-        return self.orbits[2]
-
-    @property
-    def starts(self) -> list[FamilyStep]:
-        return self.orbits[4]
-
-    def numbers(self, wider: float = 1.0) -> sections.Numbers:
-        spread = self.setting.spread * Fraction(wider)
-        return sections.Numbers.of(BODY, self.setting.h, spread, H0)
-
-    def problem(self, wider: float = 1.0) -> script.Problem:
-        given = {name: x for name, x in GIVEN.items() if name != "h"}
-        spread = self.setting.spread * Fraction(wider)
-        return script.problem_of(
-            {**given, "h0": "1.3342", "shift": self.setting.shift, "spread": spread}
-        )
-
-
-class Computed(NamedTuple):
-    """What the experiment finds and proves of starts of one J2_0."""
-
-    setting: horseshoe.ShiftProblem
-    groups: Any
-    """What is checked."""
-    proven: full_shift.Proven
-    data: Any
-    """The result."""
-    images: dict[Any, passages.Reached]
-    """Of each section the next crossings of its first set."""
+    shift: Fraction
+    spread: Fraction
 
 
 @pytest.fixture(scope="module")
-def computed() -> Computed:
-    """Of each section one set is followed, whose image is taken for that of the other one too."""
-    found: list[Any] = []
-    images: dict[Any, Any] = {}
-    check, follow, widen = full_shift.checked, passages.arrival, family_orbits.widened
+def found() -> Found:
+    proven: list[full_shift.Proven] = []
+    check = full_shift.checked
 
-    def arrival(numbers: Any, of: Any, orbit: Any) -> Any:
-        section = getattr(of, "rising", "line")
-        if section not in images:
-            images[section] = follow(numbers, of, orbit)
-            return images[section]
-        begin, _ = sections.beginning(numbers, of, orbit[0])
-        return images[section]._replace(begin=begin, right=not images[section].right)
-
-    def widened(*given: Any) -> Any:
-        found.append(widen(*given))
-        return found[-1]
-
-    def checked(config: Config, groups: Any) -> full_shift.Proven:
-        found.append({name: dict(group) for name, group in groups.items()})
-        found.append(check(config, groups))
-        return found[-1]
+    def checked(config: Config, data: Any) -> full_shift.Proven:
+        proven.append(check(config, data))
+        return proven[-1]
 
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(coverings, "arrival", arrival)
-        patch.setattr(family_orbits, "widened", widened)
         patch.setattr(full_shift, "checked", checked)
         data = full_shift.compute(typed(Config, CONFIG, OWN), Means())
-    setting, groups, proven = found
-    return Computed(setting, groups, proven, data, images)
-
-
-@pytest.fixture(scope="module")
-def found(computed: Computed) -> Found:
-    groups, energies = computed.groups, computed.groups["energies"]
-    orbits, line = unpacked(groups["proof"], 5), unpacked_line(J1, groups["line"], energies)
-    quads = unpacked_quads(groups["sets"], energies)
-    return Found(computed.setting, quads, orbits, line)
+    quads, energies = unpacked_quads(data["sets"], data["energies"]), data["energies"]
+    orbits = unpacked(data["proof"], 5)
+    return Found(data, proven[0], quads, orbits, *unpacked_energies(energies))
 
 
 def covered(
@@ -210,153 +150,62 @@ def test_sets_of_more_half_rotations_cover_all_of_the_other_section() -> None:
 
 
 @pytest.mark.slow
-def test_all_eight_relations_are_proven_of_starts_of_one_J2_0(computed: Computed) -> None:
-    proven, data = computed.proven, computed.data
-    # What is checked is what is stored.
-    for name, group in computed.groups.items():
-        for key, values in group.items():
-            np.testing.assert_array_equal(values, data[name][key])
-    assert "energies" in computed.groups
-    assert [len(pair) for pair in proven.relations] == [2, 2, 2, 2]
-    assert len(proven.crossed) == 2
-    assert data["relations"]["edge"].min() > 1
-    assert data["relations"]["across"].max() < 1
+def test_all_eight_relations_are_proven_of_starts_of_one_J2_0(found: Found) -> None:
+    """And what docs/full-shift.md says of them."""
+    proven, data = found.proven, found.data
+    assert [len(pair) for pair in (*proven.relations, proven.crossed)] == [2] * 5
     assert proven.doubts[0] == ""
     assert sorted(zip(data["sets"]["rising"], data["sets"]["symbol"], strict=True)) == [
         (False, 0), (False, 1), (True, 0), (True, 1)
     ]  # fmt: skip
-    assert data["proof"]["powers"].shape[1] == 4
-    # What docs/full-shift.md says of them.
-    shift, spread = (Fraction(float(data["energies"][name])) for name in ("shift", "spread"))
-    off = Fraction("1.33519996") - Fraction("1.3342") - shift
-    assert abs(off) + Fraction("2.7e-8") <= spread
+    off = Fraction("1.33519996") - Fraction("1.3342") - found.shift
+    assert abs(off) + Fraction("2.7e-8") <= found.spread
     assert 1.559 < data["line"]["theta2"].min() < data["line"]["theta2"].max() < 1.565
-    times = data["sets"]["shortest"].min(), data["sets"]["longest"].max()
-    assert 23.94 < times[0] < times[1] < 23.99
-    assert (data["sets"]["shortest"] < data["sets"]["longest"]).all()
-    squeeze = data["relations"]["squeeze"]
+    shortest, longest = data["sets"]["shortest"], data["sets"]["longest"]
+    assert 23.94 < shortest.min() < longest.max() < 23.99
+    assert (shortest < longest).all()
+    squeeze, stretch = data["relations"]["squeeze"], data["relations"]["stretch"]
     assert squeeze[:2].max() * squeeze[2:].max() < 1 / 3
-    assert data["relations"]["stretch"][:2].min() * data["relations"]["stretch"][2:].min() > 1e5
-
-
-class Arrived(NamedTuple):
-    """The next crossings of set 2 by both checkers, and where set 0 begins."""
-
-    mine: passages.Reached
-    theirs: script.Arrival
-    begin: Sequence[arb]
-
-    def told(self, target: Quad) -> list[str]:
-        """What both say of its relation to a set."""
-
-        def by_package() -> None:
-            coverings.prove_cones([coverings.relation(self.mine, target, self.begin, 0)])
-
-        def by_script() -> None:
-            script.check_relation(self.theirs, quad_of(target), [interval(x) for x in self.begin])
-            script.check_cone(self.theirs, quad_of(target))
-
-        return [said(by_package), said(by_script)]
-
-
-@pytest.fixture(scope="module")
-def arrived(found: Found, computed: Computed) -> Arrived:
-    Interval.digits = script.DIGITS
-    numbers, steps = found.numbers(), found.pieces
-    begin, _ = sections.beginning(numbers, found.quads[0], found.orbits[0][0])
-    again = [step(x) for x in steps]
-    theirs = script.arrival(found.problem(), quad_of(found.quads[2]), again)
-    return Arrived(computed.images[False], theirs, begin)
+    assert stretch[:2].min() * stretch[2:].min() > 1e5
 
 
 @pytest.mark.slow
-def test_a_set_covers_another_one_at_every_energy(found: Found, arrived: Arrived) -> None:
-    """And not one that moves by more than its height, which at some energies lies elsewhere."""
-    target = found.quads[0]
-    assert arrived.told(target) == ["", ""]
-    first, *rest = target.moves
-    wrong = target._replace(moves=((2 * target.b, *first[1:]), *rest))
-    assert [x[:2] for x in arrived.told(wrong)] == ["C6", "C6"]
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize(("component", "at"), [(3, (0, 0, 0, 1)), (2, (2, 0, 1, 1))])
-def test_a_changed_term_of_the_energy_proves_nothing(found: Found, component: int, at: Any) -> None:
-    steps = [moved(found.pieces[0], component, at, 1e-3)]
-    quad, again = quad_of(found.quads[2]), [step(x) for x in steps]
-    agree(
-        "C3",
-        lambda: passages.arrival(found.numbers(), found.quads[2], steps),
-        lambda: script.arrival(found.problem(), quad, again),
-    )
-
-
-@pytest.mark.slow
-def test_orbits_of_all_energies_do_what_the_polynomials_say(found: Found, arrived: Arrived) -> None:
+def test_orbits_of_all_energies_do_what_the_polynomials_say(found: Found) -> None:
     """In 113 bits, from random points of a set at random energies of its own."""
-    arrival = arrived.mine
+    quad, arrival = found.quads[2], found.proven.arrivals[2]
     with lot.drawn("orbits of several energies") as chance:
         for _ in range(3):
             u, v, w = (chance.uniform(-1, 1) for _ in range(3))
-            h = found.setting.h.fraction
-            assert h is not None
-            quad, exactly = found.quads[2], Fraction(w)
+            exactly = Fraction(w)
             curves = zip(quad.p, *quad.moves, strict=True)
             there = tuple(
                 sum((x * exactly**m for m, x in enumerate(each)), Fraction(0)) for each in curves
             )
-            energy = h + found.setting.spread * exactly
+            energy = Fraction("1.3342") + found.shift + found.spread * exactly
             begin = points(quad._replace(p=there), [u], [v], energy)
-            end = crossings(begin, duration(found.pieces, u, v, w)).states[:, 0]
+            end = crossings(begin, duration(found.orbits[2], u, v, w))[0][:, 0]
             sign = -1 if end[0] < 0 else 1
             for family, x in ((arrival.d, end[1]), (arrival.g, end[5])):
                 assert abs(float(sign * x) - value(family, u, v, w)) < family.error / 2**family.bits
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize(("factor", "reason"), [(1 + BARELY, ""), (1 - BARELY, "C6")])
-def test_starts_have_energies_of_which_sets_are_known(
-    found: Found, factor: float, reason: str
-) -> None:
-    """The largest w along the line, in doubles, beside 1."""
-    theta2 = family_orbits.line(found.setting, J1, found.quads)[1]
-    energies = family_orbits.LineStarts(found.setting, J1).energies(np.linspace(*theta2, 99))
-    most = float(np.abs(energies - float(found.setting.shift)).max() / float(found.setting.spread))
-    numbers, theirs = found.numbers(most * factor), found.problem(most * factor)
-    steps = [step(x) for x in found.starts]
-    agree(
-        reason,
-        lambda: passages.arrival(numbers, found.line, found.starts),
-        lambda: script.arrival(theirs, script.Line(*found.line), steps),
-    )
-
-
-@pytest.mark.slow
 def test_the_line_of_starts_is_that_of_fig_4(found: Found) -> None:
     """Its polynomials begin at the starts of route codes, and w is that of their energies."""
-    problem = RouteProblem(BODY, H0, exact(J1), 1)
-    arrival = passages.arrival(found.numbers(), found.line, found.starts)
-    begin = begun(found.starts[0])
+    problem, line = RouteProblem(BODY, H0, exact(J1), 1), found.data["line"]
+    begin = begun(found.orbits[4][0])
     for theta2 in (Fraction("1.56"), Fraction("1.5625"), Fraction("1.564")):
         start = enclosed(problem, exact(theta2), 160)
         Qp, Qm, M3, *gamma = (float(x.mid()) for x in start.state)
-        unit, line = float(start.unit), found.line
-        off = float(line.e1) * gamma[0] + float(line.e2) * gamma[1] - float(line.centre)
-        u = off / float(line.half)
+        unit, c = float(start.unit), start.coefficients
+        u = (line["e1"] * gamma[0] + line["e2"] * gamma[1] - line["centre"]) / line["half"]
         values = [value(each, u, 0.0) for each in begin]
         np.testing.assert_allclose(values, [unit * Qp, Qm, unit * M3, *gamma], atol=1e-12)
         # kappa J2_0^2/2 is h0, and so the energy is more than it by the weight alone.
-        c = start.coefficients
         height = unit**2 * (float(c.mu_r1.mid()) * gamma[0] + float(c.mu_r2.mid()) * gamma[1])
-        w = (height - float(found.setting.shift)) / float(found.setting.spread)
-        assert value(arrival.w, u, 0.0) == pytest.approx(w, abs=1e-6)
+        w = float((Fraction(height) - found.shift) / found.spread)
+        assert value(found.proven.start.w, u, 0.0) == pytest.approx(w, abs=1e-6)
         assert abs(w) < 1
-
-
-@pytest.mark.parametrize(("wider", "said"), [(1.0, ""), (1.01, ", in wider sets")])
-def test_what_is_tried_is_said(wider: float, said: str) -> None:
-    setting = horseshoe.ShiftProblem(BODY, H0, 14, width=wider * horseshoe.WIDTH)
-    assert setting.described == f"14 half rotations{said}"
 
 
 def test_images_of_sets_of_more_half_rotations_have_more_bits() -> None:
@@ -367,12 +216,6 @@ def test_images_of_sets_of_more_half_rotations_have_more_bits() -> None:
     own = horseshoe.SPARE - 2 * math.log2(1e-7 / of.width)
     nearer = 2 * math.pi / math.sqrt(8) / math.log(2)
     assert found == [math.ceil(own + 2 * nearer * k) for k in range(3)]
-
-
-def test_a_shift_is_from_the_energy_of_starts_of_one_J2() -> None:
-    setting = horseshoe.ShiftProblem(BODY, H0, 14)
-    assert setting.shift == 0
-    assert setting._replace(h0=exact("1.3")).shift == Fraction("0.0342")
 
 
 @pytest.mark.parametrize(("by", "inside"), [("99/100", True), ("101/100", False)])
@@ -389,9 +232,10 @@ def test_energies_are_those_within_their_spread(by: str, inside: bool, sign: int
 @pytest.mark.parametrize(
     ("changes", "shift", "by", "reason"),
     [
-        (["problem.around=1e-6"], 0, 1 + 1e-9, ""),
-        (["problem.around=1e-6"], 0, 1 - 1e-9, "the energies are not"),
-        (["problem.around=1e-6"], 1e-9, 1 + 1e-9, "the energies are not"),
+        # The doubles beside half of their width, which is none.
+        (["problem.around=1e-6"], 0, 1 + 2**-51, ""),
+        (["problem.around=1e-6"], 0, 1 - 2**-51, "the energies are not"),
+        (["problem.around=1e-6"], 1e-9, 1 + 2**-51, "the energies are not"),
         ([], 1e-9, 0, "the energies are not"),
         (OWN, 1e-3, 0, "starts of one J2_0"),
         (OWN, 1e-3, 1, ""),
@@ -418,37 +262,6 @@ def test_a_proof_is_of_the_energies_of_its_config(
             script._energies(read)
     else:
         assert script._energies(read)["spread"] == spread
-
-
-def test_energies_of_a_config_are_rounded_upward() -> None:
-    """Half of their width is seldom a double: the one below it is refused, the one above is not."""
-    below = []
-    for around in ("1e-6", "2e-6", "3e-6", "7e-6"):
-        config, wide = typed(Config, CONFIG, [f"problem.around={around}"]), Fraction(around)
-        nearest = Fraction(float(wide * Fraction(GIVEN["h"])))
-        below.append(nearest < wide * Fraction(GIVEN["h"]))
-        if below[-1]:
-            assert said(full_shift._numbers, config, Fraction(0), nearest)
-        above = Fraction(math.nextafter(float(nearest), math.inf))
-        assert not said(full_shift._numbers, config, Fraction(0), above)
-    assert any(below)
-
-
-@pytest.mark.slow
-def test_energies_along_a_line_are_off_by_the_weight_where_gamma_is(found: Found) -> None:
-    """By mu (|rho1| + |rho2|) over the spread times how far gamma may be, derivatives likewise."""
-    numbers = found.numbers(2.0)
-    c, held = numbers.field, numbers.h0
-    assert held is not None
-    off = 0.1 * float(numbers.spread) / float((abs(c.mu_r1) + abs(c.mu_r2)) * numbers.growth.weight)
-
-    def sizes(*apart: float) -> Any:
-        bounds = list(map(arb, apart))
-        w, slopes = passages._energies_along(numbers, held, found.starts[0], bounds)
-        return np.array([float(x.bound) for x in (w, *slopes)])
-
-    for k, grown in enumerate(np.eye(4)):
-        assert sizes(*(off * grown)) - sizes(0, 0, 0, 0) == pytest.approx(0.1 * grown, rel=1e-9), k
 
 
 @pytest.mark.slow

@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+import itertools
 import re
 import shutil
 from collections.abc import Callable
 from fractions import Fraction
 from pathlib import Path
 from typing import Any
+from unittest.mock import Mock
 
 import h5py
 import numpy as np
@@ -16,6 +18,7 @@ from flint import arb, ctx
 
 from rigidpend import Body, route_codes
 from rigidpend.experiments.route_intervals import compute
+from rigidpend.experiments.route_intervals.schema import Config
 from rigidpend.numbers.exact import exact
 from rigidpend.results import store
 from rigidpend.routes.certified import interval_search, intervals, pieces
@@ -24,18 +27,18 @@ from rigidpend.routes.certified.horseshoe import ShiftProblem
 from rigidpend.routes.certified.interval_search import ProvenInterval, within
 from rigidpend.routes.certified.intervals import EnclosedStarts, PhaseInterval
 from rigidpend.routes.certified.models import Family
-from rigidpend.routes.certified.pieces import FamilyStep
-from rigidpend.runs import certificates, loading
 from scripts import check_full_shift
 from scripts import check_intervals as script
 from scripts.check_certificate import Fails, Refused
 from tests.attacks import lot
-from tests.cli.calls import REFERENCE, call
-from tests.remembered import Inline, remembered
+from tests.cli.calls import REFERENCE
+from tests.config.samples import content as typed
+from tests.remembered import Inline
 from tests.routes.certified.offered import BITS, BODY, H0, J1, Start, agree, constant, said, step
 
-GIVEN = Start().given
-CONFIG = Path(__file__).parents[3] / "configs" / "fig4_intervals.yaml"
+GIVEN = Start()._asdict()
+ROOT = Path(__file__).parents[3]
+CONFIG, PAGE = ROOT / "configs" / "fig4_intervals.yaml", ROOT / "docs" / "full-shift.md"
 SETTING = ShiftProblem(BODY, H0, 1, h0=H0)
 ONE, TWO = (SETTING, J1, 1, 4), (SETTING, J1, 2, 6)
 
@@ -76,23 +79,10 @@ def test_runs_take_turns(told: list[int | tuple[bool, int]], code: list[bool] | 
         assert intervals.symbols_of(told) == code
 
 
-def both(of: PhaseInterval, steps: list[FamilyStep]) -> list[Callable[[], Any]]:
-    """What the first symbol of an interval is, which is 0, by both."""
-
-    def by_package() -> None:
-        assert intervals.symbols(EnclosedStarts.of(BODY, H0, J1), of, steps) == [False]
-
-    def by_script() -> None:
-        assert script.prove(GIVEN, of.place, of.depth, [step(x) for x in steps]) == [0]
-
-    return [by_package, by_script]
-
-
 @pytest.mark.slow
 @pytest.mark.parametrize(
     ("of", "kept", "wanted"),
     [
-        ((0, 4), slice(None), ""),
         ((0, 4), slice(-1), "H4"),
         ((0, 4), slice(1, None), "H3"),
         ((0, 3), slice(None), "H3"),
@@ -100,23 +90,15 @@ def both(of: PhaseInterval, steps: list[FamilyStep]) -> list[Callable[[], Any]]:
         ((0, 5), slice(None), "H3"),
     ],
 )
-def test_steps_prove_the_symbol_of_their_own_interval(
+def test_steps_prove_the_symbol_of_their_own_interval_alone(
     of: tuple[int, int], kept: slice, wanted: str, one: ProvenInterval
 ) -> None:
-    assert (one.of, one.symbols) == (PhaseInterval(0, 4), [False])
-    agree(wanted, *both(PhaseInterval(*of), one.pieces[kept]))
-
-
-@pytest.mark.slow
-def test_an_interval_a_percent_wider_is_not_proven_by_these_steps(
-    one: ProvenInterval, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    # The same middle, and cosine and sine of an angle that is a percent larger.
-    for module, of in ((intervals, "_turned"), (script, "turned")):
-        turned: Any = getattr(module, of)
-        wider: Any = lambda angle, turned=turned: turned(angle * 101 / 100)  # noqa: E731
-        monkeypatch.setattr(module, of, wider)
-    agree("H3", *both(one.of, one.pieces))
+    steps, again = one.pieces[kept], [step(x) for x in one.pieces[kept]]
+    agree(
+        wanted,
+        lambda: intervals.symbols(EnclosedStarts.of(BODY, H0, J1), PhaseInterval(*of), steps),
+        lambda: script.prove(GIVEN, *of, again),
+    )
 
 
 @pytest.mark.slow
@@ -142,16 +124,15 @@ def test_an_interval_on_which_the_symbol_changes_is_halved_and_never_proven(
     assert found == [(1, 5, [False, True]), (16, 6, []), (17, 6, [True])]
 
 
-def test_cosine_and_sine_hold_those_of_the_ends() -> None:
-    for depth in (0, 1, 4, 20):
-        with ctx.workprec(160):
-            angle = arb.pi() / 2**depth
-            for found, expected in zip(
-                intervals._turned(angle), (angle.cos(), angle.sin()), strict=True
-            ):
-                end = found.at("u", 1).range
-                assert end.overlaps(expected)
-                assert float(end.rad()) < 1e-40
+@pytest.mark.parametrize("depth", [0, 1, 4, 20])
+def test_cosine_and_sine_hold_those_of_the_ends(depth: int) -> None:
+    with ctx.workprec(160):
+        angle = arb.pi() / 2**depth
+        expected = angle.cos(), angle.sin()
+        for found, exactly in zip(intervals._turned(angle), expected, strict=True):
+            end = found.at("u", 1).range
+            assert end.overlaps(exactly)
+            assert float(end.rad()) < 1e-40
 
 
 def test_what_is_left_of_cosine_and_sine_is_counted(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -178,31 +159,6 @@ def test_H5_the_large_Q_beside_its_bound(rising: bool, factor: float, reason: st
     assert set(told) == (set() if reason else {(rising, 1)})
 
 
-SHARES = [
-    ([(0, 1), (1, 1)], [[0, 1]], [Fraction(1)]),
-    ([(0, 1), (2, 2)], [[0, 255], [1, 255]], [Fraction(1, 2), Fraction(1, 2)]),
-    ([(0, 3), (1, 1)], [[255, 1], [255, 0]], [Fraction(1, 2), Fraction(1, 2)]),
-    ([(0, 2), (1, 2)], [[0, 0], [1, 255]], [Fraction(1, 2), Fraction(1, 4)]),
-]
-
-
-@pytest.mark.parametrize(("places", "codes", "expected"), SHARES)
-def test_shares_are_those_of_what_is_proven(
-    places: list[tuple[int, int]], codes: list[list[int]], expected: list[Fraction]
-) -> None:
-    found = compute.shares_of(
-        [PhaseInterval(*at) for at in places], np.array(codes, dtype=np.uint8)
-    )
-    assert found == expected
-
-
-@pytest.mark.parametrize("places", [[(0, 1), (0, 2)], [(1, 1), (0, 1)], [(2, 1)], [(0, -1)]])
-def test_intervals_that_overlap_or_are_none_are_refused(places: list[tuple[int, int]]) -> None:
-    place, depth = (np.array(x) for x in zip(*places, strict=True))
-    with pytest.raises(ValueError, match=r"overlap|none of the line"):
-        compute.unpacked({"place": place, "depth": depth})
-
-
 def test_more_bits_than_pairs_of_doubles_have_are_undecided() -> None:
     times = np.array([[100.0], [200.0]]) + np.zeros((2, interval_search.NODES))
     with pytest.raises(Undecided, match="bits"):
@@ -214,49 +170,66 @@ def test_a_crossing_that_comes_at_once_has_no_steps_before_it() -> None:
     assert (len(once), len(later)) == (2, 3)
 
 
-FORGED = ("a hidden gap", "a larger share", "an overlap", "a symbol after a gap", "fewer intervals")
+@pytest.mark.slow
+def test_what_is_stored_of_an_interval_is_what_both_prove_of_it(
+    one: ProvenInterval, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(compute, "side_by_side", lambda work, of, _, each, __: [work(*each, *of)])
+    proof, config = pieces.packed([one.pieces]), typed(Config, CONFIG, ["problem.n_symbols=1"])
+    stored = {"place": np.array([0]), "depth": np.array([4]), "codes": np.array([[0]])}
+    data = {"intervals": stored, "shares": np.array([1 / 16]), "proof": proof}
+    [theorem] = compute.theorems(config, data)
+    assert theorem.endswith("of all starts on 1/16 of the line, 0.0625")
+    assert script.checked((GIVEN, 0, 4, [0], proof)) == ""
+    # Nothing else is.
+    monkeypatch.setattr(script, "prove", lambda *_: [0])
+    assert script.checked((GIVEN, 0, 4, [1], proof))
+    assert script.checked((GIVEN, 0, 4, [0, 0], proof))
 
 
-@pytest.mark.parametrize("how", FORGED)
-def test_arrays_that_say_more_than_they_prove_are_refused(how: str, tmp_path: Path) -> None:
+# ---- Files, as the second checker reads them.
+
+
+def changed(name: str, at: Any, value: Any) -> Callable[[Any], None]:
+    return lambda data: data[name].__setitem__(at, value(data[name][()]))
+
+
+def other(name: str, value: Callable[[Any], Any]) -> Callable[[Any], None]:
+    """An array of another shape or kind."""
+
+    def change(data: Any) -> None:
+        values = value(data[name][()])
+        del data[name]
+        data[name] = values
+
+    return change
+
+
+@pytest.mark.parametrize(
+    ("change", "reason"),
+    [
+        (changed("intervals/codes", (..., 0), lambda _: 255), "shares"),
+        (changed("shares", 1, lambda x: x[0]), "shares"),
+        (changed("intervals/place", 1, lambda x: x[0]), "overlap"),
+        (changed("intervals/place", 0, lambda _: 32), "none of the line"),
+        (changed("intervals/codes", (0, 0), lambda _: 255), "follows one that is not proven"),
+        (other("intervals/place", lambda x: x[:-1]), "not as many as they say"),
+        (other("intervals/codes", lambda x: x[:, :-1]), "of other intervals than are stored"),
+        *(
+            (other(name, how), "has another shape or kind")
+            for name in ("intervals/depth", "proof/bits", "proof/coefficients")
+            for how in (lambda x: x[..., None], lambda x: x + 0.5)
+        ),
+    ],
+)
+def test_arrays_that_say_more_than_they_prove_are_refused(
+    change: Callable[[Any], None], reason: str, tmp_path: Path
+) -> None:
     file = tmp_path / "forged.h5"
     shutil.copy(REFERENCE / "fig4_intervals.h5", file)
     with h5py.File(file, "r+") as content:
-        codes, place = content["data/intervals/codes"], content["data/intervals/place"]
-        if how == "a hidden gap":
-            codes[:, 0] = 255
-        elif how == "a larger share":
-            content["data/shares"][1] = content["data/shares"][0]
-        elif how == "an overlap":
-            place[1] = place[0]
-        elif how == "a symbol after a gap":
-            codes[0, 0] = 255
-        else:
-            kept = place[:-1]
-            del content["data/intervals/place"]
-            content["data/intervals/place"] = kept
-        data = {
-            "intervals": {name: x[()] for name, x in content["data/intervals"].items()},
-            "shares": content["data/shares"][()],
-            "proof": {name: x[()] for name, x in content["data/proof"].items()},
-        }
-    config: Any = loading.load(CONFIG).content
-    with pytest.raises((Refused, Fails)):
-        list(script.check(file))
-    with pytest.raises(ArithmeticError, match="undecided"):
-        compute.arranged(config.problem, data)
-
-
-@pytest.mark.parametrize("name", ["intervals/depth", "proof/bits", "proof/coefficients"])
-@pytest.mark.parametrize("how", ["more dimensions", "no whole numbers"])
-def test_arrays_of_another_kind_are_refused(name: str, how: str, tmp_path: Path) -> None:
-    file = tmp_path / "odd.h5"
-    shutil.copy(REFERENCE / "fig4_intervals.h5", file)
-    with h5py.File(file, "r+") as content:
-        values = content["data"][name][()]
-        del content["data"][name]
-        content["data"][name] = values[..., None] if how == "more dimensions" else values + 0.5
-    with pytest.raises(Refused, match="has another shape or kind"):
+        change(content["data"])
+    with pytest.raises(Refused, match=reason):
         list(script.check(file))
 
 
@@ -266,86 +239,32 @@ def test_a_body_of_two_moments_is_refused() -> None:
 
 
 @pytest.mark.slow
-def test_a_flipped_symbol_is_refused(one: ProvenInterval, monkeypatch: pytest.MonkeyPatch) -> None:
-    """What is stored is compared with what the second checker proves of it."""
-    monkeypatch.setattr(script, "prove", lambda *_: [0])
-    packed = {**pieces.packed([one.pieces])}
-    packed["family"] = [int(k > 0) for k in packed["family"]]
-    for claimed, told in (([0], False), ([1], True), ([0, 0], True)):
-        assert bool(script.checked((GIVEN, 0, 4, claimed, packed))) is told
-
-
-# ---- Files: checked whole from the command line, spoilt, and as the page tells of one.
-
-PAGE = Path(__file__).parents[3] / "docs" / "full-shift.md"
-SHORT = (
-    *("--set", "problem.n_symbols=1", "--set", "problem.halvings=3"),
-    # So long a way before the first crossing takes time alone.
-    *("--set", "problem.J1_0=1/2", "--name", "short"),
-)
-
-
-@pytest.fixture(scope="module")
-def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """A folder with a result of one symbol on intervals of 2 pi/8, half of which have it."""
-    found = tmp_path_factory.mktemp("intervals")
-    done = call(found, "run", "fig4_intervals", *SHORT, "--out", ".", "-j", "1")
-    assert done.returncode == 0, done.stderr
-    return found
-
-
-KEPT = [
-    (module, name, remembered(getattr(module, name)))
-    for module, name in ((intervals, "symbols"), (script, "prove"))
-]
-"""Intervals that are the same in all files are proven once by each checker."""
-
-
-@pytest.fixture
-def once(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(compute, "cores", lambda: 1)
+def test_each_interval_of_the_reference_is_asked_and_the_page_tells_its_shares(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """Those that have symbols, each with its own steps; one that is not proven is named."""
+    every = Mock(return_value="")
     monkeypatch.setattr(script, "ProcessPoolExecutor", Inline)
-    for kept in KEPT:
-        monkeypatch.setattr(*kept)
-
-
-@pytest.mark.slow
-@pytest.mark.usefixtures("once")
-def test_a_whole_file_is_checked_again(folder: Path) -> None:
-    [said] = certificates.check(folder / "short.h5", jobs=1, report=print)
-    words = "1 symbol, the same on each interval, of all starts on 1/2 of the line"
-    assert str(said).startswith(f"proven: {words}")
-    [told] = script.check(folder / "short.h5")
-    assert told.endswith("1 on 1/2, 0.5")
-
-
-@pytest.mark.slow
-@pytest.mark.usefixtures("once")
-@pytest.mark.parametrize("how", ["a symbol", "a coefficient"])
-def test_a_spoilt_file_is_not_proven(how: str, folder: Path) -> None:
-    file = folder / "spoilt.h5"
-    shutil.copy(folder / "short.h5", file)
-    with h5py.File(file, "r+") as content:
-        if how == "a symbol":
-            codes = content["data/intervals/codes"]
-            proven = int((codes[0] != 255).argmax())
-            codes[0, proven] = 1 - codes[0, proven]
-        else:
-            # The first of Q+ of the first step.
-            content["data/proof/coefficients"][0, 0] += 1 << 50
-    with pytest.raises(store.StoreError, match="undecided"):
-        certificates.check(file, jobs=1, report=print)
-    with pytest.raises(Fails):
-        list(script.check(file))
-
-
-def test_the_page_tells_the_shares_of_the_reference() -> None:
-    with h5py.File(REFERENCE / "fig4_intervals.h5") as content:
-        shares = [Fraction(float(x)) for x in content["data/shares"]]
-        count = len(content["data/intervals/place"])
+    monkeypatch.setattr(script, "checked", every)
+    file = REFERENCE / "fig4_intervals.h5"
+    [told] = script.check(file, CONFIG)
     head = r"^\| `n_symbols` \| `halvings` .*\n.*\n"
     row = re.search(head + r"\| 2 \| 5 \|(.*)\|", PAGE.read_text(encoding="utf-8"), re.MULTILINE)
     assert row
-    told = [x.strip() for x in row[1].split("|")]
-    assert [Fraction(x) for x in told[: len(shares)]] == shares
-    assert told[3] == str(count)
+    shares = [Fraction(x) for x in row[1].split("|")[:2]]
+    each = "; ".join(f"{n} on {x}, {float(x):.6g}" for n, x in enumerate(shares, 1))
+    assert told.endswith(f"of the line: {each}")
+    data = store.load(file)["data"]
+    place, depth, codes = (data["intervals"][name] for name in ("place", "depth", "codes"))
+    assert int(row[1].split("|")[3]) == len(place)
+    steps = pieces.unpacked(data["proof"], len(place))
+    proven = [k for k in range(len(place)) if codes[0, k] != 255]
+    asked = [call.args[0] for call in every.mock_calls]
+    assert len(asked) == len(proven)
+    for (_, *of, symbols, proof), k in zip(asked, proven, strict=True):
+        assert (of, symbols) == ([place[k], depth[k]], [x for x in codes[:, k] if x != 255])
+        assert len(check_full_shift.steps_of_sets(proof, 1)[0]) == len(steps[k])
+    monkeypatch.setattr(script, "each", lambda *_: itertools.repeat({}))
+    monkeypatch.setattr(script, "checked", lambda part: "H3" if part[1] == place[-1] else "")
+    with pytest.raises(Fails, match=f"the interval {place[-1]}/2\\^{depth[-1]}: H3"):
+        list(script.check(file))

@@ -186,13 +186,6 @@ def test_derivatives_of_the_field_are_bounded(name: str) -> None:
     assert (steep <= np.array(bounds) * (1 + 1e-12)).all()
 
 
-def test_the_norm_is_the_weighted_one() -> None:
-    _, growth = of("fig4")
-    d = np.array([1.0, -2.0, 3.0, 0.1, -0.2, 0.3])
-    found = float(growth.norm(tuple(map(arb, d))))
-    assert found == pytest.approx(np.linalg.norm(weights(growth) * d), rel=1e-12)
-
-
 FIRST: dict[tuple[int, ...], int] = {(0, 0, 0, 0): 3**21, (2, 3, 1, 1): 3**20}
 SECOND: dict[tuple[int, ...], int] = {(1, 0, 2, 0): 3**19, (0, 1, 0, 2): 3**18}
 

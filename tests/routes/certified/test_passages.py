@@ -1,0 +1,363 @@
+"""Passages: C1 to C5, and what C7 carries along, each up to where both checkers refuse.
+
+The second one shares nothing with the package, and so tells where each limit lies.
+"""
+
+from __future__ import annotations
+
+import itertools
+import math
+import random
+from collections.abc import Callable
+from fractions import Fraction
+from pathlib import Path
+from typing import Any
+from unittest.mock import Mock
+
+import numpy as np
+import pytest
+from flint import arb
+
+from rigidpend.numbers.exact import exact
+from rigidpend.orbits.return_map.precision import precision
+from rigidpend.routes.certified import passages, sections
+from rigidpend.routes.certified.family_orbits import LineStarts, line_pieces
+from rigidpend.routes.certified.horseshoe import ShiftProblem
+from rigidpend.routes.certified.models import Family
+from rigidpend.routes.certified.pieces import CLOCK, FamilyStep, Quad
+from scripts import check_full_shift as script
+from scripts.check_certificate import Fails, Interval
+from tests.attacks import lot
+from tests.routes.certified.offered import (
+    BITS,
+    BODY,
+    CALM,
+    GIVEN,
+    H0,
+    J1,
+    Stored,
+    agree,
+    begun,
+    constant,
+    crossings,
+    duration,
+    moved,
+    points,
+    problem,
+    quad_of,
+    said,
+    same_limit,
+    series,
+    step,
+    value,
+)
+
+# ---- C1
+
+
+def test_C1_points_of_the_section(stored: Stored) -> None:
+    """How far the large Q may be off, less than where a point is alone."""
+    piece = stored.orbits[0][0]
+    same_limit(
+        "C1",
+        1e-4,
+        2.0**-4,
+        lambda off: stored.beginning(stored.quads[0], moved(piece, 0, (0, 0, 0), off)),
+    )
+
+
+@pytest.mark.parametrize("k", [0, 2, 4, 5])
+def test_C1_bounds_are_the_same_for_both(stored: Stored, k: int) -> None:
+    """Of solutions and their derivatives, each component of the start moved in turn.
+
+    Of a set of either section and of the line.
+
+    On a line with a large J1 some derivatives are of the size of Qp: on the stored one, 2e-4, they
+    hardly count.
+    """
+    if k == 5:
+        setting, ends = ShiftProblem(BODY, exact(GIVEN["h"]), 14), (1.5, 1.502)
+        start: Any = LineStarts(setting, Fraction("0.01")).between(np.array(ends))[0]
+        first, *_ = line_pieces(setting, start, ends)
+    else:
+        start, first = [*stored.quads, stored.line][k], stored.orbits[k][0]
+    for component in range(6):
+        mine, theirs = stored.beginning(start, moved(first, component, (0, 1, 0), 1e-9))
+        found, wanted = [float(x.upper()) for x in mine()], list(map(float, theirs()))
+        assert found == pytest.approx(wanted, rel=1e-3)
+        assert k < 5 or found[:2] == pytest.approx(wanted[:2], rel=1e-6, abs=0)
+
+
+def test_the_line_of_starts_is_where_theorem_2_says(stored: Stored) -> None:
+    """The page has what both checkers prove; its polynomials begin at starts of the package."""
+    line, first = stored.line, stored.orbits[4][0]
+    ends = script.phases(problem(), script.Line(*line), step(first))
+    low, high = (Fraction(x, 1 << Interval.digits) for x in (ends.low, ends.high))
+    mine = sections.phases(stored.numbers, line, [first])
+    assert low < mine[0] < 1.5625 < mine[1] < high
+    page = (Path(script.__file__).parents[1] / "docs" / "full-shift.md").read_text(encoding="utf-8")
+    told = f"between {math.floor(low * 10**5) / 1e5} and {math.ceil(high * 10**5) / 1e5} whose"
+    assert told in page
+    starts = LineStarts(ShiftProblem(BODY, exact(GIVEN["h"]), 14), J1)
+    gamma = starts.states(np.array([1.5625]), precision(53))[3:, 0]
+    e1, e2, centre, half = map(float, line[1:5])
+    u = float(e1 * gamma[0] + e2 * gamma[1] - centre) / half
+    found = [value(each, u) for each in begun(first)[3:]]
+    np.testing.assert_allclose(found, gamma, atol=2.0**-20)
+
+
+@pytest.mark.parametrize("k", [0, 2])
+def test_C1_a_set_lies_beside_separatrix_2_or_3(stored: Stored, k: int) -> None:
+    """Beside the opposite one its symbol would be the other one.
+
+    Of its own are left units of 2^-60, a few dozen: a constant of 53 bits would be 1e-16.
+    """
+    own = stored.quads[k], stored.orbits[k][0]
+    assert float(stored.beginning(*own)[0]()[0]) < 2.0**-54
+    agree("C1: the large Q", *stored.beginning(*mirrored(*own)))
+
+
+def mirrored(quad: Quad, piece: FamilyStep) -> tuple[Quad, FamilyStep]:
+    """The same points beside the opposite separatrix, all that changes its sign taken with it."""
+    curve = tuple(x if k % 2 else -x for k, x in enumerate(quad.p))
+    other = quad._replace(a=-quad.a, b=-quad.b, l0=-quad.l0, p=curve)
+    terms = [
+        {at: -w for at, w in each.items()} if k in (0, 1, 5) else each
+        for k, each in enumerate(piece.terms)
+    ]
+    return other, piece._replace(terms=terms)
+
+
+# ---- C2 and C3
+
+
+def by_lot(size: float, *middle: float) -> FamilyStep:
+    """A step about a constant state: all that depends on x, u, v and w is drawn, up to squares."""
+    chance = random.Random(1)
+    powers = [at for at in itertools.product(range(3), repeat=4) if 0 < sum(at) < 3]
+
+    def drawn(constant: float, by: float, bits: int, powers: Any) -> dict[Any, int]:
+        terms = {at: round(chance.uniform(-by, by) * 2**bits) for at in powers}
+        return terms | {(0, 0, 0, 0): round(constant * 2 ** (bits + 1))}
+
+    terms = [drawn(x, size, BITS, powers) for x in middle]
+    half = drawn(0.25, 0.05, CLOCK, [at for at in powers if not at[0]])
+    return FamilyStep(BITS, half, terms)
+
+
+def test_C2_and_C3_bounds_are_the_same_for_both(stored: Stored) -> None:
+    """Defects of a large step and of a small one; what the latter adds to what there was before.
+
+    Along M3 = 1.2 + u/10 nothing else changes, but for so little.
+    """
+    small = moved(by_lot(1e-6, 0, 0, 1.2, 0, 0, 0), 2, (0, 1, 0, 0), 0.1)
+    for piece in (by_lot(0.1, 0.3, 0.2, 1.2, 0.5, 0.4, 0.3), small):
+        states, half = [Family.of(x, BITS) for x in piece.terms], Family.of(piece.half, CLOCK)
+        mine = passages.defects(stored.numbers, states, half)
+        theirs = script.defects(problem(), step(piece))
+        assert [float(x) for x in mine] == pytest.approx(list(map(float, theirs)), rel=1e-6)
+    begin = [1e-6, 2e-6, 3e-6, 4e-6]
+    [(*_, found)] = passages.followed(stored.numbers, [small], list(map(arb, begin)))
+    others = script.carried(problem(), step(small), list(map(Fraction, begin)), theirs)
+    assert [float(x) for x in found] == pytest.approx(list(map(float, others)), rel=1e-4)
+
+
+@pytest.mark.parametrize(("share", "reason"), [(0.995, "C3"), (1.005, "C2")])
+def test_C2_a_step_goes_forward(stored: Stored, share: float, reason: str) -> None:
+    """What is allowed is that of another orbit, and so the tube fails next."""
+    piece = stored.orbits[0][0]
+    bent = piece._replace(half={**piece.half, (0, 1, 0): int(share * piece.half[0, 0, 0])})
+    agree(reason, *stored.of(stored.quads[0], [bent]))
+
+
+def tubes(stored: Stored, M3: float, begin: float, bits: int) -> list[Callable[[], Any]]:
+    """The tube about a constant M3, by both."""
+    steep: dict[Any, int] = {(0, 0, 0): round(M3 * 2 ** (bits + 1))}
+    half: dict[Any, int] = {(0, 0, 0): 3 * 2**CLOCK}
+    piece = FamilyStep(bits, half, [CALM, CALM, steep, CALM, CALM, CALM])
+    of = Family.of(steep, bits), Family.of(half, CLOCK), arb(begin), stored.numbers.growth
+    theirs = problem(), step(piece), Fraction(begin), Fraction(1), "C3", script.WIDEST
+    return [lambda: passages.tube(*of, "C"), lambda: script.tube(*theirs)]
+
+
+def test_C3_the_widest_tube(stored: Stored) -> None:
+    limit = same_limit("C3", 1e-9, 1e-3, lambda begin: tubes(stored, 1.2, begin, BITS))
+    mine, theirs = ([float(x) for x in check()] for check in tubes(stored, 1.2, limit / 2, BITS))
+    assert mine == pytest.approx(theirs, rel=1e-6)
+
+
+@pytest.mark.parametrize("M3", [2.0**12, 2.0**60])
+def test_C3_a_bound_without_end_is_refused_in_no_time(stored: Stored, M3: float) -> None:
+    """exp(thousands) is no double, and exp(2^60) is no number of this world."""
+    agree("C3", *tubes(stored, M3, 1e-9, 1))
+
+
+def test_C3_a_step_begins_where_the_one_before_ends(stored: Stored) -> None:
+    """Not beside it, as where one is left out."""
+    agree("C3", *stored.of(stored.quads[0], stored.orbits[0][:4:2]))
+
+
+# ---- C4
+
+
+def test_C4_the_sign_of_M3_beside_its_bound(stored: Stored) -> None:
+    """Nothing else tells a part: Qp is half of what it may be off, and M3 may rise or fall."""
+    bound = 1e-4
+
+    def both(M3: float) -> list[Callable[[], Any]]:
+        terms = [constant(bound / 2), CALM, constant(M3), CALM, CALM, CALM]
+        piece = FamilyStep(BITS, {(0, 0, 0): 2}, terms)
+        states = [Family.of(each, BITS) for each in terms]
+        return [
+            lambda: list(passages.told(stored.numbers, states, arb(bound), "C4", [1])),
+            lambda: list(script.signs(problem(), step(piece), Fraction(bound), 1)),
+        ]
+
+    same_limit("C4", 10 * bound, bound / 10, both)
+
+
+LEAVES, ON_A_LINE = [1, 0, -1], [0, -1]
+
+
+@pytest.mark.parametrize(
+    ("signs", "order", "good"),
+    [
+        ([1, 0, 0, -1], LEAVES, True),
+        ([1, 1, 0, -1, -1], LEAVES, True),
+        ([0, 0, -1], LEAVES, False),
+        ([1, 0, 0], LEAVES, False),
+        ([1, -1], LEAVES, False),
+        ([1, 0, -1, 0, -1], LEAVES, False),
+        ([-1, 0, 1], LEAVES, False),
+        ([], LEAVES, False),
+        ([0, 0, -1], ON_A_LINE, True),
+        ([1, 0, -1], ON_A_LINE, False),
+        ([-1], ON_A_LINE, False),
+        ([0], ON_A_LINE, False),
+    ],
+)
+def test_C4_M3_leaves_zero_and_returns_once(
+    stored: Stored, monkeypatch: pytest.MonkeyPatch, signs: list[int], order: Any, good: bool
+) -> None:
+    """By both; the second checker asks it where it follows orbits."""
+    assert (said(passages._check_signs, signs, order) == "") is good
+    first = step(stored.orbits[0][0])
+    monkeypatch.setattr(script, "signs", lambda *_: signs)
+    monkeypatch.setattr(script, "crossing", Mock(side_effect=Fails("C5")))
+    for check in ("line_beginning", "carried", "defects"):
+        monkeypatch.setattr(script, check, Mock(return_value=[Fraction(0)] * 4))
+    monkeypatch.setattr(script, "beginning", Mock(return_value=([], [Fraction(0)] * 4)))
+    of = quad_of(stored.quads[0]) if order is LEAVES else script.Line(*stored.line)
+    assert said(script.arrival, problem(), of, [first])[:2] == ("C5" if good else "C4")
+
+
+# ---- C5
+
+
+def crossing(
+    stored: Stored, end: list[dict[Any, int]], bounds: list[float], side: int = 1
+) -> list[Callable[[], Any]]:
+    """C5 by both, of ends of steps as terms and bounds on their distance."""
+    states, theirs = [Family.of(x, BITS) for x in end], [series(x, BITS) for x in end]
+    balls, exactly = list(map(arb, bounds)), list(map(Fraction, bounds))
+    own: Any = stored.numbers, states, balls, side, [], arb(0)
+    return [
+        lambda: passages._crossing(*own),
+        lambda: script.crossing(problem(), theirs, exactly, side, []),
+    ]
+
+
+SINE = math.sqrt(0.5)
+
+
+def test_C5_the_side_on_which_an_orbit_leaves(stored: Stored) -> None:
+    """The large Q beside the radius of its box; M3 is driven by the weight's torque alone."""
+
+    def both(Q: float) -> list[Callable[[], Any]]:
+        return crossing(stored, [constant(x) for x in (0.0, Q, 0.0, -SINE, SINE, 0.0)], [1e-9] * 4)
+
+    same_limit("C5: the side", 1e-7, 1e-10, both)
+
+
+def test_C5_a_rate_of_M3_of_either_sign(stored: Stored) -> None:
+    """The weight's torque beside what it may be off."""
+    bound = 1e-9
+
+    def both(g: float) -> list[Callable[[], Any]]:
+        end = [constant(x) for x in (0.0, 10 * bound, 0.0, -g, g, 0.0)]
+        return crossing(stored, end, [bound] * 4)
+
+    same_limit("C5: M3", 1.0, 1e-9, both)
+
+
+@pytest.mark.parametrize("side", [1, -1])
+@pytest.mark.parametrize("Q", [0.25, -0.25])
+def test_C5_and_C7_crossings_are_the_same_for_both(stored: Stored, side: int, Q: float) -> None:
+    """Where and when, and how far off derivatives may be, of an end in which all counts."""
+    small = 0.01
+    large = (small, Q) if side > 0 else (Q, small)
+    end = by_lot(1e-5, *large, 0, -side * SINE, side * SINE, 0.1)
+    ends = [{at: w for at, w in each.items() if not at[0]} for each in end.terms]
+    mine, theirs = (check() for check in crossing(stored, ends, [1e-7, 1e-4, 2e-4, 3e-4], side))
+    assert mine.right == bool(theirs.symbol)
+    assert mine.late == pytest.approx(float(theirs.time.above), rel=1e-3)
+    for one, other in zip(mine.box, theirs.box, strict=True):
+        assert float(one.mid()) == pytest.approx((other.low + other.high) / 2 / 2**Interval.digits)
+    families = [mine.d, mine.g, *mine.slopes[0], *mine.slopes[1]]
+    rows = [theirs.d, theirs.g, *(row[k] for k in (0, 1) for row in theirs.slopes)]
+    for family, row in zip(families, rows, strict=True):
+        assert family.error / 2**family.bits == pytest.approx(row.error / 2**row.digits, rel=1e-3)
+        assert float(family.bound) == pytest.approx(float(row.most), rel=1e-3)
+        assert value(family, 0.3, 0.2, 0.1) * float(row.ball().low + row.ball().high) >= 0
+
+
+# ---- C6 along a line of starts
+
+
+def test_C6_energies_along_a_line_are_the_same_for_both() -> None:
+    """w and its derivatives are off where gamma is, up to energies of which nothing is known."""
+
+    def both(spread: float) -> list[Callable[[], Any]]:
+        wide, piece = Fraction(spread), by_lot(0.01, 0, 0, 0, 0.5, 0.4, 0.3)
+        numbers = sections.Numbers.of(BODY, H0, wide, H0)
+        given = {name: x for name, x in GIVEN.items() if name != "h"} | {"h0": "1.3342"}
+        p, held = script.problem_of(given | {"spread": wide}), numbers.h0
+        assert held is not None
+        assert p.h0 is not None
+        own, other = (held, piece), (p.h0, step(piece))
+        bounds = [1e-3, 2e-3, 3e-3, 4e-3]
+        return [
+            lambda: passages._energies_along(numbers, *own, list(map(arb, bounds))),
+            lambda: script.energies_along(p, *other, list(map(Fraction, bounds))),
+        ]
+
+    limit = same_limit("C6", 1.0, 1e-6, both)
+    (w, slopes), (other, others) = (check() for check in both(2 * limit))
+    for mine, theirs in zip((w, *slopes), (other, *others), strict=True):
+        assert float(mine.bound) == pytest.approx(float(theirs.most), rel=1e-9)
+
+
+@pytest.mark.slow
+def test_orbits_in_113_bits_do_what_the_relations_say(stored: Stored) -> None:
+    """From random points of each set: crossings and their derivatives are where bounds say."""
+    of = zip(stored.quads, stored.orbits, stored.arrivals, strict=False)
+    for k, (quad, pieces, arrival) in enumerate(of):
+        with lot.drawn(f"orbits of a full shift, set {k}") as chance:
+            u, v = chance.uniform(-1, 1), chance.uniform(-1, 1)
+        # The point, and two beside it in each direction: it is cubic terms that differences lack.
+        beside, step_by = np.array([0.0, 1.0, -1.0, 0.0, 0.0]), 2.0**-20
+        begin = points(quad, u + step_by * beside, v + step_by * np.roll(beside, 2))
+        states, late = crossings(begin, duration(pieces, u, v))
+        end = states[:, 0].astype(float)
+        large, small = (1, 0) if quad.rising else (0, 1)
+        sign = 1 if end[large] > 0 else -1
+        assert ((sign > 0) is quad.rising) is arrival.right
+        assert abs(late[0]) < arrival.late
+        for j, family, slopes in zip(
+            (small, 5), (arrival.d, arrival.g), arrival.slopes, strict=True
+        ):
+            values = sign * states[j]
+            assert abs(float(values[0]) - value(family, u, v)) < family.error / 2**family.bits
+            for found, slope in zip((values[1::2] - values[2::2])[:2], slopes[:2], strict=True):
+                off = float(found) / (2 * step_by) - value(slope, u, v)
+                assert abs(off) < slope.error / 2**slope.bits

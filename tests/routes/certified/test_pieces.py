@@ -1,0 +1,139 @@
+"""Data of proofs: steps and sets as arrays and in files, and what is none, for both readers."""
+
+from __future__ import annotations
+
+from fractions import Fraction
+from pathlib import Path
+from typing import Any
+
+import h5py
+import numpy as np
+import pytest
+
+from rigidpend.routes.certified.pieces import (
+    MOST_DEGREE,
+    FamilyStep,
+    packed,
+    unpacked,
+    unpacked_energies,
+    unpacked_quads,
+)
+from scripts import check_full_shift as script
+from scripts.check_certificate import Refused
+from tests.routes.certified.offered import STORED, Stored, series
+
+
+def finer(piece: FamilyStep, by: int = 30) -> FamilyStep:
+    """The same step in units that many bits finer, and half a unit of old off in each term."""
+    terms = [{at: (w << by) + (1 << by - 1) for at, w in each.items()} for each in piece.terms]
+    return FamilyStep(piece.bits + by, piece.half, terms)
+
+
+def test_numbers_of_more_bits_than_a_word_are_stored_whole(stored: Stored) -> None:
+    """By both readers, negative ones among them, and of the largest degree."""
+    steps = [[finer(piece) for piece in each[:3]] for each in stored.orbits]
+    highest: dict[Any, int] = {(0, 0, MOST_DEGREE): 1}
+    steps[1] = [*stored.orbits[1][:3], FamilyStep(60, {(0, 0, 0): 1}, [highest] * 6)]
+    again = packed(steps)
+    assert set(again["family"]) > {0, 1, 5}
+    found, theirs = unpacked(again, 5), script.steps_of_sets(again, 5)
+    for mine, others, wanted in zip(found, theirs, steps, strict=True):
+        for one, other, piece in zip(mine, others, wanted, strict=True):
+            half = {at: w for at, w in piece.half.items() if w}
+            assert one == (piece.bits, half, list(piece.terms))
+            for k, terms in enumerate(piece.terms):
+                assert (other.states[k] - series(terms, piece.bits)).most == 0
+
+
+LENGTHS: Any = lambda powers: (powers[:, 0] == 0, 6)  # noqa: E731
+IN_TIME: Any = lambda powers: (powers[:, 0] > 0, 6)  # noqa: E731
+
+
+@pytest.mark.parametrize(
+    ("name", "place", "value", "said", "told"),
+    [
+        # As many as there are, come round again by 2^64, and fewer than none.
+        ("terms", slice(4), 2**62, "other terms", "terms are not as many"),
+        ("terms", slice(2), [-(10**6), 10**6], "other terms", "not as many as they say"),
+        ("bits", 0, -60, "fewer bits than 1", "too many bits"),
+        ("powers", (0, 0), MOST_DEGREE + 1, f"more than {MOST_DEGREE}", "or of one too high"),
+        ("family", -1, 1, "a step is of no set", "is of no set"),
+        ("family", 0, 1, "what is added to a step is", "what is added to a step is"),
+        ("coefficients", LENGTHS, 1, "what is added to a step is", "what is added to a step is"),
+        ("coefficients", IN_TIME, 1, "depends on time", "depends on time"),
+        # The other reader takes units of any order.
+        ("bits", -1, -31, "what is added to a step is", ""),
+    ],
+)
+def test_arrays_that_are_no_steps_are_refused(
+    stored: Stored, name: str, place: Any, value: Any, said: str, told: str
+) -> None:
+    """Those of an orbit, of whose last step some are added to another."""
+    *first, last = stored.orbits[0][:4]
+    again = packed([[*first, finer(last)]])
+    again["powers"] = again["powers"].astype(np.int64)
+    assert again["family"].tolist() == [0, 0, 0, 0, 1]
+    again[name][place(again["powers"]) if callable(place) else place] += value
+    with pytest.raises(ValueError, match=said):
+        unpacked(again, 1)
+    if told:
+        with pytest.raises(Refused, match=told):
+            script.steps_of_sets(again, 1)
+
+
+def test_what_is_no_set_is_refused(stored: Stored) -> None:
+    """One without a curve, and what is no number."""
+    sets = stored.data["sets"]
+    with pytest.raises(ValueError, match="no extent"):
+        unpacked_quads({**sets, "p": np.zeros((4, 0))})
+    for wrong in (np.nan, np.inf):
+        with pytest.raises(ValueError, match="not finite"):
+            unpacked_quads({**sets, "a": np.array([1, 1, 1, wrong])})
+        with pytest.raises(ValueError, match=r"not finite|no interval"):
+            unpacked_energies({"shift": 0.0, "spread": wrong})
+    assert unpacked_energies(None) == (Fraction(0), Fraction(0))
+
+
+def other(place: str, *given: Any, **how: Any) -> Any:
+    """A file with another dataset at a place."""
+    return lambda file: (file.pop(place), file.create_dataset(place, *given, **how))
+
+
+def many(file: Any) -> None:
+    """A step of so many terms as cannot be multiplied in minutes."""
+    at = np.array(np.unravel_index(np.arange(10001), (40, 40, 40))).T
+    values: Any = {"family": [0], "bits": [60], "terms": [len(at)], "powers": at}
+    for name, x in {**values, "coefficients": np.ones((len(at), 7), dtype=np.int64)}.items():
+        other(f"data/proof/{name}", data=x)(file)
+
+
+def link(file: Any) -> None:
+    del file["data/line/half"]
+    file["data/line/half"] = h5py.ExternalLink(str(STORED), "data/line/half")
+
+
+def says(old: str, new: str) -> Any:
+    """A file whose config says something else."""
+    return lambda file: other("config", data=file["config"].asstr()[()].replace(old, new))(file)
+
+
+@pytest.mark.parametrize(
+    ("change", "said"),
+    [
+        (link, "is a link to somewhere else"),
+        (other("data/sets/a", (1000,), "S1048576", chunks=(1,)), "is too large for the length"),
+        (other("data/sets/p", data=np.zeros((4, 21))), "a curve has no coefficients"),
+        (many, "there are more terms than"),
+        (says('"3/2"', '"3/2", "1"'), "lacks something"),
+        (says('"1/100000000"', '"-1"'), "J1_0 > 0 is broken"),
+    ],
+)
+def test_a_file_that_is_no_proof_is_refused_at_once(
+    change: Any, said: str, tmp_path: Path, capsys: Any
+) -> None:
+    path = tmp_path / "other.h5"
+    path.write_bytes(STORED.read_bytes())
+    with h5py.File(path, "r+") as file:
+        change(file)
+    assert script.main([str(path)]) == 1
+    assert said in capsys.readouterr().err
