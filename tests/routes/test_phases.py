@@ -14,12 +14,6 @@ from rigidpend.numbers.exact import ExactError, context, exact
 from rigidpend.routes.phases import FAR, Grid, Phases, turned
 
 TENTHS = [f"{k}/10" for k in range(63)]
-
-
-def fractions(phases: Phases) -> list[Fraction | None]:
-    return [x.fraction for x in phases.exactly(range(len(phases)))]
-
-
 HALVES, TWO = [Fraction(1, 2), Fraction(5, 4)], [Fraction(2)]
 PI = Fraction("3.14159265358979323846264338327950288")
 """To 35 digits, from tables."""
@@ -47,11 +41,16 @@ def test_a_phase_is_a_double_with_its_rest_whatever_it_is_given_as(
     phases = Phases(values)
     assert phases.high.tolist() == [float(x) for x in expected]
     assert phases.rest.tolist() == [float(x - Fraction(float(x))) for x in expected]
-    assert fractions(phases) in (expected, [None])
+    exactly = [x.fraction for x in phases.exactly(range(len(phases)))]
+    assert exactly in (expected, [None])
 
 
-def test_exact_phases_keep_the_text_that_they_are_given_as() -> None:
+def test_phases_stay_as_they_are_given_when_the_caller_changes_his() -> None:
     assert [str(x) for x in Phases(TENTHS).exactly([31, 0, 5])] == ["31/10", "0/10", "5/10"]
+    given = np.array([1.0, 2.0])
+    phases = Phases(given)
+    given[:] = 0.0
+    assert phases.high.tolist() == [1.0, 2.0]
 
 
 @pytest.mark.parametrize("turns", [10**5, 10**6, 10**17, -(10**40), 10**300])
