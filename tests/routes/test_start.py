@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 import math
 
 import numpy as np
@@ -10,7 +11,7 @@ import pytest
 from rigidpend import Body
 from rigidpend.mechanics.coordinates import Canonical, aligned_from_canonical
 from rigidpend.numbers.exact import exact
-from rigidpend.routes.certainty import FIRST, SECOND
+from rigidpend.routes.certainty import FIRST, SECOND, THIRD
 from rigidpend.routes.phases import Phases
 from rigidpend.routes.start import Scales, start, states_double, states_exact
 from tests.bodies import FIG4, GENERIC, problem
@@ -53,11 +54,12 @@ def test_agrees_doubles_with_exact_states(body: Body, J1_0: str, scales: Scales)
     np.testing.assert_allclose(rough[3:], fine[3:], rtol=0, atol=4e-16)
 
 
-def test_scales_share_no_constant() -> None:
+@pytest.mark.parametrize("pair", list(itertools.combinations((FIRST, SECOND, THIRD), 2)))
+def test_scales_share_no_constant(pair: tuple[Scales, Scales]) -> None:
     """Every number that is rounded differs in more than a power of two."""
     numbers = [
         [*begin.coefficients, begin.Qp, begin.M3, *begin.gamma_cos, *begin.gamma_sin]
-        for begin in (start(problem(GENERIC), 53, scales) for scales in (FIRST, SECOND))
+        for begin in (start(problem(GENERIC), 53, scales) for scales in pair)
     ]
     mantissas = [[math.frexp(x)[0] for x in column if x] for column in numbers]
     # What only turns a direction or a ratio into another is the same in all units.
