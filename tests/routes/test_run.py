@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import functools
 import math
+import pickle
 from dataclasses import replace
 from typing import Any
 
@@ -55,10 +56,8 @@ def run(*precisions: int, engine: str = "taylor", problem: RouteProblem = DEEP, 
 def test_rungs_stand_between_precisions_and_far_from_all(
     precisions: tuple[int, ...], known: int, expected: tuple[int, ...]
 ) -> None:
+    """But for engines whose further bits are integers."""
     assert run(*precisions).beyond(known) == expected
-
-
-def test_engines_whose_further_bits_are_integers_have_no_rungs() -> None:
     assert run(53, 106, 160, engine="scipy").beyond(53) == (106, 160)
 
 
@@ -88,29 +87,54 @@ def test_orbits_wait_as_long_as_the_one_that_starts_closest(
     assert made["limit"] * scales.time_unit == pytest.approx(passage_limit(least, bits))
 
 
-def test_no_thread_makes_a_second_computation_on_a_rung(integrations: list[dict[str, Any]]) -> None:
-    compute, few = abreast(run(53, 106)), np.arange(2)
-    for bits, number in ((64, 1), (106, 2)):
-        integrations.clear()
-        compute(bits, FIRST, few)
-        assert len(integrations) == number
+def test_few_orbits_take_both_computations_of_a_precision_at_once(
+    integrations: list[dict[str, Any]],
+) -> None:
+    means, few = run(53, 106, problem=GENTLE), np.array([1, 4, 7])
+    expected = means.crossings(106, SECOND, few[1:])
+    integrations.clear()
+    compute = abreast(means)
+    compute(106, FIRST, few)
+    second = compute(106, SECOND, few[1:])
+    assert [x["orbits"] for x in integrations] == [3, 3]
+    for got, known in zip(second, expected, strict=True):
+        np.testing.assert_array_equal(got, known)
 
 
-def test_processes_begin_for_a_second_computation_that_is_made_in_any_case(
+@pytest.mark.parametrize(
+    ("precisions", "bits", "n", "jobs", "begun"),
+    [
+        ((53, 106), 106, 3, 2, [False]),
+        ((53, 106), 106, 3, 1, []),
+        ((53, 106), 106, 17, 2, []),
+        # On a rung there is no second one.
+        ((53, 106), 64, 3, 2, []),
+        # Processes begin for what is made in any case: in the first precision, of one orbit.
+        ((500,), 500, 1, 2, [True]),
+        ((53, 500), 500, 1, 2, []),
+        ((500,), 500, 2, 2, []),
+    ],
+)
+def test_where_two_computations_go_side_by_side_in_threads_or_processes(
+    precisions: tuple[int, ...],
+    bits: int,
+    n: int,
+    jobs: int,
+    begun: list[bool],
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
-    """So of one orbit in the first precision, and of none in those to which it climbs."""
-    begun: list[bool] = []
+    seen: list[bool] = []
 
-    def noted(_: Any, __: Any, python: bool, scales: Any, ___: int) -> Any:
-        begun.append(python)
-        return [None for _ in scales]
+    def noted(work: Any, given: Any, python: bool, scales: Any, count: int) -> Any:
+        seen.append(python)
+        assert (scales, count) == ((FIRST, SECOND), 2)
+        assert pickle.loads(pickle.dumps((work, given)))
+        return None, None
 
     monkeypatch.setattr("rigidpend.routes.run.side_by_side", noted)
     monkeypatch.setattr(Run, "crossings", lambda *_: None)
-    for precisions, n in (((500,), 1), ((53, 500), 1), ((500,), 2)):
-        abreast(run(*precisions))(500, FIRST, np.arange(n))
-    assert begun == [True]
+    abreast(replace(run(*precisions), jobs=jobs))(bits, FIRST, np.arange(n))
+    assert seen == begun
 
 
 @functools.cache
