@@ -93,7 +93,7 @@ def test_starts_are_those_of_the_exact_phases_in_every_precision(
         begun.extend(start)
         return Crossings(*np.zeros((3, 1)))
 
-    monkeypatch.setattr(mapped.kernel, "follow", follow)
+    monkeypatch.setattr("rigidpend.routes.mapped.kernel.follow", follow)
     maps.crossings(bits, scales, columns)
     Qps, psi, height, *_ = begun
     p, unit = maps.problem.body.angles(200), exact(design.unit).in_context(m)
