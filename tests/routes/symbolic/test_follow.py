@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import itertools
 import re
-from collections.abc import Callable
 from decimal import Decimal
 from pathlib import Path
 from typing import Any
@@ -25,9 +24,11 @@ from rigidpend.routes.symbolic.follow import RoundPhases, addressed, round_phase
 from rigidpend.routes.symbolic.levels import onward
 from tests.bodies import FIG4
 from tests.routes.symbolic.fig4 import level
-from tests.routes.symbolic.test_find import FIG5, ROUTE, START, codes_of
 
 DOCS = Path(__file__).parents[3] / "docs" / "addresses.md"
+START: dict[str, Any] = {"h0": "1.3342", "J1_0": "1e-8"}
+FIG5 = Body(A=(2, "3/2", "9/5"), r=(0, 1, 0), mu="0.01")
+ROUTE: dict[str, Any] = {"h0": "10/9", "J1_0": "2.39205e-9"}
 J1_0, PASSAGES, WAIT = "1e-6", 5, 36.0
 """`WAIT` is the longest mean time t' of a passage, and of the way to the first crossing."""
 GIVEN = [
@@ -38,19 +39,12 @@ GIVEN = [
 """Bodies, h0 and phases: for each body all passages occur."""
 
 
-def documented() -> Callable[[Any, Any], Any]:
-    """The function that the page prints."""
-    [block] = re.findall(r"```python\n(def cells.*?)```", DOCS.read_text(), re.DOTALL)
-    names: dict[str, Any] = {"np": np}
-    exec(block, names)
-    found: Callable[[Any, Any], Any] = names["cells"]
-    return found
-
-
 @pytest.mark.parametrize(("body", "h0", "phases"), GIVEN)
 def test_an_address_is_what_a_reader_counts(body: Body, h0: Any, phases: list[float]) -> None:
-    """Along an orbit in M and gamma, passage by passage."""
-    cells, met = documented(), set()
+    """Along an orbit in M and gamma, passage by passage, by the function that the page prints."""
+    [block] = re.findall(r"```python\n(def cells.*?)```", DOCS.read_text(), re.DOTALL)
+    names, met = dict[str, Any](np=np), set()
+    exec(block, names)
     problem = RouteProblem(body, exact(h0), exact(J1_0), PASSAGES)
     for phase in phases:
         times = np.linspace(0, WAIT * (PASSAGES + 1), 10_000)
@@ -58,7 +52,8 @@ def test_an_address_is_what_a_reader_counts(body: Body, h0: Any, phases: list[fl
         crossings = np.flatnonzero(np.diff(np.sign(states[2])))[: PASSAGES + 1]
         M, gamma = physical(states, body)
         counted = [
-            cells(M[:, i : j + 1], gamma[:, i : j + 1]) for i, j in itertools.pairwise(crossings)
+            names["cells"](M[:, i : j + 1], gamma[:, i : j + 1])
+            for i, j in itertools.pairwise(crossings)
         ]
         beside = separatrices(states)[: PASSAGES + 1]
         wanted = address_of(body, phase, h0=h0, J1_0=J1_0, n_symbols=PASSAGES)
@@ -96,7 +91,7 @@ def test_both_published_phases_come_out_of_their_codes_and_their_addresses(
     """The paper prints two decimals; of its codes alone these are the least such phases."""
     orbit = find_orbit(FIG5, address, **ROUTE, digits=12)
     assert f"{orbit.theta2_0:.2f}" == published
-    assert codes_of(FIG5, orbit.theta2_0, 5, ROUTE) == code
+    assert route_codes(FIG5, [orbit.theta2_0], **ROUTE, n_symbols=5).words == [code]
     assert str(find_orbit(FIG5, code, **ROUTE, near=published, digits=12).address) == address
     found = round_phases(FIG5, code, **ROUTE, decimals=2)
     assert (found.tried, found.uncertain) == (629, 0)
@@ -105,27 +100,22 @@ def test_both_published_phases_come_out_of_their_codes_and_their_addresses(
     assert str(found.addresses[0]) == address
 
 
-@pytest.fixture(scope="module")
-def every() -> RoundPhases:
-    return round_phases(FIG4, "011", **START, decimals=1)
+def round_(code: Any) -> RoundPhases:
+    return round_phases(FIG4, code, **START, decimals=1)
 
 
-def test_all_phases_of_a_code_are_found(every: RoundPhases) -> None:
-    phases = [Decimal(k) / 10 for k in range(63)]
+def test_all_phases_of_a_code_are_found_and_of_an_address_those_that_have_it() -> None:
+    every, phases = round_("011"), [Decimal(k) / 10 for k in range(63)]
     routes = route_codes(FIG4, phases, **START, n_symbols=3, method="integration")
     of = zip(phases, routes.words, strict=True)
     assert list(every.theta2_0) == [phase for phase, own in of if own == "011"]
-    assert every.addresses[0] == address_of(FIG4, every.theta2_0[0], **START, n_symbols=3)
-
-
-def test_an_address_leaves_those_that_have_it(every: RoundPhases) -> None:
     first = every.addresses[0]
-    assert first is not None
-    kept = round_phases(FIG4, first, **START, decimals=1)
+    assert first == address_of(FIG4, every.theta2_0[0], **START, n_symbols=3)
+    kept = round_(first)
     assert set(kept.addresses) == {first}
     assert kept.theta2_0[0] == every.theta2_0[0]
     assert len(kept.theta2_0) == every.addresses.count(first) < len(every.theta2_0)
-    cells = [round_phases(FIG4, f"{cell} 011", **START, decimals=1).theta2_0 for cell in "ab"]
+    cells = [round_(f"{cell} 011").theta2_0 for cell in "ab"]
     assert sorted(cells[0] + cells[1]) == list(every.theta2_0)
     assert all(cells)
 
@@ -133,22 +123,22 @@ def test_an_address_leaves_those_that_have_it(every: RoundPhases) -> None:
 @pytest.mark.slow
 def test_where_doubles_do_not_follow_the_address_is_integrated() -> None:
     code = route_codes(FIG4, ["3.3"], **START, n_symbols=24).codes[:, 0]
-    found = round_phases(FIG4, code, **START, decimals=1)
+    found = round_(code)
     assert found.theta2_0 == (Decimal("3.3"),)
     assert found.addresses == (address_of(FIG4, "3.3", **START, n_symbols=24),)
 
 
-def test_what_is_not_certain_is_counted_and_left_out(
-    every: RoundPhases, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_what_is_not_certain_is_counted_and_left_out(monkeypatch: pytest.MonkeyPatch) -> None:
+    first, *others = round_("011").theta2_0
+
     def doubted(*given: Any, **named: Any) -> Any:
         found = route_codes(*given, **named)
-        found.certain[1, int(10 * every.theta2_0[0])] = False
+        found.certain[1, int(10 * first)] = False
         return found
 
     monkeypatch.setattr("rigidpend.routes.symbolic.follow.route_codes", doubted)
-    found = round_phases(FIG4, "011", **START, decimals=1)
-    assert (found.theta2_0, found.uncertain) == (every.theta2_0[1:], 1)
+    found = round_("011")
+    assert (found.theta2_0, found.uncertain) == (tuple(others), 1)
 
 
 def test_orbits_outside_of_the_map_have_no_address() -> None:
