@@ -2,24 +2,17 @@
 
 from __future__ import annotations
 
-from typing import Any
-
 import numpy as np
 import pytest
-from scipy.integrate import solve_ivp
 
 from rigidpend import Body, route_codes
-from rigidpend.mechanics.equations import euler_poisson
 from rigidpend.numbers.exact import exact
 from rigidpend.numbers.generic import Array
-from rigidpend.orbits.return_map.poincare import section_state
-from rigidpend.orbits.return_map.precision import precision
 from rigidpend.routes.problem import RouteProblem
 from rigidpend.routes.symbolic.closed import closed
 from rigidpend.routes.symbolic.levels import Surface, surface
 from rigidpend.routes.symbolic.stretching import (
     Stretched,
-    euclidean,
     integrated,
     most_stretched,
     stretched,
@@ -35,7 +28,6 @@ def test_a_closed_orbit_stretches_by_its_multiplier() -> None:
 
 
 PASSAGES = 5
-GIVEN = [np.array(x, dtype=float) for x in (BODY.A, BODY.r, BODY.mu)]
 
 
 @pytest.fixture(scope="module")
@@ -86,43 +78,6 @@ def test_what_shrinks_again_is_rounded_as_what_had_grown() -> None:
     off = np.abs(seen.growth[-1] - [4.279500267843436, 4.959372696596074])
     assert (off < seen.allowed).all()
     assert (seen.allowed < 1e-7).all()
-
-
-def linear(t: float, y: Any) -> Any:
-    """Euler and Poisson's equations in principal axes, with two deviations; time t."""
-    state, off = y[:6, None], y[6:].reshape(6, 2)
-    beside = np.hstack((state, state + off, state - off))
-    rates = np.array(euler_poisson(beside[:3], beside[3:], *GIVEN))
-    # Of a quadratic field half of this difference is the derivative, exactly.
-    return np.concatenate((rates[:, 0], ((rates[:, 1:3] - rates[:, 3:]) / 2).ravel()))
-
-
-def plane_of(state: Array) -> Array:
-    """Orthonormal deviations (6, 2) of (M', gamma) that keep M3, h, M . gamma and |gamma|."""
-    A, r, mu = GIVEN
-    M, gamma = state[:3], state[3:]
-    # Of h = M'.M'/(2 A s^2) + mu r.gamma, s^2 = 1/2 for this body.
-    rises = (np.eye(6)[2], [*(M / A * 2), *(mu * r)], [*gamma, *M], [0, 0, 0, *gamma])
-    return np.linalg.svd(np.array(rises))[2][4:].T
-
-
-@pytest.mark.slow
-def test_the_norm_is_that_of_anybody_who_integrates(orbits: Surface) -> None:
-    """SciPy, principal axes, physical time: nothing of the section's coordinates or of charts."""
-    seen = stretched(orbits, np.array([2.1]), np.array([1e-7]), 2)
-    s, rising = np.sqrt(0.5), seen.begin.rising
-    begun = section_state(
-        rising, seen.begin.d, seen.begin.chi, seen.level.h, level().c, precision(53)
-    )
-    state = euclidean(begun, level().c)[:, 0]
-    unit = np.array([s, s, s, 1, 1, 1])
-    begin = np.concatenate((state / unit, (plane_of(state) / unit[:, None]).ravel()))
-    end = solve_ivp(
-        linear, (0, seen.time[0] / s), begin, method="DOP853", rtol=1e-11, atol=1e-14
-    ).y[:, -1]
-    flow, off = linear(0, end)[:6], end[6:].reshape(6, 2)
-    back = (off - np.outer(flow, off[2] / flow[2])) * unit[:, None]
-    assert np.log(np.linalg.norm(back, 2)) == pytest.approx(seen.growth[-1, 0], abs=1e-7)
 
 
 def test_orbits_have_their_codes(found: Stretched) -> None:
