@@ -7,10 +7,8 @@ from typing import Any
 
 import numpy as np
 import pytest
-from scipy.integrate import solve_ivp
 
 from rigidpend import Body, RouteCodes
-from rigidpend.mechanics.equations import eq1, theta3_rate
 from rigidpend.numbers.exact import exact
 from rigidpend.numbers.generic import Array
 from rigidpend.orbits.integrate.arithmetic import resolve
@@ -100,24 +98,3 @@ def test_alpha_of_the_samples_is_the_quadrature_eqPV() -> None:
     np.testing.assert_allclose(np.unwrap(np.atan2(zeta, eta)), found, rtol=0, atol=1e-12)
     np.testing.assert_allclose(xi, (omega * gamma).sum(axis=0), rtol=0, atol=1e-13)
     np.testing.assert_allclose(eta**2 + zeta**2, (omega**2).sum(axis=0) - xi**2, rtol=1e-12)
-
-
-@pytest.mark.slow
-def test_agrees_with_eq1_and_th3_in_other_variables() -> None:
-    """The first passage in (theta, J), with theta3 as its quadrature."""
-    p, orbit, angles = PROBLEM, orbit_of("1.02"), PROBLEM.body.angles()
-    until = orbit.t < 45
-
-    def rates(_: float, y: Any) -> Any:
-        slow = theta3_rate(y[1], y[3], y[0], angles.mu, np)
-        return np.array([*eq1(y[:4], angles, np), slow])
-
-    J2 = float(p.J2_0(53))
-    y0 = [angles.alpha0 + angles.beta0, float(p.J1_0), 1.02, J2, 0.0]
-    t = orbit.t[until]
-    found: Any = solve_ivp(rates, (0, t[-1]), y0, "LSODA", t, rtol=1e-11, atol=1e-18)
-    theta1, J1, _, J2, theta3 = found.y
-    made = samples(p.body, *orbit[:2])
-    np.testing.assert_allclose(made.theta3[until], theta3, atol=1e-8)
-    np.testing.assert_allclose(made.J1_over_J2[until], J1 / J2, atol=1e-7)
-    np.testing.assert_allclose(made.theta1[until], theta1, atol=1e-5)

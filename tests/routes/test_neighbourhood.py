@@ -40,25 +40,29 @@ def truth(asked: RouteProblem, phases: Sequence[Exact], *bits: int) -> RouteCode
 
 @pytest.mark.slow
 @pytest.mark.parametrize(
-    ("asked", "centre", "beside", "finest", "bits"),
+    ("asked", "centre", "beside", "finest", "own", "bits"),
     [
         # Distances from 1e-2 to 1e-24, both sides.
-        (problem(n_symbols=3), FIRST, ("1e-2", "-1e-2", "1.234567e-24", "-1e-24"), FINEST, 130),
+        (problem(n_symbols=3), FIRST, ("1e-2", "-1e-2", "1.234567e-24", "-1e-24"), FINEST, 53, 130),
+        # In higher precision each orbit is integrated.
+        (problem(n_symbols=2), FIRST, ("1e-12", "-3e-12"), FINEST, 113, 130),
         # A centre that is not special: the reference leaves the periodic orbit with its neighbours.
-        (problem(OTHER, 3, "0.8"), "1.3", ("1e-1", "1e-4", "1e-8", "1e-14"), 1e-14, 113),
+        (problem(OTHER, 3, "0.8"), "1.3", ("1e-1", "1e-4", "1e-8", "1e-14"), 1e-14, 53, 113),
         # Without weight all phases share one orbit, which never crosses twice.
-        (problem(FREE, 2), "1", ("1e-3",), 1e-10, 53),
+        (problem(FREE, 2), "1", ("1e-3",), 1e-10, 53, 53),
     ],
-    ids=["every distance", "another body", "no weight"],
+    ids=["every distance", "each integrated", "another body", "no weight"],
 )
 def test_agrees_with_integration(
-    asked: RouteProblem, centre: str, beside: Sequence[str], finest: float, bits: int
+    asked: RouteProblem, centre: str, beside: Sequence[str], finest: float, own: int, bits: int
 ) -> None:
     """Crossing times as doubles alone would have them."""
     phases = [exact(centre) + exact(x) for x in beside]
-    found = Neighbourhood(asked, exact(centre), finest, resolve()).routes(phases)
+    arithmetic = resolve(precisions=(own, 160))
+    found = Neighbourhood(asked, exact(centre), finest, arithmetic).routes(phases)
     true = truth(asked, phases, bits)
     assert found.certain.all()
+    assert set(found.bits) == {own}
     assert np.array_equal(found.codes, true.codes)
     apart = np.nan_to_num(np.abs(found.crossing_time - true.crossing_time))
     assert apart[:2].max() < 1e-11
@@ -106,20 +110,6 @@ def test_phases_get_the_bits_of_their_distance_and_at_the_centre_of_the_least(
     (_, before, _), (_, _, tangent), (_, after, _) = (x.args for x in orbit.call_args_list)
     rate = [float(y - x) / 2e-6 for x, y in zip(before, after, strict=True)]
     np.testing.assert_allclose([float(x) for x in tangent], rate, rtol=0, atol=1e-11)
-
-
-@pytest.mark.slow
-def test_higher_precisions_integrate_each_orbit() -> None:
-    asked, centre = problem(n_symbols=2), exact(FIRST)
-    phases = [centre + exact("1e-12"), centre - exact("3e-12")]
-    by_integration = Neighbourhood(asked, centre, FINEST, resolve(precisions=(113,))).routes(phases)
-    by_differences = Neighbourhood(asked, centre, FINEST, resolve()).routes(phases)
-    assert by_integration.certain.all()
-    assert set(by_integration.bits) == {113}
-    assert set(by_differences.bits) == {53}
-    assert np.array_equal(by_integration.codes, by_differences.codes)
-    apart = np.abs(by_integration.crossing_time - by_differences.crossing_time)
-    assert apart.max() < 1e-6
 
 
 @pytest.mark.slow

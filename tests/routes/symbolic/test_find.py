@@ -198,15 +198,6 @@ def test_longer_passages_lie_between_shorter_ones() -> None:
     np.testing.assert_allclose(ratios, 9.22, rtol=2e-2)
 
 
-def test_none_with_so_few_rotations_says_which_passage() -> None:
-    with pytest.raises(NoOrbit, match=r"none exists: passage 2 with 4 half rotations needs \|I\|"):
-        find_orbit(FIG4, "0^11 0^4 1^11", **START)
-    # A random scan meets no orbit with fewer half rotations than the bound allows.
-    phases = np.random.default_rng(0).uniform(0, 6.28, 30)
-    fewest = min(min(address_of(FIG4, x, **START, n_symbols=3).half_turns or ()) for x in phases)
-    assert fewest > 4
-
-
 @pytest.mark.slow
 def test_where_legs_do_not_meet_a_body_that_is_nearly_symmetric_is_named() -> None:
     flat = Body(A=(2, "1.8", "1.9"), r=(1, 1, 0), mu="0.01")
