@@ -135,23 +135,25 @@ def test_maps_are_taken_where_seconds_are_at_stake_and_they_pay(
         assert part.by_map.all() == pays, "a part is decided as all would be"
 
 
-def test_where_maps_of_more_bits_do_not_settle_their_columns_are_integrated(
+def test_what_maps_leave_open_is_integrated_and_told_where_that_takes_long(
     monkeypatch: pytest.MonkeyPatch, integrations: list[Any]
 ) -> None:
-    asked: list[int] = []
+    """By maps in doubles, for those of more bits do not settle."""
 
     def in_doubles_only(*args: Any, **more: Any) -> ReturnMap:
-        asked.append(more["bits"])
         if more["bits"] > 53:
             raise MapError("the tables do not settle")
         return return_map(*args, **more)
 
     monkeypatch.setattr(mapped, "return_map", in_doubles_only)
+    monkeypatch.setattr(costs, "SLOW", 0.0)
+    monkeypatch.setattr(costs, "LONG", 0.0)
     given: dict[str, Any] = {"J1_0": "1e-6", "n_symbols": 24, "precisions": (53, 106)}
     phases = np.linspace(0, 6.2, 40)
-    record = found(phases, method="map", **given)
+    said = r"of 40 orbits are integrated, .* more than the 53 bits of the maps"
+    with pytest.warns(costs.SlowRoutesWarning, match=said):
+        record = found(phases, method="map", **given)
     risen = record.bits > 53
-    assert max(asked) > 53
     # By rungs, where each is computed once; all that were open come to the first of them.
     assert len(set(record.bits[risen].tolist())) > 1
     assert sum(x["orbits"] for x in integrations if x["bits"] == 64) == risen.sum()
@@ -201,28 +203,6 @@ def test_no_wrong_symbol_is_certain_where_tables_are_spoilt(
         record = found(phases, method="map", precisions=(53,))
         assert not (record.certain & (record.codes != true.codes)).any()
         assert (record.certain.mean() > 0.5) == (max(sizes) == 1e-15)
-
-
-@pytest.mark.slow
-def test_where_passages_are_long_what_maps_leave_open_goes_to_sharper_ones(
-    monkeypatch: pytest.MonkeyPatch,
-) -> None:
-    slow = Body(("2.908", "1.682", "1.764"), ("0.6", "0.8", 0), "0.0002")
-    phases = np.random.default_rng(2).uniform(0, 6.28, 40)
-    many: dict[str, Any] = {"body": slow, "method": "map", "n_symbols": 18}
-    at_once = found(phases, **many)
-    assert set(at_once.bits) == {53, 80, 88}
-    monkeypatch.setattr(costs, "DEEP", math.inf)
-    monkeypatch.setattr(costs, "SLOW", 0.0)
-    monkeypatch.setattr(costs, "LONG", 0.0)
-    said = r"of 40 orbits are integrated, .* more than the 75 bits of the maps"
-    with pytest.warns(costs.SlowRoutesWarning, match=said):
-        by_maps = found(phases, **many)
-    assert (at_once.codes == by_maps.codes)[at_once.certain & by_maps.certain].all()
-    assert (by_maps.bits > 75).any()
-    no_sharper = found(phases, **many, precisions=(53, costs.SHARPER))
-    assert no_sharper.bits.max() <= costs.SHARPER, "more bits are not asked for"
-    assert no_sharper.by_map[no_sharper.bits == 53].all()
 
 
 def test_orbits_without_a_map_are_integrated_or_refused(monkeypatch: pytest.MonkeyPatch) -> None:
