@@ -40,7 +40,6 @@ def eager(monkeypatch: pytest.MonkeyPatch) -> None:
     """Maps pay for any orbit."""
     monkeypatch.setattr(costs, "LEAST", 0.0)
     monkeypatch.setattr(costs, "budget", lambda *_: math.inf)
-    monkeypatch.setattr(choice, "_asked", {})
 
 
 @pytest.fixture
@@ -83,23 +82,24 @@ def test_agrees_codes_and_times_with_integration(body: Body, J1_0: str) -> None:
 def test_few_orbits_take_maps_that_are_kept_where_a_problem_is_asked_for_often(
     integrations: list[Any], monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(choice, "_asked", {})
-    problem = replace(PROBLEM, n_symbols=6)
-    monkeypatch.setattr(choice, "OFTEN", 2.9 * costs.integration(problem) * len(PHASES))
-    kept = found(n_symbols=6, method="map")
+    # A problem that nobody has asked for before.
+    own: dict[str, Any] = {"n_symbols": 6, "J1_0": "1.1e-8"}
+    asked = problem(**own)
+    monkeypatch.setattr(choice, "OFTEN", 2.9 * costs.integration(asked) * len(PHASES))
+    kept = found(**own, method="map")
     calls = []
     for _ in range(4):
         integrations.clear()
-        record = found(n_symbols=6)
+        record = found(**own)
         calls.append((record, sum(x["orbits"] for x in integrations)))
     assert [bool(record.by_map.any()) for record, _ in calls] == [False, False, True, True]
     left = int((~kept.by_map).sum())
     assert left <= calls[3][1] <= 3 * left < calls[2][1] <= 3 * (choice.LEAST_SAMPLE + left)
     assert all((record.codes == kept.codes).all() for record, _ in calls)
     # What is stored hangs on no cache, and without maps there is nothing to take.
-    assert not codes.codes_of(problem, PHASES, resolve(None, None, (53, 106))).by_map.any()
+    assert not codes.codes_of(asked, PHASES, resolve(None, None, (53, 106))).by_map.any()
     monkeypatch.setattr(mapped, "is_kept", lambda *_: False)
-    assert not found(n_symbols=6).by_map.any()
+    assert not found(**own).by_map.any()
 
 
 @pytest.mark.usefixtures("eager")
@@ -107,15 +107,16 @@ def test_many_orbits_are_sampled_at_first_and_then_seldom(
     samples: list[Any], monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr(choice, "SELDOM", 2 * len(PHASES))
+    own: dict[str, Any] = {"n_symbols": 2, "J1_0": "1.2e-8"}
     for sampled in (True, False, True, False):
         samples.clear()
-        assert found(n_symbols=2).by_map.any()
+        assert found(**own).by_map.any()
         assert bool(samples) == sampled
     # What is asked for by name, or stored, is compared each time.
     samples.clear()
-    found(n_symbols=2, method="map")
+    found(**own, method="map")
     assert len(samples) == 2
-    codes.codes_of(replace(PROBLEM, n_symbols=2), PHASES, resolve())
+    codes.codes_of(problem(**own), PHASES, resolve())
     assert len(samples) == 4
 
 
