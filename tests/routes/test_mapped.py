@@ -63,15 +63,6 @@ def but(monkeypatch: pytest.MonkeyPatch) -> Callable[..., Asked]:
     return settle
 
 
-def test_orbits_cross_together_as_each_does_alone() -> None:
-    maps = mapped.Maps(run(PHASES[:17]))
-    alone = [maps.crossings(53, certainty.FIRST, np.array([k])) for k in range(17)]
-    for n in (1, 7, 8, 9, 16, 17):
-        crossed = maps.crossings(53, certainty.FIRST, np.arange(n))
-        for together, parts in zip(crossed, zip(*alone[:n], strict=True), strict=True):
-            np.testing.assert_array_equal(together, np.concatenate(parts, axis=-1))
-
-
 @pytest.mark.parametrize(
     ("scales", "bits", "design"),
     [

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import functools
 import math
 import pickle
 from dataclasses import replace
@@ -15,8 +14,7 @@ from rigidpend.mechanics.body import Body
 from rigidpend.numbers.exact import exact
 from rigidpend.orbits.integrate.arithmetic import FINEST_TOLERANCE, resolve
 from rigidpend.orbits.integrate.kernel.taylor_step import order_of
-from rigidpend.routes.certainty import FIRST, SECOND, THIRD, agreement
-from rigidpend.routes.cycle import symbols
+from rigidpend.routes.certainty import FIRST, SECOND, THIRD
 from rigidpend.routes.phases import Phases
 from rigidpend.routes.problem import RouteProblem, passage_limit
 from rigidpend.routes.run import Run, Starts, abreast
@@ -135,34 +133,6 @@ def test_where_two_computations_go_side_by_side_in_threads_or_processes(
     monkeypatch.setattr(Run, "crossings", lambda *_: None)
     abreast(replace(run(*precisions), jobs=jobs))(bits, FIRST, np.arange(n))
     assert seen == begun
-
-
-@functools.cache
-def followed(problem: RouteProblem, bits: int, scales: Scales) -> Any:
-    """Crossings of so many orbits that rungs tell some fifty of them from each other."""
-    n = 200 if problem is GENTLE else 120
-    return run(53, 160, problem=problem, n=n).crossings(bits, scales, np.arange(n))
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize(
-    ("problem", "rung", "sharper"), [(GENTLE, 64, 76), (DEEP, 64, 76), (DEEP, 76, 88)]
-)
-def test_what_two_rungs_differ_by_is_what_the_lower_one_errs_by(
-    problem: RouteProblem, rung: int, sharper: int
-) -> None:
-    """The sharper one errs by e^-8 of that as a rule; and no symbol of both is another in truth."""
-    rate = run(53, problem=problem).rate
-    low, high, truth = (followed(problem, x, FIRST) for x in (rung, sharper, 106))
-    with np.errstate(invalid="ignore"):
-        differ, err = (rate * np.abs(high.time - x.time) for x in (low, truth))
-    told = (differ > 1e-9) & (differ < 1e-2)
-    assert told.sum() > 50
-    assert np.median(err[told] / differ[told]) < 0.01
-    assert (err[told] < differ[told]).mean() > 0.99
-    agreed = agreement(low, high, rate, 1e-2)
-    sure = agreed & agreement(truth, followed(problem, 106, SECOND), rate, 1e-6)
-    np.testing.assert_array_equal(symbols(high.separatrix)[sure], symbols(truth.separatrix)[sure])
 
 
 def test_a_rung_errs_two_thousand_times_less_than_the_one_below_it() -> None:
