@@ -179,14 +179,3 @@ def test_narrowing_ends_at_a_width_that_is_met_to_the_last_bit(
     whole = Bracket(exact("0"), exact("1"))
     path = narrowed(problem(), whole, 2.0**-60, resolve(), report)
     assert (path[-1].width, len(path)) == (2.0**-60, 61)
-
-
-@pytest.mark.slow
-def test_narrowed_ends_lie_on_both_sides_of_the_change() -> None:
-    """Established by integration, at a distance that takes a second reference orbit."""
-    asked, told = problem(n_symbols=2), list[float]()
-    path = narrowed(asked, Bracket(exact("4.71"), exact("4.72")), 3e-15, resolve(), told.append)
-    assert path[-1].width <= 3e-15
-    assert told == sorted(told, reverse=True)
-    assert len(told) == 2
-    assert truth(asked, path[-1], 53, 64, 113).codes.T.tolist() == [[0, 1], [0, 0]]
