@@ -1,4 +1,4 @@
-"""Precisions by which the orbits of a run climb."""
+"""Precisions by which the orbits of a run climb, and what is computed side by side."""
 
 from __future__ import annotations
 
@@ -21,13 +21,11 @@ from rigidpend.routes.run import Run, Starts, abreast
 from rigidpend.routes.start import Scales
 from tests.bodies import problem
 
-# Drawn by lot: two orbits in three are beyond doubles.
-DEEP = RouteProblem(
-    Body(("1.965", "0.689", "1.942"), ("0.610", "0.792", 0), "0.0198"),
-    exact("1.1"), exact("1.2e-8"), 15,
-)  # fmt: skip
-
 GENTLE = problem()
+DEEP = problem(
+    Body(("1.965", "0.689", "1.942"), ("0.610", "0.792", 0), "0.0198"), h0="1.1", J1_0="1.2e-8"
+)
+"""Drawn by lot: two orbits in three are beyond doubles."""
 
 
 def run(*precisions: int, engine: str = "taylor", problem: RouteProblem = DEEP, n: int = 24) -> Run:
@@ -54,8 +52,10 @@ def run(*precisions: int, engine: str = "taylor", problem: RouteProblem = DEEP, 
 def test_rungs_stand_between_precisions_and_far_from_all(
     precisions: tuple[int, ...], known: int, expected: tuple[int, ...]
 ) -> None:
-    """But for engines whose further bits are integers."""
     assert run(*precisions).beyond(known) == expected
+
+
+def test_engines_whose_further_bits_are_integers_have_no_rungs() -> None:
     assert run(53, 106, 160, engine="scipy").beyond(53) == (106, 160)
 
 
