@@ -8,6 +8,7 @@ from decimal import Decimal
 from fractions import Fraction
 from pathlib import Path
 from typing import Any
+from unittest.mock import Mock
 
 import numpy as np
 import pytest
@@ -131,17 +132,37 @@ def test_the_orbit_returns_on_its_own_way_as_no_phase_of_so_many_digits_does_bet
     assert abs(left) < 0.501 * abs(beside - left)
 
 
-@pytest.mark.parametrize(("first", "digits"), [("a", 10), ("b", 11), ("a", 12), ("b", 13)])
+@pytest.mark.parametrize(
+    ("address", "digits"),
+    [
+        ("a 0^11 1^12 (0^11)*2 1^13 (0^11)*3", 10),
+        ("b 0^11 1^12 (0^11)*2 1^13 (0^11)*3", 11),
+        ("a 0^11 1^12 (0^11)*2 1^13 (0^11)*3", 12),
+        # Beside its first crossing chi is pi, and has a whole turn less.
+        ("a 0^20 1^12 (0^11)*5", 13),
+    ],
+)
 def test_symbols_are_fixed_where_a_rounded_phase_moves_no_crossing_by_a_thousandth(
-    first: str, digits: int
+    address: str, digits: int
 ) -> None:
     """By integration of the orbit and of one whose last digit is another."""
-    address = f"{first} 0^11 1^12 (0^11)*2 1^13 (0^11)*3"
     found = find_orbit(FIG4, address, **START, digits=digits)
     phase = Fraction(found.theta2_0)
-    one, other = (times(x, 8, 113) for x in (phase, phase + Fraction(1, 10**digits)))
-    moved = np.abs(one - other)
+    each = (times(x, len(found.word), 113) for x in (phase, phase + Fraction(1, 10**digits)))
+    moved = np.abs(np.subtract(*each))
     assert moved[: found.fixed + 1].max() <= 1e-3 < moved[found.fixed + 1]
+
+
+def test_corrections_gain_the_digits_of_slopes_which_are_told_anew_in_wider_numbers(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """Bits and legs of each integration: both passages, or those beside them for the slopes."""
+    monkeypatch.setattr(refine, "states_at", legs := Mock(wraps=states_at))
+    many, few = (find_orbit(FIG4, "a 0^11", **START, digits=n) for n in (80, 28))
+    asked = [(x.args[3], x.args[1].shape[1]) for x in legs.call_args_list]
+    in_pairs, in_fours = [(106, 8), (106, 2), *[(212, 2)] * 4], [(212, 8), *[(424, 2)] * 2]
+    assert asked == [*in_pairs, *in_fours, *in_pairs[:4], (212, 1)]
+    assert abs(Fraction(few.theta2_0) - Fraction(many.theta2_0)) <= Fraction(1, 2 * 10**28)
 
 
 @pytest.mark.slow
