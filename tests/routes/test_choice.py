@@ -294,8 +294,9 @@ FEW = np.linspace(0.5, 6, 10)
     ("call", "said"),
     [
         (
-            lambda: found(FEW, n_symbols=3, jobs=2),
-            r"10 differ, the first at theta2_0 = 0\.5 and J1_0 = 1e-8",
+            # A problem that nobody has asked for before, of which a sample is taken.
+            lambda: found(FEW, n_symbols=3, J1_0="1.3e-8", jobs=2),
+            r"10 differ, the first at theta2_0 = 0\.5 and J1_0 = 1\.3e-8",
         ),
         (lambda: found(FEW, n_symbols=3, method="map", jobs=2), "10 differ"),
         (
