@@ -35,21 +35,22 @@ class Reference(NamedTuple):
 
 @functools.cache
 def fig4_left() -> Reference:
-    read = _read("fig4_left_113bit.json")
-    phases, codes, times, theta1 = zip(*read["orbits"], strict=True)
-    columns = np.array(times).T, np.array(theta1).T
-    return Reference(_body(read), read["h0"], read["J1_0"], list(phases), _bits(codes), *columns)
+    read = json.loads((DATA / "fig4_left_113bit.json").read_text())
+    return _reference(read, read["J1_0"], read["orbits"])
 
 
 @functools.cache
 def random_phases(J1_0: str) -> Reference:
     """2000 phases drawn at random, for J1_0 = "1e-6" or "1e-10"."""
     read = json.loads(measure.STORED.read_text())
-    starts, codes, times = zip(*read["orbits"][J1_0], strict=True)
-    last = np.array([times])
-    return Reference(
-        _body(read), read["h0"], J1_0, list(starts), _bits(codes), last, np.empty((0, len(starts)))
-    )
+    return _reference(read, J1_0, read["orbits"][J1_0])
+
+
+def _reference(read: Any, J1_0: str, orbits: Any) -> Reference:
+    phases, codes, times, *theta1 = (list(column) for column in zip(*orbits, strict=True))
+    bits = np.array([[int(z) for z in code] for code in codes], dtype=np.uint8)
+    each = (np.array(x).reshape(len(phases), -1).T for x in (bits, times, theta1))
+    return Reference(Body(read["A"], read["r"], read["mu"]), read["h0"], J1_0, phases, *each)
 
 
 def vertex_theta1(separatrix: Any) -> NDArray[np.float64]:
@@ -58,15 +59,3 @@ def vertex_theta1(separatrix: Any) -> NDArray[np.float64]:
     places = [math.nan, beta0 - alpha0, beta0 + alpha0]
     places += [place + 2 * math.pi for place in places[1:]]
     return np.array(places)[separatrix]
-
-
-def _read(name: str) -> Any:
-    return json.loads((DATA / name).read_text())
-
-
-def _body(read: Any) -> Body:
-    return Body(read["A"], read["r"], read["mu"])
-
-
-def _bits(codes: tuple[str, ...]) -> NDArray[np.uint8]:
-    return np.array([[int(z) for z in code] for code in codes], dtype=np.uint8).T

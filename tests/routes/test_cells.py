@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import math
 import pickle
-from dataclasses import replace
 from typing import Any
+from unittest.mock import Mock
 
 import numpy as np
 import pytest
@@ -13,11 +13,10 @@ import pytest
 from rigidpend import Body, route_codes
 from rigidpend.numbers.exact import exact
 from rigidpend.orbits.integrate.arithmetic import resolve
-from rigidpend.routes import certainty, choice, costs
+from rigidpend.routes import choice, costs
 from rigidpend.routes.cells import AXES, Cells, cell_problem, cells_of_each, cells_of_starts
-from rigidpend.routes.phases import Phases
 from rigidpend.routes.problem import passage_limit, phase_rate
-from rigidpend.routes.run import Run, Starts, in_pieces
+from rigidpend.routes.run import in_pieces
 from tests.bodies import problem
 from tests.orbits.integrate.problems import FIG4, same
 
@@ -30,19 +29,20 @@ MU, H0 = np.array([1e-3, 2e-3, 1e-3, 2e-3, 1e-3]), np.array([1.1, 1.2, 1.9, 1.3,
 FEW = np.array([0.3, 1.2, 2.2, 3.1, 5.0])
 
 
-def of_starts(monkeypatch: Any, many: bool, **more: Any) -> Cells:
+def of_starts(monkeypatch: pytest.MonkeyPatch, many: bool, jobs: int = 1) -> Cells:
     monkeypatch.setattr(costs, "LEAST", 0.0 if many else math.inf)
     monkeypatch.setattr(costs, "budget", lambda *_: math.inf)
-    arithmetic = resolve(None, None, more.pop("precisions", (53, 64)))
-    given = PROBLEM, THETA2, J1_0, arithmetic
-    return cells_of_starts(*given, ends=(1e-10, 1e-4), orbits=1000, **more)
+    given = PROBLEM, THETA2, J1_0, resolve(None, None, (53, 64)), jobs
+    return cells_of_starts(*given, ends=(1e-10, 1e-4), orbits=1000)
 
 
 @pytest.mark.parametrize("many", [True, False])
-def test_agrees_the_codes_with_those_of_each_start_alone(
+def test_agrees_the_codes_with_those_of_each_start_alone_whatever_the_jobs(
     many: bool, monkeypatch: pytest.MonkeyPatch
 ) -> None:
+    monkeypatch.setattr(choice, "PIECE", 16)
     found = of_starts(monkeypatch, many)
+    assert same(found, of_starts(monkeypatch, many, jobs=3))
     assert (found.by_map.mean() > 0.9) == many
     assert (found.certain == N).mean() > 0.99
     for J1 in STARTS:
@@ -52,33 +52,14 @@ def test_agrees_the_codes_with_those_of_each_start_alone(
         assert (alone.codes == found.codes[:, here])[known & alone.certain].all()
 
 
-@pytest.mark.parametrize("many", [True, False])
-def test_no_result_depends_on_the_jobs(many: bool, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(choice, "PIECE", 16)
-    assert same(*(of_starts(monkeypatch, many, jobs=jobs) for jobs in (1, 3)))
-
-
 def test_a_piece_has_no_more_passages_than_memory_is_meant_for(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
-    taken = list[int]()
-
-    def watched(work: Any, columns: Any, size: int, jobs: int) -> Any:
-        taken.append(size)
-        return in_pieces(work, columns, size, jobs)
-
-    monkeypatch.setattr(choice, "in_pieces", watched)
+    monkeypatch.setattr(choice, "in_pieces", pieces := Mock(wraps=in_pieces))
     for passages in (7 * (N + 1), N):
         monkeypatch.setattr(choice, "PIECE", passages)
         of_starts(monkeypatch, many=True)
-    assert {*taken} == {7, 1}
-
-
-def test_the_least_start_says_how_long_to_wait_and_the_largest_is_asked_of_maps() -> None:
-    least = replace(PROBLEM, J1_0=exact(1e-30))
-    run = Run(PROBLEM, Phases(FEW), DOUBLES, starts=Starts(np.full(5, 1e-30), least))
-    deep = Run(least, Phases(FEW), DOUBLES)
-    assert same(*(each.crossings(53, certainty.FIRST, np.arange(5)) for each in (run, deep)))
+    assert {given.args[2] for given in pieces.call_args_list} == {7, 1}
 
 
 @pytest.mark.parametrize("jobs", [1, 2])
@@ -103,18 +84,12 @@ def test_orbits_of_mixed_bodies_and_energies_have_their_own_codes(
 def test_agreement_is_held_against_the_fastest_and_the_wait_is_the_longest(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
-    asked: list[tuple[float, float]] = []
-    real = Run.decided
-
-    def noted(run: Run) -> Any:
-        asked.append((run.rate, passage_limit(run.problem, 53)))
-        return real(run)
-
-    monkeypatch.setattr(Run, "decided", noted)
+    monkeypatch.setattr(choice, "decided", decided := Mock(wraps=choice.decided))
     cells_of_each(PROBLEM, {"h0": H0}, FEW, DOUBLES)
     each = [cell_problem(PROBLEM, {"h0": h0}) for h0 in H0.tolist()]
-    rates, waits = map(phase_rate, each), (passage_limit(problem, 53) for problem in each)
-    assert asked == [(max(rates), max(waits))]
+    run, _ = decided.call_args.args
+    assert run.rate == max(map(phase_rate, each))
+    assert passage_limit(run.problem, 53) == max(passage_limit(one, 53) for one in each)
 
 
 def test_rows_replace_one_value_and_no_other() -> None:

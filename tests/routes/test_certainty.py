@@ -8,24 +8,12 @@ import numpy as np
 import pytest
 
 from rigidpend.orbits.integrate import Crossings, Outcome
-from rigidpend.routes.certainty import (
-    AGREEMENT,
-    CLOSE,
-    FIRST,
-    LINEAR,
-    SECOND,
-    THIRD,
-    agreement,
-    decide,
-    undivided,
-)
+from rigidpend.routes.certainty import FIRST, LINEAR, SECOND, THIRD, agreement, decide, undivided
 from rigidpend.routes.start import Scales
 
 RATE, LIMIT = 2.0, 1e-3
 NEAR, FAR = 0.4e-3, 0.6e-3
 """Times apart by less and by more than LIMIT / RATE."""
-
-
 BASE = [10.0, 20.0, 30.0, 40.0]
 
 
@@ -83,19 +71,20 @@ def test_agreement_is_of_all_times_and_separatrices_up_to_a_symbol(
 
 
 class Noted:
-    """Computations of columns, each late by its own time; it writes down what it is asked."""
+    """Computations of columns, whose crossings are late; it writes down what it is asked.
+
+    By (n,) for each computation, or by (4, n) where each crossing has its own.
+    """
 
     def __init__(self, **late: Any) -> None:
         scales = {"first": FIRST, "second": SECOND, "third": THIRD}
-        split = {key.partition("_"): by for key, by in late.items()}
-        self.late = {
-            (int(bits), scales[name]): np.atleast_1d(by) for (name, _, bits), by in split.items()
-        }
+        split = {key.partition("_"): np.asarray(by) for key, by in late.items()}
+        self.late = {(int(bits), scales[name]): by for (name, _, bits), by in split.items()}
         self.asked: list[tuple[int, Scales, list[int]]] = []
 
     def __call__(self, bits: int, scales: Scales, columns: Any) -> Crossings:
         self.asked.append((bits, scales, list(columns)))
-        time = np.array(BASE)[:, None] + self.late[bits, scales][np.asarray(columns)]
+        time = np.array(BASE)[:, None] + self.late[bits, scales][..., columns]
         separatrix = np.tile(np.array([2, 1, 4, 3], dtype=np.uint8)[:, None], time.shape[1])
         return Crossings(time, separatrix, np.zeros(time.shape[1], dtype=np.uint8))
 
@@ -136,38 +125,40 @@ def test_decide_climbs_with_what_is_uncertain_alone() -> None:
     assert len(nothing.asked) == 2, "no more than it needs"
 
 
-@pytest.mark.parametrize("pair", [(FIRST, SECOND), (FIRST, THIRD), (SECOND, THIRD)])
-def test_scales_of_the_computations_differ_by_no_power_of_two(pair: Any) -> None:
-    for first, second in zip(*pair, strict=True):
-        mantissa, _ = np.frexp(float(second) / float(first))
-        assert mantissa != 0.5
+UNASKED = 1.0
+"""A time by which a third computation would refuse what two establish."""
 
 
-@pytest.mark.parametrize(
-    ("late", "settled", "computations"),
-    [
+def test_two_or_three_computations_settle_what_is_below_their_limits() -> None:
+    """Each column for itself: how late its second and its third computation are, and its symbols.
+
+    Four numbers are those of its crossings.
+    """
+    table: list[tuple[Any, Any, int]] = [
         # A millionth of a radian is the most that two computations settle,
-        ({"second_53": 0.9e-6}, True, 2),
-        ({"second_53": 1.1e-6, "third_53": 0.0}, True, 3),
-        # a thousandth the most that three do, which all must agree,
-        ({"second_53": 0.9e-3, "third_53": 0.45e-3}, True, 3),
-        ({"second_53": 1.1e-3}, False, 2),
-        ({"second_53": 0.45e-3, "third_53": 0.9e-3}, True, 3),
-        ({"second_53": 0.55e-3, "third_53": 1.1e-3}, False, 3),
-        ({"second_53": 0.55e-3, "third_53": -0.6e-3}, False, 3),
-        # and a hundredth the most that two precisions do.
-        ({"second_53": 2e-3, "first_64": 1.1e-2}, True, 3),
-        ({"second_53": 2e-3, "first_64": 1.3e-2, "second_64": 1.0}, False, 4),
-    ],
-)
-def test_limits_settle_what_is_below_them_and_nothing_beyond(
-    late: dict[str, float], settled: bool, computations: int
-) -> None:
-    noted = Noted(first_53=0.0, **late)
-    precisions = (53, 64) if "first_64" in late else (53,)
-    decided = decide(noted, 1, 1.0, precisions)
-    assert (bool(decided.certain.all()), len(noted.asked)) == (settled, computations)
-    assert decided.bits.tolist() == [precisions[-1]]
+        (0.0, UNASKED, 3),
+        (0.9e-6, UNASKED, 3),
+        (1.1e-6, 0.0, 3),
+        # a thousandth the most that three do, which all must agree.
+        (0.9e-3, 0.45e-3, 3),
+        (0.45e-3, 0.9e-3, 3),
+        (0.55e-3, 1.1e-3, 0),
+        (0.55e-3, -0.6e-3, 0),
+        # None is asked for where it could establish nothing,
+        (1.1e-3, UNASKED, 0),
+        ([0.0, 0.0, 2e-3, 2e-3], UNASKED, 1),
+        # and it is asked for the symbols that two leave open; what these establish stays so.
+        ([0.0, 0.0, 0.5e-3, 0.5e-3], [0.0, 0.0, 2e-3, 2e-3], 1),
+        ([0.0, 0.0, 0.5e-3, 0.5e-3], [0.0, 0.0, 0.25e-3, 0.25e-3], 3),
+        ([0.0, 0.0, 0.5e-3, 0.5e-3], 2e-3, 1),
+    ]
+    second, third, symbols = zip(*table, strict=True)
+    late = [np.column_stack([np.broadcast_to(x, 4) for x in each]) for each in (second, third)]
+    noted = Noted(first_53=0 * late[0], second_53=late[0], third_53=late[1])
+    found = decide(noted, len(table), 1.0, (53,))
+    np.testing.assert_array_equal(found.certain, np.arange(3)[:, None] < symbols)
+    asked = [k for k, by in enumerate(third) if by != UNASKED]
+    assert noted.asked[2:] == [(53, THIRD, asked)]
 
 
 @pytest.mark.parametrize(
@@ -184,18 +175,13 @@ def test_two_of_precisions_that_differ_by_less_must_agree_better(
     ladder: tuple[int, ...], limit: float
 ) -> None:
     """So that the chance of errors alike is that of 11 bits, whatever was decided before."""
-    late = np.array([0.99, 1.01]) * limit
-
-    def compute(bits: int, scales: Scales, columns: Any) -> Crossings:
-        # Each is a radian or more from the one before it, but for the last.
-        off = (
-            late[columns] + len(ladder) - 2 if bits == ladder[-1] else 0 * late + (scales == FIRST)
-        )
-        times = np.add.outer(BASE, off)
-        separatrices = np.repeat(record().separatrix, off.size, axis=1)
-        return Crossings(times, separatrices, np.zeros(off.size, dtype=np.uint8))
-
-    found = decide(compute, 2, 1.0, ladder, most=lambda bits: 1 + (bits == 53))
+    assert LINEAR == 1e-2
+    # Each is a radian or more from the one before it, but for the last.
+    *between, last = (f"first_{bits}" for bits in ladder[1:])
+    late = {last: np.array([0.99, 1.01]) * limit + len(between)}
+    late |= {key: np.ones(2) for key in between}
+    noted = Noted(first_53=np.ones(2), second_53=np.zeros(2), **late)
+    found = decide(noted, 2, 1.0, ladder, most=lambda bits: 1 + (bits == 53))
     assert found.certain.all(axis=0).tolist() == [True, False]
 
 
@@ -203,54 +189,13 @@ def test_two_of_precisions_that_differ_by_less_must_agree_better(
 def test_no_more_computations_of_a_precision_are_made_than_there_are(most: int) -> None:
     """Columns that two doubles, and one, two and three of more bits would establish."""
     noted = Noted(
-        first_53=[0, 9, 9, 10 * CLOSE],
+        first_53=[0, 9, 9, 1e-5],
         second_53=[0, 0, 0, 0],
         first_106=[5, 0, 1, 1],
-        second_106=[5, 0, 1, 1 + 10 * CLOSE],
+        second_106=[5, 0, 1, 1 + 1e-5],
         third_106=[5, 0, 1, 1],
     )
     found = decide(noted, 4, 1.0, (53, 106), most=lambda bits: 2 if bits == 53 else most)
     assert found.certain.all(axis=0).tolist() == [True, *(most >= n for n in (1, 2, 3))]
     asked = [(106, FIRST, [1, 2, 3]), (106, SECOND, [2, 3]), (106, THIRD, [3])]
     assert noted.asked[2:] == asked[:most]
-
-
-@pytest.mark.parametrize(
-    ("second", "third", "asked", "certain"),
-    [
-        (AGREEMENT / 2, [0, 0, 2 * AGREEMENT], 1, [True, False, False]),
-        (AGREEMENT / 2, [0, 0, AGREEMENT / 4], 1, [True, True, True]),
-        # What two establish stays so, whatever a third one finds.
-        (AGREEMENT / 2, [2 * AGREEMENT] * 3, 1, [True, False, False]),
-        # None is asked for where it could establish nothing.
-        (2 * AGREEMENT, [0, 0, 0], 0, [True, False, False]),
-    ],
-)
-def test_decide_keeps_what_two_establish_and_doubts_what_comes_after(
-    second: float, third: list[float], asked: int, certain: list[bool]
-) -> None:
-    """The third computation is asked for the symbols that two leave open, and no others."""
-    late = {FIRST: [0.0, 0, 0], SECOND: [0, 0, second], THIRD: third}
-    thirds: list[Scales] = []
-
-    def compute(bits: int, scales: Scales, columns: Any) -> Crossings:
-        thirds.extend([scales] * (scales == THIRD))
-        begin, middle, end = late[scales]
-        return record(np.add(BASE, [begin, middle, end, end]))
-
-    assert decide(compute, 1, 1.0, (53,)).certain[:, 0].tolist() == certain
-    assert len(thirds) == asked
-
-
-def test_a_third_computation_decides_its_own_column_and_no_other() -> None:
-    """Between columns that agree at once: one that it refuses, and one that it grants.
-
-    Column 3 differs by more than `AGREEMENT`, so that no third one is asked for.
-    """
-    second = np.array([0.0, 10 * CLOSE, 0.0, 10 * AGREEMENT, 10 * CLOSE])
-    third = np.array([0.0, 10 * AGREEMENT, 0.0, 0.0, 0.0])
-    noted = Noted(first_53=np.zeros(5), second_53=second, third_53=third)
-    found = decide(noted, 5, 1.0, (53,))
-    assert noted.asked[2:] == [(53, THIRD, [1, 4])]
-    assert found.certain.all(axis=0).tolist() == [True, False, True, False, True]
-    assert not found.certain[:, [1, 3]].any()

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-import pickle
 from collections.abc import Callable
 from dataclasses import replace
 from typing import Any
@@ -21,9 +20,6 @@ from rigidpend.orbits.return_map.build import FIRST
 from rigidpend.routes import certainty, choice, codes, costs, mapped
 from rigidpend.routes.cells import cells_of_starts
 from rigidpend.routes.certainty import Contradiction
-from rigidpend.routes.phases import Phases
-from rigidpend.routes.problem import ProblemError
-from rigidpend.routes.run import Run, abreast
 from rigidpend.routes.start import Scales
 from rigidpend.routes.symbolic.levels import surface
 from tests.bodies import problem
@@ -44,7 +40,6 @@ def eager(monkeypatch: pytest.MonkeyPatch) -> None:
     """Maps pay for any orbit."""
     monkeypatch.setattr(costs, "LEAST", 0.0)
     monkeypatch.setattr(costs, "budget", lambda *_: math.inf)
-    monkeypatch.setattr(choice, "_asked", {})
 
 
 @pytest.fixture
@@ -87,23 +82,24 @@ def test_agrees_codes_and_times_with_integration(body: Body, J1_0: str) -> None:
 def test_few_orbits_take_maps_that_are_kept_where_a_problem_is_asked_for_often(
     integrations: list[Any], monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(choice, "_asked", {})
-    problem = replace(PROBLEM, n_symbols=6)
-    monkeypatch.setattr(choice, "OFTEN", 2.9 * costs.integration(problem) * len(PHASES))
-    kept = found(n_symbols=6, method="map")
+    # A problem that nobody has asked for before.
+    own: dict[str, Any] = {"n_symbols": 6, "J1_0": "1.1e-8"}
+    asked = problem(**own)
+    monkeypatch.setattr(choice, "OFTEN", 2.9 * costs.integration(asked) * len(PHASES))
+    kept = found(**own, method="map")
     calls = []
     for _ in range(4):
         integrations.clear()
-        record = found(n_symbols=6)
+        record = found(**own)
         calls.append((record, sum(x["orbits"] for x in integrations)))
     assert [bool(record.by_map.any()) for record, _ in calls] == [False, False, True, True]
     left = int((~kept.by_map).sum())
     assert left <= calls[3][1] <= 3 * left < calls[2][1] <= 3 * (choice.LEAST_SAMPLE + left)
     assert all((record.codes == kept.codes).all() for record, _ in calls)
     # What is stored hangs on no cache, and without maps there is nothing to take.
-    assert not codes.codes_of(problem, PHASES, resolve(None, None, (53, 106))).by_map.any()
+    assert not codes.codes_of(asked, PHASES, resolve(None, None, (53, 106))).by_map.any()
     monkeypatch.setattr(mapped, "is_kept", lambda *_: False)
-    assert not found(n_symbols=6).by_map.any()
+    assert not found(**own).by_map.any()
 
 
 @pytest.mark.usefixtures("eager")
@@ -111,15 +107,16 @@ def test_many_orbits_are_sampled_at_first_and_then_seldom(
     samples: list[Any], monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr(choice, "SELDOM", 2 * len(PHASES))
+    own: dict[str, Any] = {"n_symbols": 2, "J1_0": "1.2e-8"}
     for sampled in (True, False, True, False):
         samples.clear()
-        assert found(n_symbols=2).by_map.any()
+        assert found(**own).by_map.any()
         assert bool(samples) == sampled
     # What is asked for by name, or stored, is compared each time.
     samples.clear()
-    found(n_symbols=2, method="map")
+    found(**own, method="map")
     assert len(samples) == 2
-    codes.codes_of(replace(PROBLEM, n_symbols=2), PHASES, resolve())
+    codes.codes_of(problem(**own), PHASES, resolve())
     assert len(samples) == 4
 
 
@@ -139,23 +136,25 @@ def test_maps_are_taken_where_seconds_are_at_stake_and_they_pay(
         assert part.by_map.all() == pays, "a part is decided as all would be"
 
 
-def test_where_maps_of_more_bits_do_not_settle_their_columns_are_integrated(
+def test_what_maps_leave_open_is_integrated_and_told_where_that_takes_long(
     monkeypatch: pytest.MonkeyPatch, integrations: list[Any]
 ) -> None:
-    asked: list[int] = []
+    """By maps in doubles, for those of more bits do not settle."""
 
     def in_doubles_only(*args: Any, **more: Any) -> ReturnMap:
-        asked.append(more["bits"])
         if more["bits"] > 53:
             raise MapError("the tables do not settle")
         return return_map(*args, **more)
 
     monkeypatch.setattr(mapped, "return_map", in_doubles_only)
+    monkeypatch.setattr(costs, "SLOW", 0.0)
+    monkeypatch.setattr(costs, "LONG", 0.0)
     given: dict[str, Any] = {"J1_0": "1e-6", "n_symbols": 24, "precisions": (53, 106)}
     phases = np.linspace(0, 6.2, 40)
-    record = found(phases, method="map", **given)
+    said = r"of 40 orbits are integrated, .* more than the 53 bits of the maps"
+    with pytest.warns(costs.SlowRoutesWarning, match=said):
+        record = found(phases, method="map", **given)
     risen = record.bits > 53
-    assert max(asked) > 53
     # By rungs, where each is computed once; all that were open come to the first of them.
     assert len(set(record.bits[risen].tolist())) > 1
     assert sum(x["orbits"] for x in integrations if x["bits"] == 64) == risen.sum()
@@ -165,71 +164,46 @@ def test_where_maps_of_more_bits_do_not_settle_their_columns_are_integrated(
 
 
 @pytest.mark.usefixtures("samples")
-def test_an_orbit_that_a_map_does_not_follow_is_said_to_be_integrated(
-    monkeypatch: pytest.MonkeyPatch,
+def test_what_maps_do_not_follow_or_serve_is_integrated_and_said_to_be(
+    integrations: list[Any], monkeypatch: pytest.MonkeyPatch
 ) -> None:
     followed = mapped.Maps.crossings
 
-    def but_one(self: mapped.Maps, bits: int, scales: Scales, columns: Any) -> Crossings:
+    def but_two(self: mapped.Maps, bits: int, scales: Scales, columns: Any) -> Crossings:
         seen = followed(self, bits, scales, columns)
         seen.outcome[columns == 3] = Outcome.NO_CROSSING
+        seen.time[:, columns == 3] = math.nan
+        # So that a third computation must decide, of which there is no map.
+        seen.time[:, columns == 5] += 1e-4 * (scales == certainty.SECOND)
         return seen
 
-    monkeypatch.setattr(mapped.Maps, "crossings", but_one)
-    record = found(PHASES[:6], n_symbols=3, method="map")
+    monkeypatch.setattr(mapped.Maps, "crossings", but_two)
+    record = found(PHASES[:7], n_symbols=3, method="map", precisions=(53,))
     assert record.certain.all()
-    assert record.by_map.tolist() == [True, True, True, False, True, True]
+    assert record.by_map.tolist() == [True, True, True, False, True, False, True]
+    assert [x["orbits"] for x in integrations] == [1, 1, 1]
 
 
-@pytest.fixture(scope="module")
-def true() -> tuple[Any, Any]:
-    """Phases, and their symbols by integration."""
-    phases = np.random.default_rng(11).uniform(0, 6.28, 300)
-    record = found(phases, method="integration", precisions=(53, 64))
-    assert record.certain.mean() > 0.99
-    return phases, record.codes
-
-
-@pytest.mark.parametrize(
-    ("which", "size"), [("first", 1e-15), ("first", 1e-12), ("second", 1e-10), ("both", 1e-12)]
-)
 def test_no_wrong_symbol_is_certain_where_tables_are_spoilt(
-    which: str, size: float, true: tuple[Any, Any], monkeypatch: pytest.MonkeyPatch
+    monkeypatch: pytest.MonkeyPatch,
 ) -> None:
+    """What the tables are off by shows as a smaller share of certain symbols, nowhere else."""
+    phases, sizes = np.random.default_rng(11).uniform(0, 6.28, 300), (0.0, 0.0)
+    true = found(phases, method="integration", precisions=(53, 64))
+    assert true.certain.mean() > 0.99
+
     def damaged(*args: Any, **more: Any) -> ReturnMap:
-        made, first = return_map(*args, **more), more["design"] == FIRST
-        hit = which == "both" or (which == "first") == first
-        return spoilt(made, size, 1 + first) if hit else made
+        first = more["design"] == FIRST
+        made, size = return_map(*args, **more), sizes[not first]
+        return spoilt(made, size, 1 + first) if size else made
 
     monkeypatch.setattr(mapped, "return_map", damaged)
     monkeypatch.setattr(choice, "contradicted", lambda *_: np.array([], dtype=int))
     monkeypatch.setattr(certainty, "AGREEMENT", certainty.CLOSE)
-    record = found(true[0], method="map", precisions=(53,))
-    assert not (record.certain & (record.codes != true[1])).any()
-    # What the tables are off by shows as a smaller share of certain symbols, nowhere else.
-    assert (record.certain.mean() > 0.5) == (size < 1e-14)
-
-
-@pytest.mark.slow
-def test_where_passages_are_long_what_maps_leave_open_goes_to_sharper_ones(
-    monkeypatch: pytest.MonkeyPatch,
-) -> None:
-    slow = Body(("2.908", "1.682", "1.764"), ("0.6", "0.8", 0), "0.0002")
-    phases = np.random.default_rng(2).uniform(0, 6.28, 40)
-    many: dict[str, Any] = {"body": slow, "method": "map", "n_symbols": 18}
-    at_once = found(phases, **many)
-    assert set(at_once.bits) == {53, costs.SHARPEST, 90}
-    monkeypatch.setattr(costs, "DEEP", math.inf)
-    monkeypatch.setattr(costs, "SLOW", 0.0)
-    monkeypatch.setattr(costs, "LONG", 0.0)
-    said = r"of 40 orbits are integrated, .* more than the 75 bits of the maps"
-    with pytest.warns(costs.SlowRoutesWarning, match=said):
-        by_maps = found(phases, **many)
-    assert (at_once.codes == by_maps.codes)[at_once.certain & by_maps.certain].all()
-    assert (by_maps.bits > 75).any()
-    no_sharper = found(phases, **many, precisions=(53, costs.SHARPER))
-    assert no_sharper.bits.max() <= costs.SHARPER, "more bits are not asked for"
-    assert no_sharper.by_map[no_sharper.bits == 53].all()
+    for sizes in ((1e-15, 0.0), (1e-12, 0.0), (0.0, 1e-10), (1e-12, 1e-12)):
+        record = found(phases, method="map", precisions=(53,))
+        assert not (record.certain & (record.codes != true.codes)).any()
+        assert (record.certain.mean() > 0.5) == (max(sizes) == 1e-15)
 
 
 def test_orbits_without_a_map_are_integrated_or_refused(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -238,10 +212,6 @@ def test_orbits_without_a_map_are_integrated_or_refused(monkeypatch: pytest.Monk
     some = PHASES[:2]
     with pytest.raises(MapError):
         found(some, heavy, n_symbols=2, method="map")
-    with pytest.raises(ProblemError, match="auto, map, integration"):
-        found(some, method="guess")
-    with pytest.raises(ProblemError, match="begin with 53"):
-        found(some, method="map", precisions=(64, 113))
     with pytest.raises(MapError, match="outside of the normal form"):
         found(some, n_symbols=2, J1_0="0.3", method="map")
     monkeypatch.setattr(costs, "LEAST", 0.0)
@@ -287,32 +257,6 @@ def test_a_sample_of_all_orbits_is_integrated_in_doubles_and_of_few_in_more_bits
         assert samples == expected
 
 
-def test_few_orbits_take_both_computations_of_a_precision_at_once(
-    monkeypatch: pytest.MonkeyPatch,
-) -> None:
-    arithmetic, few, many = resolve(None, None, (53, 106)), np.array([1, 4, 7]), np.arange(17)
-    run = Run(PROBLEM, Phases(PHASES), arithmetic, jobs=2)
-    expected = run.crossings(106, certainty.SECOND, few[1:])
-    asked: list[tuple[Scales, int]] = []
-    computed = Run.crossings
-
-    def crossings(run: Run, bits: int, scales: Scales, columns: Any) -> Crossings:
-        asked.append((scales, len(columns)))
-        return computed(run, bits, scales, columns)
-
-    monkeypatch.setattr(Run, "crossings", crossings)
-    compute = abreast(run)
-    compute(106, certainty.FIRST, few)
-    second = compute(106, certainty.SECOND, few[1:])
-    assert sorted(asked) == sorted([(certainty.FIRST, 3), (certainty.SECOND, 3)])
-    for got, known in zip(second, expected, strict=True):
-        np.testing.assert_array_equal(got, known)
-    for alone in (abreast(replace(run, jobs=1)), compute):
-        asked.clear()
-        alone(106, certainty.FIRST, few if alone is not compute else many)
-        assert [scales for scales, _ in asked] == [certainty.FIRST]
-
-
 def whole(_: int, __: Scales, columns: Any) -> Crossings:
     """Crossings of orbits that are all alike."""
     n = len(columns)
@@ -322,7 +266,7 @@ def whole(_: int, __: Scales, columns: Any) -> Crossings:
 
 
 @pytest.mark.parametrize(
-    ("n", "size", "expected"),
+    ("n", "size", "sample"),
     [
         (1, 5, [0]),
         (11, 8, [0, 1, 2, 3, 7, 8, 9, 10]),
@@ -332,33 +276,41 @@ def whole(_: int, __: Scales, columns: Any) -> Crossings:
         (6, 6, [0, 1, 2, 3, 4, 5]),
     ],
 )
-def test_the_sample_reaches_from_the_first_orbit_to_the_last(
-    n: int, size: int, expected: list[int]
+def test_all_of_a_sample_from_the_first_orbit_to_the_last_is_contradicted_where_it_is_certain(
+    n: int, size: int, sample: list[int]
 ) -> None:
-    asked: set[int] = set()
-
-    def integrated(bits: int, scales: Scales, columns: Any) -> Crossings:
-        asked.update(columns.tolist())
-        return whole(bits, scales, columns)
-
-    bits = np.full(n, 53, dtype=np.uint16)
-    known = certainty.Decided(whole(53, Scales(), range(n)), np.ones((1, n), dtype=bool), bits)
-    assert not choice.contradicted(known, integrated, 1.0, (53,), size).size
-    assert sorted(asked) == expected
-
-
-@pytest.mark.parametrize("sure", [True, False])
-def test_what_maps_leave_uncertain_contradicts_nothing(sure: bool) -> None:
-    seen = whole(53, Scales(), range(4))
+    seen = whole(53, Scales(), range(n))
     seen.separatrix[1] = 1
-    bits, certain = np.full(4, 53, dtype=np.uint16), np.full((1, 4), sure)
-    known = certainty.Decided(seen, certain, bits)
-    wrong = choice.contradicted(known, whole, 1.0, (53,), 4)
-    assert wrong.tolist() == ([0, 1, 2, 3] if sure else [])
+    for sure, wrong in ((True, sample), (False, [])):
+        known = certainty.Decided(seen, np.full((1, n), sure), np.full(n, 53, dtype=np.uint16))
+        assert choice.contradicted(known, whole, 1.0, (53,), size).tolist() == wrong
 
 
-@pytest.fixture
-def mirrored(eager: None, monkeypatch: pytest.MonkeyPatch) -> None:
+FEW = np.linspace(0.5, 6, 10)
+
+
+@pytest.mark.usefixtures("eager")
+@pytest.mark.parametrize(
+    ("call", "said"),
+    [
+        (
+            # A problem that nobody has asked for before, of which a sample is taken.
+            lambda: found(FEW, n_symbols=3, J1_0="1.3e-8", jobs=2),
+            r"10 differ, the first at theta2_0 = 0\.5 and J1_0 = 1\.3e-8",
+        ),
+        (lambda: found(FEW, n_symbols=3, method="map", jobs=2), "10 differ"),
+        (
+            lambda: cells_of_starts(
+                PROBLEM, FEW, np.full(10, 1e-9), resolve(None, None, (53,)), ends=(1e-9, 1e-8)
+            ),
+            r"theta2_0 = 0\.5 and J1_0 = 1e-09",
+        ),
+    ],
+    ids=["codes", "codes by maps", "cells"],
+)
+def test_what_contradicts_is_not_given(
+    call: Callable[[], Any], said: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
     """All maps find the mirror image of every orbit: they err alike, so that they agree."""
     real = mapped.Maps.crossings
 
@@ -368,35 +320,8 @@ def mirrored(eager: None, monkeypatch: pytest.MonkeyPatch) -> None:
         return right._replace(separatrix=image)
 
     monkeypatch.setattr(mapped.Maps, "crossings", alike)
-
-
-def by_codes(method: str) -> Any:
-    return found(np.linspace(0.5, 6, 10), n_symbols=3, method=method, jobs=2)
-
-
-def by_cells() -> Any:
-    phases, J1_0 = np.linspace(0.5, 6, 10), np.full(10, 1e-9)
-    return cells_of_starts(PROBLEM, phases, J1_0, resolve(None, None, (53,)), ends=(1e-9, 1e-8))
-
-
-@pytest.mark.usefixtures("mirrored")
-@pytest.mark.parametrize(
-    ("call", "said"),
-    [
-        (lambda: by_codes("auto"), r"10 differ, the first at theta2_0 = 0\.5 and J1_0 = 1e-8"),
-        (lambda: by_codes("map"), "10 differ"),
-        (by_cells, r"theta2_0 = 0\.5 and J1_0 = 1e-09"),
-    ],
-    ids=["codes", "codes by maps", "cells"],
-)
-def test_what_contradicts_is_not_given(call: Callable[[], Any], said: str) -> None:
     for _ in ("at first", "when it is asked for again"):
-        with pytest.raises(Contradiction, match=said):
+        with pytest.raises(Contradiction, match=said) as told:
             call()
-
-
-def test_a_contradiction_comes_unchanged_from_processes_and_clusters() -> None:
-    again = pickle.loads(pickle.dumps(Contradiction("said")))
-    assert (type(again), str(again)) == (Contradiction, "said")
-    # Nobody who catches what a computation may refuse takes it for that.
-    assert not issubclass(Contradiction, ArithmeticError | ValueError | RuntimeError | LookupError)
+        # Nobody who catches what a computation may refuse takes it for that.
+        assert not isinstance(told.value, ArithmeticError | ValueError | RuntimeError | LookupError)

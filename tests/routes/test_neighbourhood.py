@@ -40,118 +40,76 @@ def truth(asked: RouteProblem, phases: Sequence[Exact], *bits: int) -> RouteCode
 
 @pytest.mark.slow
 @pytest.mark.parametrize(
-    ("asked", "centre", "beside", "finest", "bits"),
+    ("asked", "centre", "beside", "finest", "own", "bits"),
     [
         # Distances from 1e-2 to 1e-24, both sides.
-        (problem(n_symbols=3), FIRST, ("1e-2", "-1e-2", "1.234567e-24", "-1e-24"), FINEST, 130),
+        (problem(n_symbols=3), FIRST, ("1e-2", "-1e-2", "1.234567e-24", "-1e-24"), FINEST, 53, 130),
+        # In higher precision each orbit is integrated.
+        (problem(n_symbols=2), FIRST, ("1e-12", "-3e-12"), FINEST, 113, 130),
         # A centre that is not special: the reference leaves the periodic orbit with its neighbours.
-        (problem(OTHER, 3, "0.8"), "1.3", ("1e-1", "1e-4", "1e-8", "1e-14"), 1e-14, 113),
+        (problem(OTHER, 3, "0.8"), "1.3", ("1e-1", "1e-4", "1e-8", "1e-14"), 1e-14, 53, 113),
         # Without weight all phases share one orbit, which never crosses twice.
-        (problem(FREE, 2), "1", ("1e-3",), 1e-10, 53),
+        (problem(FREE, 2), "1", ("1e-3",), 1e-10, 53, 53),
     ],
-    ids=["every distance", "another body", "no weight"],
+    ids=["every distance", "each integrated", "another body", "no weight"],
 )
 def test_agrees_with_integration(
-    asked: RouteProblem, centre: str, beside: Sequence[str], finest: float, bits: int
+    asked: RouteProblem, centre: str, beside: Sequence[str], finest: float, own: int, bits: int
 ) -> None:
     """Crossing times as doubles alone would have them."""
     phases = [exact(centre) + exact(x) for x in beside]
-    found = Neighbourhood(asked, exact(centre), finest, resolve()).routes(phases)
+    arithmetic = resolve(precisions=(own, 160))
+    found = Neighbourhood(asked, exact(centre), finest, arithmetic).routes(phases)
     true = truth(asked, phases, bits)
     assert found.certain.all()
+    assert set(found.bits) == {own}
     assert np.array_equal(found.codes, true.codes)
     apart = np.nan_to_num(np.abs(found.crossing_time - true.crossing_time))
     assert apart[:2].max() < 1e-11
     assert apart.max() < 1e-3
 
 
-def test_the_reference_orbit_has_the_derivative_of_its_start_in_the_phase(
-    monkeypatch: pytest.MonkeyPatch,
-) -> None:
-    given: list[Any] = []
-    monkeypatch.setattr(neighbourhood, "ReferenceOrbit", lambda *orbit, **_: given.append(orbit))
-    around, step = (
-        Neighbourhood(problem(n_symbols=4), exact("4.7"), 1e-14, resolve()),
-        exact("1e-6"),
-    )
-    for phase in (exact("4.7") - step, exact("4.7"), exact("4.7") + step):
-        around._orbit(phase, 200, certainty.FIRST)
-    (_, before, _), (_, _, tangent), (_, after, _) = given
-    rate = [float(y - x) / 2e-6 for x, y in zip(before, after, strict=True)]
-    np.testing.assert_allclose([float(x) for x in tangent], rate, rtol=0, atol=1e-11)
-
-
 def test_the_closest_phases_differ_in_as_many_bits_as_doubles_have(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
     """At the least distance, against differences that have 200 bits more."""
-    given: list[Any] = []
-
-    class Taken(Exception):
-        """Nothing is followed."""
-
-    def walk(_: Any, differences: Any, *__: Any, **___: Any) -> Any:
-        given.append(differences)
-        raise Taken
-
-    monkeypatch.setattr(neighbourhood, "ReferenceOrbit", lambda *_, **__: None)
-    monkeypatch.setattr(neighbourhood, "Walk", walk)
+    monkeypatch.setattr(neighbourhood, "ReferenceOrbit", Mock())
+    monkeypatch.setattr(neighbourhood, "Walk", walk := Mock(side_effect=NoChange))
     phases = [exact("4.7") + exact(f"{side}1e-30") for side in ("", "-")]
     for finest in (FINEST, FINEST * 2.0**-200):
-        near = Neighbourhood(problem(n_symbols=4), exact("4.7"), finest, resolve())
-        with pytest.raises(Taken):
-            near.prefixes(phases)
-    apart, truly = given
+        with pytest.raises(NoChange):
+            Neighbourhood(problem(), exact("4.7"), finest, resolve()).prefixes(phases)
+    apart, truly = (given.args[1] for given in walk.call_args_list)
     assert np.abs(apart - truly).max() < 2.0**-52 * np.abs(truly).max()
 
 
 def test_phases_get_the_bits_of_their_distance_and_at_the_centre_of_the_least(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
-    asked: list[int] = []
+    """By a reference orbit, with its derivative, where the kernel would take longer.
 
-    def alone(_: Any, __: Any, bits: int, ___: Any) -> Any:
-        asked.append(bits)
-        return no_crossings(1, 1)
-
-    monkeypatch.setattr(Neighbourhood, "_alone", alone)
-    centre = exact("4.7")
-    phases = [centre, *(centre + exact(f"1e-{k}") for k in (60, 30, 10, 1))]
-    Neighbourhood(problem(n_symbols=4), centre, FINEST, resolve()).crossings(
-        106, certainty.FIRST, phases
-    )
-    assert len(set(asked[:3])) == 1
-    for bits, distance in zip(asked[2:], (1e-30, 1e-10, 1e-1), strict=True):
+    Twelve symbols took the kernel 0.12 s in 212 bits, and by a reference orbit 0.92 s.
+    """
+    none, step = no_crossings(1, 1), exact("1e-6")
+    orbit = Mock(**{"return_value.followed.return_value": none})
+    monkeypatch.setattr(neighbourhood, "ReferenceOrbit", orbit)
+    monkeypatch.setattr(Run, "crossings", kernel := Mock(return_value=none))
+    around = Neighbourhood(problem(), exact("4.7"), FINEST, resolve())
+    for distance in (1e-1, 1e-10, 1e-30, 1e-60, 0):
+        around.crossings(106, certainty.FIRST, [around.centre + exact(distance)])
+    by_kernel = [given.args[0] for given in kernel.call_args_list]
+    each = [*by_kernel, *(given.kwargs["bits"] for given in orbit.call_args_list)]
+    assert len(set(each[2:])) == 1
+    for bits, distance in zip(each[:3], (1e-1, 1e-10, 1e-30), strict=True):
         needed = 106 - math.log2(distance)
         assert needed <= bits <= 2 * (needed + GUARD_BITS)
-
-
-def test_a_phase_by_itself_has_a_reference_orbit_where_the_kernel_would_take_longer(
-    monkeypatch: pytest.MonkeyPatch,
-) -> None:
-    """Twelve symbols took the kernel 0.12 s in 212 bits, and by a reference orbit 0.92 s."""
-    beside = Mock(**{"followed.return_value": no_crossings(1, 1)})
-    monkeypatch.setattr(Neighbourhood, "_orbit", orbit := Mock(return_value=beside))
-    monkeypatch.setattr(Run, "crossings", kernel := Mock(return_value=no_crossings(1, 1)))
-    around = Neighbourhood(problem(n_symbols=1), exact("4.7"), FINEST, resolve())
-    for bits in (106, 212, 448):
-        around._alone(exact("4.8"), bits, certainty.FIRST)
-    assert [given.args[0] for given in kernel.call_args_list] == [106, 212]
-    assert [given.args[1] for given in orbit.call_args_list] == [448]
-
-
-@pytest.mark.slow
-def test_higher_precisions_integrate_each_orbit() -> None:
-    asked, centre = problem(n_symbols=2), exact(FIRST)
-    phases = [centre + exact("1e-12"), centre - exact("3e-12")]
-    by_integration = Neighbourhood(asked, centre, FINEST, resolve(precisions=(113,))).routes(phases)
-    by_differences = Neighbourhood(asked, centre, FINEST, resolve()).routes(phases)
-    assert by_integration.certain.all()
-    assert set(by_integration.bits) == {113}
-    assert set(by_differences.bits) == {53}
-    assert np.array_equal(by_integration.codes, by_differences.codes)
-    apart = np.abs(by_integration.crossing_time - by_differences.crossing_time)
-    assert apart.max() < 1e-6
+    assert max(by_kernel) == 212 < min(each[2:])
+    orbit.reset_mock()
+    for phase in (around.centre - step, around.centre, around.centre + step):
+        around.crossings(448, certainty.FIRST, [phase])
+    (_, before, _), (_, _, tangent), (_, after, _) = (x.args for x in orbit.call_args_list)
+    rate = [float(y - x) / 2e-6 for x, y in zip(before, after, strict=True)]
+    np.testing.assert_allclose([float(x) for x in tangent], rate, rtol=0, atol=1e-11)
 
 
 @pytest.mark.slow
@@ -182,21 +140,20 @@ def threshold(phases: Sequence[Exact]) -> list[list[int]]:
     return [[1, int(float(x - CHANGE) > 0)] for x in phases]
 
 
-@pytest.mark.parametrize("width", [0.3, 1e-3, 1e-17])
-def test_every_half_holds_the_change_and_the_last_is_as_narrow_as_asked(width: float) -> None:
-    path = bisect(threshold, Bracket(exact("0"), exact("1")), width)
+@pytest.mark.parametrize(
+    ("low", "high", "width"),
+    [("0", "1", 0.3), ("0", "1", 1e-3), ("0", "1", 1e-17), ("pi/10", "pi/3", 1e-20)],
+)
+def test_every_half_holds_the_change_and_the_last_is_as_narrow_as_asked(
+    low: str, high: str, width: float
+) -> None:
+    path = bisect(threshold, Bracket(exact(low), exact(high)), width)
     for whole, half in pairwise(path):
-        assert half.width == whole.width / 2
+        assert half.width == pytest.approx(whole.width / 2, rel=1e-15)
         assert {half.low, half.high} & {whole.low, whole.high}
         assert float(half.low - CHANGE) <= 0 < float(half.high - CHANGE)
     assert path[-1].width <= width < path[-2].width
-
-
-def test_irrational_ends_are_halved_too() -> None:
-    path = bisect(threshold, Bracket(exact("pi/10"), exact("pi/3")), 1e-20)
-    assert path[-1].low.fraction is not None
-    assert 0 < path[-1].width <= 1e-20
-    assert float(path[-1].low - CHANGE) <= 0 < float(path[-1].high - CHANGE)
+    assert path[-1].low.fraction is not None, "ends that are irrational are not for long"
 
 
 def both(phases: Sequence[Exact]) -> list[list[int]]:
@@ -217,25 +174,8 @@ def test_narrowing_ends_at_a_width_that_is_met_to_the_last_bit(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
     monkeypatch.setattr(Neighbourhood, "prefixes", lambda _, phases: threshold(phases))
-    told: list[float] = []
-
-    def counted(width: float) -> None:
-        told.append(width)
-        assert len(told) < 9, "it goes on for ever"
-
-    path = narrowed(
-        problem(n_symbols=2), Bracket(exact("0"), exact("1")), 2.0**-60, resolve(), counted
-    )
-    assert path[-1].width == 2.0**-60
-    assert len(path) == 61
-
-
-@pytest.mark.slow
-def test_narrowed_ends_lie_on_both_sides_of_the_change() -> None:
-    """Established by integration, at a distance that takes a second reference orbit."""
-    asked, told = problem(n_symbols=2), list[float]()
-    path = narrowed(asked, Bracket(exact("4.71"), exact("4.72")), 3e-15, resolve(), told.append)
-    assert path[-1].width <= 3e-15
-    assert told == sorted(told, reverse=True)
-    assert len(told) == 2
-    assert truth(asked, path[-1], 53, 64, 113).codes.T.tolist() == [[0, 1], [0, 0]]
+    # Else it goes on for ever.
+    report = Mock(side_effect=[None] * 9)
+    whole = Bracket(exact("0"), exact("1"))
+    path = narrowed(problem(), whole, 2.0**-60, resolve(), report)
+    assert (path[-1].width, len(path)) == (2.0**-60, 61)

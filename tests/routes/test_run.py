@@ -1,9 +1,9 @@
-"""Precisions by which the orbits of a run climb."""
+"""Precisions by which the orbits of a run climb, and what is computed side by side."""
 
 from __future__ import annotations
 
-import functools
 import math
+import pickle
 from dataclasses import replace
 from typing import Any
 
@@ -14,21 +14,18 @@ from rigidpend.mechanics.body import Body
 from rigidpend.numbers.exact import exact
 from rigidpend.orbits.integrate.arithmetic import FINEST_TOLERANCE, resolve
 from rigidpend.orbits.integrate.kernel.taylor_step import order_of
-from rigidpend.routes.certainty import FIRST, SECOND, THIRD, agreement
-from rigidpend.routes.cycle import symbols
+from rigidpend.routes.certainty import FIRST, SECOND, THIRD
 from rigidpend.routes.phases import Phases
 from rigidpend.routes.problem import RouteProblem, passage_limit
 from rigidpend.routes.run import Run, Starts, abreast
 from rigidpend.routes.start import Scales
 from tests.bodies import problem
 
-# Drawn by lot: two orbits in three are beyond doubles.
-DEEP = RouteProblem(
-    Body(("1.965", "0.689", "1.942"), ("0.610", "0.792", 0), "0.0198"),
-    exact("1.1"), exact("1.2e-8"), 15,
-)  # fmt: skip
-
 GENTLE = problem()
+DEEP = problem(
+    Body(("1.965", "0.689", "1.942"), ("0.610", "0.792", 0), "0.0198"), h0="1.1", J1_0="1.2e-8"
+)
+"""Drawn by lot: two orbits in three are beyond doubles."""
 
 
 def run(*precisions: int, engine: str = "taylor", problem: RouteProblem = DEEP, n: int = 24) -> Run:
@@ -88,57 +85,54 @@ def test_orbits_wait_as_long_as_the_one_that_starts_closest(
     assert made["limit"] * scales.time_unit == pytest.approx(passage_limit(least, bits))
 
 
-def test_no_thread_makes_a_second_computation_on_a_rung(integrations: list[dict[str, Any]]) -> None:
-    compute, few = abreast(run(53, 106)), np.arange(2)
-    for bits, number in ((64, 1), (106, 2)):
-        integrations.clear()
-        compute(bits, FIRST, few)
-        assert len(integrations) == number
+def test_few_orbits_take_both_computations_of_a_precision_at_once(
+    integrations: list[dict[str, Any]],
+) -> None:
+    means, few = run(53, 106, problem=GENTLE), np.array([1, 4, 7])
+    expected = means.crossings(106, SECOND, few[1:])
+    integrations.clear()
+    compute = abreast(means)
+    compute(106, FIRST, few)
+    second = compute(106, SECOND, few[1:])
+    assert [x["orbits"] for x in integrations] == [3, 3]
+    for got, known in zip(second, expected, strict=True):
+        np.testing.assert_array_equal(got, known)
 
 
-def test_processes_begin_for_a_second_computation_that_is_made_in_any_case(
+@pytest.mark.parametrize(
+    ("precisions", "bits", "n", "jobs", "begun"),
+    [
+        ((53, 106), 106, 3, 2, [False]),
+        ((53, 106), 106, 3, 1, []),
+        ((53, 106), 106, 17, 2, []),
+        # On a rung there is no second one.
+        ((53, 106), 64, 3, 2, []),
+        # Processes begin for what is made in any case: in the first precision, of one orbit.
+        ((500,), 500, 1, 2, [True]),
+        ((53, 500), 500, 1, 2, []),
+        ((500,), 500, 2, 2, []),
+    ],
+)
+def test_where_two_computations_go_side_by_side_in_threads_or_processes(
+    precisions: tuple[int, ...],
+    bits: int,
+    n: int,
+    jobs: int,
+    begun: list[bool],
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
-    """So of one orbit in the first precision, and of none in those to which it climbs."""
-    begun: list[bool] = []
+    seen: list[bool] = []
 
-    def noted(_: Any, __: Any, python: bool, scales: Any, ___: int) -> Any:
-        begun.append(python)
-        return [None for _ in scales]
+    def noted(work: Any, given: Any, python: bool, scales: Any, count: int) -> Any:
+        seen.append(python)
+        assert (scales, count) == ((FIRST, SECOND), 2)
+        assert pickle.loads(pickle.dumps((work, given)))
+        return None, None
 
     monkeypatch.setattr("rigidpend.routes.run.side_by_side", noted)
     monkeypatch.setattr(Run, "crossings", lambda *_: None)
-    for precisions, n in (((500,), 1), ((53, 500), 1), ((500,), 2)):
-        abreast(run(*precisions))(500, FIRST, np.arange(n))
-    assert begun == [True]
-
-
-@functools.cache
-def followed(problem: RouteProblem, bits: int, scales: Scales) -> Any:
-    """Crossings of so many orbits that rungs tell some fifty of them from each other."""
-    n = 200 if problem is GENTLE else 120
-    return run(53, 160, problem=problem, n=n).crossings(bits, scales, np.arange(n))
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize(
-    ("problem", "rung", "sharper"), [(GENTLE, 64, 76), (DEEP, 64, 76), (DEEP, 76, 88)]
-)
-def test_what_two_rungs_differ_by_is_what_the_lower_one_errs_by(
-    problem: RouteProblem, rung: int, sharper: int
-) -> None:
-    """The sharper one errs by e^-8 of that as a rule; and no symbol of both is another in truth."""
-    rate = run(53, problem=problem).rate
-    low, high, truth = (followed(problem, x, FIRST) for x in (rung, sharper, 106))
-    with np.errstate(invalid="ignore"):
-        differ, err = (rate * np.abs(high.time - x.time) for x in (low, truth))
-    told = (differ > 1e-9) & (differ < 1e-2)
-    assert told.sum() > 50
-    assert np.median(err[told] / differ[told]) < 0.01
-    assert (err[told] < differ[told]).mean() > 0.99
-    agreed = agreement(low, high, rate, 1e-2)
-    sure = agreed & agreement(truth, followed(problem, 106, SECOND), rate, 1e-6)
-    np.testing.assert_array_equal(symbols(high.separatrix)[sure], symbols(truth.separatrix)[sure])
+    abreast(replace(run(*precisions), jobs=jobs))(bits, FIRST, np.arange(n))
+    assert seen == begun
 
 
 def test_a_rung_errs_two_thousand_times_less_than_the_one_below_it() -> None:

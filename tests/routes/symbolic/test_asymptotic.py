@@ -1,20 +1,34 @@
-"""Doubly asymptotic orbits: the skeleton against blind scans, symmetry, theta3, the map itself."""
+"""Doubly asymptotic orbits: blind scans, symmetry, integration; their phases to 30 digits."""
 
 from __future__ import annotations
+
+import functools
+from fractions import Fraction
+from typing import Any
 
 import numpy as np
 import pytest
 
+from rigidpend.mechanics import floquet
 from rigidpend.mechanics.body import Body
 from rigidpend.numbers.exact import exact
 from rigidpend.numbers.generic import Array
 from rigidpend.orbits.integrate.arithmetic import resolve
+from rigidpend.orbits.integrate.states import states_at
+from rigidpend.orbits.records import columns
 from rigidpend.routes.symbolic import asymptotic
-from rigidpend.routes.symbolic.asymptotic import doubly_asymptotic, skeleton, track
+from rigidpend.routes.symbolic import sharp as sharp_module
+from rigidpend.routes.symbolic.asymptotic import (
+    DoublyAsymptotic,
+    doubly_asymptotic,
+    skeleton,
+    track,
+)
 from rigidpend.routes.symbolic.chain import NoOrbit
 from rigidpend.routes.symbolic.levels import Level
+from rigidpend.routes.symbolic.sharp import Launch, sharp
 from rigidpend.surfaces.heteroclinic import increments
-from tests.routes.symbolic.fig4 import BODY, HALF_TURNS, H, level, orbits, rough
+from tests.routes.symbolic.fig4 import BODY, HALF_TURNS, J1_0, H, launch, level, orbits, rough
 
 
 def scanned(low: float, high: float, count: int, n: int, half_turns: int) -> Array:
@@ -53,39 +67,27 @@ def test_a_coarser_grid_finds_as_many(monkeypatch: pytest.MonkeyPatch) -> None:
     assert [len(one.b) for one, _ in skeleton(level(), 3, HALF_TURNS)] == expected
 
 
-def test_without_symbols_they_cross_at_gamma3_0() -> None:
-    found = orbits(0)
+def test_without_symbols_they_cross_at_gamma3_0_and_theta3_grows_as_integration_has_it() -> None:
+    found, gained = orbits(0), increments(BODY, H, resolve()).gained[:, 1]
     np.testing.assert_allclose(np.sin(found.chain.chi[0]), 0, atol=1e-14)
     assert found.flight.tolist() == [0.0, 0.0]
     assert sorted(found.chain.cells[0] % 2) == [0, 1]
+    np.testing.assert_allclose(np.sort(found.theta3), np.sort(gained), rtol=0, atol=1e-13)
 
 
-def test_theta3_grows_as_integration_has_it() -> None:
-    gained = increments(BODY, H, resolve()).gained[:, 1]
-    np.testing.assert_allclose(np.sort(orbits(0).theta3), np.sort(gained), rtol=0, atol=1e-13)
-
-
-def test_the_reversor_takes_heteroclinic_orbits_to_such_and_symmetric_codes_to_themselves() -> None:
-    n = 2
-    found = orbits(n)
+def test_the_reversor_takes_heteroclinic_orbits_to_such() -> None:
+    """Each has an image among those that are found, with its code read backward."""
+    found = orbits(2)
     chi, d, turns = found.chain.chi, found.chain.d, np.diff(found.chain.cells, axis=0)
-    symmetric = 0
-    for k in range(len(found.b)):
-        away = np.abs(np.exp(1j * chi) - np.exp(-1j * chi[::-1, k : k + 1]))
-        image = int(np.argmin(away.max(axis=0)))
-        assert away[:, image].max() < 1e-9
-        np.testing.assert_allclose(d[:, image], d[::-1, k], rtol=0, atol=1e-12)
-        np.testing.assert_array_equal(found.symbols[:, image], 1 - found.symbols[::-1, k])
-        np.testing.assert_array_equal(turns[:, image], turns[::-1, k])
-        np.testing.assert_allclose(found.theta3[image], found.theta3[k], rtol=0, atol=1e-12)
-        if image == k:
-            symmetric += 1
-            assert abs(np.sin(chi[n // 2, k])) < 1e-11
-        else:
-            # No other orbit with a symmetric code and the same half rotations.
-            same = (found.symbols[:, k] == found.symbols[:, image]).all()
-            assert not same or abs(np.sin(chi[n // 2, k])) > 1e-6
-    assert symmetric > 1
+    away = np.exp(1j * chi)[:, :, None] - np.exp(-1j * chi[::-1])[:, None]
+    image = np.abs(away).max(axis=0).argmin(axis=0)
+    np.testing.assert_allclose(np.exp(1j * chi[:, image]), np.exp(-1j * chi[::-1]), atol=1e-9)
+    np.testing.assert_allclose(d[:, image], d[::-1], rtol=0, atol=1e-12)
+    np.testing.assert_array_equal(found.symbols[:, image], 1 - found.symbols[::-1])
+    np.testing.assert_array_equal(turns[:, image], turns[::-1])
+    np.testing.assert_allclose(found.theta3[image], found.theta3, rtol=0, atol=1e-12)
+    # Some codes are symmetric.
+    assert 1 < (image == np.arange(len(image))).sum() < len(image)
 
 
 def test_slopes_are_differences() -> None:
@@ -109,3 +111,108 @@ def test_a_track_that_is_far_off_is_refused() -> None:
     one = rough(2)[2]
     with pytest.raises(NoOrbit, match="elsewhere"):
         doubly_asymptotic(level(), one._replace(b=one.b + 0.01))
+
+
+LAST_DIGIT = Fraction(1, 10**29)
+
+
+@pytest.mark.parametrize(
+    "other",
+    [
+        {"DEPTH": Fraction(1, 3 * 10**18), "NEAREST": 3e-16},
+        # As where a passage stretches more: the map's slopes err by more of themselves there.
+        {"GAINED": 1e-13, "ROUNDS": 5},
+    ],
+)
+def test_phases_depend_on_no_start_or_end_nor_on_what_a_correction_gains(
+    other: dict[str, Any], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    first = sharp(launch(), orbits(1))
+    for name, value in other.items():
+        monkeypatch.setattr(sharp_module, name, value)
+    second = sharp(Launch(level(), J1_0), orbits(1))
+    assert max(first.error.max(), second.error.max()) < sharp_module.FINEST
+    off = [abs(x - y) for x, y in zip(first.theta2_0, second.theta2_0, strict=True)]
+    assert max(off) < LAST_DIGIT
+
+
+@pytest.mark.slow
+def test_where_surfaces_are_split_little_more_bits_serve(monkeypatch: pytest.MonkeyPatch) -> None:
+    """In 106 bits roundings displace these orbits by 1e-23 rad, in doubles by 5e-9."""
+    body = Body(A=(2, "1.607", "1.645"), r=("0.118", "0.993", 0), mu="0.0155")
+    little = Level.of(body, exact("1.015"))
+    two = doubly_asymptotic(little, skeleton(little, 0, 1)[0][0])
+    first = Launch(little, J1_0)
+    assert (first.bits, launch().bits) == (212, 106)
+    found = sharp(first, two)
+    monkeypatch.setattr(sharp_module, "NEAREST", 1e-20)
+    monkeypatch.setattr(sharp_module, "DEPTH", sharp_module.DEPTH / 1000)
+    monkeypatch.setattr(sharp_module, "HIGHEST", sharp_module.HIGHEST / 1000)
+    other = sharp(Launch(little, J1_0), two)
+    assert (found.error < sharp_module.FINEST).all()
+    off = [abs(x - y) for x, y in zip(found.theta2_0, other.theta2_0, strict=True)]
+    assert (np.array(off) < found.error).all()
+    assert np.abs(found.moved).max() > 10 * sharp_module.FIRST_ERROR
+
+
+@functools.cache
+def displaced() -> tuple[DoublyAsymptotic, DoublyAsymptotic]:
+    """Orbits with one symbol where surfaces are split by 3e-14, with roundings of two kinds."""
+    body = Body(A=("1.05", "0.92", 1), r=(1, 10, 0), mu="1e-5")
+    little = Level.of(body, exact("0.25"))
+    _, (rough, _) = skeleton(little, 1, 150)
+    beside = rough._replace(b=rough.b + 1e-7, chi=rough.chi + 1e-6)
+    return doubly_asymptotic(little, rough), doubly_asymptotic(little, beside)
+
+
+def test_roundings_displace_chains_within_the_bound() -> None:
+    """Newton's method ends in corrections of 1e-6 rad, and not in smaller ones."""
+    one, other = displaced()
+    moved = np.abs(one.chain.unknowns - other.chain.unknowns).max()
+    assert len(one.b) == 10
+    # Angles of 150 half rotations round to 6e-14.
+    assert 1e-7 < moved < 60 * one.chain.level.displaced(53)
+    assert one.chain.residual.max() < 3e-13
+
+
+@pytest.mark.slow
+def test_integration_tells_phases_and_times_where_the_map_is_displaced() -> None:
+    found = [columns(x, np.array([0])) for x in displaced()]
+    first, second = (sharp(Launch(x.chain.level, J1_0), x) for x in found)
+    assert first.error.max() < sharp_module.FINEST
+    assert abs(first.theta2_0[0] - second.theta2_0[0]) < LAST_DIGIT
+    assert np.abs(found[0].flight - found[1].flight).max() > 1e-9
+    np.testing.assert_allclose(first.flight, second.flight, rtol=1e-15)
+
+
+def test_a_body_whose_surfaces_doubles_do_not_tell_apart_is_refused() -> None:
+    flat = Level.of(Body(A=(2, "1.8", "1.96"), r=(1, 3, 0), mu="0.0005"), exact("1.6"))
+    with pytest.raises(NoOrbit, match="-18 only, and doubles place an orbit on them within 0"):
+        skeleton(flat, 0, 1)
+
+
+@pytest.mark.slow
+def test_homoclinic_orbits_tend_to_the_periodic_orbit_at_the_floquet_rate() -> None:
+    """In 113 bits, forward and backward from the first crossing, over eight periods each.
+
+    Beside the orbit what is left is of third order, relative 1e-6 at a distance of 1e-3.
+    """
+    found, one, exactly = orbits(3), launch(), np.frompyfunc(Fraction, 1, 1)
+    starts, rate = sharp(one, found).starts, floquet.periodic_orbit(BODY.angles(), float(H))
+    begun = found.begun - one.clock(found.b, float(one.J1))
+    far = rate.period * np.arange(4.0, 12.0)[:, None] + 0 * begun
+    crossing = states_at(one.fractions, starts, exactly(begun[None]), 113)[:, 0]
+    # The reversor: what it does in time is what the orbit did before.
+    back = crossing * np.array([[1], [1], [-1], [1], [1], [-1]])
+    for states, times in ((starts, begun + found.flight + far), (back, far)):
+        seen = states_at(one.fractions, states[:, :2], exactly(times[:, :2]), 113).astype(float)
+        distance = np.hypot(seen[0], seen[1])
+        off = np.abs(np.diff(np.log(distance), axis=0) + rate.exponent_per_period)
+        assert distance[0].max() < 1e-2
+        assert (off < 2 * distance[:-1] ** 2 + 1e-12).all()
+
+
+def test_an_orbit_that_is_elsewhere_is_refused() -> None:
+    found = orbits(1)
+    with pytest.raises(NoOrbit, match="rad from where the map has it"):
+        sharp(launch(), found._replace(chain=found.chain._replace(unknown=found.b + 1e-9)))

@@ -1,42 +1,81 @@
-"""Orbits from their codes, each confirmed by integration; addresses as the inverse."""
+"""Orbits from their codes, each confirmed by integration; codes and addresses of given orbits."""
 
 from __future__ import annotations
 
-import math
+import itertools
+import re
+from decimal import Decimal
 from fractions import Fraction
-from types import SimpleNamespace
-from typing import Any, cast
+from pathlib import Path
+from typing import Any
+from unittest.mock import Mock
 
 import numpy as np
 import pytest
 
 from rigidpend import Body, address_of, find_orbit, route_codes
-from rigidpend.mechanics.equations import AlignedCoefficients
-from rigidpend.numbers.exact import context, exact
+from rigidpend.mechanics import in_space
+from rigidpend.numbers.exact import exact
 from rigidpend.orbits.integrate import arithmetic
-from rigidpend.orbits.integrate.arithmetic import LADDER
-from rigidpend.orbits.integrate.states import first_crossings, states_at
-from rigidpend.orbits.return_map import MapError, SectionPoint
-from rigidpend.orbits.return_map.passage import Entered
+from rigidpend.orbits.integrate.states import states_at
+from rigidpend.orbits.return_map import MapError
+from rigidpend.orbits.return_map.passage import SectionPoint
+from rigidpend.routes.cycle import TURNS, symbols
+from rigidpend.routes.herpolhode import initial_state, physical, separatrices
 from rigidpend.routes.problem import RouteProblem
-from rigidpend.routes.start import Scales, start, states_exact
-from rigidpend.routes.symbolic import Address, NoOrbit, find, refine, shortest
+from rigidpend.routes.symbolic import Address, AddressError, NoOrbit, find, refine, shortest
 from rigidpend.routes.symbolic.address import parsed
-from rigidpend.routes.symbolic.levels import surface
-from tests.bodies import problem
-from tests.orbits.integrate.problems import FIG4, FREE
+from rigidpend.routes.symbolic.follow import RoundPhases, addressed, round_phases
+from rigidpend.routes.symbolic.levels import onward
+from tests.bodies import FIG4, FREE
+from tests.routes.symbolic.fig4 import level
 
 START: dict[str, Any] = {"h0": "1.3342", "J1_0": "1e-8"}
-FIG5 = Body(A=(2, "3/2", "9/5"), r=(0, 1, 0), mu="0.01")
-ROUTE: dict[str, Any] = {"h0": "10/9", "J1_0": "2.39205e-9"}
 
 
-def codes_of(body: Body, theta2_0: Any, n: int, start: dict[str, Any]) -> str:
-    """The code by integration alone, certain throughout."""
-    given: dict[str, Any] = {"n_symbols": n, "precisions": (113,), "method": "integration"}
-    routes = route_codes(body, [theta2_0], **start, **given)
+@pytest.mark.parametrize(
+    ("code", "address", "text"),
+    [
+        # Symbols alone leave rotations free.
+        ("0011", Address(None, (0, 0, 1, 1), None), "0011"),
+        ([0, 1], Address(None, (0, 1), None), "01"),
+        ("b 01", Address(1, (0, 1), None), "b 01"),
+        (
+            "a 0^9 1^10 1^10 0^110",
+            Address(0, (0, 1, 1, 0), (9, 10, 10, 110)),
+            "a 0^9 (1^10)*2 0^110",
+        ),
+    ],
+)
+def test_addresses_are_read_and_told(code: Any, address: Address, text: str) -> None:
+    assert parsed(code) == parsed(text) == parsed(address) == address
+    assert str(address) == text
+
+
+@pytest.mark.parametrize(
+    ("code", "word"),
+    [
+        ("", "one symbol"),
+        ("012", "'2'"),
+        ("0^9 1", "all passages"),
+        ("a", "one symbol"),
+        ("0^", r"\^"),
+        (Address(0, (0, 1), (9,)), "as many"),
+        (Address(2, (0, 1), None), "first cell"),
+        ([0, 2], "0 and 1"),
+    ],
+)
+def test_no_code_says_why(code: Any, word: str) -> None:
+    with pytest.raises(AddressError, match=word):
+        parsed(code)
+
+
+def times(theta2_0: Any, n: int, bits: int) -> Any:
+    """Times t' of crossings by integration alone, certain throughout."""
+    given: dict[str, Any] = {"n_symbols": n, "precisions": (bits,), "method": "integration"}
+    routes = route_codes(FIG4, [theta2_0], **START, **given)
     assert routes.certain.all()
-    return "".join(map(str, routes.codes[:, 0]))
+    return routes.crossing_time[:, 0]
 
 
 @pytest.mark.parametrize("theta2_0", ["1/10", "5.1"])
@@ -53,8 +92,10 @@ def test_the_address_of_an_orbit_leads_to_one_that_has_it(theta2_0: str) -> None
 def test_where_one_cell_has_no_orbit_that_of_the_other_one_is_found(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
-    """Either is the first of an address that does not say which."""
-    each = {find_orbit(FIG4, f"{first} 0^11 1^11", **START).theta2_0 for first in "ab"}
+    """Either is the first of an address that does not say which; of both it is the quicker one."""
+    both = [find_orbit(FIG4, f"{first} 0^11 1^11", **START) for first in "ab"]
+    quicker = min(both, key=lambda x: np.ptp(x.crossing_time)).theta2_0
+    assert find_orbit(FIG4, "0^11 1^11", **START).theta2_0 == quicker
     solved, found = shortest.exactly, []
     for lacking in (0, 1):
 
@@ -65,167 +106,67 @@ def test_where_one_cell_has_no_orbit_that_of_the_other_one_is_found(
 
         monkeypatch.setattr(find, "exactly", exactly)
         found.append(find_orbit(FIG4, "0^11 1^11", **START).theta2_0)
-    assert len(each) == 2
-    assert set(found) == each
-
-
-def test_the_orbit_returns_on_its_own_way() -> None:
-    """It ends at gamma3 = 0: behind that the signs of I come again in the opposite order."""
-    found = find_orbit(FIG4, "a 0^11 1^12 1^11 0^13", **START)
-    code = codes_of(FIG4, found.theta2_0, 8, START)
-    signs = [int(s) == (k % 2 == 0) for k, s in enumerate(code)]
-    assert signs == signs[::-1]
-
-
-def test_crossings_are_told_as_much_further_than_the_phase_as_a_change_of_it_grows(
-    monkeypatch: pytest.MonkeyPatch,
-) -> None:
-    """By integration of two orbits beside the one that is found; four digits are to spare.
-
-    Of the first crossing a change of the energy has a share of its own.
-    """
-    grown, growth = [], refine._growth
-
-    def grow(*of: Any) -> Any:
-        grown.append(growth(*of))
-        return grown[-1]
-
-    def legs(_: Any, chain: Any, __: Any, needed: Any, ___: int) -> Any:
-        assert min(needed + grown[0]) == pytest.approx(12 + 4)
-        phases = [chain.unknown + x for x in (-1e-7, 1e-7)]
-        given: Any = {"n_symbols": 2, "method": "integration", "precisions": (53,)}
-        times = route_codes(FIG4, phases, **START, **given).crossing_time
-        moved = np.log10(np.abs(times[:, 1] - times[:, 0]) / 2e-7)
-        assert grown[0][0] == pytest.approx(moved[0], abs=0.5)
-        assert grown[0][1:] == pytest.approx(moved[1:], abs=1e-3)
-        raise NoOrbit("seen")
-
-    monkeypatch.setattr(refine, "_growth", grow)
-    monkeypatch.setattr(refine, "_Legs", legs)
-    with pytest.raises(NoOrbit, match="seen"):
-        find_orbit(FIG4, "a 0^11 1^12", **START, digits=12)
-
-
-@pytest.mark.parametrize("chi", [0.0, math.pi])
-def test_a_change_of_the_first_crossing_has_no_whole_turn(
-    chi: float, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    """Where chi = pi lies between the orbits beside: the next time moves by 100 times chi."""
-
-    def enter(_: Any, theta2: Any) -> Entered:
-        turned = np.angle(np.exp(1j * (chi + 3 * (theta2 - 1))))
-        return Entered(SectionPoint(True, 0 * theta2, turned), theta2 / 10, None, True)
-
-    monkeypatch.setattr(refine, "tangents", lambda _: np.array([[[0, 0], [0, 1], [0, 100.0]]]))
-    chain = SimpleNamespace(unknown=1.0, level=SimpleNamespace(map_level=None))
-    orbits = SimpleNamespace(enter=enter, energy_slope=lambda _: 0.0)
-    found: Any = refine._growth(cast("Any", orbits), cast("Any", chain), 0.0)
-    assert 10**found == pytest.approx([0.1, 0.1 + 3 * 100], rel=1e-6)
-
-
-@pytest.mark.parametrize(("off", "told"), [(1e-14, 20), (1e-12, 12), (1e-7, 7)])
-def test_a_crossing_counts_as_known_two_digits_short_of_what_it_needs(
-    off: float, told: int
-) -> None:
-    """Of two crossings that need 20 and 15 digits the second was so far off."""
-    legs: Any = object.__new__(refine._Legs)
-    m = legs.m = context(200)
-    legs.needed, legs.most, legs.theta, legs.least = [20.0, 15.0], 20.0, m.mpf(1), m.mpf(0)
-    legs.states, legs.times = np.full((6, 2), m.mpf(0)), np.full(2, m.mpf(0))
-    legs._start = lambda _: legs.states[:, 0]
-    ends = legs.states.copy()
-    ends[4:, 1] += [off, 2.0**-150]
-    legs._ends = lambda *_: (ends, np.array([m.mpf(0.25), m.mpf(0.5)]))
-    slopes = [np.array([[m.mpf(1)]] * 6), np.eye(6, dtype=object) * m.mpf(1)]
-    assert legs._corrected(slopes, 20, 1) == pytest.approx(told)
-    # theta2_0 is changed so that gamma3 of the last one stays.
-    assert (legs.theta - 1, legs.states[5, 1]) == (-(2.0**-150), 0)
-    assert legs.times.tolist() == [0.25, 0.5]
-
-
-def test_a_crossing_is_told_from_beside_it_to_the_third_power_of_the_time() -> None:
-    """Before it and behind it: half the time divides the error by eight."""
-    legs: Any = object.__new__(refine._Legs)
-    m, begin = context(212), start(problem(n_symbols=1), 212, Scales())
-    states = states_exact(begin, [exact("0.4")], 212)
-    limit = 100.0
-    given: Any = {"engine": "taylor", "bits": 212, "tolerance": 2.0**-52, "jobs": 1}
-    crossed = first_crossings(begin.coefficients, states, limit, **given)
-    assert crossed is not None
-    _, section = crossed
-    legs.c = AlignedCoefficients(*(m.mpf(x.numerator) / x.denominator for x in begin.coefficients))
-    off = []
-    for time in (Fraction(1, 2**k) * side for side in (1, -1) for k in (16, 17)):
-        moved = states_at(begin.coefficients, section, np.array([[time]]), 212)[:, 0, 0]
-        number = np.array([m.mpf(x.numerator) / x.denominator for x in moved])
-        end, late = legs._on_section(number)
-        assert end[2] == 0
-        exact_end = [m.mpf(x.numerator) / x.denominator for x in section[:, 0]]
-        off.append(
-            (max(abs(end - exact_end)), abs(late + m.mpf(time.numerator) / time.denominator))
-        )
-    for coarse, fine in (off[:2], off[2:]):
-        assert [float(x / y) for x, y in zip(coarse, fine, strict=True)] == pytest.approx(
-            [8, 8], rel=1e-2
-        )
-
-
-@pytest.mark.parametrize(("digits", "fixed"), [(22, 1), (23, 2), (26, 2), (27, 3)])
-def test_symbols_are_fixed_where_a_rounded_phase_moves_no_crossing_by_a_thousandth(
-    digits: int, fixed: int, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    """Changes of theta2_0 grow by these powers of ten; twelve bits may be lost on the way."""
-    growth: Any = np.array([12.0, 16.0, 20.0, 24.0, 28.0])
-    monkeypatch.setattr(refine, "_growth", lambda *_: growth)
-    monkeypatch.setattr(refine, "_begun", lambda *_: np.ones((3, 1)))
-    monkeypatch.setattr(refine._Legs, "__init__", lambda *_: None)
-    monkeypatch.setattr(refine._Legs, "run", lambda _: (Fraction(1, 3), 0.0))
-    found = refine.refined(None, SimpleNamespace(time=np.ones(4)), 0.0, digits, 1)  # type: ignore[arg-type]
-    assert found.fixed == fixed
-    assert 10.0 ** (growth[fixed] - digits) <= 1e-3 < 10.0 ** (growth[fixed + 1] - digits)
-    assert 2.0 ** (12 - found.bits) <= 10.0**-digits
+    assert sorted(found) == sorted(x.theta2_0 for x in both)
+    assert found[0] != found[1]
 
 
 @pytest.mark.parametrize(
-    ("digits", "kinds", "bent"),
+    ("address", "digits", "bits"),
     [
-        (30, [106], 0.0),
-        (36, [106], 2.0),
-        (60, [106, 212], 0.0),
-        (80, [106, 212], 0.0),
-        (130, [106, 212, 424], 0.0),
-        (200, [106, 212, 424], 0.0),
+        ("a 0^11 1^12 0^13", 12, 113),
+        ("b 0^11 1^12 0^13", 12, 113),
+        ("a 0^11 1^12 1^11 0^13 (0^11)*2 (1^11)*3", 28, 113),
+        ("b 0^11 1^12 1^11 0^13 (0^11)*4 (1^11)*4", 40, 160),
     ],
 )
-def test_no_more_digits_are_said_to_be_known_than_slopes_can_have_told(
-    digits: int, kinds: list[int], bent: float
+def test_the_orbit_returns_on_its_own_way_as_no_phase_of_so_many_digits_does_better(
+    address: str, digits: int, bits: int
 ) -> None:
-    """Legs that are no legs: a correction gains as many as its slopes have, or doubles them.
+    """It ends at gamma3 = 0: behind that the times between crossings are those before it.
 
-    Slopes have half of the digits of their numbers, less what the thin layer takes; at the first
-    crossings the map errs by half a digit less than it may. Where legs are bent more than was
-    expected each correction gains so many digits less.
+    By integration: what is left of that is less than the half of what the last digit changes.
     """
-    legs: Any = object.__new__(refine._Legs)
-    legs.needed, legs.most, legs.kinds = np.array([float(digits)]), float(digits), LADDER[1:]
-    legs.m = context(4 * digits)
-    legs.theta, legs.times, asked = legs.m.mpf(1), np.array([legs.m.mpf(0)]), []
-    right = 9.5
+    found = find_orbit(FIG4, address, **START, digits=digits)
+    n, phase = len(found.word), Fraction(found.theta2_0)
+    assert found.fixed == found.confirmed == n
+    # Twelve bits may be lost on the way.
+    assert 2.0 ** (12 - found.bits) <= 10.0**-digits
+    each = [times(x, 2 * n, bits) for x in (phase, phase + Fraction(1, 10**digits))]
+    left, beside = (t[2 * n] + t[0] - 2 * t[n] for t in each)
+    assert abs(left) < 0.501 * abs(beside - left)
 
-    def differences(bits: int, _: int) -> list[float]:
-        asked.append(bits)
-        return [min(right, bits / 2 / math.log2(10) - refine.THIN)]
 
-    def corrected(slopes: list[float], aim: float, _: int) -> float:
-        nonlocal right
-        before = right
-        right = min(aim, before + slopes[0] - bent, 2 * before - refine.CURVED - bent)
-        return min(legs.most, before)
+@pytest.mark.parametrize(
+    ("address", "digits"),
+    [
+        ("a 0^11 1^12 (0^11)*2 1^13 (0^11)*3", 10),
+        ("b 0^11 1^12 (0^11)*2 1^13 (0^11)*3", 11),
+        ("a 0^11 1^12 (0^11)*2 1^13 (0^11)*3", 12),
+        # Beside its first crossing chi is pi, and has a whole turn less.
+        ("a 0^20 1^12 (0^11)*5", 13),
+    ],
+)
+def test_symbols_are_fixed_where_a_rounded_phase_moves_no_crossing_by_a_thousandth(
+    address: str, digits: int
+) -> None:
+    """By integration of the orbit and of one whose last digit is another."""
+    found = find_orbit(FIG4, address, **START, digits=digits)
+    phase = Fraction(found.theta2_0)
+    each = (times(x, len(found.word), 113) for x in (phase, phase + Fraction(1, 10**digits)))
+    moved = np.abs(np.subtract(*each))
+    assert moved[: found.fixed + 1].max() <= 1e-3 < moved[found.fixed + 1]
 
-    legs._differences, legs._corrected = differences, corrected
-    legs.run()
-    assert right >= digits
-    assert asked == kinds
+
+def test_corrections_gain_the_digits_of_slopes_which_are_told_anew_in_wider_numbers(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """Bits and legs of each integration: both passages, or those beside them for the slopes."""
+    monkeypatch.setattr(refine, "states_at", legs := Mock(wraps=states_at))
+    many, few = (find_orbit(FIG4, "a 0^11", **START, digits=n) for n in (80, 28))
+    asked = [(x.args[3], x.args[1].shape[1]) for x in legs.call_args_list]
+    in_pairs, in_fours = [(106, 8), (106, 2), *[(212, 2)] * 4], [(212, 8), *[(424, 2)] * 2]
+    assert asked == [*in_pairs, *in_fours, *in_pairs[:4], (212, 1)]
+    assert abs(Fraction(few.theta2_0) - Fraction(many.theta2_0)) <= Fraction(1, 2 * 10**28)
 
 
 @pytest.mark.slow
@@ -246,13 +187,12 @@ def test_near_the_hess_case_a_change_of_sides_at_a_downward_crossing_takes_longe
     """Surfaces are split by 1.1e-10 at upward crossings and by 1.5e-12 at downward ones.
 
     The phase is that at whose last crossing gamma3 = 0, by a Taylor series of degree 30 in 113
-    bits; there it is known to 1e-25. Doubles place orbits within 1e-5 rad.
+    bits; there it is known to 1e-25.
     """
     body = Body(A=(2, "7/4", "1.87"), r=(1, 1, 0), mu="1/100")
-    orbits = surface(RouteProblem(body, START["h0"], START["J1_0"], 2))
-    chain, _ = find._solved(orbits, parsed("11"), None)
-    assert np.diff(chain.cells).tolist() == [135, 135]
-    assert chain.unknown % (2 * math.pi) == pytest.approx(4.3624593828235308, abs=1e-5)
+    found = find_orbit(body, "11", **START, digits=16)
+    assert str(found.address) == "b (1^135)*2"
+    assert str(found.theta2_0) == "4.3624593828235308"
 
 
 @pytest.mark.slow
@@ -263,26 +203,12 @@ def test_in_the_hess_case_no_orbit_changes_sides_at_a_downward_crossing() -> Non
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize(
-    ("address", "fewer", "more"),
-    [("b (0^11)*2 (1^11)*2 (0^11)*2 (1^11)*2", 13, 32), ("a 0^11", 50, 60)],
-)
-def test_more_digits_agree_with_fewer(
-    address: str, fewer: int, more: int, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    """A crossing that drops out before it is known well enough spoils the last ones.
-
-    Where the kernel's numbers have no more than 212 bits they tell 53 digits, integers the rest.
-    """
-    if more > 53:
-        for module in (arithmetic, refine):
-            monkeypatch.setattr(module, "LADDER", arithmetic.LADDER[:3])
-        # In so many bits to establish the symbols takes as long as to find the phase.
-        monkeypatch.setattr(find, "_confirmed", lambda problem, *_: problem.n_symbols)
-    few, many = (find_orbit(FIG4, address, **START, digits=n) for n in (fewer, more))
-    assert abs(Fraction(few.theta2_0) - Fraction(many.theta2_0)) <= Fraction(1, 2 * 10**fewer)
-    assert few.fixed == many.fixed == many.confirmed == len(many.word)
-    assert many.bits > 113
+def test_more_digits_by_integers_agree_with_fewer(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Where the kernel's numbers have no more than 212 bits they tell 53 digits, these the rest."""
+    for module in (arithmetic, refine):
+        monkeypatch.setattr(module, "LADDER", arithmetic.LADDER[:3])
+    few, many = (find_orbit(FIG4, "a 0^11", **START, digits=n) for n in (50, 56))
+    assert abs(Fraction(few.theta2_0) - Fraction(many.theta2_0)) <= Fraction(1, 2 * 10**50)
 
 
 @pytest.mark.slow
@@ -296,46 +222,14 @@ def test_few_digits_fix_the_first_symbols_of_many() -> None:
     assert found.residual < 1e-11
     np.testing.assert_array_equal(found.symbols, code)
     assert len(set(found.address.half_turns or ())) == 1
-    assert f"; theta2_0 = {found.theta2_0}; " in repr(found)
     assert len(repr(found)) < 500
 
 
-def test_longer_passages_lie_between_shorter_ones() -> None:
-    """Beside every change of a symbol further rotations accumulate, at the Floquet rate."""
-    addresses = [f"a 0^{n}" for n in range(15, 23, 2)]
-    found = [find_orbit(FIG4, each, **START, digits=12) for each in (*addresses, "b 0^11")]
-    assert [str(one.address) for one in found] == [*addresses, "b 0^11"]
-    phases = [float(one.theta2_0) for one in found[:-1]]
-    ratios = np.diff(phases)[:-1] / np.diff(phases)[1:]
-    # One rotation is a factor exp(2 pi Lambda_0) = 9.22.
-    np.testing.assert_allclose(ratios, 9.22, rtol=2e-2)
-
-
-def test_none_with_so_few_rotations_says_which_passage() -> None:
-    with pytest.raises(NoOrbit, match=r"none exists: passage 2 with 4 half rotations needs \|I\|"):
-        find_orbit(FIG4, "0^11 0^4 1^11", **START)
-    # A random scan meets no orbit with fewer half rotations than the bound allows.
-    phases = np.random.default_rng(0).uniform(0, 6.28, 30)
-    fewest = min(min(address_of(FIG4, x, **START, n_symbols=3).half_turns or ()) for x in phases)
-    assert fewest > 4
-
-
 @pytest.mark.slow
-def test_where_legs_do_not_meet_a_body_that_is_nearly_symmetric_is_named(
-    monkeypatch: pytest.MonkeyPatch,
-) -> None:
-    """Nor is any correction tried from which the next is expected to have no more digits."""
-    aims, corrected = [], refine._Legs._corrected
-
-    def counted(legs: Any, slopes: Any, aim: float, last: int) -> float:
-        aims.append(aim)
-        return corrected(legs, slopes, aim, last)
-
-    monkeypatch.setattr(refine._Legs, "_corrected", counted)
+def test_where_legs_do_not_meet_a_body_that_is_nearly_symmetric_is_named() -> None:
     flat = Body(A=(2, "1.8", "1.9"), r=(1, 1, 0), mu="0.01")
     with pytest.raises(NoOrbit, match="nearly symmetric: its surfaces are split by 3e-13 only"):
         find_orbit(flat, "01", **START, digits=10)
-    assert min(aims) > refine.CURVED
 
 
 def test_wrong_values_are_named() -> None:
@@ -351,3 +245,126 @@ def test_addresses_end_before_what_is_not_certain() -> None:
     found = address_of(FIG4, "3/10", **START, n_symbols=40, precisions=(53,))
     assert isinstance(found, Address)
     assert 5 < len(found.symbols) < 40
+
+
+DOCS = Path(__file__).parents[3] / "docs" / "addresses.md"
+FIG5 = Body(A=(2, "3/2", "9/5"), r=(0, 1, 0), mu="0.01")
+ROUTE: dict[str, Any] = {"h0": "10/9", "J1_0": "2.39205e-9"}
+J1_0, PASSAGES, WAIT = "1e-6", 5, 36.0
+"""`WAIT` is the longest mean time t' of a passage, and of the way to the first crossing."""
+GIVEN = [
+    (FIG4, "1.3342", [4.95, 5.97]),
+    (Body((2, "1.5", "1.8"), (0, 1, 0), "0.01"), 1, [1.96, 4.55]),
+    (Body((3, 2, "2.5"), (1, 2, 0), "0.003"), 1, [2.66, 3.45, 5.97]),
+]
+"""Bodies, h0 and phases: for each body all passages occur."""
+
+
+@pytest.mark.parametrize(("body", "h0", "phases"), GIVEN)
+def test_an_address_is_what_a_reader_counts(body: Body, h0: Any, phases: list[float]) -> None:
+    """Along an orbit in M and gamma, passage by passage, by the function that the page prints."""
+    [block] = re.findall(r"```python\n(def cells.*?)```", DOCS.read_text(), re.DOTALL)
+    names, met = dict[str, Any](np=np), set()
+    exec(block, names)
+    problem = RouteProblem(body, exact(h0), exact(J1_0), PASSAGES)
+    for phase in phases:
+        times = np.linspace(0, WAIT * (PASSAGES + 1), 10_000)
+        states = states_at(in_space.field(body), initial_state(problem, phase), times)
+        crossings = np.flatnonzero(np.diff(np.sign(states[2])))[: PASSAGES + 1]
+        M, gamma = physical(states, body)
+        counted = [
+            names["cells"](M[:, i : j + 1], gamma[:, i : j + 1])
+            for i, j in itertools.pairwise(crossings)
+        ]
+        beside = separatrices(states)[: PASSAGES + 1]
+        wanted = address_of(body, phase, h0=h0, J1_0=J1_0, n_symbols=PASSAGES)
+        assert wanted.first == counted[0][0] % 2
+        assert wanted.symbols == tuple(symbols(beside))
+        assert wanted.half_turns == tuple(int(behind - j) for j, behind in counted)
+        met |= set(itertools.pairwise(beside.tolist()))
+    assert len(met) == len(TURNS)
+
+
+@pytest.mark.parametrize("wrong", [0, 1, 2])
+def test_a_passage_that_the_map_takes_for_another_is_told_by_its_number(wrong: int) -> None:
+    begin = SectionPoint(True, np.array([1e-4]), np.array([0.3]))
+    passed = list(onward(level().map_level, begin, 3))
+    _, *at = zip(begin, *(each.point for each in passed), strict=True)
+    points = SectionPoint(True, *map(np.concatenate, at))
+    codes = np.concatenate([each.symbol for each in passed])
+    assert addressed(level(), points, codes).symbols == tuple(codes)
+    codes[wrong] ^= 1
+    with pytest.raises(MapError, match=f"passage {wrong + 1} of the orbit lies outside"):
+        addressed(level(), points, codes)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(
+    ("code", "published", "address", "count"),
+    [
+        ("00011", "1.02", "a 0^29 (0^31)*2 1^32 1^28", 4),
+        ("11110", "1.83", "a 1^38 1^29 1^31 1^29 0^30", 11),
+    ],
+)
+def test_both_published_phases_come_out_of_their_codes_and_their_addresses(
+    code: str, published: str, address: str, count: int
+) -> None:
+    """The paper prints two decimals; of its codes alone these are the least such phases."""
+    orbit = find_orbit(FIG5, address, **ROUTE, digits=12)
+    assert f"{orbit.theta2_0:.2f}" == published
+    assert route_codes(FIG5, [orbit.theta2_0], **ROUTE, n_symbols=5).words == [code]
+    assert str(find_orbit(FIG5, code, **ROUTE, near=published, digits=12).address) == address
+    found = round_phases(FIG5, code, **ROUTE, decimals=2)
+    assert (found.tried, found.uncertain) == (629, 0)
+    assert len(found.theta2_0) == count
+    assert found.theta2_0[0] == Decimal(published)
+    assert str(found.addresses[0]) == address
+
+
+def round_(code: Any) -> RoundPhases:
+    return round_phases(FIG4, code, **START, decimals=1)
+
+
+def test_all_phases_of_a_code_are_found_and_of_an_address_those_that_have_it() -> None:
+    every, phases = round_("011"), [Decimal(k) / 10 for k in range(63)]
+    routes = route_codes(FIG4, phases, **START, n_symbols=3, method="integration")
+    of = zip(phases, routes.words, strict=True)
+    assert list(every.theta2_0) == [phase for phase, own in of if own == "011"]
+    first = every.addresses[0]
+    assert first == address_of(FIG4, every.theta2_0[0], **START, n_symbols=3)
+    kept = round_(first)
+    assert set(kept.addresses) == {first}
+    assert kept.theta2_0[0] == every.theta2_0[0]
+    assert len(kept.theta2_0) == every.addresses.count(first) < len(every.theta2_0)
+    cells = [round_(f"{cell} 011").theta2_0 for cell in "ab"]
+    assert sorted(cells[0] + cells[1]) == list(every.theta2_0)
+    assert all(cells)
+
+
+@pytest.mark.slow
+def test_where_doubles_do_not_follow_the_address_is_integrated() -> None:
+    code = route_codes(FIG4, ["3.3"], **START, n_symbols=24).codes[:, 0]
+    found = round_(code)
+    assert found.theta2_0 == (Decimal("3.3"),)
+    assert found.addresses == (address_of(FIG4, "3.3", **START, n_symbols=24),)
+
+
+def test_what_is_not_certain_is_counted_and_left_out(monkeypatch: pytest.MonkeyPatch) -> None:
+    first, *others = round_("011").theta2_0
+
+    def doubted(*given: Any, **named: Any) -> Any:
+        found = route_codes(*given, **named)
+        found.certain[1, int(10 * first)] = False
+        return found
+
+    monkeypatch.setattr("rigidpend.routes.symbolic.follow.route_codes", doubted)
+    found = round_("011")
+    assert (found.theta2_0, found.uncertain) == (tuple(others), 1)
+
+
+def test_orbits_outside_of_the_map_have_no_address() -> None:
+    body = Body(A=(2, 1, 1.5), r=(1, 1, 0), mu="0.3")
+    found = round_phases(body, "0", **START, decimals=0)
+    assert found.theta2_0
+    assert set(found.addresses) == {None}
+    assert round_phases(body, "a 0", **START, decimals=0).theta2_0 == ()
