@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+import copy
+import math
+
 import numpy as np
 import pytest
 
@@ -109,3 +112,13 @@ def test_a_track_that_is_far_off_is_refused() -> None:
     one = rough(2)[2]
     with pytest.raises(NoOrbit, match="elsewhere"):
         doubly_asymptotic(level(), one._replace(b=one.b + 0.01))
+
+
+def test_a_track_that_doubles_do_not_place_is_refused_with_that_reason() -> None:
+    """Some orbits with two symbols change sides at downward crossings, those with one do not."""
+    near, (_, (one, _), (two, _)) = copy.copy(level()), skeleton(level(), 2, 12)
+    near.downward = math.ldexp(near.unit, -43)
+    with pytest.raises(NoOrbit, match=r"at the Hess case or near it: .* at downward crossings"):
+        doubly_asymptotic(near, two._replace(b=two.b + 0.01))
+    with pytest.raises(NoOrbit, match="elsewhere"):
+        doubly_asymptotic(near, one._replace(b=one.b + 0.01))

@@ -156,3 +156,19 @@ def test_an_orbit_that_is_elsewhere_is_refused() -> None:
     found = orbits(1)
     with pytest.raises(NoOrbit, match="rad from where the map has it"):
         sharp(launch(), found._replace(chain=found.chain._replace(unknown=found.b + 1e-9)))
+
+
+@pytest.mark.slow
+def test_steps_that_integration_does_not_tell_tell_no_slopes() -> None:
+    """Orbits of which some settle in a round before others, with r nearly that of the Hess case.
+
+    The phase is one between two from which the next symbol differs, by a Taylor series of
+    Euler-Poisson in body axes in 220 bits.
+    """
+    body = Body(A=(2, 1, "3/2"), r=(1, "1.4", 0), mu="0.001")
+    near = Level.of(body, H)
+    three = doubly_asymptotic(near, skeleton(near, 3, 14)[3][0])
+    found = sharp(Launch(near, J1_0), three)
+    assert found.error.max() < module.FINEST
+    phase = Fraction("1.39967732549086038606770883518449")
+    assert min(abs(each - phase) for each in found.theta2_0) < found.error.max()
