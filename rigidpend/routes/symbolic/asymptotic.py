@@ -42,6 +42,7 @@ from rigidpend.routes.symbolic.chain import (
     NoOrbit,
     System,
     check_split,
+    displaced,
     on_surface,
     signs_of,
 )
@@ -168,9 +169,10 @@ class _Arcs:
         """
         low, high, arc, sample = self._brackets()
         if not low.size:
-            # From or to a surface |I| is the splitting at most.
+            # From or to a surface |I| is the splitting at most, that where the last crossing lies.
             level, most = self.level, self.most
-            least = math.floor(level.half_turns(level.splitting))
+            split = level.downward if self.n % 2 else level.splitting
+            least = math.floor(level.half_turns(split))
             said = (
                 f"passages of at most half_turns = {most} half rotations; they take {least} or more"
             )
@@ -281,6 +283,8 @@ def doubly_asymptotic(level: Level, rough: Track) -> DoublyAsymptotic:
     off = (chain.chi - rough.chi, chain.unknown - rough.b)
     moved = max(float(np.abs(x).max(initial=0.0)) for x in off)
     if moved > MOVED:
+        split = level.narrowest(system.signs)
+        check_split(level, displaced(level, chain.unknowns, split), split)
         raise NoOrbit(f"an orbit with {n} symbols is found elsewhere: it moved by {moved:.2g}")
     arrival = level.arriving(np.zeros_like(rough.b), chain.unknown)
     # Growth of theta3 from the periodic orbit to the first crossing.

@@ -281,13 +281,13 @@ def displaced(level: Level, x: Array, split: float) -> float:
     return level.displaced(53, split) * (1 + float(np.abs(x).max()) / ANGLES)
 
 
-def check_split(level: Level, moved: float, split: float) -> None:
-    """Raise NoOrbit where roundings displace the orbits of a level by so much, radians."""
-    if moved > MOVED:
+def check_split(level: Level, moved: float, split: float, most: float = MOVED) -> None:
+    """Raise NoOrbit where roundings displace the orbits of a level by more than `most`, radians."""
+    if moved > most:
         body, where = "nearly symmetric", f"{level.splitting:.1g} only"
         other = "a less symmetric body"
         # Upward crossings alone would place it.
-        if moved * split <= MOVED * level.splitting:
+        if moved * split <= most * level.splitting:
             body, other = "at the Hess case or near it", "a body farther from it"
             where = f"{split:.1g} at most at downward crossings, where this orbit changes sides"
         raise NoOrbit(

@@ -46,7 +46,7 @@ FIRST_DIGITS = 9
 
 Where surfaces are split by less than some 1e-8 it has fewer: the first correction tells."""
 LEAST_DIGITS = 5
-"""Digits with which Newton's method still begins."""
+"""Digits with which Newton's method still goes on."""
 DIGIT = math.log2(10)
 """Bits of a digit."""
 ACROSS = 24
@@ -59,6 +59,8 @@ CURVED = 4
 """Digits that the curvature of the legs takes of twice those that are known."""
 THIN = 6
 """Digits that the thin layer takes of a derivative: half of those in which its legs are told."""
+LITTLE = 3
+"""Digits gained by a correction with fewer of which slopes are told anew, six legs for each leg."""
 ROUNDS = 60
 MARGIN = 3
 """Digits that theta2_0 has beyond those that tell a symbol."""
@@ -165,24 +167,33 @@ class _Legs:
         # Slopes, the digits that they have, and those that legs may have with them.
         slopes: list[Any] = []
         gained = reach = 0.0
-        for _ in range(ROUNDS):
+        kind = 0
+        # Digits that the last correction had more than the one before it.
+        more = math.inf
+        for k in range(ROUNDS):
             # What the last correction has shown, and not what it is expected to have left.
             last = min(len(self.needed) - 1, int((self.needed > before).sum()))
-            if not slopes or (known > reach - LEAST_DIGITS and self.most > reach):
-                kind = next(kinds)
+            further = not slopes or (known > reach - LEAST_DIGITS and self.most > reach)
+            # Where surfaces are split little slopes told at the map's crossings gain little.
+            if further or more < LITTLE:
+                kind = next(kinds) if further else kind
                 gained, slopes = min(known, kind / 2 / DIGIT - THIN), self._differences(kind, last)
                 # Integers take ten times as long: all that the kernel's numbers tell comes first.
                 reach = (2 * kind - ACROSS - SPARE) / DIGIT if kind < LADDER[-1] else math.inf
             aim = min(2 * known - CURVED, known + gained, self.most, reach)
             note(lambda: f"theta2_0 to {known:.0f} of {self.most:.0f} digits")  # noqa: B023
-            before = self._corrected(slopes, aim, last)
-            # Where a passage grazes a surface legs are bent more than was expected.
-            lost = max(lost, known - before)
-            known = min(aim, before + gained - lost, 2 * before - CURVED - lost)
+            here = self._corrected(slopes, aim, last)
+            # The first correction is of what the map errs, further ones of what the slopes do; and
+            # where a passage grazes a surface legs are bent more than was expected.
+            if k:
+                lost, more = max(lost, known - here), here - before
+            before = here
+            known = max(before, min(aim, before + gained - lost, 2 * before - CURVED - lost))
             # With so few the next correction has no more.
-            if before < LEAST_DIGITS or known <= CURVED:
+            if before < LEAST_DIGITS:
                 level, split = self.chain.level, self.chain.split
-                check_split(level, displaced(level, self.chain.unknowns, split), split)
+                moved = displaced(level, self.chain.unknowns, split)
+                check_split(level, moved, split, 10.0**-LEAST_DIGITS)
                 raise NoOrbit("integration does not find the crossings where the map has them")
             if known >= self.most:
                 late = np.cumsum(self.times - told)

@@ -236,8 +236,9 @@ def sharp(launch: Launch, orbits: DoublyAsymptotic, jobs: int = 1) -> Sharp:
         states = launch.states(begun, theta2)
         distance = np.sqrt(np.abs(orbits.I_slope) * max(error, NEAREST)).clip(max=FARTHEST)
         I = _invariant(launch, orbits, states, distance, jobs)
-        # The map's slopes err, the more the less the surfaces are split: secants tell them.
-        told = np.abs(step) > GAINED * np.abs(step).max(initial=0.0)
+        # The map's slopes err, the more the less the surfaces are split: secants tell them, but not
+        # of steps so small that I does not tell them.
+        told = np.abs(step) > max(GAINED * np.abs(step).max(initial=0.0), FINEST)
         slope[told] = (I - I_before)[told] / step[told]
         wanted = -I / slope
         last = float(np.abs(wanted).max(initial=0.0))

@@ -10,7 +10,7 @@ from functools import partial
 import numpy as np
 
 from rigidpend.numbers.generic import Array
-from rigidpend.routes.symbolic.chain import Chain, NoOrbit, System, on_surface
+from rigidpend.routes.symbolic.chain import Chain, NoOrbit, System, check_split, on_surface
 from rigidpend.routes.symbolic.levels import Level, Signs
 
 APART = 4
@@ -166,6 +166,9 @@ def alike(level: Level, signs: Signs, tried: Callable[[int], Chain], given: bool
     NoOrbit is raised where none was found.
     """
     split, reason = level.narrowest(signs), None
+    if len(signs) > 1:
+        # Passages of whatever length change sides there.
+        check_split(level, level.displaced(53, split), split)
     # Where surfaces are split least only passages may end that are given.
     least = max(1, level.fewest_half_turns(level.splitting if given else split))
     most = max(1, level.fewest_half_turns(split)) + MORE - 1

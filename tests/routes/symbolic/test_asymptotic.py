@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import copy
 import functools
+import math
 from fractions import Fraction
 from typing import Any
 
@@ -216,3 +218,29 @@ def test_an_orbit_that_is_elsewhere_is_refused() -> None:
     found = orbits(1)
     with pytest.raises(NoOrbit, match="rad from where the map has it"):
         sharp(launch(), found._replace(chain=found.chain._replace(unknown=found.b + 1e-9)))
+
+
+def test_a_track_that_doubles_do_not_place_is_refused_with_that_reason() -> None:
+    """Some orbits with two symbols change sides at downward crossings, those with one do not."""
+    near, (_, (one, _), (two, _)) = copy.copy(level()), skeleton(level(), 2, 12)
+    near.downward = math.ldexp(near.unit, -43)
+    with pytest.raises(NoOrbit, match=r"at the Hess case or near it: .* at downward crossings"):
+        doubly_asymptotic(near, two._replace(b=two.b + 0.01))
+    with pytest.raises(NoOrbit, match="elsewhere"):
+        doubly_asymptotic(near, one._replace(b=one.b + 0.01))
+
+
+@pytest.mark.slow
+def test_steps_that_integration_does_not_tell_tell_no_slopes() -> None:
+    """Orbits of which some settle in a round before others, with r nearly that of the Hess case.
+
+    The phase is one between two from which the next symbol differs, by a Taylor series of
+    Euler-Poisson in body axes in 220 bits.
+    """
+    body = Body(A=(2, 1, "3/2"), r=(1, "1.4", 0), mu="0.001")
+    near = Level.of(body, H)
+    three = doubly_asymptotic(near, skeleton(near, 3, 14)[3][0])
+    found = sharp(Launch(near, J1_0), three)
+    assert found.error.max() < sharp_module.FINEST
+    phase = Fraction("1.39967732549086038606770883518449")
+    assert min(abs(each - phase) for each in found.theta2_0) < found.error.max()

@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import contextlib
+import copy
+import math
 from types import SimpleNamespace
 from typing import Any
 from unittest.mock import Mock
@@ -22,7 +24,15 @@ from rigidpend.routes.symbolic.chain import (
     signs_of,
 )
 from rigidpend.routes.symbolic.levels import surface
-from rigidpend.routes.symbolic.shortest import INSIDE, alike, exactly, lessened, path, shortest
+from rigidpend.routes.symbolic.shortest import (
+    INSIDE,
+    MORE,
+    alike,
+    exactly,
+    lessened,
+    path,
+    shortest,
+)
 from tests.routes.symbolic.fig4 import BODY, J1_0, H, chain_of, level
 
 SYMBOLS = np.array([0, 1, 1, 0, 0])
@@ -181,3 +191,21 @@ def test_too_few_half_rotations_end_in_a_fold() -> None:
         path(system(), cells, 0.0)
     with pytest.raises(NoOrbit, match=r"none exists: passage 2 with 5 half rotations needs \|I\|"):
         exactly(system(), 0, 0.0, (11, 5, 12, 11, 14))
+
+
+def test_no_length_is_tried_where_doubles_place_no_orbit_on_the_surfaces() -> None:
+    """But orbits with a single passage change no side, and are found with a start that is off."""
+    tried: list[int] = []
+
+    def each(half_turns: int) -> Any:
+        tried.append(half_turns)
+        raise NoOrbit("too short")
+
+    flat: Any = copy.copy(level())
+    flat.splitting = flat.downward = 30 * math.ldexp(flat.unit, -53) / MOVED * 0.99
+    with pytest.raises(NoOrbit, match="nearly symmetric"):
+        alike(flat, signs_of([0, 1]), each)
+    assert not tried
+    with pytest.raises(NoOrbit, match="too short"):
+        alike(flat, signs_of([0]), each)
+    assert len(tried) == MORE
