@@ -46,14 +46,6 @@ def test_a_certificate_holds_what_is_proven_exactly_of_which_orbits(folder: Path
     assert not list(folder.glob(".*"))
 
 
-@pytest.mark.slow
-def test_a_certificate_may_have_a_name_of_its_own(folder: Path, tmp_path: Path) -> None:
-    given = ("--set", "problem.J1_0=1e-9", "--name", "lower", "-j", "1")
-    done = call(folder, "certify", "tiny.yaml", *given, "--out", str(tmp_path))
-    assert done.stdout == "lower: only: 4 of 4 symbols of 2 orbits proven\n", done.stderr
-    assert [file.name for file in tmp_path.iterdir()] == ["lower.certificate.h5"]
-
-
 def test_it_is_checked_again_without_integration(
     folder: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
