@@ -151,18 +151,6 @@ def test_a_result_says_what_it_was_made_from(desk: Path) -> None:
         assert set(file["provenance"].attrs) == set(provenance.provenance())
 
 
-def test_a_run_that_ends_early_leaves_the_old_result(
-    desk: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    before = RESULT.read_bytes()
-    monkeypatch.setattr(route_codes, "compute", Mock(side_effect=KeyboardInterrupt))
-    planned = runner.plan(loading.load(CONFIG), RESULTS, force=True)
-    with pytest.raises(KeyboardInterrupt):
-        runner.run(planned, jobs=1, report=tell_nobody)
-    assert sorted(path.name for path in RESULTS.iterdir()) == ["reference", "small.h5"]
-    assert RESULT.read_bytes() == before
-
-
 def test_a_result_whose_name_differs_in_case_only_is_not_made(desk: Path) -> None:
     config = loading.load(CONFIG)
     (desk / "Small.h5").write_bytes(b"another")
