@@ -253,6 +253,10 @@ def array_lost(file: Any) -> None:
     del file["data/two"]
 
 
+def other_unit(file: Any) -> None:
+    file["data/two/steps"].attrs["units"] = "deg"
+
+
 def array_copied(file: Any) -> None:
     array_lost(file)
     file.copy("data/one", "data/two")
@@ -269,6 +273,7 @@ def array_copied(file: Any) -> None:
         (column_copied, "one: theta2_0 of column 1"),
         (array_copied, "two: "),
         (array_lost, "two"),
+        (other_unit, "unit"),
     ],
 )
 def test_what_is_of_another_config_or_copied_is_refused_at_its_place(

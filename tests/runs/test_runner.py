@@ -34,7 +34,7 @@ from rigidpend.results import store
 from rigidpend.runs import loading, provenance, runner
 from rigidpend.runs.logs import Logs
 from rigidpend.runs.parts import Parts
-from tests.config.samples import FIG4, TEXT, changed, written
+from tests.config.samples import FIG4, TEXT, changed, refused, written
 
 CONFIG, RESULTS, RESULT = Path("configs/small.yaml"), Path("results"), Path("results/small.h5")
 MU = "its config changed: problem.mu from 0.001 to 0.002"
@@ -74,6 +74,13 @@ def test_only_the_paper_s_own_problem_has_the_name_of_its_figure(tmp_path: Path)
     # A name that is not the paper's stays.
     mine = changed('figure: "4"', "figure: mine")
     assert loading.load(written(tmp_path, mine), ["problem.mu=0.01"]).content.figure == "mine"
+
+
+def test_no_experiment_is_an_error_with_all_that_there_are(tmp_path: Path) -> None:
+    [problem] = refused(written(tmp_path, changed("experiment: route_codes", "")))
+    assert problem.place == ("experiment",)
+    assert problem.message.startswith("required ")
+    assert "route_codes" in problem.message
 
 
 def test_what_is_wrong_in_several_files_is_said_at_once(tmp_path: Path) -> None:
