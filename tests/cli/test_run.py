@@ -120,7 +120,8 @@ def test_the_first_failure_ends_a_run_that_does_not_keep_going(failing: Path) ->
     assert done.stderr.splitlines()[-1].startswith("rigidpend: a: ")
     assert not (failing / "other" / "c.h5").exists()
     assert "failed: " in lines(failing / "other" / "a.log")[-1]
-    done = call(failing, "run", "a.yaml", "b.yaml", "c.yaml", "-k", "--json")
+    done = call(failing, "run", "a.yaml", "b.yaml", "c.yaml", "-k", "-v", "--json")
+    assert "None" not in done.stderr
     assert done.returncode == 1
     a, b, c = json.loads(done.stdout)
     assert [x["status"] for x in (a, b, c)] == ["failed", "failed", "computed"]
