@@ -67,9 +67,10 @@ def test_a_result_is_a_config_for_every_command(
     monkeypatch.setattr(render, "PIXELS", 300)
     result = "results/mine_mu=1e-2.h5"
     assert call(swept, "verify", result).stdout == f"mine_mu=1e-2: the same as in {result}\n"
-    # With other numerics too.
-    other = call(swept, "verify", result, "--set", "numerics.tolerance=1e-13")
-    assert (other.returncode, other.stdout.count("the same as in")) == (0, 1), other.stdout
+    # With other numerics too, and not with another problem.
+    for setting, code in (("numerics.tolerance=1e-13", 0), ("problem.J1_0=1e-9", 1)):
+        done = call(swept, "verify", result, "--set", setting)
+        assert (done.returncode, done.stdout.count("the same as in")) == (code, 1 - code)
     assert "mu: 0.01 " in call(swept, "describe", result, "--resolved").stdout
     succeeded(swept, "report", result, "--to", "one.html")
     page = (swept / "one.html").read_text()
@@ -121,6 +122,7 @@ def test_a_code_gives_a_phase(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -
     assert rows["confirmed"].startswith("2 ")
     found = json.loads(call(tmp_path, "find", *asked, "--json").stdout)
     assert rows["theta2_0"].startswith(found["theta2_0"])
+    assert len(found["theta2_0"].partition(".")[2]) in (11, 12)
     assert found["half_turns"] == [11, 10]
     assert len(found["crossing_time"]) == 3
 
