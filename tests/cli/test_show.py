@@ -139,6 +139,7 @@ def test_subfolders_files_and_damage_are_told_and_removed(folder: Path, tmp_path
     assert json.loads(call(tmp_path, "cache", "--json").stdout)["subfolders"] == []
     for of in (b"a", b"b"):
         cache.save(folder / "maps", of, bytes(1_000_000), 10**7)
+    assert "damaged" not in call(tmp_path, "cache").stdout
     _, spoilt = sorted((folder / "maps").iterdir())
     spoilt.write_bytes(b"else")
     head, row, bad = call(tmp_path, "cache").stdout.splitlines()
