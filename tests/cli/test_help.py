@@ -17,24 +17,21 @@ from click.testing import CliRunner
 from PIL import Image
 
 from rigidpend import cli, render
-from rigidpend.config import catalogue
-from tests.cli.calls import call, succeeded
-from tests.config.samples import FIG4, SMALL, changed, written
+from tests.cli.calls import REFERENCE, call
+from tests.config.samples import written
 
 COMMANDS = {name: cli.command(name) for name in cli.COMMANDS}
 
 BEGUN = {
-    **dict.fromkeys(("stress", "bench", "--scheduler"), "runs.runner.follow"),
-    "numerics.engine=scipy": "runs.runner.follow",
+    **dict.fromkeys(("run", "bench", "stress"), "runs.runner.follow"),
     "find": "routes.symbolic.find_orbit",
     "--decimals": "routes.symbolic.follow.round_phases",
     "certify": "runs.certificates.certify",
     "--check": "runs.certificates.check",
     "verify": "runs.regression.verify",
+    "reference": "runs.regression.renew",
 }
-"""Words of examples that take long: run up to that function, they have tests of their own."""
-WHOLE = ("--reference", "run fig4 --set problem.mu", "describe")
-"""Parts of examples with such words that are run to their end."""
+"""Words of examples that compute: run up to that function, they have tests of their own."""
 
 
 def examples() -> Iterator[tuple[str, str]]:
@@ -60,42 +57,23 @@ def test_every_command_says_in_its_first_line_what_it_does_and_has_examples(tmp_
 
 
 @pytest.fixture(scope="module")
-def template(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """A folder with small configs under the names of the examples, and a result of each."""
-    folder = tmp_path_factory.mktemp("template")
-    configs = folder / "configs"
-    shutil.copytree(FIG4.parent, configs / "measure")
+def place(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A folder with the results that are named in examples."""
+    folder = tmp_path_factory.mktemp("place")
+    for inner in ("results/reference", "old/results", "swept"):
+        (folder / inner).mkdir(parents=True)
+    shutil.copy(REFERENCE / "fig1.h5", folder / "results" / "reference")
     for name in ("fig1", "fig2", "fig4", "fig5"):
-        shutil.move(configs / "measure" / f"{name}.yaml", configs)
-    for measuring in (configs / "measure").glob("measure/*.yaml"):
-        shutil.move(measuring, configs / "measure")
-    written(configs, SMALL, "fig4.yaml")
-    coarse = changed("points: 60 ", "points: 8 ", (configs / "fig5.yaml").read_text())
-    written(configs, coarse, "fig5.yaml")
-    succeeded(folder, "run", "fig1", "fig2", "fig4", "fig5")
-    succeeded(folder, "run", "fig4", "--sweep", "problem.mu=1e-4,1e-3", "--out", "swept")
-    shutil.copytree(folder / "results", folder / "old" / "results")
-    shutil.copytree(folder / "old" / "results", folder / "results" / "reference")
+        shutil.copy(REFERENCE / f"{name}.h5", folder / "results")
+    for name in ("fig4_mu=1e-4", "fig4_mu=1e-3"):
+        shutil.copy(REFERENCE / "fig4.h5", folder / "swept" / f"{name}.h5")
     return folder
 
 
-@pytest.fixture
-def place(template: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
-    """A copy of the folder, where only its own configs are known."""
-    folder = tmp_path / "place"
-    shutil.copytree(template, folder)
-    shipped = catalogue.shipped()
-    monkeypatch.setattr(catalogue, "PACKAGE", tmp_path / "nowhere")
-    monkeypatch.setattr(catalogue, "shipped", lambda: shipped)
-    monkeypatch.chdir(folder)
-    # What is drawn has tests of its own.
-    picture = io.BytesIO()
-    Image.new("RGB", (9, 9)).save(picture, "png")
-    monkeypatch.setattr(render, "image", lambda *_: picture.getvalue())
-    # To begin processes takes longer than these few figures.
-    for module in ("rigidpend.render.report", "rigidpend.cli.render"):
-        monkeypatch.setattr(f"{module}.FEW", 99)
-    return folder
+def picture() -> bytes:
+    drawn = io.BytesIO()
+    Image.new("RGB", (9, 9)).save(drawn, "png")
+    return drawn.getvalue()
 
 
 def interrupt(*_: Any, **__: Any) -> None:
@@ -115,14 +93,18 @@ def test_every_example_works(
     program, *words = shlex.split(before)
     assert program == "rigidpend"
     words = [word.replace("/tmp", str(place)) for word in words]
-    if words[0] in ("cache", "doctor"):
+    if words[0] == "cache":
         # Not the user's own: an example empties it.
         monkeypatch.setenv("XDG_CACHE_HOME", str(place / "cache"))
-    stops = [] if any(x in line for x in WHOLE) else [BEGUN[x] for x in words if x in BEGUN]
+    # What is drawn has tests of its own; to begin processes takes longer than these few figures.
+    monkeypatch.setattr(render, "image", lambda *_: picture())
+    for module in ("rigidpend.render.report", "rigidpend.cli.render"):
+        monkeypatch.setattr(f"{module}.FEW", 99)
+    stops = [BEGUN[word] for word in words if word in BEGUN and "-n" not in words]
     for stop in stops:
         monkeypatch.setattr(f"rigidpend.{stop}", interrupt)
     # Processes would not be interrupted.
-    words += ["-j", "1"] * (words[0] in ("find", "verify"))
+    words += ["-j", "1"] * (words[0] in ("find", "verify", "run"))
     done = call(place, *words)
     assert done.returncode == (130 if stops else 0), done
     if target:

@@ -1,4 +1,4 @@
-"""Experiments of one's own: names, results as configs, sweeps, documents of failures."""
+"""What is asked besides the figures: results of one's own, sweeps, orbits with a code."""
 
 from __future__ import annotations
 
@@ -9,9 +9,13 @@ from pathlib import Path
 import pytest
 
 from rigidpend import render
+from rigidpend.cli import find
+from rigidpend.machine import workers
 from rigidpend.results import store
+from rigidpend.routes import symbolic
 from tests.cli.calls import call, succeeded
 from tests.config.samples import SMALL, TINY, changed, written
+from tests.remembered import remembered
 
 SWEEP = ("--sweep", "problem.mu=1e-3,1e-2")
 
@@ -63,6 +67,10 @@ def test_a_result_is_a_config_for_every_command(
     monkeypatch.setattr(render, "PIXELS", 300)
     result = "results/mine_mu=1e-2.h5"
     assert call(swept, "verify", result).stdout == f"mine_mu=1e-2: the same as in {result}\n"
+    # With other numerics too, and not with another problem.
+    for setting, code in (("numerics.tolerance=1e-13", 0), ("problem.J1_0=1e-9", 1)):
+        done = call(swept, "verify", result, "--set", setting)
+        assert (done.returncode, done.stdout.count("the same as in")) == (code, 1 - code)
     assert "mu: 0.01 " in call(swept, "describe", result, "--resolved").stdout
     succeeded(swept, "report", result, "--to", "one.html")
     page = (swept / "one.html").read_text()
@@ -86,14 +94,6 @@ def test_the_proof_of_a_result_is_written_beside_it(swept: Path, tmp_path: Path)
     assert not list(swept.glob("results/*.certificate.h5"))
 
 
-@pytest.mark.slow
-def test_other_numerics_are_compared_with_the_stored_result(swept: Path) -> None:
-    assert call(swept, "run", "mine", "--out", "kept").returncode == 0
-    given = ("--reference", "kept", "--set", "numerics.tolerance=1e-13")
-    done = call(swept, "verify", "mine", *given)
-    assert (done.returncode, done.stdout.count("the same as in")) == (0, 1), done.stdout
-
-
 def test_a_setting_that_some_configs_do_not_know_is_said_with_their_names(tmp_path: Path) -> None:
     done = call(tmp_path, "run", "fig4", "fig1", "fig2", "-n", "--set", "problem.J1_0=1e-10")
     assert done.returncode == 2
@@ -105,3 +105,54 @@ def test_zeros_have_no_sign(tmp_path: Path) -> None:
     written(tmp_path, changed("r: [1, 1, 0]", "r: [1, 0, 0]", SMALL), "small.yaml")
     done = call(tmp_path, "describe", "small", "--json")
     assert "-0.0," not in done.stdout.replace("\n", ",")
+
+
+@pytest.mark.slow
+def test_a_code_gives_a_phase(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(symbolic, "find_orbit", remembered(symbolic.find_orbit))
+    asked = ("--code", "0^11 1^10", "--digits", "12")
+    # As where a search takes long.
+    monkeypatch.setattr(workers, "SILENCE", 0)
+    done = succeeded(tmp_path, "find", "fig4", *asked)
+    assert "theta2_0 to" in done.stderr
+    # Lines that go on in the next one begin with spaces.
+    lines = [line for line in done.stdout.splitlines() if not line.startswith(" ")]
+    rows = dict(line.split(maxsplit=1) for line in lines)
+    assert rows["address"].startswith(("a 0^11 1^10", "b 0^11 1^10"))
+    assert rows["confirmed"].startswith("2 ")
+    found = json.loads(call(tmp_path, "find", *asked, "--json").stdout)
+    assert rows["theta2_0"].startswith(found["theta2_0"])
+    assert len(found["theta2_0"].partition(".")[2]) in (11, 12)
+    assert found["half_turns"] == [11, 10]
+    assert len(found["crossing_time"]) == 3
+
+
+def test_round_phases_are_listed(tmp_path: Path) -> None:
+    done = call(tmp_path, "find", "fig4", "--code", "011", "--decimals", "1")
+    rows = dict(line.split(maxsplit=1) for line in done.stdout.splitlines())
+    found = json.loads(call(tmp_path, "find", "--code", "011", "--decimals", "1", "--json").stdout)
+    assert rows == {each["theta2_0"]: each["address"] for each in found["phases"]}
+    assert found["tried"] == 63
+    assert f"{len(rows)} of 63 phases" in done.stderr
+
+
+def test_many_codes_say_how_many_are_done_and_long_ones_are_cut(
+    monkeypatch: pytest.MonkeyPatch, tmp_path: Path
+) -> None:
+    monkeypatch.setattr(workers, "SILENCE", 0)
+    monkeypatch.setattr(find, "SHOWN", 4)
+    codes = [x for code in ("0", "01111", "0", "0^5 1^10") for x in ("--code", code)]
+    done = call(tmp_path, "find", *codes, "--digits", "10", "-j", "1")
+    assert "1 of 3 codes are done" in done.stderr
+    assert "3 of 3 codes are done" in done.stderr
+    first, long, none = (line.split()[:2] for line in done.stdout.splitlines()[:3])
+    assert (first[0], long[0], none) == ("0", "0...", ["0...", "-"])
+    assert done.returncode == 1, "the last has no orbit"
+
+
+def test_a_proof_that_cannot_be_written_is_told_of_its_own_option(tmp_path: Path) -> None:
+    (tmp_path / "file").touch()
+    done = call(tmp_path, "find", "--code", "0", "--proof", "file/x.orbit.certificate.h5")
+    assert done.returncode == 1
+    assert "choose another file with --proof" in done.stderr
+    assert "--out" not in done.stderr

@@ -1,4 +1,4 @@
-"""What goes wrong is one sentence and an exit code, never a traceback."""
+"""What goes wrong is one sentence and an exit code, never a traceback; full disks as well."""
 
 from __future__ import annotations
 
@@ -20,6 +20,7 @@ import numpy as np
 import pytest
 from click.testing import CliRunner
 
+from rigidpend import render
 from rigidpend.cli import common
 from rigidpend.experiments import UnknownExperiment
 from rigidpend.machine import workers
@@ -33,7 +34,7 @@ from rigidpend.routes.certainty import Contradiction
 from rigidpend.routes.neighbourhood import NoChange
 from rigidpend.routes.symbolic import NoOrbit
 from rigidpend.runs import runner
-from tests.cli.calls import REFERENCE, UNTRACED, call
+from tests.cli.calls import REFERENCE, UNTRACED, call, short_files
 from tests.config.samples import SMALL, written
 
 LONG, NEARLY, LONG_WORD = "n" * 300, "n" * 245, "9x" * 40_000
@@ -235,22 +236,6 @@ def test_a_document_is_json_whatever_it_holds() -> None:
     assert found == {"a": [[1.5, None]], "b": [None, None, True], "c": "x"}
 
 
-@pytest.mark.slow
-def test_a_reader_that_ends_early_is_no_error(tmp_path: Path) -> None:
-    with subprocess.Popen(
-        [sys.executable, "-m", "rigidpend", "list", "--json"],
-        cwd=tmp_path,
-        env=UNTRACED,
-        stdout=subprocess.PIPE,
-        stderr=subprocess.PIPE,
-    ) as process:
-        assert process.stdout is not None
-        assert process.stderr is not None
-        process.stdout.close()
-        said = process.stderr.read()
-    assert said == b""
-
-
 def damaged(results: Path, *names: str) -> None:
     """References in a folder of results, the first of them cut short."""
     results.mkdir()
@@ -324,3 +309,73 @@ def test_a_damaged_result_is_said_with_its_remedy_by_whoever_reads_it(tmp_path: 
     (results / "fig3.h5").mkdir()
     said = call(tmp_path, "render", "fig3").stderr
     assert said.endswith("; a folder is in its place: move that away\n"), "run --force refuses too"
+
+
+FULL = Path("/dev/full")
+needs_full = pytest.mark.skipif(not FULL.exists(), reason="this system has no /dev/full")
+
+KEPT = "rigidpend.machine.cache.KeptFileWarning"
+
+
+def streams(folder: Path, *arguments: str, **how: Any) -> subprocess.CompletedProcess[str]:
+    return subprocess.run(
+        # What cannot be kept in the user's cache is told by a warning, and is another matter.
+        [sys.executable, "-W", "error", "-W", f"ignore::{KEPT}", "-m", "rigidpend", *arguments],
+        cwd=folder,
+        # Python 3.11 keeps what of compiled code finds room: later processes would fail.
+        env=UNTRACED | {"PYTHONDONTWRITEBYTECODE": "1"},
+        text=True,
+        timeout=120,
+        check=False,
+        **how,
+    )
+
+
+@pytest.mark.slow
+@needs_full
+def test_a_full_stdout_is_one_sentence_and_a_full_stderr_no_reason_not_to_compute(
+    small: Path,
+) -> None:
+    with FULL.open("w") as full:
+        done = streams(small, "run", "--help", stdout=full, stderr=subprocess.PIPE)
+        said = done.stderr.splitlines()[-1]
+        assert (done.returncode, said) == (1, "rigidpend: No space left on device")
+        assert "Exception" not in done.stderr
+        assert streams(small, "run", "small.yaml", stderr=full).returncode == 0
+    assert (small / "results" / "small.h5").is_file()
+
+
+@pytest.mark.slow
+def test_closed_streams_are_no_reason_not_to_compute(small: Path) -> None:
+    done = streams(small, "run", "small.yaml", preexec_fn=lambda: os.closerange(0, 3))
+    assert done.returncode == 0
+    assert (small / "results" / "small.h5").read_bytes().startswith(b"\x89HDF")
+
+
+@pytest.mark.slow
+def test_a_disk_that_is_full_for_figures_is_one_sentence(
+    small: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    (small / "results").mkdir()
+    shutil.copy(REFERENCE / "fig2.h5", small / "results")
+    monkeypatch.setattr(render, "PIXELS", 300)
+    with short_files(1000):
+        done = call(small, "render", "fig2")
+    assert done.returncode == 1
+    assert done.stderr.endswith("fig2.png: cannot be written: File too large\n")
+    assert [x.name for x in (small / "results").iterdir()] == ["fig2.h5"]
+
+
+def test_an_error_of_ours_without_room_for_a_log_is_said() -> None:
+    full = OSError(28, "No space left on device")
+    said = common.sentence(ZeroDivisionError("mine"), Mock(side_effect=full))
+    assert said.endswith("please report it; no log could be written: No space left on device")
+
+
+@pytest.mark.slow
+def test_a_reader_that_ends_early_is_no_error(tmp_path: Path) -> None:
+    reader, writer = os.pipe()
+    os.close(reader)
+    done = streams(tmp_path, "list", "--json", stdout=writer, stderr=subprocess.PIPE)
+    os.close(writer)
+    assert done.stderr == ""

@@ -1,15 +1,28 @@
-"""Progress: what is said where, and when it can be known how long the rest takes."""
+"""Words for people: progress and the time that is left, tables in three forms, numbers."""
 
 from __future__ import annotations
 
 import contextlib
 import io
+import math
 import re
+from collections.abc import Callable
 from typing import Any
 
 import pytest
 
+from rigidpend.machine import wording
 from rigidpend.machine.progress import PartDone, Progress, duration
+from rigidpend.machine.wording import (
+    Column,
+    Table,
+    columns,
+    counted,
+    html,
+    markdown,
+    seconds,
+    times,
+)
 
 
 class Terminal(io.StringIO):
@@ -145,14 +158,6 @@ def test_room_is_made_for_others_and_what_failed_or_was_interrupted_leaves_no_li
     assert terminal.screen() == ["rigidpend: words", ""]
 
 
-def test_a_terminal_that_cannot_go_back_has_plain_lines(
-    terminal: Terminal, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    monkeypatch.setenv("TERM", "dumb")
-    Clocked(1, stream=terminal).hear("a", "computing")
-    assert terminal.getvalue() == "a: computing\n"
-
-
 LINES = "a: computing\na: at last\n"
 
 
@@ -170,16 +175,20 @@ LINES = "a: computing\na: at last\n"
     ],
 )
 def test_elsewhere_every_line_is_plain_and_a_failure_says_nothing_of_what_is_left(
-    options: dict[str, bool], well: bool, said: str
+    terminal: Terminal,
+    monkeypatch: pytest.MonkeyPatch,
+    options: dict[str, bool],
+    well: bool,
+    said: str,
 ) -> None:
-    """Verbose has details and times, and quiet nothing."""
-    file = io.StringIO()
-    with Clocked(2, stream=file, **options).at(2.5) as shown:
+    """Verbose has details and times, and quiet nothing; a dumb terminal cannot go back."""
+    monkeypatch.setenv("TERM", "dumb")
+    with Clocked(2, stream=terminal, **options).at(2.5) as shown:
         shown.tell("planned", detail=True)
         shown.hear("a", "computing")
         shown.hear("a", "at last")
         shown.at(6.5).end("a", well=well)
-    assert file.getvalue() == said
+    assert terminal.getvalue() == said
 
 
 def test_a_log_has_no_word_on_what_is_left_where_nothing_tells() -> None:
@@ -190,14 +199,6 @@ def test_a_log_has_no_word_on_what_is_left_where_nothing_tells() -> None:
     assert file.getvalue() == "b: computing\n"
 
 
-@pytest.mark.parametrize(
-    ("time", "said"),
-    [(0.4, "0 s"), (99.4, "99 s"), (100, "2 min"), (5400, "90 min"), (9000, "2.5 h")],
-)
-def test_times_are_said_for_people(time: float, said: str) -> None:
-    assert duration(time) == said
-
-
 def test_a_log_is_told_of_parts_now_and_then_and_of_the_last() -> None:
     log = io.StringIO()
     shown = Clocked(1, stream=log)
@@ -206,3 +207,67 @@ def test_a_log_is_told_of_parts_now_and_then_and_of_the_last() -> None:
     for at in (8.1, 8.2, 10.0, 11.9, 12.1, 14.0, 14.2, 15.0):
         shown.at(at).hear("a", PartDone(f"part at {at}", round(10 * at), 150))
     assert re.findall(r"part at ([\d.]+)", log.getvalue()) == ["10.0", "12.1", "14.2", "15.0"]
+
+
+TABLE = Table("Times", ("method", "time"), [("a|b", "1 s"), ("<long name>", "20.5 ms")], "a note")
+
+
+def test_a_table_is_made_of_columns_of_one_length_each_in_its_form() -> None:
+    columns = [Column("n", range(2)), Column("x", [0.5, 2.0], ".2f")]
+    found = Table.of("caption", columns, "note")
+    assert found == Table("caption", ["n", "x"], [("0", "0.50"), ("1", "2.00")], "note")
+    with pytest.raises(ValueError, match="shorter"):
+        Table.of("", [*columns, Column("y", [1])])
+
+
+def test_columns_are_wrapped_where_a_line_has_no_room() -> None:
+    rows = [("a", "1.5, 2.5, 3.5", "meaning of a"), ("long", "7", "")]
+    assert list(columns(rows, 80, " ")) == [" a     1.5, 2.5, 3.5  meaning of a", " long  7"]
+    narrow = list(columns(rows, 22))
+    assert narrow == ["a     1.5,     meaning", "      2.5,     of a", "      3.5", "long  7"]
+    assert list(columns([("one", "")], 3)) == ["one"]
+
+
+def test_a_table_has_three_forms_which_align_or_escape_every_cell() -> None:
+    assert list(wording.terminal(TABLE)) == [
+        "Times",
+        "  method          time",
+        "  a|b              1 s",
+        "  <long name>  20.5 ms",
+        "  a note",
+        "",
+    ]
+    rows = ["| method | time |", "| --- | --- |", "| a&#124;b | 1 s |", "| <long name> | 20.5 ms |"]
+    assert list(markdown(TABLE)) == ["Times", "", *rows, "", "a note"]
+    assert next(markdown(TABLE._replace(caption=""))) == rows[0]
+    text = html(TABLE._replace(note="<b>"))
+    assert "<td>&lt;long name&gt;</td>" in text
+    assert '<p class="note">&lt;b&gt;</p>' in text
+    assert text.count("<tr>") == 3
+
+
+@pytest.mark.parametrize(
+    ("write", "value", "text"),
+    [
+        (seconds, 1.0, "1 s"),
+        (seconds, 0.0999, "99.9 ms"),
+        (seconds, 1.5e-6, "1.5 us"),
+        (seconds, 2e-9, "0.002 us"),
+        (seconds, 1234.0, "1,234 s"),
+        (seconds, math.inf, "-"),
+        (seconds, math.nan, "-"),
+        *((duration, 0.4, "0 s"), (duration, 99.4, "99 s"), (duration, 100, "2 min")),
+        *((duration, 5400, "90 min"), (duration, 9000, "2.5 h")),
+        (times, 0.9555, "0.956"),
+        (times, 2285.7, "2,286"),
+        (times, math.inf, "-"),
+    ],
+)
+def test_times_have_units_and_ratios_three_digits(
+    write: Callable[[float], str], value: float, text: str
+) -> None:
+    assert write(value) == text
+
+
+def test_one_thing_is_counted_without_a_plural() -> None:
+    assert [counted(n, "orbit") for n in (0, 1, 2)] == ["0 orbits", "1 orbit", "2 orbits"]

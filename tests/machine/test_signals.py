@@ -15,7 +15,6 @@ from typing import NamedTuple
 
 import pytest
 
-from rigidpend.machine import signals
 from tests.attacks.lot import drawn, trials
 from tests.cli.calls import UNTRACED, call, started
 from tests.config.samples import SMALL, changed, written
@@ -113,16 +112,19 @@ def test_a_signal_is_heeded_also_where_python_swallows_exceptions(
     assert found == {".yaml", *left}
 
 
-@pytest.mark.parametrize("number", BOTH)
-def test_a_command_asked_to_end_says_so_and_prints_its_document(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, number: signal.Signals
-) -> None:
-    monkeypatch.setattr(signals, "_came", [number])
-    monkeypatch.setattr(signals, "_told", [])
-    # One that by itself looks nowhere whether it is to end.
-    done = call(tmp_path, "cache", "--json")
-    assert (done.returncode, done.stderr) == (128 + number, f"{SAID[number]}\n")
-    assert json.loads(done.stdout) == {"error": SAID[number], "exit_code": 128 + number}
+ASKED = """
+from rigidpend import cli
+from rigidpend.machine import signals
+signals.came = lambda: 15
+cli.main(["cache", "--json"])
+"""
+
+
+def test_a_command_asked_to_end_says_so_and_prints_its_document(tmp_path: Path) -> None:
+    """One that by itself looks nowhere whether it is to end."""
+    done = python(tmp_path, "-c", ASKED, env=UNTRACED)
+    assert (done.returncode, done.stderr) == (143, f"{SAID[signal.SIGTERM]}\n")
+    assert json.loads(done.stdout) == {"error": SAID[signal.SIGTERM], "exit_code": 143}
 
 
 def test_a_program_that_calls_the_package_keeps_its_own_handlers(tmp_path: Path) -> None:

@@ -131,22 +131,15 @@ def test_a_process_of_a_pool_begins_none(monkeypatch: pytest.MonkeyPatch) -> Non
         workers.apart(spoken, (1,), lambda _: None)
 
 
-MODULE = """
-import os
-def spoken(parts, say):
-    for part in range(parts):
-        say(f"part {part}")
-    return os.getpid()
-"""
 PROGRAM = """
 import os
 from rigidpend.machine import workers
-from module import spoken
+from tests.machine.work import spoken
 print("once")
 before = __file__, __spec__
 def hear(text):
     print(text)
-assert os.getpid() not in workers.side_by_side(spoken, (), True, [1, 3], 2, hear)
+assert os.getpid() not in workers.side_by_side(spoken, (), True, [1, 5], 2, hear)
 assert (__file__, __spec__) == before
 """
 
@@ -155,11 +148,11 @@ assert (__file__, __spec__) == before
 def test_a_program_is_not_run_by_the_processes_that_it_lets_begin(tmp_path: Path) -> None:
     """It needs no ``if __name__ == "__main__"``, and hears by its own functions."""
     (tmp_path / "program.py").write_text(PROGRAM)
-    (tmp_path / "module.py").write_text(MODULE)
     # By its name: then it has both a file and a specification.
     done = python(tmp_path, "-m", "program", env=UNTRACED)
     assert (done.returncode, done.stderr) == (0, "")
-    assert sorted(done.stdout.splitlines()) == ["once", *["part 0"] * 2, "part 1", "part 2"]
+    parts = [f"part {k}" for k in (0, *range(5))]
+    assert sorted(done.stdout.splitlines()) == ["once", *parts]
 
 
 @pytest.mark.parametrize(("columns", "parts"), [(7, 3), (2, 5), (6, 6), (5, 1), (4, 0)])

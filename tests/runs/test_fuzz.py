@@ -6,7 +6,7 @@ import copy
 import random
 import sys
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from typing import Any
 
 import pytest
@@ -19,7 +19,7 @@ from tests.attacks import lot
 from tests.config.samples import FIG4, TEXT
 from tests.strategies import repeatable
 
-Load = Callable[[bytes], bool]
+Load = Callable[..., bool]
 
 PATIENCE = 5.0
 """Seconds of this process that no config may take; the slowest takes a few tenths."""
@@ -118,14 +118,14 @@ def _text(node: Any) -> str:
 
 @pytest.fixture(scope="module")
 def loads(tmp_path_factory: pytest.TempPathFactory) -> Load:
-    """Whether a content loads; whatever is raised comes through, but for a ConfigError."""
+    """Whether a content loads with settings; whatever is raised comes through, but ConfigErrors."""
     path = tmp_path_factory.mktemp("fuzz") / "given.yaml"
 
-    def attempt(content: bytes) -> bool:
+    def attempt(content: bytes, settings: Sequence[str] = ()) -> bool:
         path.write_bytes(content)
         begun = time.process_time()
         try:
-            loading.load(path)
+            loading.load(path, settings)
         except loading.ConfigError as error:
             said = str(error)
         else:
@@ -133,7 +133,7 @@ def loads(tmp_path_factory: pytest.TempPathFactory) -> Load:
         # What measures coverage slows every line.
         assert time.process_time() - begun < PATIENCE * (8 if sys.gettrace() else 1)
         assert len(said) < MUCH
-        assert said == "" or said.startswith(str(path))
+        assert said == "" or said.startswith(("--set ", str(path)) if settings else str(path))
         assert all(x.isprintable() or x in "\n\t" for x in said), said
         return not said
 
@@ -147,28 +147,16 @@ def test_any_content_is_refused(loads: Load, content: bytes) -> None:
 
 
 @pytest.mark.slow
-def test_mutated_trees_load_or_are_refused(loads: Load) -> None:
+def test_mutated_trees_and_any_settings_load_or_are_refused(loads: Load) -> None:
     every, loaded = trees(), 0
     with lot.drawn("mutated trees") as chance:
         for _ in range(FUZZED):
             text = mutated(chance.choice(every), chance)
             loaded += loads(text.encode("utf-8", "surrogatepass"))
+            if chance.random() < 1 / 3:
+                loads(FIG4.read_bytes(), settings(every[3], chance))
     # Some changes do no harm: the mutations are near enough to what is right.
     assert FUZZED / 140 < loaded < FUZZED / 1.75
-
-
-@pytest.mark.slow
-def test_any_settings_load_or_are_refused() -> None:
-    tree = trees()[3]
-    with lot.drawn("settings") as chance:
-        for _ in range(lot.trials(50)):
-            given = settings(tree, chance)
-            said = ""
-            try:
-                loading.load(FIG4, given)
-            except loading.ConfigError as error:
-                said = str(error)
-            assert said == "" or said.startswith(("--set ", str(FIG4))), given
 
 
 @pytest.mark.slow

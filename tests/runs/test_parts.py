@@ -10,13 +10,14 @@ import signal
 import tracemalloc
 from collections.abc import Callable
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
 
 from rigidpend.experiments.contract import Piece
 from rigidpend.experiments.data import Tree
-from rigidpend.machine import cache, signals, workers
+from rigidpend.machine import cache, files, signals, workers
 from rigidpend.machine.cache import KeptFileWarning
 from rigidpend.machine.files import StoreError
 from rigidpend.runs.parts import UNFIT, Parts, packed, sweep, unpacked
@@ -61,7 +62,7 @@ def test_a_kept_part_is_used_again_with_its_values_and_types(target: Path) -> No
 def test_after_a_signal_no_further_part_is_begun(
     target: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(signals, "_came", [signal.SIGTERM])
+    monkeypatch.setattr(workers, "came", lambda: signal.SIGTERM)
     parts = Parts(target, "a")
     assert parts.keep("first", not_again).keys() == PART.keys()
     with pytest.raises(signals.Stopped):
@@ -111,14 +112,23 @@ def test_whatever_bytes_there_are_they_are_a_part_or_refused() -> None:
                 unpacked(bytes(changed))
 
 
-def test_a_copy_of_the_open_folder_that_a_child_has_holds_nothing(target: Path) -> None:
+def test_a_copy_of_the_open_folder_that_a_child_has_holds_nothing(
+    target: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
     """Between fork and exec a child has one: git is started for each result."""
+    copies, held = list[int](), files.held
+
+    def copied(*given: Any, **how: Any) -> Any:
+        handle, path = held(*given, **how)
+        copies.append(os.dup(handle))
+        return handle, path
+
+    monkeypatch.setattr(files, "held", copied)
     with Parts(target, "a") as parts:
         parts.keep("first", not_again)
-        assert parts._handle is not None
-        copy = os.dup(parts._handle)
         parts.drop()
-        os.close(copy)
+    [copy] = copies
+    os.close(copy)
     assert list(target.parent.iterdir()) == []
 
 

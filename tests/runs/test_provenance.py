@@ -8,9 +8,7 @@ import json
 import platform
 import shutil
 import subprocess
-import sys
 from pathlib import Path
-from unittest.mock import Mock
 
 import llvmlite
 import pytest
@@ -18,9 +16,11 @@ import scipy
 
 import rigidpend
 from rigidpend import experiments
-from rigidpend.machine import cache, code_hash
+from rigidpend.machine import code_hash
 from rigidpend.runs import loading, provenance
+from tests.cli.calls import UNTRACED
 from tests.config.samples import FIG4, TEXT, changed, written
+from tests.processes import python
 
 
 @pytest.fixture
@@ -147,8 +147,7 @@ DRAWING = ("/draw.py", "bench/report.py")
 def test_code_hash_counts_what_python_imports_and_nothing_that_draws() -> None:
     names = experiments.names()
     # Some of them: each takes as long as a start of the program.
-    command = [sys.executable, "-c", IMPORTED, *names[::6]]
-    told = subprocess.run(command, capture_output=True, text=True, check=True).stdout
+    told = python(Path.cwd(), "-c", IMPORTED, *names[::6]).stdout
     for experiment, origins in json.loads(told).items():
         counted = set(hashed(experiment))
         reached = {Path(x).relative_to(code_hash.PACKAGE).as_posix() for x in origins if x}
@@ -173,22 +172,24 @@ def test_code_does_not_depend_on_fields_that_another_python_has(
     assert code_hash.as_text(tree) != before
 
 
+PARSED = """
+import ast, json
+from rigidpend.runs import provenance
+sources, parse = [], ast.parse
+ast.parse = lambda source: sources.append(source) or parse(source)
+found = [provenance.code_hash(x) for x in ("phase_portraits", "heteroclinic_cycle")]
+print(json.dumps([found, len(sources), len(set(sources))]))
+"""
+
+
 @pytest.mark.slow
-def test_each_file_is_parsed_once_and_by_no_later_process(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    monkeypatch.setattr(cache, "folder", lambda: tmp_path)
-    code_hash._read.cache_clear()
-    parse = Mock(wraps=ast.parse)
-    monkeypatch.setattr(ast, "parse", parse)
-    first = provenance.code_hash("phase_portraits")
-    provenance.code_hash("heteroclinic_cycle")
-    parsed = [source for (source,), _ in parse.call_args_list]
-    assert len(parsed) == len(set(parsed)) > 10
-    code_hash._read.cache_clear()
-    parse.reset_mock()
-    assert provenance.code_hash("phase_portraits") == first
-    parse.assert_not_called()
+def test_each_file_is_parsed_once_and_by_no_later_process(tmp_path: Path) -> None:
+    env = UNTRACED | {"XDG_CACHE_HOME": str(tmp_path), "HOME": str(tmp_path)}
+    (first, parsed, files), second = (
+        json.loads(python(tmp_path, "-c", PARSED, env=env).stdout) for _ in range(2)
+    )
+    assert parsed == files > 10
+    assert second == [first, 0, 0]
 
 
 LAID_OUT = "\n".join(line.partition("#")[0].rstrip() for line in TEXT.splitlines())
@@ -205,6 +206,7 @@ MOVED = LAID_OUT.replace("  mu: 0.001\n", "").replace("  h0:", "  mu: 0.001\n\n 
         changed("n_symbols: 15", "n_symbols: 30/2"),
         changed("n_symbols: 15\n", "\n"),
         changed("engine: auto ", ""),
+        TEXT[: TEXT.index("numerics:")],
     ],
 )
 def test_config_hash_is_the_same_for_the_same_values(tmp_path: Path, text: str) -> None:

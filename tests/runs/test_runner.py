@@ -1,4 +1,4 @@
-"""Runs: what is up to date and why not, what a result and a log hold, what a failure leaves."""
+"""Runs: what is loaded, what is up to date and why not, what a result holds, what is left."""
 
 from __future__ import annotations
 
@@ -9,23 +9,90 @@ import os
 import shutil
 from collections.abc import Callable
 from dataclasses import replace
+from fractions import Fraction
 from pathlib import Path
+from typing import Any
 from unittest.mock import Mock
 
 import h5py
+import numpy as np
 import pytest
 
 from rigidpend import experiments
+from rigidpend.experiments.phase_portraits import compute as phase_portraits
 from rigidpend.experiments.route_codes import compute as route_codes
 from rigidpend.machine import cache, files
 from rigidpend.machine.progress import tell_nobody
-from rigidpend.orbits.integrate import arithmetic
+from rigidpend.orbits.integrate.arithmetic import (
+    CLOSED_FORM,
+    DEFAULT_TOLERANCE,
+    FINEST_TOLERANCE,
+    Arithmetic,
+    resolve,
+)
 from rigidpend.results import store
 from rigidpend.runs import loading, provenance, runner
 from rigidpend.runs.logs import Logs
+from rigidpend.runs.parts import Parts
+from tests.config.samples import FIG4, TEXT, changed, refused, written
 
 CONFIG, RESULTS, RESULT = Path("configs/small.yaml"), Path("results"), Path("results/small.h5")
 MU = "its config changed: problem.mu from 0.001 to 0.002"
+
+
+def test_fig4_holds_the_paper_s_values_exactly() -> None:
+    loaded = loading.load(FIG4)
+    resolved = loaded.resolved()
+    assert json.loads(json.dumps(resolved)) == resolved
+    assert resolved["problem"] == {
+        "A": ["2", "1", "3/2"],
+        "r": ["1", "1", "0"],
+        "mu": "1/1000",
+        "h0": "6671/5000",
+        "J1_0": "1/100000000",
+        "n_symbols": 15,
+        "arrays": {
+            "left": {"start": "0", "step": "1/10", "count": 63},
+            "right": {"start": "3*pi/40", "step": "1/100", "count": 32},
+        },
+    }
+    problem: Any = loaded.content.problem
+    right = problem.arrays["right"]
+    assert (problem.h0.fraction, right.start.fraction) == (Fraction(13342, 10000), None)
+    assert float(right.start) == 0.23561944901923448
+
+
+def test_only_the_paper_s_own_problem_has_the_name_of_its_figure(tmp_path: Path) -> None:
+    assert loading.load(written(tmp_path, TEXT)).content.figure == "4"
+    assert loading.load(FIG4, ["numerics.engine=scipy"]).content.figure == "4"
+    assert loading.load(FIG4, ["problem.mu=0.01"]).content.figure == ""
+    other = changed("A: [2, 1, 1.5]", "A: [3, 2, 2.5]")
+    assert loading.load(written(tmp_path, other)).content.figure == ""
+    zoom = FIG4.with_name("fig4_zoom.yaml")
+    assert loading.load(zoom).content.figure == "4, zoomed"
+    assert loading.load(zoom, ["problem.mu=0.01"]).content.figure == ""
+    # A name that is not the paper's stays.
+    mine = changed('figure: "4"', "figure: mine")
+    assert loading.load(written(tmp_path, mine), ["problem.mu=0.01"]).content.figure == "mine"
+
+
+def test_no_experiment_is_an_error_with_all_that_there_are(tmp_path: Path) -> None:
+    [problem] = refused(written(tmp_path, changed("experiment: route_codes", "")))
+    assert problem.place == ("experiment",)
+    assert problem.message.startswith("required ")
+    assert "route_codes" in problem.message
+
+
+def test_what_is_wrong_in_several_files_is_said_at_once(tmp_path: Path) -> None:
+    wrong = changed("mu: 0.001", "mu: x")
+    paths = [written(tmp_path, wrong, "a.yaml"), FIG4, written(tmp_path, wrong, "b.yaml")]
+    with pytest.raises(loading.ConfigError) as caught:
+        loading.load_all(paths, ["problem.h0=y"])
+    origins = [str(problem.origin) for problem in caught.value.complaints]
+    # The setting is the same for all, and said once.
+    assert [x.rpartition("/")[2] for x in origins] == [
+        *("--set problem.h0=y", "a.yaml:8:7", "b.yaml:8:7")
+    ]
 
 
 def other_format(_: pytest.MonkeyPatch) -> None:
@@ -77,7 +144,7 @@ def test_a_result_says_what_it_was_made_from(desk: Path) -> None:
         attributes = dict(file.attrs)
         assert attributes.pop("precisions").tolist() == [53]
         assert attributes.pop("seconds") > 0
-        assert attributes.pop("tolerance") == arithmetic.DEFAULT_TOLERANCE[planned.config.engine]
+        assert attributes.pop("tolerance") == DEFAULT_TOLERANCE[planned.config.engine]
         assert attributes == {
             "format": "rigidpend",
             "format_version": 1,
@@ -89,18 +156,6 @@ def test_a_result_says_what_it_was_made_from(desk: Path) -> None:
         }
         assert json.loads(file["config"].asstr()[()]) == planned.config.resolved()
         assert set(file["provenance"].attrs) == set(provenance.provenance())
-
-
-def test_a_run_that_ends_early_leaves_the_old_result(
-    desk: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    before = RESULT.read_bytes()
-    monkeypatch.setattr(route_codes, "compute", Mock(side_effect=KeyboardInterrupt))
-    planned = runner.plan(loading.load(CONFIG), RESULTS, force=True)
-    with pytest.raises(KeyboardInterrupt):
-        runner.run(planned, jobs=1, report=tell_nobody)
-    assert sorted(path.name for path in RESULTS.iterdir()) == ["reference", "small.h5"]
-    assert RESULT.read_bytes() == before
 
 
 def test_a_result_whose_name_differs_in_case_only_is_not_made(desk: Path) -> None:
@@ -211,3 +266,102 @@ def test_each_name_has_a_log_of_its_last_run_with_any_text(tmp_path: Path) -> No
     assert not other.exists()
     assert logs.path("b") is None
     assert [x.name for x in log.parent.iterdir()] == ["a.log"]
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(
+    ("engine", "asked", "used"),
+    [
+        ("taylor", "1e-20", FINEST_TOLERANCE["taylor"]),
+        ("taylor", "1e-9", 1e-9),
+        ("scipy", "auto", DEFAULT_TOLERANCE["scipy"]),
+    ],
+)
+def test_numerics_arrive_and_are_stored_as_they_were_used(
+    desk: Path, monkeypatch: pytest.MonkeyPatch, engine: str, asked: str, used: float
+) -> None:
+    """A tolerance finer than the engine can keep is stored as the finest, not as written."""
+    compute = Mock(wraps=route_codes.compute)
+    monkeypatch.setattr(route_codes, "compute", compute)
+    chosen = f"numerics.engine={engine}", f"numerics.tolerance={asked}"
+    given = loading.load(CONFIG, ["problem.arrays.only.count=1", *chosen])
+    planned = runner.plan(given, desk)
+    runner.run(planned, jobs=1, report=tell_nobody)
+    [((_, means), _)] = compute.call_args_list
+    assert means.arithmetic == Arithmetic(engine, used, (53,))
+    stored = store.attributes(planned.target)
+    assert (stored["tolerance"], stored["precisions"].tolist()) == (used, [53])
+
+
+def test_what_is_computed_by_closed_forms_has_no_numerics(
+    desk: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    compute = Mock(side_effect=KeyboardInterrupt)
+    monkeypatch.setattr(phase_portraits, "compute", compute)
+    planned = runner.plan(loading.load(FIG4.with_name("fig1.yaml")), desk)
+    with pytest.raises(KeyboardInterrupt):
+        runner.run(planned, jobs=1, report=tell_nobody)
+    [((_, means), _)] = compute.call_args_list
+    assert means.arithmetic is CLOSED_FORM
+
+
+def test_resolving_what_is_resolved_changes_nothing() -> None:
+    once = resolve("scipy", "1e-20", (53, 64, 200))
+    assert once == Arithmetic("scipy", FINEST_TOLERANCE["scipy"], (53, 200))
+    assert resolve(*once) == once
+
+
+TIMES = ("seconds", "created")
+"""Attributes that tell times: of the run, and of the day."""
+
+
+def seen(path: Path) -> tuple[Any, str]:
+    """The data of a file, and all that can be told of its objects in their order but the times."""
+    loaded, outline = store.load_outlined(path)
+    for attributes in outline.values():
+        for name in TIMES:
+            attributes.pop(name, None)
+    return loaded["data"], repr(outline)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(
+    ("name", "settings"),
+    [
+        ("fig3", ["problem.bodies={b: [2, 1.04, 1.7], c: [2, 1, 1.2]}"]),
+        ("asymptotic_orbits", ["problem.symbols=1", "problem.columns=30", "problem.drawn=1"]),
+        (
+            "exponents",
+            ["problem.theta2_0.count=4", "problem.log10_J1_0.count=3", "problem.checked=2"],
+        ),
+        (
+            "splitting",
+            [
+                "problem.bodies={c: {A: [2, 1, 1.2], r: [1, 1, 0]}}",
+                "problem.drawn=c",
+                "problem.mu=[1e-2, 0.1]",
+                "problem.phases=9",
+            ],
+        ),
+        ("route_map", ["problem.theta2_0.count=6", "problem.rows.count=4", "problem.zooms={}"]),
+    ],
+)
+def test_a_resumed_file_is_the_fresh_one_but_for_its_times(
+    tmp_path: Path, name: str, settings: list[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    config = FIG4.with_name(f"{name}.yaml")
+    planned = runner.plan(loading.load(config, settings), tmp_path, force=True)
+    monkeypatch.setattr(Parts, "drop", lambda _: None)
+    runner.run(planned, jobs=1, report=tell_nobody)
+    fresh = tmp_path / "fresh.h5"
+    shutil.move(planned.target, fresh)
+    parts = sorted((tmp_path / f".{name}.parts").rglob("*.kept"))
+    # As if it had been interrupted: one was not finished, all others were.
+    if len(parts) > 1:
+        parts[-1].unlink()
+    said: list[str] = []
+    runner.run(planned, jobs=1, report=said.append)
+    assert said[0].startswith("goes on from")
+    (one, told), (other, told_again) = map(seen, (fresh, planned.target))
+    assert told_again == told
+    np.testing.assert_equal(other, one)
