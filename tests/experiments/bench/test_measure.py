@@ -151,11 +151,10 @@ def searching(*tolerances: Any) -> Any:
     return config, "scipy_dop853", {"pendulum": {"states": np.ones((6, 2))}}
 
 
-def test_a_failure_of_a_method_is_told_and_a_fault_of_our_own_ends_the_benchmark(
+def test_a_failure_of_a_method_is_told(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
-    """A method that finds no number fails; one that is called with a wrong type is our fault."""
-    wrong: Any = ZeroDivisionError("no number")
+    wrong = ZeroDivisionError("no number")
 
     def make(_: str, task: Task, entry: Entrant) -> Solver:
         if entry.tolerance == 1e-6:
@@ -166,12 +165,27 @@ def test_a_failure_of_a_method_is_told_and_a_fault_of_our_own_ends_the_benchmark
     measured, failed = measure.search(*searching(1e-3, 1e-6))
     assert measured["tolerance"] == 1e-3, "what was measured before"
     assert failed["failed"] == "ZeroDivisionError: no number"
-    assert compute._tell(int, ("no number",), None).startswith("failed: ValueError: ")  # type: ignore[arg-type]
-    heard: list[Any] = []
-    wrong = TypeError("a slip")
-    with pytest.raises(TypeError):
-        compute._tell(measure.search, searching(1e-3, 1e-6), heard.append)
-    assert [x["tolerance"] for x in heard] == [1e-3], "what was measured before"
+
+
+def test_a_worker_says_how_a_method_failed_and_ends_by_a_fault_of_ours(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    def at_once(work: Any, given: Any, hear: Any, _: float) -> str:
+        try:
+            return work(*given, hear)
+        except TypeError as error:
+            return f"raised: {error}"
+
+    def failing(error: Exception) -> Any:
+        yield {"x": 1.0}
+        raise error
+
+    monkeypatch.setattr(compute, "apart", at_once)
+    for error, ended in (
+        (ValueError("no number"), "failed: ValueError: no number"),
+        (TypeError("a slip"), "raised: a slip"),
+    ):
+        assert compute.by_worker(failing, (error,), 1.0) == ([{"x": 1.0}], ended)
 
 
 @pytest.mark.parametrize(
