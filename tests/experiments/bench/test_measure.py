@@ -18,11 +18,13 @@ from rigidpend.experiments.bench import compute, measure, problems
 from rigidpend.experiments.bench.methods import METHODS, Entrant, Method
 from rigidpend.experiments.bench.problems import FIG4, Crossed, Stage, Task
 from rigidpend.experiments.bench.solvers import Solver
+from rigidpend.experiments.contract import Means
 from rigidpend.experiments.principal_axes import judged
 from rigidpend.machine.workers import WorkerError
 from rigidpend.orbits.integrate.arithmetic import resolve
 from rigidpend.routes.codes import codes_of
 from tests.cli.calls import REFERENCE
+from tests.experiments.trees import asked
 from tests.remembered import remembered
 
 SHORT = replace(FIG4, n_symbols=2)
@@ -218,19 +220,33 @@ def test_a_worker_s_end_is_told_and_what_it_had_is_kept(
 def test_a_worker_has_a_budget_for_each_setting_at_each_problem_and_for_each_guest(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
-    method = Method("x", "others", answers=("codes", "pendulum"), variants=({}, {}, {}))
-    monkeypatch.setitem(METHODS, "x", method)
+    several = METHODS["aligned_batch"]._replace(variants=({}, {}, {}))
+    monkeypatch.setitem(METHODS, "aligned_batch", several)
+    monkeypatch.setattr(principal_axes, "installed", lambda: True)
+    # Closed forms answer one of the problems, and have no tolerance.
+    told: dict[tuple[str, str], float] = {}
+    line = {"tolerance": 1e-9, "setting": 0, "error": 0.0, "seconds": 0.1}
 
-    def late(_: Any, __: Any, budgets: float) -> Any:
-        assert budgets == 3.0
-        return [], "late"
+    def late(work: Any, given: Any, budgets: float) -> Any:
+        told[work.__name__, given[1]] = budgets
+        found = [line | {"problem": x} for x in given[2]] if work is measure.search else []
+        return found, "late"
+
+    def part(name: str, work: Any) -> Any:
+        return {} if name.startswith("reference.") else work()
 
     monkeypatch.setattr(compute, "by_worker", late)
-    config = asking(search={"tolerances": [1e-3], "slowest": 0.5}, meeting={"seconds": 0.5})
-    found = compute._search(config, "x", {"codes": {}, "free_body": {}, "pendulum": {}})
-    assert list(found) == ["codes", "pendulum"], "those that it answers"
-    met = compute._meeting(config, "codes", dict.fromkeys("abc", Entrant()), {})
-    assert list(met) == ["threads_1", "threads_2"]
+    few = ["problem.problems=[free_body, pendulum]", "problem.methods=[closed_form, aligned_batch]"]
+    few += ["phases.methods=[]", "bodies.kept=0", "bodies.drawn=0", "meeting.seconds=0.5"]
+    config = asked("bench_quick", *few, "search.tolerances=[1e-3, 1e-9]", "search.slowest=0.5")
+    met = compute.compute(config, Means(part=part))["meetings"]
+    assert told == {
+        ("search", "closed_form"): 0.5,
+        ("search", "aligned_batch"): 6.0,
+        ("meeting", "pendulum"): 2.0,
+    }
+    late_one = {"pendulum": {"ended": "late"}}
+    assert met == {"threads_1": late_one, "threads_2": late_one}
 
 
 def sleeping(clock: list[float], each: float, n_symbols: int) -> Any:
