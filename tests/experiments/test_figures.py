@@ -6,17 +6,35 @@ from collections.abc import Callable
 from itertools import pairwise
 from typing import Any
 
+import matplotlib
 import numpy as np
 import pytest
+from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 
+from rigidpend import experiments
 from rigidpend.experiments import plots
 from rigidpend.experiments.data import Loaded
 from rigidpend.experiments.route_map.draw import words
+from rigidpend.render import STYLE
 from rigidpend.results import store
 from tests.cli.calls import REFERENCE
-from tests.experiments.figures import legend, styled
 from tests.experiments.trees import reference
+
+
+def styled(result: Loaded, *, laid_out: bool = False) -> Figure:
+    """The figure of a result; laid out, its artists have their places."""
+    with matplotlib.rc_context(fname=STYLE):
+        made = experiments.drawing(result["attributes"]["experiment"]).draw(result)
+        if laid_out:
+            # With a canvas all passes measure the same text once.
+            FigureCanvasAgg(made)
+            made.draw_without_rendering()
+    return made
+
+
+def legend(figure: Figure) -> list[str]:
+    return [text.get_text() for text in figure.legends[0].get_texts()]
 
 
 def points(axes: Any, colour: str) -> list[Any]:

@@ -13,7 +13,7 @@ import pytest
 
 from rigidpend.experiments.route_intervals import compute
 from rigidpend.experiments.route_intervals.compute import contradictions
-from rigidpend.numbers.exact import exact, exacts
+from rigidpend.numbers.exact import exact
 from rigidpend.numbers.expressions import NO_SYMBOL
 from rigidpend.routes.certified import interval_search, intervals, pieces
 from rigidpend.routes.certified.horseshoe import ShiftProblem
@@ -184,14 +184,12 @@ def test_no_more_intervals_are_expected_than_symbols_ask_for() -> None:
 
 def test_a_run_ends_with_an_error_where_a_column_is_another(monkeypatch: Any) -> None:
     data = reference("fig4_intervals")["data"]
-    parts = [{"intervals": data["intervals"], "proof": data["proof"]}]
-    grid = SimpleNamespace(phases=exacts(data["columns"]["theta2_0"]))
-    config: Any = SimpleNamespace(problem=SimpleNamespace(columns=grid))
-    means: Any = SimpleNamespace(report=print, jobs=1)
-    columns = dict(data["columns"])
-    monkeypatch.setattr(compute, "_columns", lambda *_: columns)
-    compute._joined(config, parts, means)
-    columns["codes"] = columns["codes"].copy()
+    part: Any = lambda *_: {"intervals": data["intervals"], "proof": data["proof"]}  # noqa: E731
+    columns = {name: x.copy() for name, x in data["columns"].items()}
+    monkeypatch.setattr(compute, "FIRST", 0)
+    monkeypatch.setattr("rigidpend.routes.codes.codes_of", lambda *_: SimpleNamespace(**columns))
+    given = asked("fig4_intervals")
+    computed(given, part=part)
     columns["codes"][1, 30] ^= 1
     with pytest.raises(ArithmeticError, match=r"others than those of theta2_0 = \[3\.0"):
-        compute._joined(config, parts, means)
+        computed(given, part=part)

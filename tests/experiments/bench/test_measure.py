@@ -18,11 +18,13 @@ from rigidpend.experiments.bench import compute, measure, problems
 from rigidpend.experiments.bench.methods import METHODS, Entrant, Method
 from rigidpend.experiments.bench.problems import FIG4, Crossed, Stage, Task
 from rigidpend.experiments.bench.solvers import Solver
+from rigidpend.experiments.contract import Means
 from rigidpend.experiments.principal_axes import judged
 from rigidpend.machine.workers import WorkerError
 from rigidpend.orbits.integrate.arithmetic import resolve
 from rigidpend.routes.codes import codes_of
 from tests.cli.calls import REFERENCE
+from tests.experiments.trees import asked
 from tests.remembered import remembered
 
 SHORT = replace(FIG4, n_symbols=2)
@@ -151,11 +153,10 @@ def searching(*tolerances: Any) -> Any:
     return config, "scipy_dop853", {"pendulum": {"states": np.ones((6, 2))}}
 
 
-def test_a_failure_of_a_method_is_told_and_a_fault_of_our_own_ends_the_benchmark(
+def test_a_failure_of_a_method_is_told(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
-    """A method that finds no number fails; one that is called with a wrong type is our fault."""
-    wrong: Any = ZeroDivisionError("no number")
+    wrong = ZeroDivisionError("no number")
 
     def make(_: str, task: Task, entry: Entrant) -> Solver:
         if entry.tolerance == 1e-6:
@@ -166,12 +167,27 @@ def test_a_failure_of_a_method_is_told_and_a_fault_of_our_own_ends_the_benchmark
     measured, failed = measure.search(*searching(1e-3, 1e-6))
     assert measured["tolerance"] == 1e-3, "what was measured before"
     assert failed["failed"] == "ZeroDivisionError: no number"
-    assert compute._tell(int, ("no number",), None).startswith("failed: ValueError: ")  # type: ignore[arg-type]
-    heard: list[Any] = []
-    wrong = TypeError("a slip")
-    with pytest.raises(TypeError):
-        compute._tell(measure.search, searching(1e-3, 1e-6), heard.append)
-    assert [x["tolerance"] for x in heard] == [1e-3], "what was measured before"
+
+
+def test_a_worker_says_how_a_method_failed_and_ends_by_a_fault_of_ours(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    def at_once(work: Any, given: Any, hear: Any, _: float) -> str:
+        try:
+            return work(*given, hear)
+        except TypeError as error:
+            return f"raised: {error}"
+
+    def failing(error: Exception) -> Any:
+        yield {"x": 1.0}
+        raise error
+
+    monkeypatch.setattr(compute, "apart", at_once)
+    for error, ended in (
+        (ValueError("no number"), "failed: ValueError: no number"),
+        (TypeError("a slip"), "raised: a slip"),
+    ):
+        assert compute.by_worker(failing, (error,), 1.0) == ([{"x": 1.0}], ended)
 
 
 @pytest.mark.parametrize(
@@ -204,19 +220,33 @@ def test_a_worker_s_end_is_told_and_what_it_had_is_kept(
 def test_a_worker_has_a_budget_for_each_setting_at_each_problem_and_for_each_guest(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
-    method = Method("x", "others", answers=("codes", "pendulum"), variants=({}, {}, {}))
-    monkeypatch.setitem(METHODS, "x", method)
+    several = METHODS["aligned_batch"]._replace(variants=({}, {}, {}))
+    monkeypatch.setitem(METHODS, "aligned_batch", several)
+    monkeypatch.setattr(principal_axes, "installed", lambda: True)
+    # Closed forms answer one of the problems, and have no tolerance.
+    told: dict[tuple[str, str], float] = {}
+    line = {"tolerance": 1e-9, "setting": 0, "error": 0.0, "seconds": 0.1}
 
-    def late(_: Any, __: Any, budgets: float) -> Any:
-        assert budgets == 3.0
-        return [], "late"
+    def late(work: Any, given: Any, budgets: float) -> Any:
+        told[work.__name__, given[1]] = budgets
+        found = [line | {"problem": x} for x in given[2]] if work is measure.search else []
+        return found, "late"
+
+    def part(name: str, work: Any) -> Any:
+        return {} if name.startswith("reference.") else work()
 
     monkeypatch.setattr(compute, "by_worker", late)
-    config = asking(search={"tolerances": [1e-3], "slowest": 0.5}, meeting={"seconds": 0.5})
-    found = compute._search(config, "x", {"codes": {}, "free_body": {}, "pendulum": {}})
-    assert list(found) == ["codes", "pendulum"], "those that it answers"
-    met = compute._meeting(config, "codes", dict.fromkeys("abc", Entrant()), {})
-    assert list(met) == ["threads_1", "threads_2"]
+    few = ["problem.problems=[free_body, pendulum]", "problem.methods=[closed_form, aligned_batch]"]
+    few += ["phases.methods=[]", "bodies.kept=0", "bodies.drawn=0", "meeting.seconds=0.5"]
+    config = asked("bench_quick", *few, "search.tolerances=[1e-3, 1e-9]", "search.slowest=0.5")
+    met = compute.compute(config, Means(part=part))["meetings"]
+    assert told == {
+        ("search", "closed_form"): 0.5,
+        ("search", "aligned_batch"): 6.0,
+        ("meeting", "pendulum"): 2.0,
+    }
+    late_one = {"pendulum": {"ended": "late"}}
+    assert met == {"threads_1": late_one, "threads_2": late_one}
 
 
 def sleeping(clock: list[float], each: float, n_symbols: int) -> Any:

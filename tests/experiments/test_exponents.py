@@ -109,7 +109,7 @@ def test_without_an_established_code_a_cell_stays_blank(
 
 
 def test_the_page_says_by_how_much_passages_multiply() -> None:
-    page = (Path(__file__).parents[3] / "docs" / "addresses.md").read_text(encoding="utf-8")
+    page = (Path(__file__).parents[2] / "docs" / "addresses.md").read_text(encoding="utf-8")
     growth = reference("exponents")["data"]["growth"]
     first, second, third = np.exp(np.diff(growth["exponent"][2] * growth["passages"], prepend=0))
     numbers = f"by {first / 1000:.0f},000, the second by {second:.1f} and the third by {third:.1f}"

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from types import SimpleNamespace
 from typing import Any
 from unittest.mock import Mock
 
@@ -166,10 +165,12 @@ def test_what_maps_decided_is_told_where_there_was_a_choice(
 @pytest.mark.parametrize(
     ("stay", "said"), [(1, "0"), (5, "0, 1, 2, 3, 4"), (7, "0, 1, 2, 3, 4 and 2 more")]
 )
-def test_of_orbits_that_stay_five_are_named(stay: int, said: str) -> None:
-    codes = np.zeros((2, 8), dtype=np.uint8)
-    routes: Any = SimpleNamespace(codes=codes, theta2_0=np.arange(8.0))
-    assert route_codes._staying(routes) == ""
-    codes[1, :stay] = NO_SYMBOL
-    told = f"; {stay} stay beside a pendulum motion: theta2_0 = {said}"
-    assert route_codes._staying(routes) == told
+def test_of_orbits_that_stay_five_are_named(content: Any, stay: int, said: str) -> None:
+    def part(_: str, compute: Callable[[], Any]) -> Any:
+        made = {name: np.take(x, np.arange(8) % 2, axis=-1) for name, x in compute().items()}
+        made["codes"][1, :stay] = NO_SYMBOL
+        return made | {"theta2_0": np.arange(8.0)}
+
+    told: list[str] = []
+    result(content, part=part, report=told.append)
+    assert told[0].endswith(f"; {stay} stay beside a pendulum motion: theta2_0 = {said}")
