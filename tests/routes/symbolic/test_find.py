@@ -236,9 +236,9 @@ def test_where_legs_do_not_meet_a_body_that_is_nearly_symmetric_is_named() -> No
 def test_orbits_are_found_where_doubles_hardly_place_them() -> None:
     """Surfaces are split by 2.8e-13, and roundings displace crossings of the map by 6e-6.
 
-    Slopes that are told there gain a digit in each correction, so that they are told anew. The phase
-    is that at whose last crossing gamma3 = 0, by a Taylor series of Euler-Poisson in body axes in
-    270 bits.
+    Slopes that are told there gain a digit in each correction, so that they are told anew. The
+    phase is that at whose last crossing gamma3 = 0, by a Taylor series of Euler-Poisson in body
+    axes in 270 bits.
     """
     body = Body(A=(2, "1.46", "1.48"), r=("0.90", "0.44", 0), mu="0.00056")
     found = find_orbit(body, "01", h0=1, J1_0="1e-8")
