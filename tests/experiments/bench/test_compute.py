@@ -175,11 +175,3 @@ def test_without_heyoka_there_is_no_reference(monkeypatch: pytest.MonkeyPatch) -
     monkeypatch.setattr(principal_axes, "installed", lambda: False)
     with pytest.raises(EngineError, match="heyoka"):
         bench.compute(asked("bench_quick"), Means(CLOSED_FORM))
-
-
-def test_the_full_config_asks_for_everything() -> None:
-    content = asked("bench")
-    assert set(METHODS) - set(content.problem.methods) == {"route_codes_auto"}
-    assert (content.bodies.kept, content.bodies.drawn, content.bodies.orbits) == (40, 20, 20_000)
-    assert content.meeting.rounds >= 11
-    assert content.phases.orbits == 2000
