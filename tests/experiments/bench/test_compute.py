@@ -29,7 +29,7 @@ pytestmark = [pytest.mark.slow, needs_heyoka("the references in 113 bits")]
 
 SMALL = [
     "problem.problems=[pendulum, codes]",
-    "problem.methods=[closed_form, route_codes, aligned_batch, diffrax]",
+    "problem.methods=[closed_form, route_codes, aligned_batch, scipy_dop853, diffrax]",
     "problem.columns=2",
     "problem.n_symbols=2",
     "search.tolerances=[1e-4, 1e-9]",
