@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import json
 from pathlib import Path
-from typing import Any, NamedTuple
+from types import SimpleNamespace
+from typing import Any
 
 import pytest
 from click.testing import CliRunner
@@ -60,16 +61,6 @@ BUDGETS = {
 }
 
 
-class Ran(NamedTuple):
-    """A small run: what the command said, then and called again; what it stored; what it asked."""
-
-    said: Any
-    again: Any
-    data: Any
-    drawn: str
-    budgets: dict[str, float]
-
-
 def here(work: Any, given: Any, _: float) -> Any:
     """What a worker would tell, told by this process: each takes a second to begin."""
     return list(work(*given)), ""
@@ -87,8 +78,11 @@ def called(folder: Path, *words: str) -> Any:
 
 
 @pytest.fixture(scope="module")
-def ran(tmp_path_factory: pytest.TempPathFactory) -> Ran:
-    """Diffrax is made absent, closed forms have a worker; the figure has tests of its own."""
+def ran(tmp_path_factory: pytest.TempPathFactory) -> Any:
+    """A small run, and its command once more.
+
+    Diffrax is made absent, closed forms have a worker; the figure has tests of its own.
+    """
     folder, budgets = tmp_path_factory.mktemp("bench"), {}
 
     def counted(work: Any, given: Any, budget: float) -> Any:
@@ -102,26 +96,26 @@ def ran(tmp_path_factory: pytest.TempPathFactory) -> Ran:
         patch.setattr(bench, "by_worker", counted)
         patch.setattr(render, "render", lambda _, target: target.write_text("drawn"))
         said, again = called(folder, "--json"), called(folder)
-    data = store.load(folder / "bench_quick.h5")["data"]
-    return Ran(said, again, data, (folder / "bench_quick.png").read_text(), budgets)
+    data, figure = store.load(folder / "bench_quick.h5")["data"], folder / "bench_quick.png"
+    return SimpleNamespace(said=said, again=again, data=data, figure=figure, budgets=budgets)
 
 
-def test_the_command_prints_one_json_document_and_draws(ran: Ran) -> None:
+def test_the_command_prints_one_json_document_and_draws(ran: Any) -> None:
     found = json.loads(ran.said.stdout)
     assert set(found["data"]) >= {"meetings", "pendulum", "codes", "random_phases"}
     assert found["machine"]["processor"]
-    assert ran.drawn == "drawn"
+    assert ran.figure.read_text() == "drawn"
     assert "reference" in ran.said.stderr
     # What is up to date is not measured again.
     assert "is up to date" in ran.again.stderr
     assert ran.again.stdout.index("faster than ours") < ran.again.stdout.index("Random phases")
 
 
-def test_a_worker_has_a_budget_for_all_that_it_measures(ran: Ran) -> None:
+def test_a_worker_has_a_budget_for_all_that_it_measures(ran: Any) -> None:
     assert ran.budgets == BUDGETS
 
 
-def test_every_method_that_answers_has_a_record_or_is_said_to_be_absent(ran: Ran) -> None:
+def test_every_method_that_answers_has_a_record_or_is_said_to_be_absent(ran: Any) -> None:
     pendulum, codes = ran.data["pendulum"], ran.data["codes"]
     assert set(pendulum) & set(METHODS) == {"closed_form", "aligned_batch", "diffrax"}
     assert set(codes) & set(METHODS) == {"route_codes", "aligned_batch", "diffrax"}
@@ -137,7 +131,7 @@ def test_every_method_that_answers_has_a_record_or_is_said_to_be_absent(ran: Ran
     assert f"diffrax, jitted and vmapped: {absent}." in reading.losses_table(ran.data).note
 
 
-def test_methods_meet_with_one_thread_and_with_two(ran: Ran) -> None:
+def test_methods_meet_with_one_thread_and_with_two(ran: Any) -> None:
     one, two = ran.data["meetings"]["threads_1"], ran.data["meetings"]["threads_2"]
     both = {"route_codes", "aligned_batch", "ended"}
     assert set(one["codes"]) == set(two["codes"]) == both
@@ -147,7 +141,7 @@ def test_methods_meet_with_one_thread_and_with_two(ran: Ran) -> None:
     assert one["codes"]["ended"] == two["codes"]["ended"] == "complete"
 
 
-def test_symbols_are_counted_on_random_phases_and_with_bodies_that_are_told(ran: Ran) -> None:
+def test_symbols_are_counted_on_random_phases_and_with_bodies_that_are_told(ran: Any) -> None:
     for phases in ran.data["random_phases"].values():
         assert set(phases) == {"route_codes"}, "what is absent is left out"
         assert phases["route_codes"]["symbols"] == 5 * 15
