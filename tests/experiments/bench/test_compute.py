@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 from pathlib import Path
+from types import SimpleNamespace
 from typing import Any
 
 import pytest
@@ -25,7 +26,6 @@ from tests.experiments.trees import CONFIGS, asked
 from tests.orbits.integrate.problems import needs_heyoka
 
 pytestmark = [pytest.mark.slow, needs_heyoka("the references in 113 bits")]
-"""Most tests look at the one result of a small run."""
 
 SMALL = [
     "problem.problems=[pendulum, codes]",
@@ -33,10 +33,12 @@ SMALL = [
     "problem.columns=2",
     "problem.n_symbols=2",
     "search.tolerances=[1e-4, 1e-9]",
-    "meeting.rounds=2",
     "search.slowest=100",
+    "meeting.rounds=2",
+    "meeting.seconds=50",
     "phases.methods=[route_codes, diffrax]",
     "phases.orbits=5",
+    "phases.seconds=50",
     "bodies.methods=[route_codes_auto, heyoka_principal, diffrax]",
     "bodies.kept=1",
     "bodies.drawn=1",
@@ -44,74 +46,93 @@ SMALL = [
     "bodies.seconds=1",
     "bodies.longest=60",
 ]
+BUDGETS = {
+    # Problems, tolerances, and the slowest that is waited for.
+    "search closed_form": 100.0,
+    "search route_codes": 100.0,
+    "search aligned_batch": 2 * 2 * 100.0,
+    # Guests with one thread and with two.
+    "meeting pendulum": 2 * 2 * 50.0,
+    "meeting codes": 2 * 2 * 50.0,
+    # Each of two starts.
+    "random_phases route_codes": 2 * 50.0,
+    # Two bodies: ours, one peer, and the truth, which has four times as long.
+    "bodies": 2 * (60.0 + 1.0 + 4.0),
+}
 
 
-@pytest.fixture(scope="module")
-def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    return tmp_path_factory.mktemp("bench")
-
-
-@pytest.fixture(autouse=True, scope="module")
-def undrawn() -> Any:
-    """The figure has tests of its own."""
-    with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(render, "render", lambda _, target: target.write_text("drawn"))
-        yield
-
-
-def here(work: Any, given: Any, budgets: float) -> Any:
+def here(work: Any, given: Any, _: float) -> Any:
     """What a worker would tell, told by this process: each takes a second to begin."""
     return list(work(*given)), ""
 
 
+def named(work: Any, given: Any) -> str:
+    return " ".join([work.__name__, *(x for x in given[1:2] if isinstance(x, str))])
+
+
 def called(folder: Path, *words: str) -> Any:
     settings = [x for setting in SMALL for x in ("--set", setting)]
-    return CliRunner().invoke(bench_command, ["--quick", "--out", str(folder), *settings, *words])
-
-
-@pytest.fixture(scope="module")
-def said(folder: Path) -> Any:
-    """What the command prints, run in small; diffrax is made absent, closed forms have a worker."""
-    with pytest.MonkeyPatch.context() as patch:
-        lacking = METHODS["diffrax"]._replace(libraries=("no_such_library",))
-        patch.setitem(METHODS, "diffrax", lacking)
-        patch.setattr(
-            bench, "by_worker", lambda *x: (by_worker if x[1][1] == "closed_form" else here)(*x)
-        )
-        done = called(folder, "--json")
+    done = CliRunner().invoke(bench_command, ["--quick", "--out", str(folder), *settings, *words])
     assert done.exit_code == 0, done.output
     return done
 
 
 @pytest.fixture(scope="module")
-def data(said: Any, folder: Path) -> Any:
-    return store.load(folder / "bench_quick.h5")["data"]
+def ran(tmp_path_factory: pytest.TempPathFactory) -> Any:
+    """A small run, and its command once more.
+
+    Diffrax is made absent, closed forms have a worker; the figure has tests of its own.
+    """
+    folder, budgets = tmp_path_factory.mktemp("bench"), {}
+
+    def counted(work: Any, given: Any, budget: float) -> Any:
+        name = named(work, given)
+        budgets[name] = budget
+        return (by_worker if name == "search closed_form" else here)(work, given, budget)
+
+    with pytest.MonkeyPatch.context() as patch:
+        lacking = METHODS["diffrax"]._replace(libraries=("no_such_library",))
+        patch.setitem(METHODS, "diffrax", lacking)
+        patch.setattr(bench, "by_worker", counted)
+        patch.setattr(render, "render", lambda _, target: target.write_text("drawn"))
+        said, again = called(folder, "--json"), called(folder)
+    data, figure = store.load(folder / "bench_quick.h5")["data"], folder / "bench_quick.png"
+    return SimpleNamespace(said=said, again=again, data=data, figure=figure, budgets=budgets)
 
 
-def test_the_command_prints_one_json_document_and_draws(said: Any, folder: Path) -> None:
-    found = json.loads(said.stdout)
+def test_the_command_prints_one_json_document_and_draws(ran: Any) -> None:
+    found = json.loads(ran.said.stdout)
     assert set(found["data"]) >= {"meetings", "pendulum", "codes", "random_phases"}
     assert found["machine"]["processor"]
-    assert (folder / "bench_quick.png").read_text() == "drawn"
-    assert "reference" in said.stderr
+    assert ran.figure.read_text() == "drawn"
+    assert "reference" in ran.said.stderr
+    # What is up to date is not measured again.
+    assert "is up to date" in ran.again.stderr
+    assert ran.again.stdout.index("faster than ours") < ran.again.stdout.index("Random phases")
 
 
-def test_every_method_that_answers_has_a_record_or_is_said_to_be_absent(
-    data: Any, said: Any
-) -> None:
-    assert set(data["pendulum"]) & set(METHODS) == {"closed_form", "aligned_batch", "diffrax"}
-    assert data["codes"]["route_codes"]["wrong_symbols"].tolist() == [0]
-    assert data["codes"]["aligned_batch"]["error"][-1] < 1e-3
-    assert data["pendulum"]["closed_form"]["error"][0] < 1e-12
-    assert data["pendulum"]["aligned_batch"]["tolerance"].tolist() == [1e-4, 1e-9]
+def test_a_worker_has_a_budget_for_all_that_it_measures(ran: Any) -> None:
+    assert ran.budgets == BUDGETS
+
+
+def test_every_method_that_answers_has_a_record_or_is_said_to_be_absent(ran: Any) -> None:
+    pendulum, codes = ran.data["pendulum"], ran.data["codes"]
+    assert set(pendulum) & set(METHODS) == {"closed_form", "aligned_batch", "diffrax"}
+    assert set(codes) & set(METHODS) == {"route_codes", "aligned_batch", "diffrax"}
+    assert codes["route_codes"]["wrong_symbols"].tolist() == [0]
+    assert codes["aligned_batch"]["error"][-1] < 1e-3
+    assert pendulum["closed_form"]["error"][0] < 1e-12
+    assert pendulum["aligned_batch"]["tolerance"].tolist() == [1e-4, 1e-9]
+    loose, tight = pendulum["aligned_batch"]["error"]
+    assert tight < loose / 50
     absent = "absent: no_such_library is not installed"
-    assert data["pendulum"]["diffrax"] == data["codes"]["diffrax"] == {"ended": absent}
-    assert absent in said.stderr
-    assert f"diffrax, jitted and vmapped: {absent}." in reading.losses_table(data).note
+    assert pendulum["diffrax"] == codes["diffrax"] == {"ended": absent}
+    assert absent in ran.said.stderr
+    assert f"diffrax, jitted and vmapped: {absent}." in reading.losses_table(ran.data).note
 
 
-def test_methods_meet_with_one_thread_and_with_two(data: Any) -> None:
-    one, two = data["meetings"]["threads_1"], data["meetings"]["threads_2"]
+def test_methods_meet_with_one_thread_and_with_two(ran: Any) -> None:
+    one, two = ran.data["meetings"]["threads_1"], ran.data["meetings"]["threads_2"]
     both = {"route_codes", "aligned_batch", "ended"}
     assert set(one["codes"]) == set(two["codes"]) == both
     assert set(one["pendulum"]) == {"closed_form", "aligned_batch", "ended"}
@@ -120,12 +141,12 @@ def test_methods_meet_with_one_thread_and_with_two(data: Any) -> None:
     assert one["codes"]["ended"] == two["codes"]["ended"] == "complete"
 
 
-def test_symbols_are_counted_on_random_phases_and_with_bodies_that_are_told(data: Any) -> None:
-    for phases in data["random_phases"].values():
+def test_symbols_are_counted_on_random_phases_and_with_bodies_that_are_told(ran: Any) -> None:
+    for phases in ran.data["random_phases"].values():
         assert set(phases) == {"route_codes"}, "what is absent is left out"
         assert phases["route_codes"]["symbols"] == 5 * 15
         assert phases["route_codes"]["wrong_trusted"] == phases["route_codes"]["undecided"] == 0
-    group = data["bodies"]
+    group = ran.data["bodies"]
     assert group["ended"] == "complete"
     assert "diffrax" not in group
     assert group["route_codes_auto"]["orbits"].tolist() == [6] * 2
@@ -136,50 +157,36 @@ def test_symbols_are_counted_on_random_phases_and_with_bodies_that_are_told(data
         assert (group["mu"][k], group["h0"][k]) == (float(problem.body.mu), float(problem.h0))
 
 
-def test_a_result_that_is_up_to_date_is_not_measured_again(said: Any, folder: Path) -> None:
-    again = called(folder)
-    assert again.exit_code == 0, again.output
-    assert "is up to date" in again.stderr
-    assert again.stdout.index("faster than ours") < again.stdout.index("Random phases")
-
-
 def test_an_interrupted_run_goes_on_where_it_was(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     few = ["problem.problems=[pendulum]", "problem.methods=[closed_form, aligned_batch]"]
     few += ["phases.methods=[]", "bodies.kept=0", "bodies.drawn=0"]
-    planned = runner.plan(
-        loading.load(CONFIGS / "measure" / "bench_quick.yaml", [*SMALL, *few]), tmp_path
-    )
-    begun: list[str] = []
+    config = loading.load(CONFIGS / "measure" / "bench_quick.yaml", [*SMALL, *few])
+    planned, begun = runner.plan(config, tmp_path), []
 
     def breaking(work: Any, given: Any, budgets: float) -> Any:
-        begun.append(f"{work.__name__} {given[1]}")
+        begun.append(named(work, given))
         if len(begun) in (2, 4):
             raise KeyboardInterrupt
-        return here(work, given, budgets)
+        return ([], "late") if work.__name__ == "meeting" else here(work, given, budgets)
 
     monkeypatch.setattr(bench, "by_worker", breaking)
+    monkeypatch.setattr(render, "render", lambda *_: None)
     for _ in range(2):
         with pytest.raises(KeyboardInterrupt):
             runner.run(planned, jobs=1, report=lambda _: None)
-    # What follows the search of both is their meeting.
-    found = ["search closed_form", *["search aligned_batch"] * 2, "meeting pendulum"]
-    assert begun == found
-    # Without a body that is drawn there is no group of them.
     runner.run(planned, jobs=1, report=lambda _: None)
-    assert not store.load(planned.target)["data"].get("bodies")
+    # What follows the search of both is their meeting.
+    found = ["search closed_form", *["search aligned_batch"] * 2, *["meeting pendulum"] * 2]
+    assert begun == found
+    data = store.load(planned.target)["data"]
+    assert data["meetings"] == {f"threads_{n}": {"pendulum": {"ended": "late"}} for n in (1, 2)}
+    # Without a body that is drawn there is no group of them.
+    assert not data.get("bodies")
 
 
 def test_without_heyoka_there_is_no_reference(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(principal_axes, "installed", lambda: False)
     with pytest.raises(EngineError, match="heyoka"):
         bench.compute(asked("bench_quick"), Means(CLOSED_FORM))
-
-
-def test_the_full_config_asks_for_everything() -> None:
-    content = asked("bench")
-    assert set(METHODS) - set(content.problem.methods) == {"route_codes_auto"}
-    assert (content.bodies.kept, content.bodies.drawn, content.bodies.orbits) == (40, 20, 20_000)
-    assert content.meeting.rounds >= 11
-    assert content.phases.orbits == 2000

@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import os
+from collections.abc import Iterator
 from dataclasses import replace
+from itertools import repeat
 from pathlib import Path
 from types import SimpleNamespace
 from typing import Any
@@ -18,16 +20,16 @@ from rigidpend.experiments.bench import compute, measure, problems
 from rigidpend.experiments.bench.methods import METHODS, Entrant, Method
 from rigidpend.experiments.bench.problems import FIG4, Crossed, Stage, Task
 from rigidpend.experiments.bench.solvers import Solver
-from rigidpend.experiments.contract import Means
 from rigidpend.experiments.principal_axes import judged
 from rigidpend.machine.workers import WorkerError
 from rigidpend.orbits.integrate.arithmetic import resolve
 from rigidpend.routes.codes import codes_of
 from tests.cli.calls import REFERENCE
-from tests.experiments.trees import asked
 from tests.remembered import remembered
 
 SHORT = replace(FIG4, n_symbols=2)
+PLAIN = Entrant()
+"""What has no tolerance and no setting."""
 
 
 def asking(**parts: Any) -> Any:
@@ -52,20 +54,19 @@ def clock(monkeypatch: pytest.MonkeyPatch) -> list[float]:
 
 @pytest.fixture
 def napping(monkeypatch: pytest.MonkeyPatch, clock: list[float]) -> Any:
-    """Methods that take as long as their entry says; what was made, and solved, is kept."""
+    """Methods whose solves take as long as their entry says, by the number of threads.
+
+    What was made, and solved, is kept.
+    """
     kept: Any = SimpleNamespace(made=[], solved=[])
 
-    def make(name: str, task: Task, entry: Entrant, threads: int = 1) -> Solver:
-        setting = entry.setting
+    def make(name: str, _: Task, entry: Entrant, threads: int = 1) -> Solver:
         kept.made.append((name, threads))
-        naps = setting.get("naps", {}).get(threads, setting.get("nap", 0.0)) + (
-            entry.tolerance or 0.0
-        )
-        queue = iter(setting.get("queue", ()))
+        naps = iter(entry.setting["naps"][threads - 1])
 
         def solve() -> None:
             kept.solved.append((name, threads))
-            clock[0] += next(queue, naps)
+            clock[0] += next(naps) + (entry.tolerance or 0.0)
 
         return Solver(solve)
 
@@ -76,38 +77,27 @@ def napping(monkeypatch: pytest.MonkeyPatch, clock: list[float]) -> Any:
 def test_a_variant_is_tried_at_every_tolerance_until_it_takes_longer_than_a_meeting_waits(
     monkeypatch: pytest.MonkeyPatch, napping: Any
 ) -> None:
-    """What took too long is told too; the other variant begins anew."""
-    variants = {"nap": 0.01}, {"nap": 0.002}
+    """The median counts; what took too long is told too; the other variant begins anew."""
+    # Behind a solve that warms up, solves of 1, 5 and 2 seconds by the clock.
+    variants = {"naps": [(7.0, 1.0, 5.0, 2.0)]}, {"naps": [(0.001,) * 4]}
     monkeypatch.setitem(METHODS, "napping", Method("napping", "others", variants=variants))
 
     def lines(slowest: float) -> Any:
-        asked: Any = SimpleNamespace(tolerances=[0.001, 0.0005, 0.0001], slowest=slowest)
+        asked: Any = SimpleNamespace(tolerances=[0.01, 0.005], slowest=slowest)
         rows = list(measure.settings(given(), "napping", asked))
         return [(row["setting"], row["tolerance"], pytest.approx(row["seconds"])) for row in rows]
 
-    first = [(0, 0.001, 0.011), (0, 0.0005, 0.0105), (0, 0.0001, 0.0101)]
-    second = [(1, 0.001, 0.003), (1, 0.0005, 0.0025), (1, 0.0001, 0.0021)]
-    assert lines(9.0) == [*first, *second]
-    assert lines(0.0109) == [*first[:1], *second]
+    second = [(1, 0.01, 0.011), (1, 0.005, 0.006)]
+    assert lines(99.0) == [(0, 0.01, 2.01), (0, 0.005, 2.005), *second]
+    assert lines(1.009) == [(0, 0.01, 1.01), *second]
 
 
-def test_the_median_of_several_solves_counts_and_not_the_fastest(
-    monkeypatch: pytest.MonkeyPatch, napping: Any
-) -> None:
-    """Solves of 1, 5 and 2 seconds by the clock, behind one that warms up."""
-    variants = ({"queue": (7.0, 1.0, 5.0, 2.0)},)
-    monkeypatch.setitem(METHODS, "queued", Method("queued", "others", (), None, (), variants))
-    asked: Any = SimpleNamespace(slowest=1e9)
-    [line] = measure.settings(given(), "queued", asked)
-    assert line["seconds"] == 2.0
-
-
-def meeting(monkeypatch: pytest.MonkeyPatch, settings: Any, seconds: float) -> Any:
+def meeting(monkeypatch: pytest.MonkeyPatch, seconds: float, **naps: Any) -> Any:
     """Four rounds of methods that take so long, of which `single` uses one thread."""
-    for name in settings:
+    for name in naps:
         monkeypatch.setitem(METHODS, name, Method(name, "others", threads=name != "single"))
     monkeypatch.setattr(problems, "stage", lambda *_: given())
-    entries = {name: Entrant(None, x) for name, x in settings.items()}
+    entries = {name: Entrant(None, {"naps": x}) for name, x in naps.items()}
     config = asking(meeting={"rounds": 4, "seconds": seconds}, problem=None)
     return list(measure.meeting(config, "free_body", entries, {"free_body": {}}))
 
@@ -116,9 +106,8 @@ def test_with_two_threads_a_method_takes_one_where_that_is_faster(
     monkeypatch: pytest.MonkeyPatch, napping: Any
 ) -> None:
     """Solvers of one thread are made once; who gains nothing from a second one stays away."""
-    naps = {"lone": {1: 0.1, 2: 0.4}, "shared": {1: 0.4, 2: 0.3}, "single": {1: 0.2}}
-    settings = {name: {"naps": x} for name, x in naps.items()}
-    found = meeting(monkeypatch, settings, 9.0)
+    naps = {"lone": (0.1, 0.4), "shared": (0.4, 0.3), "single": (0.2,)}
+    found = meeting(monkeypatch, 9.0, **{k: [*map(repeat, x)] for k, x in naps.items()})
     two_threads = [("lone", 2), ("shared", 2)]
     assert [(x["method"], x["most"]) for x in found] == [*((x, 1) for x in naps), *two_threads]
     first = [name for name, _ in napping.solved[:9]]
@@ -129,34 +118,35 @@ def test_with_two_threads_a_method_takes_one_where_that_is_faster(
     assert napping.made == [*((x, 1) for x in naps), *two_threads]
 
 
-def test_who_has_spent_his_time_misses_the_rounds_that_are_left(
-    monkeypatch: pytest.MonkeyPatch, napping: Any
+@pytest.mark.usefixtures("napping")
+@pytest.mark.parametrize(
+    ("naps", "seconds", "rounds"),
+    [
+        # Who has spent his time misses the rounds that are left.
+        (repeat(0.03), 0.05, [0.03, 0.03, np.nan, np.nan]),
+        # What takes less than 10 ms counts when it has been made in its turn before.
+        (
+            (1.0, 0.0099, 0.001, 0.0099, 0.002, 0.0101, 0.0099, 0.003),
+            9.0,
+            [0.001, 0.002, 0.0101, 0.003],
+        ),
+    ],
+)
+def test_rounds_within_a_budget_and_short_ones(
+    monkeypatch: pytest.MonkeyPatch, naps: Any, seconds: float, rounds: list[float]
 ) -> None:
-    slow, quick, *_ = meeting(monkeypatch, {"slow": {"nap": 0.03}, "quick": {"nap": 0.001}}, 0.05)
-    assert np.isnan(slow["rounds"]).tolist() == [False, False, True, True]
-    assert quick["rounds"] == pytest.approx([0.001] * 4)
+    """The first solve of all warms up."""
+    queues = {"single": [naps], "other": [repeat(0.011)] * 2}
+    single, other = meeting(monkeypatch, seconds, **queues)
+    assert single["rounds"] == pytest.approx(rounds, nan_ok=True)
+    assert other["rounds"] == pytest.approx([0.011] * 4)
 
 
-def test_a_short_solve_counts_when_it_has_been_made_in_its_turn_before(
-    monkeypatch: pytest.MonkeyPatch, napping: Any
-) -> None:
-    """What takes 10 ms and more counts at once; the first solve of all warms up."""
-    queue = (1.0, 0.0099, 0.001, 0.0099, 0.002, 0.0101, 0.0099, 0.003)
-    found = meeting(monkeypatch, {"short": {"queue": queue}, "long": {"nap": 0.02}}, 9.0)
-    assert found[0]["rounds"] == pytest.approx([0.001, 0.002, 0.0101, 0.003])
-    assert found[1]["rounds"] == pytest.approx([0.02] * 4)
-
-
-def searching(*tolerances: Any) -> Any:
-    sizes, search = {"orbits": 2, "turns": 1}, {"tolerances": tolerances, "slowest": 1.0}
-    config = asking(problem=sizes, search=search)
-    return config, "scipy_dop853", {"pendulum": {"states": np.ones((6, 2))}}
-
-
-def test_a_failure_of_a_method_is_told(
+def test_a_failure_of_a_method_is_told_and_a_fault_of_our_own_ends_the_benchmark(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
-    wrong = ZeroDivisionError("no number")
+    """A method that finds no number fails; one that is called with a wrong type is our fault."""
+    wrong: Exception = ZeroDivisionError("no number")
 
     def make(_: str, task: Task, entry: Entrant) -> Solver:
         if entry.tolerance == 1e-6:
@@ -164,105 +154,49 @@ def test_a_failure_of_a_method_is_told(
         return Solver(lambda: task.states)
 
     monkeypatch.setattr(measure, "made", make)
-    measured, failed = measure.search(*searching(1e-3, 1e-6))
+    sizes, search = {"orbits": 2, "turns": 1}, {"tolerances": [1e-3, 1e-6], "slowest": 1.0}
+    truth: Any = {"pendulum": {"states": np.ones((6, 2))}}
+    asked = asking(problem=sizes, search=search), "scipy_dop853", truth
+    measured, failed = measure.search(*asked)
     assert measured["tolerance"] == 1e-3, "what was measured before"
     assert failed["failed"] == "ZeroDivisionError: no number"
-
-
-def test_a_worker_says_how_a_method_failed_and_ends_by_a_fault_of_ours(
-    monkeypatch: pytest.MonkeyPatch,
-) -> None:
-    def at_once(work: Any, given: Any, hear: Any, _: float) -> str:
-        try:
-            return work(*given, hear)
-        except TypeError as error:
-            return f"raised: {error}"
-
-    def failing(error: Exception) -> Any:
-        yield {"x": 1.0}
-        raise error
-
-    monkeypatch.setattr(compute, "apart", at_once)
-    for error, ended in (
-        (ValueError("no number"), "failed: ValueError: no number"),
-        (TypeError("a slip"), "raised: a slip"),
-    ):
-        assert compute.by_worker(failing, (error,), 1.0) == ([{"x": 1.0}], ended)
+    wrong = TypeError("a slip")
+    with pytest.raises(TypeError):
+        list(measure.search(*asked))
 
 
 @pytest.mark.parametrize(
-    ("error", "ended"),
+    ("error", "failure", "ended"),
     [
-        (None, ""),
-        (TimeoutError("ended at 3 s"), "ended at 3 s"),
-        (WorkerError("it was killed"), "failed: it was killed"),
+        (None, None, ""),
+        (TimeoutError("ended at 3 s"), None, "ended at 3 s"),
+        (WorkerError("it was killed"), None, "failed: it was killed"),
+        (None, ValueError("no number"), "failed: ValueError: no number"),
     ],
 )
 def test_a_worker_s_end_is_told_and_what_it_had_is_kept(
-    monkeypatch: pytest.MonkeyPatch, error: Exception | None, ended: str
+    monkeypatch: pytest.MonkeyPatch, error: Any, failure: Any, ended: str
 ) -> None:
+    monkeypatch.delenv("JAX_PLATFORMS", raising=False)
     before = dict(os.environ)
 
-    def apart(work: Any, given: Any, hear: Any, limit: float) -> str:
-        hear({"x": given})
+    def work(line: Any) -> Iterator[Any]:
+        yield line
+        if failure:
+            raise failure
+
+    def apart(told: Any, given: Any, hear: Any, limit: float) -> str:
         assert limit == compute.PATIENCE * 2.0 + compute.GRACE
         assert os.environ["OMP_NUM_THREADS"] == "1"
         assert not list(Path(os.environ["XDG_CACHE_HOME"]).iterdir())
+        said: str = told(*given, hear)
         if error:
             raise error
-        return ""
+        return said
 
     monkeypatch.setattr(compute, "apart", apart)
-    assert compute.by_worker(iter, ("x",), 2.0) == ([{"x": (iter, ("x",))}], ended)
+    assert compute.by_worker(work, ({"x": 1},), 2.0) == ([{"x": 1}], ended)
     assert dict(os.environ) == before
-
-
-def test_a_worker_has_a_budget_for_each_setting_at_each_problem_and_for_each_guest(
-    monkeypatch: pytest.MonkeyPatch,
-) -> None:
-    several = METHODS["aligned_batch"]._replace(variants=({}, {}, {}))
-    monkeypatch.setitem(METHODS, "aligned_batch", several)
-    monkeypatch.setattr(principal_axes, "installed", lambda: True)
-    # Closed forms answer one of the problems, and have no tolerance.
-    told: dict[tuple[str, str], float] = {}
-    line = {"tolerance": 1e-9, "setting": 0, "error": 0.0, "seconds": 0.1}
-
-    def late(work: Any, given: Any, budgets: float) -> Any:
-        told[work.__name__, given[1]] = budgets
-        found = [line | {"problem": x} for x in given[2]] if work is measure.search else []
-        return found, "late"
-
-    def part(name: str, work: Any) -> Any:
-        return {} if name.startswith("reference.") else work()
-
-    monkeypatch.setattr(compute, "by_worker", late)
-    few = ["problem.problems=[free_body, pendulum]", "problem.methods=[closed_form, aligned_batch]"]
-    few += ["phases.methods=[]", "bodies.kept=0", "bodies.drawn=0", "meeting.seconds=0.5"]
-    config = asked("bench_quick", *few, "search.tolerances=[1e-3, 1e-9]", "search.slowest=0.5")
-    met = compute.compute(config, Means(part=part))["meetings"]
-    assert told == {
-        ("search", "closed_form"): 0.5,
-        ("search", "aligned_batch"): 6.0,
-        ("meeting", "pendulum"): 2.0,
-    }
-    late_one = {"pendulum": {"ended": "late"}}
-    assert met == {"threads_1": late_one, "threads_2": late_one}
-
-
-def sleeping(clock: list[float], each: float, n_symbols: int) -> Any:
-    """A method that takes so many seconds for an orbit, and doubts the first one."""
-
-    def made(_: str, task: Task, __: Any) -> Solver:
-        n = task.states.shape[1]
-
-        def solve() -> Crossed:
-            clock[0] += n * each
-            codes, certain = np.zeros((n_symbols, n), dtype=np.uint8), np.arange(n) > 0
-            return Crossed(codes, np.zeros((n_symbols + 1, n)), certain[None])
-
-        return Solver(solve)
-
-    return made
 
 
 ROUTES = remembered(codes_of)
@@ -312,7 +246,7 @@ def lines(monkeypatch: pytest.MonkeyPatch, clock: list[float]) -> Any:
         monkeypatch.setattr(problems, "drawn", lambda _, n: bodies[:n])
         asked = dict(zip(("orbits", "seconds", "longest"), sizes, strict=True))
         config = asking(bodies={"kept": len(bodies), "drawn": 0, "seed": 0, **asked})
-        return list(measure.bodies(config, dict.fromkeys(names.split(), Entrant()))), called
+        return list(measure.bodies(config, dict.fromkeys(names.split(), PLAIN))), called
 
     return run
 
@@ -357,48 +291,48 @@ def test_what_nobody_could_settle_in_time_is_not_counted(
         assert (line[name]["symbols"], line[name]["wrong_trusted"]) == (2 * 3, 0)
 
 
-def test_a_first_call_that_takes_longer_than_a_peer_may_is_followed_by_another(lines: Any) -> None:
-    """Ours builds maps in its first call with a body."""
-    other = replace(SHORT, body=Body((2, 1, "1.4"), (1, 1, 0), "0.001"))
-    [line], _ = lines("ours", 3, 0.15, 9.0, first=5.0, bodies=[other])
-    assert (line["ours"]["first"], line["ours"]["again"]) == pytest.approx((5.006, 0.006))
-
-
 @pytest.mark.parametrize(("longest", "n"), [(0.04, 40), (0.039, 20), (1e-3, 10)])
 def test_ours_follows_as_many_orbits_as_it_is_expected_to_in_its_time(
     lines: Any, monkeypatch: pytest.MonkeyPatch, longest: float, n: int
 ) -> None:
-    """An orbit is expected to take 1 ms; few are followed in any case."""
+    """An orbit is expected to take 1 ms; few are followed in any case.
+
+    A first call that takes longer than a peer may, for it builds maps, is followed by another.
+    """
     monkeypatch.setattr(measure, "expected_seconds", lambda _, orbits: 1e-3 * orbits)
-    [line], _ = lines("ours", 40, 9.0, longest)
-    assert line["ours"]["orbits"] == n
-
-
-def phases(made: Any, monkeypatch: pytest.MonkeyPatch, chunk: int, *sizes: float) -> Any:
-    monkeypatch.setattr(measure, "made", made)
-    monkeypatch.setattr(measure, "CHUNK", chunk)
-    config = asking(phases=dict(zip(("orbits", "seconds"), sizes, strict=True)))
-    return list(measure.random_phases(config, "x", Entrant()))
-
-
-def test_symbols_of_random_phases_are_held_against_113_bits(
-    monkeypatch: pytest.MonkeyPatch,
-) -> None:
-    """A symbol turned over in each chunk is one wrong symbol of each."""
-    lines = phases(lambda _, task, __: Solver(lambda: route(task, 2)), monkeypatch, 20, 40, 1e9)
-    assert [line["J1_0"] for line in lines] == ["1e-6", "1e-10"]
-    for line in lines:
-        assert (line["orbits"], line["symbols"]) == (40, 600)
-        assert (line["wrong_trusted"], line["undecided"]) == (2, 0)
+    other = replace(SHORT, body=Body((2, 1, "1.4"), (1, 1, 0), "0.001"))
+    [line], _ = lines("ours", 40, 0.15, longest, first=5.0, bodies=[other])
+    times = {"first": 5 + 2e-3 * n, "again": 2e-3 * n}
+    counts = {"symbols": 0, "wrong_symbols": 0, "wrong_trusted": 0, "undecided": 0}
+    assert line["ours"] == pytest.approx({"orbits": n, **times, **counts})
 
 
 @pytest.mark.parametrize(("seconds", "orbits"), [(5.9, 30), (6.1, 40), (99, 45)])
-def test_no_further_chunk_of_random_phases_is_begun_after_the_time_that_there_is(
+def test_symbols_of_random_phases_are_held_against_113_bits_within_the_time_that_there_is(
     monkeypatch: pytest.MonkeyPatch, clock: list[float], seconds: float, orbits: int
 ) -> None:
-    """An orbit takes 0.2 s; what is solved before the clock runs does not count."""
-    for line in phases(sleeping(clock, 0.2, 15), monkeypatch, 10, 45, seconds):
-        assert (line["orbits"], line["seconds"]) == (orbits, pytest.approx(0.2 * orbits))
+    """An orbit takes 0.2 s, in chunks of ten, each of which has a symbol turned over.
+
+    What is solved before the clock runs does not count.
+    """
+
+    def made(_: str, task: Task, __: Any) -> Solver:
+        def solve() -> Crossed:
+            clock[0] += 0.2 * task.states.shape[1]
+            return route(task, 2)
+
+        return Solver(solve)
+
+    monkeypatch.setattr(measure, "made", made)
+    monkeypatch.setattr(measure, "CHUNK", 10)
+    lines = list(
+        measure.random_phases(asking(phases={"orbits": 45, "seconds": seconds}), "x", PLAIN)
+    )
+    assert [line.pop("J1_0") for line in lines] == ["1e-6", "1e-10"]
+    wrong = -(-orbits // 10)
+    counts = {"symbols": 15 * orbits, "wrong_symbols": wrong, "wrong_trusted": wrong}
+    expected = {**counts, "undecided": 0, "orbits": orbits, "seconds": 0.2 * orbits}
+    assert lines == [pytest.approx(expected)] * 2
 
 
 @pytest.mark.slow

@@ -1,9 +1,10 @@
-"""The experiment `stress`: every trial a part, verdicts compared, the command's exit code."""
+"""The experiment `stress`: verdicts follow from claims; every trial a part; the exit code."""
 
 from __future__ import annotations
 
 import copy
 import json
+import math
 from pathlib import Path
 from typing import Any
 from unittest.mock import Mock
@@ -15,15 +16,78 @@ from click.testing import CliRunner
 from rigidpend import render
 from rigidpend.cli.measure import stress_command
 from rigidpend.experiments.contract import Means
+from rigidpend.experiments.stress import FAILED, LIMIT, PASSED, draw, extremes, scenes
 from rigidpend.experiments.stress import compute as stress
-from rigidpend.experiments.stress import extremes, scenes
 from rigidpend.experiments.stress.scenes import Claim, Trial
 from rigidpend.experiments.stress.schema import Addresses, Extremes, LongTime
 from rigidpend.results import store
 from rigidpend.routes.problem import ProblemError
 from tests.cli.calls import REFERENCE
 from tests.experiments.stress.verdicts import asked, verdicts
-from tests.experiments.trees import differences
+from tests.experiments.trees import differences, from_file
+
+
+def claim(name: str, bound: float = 1.0, up_to: float = -math.inf) -> Claim:
+    return Claim(name, bound, "what is measured", "the reason", "rad", "known why", up_to)
+
+
+def trial(kind: str, name: str, claims: Any, *values: float, curve: Any = ()) -> Trial:
+    return Trial(kind, name, claims, lambda: (values, dict(curve)))
+
+
+@pytest.mark.parametrize(
+    ("value", "bound", "up_to", "verdict", "ratio"),
+    [
+        (2.0, 2.0, -math.inf, PASSED, 1.0),
+        (3.0, 2.0, 3.0, LIMIT, 1.5),
+        (3.1, 2.0, 3.0, FAILED, 1.55),
+        (0.0, 0.0, -math.inf, PASSED, 0.0),
+        (1.0, 0.0, -math.inf, FAILED, math.inf),
+        (math.nan, 1.0, 9.0, FAILED, math.nan),
+    ],
+)
+def test_verdict_and_ratio(
+    value: float, bound: float, up_to: float, verdict: str, ratio: float
+) -> None:
+    told: Any = claim("a", bound, up_to).told(value, "")
+    assert told["verdict"] == verdict
+    assert told["ratio"] == pytest.approx(ratio, nan_ok=True)
+
+
+@pytest.mark.parametrize("error", [ProblemError("J1_0", "no such orbit"), ArithmeticError("stuck")])
+def test_a_refusal_refutes_every_claim_of_its_trial(error: Exception) -> None:
+    made: Any = Trial("k", "t", [claim("a"), claim("b", 1, 9)], Mock(side_effect=error)).tried()
+    assert verdicts(made) == {"a": FAILED, "b": FAILED}
+    assert {x["note"] for x in made["claims"].values()} == {f"refused: {error}"}
+    assert made["curves"] == {}
+
+
+@pytest.mark.parametrize("claims", ["a", "abc"])
+def test_a_claim_that_nothing_was_measured_of_and_one_not_declared_are_refused(claims: str) -> None:
+    with pytest.raises(ValueError, match="zip"):
+        trial("k", "t", [claim(name) for name in claims], 0.5, 0.1).tried()
+
+
+def test_tables_tell_what_was_stored(tmp_path: Path) -> None:
+    def loaded(*values: float, note: str = "") -> Any:
+        claims = [claim("x", 2), claim("y", 2), claim("z", 2, 6)][: len(values)]
+        made: Any = trial("some_group", "t", claims, *values).tried()
+        for told in made["claims"].values():
+            told["note"] = note if told["name"] == "y" else ""
+        tree = {"some_group": {**made, "claims": stress.table(made["claims"])}}
+        return from_file(tmp_path, "stress", tree)
+
+    result = loaded(1, math.inf, 5, note="stuck")
+    [every] = draw.claims_tables(result)
+    assert (every.caption, len(every.rows)) == ("some group", 3)
+    assert every.rows[2] == ("z", "5", "2", "2.5", "rad", "limit")
+    kinds, beyond = draw.tables(result)
+    assert kinds.rows[0] == ("some group", "1", "1", "1", "0.5"), "part of what passed alone"
+    assert beyond.rows == [
+        ("FAILED", "some group, y", "what is measured; stuck; known why"),
+        ("limit", "some group, z", "what is measured; known why"),
+    ]
+    assert len(draw.tables(loaded(1))) == 1
 
 
 def trials(config: str) -> list[Trial]:
@@ -51,28 +115,25 @@ def test_every_claim_is_that_of_the_stored_trials_with_the_bound_that_was_declar
     assert (full.long_time, full.extremes, full.addresses) == (LongTime(), Extremes(), Addresses())
 
 
-def trial(kind: str, name: str, claim: str, value: float, up_to: float = 0.0) -> Trial:
-    """A trial of one claim, of bound 1."""
-    declared = Claim(claim, 1.0, "what is measured", "why", "rad", "known", up_to)
-    return Trial(kind, name, (declared,), lambda: ([value], {}))
-
-
 def test_claims_of_one_group_come_together(monkeypatch: pytest.MonkeyPatch) -> None:
-    every = [trial("a", "first = 1", "x", 0.5), trial("a", "second", "y", 2.0)]
-    every += [trial("b", "third", "z", 2.0, 2.0)]
+    every = [
+        trial("a", "first = 1", [claim("x")], 0.5),
+        trial("a", "second", [claim("y")], 2.0, curve={"shown": 1}),
+        trial("b", "third", [claim("z", 1, 2)], 2.0),
+    ]
     monkeypatch.setattr(stress, "trials", lambda *_: every)
     said: list[str] = []
     kept: list[str] = []
 
     def part(name: str, compute: Any) -> Any:
         kept.append(name)
-        return compute() | ({"curves": {"second": 1}} if name == "a.second" else {})
+        return compute()
 
-    config: Any = type("Config", (), {"problem": None})
+    config: Any = Mock()
     made: Any = stress.compute(config, Means(report=said.append, part=part))
     assert kept == ["a.first_1", "a.second", "b.third"]
     assert made["a"]["claims"]["name"].tolist() == ["x", "y"]
-    assert list(made["a"]["curves"]) == ["second"]
+    assert made["a"]["curves"] == {"second": {"shown": 1}}
     told = ["2/3: a, second: FAILED", "3/3: b, third: limit"]
     assert [x.rpartition(", ")[0] for x in said[1:]] == told
 
@@ -93,22 +154,20 @@ def test_results_differ_by_a_verdict_and_by_no_value() -> None:
 def test_command_draws_tells_and_ends_as_the_claims_do(
     value: float, told: Any, code: int, monkeypatch: pytest.MonkeyPatch, tmp_path: Path
 ) -> None:
-    every = [trial("a", "first", "x", value), trial("b", "second", "y", 0.5)]
+    every = [trial("a", "first", [claim("x")], value), trial("b", "second", [claim("y")], 0.5)]
     monkeypatch.setattr(stress, "trials", lambda *_: every)
     monkeypatch.setattr(render, "render", lambda _, target: target.write_text("drawn"))
-    result = CliRunner().invoke(stress_command, ["--quick", "--json", "--out", str(tmp_path)])
-    assert result.exit_code == code, result.output
-    found = json.loads(result.stdout)
-    assert found["data"]["a"]["claims"]["value"] == [told]
+    result, again = (
+        CliRunner().invoke(stress_command, ["--quick", *more, "--out", str(tmp_path)])
+        for more in (["--json"], [])
+    )
+    assert (result.exit_code, again.exit_code) == (code, code), result.output
+    assert json.loads(result.stdout)["data"]["a"]["claims"]["value"] == [told]
     assert "1/2: a, first" in result.stderr
     assert store.load(tmp_path / "stress_quick.h5")["attributes"]["experiment"] == "stress"
     assert (tmp_path / "stress_quick.png").read_bytes() == b"drawn"
-    again = CliRunner().invoke(stress_command, ["--quick", "--out", str(tmp_path)])
     assert "is up to date" in again.stderr
-    assert again.exit_code == code
     assert ("Beyond their bounds" in again.stdout) == bool(code)
-    forced = CliRunner().invoke(stress_command, ["--quick", "--force", "--out", str(tmp_path)])
-    assert "1/2: a, first" in forced.stderr
 
 
 def test_a_route_codes_that_always_refuses_fails_everything_that_needs_it(

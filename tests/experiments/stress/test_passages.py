@@ -11,25 +11,23 @@ import pytest
 from rigidpend.experiments.stress import passages, scenes
 from rigidpend.experiments.stress.scenes import Scene, followed
 from rigidpend.mechanics.equations import aligned
-from rigidpend.numbers.exact import exact
 from rigidpend.orbits.integrate import Orbits
 from rigidpend.orbits.integrate.states import states_at
-from rigidpend.routes.problem import RouteProblem
+from tests.bodies import FIG4, GENERIC, problem
 from tests.experiments.stress.verdicts import failed
-from tests.orbits.integrate.problems import FIG4, GENERIC, on_separatrix
+from tests.orbits.integrate.problems import on_separatrix
 from tests.strategies import FINE, along
 
 SCENE = Scene(FIG4, 1.4, 1, 11)
 
 
-def problem(n_symbols: int) -> RouteProblem:
-    return RouteProblem(FIG4, exact(SCENE.h0), exact(1e-6), n_symbols)
-
-
-def test_rounding_is_that_of_numbers_with_all_mantissas() -> None:
+def test_rounding_and_the_mean_of_errors_are_those_of_samples() -> None:
+    """Of numbers with all mantissas, and of normal errors."""
     numbers = np.exp(np.random.default_rng(1).uniform(0, 50, 400_000))
     errors = np.float64(np.float32(numbers)) / numbers - 1
     assert math.sqrt((errors**2).mean()) == pytest.approx(passages.ROUNDING * 2.0**-23, rel=0.01)
+    sample = np.abs(np.random.default_rng(2).normal(size=400_000))
+    assert np.exp(np.log(sample).mean()) == pytest.approx(passages.GEOMETRIC, rel=0.01)
 
 
 def test_step_is_a_share_of_the_distance_to_the_poles_of_J1() -> None:
@@ -64,17 +62,6 @@ def test_deviations_are_those_of_roundings_made_one_by_one(end: float) -> None:
     assert errors[-1, :, 0] == pytest.approx(expected, rel=1e-5)
 
 
-def test_a_crossing_is_off_by_what_is_off_in_M3_over_its_speed() -> None:
-    state = SCENE.starts(1, 1e-3)
-    found = followed(SCENE, Orbits(SCENE.c, state, 2, 500.0)).time
-    there = passages.deviations(SCENE, state, found[1, 0])
-    (*_, orbit), (*_, error) = there[1:]
-    expected = SCENE.rate * error[2] / np.abs(aligned(orbit, SCENE.c)[2])
-    predicted = passages.predicted_errors(SCENE, state, found)
-    # Between two steps it is read from a line.
-    assert predicted[1] == pytest.approx(expected, rel=0.03)
-
-
 def test_predicted_errors_are_those_of_many_digits_also_where_they_have_grown_most() -> None:
     """By another program in 113 bits, which carries them back from each crossing, step by step."""
     scene = Scene(FIG4, 1.4146731071169765, 1, 1)
@@ -90,11 +77,6 @@ def test_predicted_errors_are_those_of_many_digits_also_where_they_have_grown_mo
     assert predicted[:, 0] == pytest.approx(errors, rel=1e-3)
 
 
-def test_symbols_are_decided_up_to_the_first_large_error() -> None:
-    errors = np.array([1e-8, 1e-5, 1e-2, 1e-6, 10.0])
-    assert [passages.decided(errors * x) for x in (1, 1e-6, 1e6)] == [1, 4, 0]
-
-
 def test_the_jacobian_agrees_with_finite_differences_in_60_digits() -> None:
     """Also where a component is small beside the unit step that stands for a derivative."""
     c = Scene(GENERIC, 1.0).c
@@ -102,11 +84,6 @@ def test_the_jacobian_agrees_with_finite_differences_in_60_digits() -> None:
     expected = along(lambda y: aligned(y, c), list(map(FINE.mpf, x)), list(map(FINE.mpf, v)))
     made = passages.with_tangent(c)([*x, *v])
     assert np.allclose(made, [*aligned(x, c), *np.array(expected, float)], rtol=0, atol=1e-15)
-
-
-def test_geometric_mean_of_a_normal_error() -> None:
-    sample = np.abs(np.random.default_rng(2).normal(size=400_000))
-    assert np.exp(np.log(sample).mean()) == pytest.approx(passages.GEOMETRIC, rel=0.01)
 
 
 @pytest.mark.slow
@@ -124,7 +101,8 @@ def test_decided_symbols_are_as_predicted_and_right_and_a_wrong_one_is_found(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
     """Also where the higher precision is not sure of itself."""
-    trial, computed = passages.decided_trial(SCENE, problem(60), 53, 16, 1, 4), []
+    trial = passages.decided_trial(SCENE, problem(FIG4, 60, SCENE.h0, 1e-6), 53, 16, 1, 4)
+    computed: list[Any] = []
 
     def kept(*given: Any, right: Any = scenes.routes, **more: Any) -> Any:
         computed.append(right(*given, **more))
@@ -133,26 +111,31 @@ def test_decided_symbols_are_as_predicted_and_right_and_a_wrong_one_is_found(
     monkeypatch.setattr(scenes, "routes", kept)
     made: Any = trial.tried()
     assert failed(made) == set()
-    measured = made["curves"]["53_bits"]["measured"]
-    assert len(measured) == 16
-    assert 10 < np.median(measured) < 50
+    curve = made["curves"]["53_bits"]
+    assert len(curve["measured"]) == 16
+    assert 10 < np.median(curve["measured"]) < 50
     _, finer = computed
     assert finer.bits[0] > 53
     finer.codes[3, 0] ^= 1
     finer.certain[:] = False
-    again = iter(computed)
+    again, beyond = iter(computed), curve["predicted"] + 2 * trial.claims[0].bound
     monkeypatch.setattr(scenes, "routes", lambda *_, **__: next(again))
-    beyond = made["curves"]["53_bits"]["predicted"] + 2 * trial.claims[0].bound
     monkeypatch.setattr(passages, "predicted_symbols", lambda *_: beyond)
     assert failed(trial) == {"decided by 53 bits", "decided by 53 bits, wrong"}
 
 
-def test_more_bits_decide_more_symbols_up_to_a_thousandth_of_a_radian() -> None:
-    """As `routes.certainty` has it, but said here: that one is what is judged."""
-    few, more = (passages.predicted_symbols(SCENE, problem(40), bits, 2) for bits in (40, 53))
+def test_symbols_are_decided_up_to_the_first_large_error() -> None:
+    """More bits decide more, and half as many bits again judge them.
+
+    A thousandth of a radian is as `routes.certainty` has it, but said here: that one is judged.
+    """
+    errors = np.array([1e-8, 1e-5, 1.1e-3, 1e-6, 10.0])
+    assert [passages.decided(errors * x) for x in (1, 0.9, 1e-6, 1e6)] == [1, 3, 4, 0]
+    asked = problem(FIG4, 40, SCENE.h0, 1e-6)
+    few, more = (passages.predicted_symbols(SCENE, asked, bits, 2) for bits in (40, 53))
     # Thirteen bits are 9 nats, and a passage takes about one.
     assert 4 < (more - few).mean() < 20
-    assert passages.UNDECIDED == 1e-3
+    assert [passages.finer(bits) for bits in (53, 64, 106, 113)] == [113, 113, 212, 226]
 
 
 def test_slopes_of_orbits_spread_as_those_of_normal_errors() -> None:
@@ -172,7 +155,3 @@ def test_medians_spread_as_those_of_random_walks(bits: int) -> None:
     spread = np.median(numbers.reshape(200, 64), axis=1).std()
     expected = passages.median_spread(bits, 64, 10**9, nu) / passages.SIGMAS
     assert expected == pytest.approx(spread, rel=0.2)
-
-
-def test_what_judges_a_precision_is_a_half_finer_at_least() -> None:
-    assert [passages.finer(bits) for bits in (53, 64, 106, 113)] == [113, 113, 212, 226]

@@ -1,106 +1,37 @@
-"""Verdicts follow from value and bound; the truth is the truth; starts are where they say."""
+"""Starts are where they say; extremes are what they are named; what is conserved is kept."""
 
 from __future__ import annotations
 
 import math
-from pathlib import Path
 from types import SimpleNamespace
 from typing import Any
-from unittest.mock import Mock
 
 import numpy as np
 import pytest
 
-from rigidpend.experiments.stress import FAILED, LIMIT, PASSED, compute, draw, scenes
-from rigidpend.experiments.stress.extremes import PLACES
-from rigidpend.experiments.stress.scenes import Claim, Trial
-from rigidpend.mechanics.coordinates import Aligned, body_from_aligned, canonical_from_aligned
-from rigidpend.numbers.exact import exact
+from rigidpend import Body
+from rigidpend.experiments.stress import conserved, extremes, passages, scenes
+from rigidpend.experiments.stress.passages import step
+from rigidpend.experiments.stress.scenes import Scene
+from rigidpend.mechanics.coordinates import (
+    Aligned,
+    body_from_aligned,
+    canonical_from_aligned,
+    scale,
+)
 from rigidpend.orbits.integrate import Crossings
 from rigidpend.orbits.integrate.arithmetic import resolve
 from rigidpend.routes.certainty import FIRST
-from rigidpend.routes.problem import ProblemError, RouteProblem
+from rigidpend.routes.problem import phase_rate, rotation_period
 from rigidpend.routes.run import Run
-from tests.experiments.stress.verdicts import verdicts
-from tests.experiments.trees import from_file
-from tests.orbits.integrate.problems import FIG4
+from tests.bodies import FIG4, GENERIC, problem
+from tests.experiments.stress.verdicts import changed, failed, verdicts
 
-PROBLEM = RouteProblem(FIG4, exact("1.3342"), exact("1e-6"), 1)
-
-
-def claim(name: str, bound: float, up_to: float = -math.inf) -> Claim:
-    return Claim(name, bound, "what is measured", "the reason", "rad", "known why", up_to)
-
-
-def trial(claims: list[Claim], *values: float) -> Trial:
-    return Trial("some_group", "t", claims, lambda: (values, {}))
-
-
-@pytest.mark.parametrize(
-    ("value", "bound", "up_to", "verdict", "ratio"),
-    [
-        (1.0, 2.0, -math.inf, PASSED, 0.5),
-        (2.0, 2.0, -math.inf, PASSED, 1.0),
-        (3.0, 2.0, -math.inf, FAILED, 1.5),
-        (3.0, 2.0, 3.0, LIMIT, 1.5),
-        (3.1, 2.0, 3.0, FAILED, 1.55),
-        (0.0, 0.0, -math.inf, PASSED, 0.0),
-        (1.0, 0.0, -math.inf, FAILED, math.inf),
-        (math.inf, 1.0, 3.0, FAILED, math.inf),
-        (math.nan, 1.0, 9.0, FAILED, math.nan),
-    ],
-)
-def test_verdict_and_ratio(
-    value: float, bound: float, up_to: float, verdict: str, ratio: float
-) -> None:
-    told: Any = claim("a", bound, up_to).told(value, "")
-    assert told["verdict"] == verdict
-    assert told["ratio"] == pytest.approx(ratio, nan_ok=True)
-
-
-@pytest.mark.parametrize("error", [ProblemError("J1_0", "no such orbit"), ArithmeticError("stuck")])
-def test_a_refusal_refutes_every_claim_of_its_trial(error: Exception) -> None:
-    claims = [claim("a", 1.0), claim("b", 1.0, 9.0)]
-    made: Any = Trial("k", "t", claims, Mock(side_effect=error)).tried()
-    assert verdicts(made) == {"a": FAILED, "b": FAILED}
-    assert {x["note"] for x in made["claims"].values()} == {f"refused: {error}"}
-    assert made["curves"] == {}
-
-
-@pytest.mark.parametrize("claims", ["a", "abc"])
-def test_a_claim_that_nothing_was_measured_of_and_one_not_declared_are_refused(claims: str) -> None:
-    with pytest.raises(ValueError, match="zip"):
-        trial([claim(name, 1.0) for name in claims], 0.5, 0.1).tried()
-
-
-def test_tables_tell_what_was_stored(tmp_path: Path) -> None:
-    claims = [claim("x", 2), claim("y", 2), claim("z", 2, 6)]
-    made: Any = trial(claims, 1, math.inf, 5).tried()
-    made["claims"]["y"]["note"] = "stuck"
-    tree = {"some_group": {**made, "claims": compute.table(made["claims"])}}
-    result = from_file(tmp_path, "stress", tree)
-    [every] = draw.claims_tables(result)
-    assert (every.caption, len(every.rows)) == ("some group", 3)
-    assert every.rows[2] == ("z", "5", "2", "2.5", "rad", "limit")
-    kinds, beyond = draw.tables(result)
-    assert kinds.rows[0] == ("some group", "1", "1", "1", "0.5"), "part of what passed alone"
-    assert beyond.rows == [
-        ("FAILED", "some group, y", "what is measured; stuck; known why"),
-        ("limit", "some group, z", "what is measured; known why"),
-    ]
-    passed: Any = trial(claims[:1], 1).tried()
-    tree = {"some_group": {**passed, "claims": compute.table(passed["claims"])}}
-    assert len(draw.tables(from_file(tmp_path, "stress", tree))) == 1
-
-
-@pytest.mark.slow
-def test_integers_agree_with_fours_of_doubles_in_113_bits() -> None:
-    ours, integers = (
-        scenes.route_crossings(PROBLEM, ["0.4"], 1, bits, engine)
-        for engine, bits in (("taylor", 113), ("scipy", 160))
-    )
-    assert np.array_equal(ours.separatrix, integers.separatrix)
-    assert np.abs(ours.time - integers.time).max() <= 1e-13
+PROBLEM = problem(n_symbols=1, J1_0="1e-6")
+ORDINARY = extremes.Extreme("x", J1_0="1e-3")
+EVERY = [x for members in extremes.GROUPS.values() for x in members]
+RATE = phase_rate(problem(J1_0="1e-3"))
+SCENE = Scene(GENERIC, 1.3, 1, 4)
 
 
 def test_phase_errors_count_another_separatrix_as_infinite() -> None:
@@ -113,7 +44,7 @@ def test_phase_errors_count_another_separatrix_as_infinite() -> None:
     assert scenes.phase_errors(found, true, 2.0)[:, 0].tolist() == [0.5, np.inf, 0.0, np.inf]
 
 
-@pytest.mark.parametrize("place", PLACES, ids=lambda x: x.name)
+@pytest.mark.parametrize("place", extremes.PLACES, ids=lambda x: x.name)
 def test_places_are_where_they_say(place: scenes.Place) -> None:
     made = Aligned(*place.state(FIG4, 0.7))
     M, gamma = body_from_aligned(made, FIG4.alpha0, 1.0)
@@ -130,17 +61,17 @@ def test_codes_and_truth_are_computed_as_they_are_asked_for(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
     """By that engine, to that tolerance, in those precisions, of all phases."""
+    phases = ["0.4", "2.1"]
     monkeypatch.setattr(Run, "crossings", lambda run, *given: (run, *given))
-    made: Any = scenes.route_crossings(PROBLEM, ["0.4", "2.1"], 3, 160, "scipy")
+    made: Any = scenes.route_crossings(PROBLEM, phases, 3, 160, "scipy")
     run, *given, columns = made
     asked_of = run.problem, run.arithmetic, run.jobs, run.phases.high.tolist()
     assert asked_of == (PROBLEM, resolve("scipy", None, (160,)), 3, [0.4, 2.1])
     assert (given, list(columns)) == ([160, FIRST], [0, 1])
     monkeypatch.setattr(scenes, "codes_of", lambda *given, kept: (*given, kept))
-    asked = PROBLEM, ["0.4", "2.1"], 3, (53, 106), 1e-12, "integration", "scipy"
-    expected = *asked[:2], resolve("scipy", 1e-12, (53, 106)), 3, "integration", True
-    found: Any = scenes.routes(*asked)
-    assert found == expected
+    found: Any = scenes.routes(PROBLEM, phases, 3, (53, 106), 1e-12, "integration", "scipy")
+    arithmetic = resolve("scipy", 1e-12, (53, 106))
+    assert found == (PROBLEM, phases, arithmetic, 3, "integration", True)
 
 
 def test_starts_have_the_energy_and_the_J3_that_are_asked_for() -> None:
@@ -153,3 +84,105 @@ def test_starts_have_the_energy_and_the_J3_that_are_asked_for() -> None:
     assert np.linalg.norm(M, axis=0) == pytest.approx(scene.J2, rel=1e-14)
     assert (M * gamma).sum(axis=0) == pytest.approx(1e-2, rel=1e-12)
     assert not np.array_equal(starts, scene._replace(seed=6).starts(3, 1e-4, 1e-2))
+
+
+def run(extreme: extremes.Extreme = ORDINARY) -> set[str]:
+    return {x.removeprefix("x: ") for x in failed(extremes.trial("bodies", extreme, 1, 1, 1))}
+
+
+def test_every_body_is_one_and_special_ones_are_special() -> None:
+    bodies = {x.name: Body(x.A, x.r, x.mu) for x in EVERY}
+    assert all(name in bodies[name].special_cases for name in ("Hess", "Grioli", "flat"))
+    angles = [body.angles() for body in bodies.values()]
+    assert min(p.alpha0 for p in angles) < 0.11
+    assert max(p.alpha0 for p in angles) > np.pi - 0.11
+    assert {p.beta0 for p in angles} >= {0.0, np.pi}
+
+
+@pytest.mark.parametrize(
+    ("change", "fails"),
+    [
+        (lambda x: x, set()),
+        (lambda x: x._replace(separatrix=x.separatrix % 4 + 1), {"error"}),
+        # A hundredth of a radian is the most that passes.
+        (lambda x: x._replace(crossing_time=x.crossing_time + 0.008 / RATE), set()),
+        (lambda x: x._replace(crossing_time=x.crossing_time + 0.012 / RATE), {"error"}),
+        (lambda x: x._replace(certain=np.zeros_like(x.certain)), {"uncertain"}),
+    ],
+)
+def test_what_is_wrong_late_or_uncertain_fails(
+    change: Any, fails: set[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    changed(monkeypatch, lambda made, _: change(made))
+    assert run() == fails
+
+
+def test_a_start_passes_and_a_spoilt_tolerance_does_not(monkeypatch: pytest.MonkeyPatch) -> None:
+    place = scenes.Place("x", 3, 1e-3, 1.4, 1e-4, 0.2)
+    trial = extremes.start_trial(GENERIC, place, 1, 1, 2)
+    assert failed(trial) == set()
+    monkeypatch.setattr(scenes, "DEFAULT_TOLERANCE", {"taylor": 1e-6})
+    assert failed(trial) == {"x"}
+
+
+def test_all_hold_and_wrong_mirrors_and_large_errors_do_not(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    trial = conserved.symmetries(SCENE)
+    right = verdicts(trial)
+    assert (set(right.values()), len(right)) == ({"passed"}, 6)
+    monkeypatch.setattr(conserved, "MIRRORED", np.arange(5))
+    monkeypatch.setattr(conserved, "REVERSAL", -conserved.REVERSAL)
+    monkeypatch.setattr(passages, "NOISE", passages.NOISE / 100)
+    assert failed(trial) == set(right) - {"theta2_0 + 2 pi"}
+
+
+def drift(engine: str, tolerance: float, rotations: int = 300, orbits: int = 8) -> Any:
+    return conserved.engine_trial(SCENE, engine, tolerance, rotations, orbits).tried()
+
+
+def test_integrals_are_energy_length_and_projection() -> None:
+    s = float(scale(GENERIC.floats()[0]))
+    M, gamma = body_from_aligned(Aligned(*conserved.passing(SCENE, 3)), GENERIC.alpha0, s)
+    h, half_square, along = conserved.integrals(SCENE, M, gamma)
+    assert np.allclose(half_square, 0.5, rtol=1e-15)
+    assert np.allclose(along, 0.2, rtol=1e-14)
+    # On the separatrix without weight the energy is h0.
+    assert np.allclose(h, 1, atol=float(GENERIC.mu) / (GENERIC.kappa * 1.3**2 / 2))
+
+
+def test_slope_is_the_power_of_the_late_times() -> None:
+    rotations = np.geomspace(1, 1e4, 61)
+    row = 1e-16 * rotations**0.7 + np.where(rotations < 90, 1e-10, 0)
+    assert conserved.slope(rotations, row) == pytest.approx(0.7)
+
+
+def test_the_finest_tolerance_walks_at_random_and_a_coarse_one_does_not() -> None:
+    assert failed(drift("taylor", 2.0**-52)) == set()
+    coarse = list(verdicts(drift("taylor", 1e-9)).values())
+    assert coarse.count("FAILED") >= 2, "no declared bias is as large"
+
+
+def test_scipy_keeps_its_tolerance_and_drifts_are_held_against_those_of_all_steps(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    made = drift("scipy", 1e-9, 10, 2)
+    assert (len(verdicts(made)), failed(made)) == (3, set())
+    curve = made["curves"]["scipy_1.0e-09"]
+    assert curve["drift"].max() > 1e-13
+    # From the start, not from the first look.
+    assert curve["drift"][:, 0].any()
+    steps = np.r_[0.0, curve["rotations"]] * SCENE.rotation / step(SCENE.u)
+    drifts = np.array([[0.9], [1.1], [0.5]]) * 1e-9 * steps
+    monkeypatch.setattr(conserved, "integrals", lambda *_: drifts[..., None])
+    assert failed(drift("scipy", 1e-9, 10, 2)) == {"scipy at 1.0e-09, gamma"}
+
+
+def test_the_pendulum_keeps_its_period_and_another_is_noticed(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    trial = conserved.pendulum_trial(FIG4, "1.3342", 1, 300)
+    assert failed(trial) == set()
+    longer: Any = lambda problem: rotation_period(problem) * (1 + 1e-12)  # noqa: E731
+    monkeypatch.setattr(conserved, "rotation_period", longer)
+    assert failed(trial) == {"pendulum at J1 = 0"}
