@@ -15,7 +15,6 @@ from matplotlib.figure import Figure
 from rigidpend import experiments
 from rigidpend.experiments import plots
 from rigidpend.experiments.data import Loaded
-from rigidpend.experiments.route_map.draw import words
 from rigidpend.render import STYLE
 from rigidpend.results import store
 from tests.cli.calls import REFERENCE
@@ -112,16 +111,6 @@ def test_a_finer_array_inside_of_another_is_framed(whole: Any, part: Any, frames
     assert ("magnified part" in legend(made)) == bool(frames)
 
 
-@pytest.mark.parametrize(
-    ("zeros", "shown"), [([0.94, 0.96, 3.94, 3.96], [0.96, 3.94]), ([0.94], [])]
-)
-def test_zeros_of_melnikov_s_integral_within_the_range_are_marked(zeros: Any, shown: Any) -> None:
-    made = styled(arrays(TENTHS[10:40], zeros=zeros))
-    [marks] = [x for x in made.axes[0].lines if x.get_marker() == "^"]
-    assert np.asarray(marks.get_xdata()).tolist() == shown
-    assert ("zero of Melnikov's integral" in legend(made)) == bool(shown)
-
-
 @pytest.mark.parametrize("columns", [1, 2, 3, 8])
 def test_phases_of_few_columns_are_told_and_none_upon_another(columns: int) -> None:
     for start in (0.0, 3 * np.pi / 40, 1.0):
@@ -200,12 +189,6 @@ def test_every_body_has_its_curve() -> None:
     result["data"]["bodies"] = {name: np.concatenate([x] * 3) for name, x in group.items()}
     # Beside a guide.
     assert [len(panel.lines) for panel in styled(result).axes[1:]] == [16] * 3
-
-
-def test_words_are_a_gray_code_between_0_and_1() -> None:
-    codes = np.array([[0, 0, 0, 0, 1, 1, 1, 1], [0, 0, 1, 1, 1, 1, 0, 0], [0, 1, 1, 0, 0, 1, 1, 0]])
-    found = words(codes[:, None, :].astype(np.uint8))[0]
-    assert found == pytest.approx((np.arange(8) + 0.5) / 8)
 
 
 def plane(columns: slice = slice(None), rows: slice = slice(None), **given: Any) -> Any:

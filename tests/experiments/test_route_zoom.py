@@ -60,23 +60,6 @@ def test_the_symbol_changes_in_the_middle_of_every_level_inside_the_one_before(
     assert float(centres[-1]) - zero == pytest.approx(1.05e-3, rel=0.02)
 
 
-def test_the_centre_is_that_of_plain_bisection(tree: Any, given: Any) -> None:
-    """Halved by codes that are each integrated and certain, down to 2^-20 of a step."""
-    p, (low, high) = given.problem, (Fraction("4.7"), Fraction("4.8"))
-
-    def first(phase: Fraction) -> Any:
-        routes = route_codes(p.body, [exact(phase)], **WHERE, n_symbols=1)
-        assert routes.certain.all()
-        return routes.codes[0, 0]
-
-    left = first(low)
-    last = list(tree["levels"].values())[-1]
-    while high - low > last["step"] * 2.0**-20:
-        middle = (low + high) / 2
-        low, high = (middle, high) if first(middle) == left else (low, middle)
-    assert Fraction(last["centre"]) == (low + high) / 2
-
-
 NEAR = exact("4.705696853133541796838615435875509827847045595186537262085827223")
 """A change of symbol, to 2e-61."""
 

@@ -331,19 +331,6 @@ def test_a_sound_file_has_time_enough_on_a_machine_that_is_slow_or_crowded(name:
     assert first + int(damage.EACH * len(objects)) > 8 * 0.5e-3 * len(objects) > 0.1
 
 
-def test_an_outline_names_every_object_with_its_attributes(path: Path) -> None:
-    _, found = store.load_outlined(path)
-    assert found["/"] == store.attributes(path)
-    assert found["/provenance"] == {"created": "now"}
-    assert found["/data/zebra/codes"] == {
-        "units": "1",
-        "description": "symbols",
-        "(kind)": "u1",
-        "(dimensions)": 2,
-    }
-    assert {"/config", "/data", "/data/ant/inner/none", "/data/count"} <= set(found)
-
-
 def test_the_next_writer_removes_what_a_killed_one_left_and_leaves_a_living_one_alone(
     path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
