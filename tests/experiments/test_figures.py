@@ -109,6 +109,7 @@ def test_a_finer_array_inside_of_another_is_framed(whole: Any, part: Any, frames
     made = styled(arrays(whole, part))
     assert [len(axes.patches) for axes in made.axes] == [frames, 0]
     assert ("magnified part" in legend(made)) == bool(frames)
+    assert "zero of Melnikov's integral" not in legend(made)
 
 
 @pytest.mark.parametrize("columns", [1, 2, 3, 8])
