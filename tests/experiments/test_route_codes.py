@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from typing import Any
+from unittest.mock import Mock
 
 import numpy as np
 import pytest
@@ -56,6 +57,16 @@ def test_each_array_is_route_codes_with_melnikov_s_zeros(
     assert list(data) == ["only", "second"]
     np.testing.assert_equal(data["second"], expected | {"melnikov_zeros": zeros})
     assert reported == ["only: 5 orbits, 5 in 53 bits", "second: 2 orbits, 2 in 53 bits"]
+
+
+def test_orbits_share_the_processes_that_a_run_may_take(
+    content: Any, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    stop = Mock(side_effect=InterruptedError)
+    monkeypatch.setattr(route_codes, "codes_of", stop)
+    with pytest.raises(InterruptedError):
+        result(content, jobs=3)
+    assert stop.call_args.args[3] == 3
 
 
 def flip(data: Data) -> None:
