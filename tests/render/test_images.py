@@ -124,6 +124,13 @@ def test_an_image_is_drawn_once_and_again_where_it_is_half_or_that_is_asked_for(
     assert re.findall('data:image[^"]*', report.build([source])[0]) == shown
 
 
+def test_an_image_is_kept_that_is_whole_and_of_the_same_origin(tmp_path: Path) -> None:
+    target, end = tmp_path / "x.png", render.ENDS["png"]
+    for content, kept in ((b"abc" + end, True), (b"abc", False), (b"abd" + end, False)):
+        target.write_bytes(content)
+        assert (render.kept(target, "abc") == content) is kept
+
+
 def test_what_the_certificate_beside_a_result_proves_is_drawn(
     source: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

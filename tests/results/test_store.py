@@ -319,6 +319,12 @@ def test_a_file_that_crashes_or_hangs_its_reader_is_refused(
     assert time.monotonic() - begun < 30
 
 
+def test_an_outline_tells_attributes_with_kind_and_dimensions(path: Path) -> None:
+    _, found = store.load_outlined(path)
+    told = {"units": "1", "description": "symbols", "(kind)": "u1", "(dimensions)": 2}
+    assert found["/data/zebra/codes"] == told
+
+
 def test_the_next_writer_removes_what_a_killed_one_left_and_leaves_a_living_one_alone(
     path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
