@@ -10,13 +10,11 @@ import numpy as np
 import pytest
 
 from rigidpend.experiments.compare import (
-    attributes,
     beyond,
     differences,
     modulo,
     of_field,
     of_largest,
-    outlines,
     relative,
     stated,
 )
@@ -134,35 +132,3 @@ def test_the_error_furthest_beyond_what_is_declared_is_told() -> None:
     ):
         assert beyond("e", np.array(errors), np.array([0.1, 0.2])) == said
     assert beyond("e", np.array([np.nan, np.inf]), np.inf) == []
-
-
-def test_attributes_that_changed_came_or_went_are_told() -> None:
-    found = attributes({"x": 1, "y": 2, "z": [1, 2]}, {"x": 1, "w": 3, "z": [1, 3]}, "p")
-    assert found == [
-        "p@y: stored 2, computed (absent)",
-        "p@z: stored [1, 2], computed [1, 3]",
-        "p@w: stored (absent), computed 3",
-    ]
-    assert {each.allowed for each in found} == {0}
-
-
-def outline(**root: Any) -> dict[str, Any]:
-    given = {"engine": "taylor 1", "code_hash": "a", "tolerance": 1.0, **root}
-    return {"/": given, "/data": {"units": "rad"}, "/provenance": {"processor": root}}
-
-
-@pytest.mark.parametrize(
-    ("changed", "said"),
-    [
-        ({}, []),
-        ({"engine": "taylor 2", "code_hash": "b", "reasons": ["new"]}, []),
-        ({"tolerance": 2.0}, ["/@tolerance: stored 1, computed 2"]),
-        ({"engine": "scipy 1", "tolerance": 2.0}, []),
-        ({"figure": "4"}, ["/@figure: stored (absent), computed 4"]),
-    ],
-)
-def test_an_outline_differs_in_what_a_result_consists_of(changed: Any, said: list[str]) -> None:
-    assert outlines(outline(), outline(**changed)) == said
-    other = {**outline(), "/data": {"units": "1"}, "/more": {}}
-    more = ["/more is only computed", "/data@units: stored rad, computed 1"]
-    assert outlines(outline(), other) == more

@@ -10,7 +10,6 @@ import numpy as np
 import pytest
 
 from rigidpend.experiments.route_codes import compute as route_codes
-from rigidpend.experiments.shared import crossing_tolerance
 from rigidpend.numbers.expressions import NO_SYMBOL
 from rigidpend.orbits.integrate.arithmetic import DEFAULT_ENGINE, resolve
 from rigidpend.routes.codes import route_codes as compute_codes
@@ -60,15 +59,14 @@ def test_each_array_is_route_codes_with_melnikov_s_zeros(
     assert reported == ["only: 5 orbits, 5 in 53 bits", "second: 2 orbits, 2 in 53 bits"]
 
 
-def test_numerics_reach_the_computation(content: Any, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_orbits_share_the_processes_that_a_run_may_take(
+    content: Any, monkeypatch: pytest.MonkeyPatch
+) -> None:
     stop = Mock(side_effect=InterruptedError)
     monkeypatch.setattr(route_codes, "codes_of", stop)
-    arithmetic = resolve("scipy", 1e-9, (60, 80))
     with pytest.raises(InterruptedError):
-        computed(content, arithmetic=arithmetic, jobs=3)
-    [((problem, _, *numerics), _)] = stop.call_args_list
-    assert problem is content.problem.routes
-    assert numerics == [arithmetic, 3]
+        result(content, jobs=3)
+    assert stop.call_args.args[3] == 3
 
 
 def flip(data: Data) -> None:
@@ -106,16 +104,6 @@ def test_what_is_compared_ends_before_the_first_uncertain_symbol(data: Data, fie
         assert lost == LOST
         assert len(found) == count
         assert all(field in text for text in found)
-
-
-@pytest.mark.parametrize(("part", "noticed"), [(0.9, False), (1.1, True)])
-def test_a_crossing_time_may_differ_by_what_its_arithmetic_explains(
-    data: Data, part: float, noticed: bool
-) -> None:
-    def change(data: Data) -> None:
-        data["only"]["crossing_time"] += part * crossing_tolerance(6)
-
-    assert bool(differences("route_codes", data, with_change(data, change))) is noticed
 
 
 def test_parts_that_were_kept_may_be_of_another_size(

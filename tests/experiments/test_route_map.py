@@ -101,6 +101,7 @@ PAIRS = [
     ("h0", "theta2_0"),
     ("mu", "h0"),
     ("beta0", "alpha0"),
+    ("theta2_0", "log10_J1_0"),
 ]
 
 
@@ -132,14 +133,6 @@ def test_any_two_parameters_make_a_plane_whose_cells_are_their_orbits(
     own["alpha0"] = 1.9106332362490186
     marked = [float(found[name]) for name in ("marked_x", "marked")]
     assert marked == pytest.approx([own[across], own[upwards]])
-
-
-def test_columns_of_theta2_0_are_those_of_its_own_cells(data: Any) -> None:
-    ends = "{axis: theta2_0, ends: [0, 2*pi], count: 5}"
-    given = content("problem.theta2_0=1", f"problem.columns={ends}")
-    same = computed(given)
-    for name in ("codes", "certain", "x", "y"):
-        assert np.array_equal(same[name], data[name])
 
 
 @pytest.mark.parametrize(

@@ -6,22 +6,22 @@ from fractions import Fraction
 from itertools import pairwise
 from types import SimpleNamespace
 from typing import Any
+from unittest.mock import Mock
 
 import numpy as np
 import pytest
 
 from rigidpend import route_codes
+from rigidpend.experiments.contract import Means
 from rigidpend.experiments.route_zoom import compute as route_zoom
 from rigidpend.experiments.route_zoom import draw
 from rigidpend.mechanics import floquet
-from rigidpend.numbers.exact import context, exact
-from rigidpend.orbits.integrate import Crossings
+from rigidpend.numbers.exact import exact
+from rigidpend.orbits.integrate.arithmetic import DEFAULT_ENGINE, resolve
 from rigidpend.results import store
-from rigidpend.routes import neighbourhood
 from rigidpend.routes.neighbourhood import Bracket, NoChange
 from rigidpend.routes.problem import RouteProblem
 from rigidpend.surfaces import melnikov
-from scripts import check_certificate
 from tests.cli.calls import REFERENCE
 from tests.experiments.trees import asked, computed
 
@@ -60,74 +60,45 @@ def test_the_symbol_changes_in_the_middle_of_every_level_inside_the_one_before(
     assert float(centres[-1]) - zero == pytest.approx(1.05e-3, rel=0.02)
 
 
-def test_the_centre_is_that_of_plain_bisection(tree: Any, given: Any) -> None:
-    """Halved by codes that are each integrated and certain, down to 2^-20 of a step."""
-    p, (low, high) = given.problem, (Fraction("4.7"), Fraction("4.8"))
-
-    def first(phase: Fraction) -> Any:
-        routes = route_codes(p.body, [exact(phase)], **WHERE, n_symbols=1)
-        assert routes.certain.all()
-        return routes.codes[0, 0]
-
-    left = first(low)
-    last = list(tree["levels"].values())[-1]
-    while high - low > last["step"] * 2.0**-20:
-        middle = (low + high) / 2
-        low, high = (middle, high) if first(middle) == left else (low, middle)
-    assert Fraction(last["centre"]) == (low + high) / 2
-
-
 NEAR = exact("4.705696853133541796838615435875509827847045595186537262085827223")
 """A change of symbol, to 2e-61."""
 
 
-@pytest.mark.slow
 def test_every_phase_that_is_stored_is_the_number_that_was_used(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
-    """Down to 1e-55: what is integrated starts where another program says of the texts alone."""
+    """Down to 1e-55, around an orbit that has the bits for the last level."""
+    used: list[Any] = []
+    around = Mock(bits=0)
+
+    def routes(phases: Any) -> Any:
+        """Note the phases, and find that the symbol changes between the first two."""
+        used.append(phases[2:])
+        codes = np.ones((30, len(phases)), dtype=np.uint8)
+        codes[0, 0] = 0
+        found = {"codes": codes, "certain": codes > 1, "bits": codes[0]}
+        return SimpleNamespace(codes=codes, certain=codes < 2, _asdict=lambda: found)
+
+    around.return_value.routes = routes
+    monkeypatch.setattr(route_zoom, "Neighbourhood", around)
     step = "pi/32"
-    used: list[tuple[Any, Any]] = []
-
-    def walk(reference: Any, differences: Any, *_: Any, **given: Any) -> Any:
-        """Note the starts, and find that the symbol changes between the first two."""
-        n, k = differences.shape[1], given["n_crossings"]
-        used.append((reference.points[0].state, differences))
-        separatrix = np.array([(2 - np.arange(k) - 1) % 4 + 1] * n).T
-        separatrix[1:, 1] = separatrix[:-1, 1] % 4 + 1
-        time = np.outer(np.arange(k), np.full(n, given["passage_limit"] / 99))
-        found = Crossings(time, separatrix.astype(np.uint8), np.zeros(n, dtype=np.uint8))
-        return SimpleNamespace(crossings=lambda jobs: found)
-
-    monkeypatch.setattr(neighbourhood, "Walk", walk)
     deep = ("factor=1000000", "levels=10", "count=5", "n_symbols=30", f"step={step}")
     content = asked("fig4_zoom", *(f"problem.{each}" for each in deep))
     widths = [exact(step) / 10 ** (6 * level + 8) for level in range(10)]
     known = [Bracket(NEAR - width, NEAR + width) for width in widths]
     monkeypatch.setattr(route_zoom, "narrowed", lambda *_: known)
-    found = computed(content)
-    monkeypatch.setattr(check_certificate.Interval, "digits", 1200)
-    m, given = (
-        context(1200),
-        {"A": ("2", "1", "3/2"), "r": ("1", "1", "0"), "mu": "1/1000", **WHERE},
-    )
-    levels = list(found["levels"].values())
-    for level, (state, apart), (_, other) in zip(levels, used[::2], used[1::2], strict=True):
-        texts = level["theta2_0"].tolist()
-        centre, stored = exact(level["centre"]), [exact(text) for text in texts]
+    found: Any = route_zoom.compute(content, Means(resolve(DEFAULT_ENGINE)))
+    [((_, reference, finest, *_), _)] = around.call_args_list
+    assert abs(reference.at(2000) - NEAR.at(2000)) < 1e-62
+    assert finest == float(exact(step) / 10**54)
+    for level, phases in zip(found["levels"].values(), used, strict=True):
+        centre, stored = exact(level["centre"]), [exact(text) for text in level["theta2_0"]]
         assert stored[2].at(2000) == centre.at(2000)
+        assert [x.at(2000) for x in stored] == [x.at(2000) for x in phases]
         # For drawing only.
         assert level["offset"].tolist() == [float(phase - centre) for phase in stored]
-        assert other.shape == apart.shape
-        for text, difference in zip(texts, apart.T[2:], strict=True):
-            true = check_certificate.problem_of(given, check_certificate.number(text)).start
-            # A difference is rounded as a double, the reference by as much.
-            bound = float(level["step"]) * 2.0**-48
-            for x, y, z in zip(state[3:], difference[3:], true[3:], strict=True):
-                start = m.mpf(x.numerator) / x.denominator + m.mpf(float(y))
-                assert abs(start - m.mpf(z.low) / 2**1200) < bound
     orbits = route_zoom.orbits(content, lambda: found)
-    assert [phase.text for phase in orbits["level09"][1]] == texts
+    assert [phase.text for phase in orbits["level09"][1]] == level["theta2_0"]
 
 
 def test_levels_are_what_integration_alone_finds(tree: Any, given: Any) -> None:

@@ -8,7 +8,6 @@ from typing import Any
 import numpy as np
 import pytest
 
-from rigidpend.experiments import splitting
 from rigidpend.experiments.shared import SMALL as SMALL_RATIO
 from rigidpend.experiments.shared import slope
 from rigidpend.experiments.splitting.compute import cost, largest
@@ -34,23 +33,6 @@ def test_all_is_as_it_is_stored_of_these_bodies_and_weights(data: Any) -> None:
     kept = {"bodies": [0, 1], "mu": [2, 3, 4, 6], "phases": range(0, 73, 9)}
     expected = {"bodies/slope_curve", "closed_form/nu", "closed_form/decay"}
     assert unlike_stored("splitting", data, kept) == expected
-
-
-def test_a_slope_is_as_sure_as_its_logarithms_are() -> None:
-    """Of two weights by the worse one; what is not resolved has no share in it."""
-
-    def allowed(*excess: float) -> float:
-        stored = {
-            "resolved": np.array([[True, True, False]]),
-            "mu_over_h0": np.full((1, 3), 1e-3),
-            "excess": np.array([[[x, 9.0] for x in (*excess, 1e-12)]]),
-        }
-        [found] = splitting._slope("", stored, stored)
-        return float(found) - splitting.RELATIVE
-
-    one = allowed(1e-3, 2e-3)
-    assert one == pytest.approx(splitting.MARGIN * splitting.admitted(1e-3) / 1e-3)
-    assert allowed(-4e-3, 2e-3) == pytest.approx(one / 2)
 
 
 def test_a_splitting_below_all_doubles_has_a_cost_and_no_overflow() -> None:
@@ -96,13 +78,3 @@ def test_what_is_not_resolved_is_marked_and_not_drawn() -> None:
     assert np.isfinite(data["curve"]["measured"][0]).all()
     assert np.isnan(data["curve"]["measured"][1]).all()
     assert differences("splitting", data, copy.deepcopy(data)) == []
-
-
-@pytest.mark.slow
-def test_agrees_a_computation_in_more_bits() -> None:
-    few = "problem.bodies={fig4: {A: [2, 1, 1.5], r: [1, 1, 0]}}", "problem.mu=[1e-3, 1e-2]"
-    data, finer = (
-        computed(asked("splitting", *few, f"numerics.precisions=[{bits}]")) for bits in (53, 106)
-    )
-    assert (finer["bodies"]["bits"] != data["bodies"]["bits"]).all()
-    assert differences("splitting", data, finer) == []

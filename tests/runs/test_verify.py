@@ -54,7 +54,8 @@ def test_a_recomputed_and_a_read_result_are_the_same_and_files_are_left_as_they_
 
 def edit(file: Any) -> None:
     """Change what the file consists of, its config and its values, in a place of each kind."""
-    file.attrs["extra"] = 1
+    file.attrs.update({"extra": 1, "tolerance": 1.0})
+    del file["data/only/codes"].attrs["description"]
     file["config"][()] = changed('"mu": "1/1000"', '"mu": "1/7"', file["config"].asstr()[()])
     only = file["data/only"]
     only["codes"].attrs["units"] = "rad"
@@ -65,7 +66,9 @@ def edit(file: Any) -> None:
 
 EDITED = (
     "/@extra: stored 1, computed (absent)",
+    "/@tolerance: stored 1, computed ",
     "/data/only/codes@units: stored rad, computed 1",
+    "/data/only/codes@description: stored (absent), computed ",
     "config/problem/mu: stored 1/7, computed 1/1000",
     "only/codes[1, 2]: stored ",
     "only/crossing_time[2, 0]: stored nan, computed ",
@@ -76,8 +79,9 @@ EDITED = (
 def provenance(file: Any) -> None:
     """Change all that tells how a result was made, and the name of its figure."""
     file["config"][()] = changed('"figure": ""', '"figure": "5"', file["config"].asstr()[()])
-    told = {"code_hash": "another", "engine": "taylor (another)", "reasons": "another"}
-    file.attrs.update({"name": "another", **told})
+    told = dict.fromkeys(("name", "code_hash", "reasons"), "another")
+    # Tolerances of another engine are others.
+    file.attrs.update({**told, "engine": "scipy 1", "tolerance": 1.0})
     file["provenance"].attrs.update({"processor": "another", "further": 1})
 
 
