@@ -59,6 +59,10 @@ CURVED = 4
 """Digits that the curvature of the legs takes of twice those that are known."""
 THIN = 6
 """Digits that the thin layer takes of a derivative: half of those in which its legs are told."""
+TOLD = 10
+"""Errors of I, by doubles, that |I| comes to where Newton's method begins.
+
+Of long passages of three bodies it began at 8.5 and more, and mostly not below."""
 LITTLE = 3
 """Digits gained by a correction with fewer of which slopes are told anew, six legs for each leg."""
 ROUNDS = 60
@@ -128,6 +132,21 @@ def _begun(orbits: Surface, chain: Chain, off: Any) -> Array:
     return np.array((at.point.d, at.point.chi, at.time))
 
 
+def _check_placed(chain: Chain) -> None:
+    """Raise NoOrbit, with the reason, where doubles do not place crossings well enough to begin."""
+    level, split, most = chain.level, chain.split, 10.0**-LEAST_DIGITS
+    moved = displaced(level, chain.unknowns, split)
+    check_split(level, moved, split, most)
+    k, told = int(np.abs(chain.I).argmin()), moved * split
+    near = abs(float(chain.I[k]))
+    if told > most * near:
+        fewer = level.half_turns(TOLD * told)
+        raise NoOrbit(
+            f"passage {k + 1} takes so long that it passes a surface at |I| = {near:.1g}, which"
+            f" doubles tell to {told:.1g}; give it {fewer:.0f} half rotations or fewer"
+        )
+
+
 class _Legs:
     """An orbit cut at its crossings into legs that are integrated each for itself, many at once.
 
@@ -191,9 +210,7 @@ class _Legs:
             known = max(before, min(aim, before + gained - lost, 2 * before - CURVED - lost))
             # With so few the next correction has no more.
             if before < LEAST_DIGITS:
-                level, split = self.chain.level, self.chain.split
-                moved = displaced(level, self.chain.unknowns, split)
-                check_split(level, moved, split, 10.0**-LEAST_DIGITS)
+                _check_placed(self.chain)
                 raise NoOrbit("integration does not find the crossings where the map has them")
             if known >= self.most:
                 late = np.cumsum(self.times - told)

@@ -232,6 +232,12 @@ def test_where_legs_do_not_meet_a_body_that_is_nearly_symmetric_is_named() -> No
         find_orbit(flat, "011", h0=1, J1_0="1e-8", digits=10)
 
 
+def test_a_passage_that_is_too_long_for_doubles_is_told_how_long_it_may_be() -> None:
+    with pytest.raises(NoOrbit, match=r"passage 1 takes so long that .* 32 half rotations or fewer"):
+        find_orbit(FIG4, "a 0^35", **START, digits=10)
+    assert str(find_orbit(FIG4, "a 0^32", **START, digits=10).address) == "a 0^32"
+
+
 @pytest.mark.slow
 def test_orbits_are_found_where_doubles_hardly_place_them() -> None:
     """Surfaces are split by 2.8e-13, and roundings displace crossings of the map by 6e-6.
