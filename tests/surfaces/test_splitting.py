@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from typing import Any
 
 import numpy as np
 import pytest
@@ -17,7 +16,7 @@ from rigidpend.orbits.integrate.states import states_at
 from rigidpend.orbits.return_map.precision import precision
 from rigidpend.surfaces import splitting
 from rigidpend.surfaces.heteroclinic import phase_at_start
-from rigidpend.surfaces.splitting import TOP, amplitude, distance, harmonics, measure
+from rigidpend.surfaces.splitting import TOP, distance, harmonics, measure
 from rigidpend.surfaces.surface_orbits import (
     Points,
     coefficients,
@@ -142,28 +141,17 @@ def test_eight_orbits_err_by_more_than_they_state(monkeypatch: pytest.MonkeyPatc
 
 
 @pytest.mark.parametrize(
-    ("errors", "orbits"),
+    ("body", "orbits"),
     [
-        ([0.999], 16),
-        ([1.001, 0.4], 32),
+        (TABLE_1A, 16),
+        (FIG4, 32),
+        (GENERIC, 64),
         # Where twice as many orbits gain less than half, rounding is all that is left.
-        ([1990, 999, 1], 32),
-        ([1990, 1001, 1], 64),
-        ([2010, 999, 1], 64),
+        (Body(FIG4.A, FIG4.r, "1e-5"), 32),
     ],
 )
-def test_orbits_are_doubled_until_the_error_is_that_of_integration(
-    monkeypatch: pytest.MonkeyPatch, errors: list[float], orbits: int
-) -> None:
-    """In units of the tolerance where each surface swings by mu/h0, over the amplitude."""
-    s, told = surface(GENERIC, H0, 53), iter(errors)
-    noise = 3e-14 * 0.02 / float(amplitude(s))
-
-    def twice(s: Any, n: int, *_: Any) -> splitting.SurfaceSplitting:
-        return splitting.SurfaceSplitting(1.0, np.zeros(TOP), next(told) * noise, 0.0, s.bits, n)
-
-    monkeypatch.setattr(splitting, "_twice", twice)
-    assert measure(GENERIC, H0, 0.0, ARITHMETIC._replace(precisions=(53,))).n == orbits
+def test_orbits_are_doubled_until_the_error_is_that_of_integration(body: Body, orbits: int) -> None:
+    assert measure(body, H0, 0.0, ARITHMETIC._replace(precisions=(53,))).n == orbits
 
 
 # ---- Orbits of S1- up to the section: energy, angles, and that they are on S1-.
