@@ -155,7 +155,7 @@ class ReturnMap:
 
     @property
     def left_out(self) -> float:
-        """What terms of its tables come to that it does without, relative to the largest values.
+        """Sum of the terms that its tables do without, relative to the largest values.
 
         Held-out points show some five times the error, a fourth of which is as much as that.
         """
