@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import ast
-import re
 from pathlib import Path
 from typing import Any
 
@@ -68,12 +67,6 @@ def test_what_can_be_changed_is_and_nothing_else(code: str) -> None:
     ]
     assert changed == CHANGED[code]
     assert ast.unparse(tree) == before, "the code itself stays"
-
-
-def test_numbers_of_a_drawing_are_taste() -> None:
-    of_drawing = mutations.mutants("rigidpend/experiments/route_codes/draw.py")
-    assert of_drawing
-    assert not any(re.match(r"[\d.]+  ->", x.said) for x in of_drawing)
 
 
 def test_a_lot_stays_where_other_code_changes_and_a_larger_one_holds_it() -> None:
