@@ -161,6 +161,7 @@ def test_a_file_of_any_name_can_be_swept(tmp_path: Path) -> None:
             "problem.mu=1/2,1over2",
             "problem.mu=1/2 and problem.mu=1over2 would have the same name _mu=1over2",
         ),
+        ("problem.mu=1e-4,1E-4", "would have the same name _mu=1E-4"),
         (f"problem.mu={0.5:.160f},0.1", "a name is made of up to 150 letters"),
         ("problem.mew=1,2", "--sweep problem.mew=1,2: problem.mew: unknown key (known: A, r, mu"),
         ("problem.mu=1e-4,5", "h0 > mu is broken"),
