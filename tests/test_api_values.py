@@ -22,7 +22,7 @@ from rigidpend.routes.certified import codes
 from rigidpend.routes.symbolic import closed, find, follow, levels
 from tests.bodies import FIG4 as BODY
 
-START = {"h0": "1.3342", "J1_0": "1e-8"}
+START: dict[str, Any] = {"h0": "1.3342", "J1_0": "1e-8"}
 ORBIT: dict[str, Any] = {"body": BODY, "theta2_0": "1", **START}
 LADDER = {"n_symbols": 1, "precisions": (53,)}
 CALLS: dict[str, dict[str, Any]] = {
