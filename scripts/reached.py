@@ -22,10 +22,7 @@ from scripts.mutations import ROOT
 
 BUILD = ROOT / "build" / "mutants"
 MAP = BUILD / "map.json"
-OF_TEXT = tuple(
-    f"tests/test_{name}.py"
-    for name in ("english", "floors", "generated_pages", "imports", "labels", "mutants", "readme")
-)
+OF_TEXT = tuple(f"tests/test_{name}.py" for name in ("imports", "labels", "mutants", "readme"))
 """Tests of the texts: they notice that a file is written anew, whatever it says."""
 MOST = 100
 """Tests at most that are kept for a line, the most particular ones first."""

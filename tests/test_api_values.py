@@ -1,10 +1,11 @@
-"""Values that no argument means: each public function works, or refuses them in one sentence."""
+"""Values that no argument means, and limits: each is refused in one sentence, or works."""
 
 from __future__ import annotations
 
 import inspect
 import itertools
 import re
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
@@ -12,11 +13,16 @@ import numpy as np
 import pytest
 
 import rigidpend
+from rigidpend import certify_codes, find_orbit
+from rigidpend.experiments.route_zoom import draw
 from rigidpend.numbers.checked import ParameterError
+from rigidpend.orbits.return_map import return_map, storage
 from rigidpend.orbits.return_map.build import FIRST
+from rigidpend.routes.certified import codes
+from rigidpend.routes.symbolic import closed, find, follow, levels
+from tests.bodies import FIG4 as BODY
 
-BODY = rigidpend.Body(A=(2, 1, "3/2"), r=(1, 1, 0), mu="0.001")
-START = {"h0": "1.3342", "J1_0": "1e-8"}
+START: dict[str, Any] = {"h0": "1.3342", "J1_0": "1e-8"}
 ORBIT: dict[str, Any] = {"body": BODY, "theta2_0": "1", **START}
 LADDER = {"n_symbols": 1, "precisions": (53,)}
 CALLS: dict[str, dict[str, Any]] = {
@@ -128,3 +134,55 @@ def test_an_orbit_that_never_ends_is_refused_with_what_it_would_take(
 ) -> None:
     with pytest.raises(ParameterError, match=re.escape(said)):
         rigidpend.orbit(**ORBIT, **given)
+
+
+class Reached(Exception):
+    """What begins where an argument is accepted."""
+
+
+def reached(*_: Any, **__: Any) -> Any:
+    raise Reached
+
+
+LIMITS: dict[str, tuple[Callable[[int], Any], int, int]] = {
+    "bits of a map": (lambda n: return_map(BODY, h="1.3342", bits=n), 53, 9000),
+    "digits of a phase": (lambda n: find_orbit(BODY, "01", **START, digits=n), 10, 200),
+    "symbols of a code": (lambda n: find_orbit(BODY, "0" * n, **START), 1, 10_000),
+    "bits of a proof": (
+        lambda n: certify_codes(BODY, ["1"], **START, n_symbols=1, bits=n),
+        *(8, 4096),
+    ),
+    "symbols of a word": (lambda n: closed.closed_orbit(BODY, "0" * n, h="1.3342"), 1, 60),
+    "symbols of round phases": (
+        lambda n: follow.round_phases(BODY, "0" * n, **START, decimals=1),
+        *(1, 50),
+    ),
+    "decimals": (lambda n: follow.round_phases(BODY, "01", **START, decimals=n), 0, 4),
+}
+
+
+@pytest.mark.parametrize(("call", "least", "most"), LIMITS.values(), ids=LIMITS)
+def test_an_argument_is_accepted_up_to_its_limits_and_not_beyond(
+    call: Callable[[int], Any], least: int, most: int, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(storage, "kept", reached)
+    monkeypatch.setattr(find, "surface", reached)
+    monkeypatch.setattr(codes, "side_by_side", reached)
+    monkeypatch.setattr(levels, "return_map", reached)
+    monkeypatch.setattr(follow, "route_codes", reached)
+    for allowed in (least, most):
+        with pytest.raises(Reached):
+            call(allowed)
+    for beyond in (least - 1, most + 1):
+        with pytest.raises(ValueError, match=r"must|at most|symbol"):
+            call(beyond)
+
+
+@pytest.mark.parametrize(
+    ("step", "shown"),
+    [(1.1, "1.235"), (0.9, "1.2346"), (1e-3, "1.234568"), (500.0, "1.23"), (5e4, "1.23")],
+)
+def test_a_centre_is_shown_to_a_hundredth_of_its_step_and_two_digits_at_least(
+    step: float, shown: str
+) -> None:
+    assert draw.decimals_of({"step": step, "centre": "1.23456789"}) == shown

@@ -1,11 +1,11 @@
-"""Every labelled equation of the paper has one home and a test, or is prose with a reason."""
+"""Labelled equations have one home and a test each; docstrings begin with whole phrases."""
 
 from __future__ import annotations
 
 import ast
 import functools
 import re
-from collections import Counter
+from collections import Counter, defaultdict
 from collections.abc import Iterator
 from pathlib import Path
 
@@ -21,17 +21,6 @@ EQUATIONS = (
     *("tri1", "trieq", "el", "eqPV", "th_al"),
 )
 """The labels of the equations in the paper's TeX source, a line a section."""
-
-PROSE = {
-    **dict.fromkeys(("sec1", "sec2", "sec3", "sec4", "sec5", "sec6"), "a section's heading"),
-    "p1": "Fig. 1, experiment phase_portraits",
-    "p2": "Fig. 2, experiment heteroclinic_cycle",
-    "p3": "Fig. 3, experiment asymptotic_surfaces",
-    "t1": "Table 1, in the result of asymptotic_surfaces",
-    "p4": "Fig. 4, experiment route_codes",
-    "p5": "Fig. 5, experiment herpolhodes",
-}
-"""The labels that are no equations, each with what it labels and where that is."""
 
 MARK = re.compile(r"\(eq\. ([^()]+)\)\.?$")
 
@@ -87,8 +76,6 @@ def names(tree: ast.AST) -> set[str]:
 
 def test_each_equation_has_exactly_one_home_and_no_other_label_has_any() -> None:
     assert Counter(label for label, *_ in homes()) == dict.fromkeys(EQUATIONS, 1)
-    assert set(EQUATIONS).isdisjoint(PROSE)
-    assert all(PROSE.values())
 
 
 @pytest.mark.slow
@@ -101,3 +88,29 @@ def test_each_equation_has_tests_that_import_it_and_can_fail(label: str) -> None
         asserts = any(isinstance(node, ast.Assert) for node in ast.walk(test))
         checks = ("assert_", "raises", "check", "same")
         assert asserts or any(x.startswith(checks) for x in names(test)), test.name
+
+
+BEGINNINGS = {*("What", "How", "By", "Which", "Where", "Whether", "Why", "Of", "In", "So", "With")}
+"""Words with which no docstring begins: they open half a sentence."""
+
+COMMON = {"Config", "Problem"}
+"""Names of classes that are given more than once on purpose: of the parts of each schema."""
+
+
+@pytest.mark.slow
+def test_docstrings_begin_with_a_phrase_and_no_two_classes_share_a_name() -> None:
+    broken, homes = [], defaultdict(list)
+    for path, tree in parsed("rigidpend", "*.py", ""):
+        for node in ast.walk(tree):
+            match node:
+                # Be it of an attribute.
+                case ast.Expr(value=ast.Constant(value=str(text))):
+                    first = text.strip().partition("\n")[0]
+                    word = re.match(r"\W*(\w+)", first)
+                    if (word and word[1] in BEGINNINGS) or not first.endswith("."):
+                        broken.append((path, node.lineno, first))
+                case ast.ClassDef(name=name):
+                    homes[name].append(path.name)
+    assert broken == []
+    assert {name for name, places in homes.items() if len(places) > 1} == COMMON
+    assert {place for name in COMMON for place in homes[name]} == {"schema.py"}

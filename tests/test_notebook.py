@@ -11,7 +11,6 @@ import pytest
 
 import rigidpend
 from docs import notebooks
-from rigidpend.numbers.checked import ParameterError
 from rigidpend.results import store
 from rigidpend.routes.herpolhode import SampledOrbit
 from tests.bodies import FIG4
@@ -72,15 +71,11 @@ def test_every_stored_array_is_in_the_tree(name: str) -> None:
     loaded = rigidpend.load(REFERENCE / f"{name}.h5")
 
     def compare(node: Any, values: Any) -> int:
-        count = 0
-        for key, value in values.items():
-            if isinstance(value, dict):
-                count += compare(node[key], value)
-            else:
-                np.testing.assert_array_equal(node[key].values, np.asarray(value))
-                assert {"units", "description"} <= node[key].attrs.keys()
-                count += 1
-        return count
+        if isinstance(values, dict):
+            return sum(compare(node[key], value) for key, value in values.items())
+        np.testing.assert_array_equal(node.values, np.asarray(values))
+        assert {"units", "description"} <= node.attrs.keys()
+        return 1
 
     assert compare(loaded.data, loaded.values) >= 7
 
@@ -136,40 +131,39 @@ def test_what_is_shown_is_short_and_safe(result: Any, tmp_path: Path) -> None:
     assert len(repr(result)) < 200
     only = result.values["only"]
     assert result.words == {"only": ["".join(map(str, column)) for column in only["codes"].T]}
-    assert "<b>small_mu=0.01</b>" in result._repr_html_()
-    named = changed("only:", "script:", SMALL)
-    other = rigidpend.run(written(tmp_path, named, "other.yaml"), folder=tmp_path, called="a")
-    assert "<script" not in other._repr_html_()
+    named = written(tmp_path, changed("only:", "script:", SMALL), "other.yaml")
+    shown = rigidpend.run(named, folder=tmp_path, called="a")._repr_html_()
+    assert "<b>a</b>" in shown
+    assert "<script" not in shown
 
 
-def test_a_file_may_have_any_name_and_numbers_may_be_an_array(tmp_path: Path) -> None:
-    path = written(tmp_path, SMALL, "my body (2).yaml")
-    found = rigidpend.run(path, A=np.array([2.0, 1.25, 1.75]), called="other", folder=tmp_path)
-    assert found.config["problem"]["A"] == ["2", "5/4", "7/4"]
-    assert rigidpend.run(path, folder=tmp_path).path.name == "my body (2).h5"
-    assert rigidpend.run(path, mu=0.01, folder=tmp_path).path.name == "my body (2)_mu=0.01.h5"
+@pytest.mark.parametrize(
+    ("given", "said"),
+    [
+        (("all",), "all names 14 configs: give one of them"),
+        (
+            ("fig4", {"problem.arrays": {"x": {"start": 0}}}),
+            "^the values make no name: give one as",
+        ),
+        # A word that is no key is not said to be an option.
+        (("fig4", {"problem.muu": 1}), r"^problem\.muu=1: problem\.muu: unknown key"),
+        (("fig4", {7: 1}), "7=1: 7: unknown key"),
+    ],
+)
+def test_what_is_wrong_with_a_run_is_said(tmp_path: Path, given: Any, said: str) -> None:
+    with pytest.raises(ValueError, match=said):
+        rigidpend.run(*given, folder=tmp_path)
 
 
-def test_what_makes_no_single_result_is_refused(tmp_path: Path) -> None:
-    with pytest.raises(ParameterError, match="all names 14 configs: give one of them"):
-        rigidpend.run("all", folder=tmp_path)
-    unnamed = "^the values make no name: give one as `called`: a name is made of"
-    with pytest.raises(ValueError, match=unnamed):
-        rigidpend.run("fig4", arrays={"x": {"start": 0}}, folder=tmp_path)
+def test_a_name_of_no_file_is_refused_and_a_result_that_is_not_there_too(tmp_path: Path) -> None:
     with pytest.raises(ValueError, match=r"^called: a name is made of"):
         rigidpend.run("fig4", mu=0.01, called="a/b", folder=tmp_path)
-
-
-def test_what_is_wrong_is_said_as_on_the_command_line(tmp_path: Path) -> None:
-    # A word that is no key is not said to be an option.
-    with pytest.raises(ValueError, match=r"^problem\.muu=1: problem\.muu: unknown key"):
-        rigidpend.run("fig4", muu=1, folder=tmp_path)
-    with pytest.raises(ValueError, match="7=1: 7: unknown key"):
-        rigidpend.run("fig4", {7: 1}, folder=tmp_path)  # type: ignore[dict-item]
-    with pytest.raises(store.StoreError, match="there is no such file"):
-        rigidpend.load(tmp_path / "none.h5")
-    with pytest.raises(store.StoreError, match="; call: rigidpend run fig4 --out "):
-        rigidpend.load(tmp_path / "fig4.h5")
+    for name, said in (
+        ("none", "there is no such file"),
+        ("fig4", "; call: rigidpend run fig4 --"),
+    ):
+        with pytest.raises(store.StoreError, match=said):
+            rigidpend.load(tmp_path / f"{name}.h5")
 
 
 @pytest.mark.slow

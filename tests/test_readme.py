@@ -14,15 +14,18 @@ import click
 import h5py
 import pytest
 from packaging.version import Version
+from pydantic import BaseModel
 
 import rigidpend
 from docs import generate
 from rigidpend import cli, experiments
 from rigidpend.config import catalogue
+from rigidpend.config.schema import Number, Part
 from rigidpend.render import captions
+from rigidpend.render.report import DEPARTURES
 from rigidpend.results import store
 from rigidpend.runs import loading
-from scripts import lowest, readme_tables, times
+from scripts import readme_tables
 
 ROOT = Path(__file__).resolve().parents[1]
 PAGES = [ROOT / "README.md", ROOT / "CONTRIBUTING.md", *sorted((ROOT / "docs").glob("*.md"))]
@@ -127,13 +130,6 @@ def test_what_an_index_shows_needs_no_checkout() -> None:
     assert extras["notebook"] <= extras["docs"] & extras["test"]
 
 
-def test_the_lowest_versions_are_those_that_the_project_names() -> None:
-    named = lowest.lowest('[project]\ndependencies = ["numpy>=2.0", "heyoka>=7.1,<8; x == \'y\'"]')
-    assert named == ["numpy==2.0", "heyoka==7.1"]
-    with pytest.raises(ValueError, match="'click<9' names no lowest version"):
-        lowest.lowest('[project]\ndependencies = ["click<9"]')
-
-
 @pytest.fixture(autouse=True, scope="module")
 def _each_measurement_is_read_once() -> Iterator[None]:
     """To read one takes a second, and seven tests want them."""
@@ -146,33 +142,13 @@ def _each_measurement_is_read_once() -> Iterator[None]:
 @pytest.mark.parametrize("page", readme_tables.PAGES)
 def test_the_tables_are_those_of_the_stored_measurement(page: str) -> None:
     assert (readme_tables.MEASURED / "bench.h5").is_file()
-    assert readme_tables.renewed(page, TEXTS[page]) == TEXTS[page]
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize(("page", "block"), [("README.md", "speed"), ("docs/measured.md", "bench")])
-def test_a_figure_that_is_not_the_measured_one_is_noticed(page: str, block: str) -> None:
     text = TEXTS[page]
-    shown = text.partition(f"<!-- {block} -->")[2].partition(f"<!-- /{block} -->")[0]
-    number = re.search(r"\d(\.\d+)? [mu]s", shown)
-    assert number
-    slipped = text.replace(number[0], f"9{number[0]}", 1)
-    assert slipped != readme_tables.renewed(page, slipped) == text
-    with pytest.raises(SystemExit, match=f"no block {block}"):
-        readme_tables.renewed(page, text.replace(f"<!-- {block} -->", ""))
-
-
-def test_the_readme_is_two_screens_with_a_picture_first_and_two_commands() -> None:
-    text = TEXTS["README.md"]
-    lines = text.splitlines()
-    assert len(lines) <= 80
-    assert lines[2].startswith("![")
-    [shown] = [block for page, block in blocks("sh") if page == "README.md"]
-    assert [line.partition("#")[0].strip() for line in shown.splitlines()] == [
-        "make figures",
-        "make test",
-    ]
-    assert all(f"\n## {head}\n" in text for head in ("How it compares", "Cite"))
+    assert readme_tables.renewed(page, text) == text
+    for block in readme_tables.PAGES[page]:
+        slipped = text.replace(f"<!-- {block} -->\n", f"<!-- {block} -->\nslip", 1)
+        assert slipped != readme_tables.renewed(page, slipped) == text
+        with pytest.raises(SystemExit, match=f"no block {block}"):
+            readme_tables.renewed(page, text.replace(f"<!-- {block} -->", ""))
 
 
 TIME = re.compile(r"(?<![\w.])\d[\d,.]* (?:s|ms|us|µs|ns|min|minutes|seconds|hours)\b")
@@ -182,12 +158,6 @@ STATED = {
     "CONTRIBUTING.md": "the limit that marks a slow test",
 }
 """Pages with times that are no measurements."""
-
-
-def test_every_table_of_times_is_filled() -> None:
-    for block, (page, _) in times.BLOCKS.items():
-        shown = TEXTS[page].partition(f"<!-- {block} -->")[2].partition(f"<!-- /{block} -->")[0]
-        assert "\nTime of processors; " in shown, block
 
 
 def unsourced(text: str) -> list[str]:
@@ -200,3 +170,73 @@ def unsourced(text: str) -> list[str]:
 def test_every_time_on_a_page_is_written_by_a_command(page: str) -> None:
     assert unsourced(TEXTS[page]) == []
     assert unsourced(f"{TEXTS[page]}\nIt takes 4.2 s.\n") == ["4.2 s"]
+
+
+NAMED = {"problem.bodies", "problem.arrays", "problem.cases", "problem.zooms"}
+"""Sections whose keys are names of the user's choice."""
+
+
+def keys_of(node: Any, place: str = "") -> Iterator[str]:
+    """The keys of a config file, names of the user's choice as NAME."""
+    for key, value in node.items():
+        here = f"{place}{'NAME' if place[:-1] in NAMED else key}"
+        yield here
+        if isinstance(value, dict) and here != "problem.bodies.NAME":
+            yield from keys_of(value, f"{here}.")
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("name", sorted(catalogue.known()))
+def test_every_key_of_a_shipped_config_is_on_the_page(name: str) -> None:
+    loaded = loading.load(catalogue.known()[name])
+    told = {setting.key for setting in generate.keys(experiments.schema(loaded.experiment))}
+    free = {f"{section}.NAME" for section in NAMED}
+    asked = {key for key in keys_of(loaded.resolved()) if "." in key} - free
+    by_name = ("problem.passages.columns.", "problem.passages.checked.")
+    assert {key for key in asked if not key.startswith(by_name)} <= told
+    assert len(asked) > 1
+
+
+def test_a_key_is_told_with_type_default_and_meaning_with_its_unit() -> None:
+    told = {setting.key: setting for setting in generate.keys(experiments.schema("route_codes"))}
+    said = {key: (setting.kind, setting.default) for key, setting in told.items()}
+    assert said["problem.n_symbols"] == ("whole number", "`15`")
+    assert said["numerics.engine"] == ("`taylor` or `scipy`", "`auto`")
+    assert said["numerics.precisions"][0] == "list of whole numbers"
+    assert said["problem.arrays.NAME.step"][1] == "required"
+    assert told["problem.arrays.NAME.step"].meaning.endswith(", radians.")
+    assert told["problem.A"].meaning.startswith("Principal moments of inertia")
+
+
+class Silent(Part):
+    n: int = 1
+
+
+class Bare(Part):
+    x: Number
+    """A number of no unit that anyone knows."""
+
+
+@pytest.mark.parametrize(("part", "said"), [(Silent, "a meaning"), (Bare, "a unit")])
+def test_a_key_without_meaning_or_unit_stops_the_build(part: type[BaseModel], said: str) -> None:
+    with pytest.raises(ValueError, match=rf"readme\.{part.__name__}\..: .*without {said}"):
+        list(generate.keys(part))
+
+
+def test_every_command_is_there_with_its_options_and_examples() -> None:
+    page = generate.commands()
+    for name, command in ((name, cli.command(name)) for name in cli.COMMANDS):
+        part = page.partition(f"\n## rigidpend {name}\n")[2].partition("\n## ")[0]
+        for parameter in command.params:
+            if isinstance(parameter, click.Option):
+                assert all(option in part for option in parameter.opts), (name, parameter.opts)
+        examples = (command.help or "").partition("Examples:\n")[2].splitlines()
+        assert all(line.strip() in part for line in examples), name
+    assert "\b" not in page
+
+
+def test_every_departure_is_there() -> None:
+    lines = generate.departures().splitlines()[2:]
+    assert [line.replace("\\", "") for line in lines] == [
+        f"| {' | '.join(departure)} |" for departure in DEPARTURES.rows
+    ]

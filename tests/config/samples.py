@@ -80,13 +80,3 @@ def content(kind: type[C], path: Path, settings: Sequence[str] = ()) -> C:
     found = loading.load(path, settings).content
     assert isinstance(found, kind)
     return found
-
-
-def refused_there(
-    folder: Path, text: str, at: str | int, place: str, message: str | None = None
-) -> str:
-    """Write a config that has one fault, which must be said at its place; the message."""
-    path = written(folder, text)
-    [problem] = refused(path)
-    assert str(problem) == complaint(path, text, at, place, message or problem.message)
-    return problem.message

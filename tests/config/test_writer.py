@@ -2,29 +2,54 @@
 
 from __future__ import annotations
 
-import re
 from pathlib import Path
 
 import pytest
 
 from rigidpend.config import reader, writer
-from rigidpend.config.writer import BESIDE, WIDTH, changes, sentence
+from rigidpend.config.schema import Part
+from rigidpend.config.writer import changes, sentence
 from rigidpend.runs import loading, provenance
 from tests.config.samples import FIG4, written
 
 SHIPPED = sorted(FIG4.parent.glob("**/*.yaml"))
-SAID = " ".join(f"word{k}" for k in range(40))
 
 
-@pytest.mark.parametrize("value", ["a: 1", f"a: {'1' * (BESIDE - 3)}", f"a: {'1' * BESIDE}"])
-def test_comments_are_told_whole_in_lines_that_fit(value: str) -> None:
-    lines = list(writer._commented([value], SAID, "  ", 10))
-    beside = len(value) <= BESIDE
-    assert re.findall(r"word\d+", " ".join(lines)) == SAID.split()
-    assert max(map(len, lines)) <= WIDTH
-    assert len(lines) > 3
-    assert lines[0 if beside else -1].startswith(f"  {value}")
-    assert len({line.index("#") for line in lines if "#" in line}) == 1
+class Explained(Part):
+    short: str
+    """One."""
+    fits: str
+    """Many words that are told whole, beside a value which is as long as it may be for that."""
+    long: str
+    """Many words that are told whole, above a value which is longer by one character than that."""
+    several: list[list[str]]
+    """Texts."""
+
+
+class Whole(Part):
+    part: Explained
+    """Whatever is explained."""
+
+
+def test_comments_are_told_whole_in_lines_that_fit() -> None:
+    values = {"short": "1", "fits": "1" * 30, "long": "1" * 31, "several": [["1", "2"], ["3"]]}
+    assert (
+        writer.to_yaml({"part": values}, Whole)
+        == """
+part:
+  short: 1                              # One
+  fits: 111111111111111111111111111111  # Many words that are told whole, beside
+                                        # a value which is as long as it may be
+                                        # for that
+  # Many words that are told whole, above a value which is longer by one
+  # character than that
+  long: 1111111111111111111111111111111
+  # Texts
+  several:
+  - [1, 2]
+  - [3]
+"""
+    )
 
 
 @pytest.mark.slow
@@ -54,7 +79,20 @@ def test_a_resolved_config_has_its_numbers_as_they_were_written() -> None:
 
 @pytest.mark.parametrize(
     "text",
-    ["null", "true", "~", "''", "'4: a # b'", "' 4 '", "4\\n5", "öäü", "'- a'", "[x", "*a"],
+    [
+        "null",
+        "true",
+        "false",
+        "~",
+        "''",
+        "'4: a # b'",
+        "' 4 '",
+        "4\\n5",
+        "öäü",
+        "'- a'",
+        "[x",
+        "*a",
+    ],
 )
 def test_any_text_is_read_back_as_it_was_written(text: str) -> None:
     assert reader.parse("\n".join(writer.dumped({"key": text})), "here").tree == {"key": text}
@@ -69,8 +107,4 @@ def test_changes_are_told_from_what_to_what() -> None:
     assert changes(before, before) == {}
     one, other = {"a": 1, "b": {"x": 1}}, {"b": {"x": 1, "y": 2}}
     assert changes(one, other) == {"b.y": ("nothing", 2), "a": (1, "nothing")}
-
-
-def test_the_word_for_null_is_that_of_the_config() -> None:
-    before, after = {"problem": {"beta0": None}}, {"problem": {"beta0": "1/2"}}
-    assert sentence(changes(before, after)) == "problem.beta0 from gamma0 to 0.5"
+    assert sentence({"problem.beta0": (None, "1/2")}) == "problem.beta0 from gamma0 to 0.5"
