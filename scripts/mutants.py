@@ -162,12 +162,13 @@ class Desk:
 
 
 def own(mutant: Mutant) -> list[str]:
-    """The test file that mirrors the module; of a drawing, the test of its picture."""
+    """The test file that mirrors the module, or its folder; of a drawing, that of its picture."""
     path = Path(mutant.path)
     if path.name == "draw.py":
         return [f"{PICTURE}[{path.parent.name}]"]
-    file = mirrored(mutant.path) / f"test_{path.stem}.py"
-    return [str(file)] if (ROOT / file).exists() else []
+    folder = mirrored(mutant.path)
+    files = folder / f"test_{path.stem}.py", folder.with_name(f"test_{folder.name}.py")
+    return [str(file) for file in files if (ROOT / file).exists()][:1]
 
 
 def with_mark(tests: Sequence[str], mark: str) -> list[str]:

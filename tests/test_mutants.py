@@ -109,6 +109,8 @@ def test_the_nearest_tests_reach_the_line_and_the_rest_are_of_the_mirrored_folde
     assert mutants.nearest(mutant, NOTHING) == []
     [own_file] = mutants.own(mutant)
     assert own_file == "tests/routes/test_certainty.py"
+    [of_folder] = mutants.own(mutant._replace(path="rigidpend/experiments/splitting/compute.py"))
+    assert of_folder == "tests/experiments/test_splitting.py"
     [picture] = mutants.own(mutant._replace(path="rigidpend/experiments/stress/draw.py"))
     assert picture.endswith("::test_a_figure_is_that_of_the_gallery[stress]")
     rest = mutants.around(mutant, [own_file])

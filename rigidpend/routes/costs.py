@@ -47,7 +47,7 @@ FINER = {SHARPER: (GAP, CLOSEST), SHARPEST: (CLOSEST,)}
 
 So they differ by what the first errs by, and one computation by each settles nearly as much as do
 those of two precisions: of 17 bodies drawn by lot maps of 64 and 75 bits left 0 to 4 of 20,000
-orbits open, where those of 64 and 72 left up to 17. Of 82 and 90 bits they left 0 to 9 of eleven
+orbits open, where those of 64 and 72 left up to 17. Of 82 and 90 bits they left 0 to 9 of twelve
 bodies, and 35 to 110 of four whose passages take 20 to 28 rotations. Of 64 bits and of
 doubles they left 1, 12 and 140 open of three bodies whose tables converge slowly, where those of 72
 bits would take longer than they may."""

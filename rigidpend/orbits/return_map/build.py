@@ -170,7 +170,7 @@ class ReturnMap:
         key = (bits, least_Qp, most_Qp, coarse)
         if key not in self._programs:
             starts = self._entry(least_Qp, most_Qp)
-            threshold = max(2.0**-55 if bits == 53 else self.left_out, coarse)
+            threshold = max(self.left_out, coarse, 2.0**-55 if bits == 53 else 0.0)
             given = self.normal_form, self.charts, starts, threshold, precision(self.bits)
             self._programs[key] = program(*given, 53 if bits == 53 else PAIRS)
         return self._programs[key]

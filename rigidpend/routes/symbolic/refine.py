@@ -134,12 +134,12 @@ def _begun(orbits: Surface, chain: Chain, off: Any) -> Array:
 
 def _check_placed(chain: Chain) -> None:
     """Raise NoOrbit, with the reason, where doubles do not place crossings well enough to begin."""
-    level, split, most = chain.level, chain.split, 10.0**-LEAST_DIGITS
+    level, split = chain.level, chain.split
     moved = displaced(level, chain.unknowns, split)
-    check_split(level, moved, split, most)
+    check_split(level, moved, split, 10.0**-LEAST_DIGITS)
     k, told = int(np.abs(chain.I).argmin()), moved * split
     near = abs(float(chain.I[k]))
-    if told > most * near:
+    if near < TOLD * told:
         fewer = level.half_turns(TOLD * told)
         raise NoOrbit(
             f"passage {k + 1} takes so long that it passes a surface at |I| = {near:.1g}, which"

@@ -206,6 +206,18 @@ def test_terms_below_the_threshold_are_left_out(last: float, terms: int) -> None
     np.testing.assert_array_equal(kept, series[:, :terms])
 
 
+def test_a_map_does_without_terms_far_below_its_tables_errors(made: ReturnMap) -> None:
+    """In doubles without those below their roundings."""
+    exact_one = replace(made, errors=made.errors._replace(charts=0, inverse=0, exponents=0))
+    assert exact_one.left_out == 2.0 ** -(made.bits + 6 + 2)
+    rough_one = replace(made, errors=made.errors._replace(charts=2.0**-30))
+    assert rough_one.left_out == 2.0**-32
+    ends = list(map(precision(made.bits).number, POINT))
+    terms = [x.program(53, *ends).values.shape[1] for x in (exact_one, made, rough_one)]
+    assert terms[0] == terms[1] > terms[2]
+    assert terms[1] < made.program(64, *ends).values.shape[1]
+
+
 @pytest.mark.parametrize(("share", "most"), [(0.999, 3.0), (1.001, 4.0)])
 def test_terms_are_left_out_that_come_to_less_than_the_threshold_together(
     share: float, most: float
