@@ -212,10 +212,10 @@ def test_a_map_does_without_terms_far_below_its_tables_errors(made: ReturnMap) -
     assert exact_one.left_out == 2.0 ** -(made.bits + 6 + 2)
     rough_one = replace(made, errors=made.errors._replace(charts=2.0**-30))
     assert rough_one.left_out == 2.0**-32
-    ends = list(map(precision(made.bits).number, POINT))
-    terms = [x.program(53, *ends).values.shape[1] for x in (exact_one, made, rough_one)]
+    least, most = map(precision(made.bits).number, POINT)
+    terms = [x.program(53, least, most).values.shape[1] for x in (exact_one, made, rough_one)]
     assert terms[0] == terms[1] > terms[2]
-    in_pairs = [made.program(64, *ends, coarse).values.shape[1] for coarse in (0.0, 2.0**-60)]
+    in_pairs = [made.program(64, least, most, x).values.shape[1] for x in (0.0, 2.0**-60)]
     assert terms[1] < in_pairs[1] < in_pairs[0]
 
 
