@@ -17,7 +17,7 @@ from rigidpend.routes import certainty, costs
 from rigidpend.routes.certainty import Columns, Compute, Decided
 from rigidpend.routes.cycle import symbols
 from rigidpend.routes.problem import ProblemError, RouteProblem
-from rigidpend.routes.run import Run, abreast, in_pieces
+from rigidpend.routes.run import Run, in_pieces
 from rigidpend.routes.start import Scales
 
 if TYPE_CHECKING:
@@ -152,6 +152,8 @@ def decided_by(maps: Maps, *, sampled: bool = True) -> Mapped:
     Contradiction
         A certain symbol is another one by integration.
     """
+    from rigidpend.routes.handover import handed_over
+
     run = maps.run
     n, rate, precisions = len(run.phases), run.rate, run.arithmetic.precisions
     within = tuple(p for p in maps.ladder if p <= maps.most_bits)
@@ -168,9 +170,10 @@ def decided_by(maps: Maps, *, sampled: bool = True) -> Mapped:
         if n == run.orbits:
             reason = f"their symbols ask for more than the {maps.most_bits} bits of the maps"
             costs.warned(run.problem, open_.size, n, costs.beyond_maps(run.problem), reason)
-        # Where they are a part other threads are at work on the rest.
-        further = abreast(run) if n == run.orbits else run.crossings
-        certainty.climb(further, known, rate, beyond, run.most)
+        climbing = handed_over(maps, run.crossings, known, beyond)
+        # One computation of a precision: the next one settles more than a second would.
+        last = beyond[-1]
+        certainty.climb(climbing, known, rate, beyond, lambda x: run.most(x) if x == last else 1)
     if sampled:
         # Doubles decide at least the first symbols of each; what is beyond them takes long.
         size = -(-SAMPLE * n // run.orbits)

@@ -105,8 +105,8 @@ def route_codes(
         "auto" takes the maps where integration would take a second of a core and more, and their
         tables less, as is expected of this body and these numbers; or, for few orbits of a problem
         that is asked for often, where they are kept from before; `by_map` says which. Orbits that
-        leave the tables, and uncertain ones, are integrated in either case, and so is a sample,
-        which must agree.
+        leave the tables are integrated in either case, uncertain ones in more bits as far as that
+        gains, and a sample, which must agree, to its end.
 
     Returns
     -------

@@ -13,6 +13,7 @@ import contextlib
 import functools
 import math
 import threading
+from fractions import Fraction
 from typing import Any, NamedTuple, TypeAlias
 
 import numpy as np
@@ -25,6 +26,7 @@ from rigidpend.numbers.exact import GUARD_BITS, exact
 from rigidpend.orbits.integrate import Crossings
 from rigidpend.orbits.return_map import MapError, ReturnMap, kernel, return_map
 from rigidpend.orbits.return_map.build import FIRST, SECOND, THIRD, Costly, Design, expected_cost
+from rigidpend.orbits.return_map.poincare import section_point
 from rigidpend.orbits.return_map.precision import precision
 from rigidpend.orbits.return_map.program import Program
 from rigidpend.orbits.return_map.storage import build_apart, is_kept
@@ -212,6 +214,25 @@ class Maps:
         given = *self._begin(bits, design, columns), self.problem.n_symbols + 1, self.run.jobs
         found = kernel.follow(self._program(bits, design), *given)
         return found._replace(time=found.time * float(exact(design.unit)))
+
+    def onward(
+        self, which: int, columns: Any, states: Any, time: Any, count: int, *, rising: bool
+    ) -> tuple[Any, Crossings]:
+        """By the first map or the second (0, 1) from crossings to so many further ones, in t'.
+
+        Where some columns cross M3 = 0, upward or downward, are states (6, N) in units of M of one,
+        at times t'. The separatrix of each, and what follows.
+        """
+        bits, design = self.pair[which], (FIRST, SECOND)[which]
+        a, unit, made = precision(bits), Fraction(design.unit), self.made(bits, design)
+        given = np.stack([a.array(x) for x in (*(states[:3] * unit), *states[3:])])
+        d, chi, image = section_point(rising, given, made.coefficients, precision(made.bits))
+        *_, e = self._begin(bits, design, columns)
+        x = d * (1 / made.charts[rising].forward.width)
+        at = kernel.UnderWay(rising, x, chi, image, a.array(time / float(unit)))
+        found = kernel.go_on(self._program(bits, design), at, e, count, self.run.jobs)
+        beside = (3 - image if rising else 2 + image).astype(np.uint8)
+        return beside, found._replace(time=found.time * float(unit))
 
     def made(self, bits: int, design: Design) -> ReturnMap:
         """The map of a design over the energies of all phases."""

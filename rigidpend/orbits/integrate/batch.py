@@ -27,7 +27,7 @@ from rigidpend.orbits.integrate import (
     no_crossings,
     silent_outcome,
 )
-from rigidpend.orbits.integrate.arithmetic import PAIRS, rung
+from rigidpend.orbits.integrate.arithmetic import bits_of_numbers, rung
 from rigidpend.orbits.integrate.kernel import following, taylor_step
 from rigidpend.orbits.integrate.kernel.lane_numbers import exactly, in_parts
 from rigidpend.orbits.integrate.kernel.machine_code import LANES, lanes_for
@@ -50,10 +50,6 @@ Beside nearly symmetric bodies a passage takes some hundred thousand: in calls o
 took four times as long."""
 LANE = np.dtype([("orbit", int), ("count", int), ("silence", int), ("last", float)])
 """A column: the number of its orbit, its crossings, steps since the last, and t' of that."""
-TRIPLES = 160
-"""Bits up to which crossings are found in sums of three doubles: those keep 161 with their signs.
-
-Errors are some roundings, as those of pairs are at 106 bits. It takes 0.65 of the time of four."""
 CONVERGED = 1e-9
 """Size of Newton's last correction, in steps, above which the zeros are isolated instead."""
 
@@ -65,11 +61,6 @@ def crossings(orbits: Orbits, bits: int, tolerance: float) -> Crossings:
     `tolerance` is that of the Taylor series in 53 bits; every bit more halves it.
     """
     return Batch(orbits, bits, tolerance * 2.0 ** (53 - bits)).run()
-
-
-def bits_of_numbers(bits: int) -> int:
-    """The bits of the kernel's numbers in which crossings are found, by those asked for."""
-    return 3 * PAIRS // 2 if PAIRS < bits <= TRIPLES else rung(bits)
 
 
 def worth_a_thread(bits: int) -> int:

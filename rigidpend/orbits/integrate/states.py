@@ -22,6 +22,7 @@ from rigidpend.orbits.integrate import Orbits, Outcome, crossings, in_unit
 from rigidpend.orbits.integrate.arithmetic import (
     FINEST_TOLERANCE,
     PAIRS,
+    bits_of_numbers,
     check_engine,
     in_kernel,
     rung,
@@ -130,7 +131,7 @@ def _exact(
     """The same of Fractions, by the kernel or in integers."""
     states, times = task
     if in_kernel(engine, bits):
-        kind = rung(bits)
+        kind = _kind(bits)
         unit, field, states = in_unit(field, states, kind)
         state, grid = (in_parts(x, kind) for x in (states, times * unit))
         found = exactly(_sampled(field, state, grid, bits, tolerance))
@@ -158,6 +159,11 @@ def _in_integers(
     raise AssertionError
 
 
+def _kind(bits: int) -> int:
+    """The bits of the kernel's numbers; beyond pairs they have some to spare."""
+    return bits_of_numbers(bits + SPARE_BITS) if bits > PAIRS else rung(bits)
+
+
 def _sampled(
     field: Field | AlignedCoefficients,
     states: Array,
@@ -169,7 +175,7 @@ def _sampled(
 
     Times are (parts, k, n), or (parts, k, 1) for all orbits.
     """
-    (parts, size, n), kind = states.shape, rung(bits)
+    (parts, size, n), kind = states.shape, _kind(bits)
     if tolerance is None:
         tolerance = FINEST_TOLERANCE["taylor"] * 2.0 ** (53 - min(kind, bits + SPARE_BITS))
     lanes = lanes_for(n)
@@ -242,8 +248,7 @@ def first_crossings(
     cross within the limit, or that is not decided.
     """
     exact = states.dtype == object
-    # The whole of the kernel's numbers, if it computes.
-    whole = rung(max(bits, PAIRS)) if in_kernel(engine, bits) else max(bits, 54)
+    whole = _whole(engine, bits) if exact else 53
     floats = AlignedCoefficients(*map(float, coefficients))
     finest = max(tolerance, FINEST_TOLERANCE[FIRST])
     orbits = Orbits(floats, states.astype(float), 1, limit)
@@ -254,15 +259,40 @@ def first_crossings(
         seen = crossings(orbits, engine=engine, bits=whole, tolerance=tolerance, jobs=jobs)
     if (seen.outcome != Outcome.COMPLETE).any():
         return None
-    late: Any = seen.time[0]
-    local = tolerance * 2.0 ** (53 - whole if exact else 0)
-    times = np.zeros(len(late), dtype=states.dtype)
+    given = coefficients, states, seen.time[0], whole, tolerance
+    return at_crossings(*given, 2.0 ** (2 - bits), engine=engine, jobs=jobs)
+
+
+def at_crossings(
+    coefficients: AlignedCoefficients,
+    states: Any,
+    times: Any,
+    bits: int,
+    tolerance: float,
+    late: float,
+    *,
+    engine: str,
+    jobs: int,
+) -> tuple[Any, Any]:
+    """Carry orbits to crossings of M3 = 0 of which doubles (n,) tell the times, by Newton's method.
+
+    Until they are no more than `late` too late, t', or that gains nothing. All else is as in
+    :func:`first_crossings`.
+    """
+    floats = AlignedCoefficients(*map(float, coefficients))
+    found, steps = np.zeros(len(times), dtype=states.dtype), times
     for _ in range(2 + bits // GAINED):
-        steps = np.array([Fraction(t) for t in late]) if exact else late
-        given = coefficients, states, steps[None], whole if exact else 53, jobs
+        exact = np.array([Fraction(t) for t in steps]) if states.dtype == object else steps
+        given = coefficients, states, exact[None], bits, jobs
+        local = tolerance * 2.0 ** (53 - bits)
         states = states_at(*given, engine=engine, tolerance=local)[:, 0]
-        times = times + steps
-        late = (-states[2] / aligned(states, coefficients)[2]).astype(float)
-        if np.abs(late).max() < 2.0 ** (2 - bits):
+        found = found + exact
+        steps = -states[2].astype(float) / aligned(states.astype(float), floats)[2]
+        if np.abs(steps).max() < late:
             break
-    return times, states
+    return found, states
+
+
+def _whole(engine: str, bits: int) -> int:
+    """The whole of the kernel's numbers, if it computes."""
+    return rung(max(bits, PAIRS)) if in_kernel(engine, bits) else max(bits, 54)

@@ -13,7 +13,7 @@ from __future__ import annotations
 
 import functools
 import itertools
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -43,6 +43,20 @@ HEAD = (
 )
 
 
+class UnderWay(NamedTuple):
+    """Orbits at a crossing of M3 = 0, described as if on separatrix 2 (rising) or 3."""
+
+    rising: bool
+    x: Any
+    """(N,) d over the width of the table that comes next, -1 to 1."""
+    chi: Any
+    """(N,) radians."""
+    image: Any
+    """(N,) doubles: 1 on these separatrices, -1 beside their images, 4 and 1."""
+    time: Any
+    """(N,) since the start, in the map's unit."""
+
+
 def follow(
     program: Program, Qp: Scalar, phase: Scalar, e: Scalar, crossings: int, jobs: int = 1
 ) -> Crossings:
@@ -65,14 +79,29 @@ def follow(
         Threads, which share the orbits. Python's own lines are left to one: threads that take
         turns with the interpreter wait longer than they compute.
     """
-    orbits = np.stack((program.starts.place(Qp), phase, e, Qp))
-    n = orbits.shape[-1]
+    begin = np.stack((program.starts.place(Qp), phase, e, Qp, 0 * Qp))
+    return _carried(program, begin, np.ones(len(phase)), 0, crossings, jobs)
+
+
+def go_on(program: Program, at: UnderWay, e: Scalar, crossings: int, jobs: int = 1) -> Crossings:
+    """Follow orbits from a crossing of M3 = 0 to so many further ones: see :func:`follow`."""
+    side = 1 if at.rising else -1
+    begin = np.stack((at.x, side * at.chi, e, 0 * at.x + 1, at.time))
+    return _carried(program, begin, at.image, 1 if at.rising else 2, crossings, jobs)
+
+
+def _carried(
+    program: Program, begin: Any, image: Any, number: int, crossings: int, jobs: int
+) -> Crossings:
+    """Carry orbits on from their rows up to the time; `number` tells which leg is their next."""
+    n = begin.shape[-1]
     groups = -(-n // LANES)
     stride = groups * LANES
     parts = len(program.values)
     rows = np.zeros((parts, len(ROWS), stride))
-    rows[:, : len(orbits), :n] = in_doubles(orbits, parts)
+    rows[:, : len(begin), :n] = in_doubles(begin, parts)
     rows[0, [IMAGE, INSIDE]] = 1.0
+    rows[0, IMAGE, :n] = image
     times = np.empty((crossings, stride))
     beside = np.empty((crossings, stride), dtype=np.uint8)
     most = len(program.lengths) * FUNCTIONS + program.energies + 2 * max(1, program.most)
@@ -87,7 +116,7 @@ def follow(
             here, groups = group * LANES, min(abreast, some.stop - group)
             for k in range(0, crossings, further):
                 check_stop()
-                counts = stride, groups, k, min(further, crossings - k)
+                counts = stride, groups, number + k, min(further, crossings - k)
                 passages(rows[:, :, here:], *counts, aligned, times[k:, here:], beside[k:, here:])
 
     worth = groups * crossings * LANES // WORTHWHILE[program.bits]

@@ -47,6 +47,19 @@ def state_of(
     return np.stack(np.broadcast_arrays(*components, 0 * Q, *gamma))
 
 
+def section_point(rising: bool, state: Numbers, c: Coefficients, a: Precision) -> tuple[Any, ...]:
+    """d and chi of states (6, N) on the section, and 1 beside separatrix 2 or 3, -1 beside 4 or 1.
+
+    The vertical may be of any length.
+    """
+    Qp, Qm, _, gamma1, gamma2, gamma3 = state
+    large, small = (Qp, Qm) if rising else (Qm, Qp)
+    side = np.where(a.floats(large) > 0, 1.0, -1.0)
+    M1, M2 = side * (Qp + Qm) * c.to_M1, side * (Qp - Qm) * c.to_M2
+    J2 = a.sqrt(M1 * M1 + M2 * M2)
+    return side * small, a.atan2(-side * gamma3, (gamma2 * M1 - gamma1 * M2) / J2), side
+
+
 def _large(rising: bool, d: Scalar, cos: Any, h: Scalar, c: Coefficients, a: Precision) -> Any:
     """The large component of points of the section, from the energy by Newton's method."""
     if a.bits == 53:

@@ -20,6 +20,7 @@ from rigidpend.orbits.integrate import (
     no_crossings,
     on_one_thread,
 )
+from rigidpend.orbits.integrate.arithmetic import bits_of_numbers
 from rigidpend.orbits.integrate.kernel import following, taylor_step
 from rigidpend.orbits.integrate.kernel.machine_code import LANES
 from rigidpend.orbits.integrate.passages import touch
@@ -182,7 +183,7 @@ def test_an_orbit_is_given_up_by_its_steps_since_the_last_crossing(
 
 def test_numbers_of_the_kernel_have_the_bits_that_are_asked_for() -> None:
     """Three doubles have 159 bits, and their signs two more; the next ones have no fewer."""
-    found = {bits: batch.bits_of_numbers(bits) for bits in (53, 54, 106, 107, 160, 161, 212, 213)}
+    found = {bits: bits_of_numbers(bits) for bits in (53, 54, 106, 107, 160, 161, 212, 213)}
     assert list(found.values()) == [53, 106, 106, 159, 159, 212, 212, 424]
     for table in (batch.TOGETHER, batch.STEPS):
         assert set(table) == set(found.values())

@@ -67,21 +67,25 @@ class Full(NamedTuple):
     time: Any
     separatrix: Any
     inside: Any
+    points: Any
+    """Where they cross."""
 
 
 def in_full(made: ReturnMap, phase: Any, e: Any, crossings: int = CROSSINGS) -> Full:
     a, level = precision(made.bits), made.at(energy(made, e))
     begin = level.enter(a.number(QP), a.array(phase))
     point, time, inside, image = begin.point, begin.time, begin.inside, np.zeros(N, dtype=bool)
-    found = []
+    found, points = [], []
     for k in range(crossings):
         # Upward beside 2 or its image 4, downward beside 3 or its image 1.
         beside = np.where(image, 1, 3) if k % 2 else np.where(image, 4, 2)
         found.append((time, beside, inside))
+        points.append(point)
         passed = level.passage(point)
         time, inside = time + passed.time, inside & passed.inside
         point, image = passed.point, image ^ passed.mirrored
-    return Full(*(np.stack(x) for x in zip(*found, strict=True)))
+    time, beside, inside = (np.stack(x) for x in zip(*found, strict=True))
+    return Full(time, beside, inside, points)
 
 
 @pytest.fixture(scope="module")
@@ -100,6 +104,29 @@ def test_agrees_the_kernel_with_the_map_in_full(
     late = np.abs(found.time - full.time).astype(float)
     # Doubles store times of 10 with roundings of 2e-15; each passage makes errors grow tenfold.
     assert late[0].max() < 3e-14
+    assert np.quantile(late[-1], 0.9) < (1e-9 if bits == 53 else 1e-13)
+
+
+@pytest.mark.parametrize("bits", BITS)
+@pytest.mark.parametrize("k", [0, 1, 2])
+def test_orbits_go_on_from_a_crossing_as_those_that_come_there(
+    made: ReturnMap, bits: int, k: int
+) -> None:
+    """Where they cross the map in full tells."""
+    (phase, e), a = drawn(), precision(bits)
+    begun = in_full(made, phase, e, k + 1)
+    last = begun.points[-1]
+    x = last.d * (1 / made.charts[last.rising].forward.width)
+    image = np.where(np.isin(begun.separatrix[-1], (2, 3)), 1.0, -1.0)
+    time = a.array(begun.time[-1])
+    at = kernel.UnderWay(last.rising, a.array(x), a.array(last.chi), image, time)
+    program = made.program(bits, *map(precision(made.bits).number, POINT))
+    further = kernel.go_on(program, at, a.array(e), CROSSINGS - k - 1)
+    whole = followed(made, bits, phase, e)
+    np.testing.assert_array_equal(further.separatrix, whole.separatrix[k + 1 :])
+    late = np.abs(further.time - whole.time[k + 1 :])
+    # What they come with has grown since the start, in doubles.
+    assert np.quantile(late[0], 0.9) < (1e-11 if bits == 53 else 1e-13)
     assert np.quantile(late[-1], 0.9) < (1e-9 if bits == 53 else 1e-13)
 
 

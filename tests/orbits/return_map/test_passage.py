@@ -15,7 +15,7 @@ from rigidpend.numbers.checked import ParameterError
 from rigidpend.orbits.integrate.states import states_at
 from rigidpend.orbits.return_map import ReturnMap, SectionPoint, return_map
 from rigidpend.orbits.return_map.build import FIRST
-from rigidpend.orbits.return_map.poincare import section_state
+from rigidpend.orbits.return_map.poincare import section_point, section_state
 from rigidpend.orbits.return_map.precision import precision
 from rigidpend.orbits.return_map.reduced import coefficients, theta3_rate
 from tests.orbits.integrate.problems import GENERIC
@@ -187,3 +187,20 @@ def test_points_of_the_section_are_those_of_any_unit(rising: bool, unit: str) ->
     told = section_state(rising, d * of, chi, H * of**2, scaled, DOUBLES)
     expected = section_state(rising, d, chi, H, c, DOUBLES)
     np.testing.assert_allclose(told[:2] / of, expected[:2], rtol=4e-16)
+
+
+@pytest.mark.parametrize("bits", [53, 90])
+@pytest.mark.parametrize("rising", [True, False])
+def test_section_points_are_those_of_the_states_whatever_their_image_and_vertical(
+    bits: int, rising: bool
+) -> None:
+    random, a = np.random.default_rng(4), precision(bits)
+    d, chi = (a.array(x) for x in (random.uniform(-0.1, 0.1, N), random.uniform(-3, 3, N)))
+    side = np.where(np.arange(N) % 2, -1.0, 1.0)
+    c = coefficients(GENERIC.angles(128), "1.37", a)
+    Qp, Qm, M3, *gamma = section_state(rising, d, chi, a.number(1.4), c, a)
+    image = side * Qp, side * Qm, M3, *(3.0 * x for x in (*gamma[:2], side * gamma[2]))
+    found, phase, beside = section_point(rising, np.stack(image), c, a)
+    np.testing.assert_array_equal(beside, side)
+    np.testing.assert_array_equal(a.floats(found - d), 0)
+    assert a.largest(phase - chi) < 8 * a.epsilon

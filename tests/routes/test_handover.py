@@ -1,0 +1,301 @@
+"""Orbits that maps leave open, handed over from an integration to a map."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from types import SimpleNamespace
+from typing import Any
+
+import numpy as np
+import pytest
+
+from rigidpend.mechanics.equations import aligned
+from rigidpend.orbits.integrate import Crossings, Outcome
+from rigidpend.orbits.integrate.arithmetic import resolve
+from rigidpend.orbits.integrate.states import at_crossings
+from rigidpend.orbits.records import columns as columns_of
+from rigidpend.orbits.return_map.build import SLACK
+from rigidpend.routes import certainty, choice, handover
+from rigidpend.routes.certainty import Decided
+from rigidpend.routes.cycle import symbols
+from rigidpend.routes.handover import LATEST, SETTLED, handed_over
+from rigidpend.routes.mapped import Maps
+from rigidpend.routes.phases import Phases
+from rigidpend.routes.run import Run
+from tests.bodies import problem
+
+PROBLEM = problem(n_symbols=40)
+PHASES = np.linspace(0.01, 6.27, 60)
+
+
+def run(precisions: tuple[int, ...] = (53, 106, 160)) -> Run:
+    return Run(PROBLEM, Phases(PHASES), resolve(precisions=precisions))
+
+
+@pytest.fixture(scope="module")
+def maps() -> Maps:
+    """Of 64 and 75 bits, which leave some of the orbits open."""
+    return Maps(run())
+
+
+@pytest.fixture(scope="module")
+def known(maps: Maps) -> Decided:
+    compute, _ = choice.with_maps(maps, maps.run.crossings, ())
+    within = tuple(x for x in maps.ladder if x <= maps.most_bits)
+    return certainty.decide(compute, len(PHASES), maps.run.rate, within, most=maps.most)
+
+
+@pytest.fixture(scope="module")
+def open_(known: Decided) -> Any:
+    found = np.flatnonzero(~known.certain.all(axis=0))
+    assert found.size > 8
+    return found
+
+
+@pytest.fixture(scope="module")
+def whole(maps: Maps, open_: Any) -> Crossings:
+    """What more bits find without a map."""
+    return maps.run.crossings(212, certainty.SECOND, open_)
+
+
+LADDER = 88, 106, 117, 128, 160, 500
+
+
+def taken_over(maps: Maps, bits: int, columns: Any, known: Decided) -> Any:
+    more = bits - maps.pair[LADDER.index(bits) % 2]
+    return handover.handover(maps, more, columns, known)
+
+
+def copied(known: Decided) -> Decided:
+    return columns_of(known, np.arange(len(PHASES)))
+
+
+def nobody(*_: Any) -> Crossings:
+    raise AssertionError("an orbit is integrated to its end")
+
+
+@pytest.mark.parametrize("bits", [88, 106])
+def test_an_orbit_that_is_handed_over_errs_as_one_of_these_bits_that_is_integrated(
+    maps: Maps, known: Decided, open_: Any, whole: Crossings, bits: int
+) -> None:
+    at = taken_over(maps, bits, open_, known)
+    some = at > 0
+    assert some.sum() >= 2
+    found = handed_over(maps, nobody, known, LADDER)(bits, certainty.FIRST, open_[some])
+    by_integration = maps.run.crossings(bits, certainty.FIRST, open_[some])
+    own = by_integration.time - columns_of(whole, some).time
+    assert (found.outcome == Outcome.COMPLETE).all()
+    assert (found.separatrix == by_integration.separatrix).all()
+    # A map's errors are seen to be 2^-13 of it at most in the mean: that of one orbit may be more,
+    # but no part of it that counts. Doubles store times of 500.
+    behind = np.arange(len(own))[:, None] >= at[some]
+    gap = np.abs(found.time - by_integration.time)[behind]
+    assert (gap <= 0.02 * np.abs(own)[behind] + 1e-12).all()
+    # What is known before errs by ten times as much and more.
+    before = columns_of(known.crossings, open_[some]).time - columns_of(whole, some).time
+    assert np.median(np.abs(before[-1] / own[-1])) > 10
+
+
+def told(error: Any, certain: Any) -> tuple[Any, Decided]:
+    """Maps whose doubles differ by so much from what is known, and what is known."""
+    crossings = Crossings(
+        np.zeros_like(error), np.zeros(error.shape, np.uint8), np.zeros(1, np.uint8)
+    )
+    doubles = crossings._replace(time=error)
+    own = SimpleNamespace(rate=0.5)
+    maps = SimpleNamespace(run=own, crossings=lambda *_: doubles)
+    return maps, Decided(crossings, certain, np.array([75]))
+
+
+@pytest.mark.parametrize(
+    ("at", "factor", "certain", "expected"),
+    [
+        (4, 1.001, 19, 4),
+        (4, 0.999, 19, 5),
+        (4, np.nan, 19, 4),
+        # The first crossing is the beginning.
+        (0, 2.0, 19, 1),
+        # What is not established is nothing to go on from.
+        (4, 2.0, 4, 4),
+        (4, 2.0, 3, 0),
+        (14, 2.0, 19, 14),
+        (15, 2.0, 19, 0),
+        (19, 0.5, 19, 0),
+    ],
+)
+def test_a_map_takes_over_where_an_error_has_grown_by_what_more_bits_gain(
+    at: int, factor: float, certain: int, expected: int
+) -> None:
+    """By 2^13 bits more, for as much a map in doubles may err at first."""
+    limit = 2.0**13 * 2.0**31 * 2.0**-53
+    assert SLACK == 2**13
+    error = np.full((20, 1), limit / 0.5 * 0.5)
+    error[at], error[at + 1 :] = limit / 0.5 * factor, limit / 0.5 * 8
+    established = (np.arange(19) < certain)[:, None]
+    assert LATEST * 20 == 14
+    maps, known = told(error, established)
+    assert handover.handover(maps, 31, np.zeros(1, dtype=int), known).tolist() == [expected]
+
+
+Spoil: Any = Callable[[Crossings, Any], None]
+
+
+def mirrored(known: Crossings, at: Any) -> None:
+    known.separatrix[at] = (known.separatrix[at] + 1) % 4 + 1
+
+
+def displaced(by: float) -> Any:
+    def spoil(known: Crossings, at: Any) -> None:
+        known.time[at] += by
+
+    return spoil
+
+
+def before(known: Crossings, at: Any) -> None:
+    """The time of the crossing before it."""
+    row, column = at
+    known.time[at] = known.time[row - 1, column]
+
+
+RATE = run().rate
+
+
+@pytest.mark.parametrize(
+    ("spoil", "whole"),
+    [
+        (displaced(0.999 * certainty.CLOSE / RATE), False),
+        (displaced(1.001 * certainty.CLOSE / RATE), True),
+        (mirrored, True),
+        (before, True),
+    ],
+    ids=["nearly in time", "late", "mirrored", "another crossing"],
+)
+def test_an_orbit_that_is_not_where_it_is_known_to_cross_is_integrated_to_its_end(
+    maps: Maps, known: Decided, open_: Any, spoil: Any, whole: bool
+) -> None:
+    at = taken_over(maps, 88, open_, known)
+    k = int(np.argmax(at > 0))
+    wrong, asked = copied(known), []
+    spoil(wrong.crossings, (at[k], open_[k]))
+
+    def integrated(bits: int, scales: Any, columns: Any) -> Crossings:
+        asked.append((bits, scales, columns.tolist()))
+        return columns_of(known.crossings, columns)
+
+    # Where it is handed over is not what is on trial.
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(handover, "handover", lambda *_: at[k : k + 1])
+        handed_over(maps, integrated, wrong, LADDER)(88, certainty.FIRST, open_[k : k + 1])
+    assert asked == ([(88, certainty.FIRST, [open_[k]])] if whole else [])
+
+
+@pytest.mark.parametrize(("share", "whole"), [(0.99, False), (1.01, True)])
+def test_an_orbit_that_newtons_method_leaves_beside_the_section_is_integrated_to_its_end(
+    maps: Maps,
+    known: Decided,
+    open_: Any,
+    monkeypatch: pytest.MonkeyPatch,
+    share: float,
+    whole: bool,
+) -> None:
+    """A bit of 88 is 2^-88: M3 may be as much as it changes in 2^8 of them."""
+    exactly, asked = at_crossings, []
+
+    def beside(coefficients: Any, *given: Any, **more: Any) -> Any:
+        time, states = exactly(coefficients, *given, **more)
+        rate = aligned(states, coefficients)[2]
+        return time, np.array([*states[:2], rate * float(share * 2.0 ** (8 - 88)), *states[3:]])
+
+    def integrated(_: int, __: Any, columns: Any) -> Crossings:
+        asked.extend(columns)
+        return columns_of(known.crossings, columns)
+
+    assert SETTLED == 8
+    monkeypatch.setattr(handover, "at_crossings", beside)
+    at = taken_over(maps, 88, open_, known)
+    handed_over(maps, integrated, known, LADDER)(88, certainty.FIRST, open_[at > 0])
+    assert bool(asked) == whole
+
+
+def test_an_orbit_that_leaves_the_tables_is_integrated_to_its_end(
+    maps: Maps, known: Decided, open_: Any, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    onward, asked = Maps.onward, []
+
+    def left(self: Maps, *given: Any, **more: Any) -> Any:
+        beside, further = onward(self, *given, **more)
+        further.separatrix[3:] = 0
+        return beside, further
+
+    def integrated(_: int, __: Any, columns: Any) -> Crossings:
+        asked.extend(columns)
+        return columns_of(known.crossings, columns)
+
+    monkeypatch.setattr(Maps, "onward", left)
+    at = taken_over(maps, 88, open_, known)
+    handed_over(maps, integrated, known, LADDER)(88, certainty.FIRST, open_[at > 0])
+    assert sorted(asked) == open_[at > 0].tolist()
+
+
+@pytest.mark.parametrize("bits", [88, 500])
+def test_what_confirms_is_integrated_and_so_is_what_the_kernel_has_no_numbers_for(
+    maps: Maps, known: Decided, open_: Any, bits: int
+) -> None:
+    asked = []
+
+    def integrated(_: int, scales: Any, columns: Any) -> Crossings:
+        asked.append(scales)
+        return columns_of(known.crossings, columns)
+
+    scales = certainty.SECOND if bits == 88 else certainty.FIRST
+    handed_over(maps, integrated, known, LADDER)(bits, scales, open_)
+    assert asked == [scales]
+
+
+def test_symbols_of_orbits_that_are_handed_over_are_those_of_integrations(
+    maps: Maps, open_: Any, whole: Crossings
+) -> None:
+    """Only in the last precision is an orbit followed more than once."""
+    asked, own = [], Run.crossings
+
+    def counted(self: Run, bits: int, scales: Any, columns: Any) -> Crossings:
+        asked.append((bits, scales))
+        return own(self, bits, scales, columns)
+
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(Run, "crossings", counted)
+        found = choice.decided_by(maps, sampled=False)
+    assert found.decided.certain.all()
+    assert not found.by_map[open_].any()
+    assert (
+        symbols(found.decided.crossings.separatrix[:, open_]) == symbols(whole.separatrix)
+    ).all()
+    assert all(scales == certainty.FIRST for bits, scales in asked if bits < 160)
+
+
+@pytest.mark.parametrize("which", [0, 1])
+def test_a_map_that_is_wrong_on_late_passages_confirms_nothing_by_itself(
+    maps: Maps, whole: Crossings, open_: Any, monkeypatch: pytest.MonkeyPatch, which: int
+) -> None:
+    """It says so of all that it follows, from the start and from where it takes over."""
+    late, crossings, onward = 1.0 / RATE, Maps.crossings, Maps.onward
+
+    def from_start(self: Maps, bits: int, scales: Any, columns: Any) -> Crossings:
+        found = crossings(self, bits, scales, columns)
+        if bits == self.pair[which]:
+            found.time[-1] += late
+        return found
+
+    def from_there(self: Maps, of: int, *given: Any, **more: Any) -> Any:
+        beside, found = onward(self, of, *given, **more)
+        if of == which:
+            found.time[:] += late
+        return beside, found
+
+    monkeypatch.setattr(Maps, "crossings", from_start)
+    monkeypatch.setattr(Maps, "onward", from_there)
+    found = choice.decided_by(maps, sampled=False).decided
+    gap = RATE * np.abs(found.crossings.time[-1, open_] - whole.time[-1])
+    certain = found.certain[-1, open_]
+    assert certain.any()
+    assert (gap[certain] < 2 * certainty.LINEAR).all()
