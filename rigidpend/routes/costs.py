@@ -72,11 +72,11 @@ SPREAD = 10.0
 
 With 14 bodies drawn by lot, where errors grow by 2^20 to 2^80 in the mean, 2 to 97 % of 256 orbits
 stayed open in doubles; this has each within a factor of 1.7."""
-HANDED_OVER = 0.3
+HANDED_OVER = 0.35
 """Share of the time of an integration in pairs that orbits take which are handed over to a map.
 
 Of eight bodies drawn by lot, whose passages take 20 to 53 rotations and of whose orbits maps left
-0.2 to 7 % open, it was 0.18 to 0.43, those in more bits than pairs have among them."""
+0.2 to 7 % open, it was 0.27 to 0.48, those in more bits than pairs have among them."""
 STAKE = 2
 """Time that tables may take over that which they are expected to save.
 
