@@ -22,6 +22,7 @@ from rigidpend.orbits.integrate import Orbits, Outcome, crossings, in_unit
 from rigidpend.orbits.integrate.arithmetic import (
     FINEST_TOLERANCE,
     PAIRS,
+    TRIPLES,
     bits_of_numbers,
     check_engine,
     in_kernel,
@@ -160,8 +161,8 @@ def _in_integers(
 
 
 def _kind(bits: int) -> int:
-    """The bits of the kernel's numbers; beyond pairs they have some to spare."""
-    return bits_of_numbers(bits + SPARE_BITS) if bits > PAIRS else rung(bits)
+    """The bits of the kernel's numbers; sums of three have some to spare."""
+    return bits_of_numbers(bits + SPARE_BITS) if PAIRS < bits <= TRIPLES else rung(bits)
 
 
 def _sampled(

@@ -29,15 +29,7 @@ from rigidpend.orbits.return_map.charts import (
 from rigidpend.orbits.return_map.checks import Errors, held_out, tails
 from rigidpend.orbits.return_map.expansions import Interval
 from rigidpend.orbits.return_map.normal_form import MapError, NormalForm, normal_form
-from rigidpend.orbits.return_map.orders import (
-    Layer,
-    Orders,
-    Rough,
-    Shrinking,
-    first_look,
-    orders,
-    second_look,
-)
+from rigidpend.orbits.return_map.orders import Layer, Orders, Rough, Shrinking, looks, orders
 from rigidpend.orbits.return_map.passage import EnergyLevel
 from rigidpend.orbits.return_map.precision import MOST_IN_PAIRS, Precision, in_pairs, precision
 from rigidpend.orbits.return_map.program import Entry, Program, entry, program
@@ -235,8 +227,7 @@ def _looked(body: Body, low: float, high: float) -> tuple[Rough, Layer, Shrinkin
     try:
         rough = _rough(body, exact((low + high) / 2), FIRST)
         _floquet_exponent(body, low, high)
-        layer = first_look(rough)
-        return rough, layer, second_look(rough, layer)
+        return rough, *looks(rough)
     except MapError as refused:
         return refused
 

@@ -2,7 +2,8 @@
 
 A first look at the charts, in doubles and of low order, measures how far the orbits' layer
 reaches; a second one, at one energy, how fast the terms of the normal form and of the charts
-shrink over this layer. Whether they are small enough is measured on the finished tables.
+shrink over this layer. Where they do not, tables reach less far, and some orbits leave them.
+Whether they are small enough is measured on the finished tables.
 """
 
 from __future__ import annotations
@@ -42,6 +43,11 @@ def layer_width(nu: float) -> float:
 
 LEAST_REACH, MOST_REACH = 1.0, 5.5
 """Least and largest reach of the tables in |I|, in units of the splitting."""
+SHORTER, SHORTEST = 0.8, 2.2
+"""Factor by which the reach is shortened where series do not shrink so far, and the least of it.
+
+Of 20,000 orbits of a body drawn by lot 1.8 % leave tables of a reach of 4 on 15 passages, and 2 %
+those of 3; of another one 31 % leave tables of a reach of 2.2, and 79 % those of 1.6."""
 THINNEST = 2.0**-40
 """Width of a layer, in these units, in which tables in pairs of doubles keep too few digits."""
 MARGIN = 1.15
@@ -201,17 +207,25 @@ class Rough(NamedTuple):
         return 0.03 + (2 * charts * arc + 2 * inverses * back + series) * 1e-6
 
 
-def first_look(body: Rough) -> Layer:
-    """Estimate the layer's width: some times the splitting, from charts of low order.
+def looks(body: Rough) -> tuple[Layer, Shrinking]:
+    """Two looks at a body: the layer of its orbits, or so much of it as series reach, and these.
 
-    Raises
-    ------
-    MapError
-        There is no splitting (mu = 0), or it is too wide.
+    Raises MapError where there is no map; its reason is that of the whole layer.
     """
-    (c, h), k, a = body, body.c.aligned, precision(53)
-    guess = max(abs(k.force_p), abs(k.force_m)) * math.pi / 2 / body.rate
-    if guess == 0:
+    reach, refused = whole_reach(body), None
+    while refused is None or reach >= SHORTEST:
+        try:
+            layer = first_look(body, reach)
+            return layer, second_look(body, layer)
+        except MapError as reason:
+            refused, reach = refused or reason, reach * SHORTER
+    raise refused
+
+
+def whole_reach(body: Rough) -> float:
+    """The reach of tables that hold all orbits; MapError where nothing is split, or too little."""
+    k = body.c.aligned
+    if not k.force_p and not k.force_m:
         raise MapError("without weight (mu = 0) nothing is split and no map is needed")
     wide = layer_width(math.pi * k.kappa / (2 * k.half_sigma))
     if wide < THINNEST:
@@ -220,6 +234,16 @@ def first_look(body: Rough) -> Layer:
             "the body is nearly symmetric: its surfaces are split by less than the tables resolve,"
             f" {told} of what both are displaced by"
         )
+    return min(max(wide, LEAST_REACH), MOST_REACH)
+
+
+def first_look(body: Rough, reach: float) -> Layer:
+    """Estimate a layer's width: so many times the splitting, from charts of low order.
+
+    Raises MapError where it is too wide.
+    """
+    (c, h), k, a = body, body.c.aligned, precision(53)
+    guess = max(abs(k.force_p), abs(k.force_m)) * math.pi / 2 / body.rate
     n_x, n_phase, degree = LOOK
     length = body.arc_length(guess)
     nf = normal_form(c, Interval(h, 0.0, 1), degree, body.harmonics(DOUBLES), 0.0, a)
@@ -231,7 +255,7 @@ def first_look(body: Rough) -> Layer:
         U, V = seen.value[:2]
         splittings.append(float(np.abs(U * V).max()))
         slopes.append(float(np.abs(U * seen.by_x[1] + V * seen.by_x[0]).min()))
-    invariant = min(max(wide, LEAST_REACH), MOST_REACH) * max(splittings)
+    invariant = reach * max(splittings)
     low, high = (
         MARGIN * (invariant + split) / slope
         for split, slope in zip(splittings, slopes, strict=True)

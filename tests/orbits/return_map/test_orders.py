@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from typing import Any
 
 import pytest
 
@@ -10,7 +11,14 @@ from rigidpend.numbers.exact import exact
 from rigidpend.orbits.return_map import MapError, orders
 from rigidpend.orbits.return_map.build import FIRST, WHOLE, expected_cost
 from rigidpend.orbits.return_map.checks import Errors
-from rigidpend.orbits.return_map.orders import LARGEST_RADIUS, Orders, Rough, first_look
+from rigidpend.orbits.return_map.orders import (
+    LARGEST_RADIUS,
+    Layer,
+    Orders,
+    Rough,
+    first_look,
+    whole_reach,
+)
 from rigidpend.orbits.return_map.precision import precision
 from rigidpend.orbits.return_map.reduced import coefficients
 from tests.bodies import FIG4
@@ -32,9 +40,45 @@ def test_a_layer_below_what_pairs_of_doubles_resolve_is_refused(
     monkeypatch.setattr(orders, "layer_width", lambda _: width * 2.0**-40)
     if refused:
         with pytest.raises(MapError, match=f"nearly symmetric.*{refused}"):
-            first_look(rough)
+            whole_reach(rough)
     else:
-        assert first_look(rough).invariant > 0
+        assert whole_reach(rough) > 0
+
+
+@pytest.mark.parametrize(
+    ("whole", "reached", "tried"),
+    [
+        (5.5, 5.6, [5.5]),
+        (5.5, 4.41, [5.5, 4.4]),
+        (5.5, 4.39, [5.5, 4.4, 3.52]),
+        (5.5, 2.26, [5.5, 4.4, 3.52, 2.816, 2.2528]),
+        (5.5, 2.2, None),
+        # The next would reach 2.16.
+        (2.7, 2.65, None),
+        (1.3, 1.4, [1.3]),
+        (1.3, 1.2, None),
+    ],
+)
+def test_tables_reach_as_far_as_series_shrink_and_the_reason_is_that_of_the_whole_layer(
+    rough: Rough, monkeypatch: pytest.MonkeyPatch, whole: float, reached: float, tried: Any
+) -> None:
+    one, asked = first_look(rough, 1.0).invariant, []
+
+    def second_look(_: Rough, layer: Layer) -> Any:
+        asked.append(layer.invariant / one)
+        if asked[-1] > reached:
+            raise MapError(f"not as far as {asked[-1]:.3g}")
+        return "seen"
+
+    monkeypatch.setattr(orders, "whole_reach", lambda _: whole)
+    monkeypatch.setattr(orders, "second_look", second_look)
+    if tried is None:
+        with pytest.raises(MapError, match=f"not as far as {whole}"):
+            orders.looks(rough)
+        assert asked[-1] >= 2.2 or len(asked) == 1
+    else:
+        assert orders.looks(rough)[0].invariant / one == pytest.approx(tried[-1])
+        assert asked == pytest.approx(tried)
 
 
 def test_arcs_end_short_of_the_singularity(rough: Rough) -> None:
