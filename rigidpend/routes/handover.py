@@ -99,9 +99,9 @@ def _continued(
     back = np.argsort(order)
     time, states = time[back].astype(float) * scales.time_unit, states[:, back]
     M3, rate = (x.astype(float) for x in (states[2], aligned(states, begin.coefficients)[2]))
-    # The first crossing is upward.
+    # The first crossing is upward. Taken for the other kind one lies far outside of the tables.
     rising = at % 2 == 0
-    right = (np.abs(M3) <= 2.0 ** (SETTLED - bits) * np.abs(rate)) & ((rate > 0) == rising)
+    right = np.abs(M3) <= 2.0 ** (SETTLED - bits) * np.abs(rate)
     right &= run.rate * np.abs(time - expected) <= certainty.CLOSE
     known.time[at, every] = time
     for up in (True, False):
