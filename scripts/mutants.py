@@ -46,7 +46,7 @@ COPIED = ("rigidpend", "tests", "scripts", "docs", "configs", "results")
 """What a copy of the project has of its own; the rest it shares."""
 LIBRARIES = ("h5py", "hypothesis", "numpy", "pydantic", "scipy.integrate", "scipy.sparse.linalg")
 """What processes of tests find imported, for it takes longer than most tests."""
-OF_PEERS = ("cyrk_compiled", "diffrax_vmapped")
+OF_PEERS = ("cyrk_compiled",)
 """Methods of libraries that the tests do without."""
 PICTURE = "tests/experiments/test_drawings.py::test_a_figure_is_that_of_the_gallery"
 """The test of what is drawn, with a case for each experiment."""

@@ -18,7 +18,6 @@ PLANE = (
 REFUSED = {
     "bench": {
         "problem.methods=[scipy_dop854]": "problem.methods: no such method: 'scipy_dop854'",
-        "problem.problems=[code]": "problem.problems: no such problem: 'code'",
         "search.tolerances=[1e-9, 1e-3]": "search.tolerances: expected tolerances that",
         "search.tolerances=[1e-9, 0]": "search.tolerances: expected tolerances that",
         "search.tolerances=[1]": "search.tolerances: a tolerance is at most 0.1",
