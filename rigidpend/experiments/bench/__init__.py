@@ -3,7 +3,7 @@
 methods    methods as data: what is tried for each, and which setting is chosen
 problems   orbits of Fig. 4 and of bodies drawn by lot; their truth, and what an answer errs by
 solvers    a method made ready for a task; the equations as methods integrate them
-ours, peers, cyrk_compiled
+peers, cyrk_compiled
            the adapters: ``answered(task, tolerance, threads, **setting)``
 measure    what a worker measures: search, meeting, symbols counted and orbits timed
 compute, report, draw
@@ -19,11 +19,9 @@ make it twice as fast. Our own 64, 106 and 113 bits, 145, 13 and 3,600 times our
 Lie-Poisson splittings of order 2 to 8, 289 and 831 times ours, at larger errors.
 
 Looked at and left out: numbalsoda, extensisq, pyodesys, pycvodes, sundials4py, scikits.odes and
-Assimulo have no wheel for Linux and Python 3.11 (CyRK serves numbalsoda's DOP853); JiTCODE compiles
-with the system's C compiler and has no events; torchdiffeq and torchode bring PyTorch, which weighs
-more than all others together, for the methods that diffrax has; numbakit-ode has had no release
-since 2022 and offers DOP853, as CyRK does; desolver steps in plain Python; nodepy analyses methods
-and does not mean to be fast; CasADi calls CVODE.
+Assimulo have no wheel for Linux and Python 3.11; JiTCODE compiles with the system's C compiler and
+has no events; torchdiffeq and torchode bring PyTorch; numbakit-ode offers DOP853, as CyRK does;
+desolver steps in plain Python; nodepy does not mean to be fast; CasADi calls CVODE.
 """
 
 from __future__ import annotations
@@ -61,7 +59,6 @@ SEARCHED: Layout = {"ended": ENDED, **_floats({**SEARCH, **ANSWERED}, "measureme
 MET: Layout = {
     **_floats(ANSWERED),
     **_floats({"rounds": "s, each round of the meeting; NaN: not timed"}, "rounds"),
-    "chosen": _text("the setting that the search chose"),
 }
 """Record of a method at the meeting."""
 COUNTED = _floats(

@@ -9,7 +9,7 @@ from __future__ import annotations
 import importlib.util
 import os
 import tempfile
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from functools import partial
 from typing import Any
 
@@ -43,23 +43,20 @@ def compute(config: Config, means: Means) -> Tree:
     if not principal_axes.installed():
         raise EngineError("the truth needs the package heyoka, which is not installed")
 
-    def part(name: str, title: str, work: Callable[..., Tree], *given: Any) -> Any:
+    def part(name: str, work: Callable[..., Tree], *given: Any) -> Any:
         found = means.part(name, partial(work, config, *given))
-        means.report(f"{title}: {'; '.join(dict.fromkeys(_ends(found))) or 'done'}")
+        means.report(f"{name.replace('.', ' ')}: done")
         return found
 
-    truth = part("truth", "truth", _truth)
-    alone = {
-        key: part(f"alone.{key}", METHODS[key].label, _alone, key, truth)
-        for key in config.problem.methods
-    }
+    truth = part("truth", _truth)
+    alone = {key: part(f"alone.{key}", _alone, key, truth) for key in config.problem.methods}
     records = {key: found["searched"] for key, found in alone.items()}
-    meeting = part("meeting", "Fig. 4", _meeting, methods.guests(records, config), truth)
+    meeting = part("meeting", _meeting, methods.guests(records, config), truth)
     counted: dict[str, dict[str, Tree]] = {}
     for key, found in alone.items():
         for start, record in found["counted"].items():
             counted.setdefault(start, {})[key] = record
-    bodies = part("bodies", "bodies drawn by lot", _bodies, records)
+    bodies = part("bodies", _bodies, records)
     found = {"fig4": records, "meeting": meeting, "random_phases": counted}
     return found | ({"bodies": bodies} if bodies else {})
 
@@ -87,7 +84,7 @@ def _meeting(config: Config, guests: dict[str, Entrant], truth: Data) -> Tree:
     """The records of the methods that meet."""
     budgets = len(guests) * float(config.meeting.seconds)
     lines, ended = by_worker(measure.meeting, (config, guests, truth), budgets)
-    each = {x["method"]: {**_numbers(x), "chosen": str(guests[x["method"]])} for x in lines}
+    each = {line["method"]: _numbers(line) for line in lines}
     return {**each, "ended": _cut(ended, len(lines), len(guests))}
 
 
@@ -129,15 +126,6 @@ def _cut(wrong: str, done: int, planned: int) -> str:
     """End of a measurement: complete, at its budget, or by what went wrong."""
     cut = wrong or ("cut where it took too long" if done < planned else "")
     return f"{cut}: {done} of {planned}" if cut else COMPLETE
-
-
-def _ends(found: Tree) -> Iterator[str]:
-    """The ways in which the measurements of a tree ended."""
-    for name, node in found.items():
-        if isinstance(node, Mapping):
-            yield from _ends(node)
-        elif name == "ended":
-            yield node
 
 
 def by_worker(

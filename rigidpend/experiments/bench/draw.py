@@ -49,10 +49,8 @@ def style(name: str) -> dict[str, Any]:
 def draw(result: Loaded) -> Figure:
     """Draw a result, two diagrams a row."""
     data = result["data"]
-    diagrams = [
-        *((_draw_again, _draw_first) if data.get("bodies") else ()),
-        *(_draw_work, _draw_wrong),
-    ]
+    of_bodies = (_draw_again, _draw_first) if data.get("bodies") else ()
+    diagrams = [*of_bodies, _draw_work, _draw_wrong]
     rows = len(diagrams) // 2
     figure = Figure(figsize=(WIDTH, DIAGRAM * rows + LEGEND))
     figure.set_layout_engine("constrained", w_pad=0.05, h_pad=0.05)

@@ -52,9 +52,7 @@ WARM = 8.0
 THREADS = 2
 """Threads with bodies drawn by lot; all else takes one."""
 BRIEF = 0.01
-"""Seconds: a solve that takes less finds the caches of the processor as others left them.
-
-At 0.6 ms alone ours then took 1.6 times as long, and heyoka 1.2 times."""
+"""Seconds: a solve that takes less finds the caches of the processor as others left them."""
 STORED = Path(__file__).parent / "random_phases_113bit.json"
 """2,000 phases for each of two starts J1_0, with codes of 15 symbols and the last crossing's t'."""
 REPEATS = 3
@@ -191,9 +189,8 @@ def bodies(config: schema.Config, entries: dict[str, Entrant]) -> Iterator[Line]
     `longest` time; a peer as many of them as it can in its time, with the horizon that ours told.
     Where two methods differ principal axes tell who is right.
 
-    A peer has so many `seconds` of solving at a body, the truth four times as many. A line, of a
-    body, has its numbers as ``body``, and by method ``first`` and ``again``, seconds, ``orbits``
-    and the counts of :func:`judged`.
+    A line, of a body, has its numbers as ``body``, and by method ``first`` and ``again``, seconds,
+    ``orbits`` and the counts of :func:`judged`.
     """
     asked, (own, *peers) = config.bodies, entries
     # What any body needs is compiled before the clock runs.

@@ -22,10 +22,6 @@ class Entrant(NamedTuple):
     """None where there is none to choose."""
     setting: Setting = {}  # noqa: RUF012
 
-    def __str__(self) -> str:
-        tolerance = [] if self.tolerance is None else [f"tolerance {self.tolerance:g}"]
-        return ", ".join([*tolerance, *(f"{name} {x}" for name, x in self.setting.items())])
-
 
 class Method(NamedTuple):
     """A method that tells symbols."""
@@ -96,8 +92,8 @@ METHODS |= {
 
 def tolerances(name: str, search: Any) -> list[float | None]:
     """Tolerances that a method is tried with, loosest first."""
-    finest = METHODS[name].finest
-    return [None] if finest is None else [x for x in map(float, search.tolerances) if x >= finest]
+    finest, asked = METHODS[name].finest, sorted(map(float, search.tolerances), reverse=True)
+    return [None] if finest is None else [x for x in asked if x >= finest]
 
 
 def finest(name: str, search: Any) -> Entrant:

@@ -1,4 +1,4 @@
-"""Methods made ready, and the adapters of heyoka and SciPy; CyRK's is a module of its own.
+"""Methods made ready: ours, and the adapters of heyoka and SciPy; CyRK's is a module of its own.
 
 heyoka, as its experts use it, has orbits side by side in lanes. With the numbers of a body as
 parameters it is compiled once for all bodies; compiled for each, it is 4 % faster then. SciPy's
@@ -17,12 +17,17 @@ from typing import Any
 
 import numpy as np
 
-from rigidpend.experiments.bench import ours
 from rigidpend.experiments.bench.methods import METHODS, Entrant
 from rigidpend.experiments.bench.problems import Crossed, Task
 from rigidpend.experiments.bench.solvers import SMALLER, Make, Solver, flat, shared
 from rigidpend.experiments.principal_axes import euler_poisson_field, heyoka
 from rigidpend.numbers.generic import Array
+from rigidpend.orbits.integrate.arithmetic import Arithmetic, resolve
+from rigidpend.routes.certainty import FIRST
+from rigidpend.routes.codes import codes_of
+from rigidpend.routes.cycle import symbols
+from rigidpend.routes.phases import Phases
+from rigidpend.routes.run import Run
 
 FALSE_POSITIONS = 12
 """Steps of SciPy's from the ends of a step to the crossings in it."""
@@ -62,6 +67,25 @@ def compared(task: Task, *makes: Make) -> Solver:
         return Crossed(codes, a.time, trusted)
 
     return Solver(solve)
+
+
+def ours(task: Task, tolerance: Any, threads: int, way: str = "") -> Solver:
+    """Route codes, where every symbol is told by two computations; the way is one of theirs.
+
+    Without a way the first of these alone answers, series of a tolerance in doubles.
+    """
+    if way:
+        given = task.problem, task.theta2_0, resolve(), threads, way
+        return Solver(
+            lambda: codes_of(*given, kept=True),
+            lambda found: Crossed(found.codes, found.crossing_time, found.certain),
+        )
+    run = Run(task.problem, Phases(task.theta2_0), Arithmetic("taylor", tolerance, (53,)), threads)
+    every = range(len(run.phases))
+    return Solver(
+        lambda: run.crossings(53, FIRST, every),
+        lambda found: Crossed(symbols(found.separatrix), found.time),
+    )
 
 
 @shared
@@ -192,7 +216,7 @@ def _compiled(task: Task, tolerance: float, **setting: Any) -> Callable[[], Arra
 
 
 ADAPTERS: dict[str, Callable[..., Solver]] = {
-    "ours": ours.answered,
+    "ours": ours,
     "heyoka": in_lanes,
     "cyrk": _compiled,
     "scipy": abreast,

@@ -191,14 +191,10 @@ def phases_table(data: Data) -> Table:
     """Wrong symbols per million on random phases, against 113-bit arithmetic."""
     groups = data["random_phases"]
     rows = []
-    for name in METHODS:
-        found = [group.get(name) for group in groups.values()]
-        cells = (
-            [*_per_million(x), seconds(float(x["seconds"] / x["orbits"]))] if x else ["-"] * 3
-            for x in found
-        )
-        if any(found):
-            rows.append([METHODS[name].label, *itertools.chain(*cells)])
+    for name, _ in records(next(iter(groups.values()), {})):
+        own = [group[name] for group in groups.values()]
+        cells = ([*_per_million(x), seconds(float(x["seconds"] / x["orbits"]))] for x in own)
+        rows.append([METHODS[name].label, *itertools.chain(*cells)])
     heads = [
         f"{x}, {start.replace('J1_0_', 'J1_0 = ')}"
         for start in groups

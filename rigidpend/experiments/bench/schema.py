@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Annotated, Any
+from typing import Annotated
 
 from pydantic import AfterValidator, Field
 
@@ -17,20 +17,13 @@ def _known(values: tuple[str, ...]) -> tuple[str, ...]:
     return values
 
 
-def _descending(values: tuple[Any, ...]) -> tuple[Any, ...]:
-    numbers = [float(x) for x in values]
-    if not numbers or numbers != sorted(numbers, reverse=True) or numbers[-1] <= 0:
-        raise ValueError("expected tolerances that descend and are more than 0")
-    if numbers[0] > 0.1:
-        raise ValueError(f"a tolerance is at most 0.1, got {values[0]}")
-    return values
-
-
 Methods = Annotated[tuple[str, ...], AfterValidator(_known)]
 Seconds = Annotated[
     Number, holding(lambda x: 0 < x <= 1e6, "expected seconds, more than 0 and at most 1e6")
 ]
-Tolerances = Annotated[tuple[Number, ...], AfterValidator(_descending)]
+Tolerance = Annotated[
+    Number, holding(lambda x: 0 < x <= 0.1, "expected a tolerance, more than 0 and at most 0.1")
+]
 
 
 class Workload(Part):
@@ -47,8 +40,8 @@ class Workload(Part):
 class Search(Part):
     """Search for settings, each method alone."""
 
-    tolerances: Tolerances
-    """Local tolerances of methods that choose their steps, dimensionless; descending."""
+    tolerances: Annotated[tuple[Tolerance, ...], Field(min_length=1)]
+    """Local tolerances of methods that choose their steps, dimensionless."""
     slowest: Seconds
     """Longest time for all, seconds: what is slower meets nobody, and is tried no finer."""
 
