@@ -85,12 +85,8 @@ build/mathjax/tex-svg.js:
 	npm install --silent --no-save --prefix build/npm mathjax@$(MATHJAX)
 	cp build/npm/node_modules/mathjax/es5/tex-svg.js $@
 
-mutants: $(VENV)/.installed-test build/mutants/map.json ## change the code in places drawn by lot: do tests fail? some hours; COUNT= SEED=; goes on where it was
+mutants: $(VENV)/.installed-test ## change the code in places drawn by lot: do tests fail? some hours; COUNT= SEED=; goes on where it was
 	$(BIN)/python -m scripts.mutants $(if $(COUNT),--count $(COUNT)) $(if $(SEED),--seed $(SEED)) $(if $(JOBS),--processes $(JOBS))
-
-# Which tests reach which line: it serves until the tests are others, and is then made anew by hand.
-build/mutants/map.json: | $(VENV)/.installed-test
-	$(BIN)/python -m scripts.mutants --map
 
 verify: $(VENV)/.installed ## compute every experiment again and compare with results/reference/
 	$(RUN) verify all $(if $(JOBS),-j $(JOBS))

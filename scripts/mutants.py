@@ -1,10 +1,9 @@
 """Mutation testing: change the code in one place at a time, and see whether a test fails.
 
 A run draws a sample of all places of the package from a stated seed, makes each change in a copy of
-the project and runs there, in processes of their own, tests that reach the line, the shortest ones
-first, then the test file that mirrors the module, and at last the whole of the mirrored folder.
+the project and runs there, in processes of their own, the test file that mirrors the module, then
+the quick tests of its folder and of all others, and at last the slow ones of the folder.
 
-    python -m scripts.mutants --map -m "not slow"            # once: the quick tests, some minutes
     python -m scripts.mutants --count 400 --seed 1 --processes 2
     python -m scripts.mutants --only rigidpend/routes/certified
 
@@ -33,24 +32,21 @@ from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 from typing import NamedTuple
 
-from scripts import reached
 from scripts.mutations import ROOT, Mutant, drawn, equivalent, mutants, source
-from scripts.reached import BUILD, OF_TEXT, Reach, mirrored
 
+BUILD = ROOT / "build" / "mutants"
+OF_TEXT = tuple(f"tests/test_{name}.py" for name in ("imports", "labels", "mutants", "readme"))
+"""Tests of the texts: they notice that a file is written anew, whatever it says."""
 COPIED = ("rigidpend", "tests", "scripts", "docs", "configs", "results")
 """What a copy of the project has of its own; the rest it shares."""
 OF_PEERS = ("cyrk_compiled",)
 """Methods of libraries that the tests do without."""
 PICTURE = "tests/experiments/test_drawings.py::test_a_figure_is_that_of_the_gallery"
 """The test of what is drawn, with a case for each experiment."""
-NEAR = 12.0
-"""Seconds that tests of a line take together, by the map."""
-FURTHER = 3.0
-"""Factor on the seconds of tests of another folder, by which they come later."""
 LIMIT = 180.0
 """Seconds after which tests are held against the code as it is."""
 WIDE = 10
-"""Times as many for the rest of a folder."""
+"""Times as many for tests of several files."""
 KILLED, LATE, SURVIVED = "killed", "timeout", "survived"
 OPEN, UNTOLD = "open", "untold"
 """What the nearest tests do not notice; what no verdict was found on, for tests fail without it."""
@@ -82,11 +78,9 @@ class Desk:
     one.
     """
 
-    def __init__(
-        self, folder: Path, copies: int, reach: Reach, limit: float, *, quick: bool
-    ) -> None:
+    def __init__(self, folder: Path, copies: int, limit: float, *, quick: bool) -> None:
         self.free: queue.Queue[Path] = queue.Queue()
-        self.reach, self.limit, self.quick = reach, limit, quick
+        self.limit, self.quick = limit, quick
         self.sound: dict[str, bool] = {}
         # As it is now, for others change it meanwhile.
         self.kept = folder / "kept"
@@ -113,12 +107,12 @@ class Desk:
     def _stages(self, mutant: Mutant) -> list[tuple[list[str], float]]:
         """Tests to be asked, each lot after those before, with the seconds that they may take."""
         file = own(mutant)
-        near, rest = nearest(mutant, self.reach), around(mutant, file)
+        rest, wide = around(mutant, file), WIDE * self.limit
+        beside = with_mark(rest, "not slow"), wide
         if self.quick:
-            return [(near, self.limit), (with_mark(file, "not slow"), self.limit)]
-        # The map is of quick tests, so that these were asked.
-        slow = with_mark(rest, "slow") if near else rest
-        return [(near, self.limit), (file, self.limit), (slow, WIDE * self.limit)]
+            return [(with_mark(file, "not slow"), self.limit), beside]
+        others = with_mark(["tests", *(f"--ignore={x}" for x in OF_TEXT)], "not slow")
+        return [(file, self.limit), beside, (others, wide), (with_mark(rest, "slow"), wide)]
 
     def _verdict(
         self, folder: Path, target: Path, plain: str, stages: Sequence[tuple[list[str], float]]
@@ -167,20 +161,9 @@ def with_mark(tests: Sequence[str], mark: str) -> list[str]:
     return [*tests, "-m", mark] if tests else []
 
 
-def nearest(mutant: Mutant, reach: Reach) -> list[str]:
-    """The tests that reach the line, the shortest first, no more than take some seconds."""
-    beside = f"{mirrored(mutant.path)}/"
-
-    def late(test: str) -> float:
-        return reach.seconds[test] * (1 if test.startswith(beside) else FURTHER)
-
-    left, found = NEAR, list[str]()
-    for test in sorted(reach.of(mutant.path, mutant.statement), key=late):
-        left -= reach.seconds[test]
-        if left < 0:
-            break
-        found.append(test)
-    return found
+def mirrored(path: str) -> Path:
+    """The folder of tests of a module."""
+    return Path("tests") / Path(path).parent.relative_to("rigidpend")
 
 
 def around(mutant: Mutant, before: Sequence[str]) -> list[str]:
@@ -214,11 +197,6 @@ def failing(folder: Path, tests: Sequence[str], kept: Path, limit: float) -> str
         return None
     if process.returncode in (0, 5):
         return ""
-    # The map is older than the tests; pytest tells the function, without its case.
-    gone = set(re.findall(r"^ERROR: .*not found: (?:.*/)?(tests/.*)$", said, re.MULTILINE))
-    left = [test for test in tests if test.partition("[")[0] not in gone]
-    if len(left) < len(tests):
-        return failing(folder, left, kept, limit) if any("::" in x for x in left) else ""
     named = re.search(r"^(?:FAILED|ERROR) (.+?)(?: - .*)?$", said, re.MULTILINE)
     return named[1] if named else tests[0]
 
@@ -280,22 +258,15 @@ def told(chosen: Sequence[Mutant], verdicts: Verdicts, reasons: Mapping[Mutant, 
 
 def main() -> int:
     parser = argparse.ArgumentParser(description=__doc__.partition("\n")[0])
-    parser.add_argument(
-        "--map", nargs=argparse.REMAINDER, help="make the map of tests, with options of pytest"
-    )
     parser.add_argument("--count", type=int, default=400, help="mutants in the sample")
     parser.add_argument("--seed", type=int, default=1, help="of the sample")
     parser.add_argument("--processes", type=int, default=1)
     parser.add_argument("--limit", type=float, default=LIMIT, help="seconds for tests")
     parser.add_argument("--only", default="rigidpend", help="a file or a folder")
-    parser.add_argument("--quick", action="store_true", help="leave out the rest of the folder")
+    parser.add_argument("--quick", action="store_true", help="ask quick tests of the folder alone")
     parser.add_argument("--again", action="store_true", help="judge survivors once more")
     parser.add_argument("--least", type=float, default=90.0, help="share to be killed, in %%")
     asked = parser.parse_args()
-    if asked.map is not None:
-        reached.make(asked.map)
-        return 0
-    reach = reached.read()
     every = [mutant for path in files(asked.only) for mutant in mutants(path)]
     chosen = drawn(every, asked.count, asked.seed)
     reasons, verdicts = equivalent(), Verdicts(BUILD / f"{asked.seed}.txt")
@@ -304,7 +275,7 @@ def main() -> int:
     open_ = [x for x in chosen if x not in reasons and str(x) not in known]
     print(f"seed {asked.seed}: {len(chosen)} of {len(every)} mutants, {len(open_)} to be judged")
     with tempfile.TemporaryDirectory() as folder, ThreadPoolExecutor(asked.processes) as pool:
-        desk = Desk(Path(folder), asked.processes, reach, asked.limit, quick=asked.quick)
+        desk = Desk(Path(folder), asked.processes, asked.limit, quick=asked.quick)
 
         def judged(mutant: Mutant) -> None:
             verdicts.add(mutant, found := desk.judge(mutant))
