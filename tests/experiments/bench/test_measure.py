@@ -149,6 +149,10 @@ def test_a_worker_s_end_is_told_and_what_it_had_is_kept(
     monkeypatch.setattr(compute, "apart", apart)
     assert compute.by_worker(work, ({"x": 1},), 2.0) == ([{"x": 1}], ended)
     assert dict(os.environ) == before
+    # A slip of ours is no failure of a method.
+    failure = TypeError("a slip")
+    with pytest.raises(TypeError, match="a slip"):
+        compute.by_worker(work, ({"x": 1},), 2.0)
 
 
 ROUTES = remembered(codes_of)
