@@ -1,10 +1,9 @@
 """Mutation testing: change the code in one place at a time, and see whether a test fails.
 
 A run draws a sample of all places of the package from a stated seed, makes each change in a copy of
-the project and runs there, in processes of their own, tests that reach the line, the shortest ones
-first, then the test file that mirrors the module, and at last the whole of the mirrored folder.
+the project and runs there, in processes of their own, the test file that mirrors the module, then
+the quick tests of its folder and of all others, and at last the slow ones of the folder.
 
-    python -m scripts.mutants --map -m "not slow"            # once: the quick tests, some minutes
     python -m scripts.mutants --count 400 --seed 1 --processes 2
     python -m scripts.mutants --only rigidpend/routes/certified
 
@@ -18,8 +17,6 @@ from __future__ import annotations
 import argparse
 import compileall
 import contextlib
-import importlib
-import math
 import os
 import queue
 import re
@@ -29,37 +26,27 @@ import signal
 import subprocess
 import sys
 import tempfile
-import time
-from collections import Counter, defaultdict
+from collections import Counter
 from collections.abc import Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
-from typing import NamedTuple, NoReturn
+from typing import NamedTuple
 
-import pytest
-
-from scripts import reached
 from scripts.mutations import ROOT, Mutant, drawn, equivalent, mutants, source
-from scripts.reached import BUILD, OF_TEXT, Reach, mirrored
 
+BUILD = ROOT / "build" / "mutants"
+OF_TEXT = tuple(f"tests/test_{name}.py" for name in ("imports", "labels", "mutants", "readme"))
+"""Tests of the texts: they notice that a file is written anew, whatever it says."""
 COPIED = ("rigidpend", "tests", "scripts", "docs", "configs", "results")
 """What a copy of the project has of its own; the rest it shares."""
-LIBRARIES = ("h5py", "hypothesis", "numpy", "pydantic", "scipy.integrate", "scipy.sparse.linalg")
-"""What processes of tests find imported, for it takes longer than most tests."""
-OF_PEERS = ("cyrk_compiled", "diffrax_vmapped")
+OF_PEERS = ("cyrk_compiled",)
 """Methods of libraries that the tests do without."""
 PICTURE = "tests/experiments/test_drawings.py::test_a_figure_is_that_of_the_gallery"
 """The test of what is drawn, with a case for each experiment."""
-NEAR = 12.0
-"""Seconds that tests of a line take together, by the map."""
-FURTHER = 3.0
-"""Factor on the seconds of tests of another folder, by which they come later."""
-LIMIT = 60.0
-"""Seconds of processor time after which tests are held against the code as it is."""
+LIMIT = 180.0
+"""Seconds after which tests are held against the code as it is."""
 WIDE = 10
-"""Times as many for the rest of a folder."""
-PATIENCE = 5.0
-"""Seconds by the clock for one of processor time."""
+"""Times as many for tests of several files."""
 KILLED, LATE, SURVIVED = "killed", "timeout", "survived"
 OPEN, UNTOLD = "open", "untold"
 """What the nearest tests do not notice; what no verdict was found on, for tests fail without it."""
@@ -91,11 +78,9 @@ class Desk:
     one.
     """
 
-    def __init__(
-        self, folder: Path, copies: int, reach: Reach, limit: float, *, quick: bool
-    ) -> None:
+    def __init__(self, folder: Path, copies: int, limit: float, *, quick: bool) -> None:
         self.free: queue.Queue[Path] = queue.Queue()
-        self.reach, self.limit, self.quick = reach, limit, quick
+        self.limit, self.quick = limit, quick
         self.sound: dict[str, bool] = {}
         # As it is now, for others change it meanwhile.
         self.kept = folder / "kept"
@@ -122,12 +107,12 @@ class Desk:
     def _stages(self, mutant: Mutant) -> list[tuple[list[str], float]]:
         """Tests to be asked, each lot after those before, with the seconds that they may take."""
         file = own(mutant)
-        near, rest = nearest(mutant, self.reach), around(mutant, file)
+        rest, wide = around(mutant, file), WIDE * self.limit
+        beside = with_mark(rest, "not slow"), wide
         if self.quick:
-            return [(near, self.limit), (with_mark(file, "not slow"), self.limit)]
-        # The map is of quick tests, so that these were asked.
-        slow = with_mark(rest, "slow") if near else rest
-        return [(near, self.limit), (file, self.limit), (slow, WIDE * self.limit)]
+            return [(with_mark(file, "not slow"), self.limit), beside]
+        others = with_mark(["tests", *(f"--ignore={x}" for x in OF_TEXT)], "not slow")
+        return [(file, self.limit), beside, (others, wide), (with_mark(rest, "slow"), wide)]
 
     def _verdict(
         self, folder: Path, target: Path, plain: str, stages: Sequence[tuple[list[str], float]]
@@ -176,20 +161,9 @@ def with_mark(tests: Sequence[str], mark: str) -> list[str]:
     return [*tests, "-m", mark] if tests else []
 
 
-def nearest(mutant: Mutant, reach: Reach) -> list[str]:
-    """The tests that reach the line, the shortest first, no more than take some seconds."""
-    beside = f"{mirrored(mutant.path)}/"
-
-    def late(test: str) -> float:
-        return reach.seconds[test] * (1 if test.startswith(beside) else FURTHER)
-
-    left, found = NEAR, list[str]()
-    for test in sorted(reach.of(mutant.path, mutant.statement), key=late):
-        left -= reach.seconds[test]
-        if left < 0:
-            break
-        found.append(test)
-    return found
+def mirrored(path: str) -> Path:
+    """The folder of tests of a module."""
+    return Path("tests") / Path(path).parent.relative_to("rigidpend")
 
 
 def around(mutant: Mutant, before: Sequence[str]) -> list[str]:
@@ -205,59 +179,26 @@ def failing(folder: Path, tests: Sequence[str], kept: Path, limit: float) -> str
     """The first test that fails in a copy of the project, "" if none does, None without an end."""
     shutil.rmtree(folder / "cache", ignore_errors=True)
     shutil.copytree(kept, folder / "cache")
-    sys.stdout.flush()
-    process = os.fork()
-    if not process:
-        _become_tests(folder, tests, limit)
-    code = _ended(process, PATIENCE * limit)
-    if code is None or code == -signal.SIGXCPU:
+    plugins = ["no:cacheprovider", "no:xdist", "no:cov", "tests.unshrunk"]
+    options = ["-x", "-q", "-rfE", "--tb=no", "--no-header"]
+    options += [x for name in plugins for x in ("-p", name)]
+    cache = {"XDG_CACHE_HOME": str(folder / "cache"), "PYTHONDONTWRITEBYTECODE": "1"}
+    process = subprocess.Popen(
+        [sys.executable, "-m", "pytest", *options, *tests],
+        cwd=folder, env={**os.environ, "PYTHONPATH": str(folder), **cache},
+        stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True, start_new_session=True,
+    )  # fmt: skip
+    try:
+        said, _ = process.communicate(timeout=limit)
+    except subprocess.TimeoutExpired:
+        # With all that it began.
+        os.killpg(process.pid, signal.SIGKILL)
+        process.wait()
         return None
-    if code in (0, 5):
+    if process.returncode in (0, 5):
         return ""
-    said = (folder / "said").read_text(errors="replace")
-    # The map is older than the tests; pytest tells the function, without its case.
-    gone = set(re.findall(r"^ERROR: .*not found: (?:.*/)?(tests/.*)$", said, re.MULTILINE))
-    left = [test for test in tests if test.partition("[")[0] not in gone]
-    if len(left) < len(tests):
-        return failing(folder, left, kept, limit) if any("::" in x for x in left) else ""
     named = re.search(r"^(?:FAILED|ERROR) (.+?)(?: - .*)?$", said, re.MULTILINE)
     return named[1] if named else tests[0]
-
-
-def _become_tests(folder: Path, tests: Sequence[str], limit: float) -> NoReturn:
-    """Run tests in this process, which has but to be there, in a session of its own."""
-    code: int = pytest.ExitCode.INTERNAL_ERROR
-    try:
-        os.setsid()
-        os.chdir(folder)
-        resource.setrlimit(resource.RLIMIT_CPU, (math.ceil(limit), resource.RLIM_INFINITY))
-        said = os.open("said", os.O_WRONLY | os.O_CREAT | os.O_TRUNC)
-        for stream in (1, 2):
-            os.dup2(said, stream)
-        os.environ |= {"PYTHONPATH": str(folder), "XDG_CACHE_HOME": str(folder / "cache")}
-        sys.path.insert(0, str(folder))
-        for name in [x for x in sys.modules if x.partition(".")[0] == "scripts"]:
-            del sys.modules[name]
-        plugins = ["no:cacheprovider", "no:xdist", "no:cov", "tests.unshrunk"]
-        options = ["-x", "-q", "-rfE", "--tb=no", "--no-header"]
-        options.append("-Wignore:Module already imported")
-        code = pytest.main([*options, *(x for name in plugins for x in ("-p", name)), *tests])
-        sys.stdout.flush()
-    finally:
-        os._exit(code)
-
-
-def _ended(process: int, patience: float) -> int | None:
-    """How a process ended; None if it did not in time, and was ended with all that it began."""
-    end = time.monotonic() + patience
-    while time.monotonic() < end:
-        ended, status = os.waitpid(process, os.WNOHANG)
-        if ended:
-            return os.waitstatus_to_exitcode(status)
-        time.sleep(0.02)
-    os.killpg(process, signal.SIGKILL)
-    os.waitpid(process, 0)
-    return None
 
 
 def _spent() -> float:
@@ -301,59 +242,31 @@ class Verdicts(dict[str, Verdict]):
             file.write(f"{verdict.found}\t{verdict.seconds:.0f}\t{verdict.by}\t{mutant}\n")
 
 
-def room(path: str) -> str:
-    """The room to which a module belongs, as the table of a sample counts it."""
-    _, floor, *rest = path.split("/")
-    return f"{floor}/{rest[0]}" if len(rest) > 1 and floor in ("orbits", "routes") else floor
-
-
 def told(chosen: Sequence[Mutant], verdicts: Verdicts, reasons: Mapping[Mutant, str]) -> float:
-    """Say how a sample came out, room by room: the share that was killed of what can be."""
-    counts: dict[str, Counter[str]] = defaultdict(Counter)
-    for mutant in chosen:
-        verdict = verdicts.get(str(mutant))
-        found = "equivalent" if mutant in reasons else verdict.found if verdict else "unjudged"
-        for name in (room(mutant.path), "all"):
-            counts[name][found] += 1
-    kinds = ("equivalent", KILLED, LATE, SURVIVED, OPEN, UNTOLD, "unjudged")
-    print(f"| room | drawn | {' | '.join(kinds)} |")
-    print("|---" * (2 + len(kinds)) + "|")
-    for name in [*sorted(counts.keys() - {"all"}), "all"]:
-        numbers = [counts[name].total(), *(counts[name][kind] for kind in kinds)]
-        print(f"| {name} | {' | '.join(map(str, numbers))} |")
-    whole = counts["all"]
-    able = whole.total() - whole["equivalent"] - whole["unjudged"]
-    share = 100 * (whole[KILLED] + whole[LATE]) / max(1, able)
-    print(f"{share:.1f} % killed of {able} that were judged")
-    for mutant in chosen:
-        if mutant not in reasons and (verdict := verdicts.get(str(mutant))):
-            if verdict.found in (SURVIVED, OPEN, UNTOLD):
-                print(f"{verdict.found}: {mutant.line}: {mutant} {verdict.by}")
+    """Say how a sample came out: the share that was killed of what can be, and what was not."""
+    found = {x: y for x in chosen if x not in reasons and (y := verdicts.get(str(x)))}
+    counts = Counter(verdict.found for verdict in found.values())
+    share = 100 * (counts[KILLED] + counts[LATE]) / max(1, len(found))
+    numbers = ", ".join(f"{counts[kind]} {kind}" for kind in sorted(counts))
+    equal = sum(mutant in reasons for mutant in chosen)
+    print(f"{share:.1f} % killed of {len(found)} that were judged: {numbers}; {equal} equivalent")
+    for mutant, verdict in found.items():
+        if verdict.found in (SURVIVED, OPEN, UNTOLD):
+            print(f"{verdict.found}: {mutant.line}: {mutant} {verdict.by}")
     return share
 
 
 def main() -> int:
     parser = argparse.ArgumentParser(description=__doc__.partition("\n")[0])
-    parser.add_argument(
-        "--map", nargs=argparse.REMAINDER, help="make the map of tests, with options of pytest"
-    )
     parser.add_argument("--count", type=int, default=400, help="mutants in the sample")
     parser.add_argument("--seed", type=int, default=1, help="of the sample")
     parser.add_argument("--processes", type=int, default=1)
     parser.add_argument("--limit", type=float, default=LIMIT, help="seconds for tests")
     parser.add_argument("--only", default="rigidpend", help="a file or a folder")
-    parser.add_argument("--minutes", type=float, default=0, help="judge no more after so many")
-    parser.add_argument("--quick", action="store_true", help="leave out the rest of the folder")
+    parser.add_argument("--quick", action="store_true", help="ask quick tests of the folder alone")
     parser.add_argument("--again", action="store_true", help="judge survivors once more")
     parser.add_argument("--least", type=float, default=90.0, help="share to be killed, in %%")
     asked = parser.parse_args()
-    if asked.map is not None:
-        reached.make(asked.map)
-        return 0
-    reach = reached.read()
-    for name in LIBRARIES:
-        importlib.import_module(name)
-    sys.dont_write_bytecode = True
     every = [mutant for path in files(asked.only) for mutant in mutants(path)]
     chosen = drawn(every, asked.count, asked.seed)
     reasons, verdicts = equivalent(), Verdicts(BUILD / f"{asked.seed}.txt")
@@ -361,14 +274,12 @@ def main() -> int:
     known = {x for x, y in verdicts.items() if y.found not in sought}
     open_ = [x for x in chosen if x not in reasons and str(x) not in known]
     print(f"seed {asked.seed}: {len(chosen)} of {len(every)} mutants, {len(open_)} to be judged")
-    end = time.monotonic() + 60 * asked.minutes if asked.minutes else float("inf")
     with tempfile.TemporaryDirectory() as folder, ThreadPoolExecutor(asked.processes) as pool:
-        desk = Desk(Path(folder), asked.processes, reach, asked.limit, quick=asked.quick)
+        desk = Desk(Path(folder), asked.processes, asked.limit, quick=asked.quick)
 
         def judged(mutant: Mutant) -> None:
-            if time.monotonic() < end:
-                verdicts.add(mutant, found := desk.judge(mutant))
-                print(f"{found.found:8} {found.seconds:4.0f} s  {mutant}", flush=True)
+            verdicts.add(mutant, found := desk.judge(mutant))
+            print(f"{found.found:8} {found.seconds:4.0f} s  {mutant}", flush=True)
 
         list(pool.map(judged, open_))
     return int(told(chosen, verdicts, reasons) < asked.least)

@@ -17,7 +17,7 @@ import numpy as np
 
 from docs import floors
 from rigidpend.experiments.bench import report as reading
-from rigidpend.experiments.bench.methods import METHODS, PROBLEMS
+from rigidpend.experiments.bench.methods import DEFAULT, METHODS
 from rigidpend.experiments.data import Data, Loaded
 from rigidpend.experiments.stress import draw as trials
 from rigidpend.machine.wording import Table, markdown, seconds, times
@@ -88,57 +88,37 @@ def provisional(result: Loaded) -> Iterator[str]:
 
 
 def bench_lines(result: Loaded) -> Iterator[str]:
-    """Losses, bodies by lot, the codes of Fig. 4, the rest in short, trust."""
-    data = result["data"]
+    """Losses, bodies by lot, the codes of Fig. 4, trust."""
     yield from provisional(result)
     yield f"{machine(result)}; medians over rounds in which methods take turns."
-    for table in (
-        reading.losses_table(data),
-        *reading.bodies_tables(data),
-        reading.meeting_table(data, "codes"),
-        shortest(data),
-        reading.phases_table(data),
-    ):
+    for table in reading.tables(result):
         yield ""
         yield from markdown(table)
 
 
 def shortest(data: Data) -> Table:
-    """Ours and the fastest peer at every problem, with one thread, and with bodies, with two."""
-    rows = [row for problem in data if problem in PROBLEMS for row in _pair(data, problem)]
-    rows += _pairs_with_bodies(data)
+    """Ours and the fastest peer: at Fig. 4, and with bodies drawn by lot, medians over these.
+
+    With the bodies it is the fastest of those that vouch for symbols too.
+    """
+    rows, found = [], reading.of_bodies(data)
+    standings = {x.method: x for x in reading.met(data) if x.reached}
+    peers = [x for x in standings.values() if METHODS[x.method].peer]
+    if DEFAULT in standings and peers:
+        own = METHODS[DEFAULT].label, seconds(standings[DEFAULT].seconds)
+        rows.append(
+            (reading.FIG4, *own, *_of(peers[0].method, peers[0].seconds, peers[0].ratio[0]))
+        )
+    vouching = [name for name in found if METHODS[name].certain and METHODS[name].peer]
+    for call, key in reading.CALLS.items() if vouching else ():
+        (name, took), *_ = found.items()
+        best = min(vouching, key=lambda x: float(np.median(found[x][key])))
+        middle, ratio = np.median(found[best][key]), np.median(found[best][key] / took[key])
+        text = f"bodies drawn by lot, every symbol vouched for: {call}"
+        own = METHODS[name].label, seconds(float(np.median(took[key])))
+        rows.append((text, *own, *_of(best, float(middle), float(ratio))))
     header = ("problem", "ours", "time", "fastest peer", "time", "times ours")
-    return Table("Ours and the fastest peer that reaches the level, one thread:", header, rows)
-
-
-def _pair(data: Data, problem: str) -> Iterator[tuple[str, ...]]:
-    results = reading.met(data, problem, 1)
-    own = next((r for r in results if r.method == str(data[problem]["default"])), None)
-    best = next((r for r in results if r.reached and METHODS[r.method].peer), None)
-    if own:
-        yield (
-            *(reading.level_text(data, problem), METHODS[own.method].label, seconds(own.seconds)),
-            *(
-                _of(best.method, best.seconds, best.ratio[0])
-                if best
-                else ("none reaches it", "-", "-")
-            ),
-        )
-
-
-def _pairs_with_bodies(data: Data) -> Iterator[tuple[str, ...]]:
-    """Ours and the fastest peer that vouches for symbols too, medians over the bodies."""
-    found = reading.of_bodies(data)
-    peers = [name for name in found if METHODS[name].certain and METHODS[name].peer]
-    for call, key in reading.CALLS.items() if peers else ():
-        (name, own), *_ = found.items()
-        medians = {peer: float(np.median(found[peer][key])) for peer in peers}
-        best = min(medians, key=medians.__getitem__)
-        yield (
-            *(f"bodies drawn by lot, every symbol vouched for: {call}", METHODS[name].label),
-            seconds(float(np.median(own[key]))),
-            *_of(best, medians[best], float(np.median(found[best][key] / own[key]))),
-        )
+    return Table("Ours and the fastest peer:", header, rows)
 
 
 def _of(method: str, time: float, ratio: float) -> tuple[str, str, str]:

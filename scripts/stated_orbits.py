@@ -4,18 +4,25 @@ from __future__ import annotations
 
 import functools
 import math
+from collections.abc import Callable
 from fractions import Fraction
 from typing import Any
 
 import numpy as np
 
 from rigidpend import Body
-from rigidpend.experiments.bench.problems import time_unit, with_angles
 from rigidpend.experiments.principal_axes import carry, initial, integrator
 from rigidpend.mechanics import pendulum
-from rigidpend.mechanics.equations import AlignedCoefficients, aligned, aligned_coefficients
-from rigidpend.mechanics.in_space import alpha_ahead, angular_velocity
+from rigidpend.mechanics.coordinates import scale
+from rigidpend.mechanics.equations import (
+    AlignedCoefficients,
+    aligned,
+    aligned_coefficients,
+    euler_poisson,
+)
+from rigidpend.mechanics.in_space import alpha_ahead, angular_velocity, hodograph, turning_rate
 from rigidpend.numbers.exact import Exact, context, exact, fraction
+from rigidpend.numbers.generic import Numbers, Scalar
 from rigidpend.orbits.integrate.states import states_at
 from rigidpend.orbits.return_map.poincare import section_state
 from rigidpend.orbits.return_map.precision import precision
@@ -112,9 +119,22 @@ def alpha(problem: RouteProblem, theta2: float, end: float) -> float:
     A = [x.in_context(context(113)) for x in problem.body.A]
     M, gamma = ([float(x) for x in part] for part in (start[:3], start[3:]))
     ahead = float(alpha_ahead(M, angular_velocity(M, [float(x) for x in A]), gamma))
-    return carry(_carrier(problem.body), [*start, 0.0, ahead], end / time_unit(problem.body))[7]
+    unit = float(scale(problem.body.floats()[0]))
+    return carry(_carrier(problem.body), [*start, 0.0, ahead], end / unit)[7]
 
 
 @functools.cache
 def _carrier(body: Body) -> Any:
-    return integrator(body, with_angles, 8, 113)
+    return integrator(body, _with_angles, 8, 113)
+
+
+def _with_angles(A: Numbers, r: Numbers, mu: Scalar) -> Callable[[Any], tuple[Any, ...]]:
+    """Euler-Poisson with the rates of theta3 and alpha, of 8 numbers."""
+
+    def field(y: Scalar) -> tuple[Any, ...]:
+        M, gamma = y[:3], y[3:6]
+        rates = euler_poisson(M, gamma, A, r, mu)
+        omega, domega = angular_velocity(M, A), angular_velocity(rates[:3], A)
+        return (*rates, turning_rate(M, r, mu), hodograph(omega, gamma, domega)[2])
+
+    return field

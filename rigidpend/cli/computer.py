@@ -79,7 +79,7 @@ def _size(count: int) -> str:
 EXTRAS = {
     "xarray": ("notebook", "no results as labelled arrays, result.data"),
     "distributed": ("cluster", "no --scheduler"),
-    "heyoka": ("bench", "one peer less in rigidpend bench; no result needs it"),
+    "heyoka": ("bench", "rigidpend bench does not run; no result needs it"),
 }
 """Libraries that may be missing: the extra that has each, and what that costs."""
 AGAIN = "every run needs it: python -m pip install --force-reinstall rigidpend"

@@ -30,7 +30,7 @@ if TYPE_CHECKING:
 def bench_command(
     quick: bool, folder: Path, as_json: bool, settings: tuple[str, ...], force: bool
 ) -> None:
-    """Measure our methods and others, on this machine, with one thread and with two.
+    """Measure our methods and others, on this machine.
 
     Writes FOLDER/bench.h5 and bench.png and prints the tables. An interrupted run goes on
     where it was.

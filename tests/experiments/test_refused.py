@@ -18,10 +18,9 @@ PLANE = (
 REFUSED = {
     "bench": {
         "problem.methods=[scipy_dop854]": "problem.methods: no such method: 'scipy_dop854'",
-        "problem.problems=[code]": "problem.problems: no such problem: 'code'",
-        "search.tolerances=[1e-9, 1e-3]": "search.tolerances: expected tolerances that",
-        "search.tolerances=[1e-9, 0]": "search.tolerances: expected tolerances that",
-        "search.tolerances=[1]": "search.tolerances: a tolerance is at most 0.1",
+        "search.tolerances=[]": "search.tolerances: expected at least",
+        "search.tolerances=[1e-9, 0]": "expected a tolerance, more than 0",
+        "search.tolerances=[1]": "expected a tolerance, more than 0 and at most 0.1",
         "search.slowest=0": "search.slowest: expected seconds, more than 0",
         "meeting.rounds=0": "meeting.rounds: input should be greater",
         "bodies.methods=[]": "bodies.methods: expected at least",

@@ -1,27 +1,27 @@
 """Benchmark: speed, error and trust of rigidpend beside other methods, each at its best.
 
-methods    problems and methods as data: what is tried for each, and which setting is chosen
-problems   the task of each problem, its truth and its error; bodies drawn by lot
+methods    methods as data: what is tried for each, and which setting is chosen
+problems   orbits of Fig. 4 and of bodies drawn by lot; their truth, and what an answer errs by
 solvers    a method made ready for a task; the equations as methods integrate them
-ours, peers, cyrk_compiled
+peers, cyrk_compiled
            the adapters: ``answered(task, tolerance, threads, **setting)``
 measure    what a worker measures: search, meeting, symbols counted and orbits timed
 compute, report, draw
            the experiment: what is measured in which order, stored, told and drawn
 
-Measured before, and left out since: SciPy's LSODA and Radau, SUNDIALS' CVODE through scikit-sundae
-and REBOUND's Bulirsch-Stoer took 190 to 17,000 times our time at every problem; heyoka's ensemble,
-its compact mode and its integrator of one orbit more than its batches; diffrax and SciPy run at two
-tolerances and compared, a hundred times our cross-check; our own 64, 106 and 113 bits 145, 13 and
-3,600 times our doubles; Lie-Poisson splittings of order 2 to 8, of the free body and the pendulum,
-289 and 831 times ours, at larger errors.
+Measured before, and left out since. Peers: diffrax (JAX), 150 times our time at Fig. 4; SciPy's
+LSODA and Radau, SUNDIALS' CVODE through scikit-sundae and REBOUND's Bulirsch-Stoer, 190 to 17,000
+times; CyRK's LSODA, never its best; heyoka's ensemble, its compact mode, its integrator of one
+orbit and the equations (eq1), slower than its batches on Euler-Poisson. Problems, and the fastest
+peer's time in units of ours: the free body carried to a time (1.1, heyoka on (eq1)), the pendulum
+motion (5:3) (18.7), alpha(T) of Fig. 5 (1.62). Two threads at Fig. 4, which serve CyRK alone and
+make it twice as fast. Our own 64, 106 and 113 bits, 145, 13 and 3,600 times our doubles.
+Lie-Poisson splittings of order 2 to 8, 289 and 831 times ours, at larger errors.
 
 Looked at and left out: numbalsoda, extensisq, pyodesys, pycvodes, sundials4py, scikits.odes and
-Assimulo have no wheel for Linux and Python 3.11 (CyRK serves numbalsoda's LSODA and DOP853);
-JiTCODE compiles with the system's C compiler and has no events; torchdiffeq and torchode bring
-PyTorch, which weighs more than all others together, for the methods that diffrax has; numbakit-ode
-has had no release since 2022 and offers DOP853, as CyRK does; desolver steps in plain Python;
-nodepy analyses methods and does not mean to be fast; CasADi calls CVODE.
+Assimulo have no wheel for Linux and Python 3.11; JiTCODE compiles with the system's C compiler and
+has no events; torchdiffeq and torchode bring PyTorch; numbakit-ode offers DOP853, as CyRK does;
+desolver steps in plain Python; nodepy does not mean to be fast; CasADi calls CVODE.
 """
 
 from __future__ import annotations
@@ -45,23 +45,22 @@ TRUST = {
 }
 ENDED = _text("how the measurement ended: complete, cut where it took too long, or why not")
 ANSWERED = {
-    "error?": "1, of the answer, as `problems` defines it",
+    "error?": "1, of the crossing times, t': the median over the columns of the largest one",
     "wrong_symbols?": "1, number of wrong symbols",
 }
-"""Units and meaning of what is found of an answer to a problem."""
+"""Units and meaning of what is found of an answer at Fig. 4."""
 SEARCH = {
     "tolerance?": "1, local tolerance; NaN where there is none to choose",
     "setting?": "1, index of the variant, in the order of `variants`",
     "seconds?": "s, warm, the median",
 }
 SEARCHED: Layout = {"ended": ENDED, **_floats({**SEARCH, **ANSWERED}, "measurements")}
-"""Record of a method's search at a problem; what it did not measure is absent."""
+"""Record of a method's search; what it did not measure is absent."""
 MET: Layout = {
     **_floats(ANSWERED),
     **_floats({"rounds": "s, each round of the meeting; NaN: not timed"}, "rounds"),
-    "chosen": _text("the setting that the search chose"),
 }
-"""Record of a method at a meeting."""
+"""Record of a method at the meeting."""
 COUNTED = _floats(
     {
         "orbits": "1, random phases that were tried",
@@ -97,12 +96,8 @@ BODY = _floats(
 """The bodies themselves."""
 
 LAYOUT: Layout = {
-    "<problems>": {
-        "title": _text("the problem"),
-        "default": _text("the method that rigidpend picks"),
-        "<methods>": SEARCHED,
-    },
-    "meetings": {"<threads>": {"<problems that met>": {"ended": ENDED, "<methods that met>": MET}}},
-    "random_phases": {"<starts>": {"<methods>": COUNTED}},
+    "fig4": {"<methods>": SEARCHED},
+    "meeting": {"ended": ENDED, "<methods that met>": MET},
+    "random_phases": {"<starts>": {"<methods counted>": COUNTED}},
     "bodies?": {**BODY, "ended": ENDED, "<methods with bodies>": OF_BODIES},
 }

@@ -6,58 +6,35 @@ Its events need Python, so crossings are looked up in its dense output, as numba
 from __future__ import annotations
 
 import functools
-from functools import partial
+from collections.abc import Callable
 
 import numpy as np
 from CyRK import nb_diffeq_addr, nbsolve2_ivp
 from numba import njit
 
 from rigidpend.experiments.bench.problems import Task
-from rigidpend.experiments.bench.solvers import SMALLER, Solver, crossed, flat
+from rigidpend.experiments.bench.solvers import SMALLER, flat
 from rigidpend.mechanics.body import Body
 from rigidpend.numbers.generic import Array
 
 PIECES = 8
-"""Pieces of the horizon; crossings are looked up in each, until there are enough."""
+"""Pieces of the time; crossings are looked up in each, until there are enough."""
 FALSE_POSITIONS = 40
 """At most so many steps from the ends of a step to a crossing in it; about eight are enough."""
 
 
-def answered(task: Task, tolerance: float, method: str) -> Solver:
-    """The answer to any task."""
-    orbits = np.ascontiguousarray(task.states.T)
-    address = _address(task.body, len(task.states))
-    if task.kind == "routes":
-        wanted, piece = task.problem.n_symbols + 1, float(task.times.max()) / PIECES
-        given = address, orbits, wanted, piece, method, tolerance
-        return Solver(lambda: _crossings(*given).T, partial(crossed, body=task.body))
-
-    def solve() -> Array:
-        ended: Array = _ends(address, orbits, task.times, method, tolerance)
-        if not np.isfinite(ended).all():
-            raise ArithmeticError("an orbit did not reach its time")
-        return ended.T
-
-    return Solver(solve)
+def follows(task: Task, tolerance: float, method: str) -> Callable[[], Array]:
+    """A function that follows the orbits to their crossings."""
+    orbits, piece = np.ascontiguousarray(task.states.T), task.end / PIECES
+    given = _address(task.problem.body), orbits, task.problem.n_symbols + 1, piece
+    return lambda: _crossings(*given, method, tolerance).T
 
 
 @functools.cache
-def _address(body: Body, size: int) -> int:
+def _address(body: Body) -> int:
     """The address of the compiled field."""
-    address: int = nb_diffeq_addr(flat(body, size))
+    address: int = nb_diffeq_addr(flat(body))
     return address
-
-
-@njit(nogil=True)  # type: ignore[misc, unused-ignore]
-def _ends(address, states, times, method, tolerance):  # type: ignore[no-untyped-def]
-    ended = np.full_like(states, np.nan)
-    for k in range(states.shape[0]):
-        span, begun = (0.0, times[k]), states[k].copy()
-        found = nbsolve2_ivp(address, span, begun, method, rtol=tolerance, atol=SMALLER * tolerance)
-        if found.success:
-            ended[k] = found.y[:, -1]
-        found.free()
-    return ended
 
 
 @njit(nogil=True)  # type: ignore[misc, unused-ignore]

@@ -1,4 +1,4 @@
-"""Figure of the benchmark, one page: who is faster, with which bodies, how exact and how true."""
+"""Figure of the benchmark: who is faster, with which bodies, how exact and how true."""
 
 from __future__ import annotations
 
@@ -10,27 +10,22 @@ from matplotlib.figure import Figure
 from matplotlib.ticker import NullFormatter, PercentFormatter
 
 from rigidpend.experiments.bench import report
-from rigidpend.experiments.bench.methods import METHODS, PROBLEMS
+from rigidpend.experiments.bench.methods import METHODS
 from rigidpend.experiments.data import Data, Loaded
-from rigidpend.experiments.plots import BLUE, GREEN, ORANGE, PINK, RED, WIDTH, entry, title
+from rigidpend.experiments.plots import BLUE, GREEN, ORANGE, RED, WIDTH, entry, title
 
 CAPTION = (
-    "With bodies drawn by lot as with those of the figures: who is faster at equal error, and how"
-    " many of the symbols that a method vouches for are wrong. Every method is used as its own"
-    " documentation does, on one machine."
+    "Who is faster, with bodies drawn by lot and with one at each error, and how many of the"
+    " symbols that a method vouches for are wrong. Every method is used as its own documentation"
+    " does, on one machine."
 )
 tables = report.tables
-ROW, DIAGRAM, LEGEND = 0.25, 2.15, 0.45
-"""Inches: a row of ratios, a diagram, and what lines mean."""
+DIAGRAM, LEGEND = 2.15, 0.45
+"""Inches: a diagram, and what lines mean."""
 LARGEST = 3.0
 """Errors beyond, which are of the size of the answer, are not drawn."""
-FASTER = "#FBEFE6"
-"""Ground where others are faster than ours."""
-
-
 APPEARANCES: dict[str, dict[str, str]] = {
     "scipy": {"label": "SciPy DOP853", "color": RED, "marker": "v"},
-    "diffrax": {"label": "diffrax (JAX)", "color": PINK, "marker": "P"},
     "cyrk": {"label": "CyRK (numba)", "color": GREEN, "marker": "o"},
     "heyoka": {"label": "heyoka, batches", "color": ORANGE, "marker": "s"},
     "ours": {"label": "rigidpend", "color": BLUE, "marker": "*"},
@@ -52,59 +47,23 @@ def style(name: str) -> dict[str, Any]:
 
 
 def draw(result: Loaded) -> Figure:
-    """Draw a result: the ratios of all problems above, then two diagrams a row."""
+    """Draw a result, two diagrams a row."""
     data = result["data"]
-    diagrams = [
-        *((_draw_again, _draw_first) if data.get("bodies") else ()),
-        *((_draw_work,) if "codes" in data else ()),
-        *((_draw_wrong,) if data.get("random_phases") else ()),
-    ]
-    meetings = {x: met for x in PROBLEMS if x in data and (met := report.met(data, x, 1))}
-    rows = max(1, -(-len(diagrams) // 2))
-    heights = [ROW * (len(meetings) + 3.2), DIAGRAM * rows + LEGEND]
-    figure = Figure(figsize=(WIDTH, sum(heights)))
+    of_bodies = (_draw_again, _draw_first) if data.get("bodies") else ()
+    diagrams = [*of_bodies, _draw_work, _draw_wrong]
+    rows = len(diagrams) // 2
+    figure = Figure(figsize=(WIDTH, DIAGRAM * rows + LEGEND))
     figure.set_layout_engine("constrained", w_pad=0.05, h_pad=0.05)
-    # Apart, so that the long names above take no width from the diagrams.
-    halves: Any = figure.subfigures(2, 1, height_ratios=heights)
-    above, below = halves
-    grid = below.add_gridspec(rows, 2)
-    every = [above.subplots()]
-    _draw_ratios(every[0], data, meetings)
-    for k, draw_one in enumerate(diagrams):
-        every.append(below.add_subplot(grid[k // 2, k % 2]))
-        draw_one(every[-1], data)
-    for axes, letter in zip(every, "abcde", strict=False):
+    every = list(figure.subplots(rows, 2).flat)
+    for axes, letter, draw_one in zip(every, "abcd", diagrams, strict=False):
+        draw_one(axes, data)
         title(axes, letter, axes.get_title())
         axes.set_title("")
         axes.grid(alpha=0.25, lw=0.4)
         # Within less than a decade they would be written upon each other.
         axes.xaxis.set_minor_formatter(NullFormatter())
-    _draw_legend(below, every)
+    _draw_legend(figure, every)
     return figure
-
-
-def _draw_ratios(axes: Axes, data: Data, meetings: dict[str, list[report.Standing]]) -> None:
-    """Times in units of ours: of each family the fastest; hollow: level not reached."""
-    axes.set_title("time at equal error, the fastest of each; hollow: that error is not reached")
-    for row, met in enumerate(meetings.values()):
-        best: dict[str, report.Standing] = {}
-        for standing in sorted(met, key=lambda x: (not x.reached, x.ratio[0])):
-            if not METHODS[standing.method].certain:
-                best.setdefault(METHODS[standing.method].family, standing)
-        for standing in best.values():
-            look = style(standing.method)
-            look |= {"ls": "none", "mfc": look["color"] if standing.reached else "white"}
-            axes.plot(standing.ratio[0], row, **{**look, "ms": look["ms"] + 1})
-    axes.axvline(1.0, color="black", lw=0.8, zorder=2)
-    axes.set_xscale("log")
-    low, high = axes.get_xlim()
-    axes.set_xlim(min(low, 0.4), max(high, 2.5))
-    axes.axvspan(axes.get_xlim()[0], 1.0, color=FASTER, zorder=0)
-    axes.set_yticks(range(len(meetings)), [str(data[name]["title"]) for name in meetings])
-    axes.set(ylim=(len(meetings) - 0.4, -0.6), xlabel="time in units of ours")
-    inside: Any = {"transform": axes.transAxes, "va": "bottom", "fontsize": 7.5, "color": "0.3"}
-    axes.text(0.008, 0.03, "faster\nthan ours", **inside)
-    axes.tick_params(axis="y", length=0)
 
 
 def _draw_again(axes: Axes, data: Data) -> None:
@@ -131,7 +90,7 @@ def _draw_shares(axes: Axes, sample: dict[str, Any]) -> None:
 
 def _draw_work(axes: Axes, data: Data) -> None:
     """Time against error, the best of the settings of methods that vouch for nothing."""
-    for name, record in report.records(data["codes"]):
+    for name, record in report.records(data["fig4"]):
         if "error" not in record or METHODS[name].certain:
             continue
         error = np.maximum(record["error"], np.finfo(float).eps)
@@ -167,8 +126,8 @@ def _draw_wrong(axes: Axes, data: Data) -> None:
     axes.set_xlim(low / 1.5, high * 1.5)
 
 
-def _draw_legend(below: Any, every: list[Axes]) -> None:
-    """Families that are shown, and what lines mean, below the diagrams."""
+def _draw_legend(figure: Figure, every: list[Axes]) -> None:
+    """Tell families that are shown, and what lines mean, below the diagrams."""
     shown = {str(line.get_label()) for one in every for line in one.lines} & set(METHODS)
     families = {METHODS[name].family for name in shown}
     looks = [look for family, look in reversed(APPEARANCES.items()) if family in families]
@@ -176,4 +135,4 @@ def _draw_legend(below: Any, every: list[Axes]) -> None:
     if any(METHODS[name].certain for name in shown):
         handles.insert(1, entry("rigidpend, every symbol certain", **CERTAIN))
         handles.append(entry("two runs of a peer compared", color="0.4", ls="--"))
-    below.legend(handles=handles, loc="outside lower center", ncols=4, fontsize=8, frameon=False)
+    figure.legend(handles=handles, loc="outside lower center", ncols=4, fontsize=8, frameon=False)

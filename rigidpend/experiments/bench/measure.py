@@ -1,13 +1,13 @@
 """Measurements of a worker: what is timed, in which order, within which budget.
 
-Two passes. The search takes each method alone, at every setting and tolerance of its grid, and
-keeps error and time: the material of the diagrams, and of the choice of a setting. The meeting then
-brings the chosen ones together in one process and times them in turn, round by round, so that
-what slows the machine slows all of them: ratios come from it and from nothing else.
+At first each method alone: the search tries every setting and tolerance of its grid at Fig. 4 and
+keeps error and time, of which diagrams are made and a setting is chosen; then its symbols are
+counted on random phases, whose codes are in a file, computed in 113 bits by a program written
+before this package, which rounds by itself.
 
-Then symbols are counted and timed, on random phases and on bodies drawn by lot. The codes of the
-random phases are in a file, computed in 113 bits by a program written before this package, which
-rounds by itself.
+The meeting brings the chosen ones together in one process and times them in turn, round by round,
+so that what slows the machine slows all of them: ratios come from it and from nothing else. At last
+there are bodies drawn by lot.
 
 Each work is a generator of lines, of numbers and lists that any process can take.
 """
@@ -30,13 +30,12 @@ import numpy as np
 
 from rigidpend.experiments import principal_axes
 from rigidpend.experiments.bench import problems, schema
-from rigidpend.experiments.bench.methods import METHODS, Entrant, tolerances
+from rigidpend.experiments.bench.methods import METHODS, Entrant, finest, tolerances
 from rigidpend.experiments.bench.peers import made
-from rigidpend.experiments.bench.problems import FIG4, Crossed, Stage, Task
+from rigidpend.experiments.bench.problems import FIG4, Crossed, Task
 from rigidpend.experiments.bench.solvers import Make, Solver
 from rigidpend.experiments.data import Data
 from rigidpend.experiments.principal_axes import judged
-from rigidpend.machine import wording
 from rigidpend.numbers.exact import exact
 from rigidpend.routes.choice import expected_seconds
 from rigidpend.routes.problem import RouteProblem
@@ -50,14 +49,10 @@ FAILURES = (ArithmeticError, ImportError, MemoryError, RuntimeError, ValueError)
 Whatever else is raised is a fault of this package's own lines."""
 WARM = 8.0
 """Seconds: a first solve that took less, compilation and all, is always followed by a second."""
-TRIED = 2
-"""Solves by which a method finds out whether several threads serve it."""
 THREADS = 2
-"""Threads at most; a method takes one where that is faster."""
+"""Threads with bodies drawn by lot; all else takes one."""
 BRIEF = 0.01
-"""Seconds: a solve that takes less finds the caches of the processor as others left them.
-
-At the free body, 0.6 ms alone, ours then took 1.6 times as long, and heyoka 1.2 times."""
+"""Seconds: a solve that takes less finds the caches of the processor as others left them."""
 STORED = Path(__file__).parent / "random_phases_113bit.json"
 """2,000 phases for each of two starts J1_0, with codes of 15 symbols and the last crossing's t'."""
 REPEATS = 3
@@ -105,22 +100,17 @@ def timed_solver(make: Callable[[], Solver], repeats: int, seconds: float, warm:
     return Timed(answer, prepared, first, taken)
 
 
-def search(config: schema.Config, name: str, truth: dict[str, Data]) -> Iterator[Line]:
-    """One method at each problem that it answers: a line is a measurement, or a failure there."""
+def alone(config: schema.Config, name: str, truth: Data) -> Iterator[Line]:
+    """One method: a line for each setting at Fig. 4, then one for each start of random phases."""
     for library in METHODS[name].libraries:
         # What is imported before is not counted as a method's preparation.
         importlib.import_module(library)
-    for problem in filter(METHODS[name].answers.__contains__, truth):
-        try:
-            given = problems.stage(problem, config.problem, truth[problem])
-            for line in settings(given, name, config.search):
-                yield {"problem": problem, **line}
-        except FAILURES as error:
-            # The other problems are still to be measured.
-            yield {"problem": problem, "failed": wording.error(error)}
+    task = problems.fig4(config.problem.columns, config.problem.n_symbols)
+    yield from search(task, truth, name, config.search)
+    yield from random_phases(config.phases, name, finest(name, config.search))
 
 
-def settings(given: Stage, name: str, asked: schema.Search) -> Iterator[Line]:
+def search(task: Task, truth: Data, name: str, asked: schema.Search) -> Iterator[Line]:
     """Try every setting of a method: each variant at each tolerance.
 
     A variant ends where it takes longer than any meeting would wait, preparation not counted: it is
@@ -129,39 +119,47 @@ def settings(given: Stage, name: str, asked: schema.Search) -> Iterator[Line]:
     slowest = float(asked.slowest)
     for number, setting in enumerate(METHODS[name].variants):
         for tolerance in tolerances(name, asked):
-            make = partial(made, name, given.task, Entrant(tolerance, setting))
+            make = partial(made, name, task, Entrant(tolerance, setting))
             found = timed_solver(make, REPEATS, slowest, WARM)
             line = {"tolerance": math.nan if tolerance is None else tolerance, "setting": number}
-            error = given.error(found.answer, given.truth)
-            yield {**line, "seconds": found.seconds, **error}
+            errors = problems.errors(found.answer, truth)
+            yield {**line, "seconds": found.seconds, **errors}
             if found.seconds > slowest:
                 break
 
 
-def meeting(
-    config: schema.Config, problem: str, entries: dict[str, Entrant], truth: dict[str, Data]
-) -> Iterator[Line]:
-    """Several methods in turn at one problem, with one thread, then with up to `THREADS`.
+def random_phases(asked: schema.RandomPhases, name: str, entry: Entrant) -> Iterator[Line]:
+    """Count the symbols of a method that are wrong, chunk by chunk; a line for each start J1_0.
 
-    A line is a method with `most` threads, and has the times of all rounds. Of one thread and the
-    most a method takes the number that takes it least time: where orbits are few two threads cost
-    more than they save, and no user would take them.
+    After so many seconds no further chunk is begun. Told are the counts of :func:`judged`, the
+    ``orbits`` and the ``seconds``.
     """
-    asked, given = config.meeting, problems.stage(problem, config.problem, truth[problem])
+    for J1_0, stored in json.loads(STORED.read_text(encoding="utf-8"))["orbits"].items():
+        phases, texts, _ = zip(*stored[: asked.orbits], strict=True)
+        true = np.array([list(map(int, text)) for text in texts], dtype=np.uint8).T
+        problem = replace(FIG4, J1_0=exact(J1_0), n_symbols=len(true))
+        tally: Counter[str] = Counter()
+        spent, done = 0.0, 0
+        while done < len(phases) and spent < float(asked.seconds):
+            columns = slice(done, done + CHUNK)
+            solver = made(name, problems.from_phases(problem, np.array(phases[columns])), entry)
+            if not done:
+                # What is compiled, is compiled before the clock runs.
+                solver.solve()
+            taken, found = timed(solver.solve)
+            tally.update(judged(solver.read(found), true[:, columns]))
+            spent, done = spent + taken, min(columns.stop, len(phases))
+        yield {**tally, "J1_0": J1_0, "orbits": done, "seconds": spent}
 
-    def ready(name: str, threads: int) -> Solver:
-        return made(name, given.task, entries[name], threads)
 
-    solvers = {name: ready(name, 1) for name in entries}
-    for most in (1, THREADS):
-        if most > 1:
-            pairs = {x: (y, ready(x, most)) for x, y in solvers.items() if METHODS[x].threads}
-            solvers = {name: min(pair, key=_least) for name, pair in pairs.items()}
-        if len(solvers) > 1:
-            errors = {k: given.error(x.read(x.solve()), given.truth) for k, x in solvers.items()}
-            rounds = in_turn(solvers, asked.rounds, float(asked.seconds))
-            for name, error in errors.items():
-                yield {"method": name, "most": most, **error, "rounds": rounds[name]}
+def meeting(config: schema.Config, entries: dict[str, Entrant], truth: Data) -> Iterator[Line]:
+    """Several methods in turn at Fig. 4; a line is a method, and has the times of all rounds."""
+    task = problems.fig4(config.problem.columns, config.problem.n_symbols)
+    solvers = {name: made(name, task, entry) for name, entry in entries.items()}
+    errors = {name: problems.errors(x.read(x.solve()), truth) for name, x in solvers.items()}
+    rounds = in_turn(solvers, config.meeting.rounds, float(config.meeting.seconds))
+    for name, error in errors.items():
+        yield {"method": name, **error, "rounds": rounds[name]}
 
 
 def in_turn(solvers: dict[str, Solver], rounds: int, seconds: float) -> dict[str, list[float]]:
@@ -184,36 +182,6 @@ def in_turn(solvers: dict[str, Solver], rounds: int, seconds: float) -> dict[str
     return found
 
 
-def _least(solver: Solver) -> float:
-    """The least time of some solves, after one that warms up."""
-    solver.solve()
-    return min(timed(solver.solve)[0] for _ in range(TRIED))
-
-
-def random_phases(config: schema.Config, name: str, entry: Entrant) -> Iterator[Line]:
-    """Count the symbols of a method that are wrong, chunk by chunk; a line for each start J1_0.
-
-    After so many seconds no further chunk is begun. Told are the counts of :func:`judged`, the
-    ``orbits`` and the ``seconds``.
-    """
-    for J1_0, stored in json.loads(STORED.read_text(encoding="utf-8"))["orbits"].items():
-        phases, texts, _ = zip(*stored[: config.phases.orbits], strict=True)
-        true = np.array([list(map(int, text)) for text in texts], dtype=np.uint8).T
-        problem = replace(FIG4, J1_0=exact(J1_0), n_symbols=len(true))
-        tally: Counter[str] = Counter()
-        spent, done = 0.0, 0
-        while done < len(phases) and spent < float(config.phases.seconds):
-            columns = slice(done, done + CHUNK)
-            solver = made(name, problems.from_phases(problem, np.array(phases[columns])), entry)
-            if not done:
-                # What is compiled, is compiled before the clock runs.
-                solver.solve()
-            taken, found = timed(solver.solve)
-            tally.update(judged(solver.read(found), true[:, columns]))
-            spent, done = spent + taken, min(columns.stop, len(phases))
-        yield {**tally, "J1_0": J1_0, "orbits": done, "seconds": spent}
-
-
 def bodies(config: schema.Config, entries: dict[str, Entrant]) -> Iterator[Line]:
     """Call each method with bodies drawn by lot that it has not seen before, and again.
 
@@ -221,9 +189,8 @@ def bodies(config: schema.Config, entries: dict[str, Entrant]) -> Iterator[Line]
     `longest` time; a peer as many of them as it can in its time, with the horizon that ours told.
     Where two methods differ principal axes tell who is right.
 
-    A peer has so many `seconds` of solving at a body, the truth four times as many. A line, of a
-    body, has its numbers as ``body``, and by method ``first`` and ``again``, seconds, ``orbits``
-    and the counts of :func:`judged`.
+    A line, of a body, has its numbers as ``body``, and by method ``first`` and ``again``, seconds,
+    ``orbits`` and the counts of :func:`judged`.
     """
     asked, (own, *peers) = config.bodies, entries
     # What any body needs is compiled before the clock runs.
@@ -254,7 +221,7 @@ def _with_body(task: Task, entries: dict[str, Entrant], asked: schema.Bodies) ->
     answers = {own: ours.answer}
     found: dict[str, Any] = {own: {"orbits": orbits, "first": ours.first, "again": ours.seconds}}
     last = np.nanmax(ours.answer.time, initial=0.0)
-    task = task._replace(times=np.full(orbits, 1.001 * last / problems.time_unit(task.body)))
+    task = task._replace(end=1.001 * last / problems.time_unit(task.problem.body))
     for name in peers:
         make = partial(made, name, entry=entries[name], threads=THREADS)
         found[name], answers[name] = _in_its_time(make, task, seconds)

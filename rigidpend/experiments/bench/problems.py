@@ -1,13 +1,11 @@
-"""The problems: the task of each, its truth, and what an answer errs by; bodies drawn by lot.
+"""Orbits whose symbols are asked for: those of Fig. 4, and those of bodies drawn by lot.
 
-`methods.PROBLEMS` says what each is. States are (6, n), M and gamma in principal axes, or (8, n)
-with theta3 and alpha. Times are physical.
+States are (6, n), M and gamma in principal axes. Times are physical.
 """
 
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
 from dataclasses import replace
 from typing import Any, NamedTuple
 
@@ -15,35 +13,18 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rigidpend.experiments.data import Data
-from rigidpend.experiments.principal_axes import (
-    carry,
-    euler_poisson_field,
-    initial,
-    integrator,
-    judged,
-)
+from rigidpend.experiments.principal_axes import initial, judged
 from rigidpend.mechanics.body import Body
 from rigidpend.mechanics.coordinates import scale
-from rigidpend.mechanics.equations import cross, euler_poisson
-from rigidpend.mechanics.free_body import around_M1, around_M2
-from rigidpend.mechanics.in_space import alpha_ahead, angular_velocity, hodograph, turning_rate
 from rigidpend.numbers.exact import PI, exact
-from rigidpend.numbers.generic import Array, Numbers, Scalar
+from rigidpend.numbers.generic import Array
 from rigidpend.orbits.integrate.arithmetic import resolve
 from rigidpend.routes.codes import codes_of
 from rigidpend.routes.problem import RouteProblem
 
-FREE = Body(A=(2, 1, "1.5"), r=(1, 1, 0), mu=0)
-MOMENTUM = 2.0
-"""|M| of the free body, physical, that of Fig. 3 and Fig. 5."""
-PENDULUM = Body(A=(2, 1, "1.5"), r=(1, 1, 0), mu="0.1")
 FIG4 = RouteProblem(Body((2, 1, "1.5"), (1, 1, 0), "0.001"), exact("1.3342"), exact("1e-8"), 15)
 PASSAGE = 26.0
 """t' by which any passage of the orbits of Fig. 4 is over; the mean is 16."""
-FIG5 = RouteProblem(
-    Body((2, "1.5", "1.8"), (0, 1, 0), "0.01"), exact("10/9"), exact("2.39205e-9"), 5
-)
-FIG5_PHASES = np.array(("1.02", "1.83"), dtype=object)
 SEED = 40
 """Seed of the drawn bodies that are the same in every run."""
 WEIGHT = -4.0, math.log10(0.02)
@@ -53,29 +34,24 @@ START = -12.0, -6.0
 
 
 class Task(NamedTuple):
-    """Orbits, and what is asked of them: where they are at a time, their symbols, or alpha."""
+    """Orbits that start on a separatrix, of which symbols and crossing times are asked."""
 
-    kind: str
-    """``motion``, ``routes`` or ``angle``."""
-    body: Body
-    states: Array
-    """(6 or 8, n) at time 0."""
-    times: Array
-    """(n,): when an orbit ends; for routes a time by which it has made all crossings."""
-    problem: Any = None
-    """The `RouteProblem` of orbits that start on a separatrix."""
-    theta2_0: Any = None
+    problem: RouteProblem
+    theta2_0: Any
     """(n,) initial phases in radians, texts or doubles."""
+    states: Array
+    """(6, n) at time 0."""
+    end: float
+    """A time by which each orbit has made all its crossings."""
 
     def of(self, columns: Any) -> Task:
         """The same for some of the orbits."""
         states = np.ascontiguousarray(self.states[:, columns])
-        phases = None if self.theta2_0 is None else self.theta2_0[columns]
-        return self._replace(states=states, times=self.times[columns], theta2_0=phases)
+        return self._replace(theta2_0=self.theta2_0[columns], states=states)
 
 
 class Crossed(NamedTuple):
-    """The answer to a task of routes."""
+    """The answer to a task."""
 
     codes: NDArray[np.uint8]
     """(n_symbols, n)."""
@@ -90,79 +66,11 @@ def time_unit(body: Body) -> float:
     return float(scale(body.floats()[0], math))
 
 
-def with_angles(A: Numbers, r: Numbers, mu: Scalar) -> Callable[[Any], tuple[Any, ...]]:
-    """Euler-Poisson with the rates of theta3 and alpha, of 8 numbers."""
-
-    def field(y: Scalar) -> tuple[Any, ...]:
-        M, gamma = y[:3], y[3:6]
-        rates = euler_poisson(M, gamma, A, r, mu)
-        omega, domega = angular_velocity(M, A), angular_velocity(rates[:3], A)
-        return (*rates, turning_rate(M, r, mu), hodograph(omega, gamma, domega)[2])
-
-    return field
-
-
-FIELDS: dict[int, Callable[..., Any]] = {6: euler_poisson_field, 8: with_angles}
-"""Euler-Poisson by its number of components: of A, r and mu, the function of them."""
-
-
-def _motion(body: Body, states: Array, time: float) -> Task:
-    return Task("motion", body, states, np.full(states.shape[1], time))
-
-
-def free_body(sizes: Any) -> Task:
-    """Orbits around both axes, from near the centres to near the separatrix."""
-    heights = 1 - np.geomspace(0.9, 1e-3, sizes.orbits)
-    phases = np.linspace(0.0, 6.0, sizes.orbits)
-    around = [around_M1, around_M2]
-    M = np.stack(
-        [
-            around[i % 2](FREE.alpha0, height, 1 - i // 2 % 2 * 2, phase)
-            for i, (height, phase) in enumerate(zip(heights, phases, strict=True))
-        ],
-        axis=1,
-    )
-    gamma = np.stack(cross(M, (0.6, 0.0, 0.8)))
-    states = np.concatenate((MOMENTUM * M, gamma / np.linalg.norm(gamma, axis=0)))
-    return _motion(FREE, states, sizes.turns * 2 * math.pi * float(FREE.A[2]) / MOMENTUM)
-
-
-def pendulum(sizes: Any) -> Task:
-    """Rotations from the lowest point, tau = 0, of energies h0 from 1.1 mu to 20 mu.
-
-    M3 < 0: then J1 = 0 exactly, which spares (eq1) the rounding of J2 - J1.
-    """
-    (_, _, A3), r, mu = PENDULUM.floats()
-    h0 = mu * (1 + np.geomspace(0.1, 19.0, sizes.orbits))
-    states = np.zeros((6, sizes.orbits))
-    states[2] = -np.sqrt(2 * A3 * (h0 + mu))
-    states[3], states[4] = -r[0], -r[1]
-    return _motion(PENDULUM, states, sizes.turns * 2 * math.pi * math.sqrt(A3 / (2 * mu)))
-
-
-def codes(sizes: Any) -> Task:
+def fig4(columns: int, n_symbols: int) -> Task:
     """The first columns of the left array."""
-    problem = replace(FIG4, n_symbols=sizes.n_symbols)
-    phases = np.array([f"{k}/10" for k in range(sizes.columns)], dtype=object)
-    return _routes(problem, phases, _starts(problem, phases))
-
-
-def _starts(problem: RouteProblem, phases: Any) -> Array:
-    return np.array(initial(problem, [exact(x) for x in phases]), dtype=float).T
-
-
-def precession_angle(sizes: Any) -> Task:
-    """The two orbits of Fig. 5, to half a passage behind the last crossing.
-
-    alpha - theta3 at the start is that of (th_al).
-    """
-    body, states = FIG5.body, _starts(FIG5, FIG5_PHASES)
-    omega = angular_velocity(states[:3], body.floats()[0])
-    ahead = alpha_ahead(states[:3], omega, states[3:])
-    route = codes_of(FIG5, FIG5_PHASES, resolve()).crossing_time
-    ends = np.round(route[-1] + (route[-1] - route[-2]) / 2) / time_unit(body)
-    full = np.concatenate((states, np.zeros((1, len(ends))), ahead[None]))
-    return Task("angle", body, full, ends, FIG5, FIG5_PHASES)
+    phases = np.array([f"{k}/10" for k in range(columns)], dtype=object)
+    states = np.array(initial(FIG4, [exact(x) for x in phases]), dtype=float).T
+    return _task(replace(FIG4, n_symbols=n_symbols), phases, states)
 
 
 def random_routes(problem: RouteProblem, n: int) -> Task:
@@ -176,13 +84,12 @@ def from_phases(problem: RouteProblem, phases: Array) -> Task:
     along, across = np.array(initial(problem, [exact(0), PI / 2]), dtype=float)
     gamma = np.outer(along[3:], np.cos(phases)) + np.outer(across[3:], np.sin(phases))
     M = np.repeat(along[:3, None], len(phases), axis=1)
-    return _routes(problem, phases, np.concatenate((M, gamma)))
+    return _task(problem, phases, np.concatenate((M, gamma)))
 
 
-def _routes(problem: RouteProblem, phases: Any, states: Array) -> Task:
-    horizon = PASSAGE * (problem.n_symbols + 1) / time_unit(problem.body)
-    times = np.full(states.shape[1], horizon)
-    return Task("routes", problem.body, states, times, problem, phases)
+def _task(problem: RouteProblem, phases: Any, states: Array) -> Task:
+    end = PASSAGE * (problem.n_symbols + 1) / time_unit(problem.body)
+    return Task(problem, phases, states, end)
 
 
 def drawn(seed: int = SEED, bodies: int = 40) -> list[RouteProblem]:
@@ -213,20 +120,7 @@ def _drawn(random: np.random.Generator) -> RouteProblem:
     return RouteProblem(body, exact(h), exact(f"{start:.3g}"), FIG4.n_symbols)
 
 
-def ends_in_113_bits(task: Task) -> dict[str, Array]:
-    """The states at the end, in 113 bits; exact initial ones where a problem has them."""
-    starts: Any = task.states.T
-    if task.problem:
-        M_gamma = initial(task.problem, [exact(x) for x in task.theta2_0], 113)
-        # Where the two angles start is a mere constant; its double is the same for everyone.
-        starts = [[*y, *angles] for y, angles in zip(M_gamma, starts[:, 6:], strict=True)]
-    size = len(task.states)
-    made = integrator(task.body, FIELDS[size], size, 113)
-    ways = zip(starts, task.times, strict=True)
-    return {"states": np.array([carry(made, state, end) for state, end in ways]).T}
-
-
-def codes_in_113_bits(task: Task) -> dict[str, Any]:
+def truth(task: Task) -> dict[str, Any]:
     """Symbols and crossing times in 113 bits, each established twice."""
     found = codes_of(task.problem, task.theta2_0, resolve(precisions=(113,)))
     if not found.certain.all():
@@ -234,47 +128,9 @@ def codes_in_113_bits(task: Task) -> dict[str, Any]:
     return {"codes": found.codes, "time": found.crossing_time}
 
 
-def error_of_motion(answer: Array, truth: Data) -> dict[str, float]:
-    """The largest distance of (M/\\|M\\|, gamma) at the end."""
-    gap = answer - truth["states"]
-    gap[:3] /= np.linalg.norm(truth["states"][:3], axis=0)
-    return {"error": float(np.linalg.norm(gap, axis=0).max())}
-
-
-def error_of_codes(answer: Crossed, truth: Data) -> dict[str, float]:
-    """Median over the columns of the largest error of a crossing time, t'; symbols judged."""
-    gap = np.abs(answer.time - truth["time"])
+def errors(answer: Crossed, true: Data) -> dict[str, float]:
+    """Median over the columns of the largest error of a crossing time, t'; wrong symbols."""
+    gap = np.abs(answer.time - true["time"])
     worst = np.where(np.isnan(gap), np.inf, gap).max(axis=0)
-    return {"error": float(np.median(worst)), **judged(answer, truth["codes"])}
-
-
-def error_of_alpha(answer: Array, truth: Data) -> dict[str, float]:
-    """The largest error of alpha(T), the last row, which is an angle, in radians."""
-    gap = answer[-1] - truth["states"][-1]
-    return {"error": float(np.abs(np.remainder(gap + math.pi, 2 * math.pi) - math.pi).max())}
-
-
-class Stage(NamedTuple):
-    """A problem made ready."""
-
-    task: Task
-    truth: Data
-    """Arrays, in 113 bits."""
-    error: Callable[[Any, Data], dict[str, float]]
-    """From an answer and the truth: ``error`` first, then what else is told."""
-
-
-ASKED: dict[str, tuple[Callable[[Any], Task], Callable[[Task], Data], Callable[..., Any]]] = {
-    "free_body": (free_body, ends_in_113_bits, error_of_motion),
-    "pendulum": (pendulum, ends_in_113_bits, error_of_motion),
-    "codes": (codes, codes_in_113_bits, error_of_codes),
-    "precession_angle": (precession_angle, ends_in_113_bits, error_of_alpha),
-}
-"""Task, truth and error by the names of `methods.PROBLEMS`."""
-
-
-def stage(problem: str, sizes: Any, truth: Data | None = None) -> Stage:
-    """A problem of the sizes of `schema.Workload`; its truth is computed if it is not given."""
-    make, true, error = ASKED[problem]
-    task = make(sizes)
-    return Stage(task, truth or true(task), error)
+    wrong = judged(answer, true["codes"])["wrong_symbols"]
+    return {"error": float(np.median(worst)), "wrong_symbols": wrong}

@@ -1,8 +1,8 @@
 """Time, ratios and trust of every method, losses first.
 
-Functions take ``/data`` of a result, as `store.load` gives it. Infinity stands for what no
-measurement reached. Ratios come from the meetings alone: the median over the rounds of a method's
-time divided by that of the default in the same round.
+Functions take ``/data`` of a result, as `store.load` gives it. Ratios at Fig. 4 come from the
+meeting alone: the median over the rounds of a method's time divided by that of the default in the
+same round.
 """
 
 from __future__ import annotations
@@ -15,10 +15,11 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from rigidpend.experiments.bench import TRUST
-from rigidpend.experiments.bench.methods import METHODS, PROBLEMS, good_enough
+from rigidpend.experiments.bench.methods import DEFAULT, METHODS
 from rigidpend.experiments.data import Data, Loaded
 from rigidpend.machine.wording import Table, seconds, times
 
+FIG4 = "route codes of Fig. 4, every symbol right"
 RULE_OF_THREE = 3.0
 """Rule of three: an event absent in n trials has a chance of less than 3/n, at 95 %."""
 COVERED = 0.95
@@ -29,33 +30,29 @@ CALLS = {"first call": "first", "again, an orbit": "again"}
 
 
 class Standing(NamedTuple):
-    """The outcome of a meeting for one method."""
+    """The outcome of the meeting for one method."""
 
     method: str
     seconds: float
-    """Median over the rounds, for the whole problem."""
+    """Median over the rounds."""
     ratio: tuple[float, float, float]
     """Ratio of its time to the default's: the median over the rounds, and its :func:`interval`."""
     reached: bool
-    """True if the method reached the level of the problem."""
+    """True if every symbol was right."""
     record: Any
 
 
-def met(data: Data, problem: str, threads: int) -> list[Standing]:
-    """Results of the methods at a meeting, the fastest first; empty where there was none.
-
-    Ratios are to the default of the problem.
-    """
-    group = data.get("meetings", {}).get(f"threads_{threads}", {}).get(problem, {})
-    own = group.get(str(data[problem]["default"]))
+def met(data: Data) -> list[Standing]:
+    """Results of the methods at the meeting, the fastest first; none without the default."""
+    group = data["meeting"]
     found = []
-    for name, record in records(group) if own else ():
-        ratios = record["rounds"] / own["rounds"]
+    for name, record in records(group) if DEFAULT in group else ():
+        ratios = record["rounds"] / group[DEFAULT]["rounds"]
         ratios = ratios[np.isfinite(ratios)]
         if ratios.size:
-            reached = bool(good_enough(problem, record))
+            right = not record["wrong_symbols"]
             middle = float(np.nanmedian(record["rounds"]))
-            found.append(Standing(name, middle, interval(ratios), reached, record))
+            found.append(Standing(name, middle, interval(ratios), right, record))
     return sorted(found, key=lambda result: result.ratio[0])
 
 
@@ -72,17 +69,6 @@ def interval(sample: Any) -> tuple[float, float, float]:
     while (missed := missed + 2.0 ** (1 - n) * math.comb(n, k + 1)) <= 1 - COVERED:
         k += 1
     return float(np.median(ordered)), float(ordered[k]), float(ordered[-1 - k])
-
-
-def losses(data: Data) -> list[tuple[str, int, Standing]]:
-    """Losses: problems at which a peer needs less time than the default, at their level."""
-    return [
-        (problem, threads, result)
-        for problem in _problems(data)
-        for threads in _threads(data)
-        for result in met(data, problem, threads)
-        if result.ratio[0] < 1 and result.reached and METHODS[result.method].peer
-    ]
 
 
 def of_bodies(data: Data) -> dict[str, dict[str, Any]]:
@@ -103,33 +89,25 @@ def of_bodies(data: Data) -> dict[str, dict[str, Any]]:
 def tables(result: Loaded) -> list[Table]:
     """All tables, for people: losses first."""
     data = result["data"]
-    return [
-        *(losses_table(data), *bodies_tables(data)),
-        *(meeting_table(data, problem) for problem in _problems(data) if met(data, problem, 1)),
-        *([phases_table(data)] if data.get("random_phases") else []),
-    ]
+    rest = meeting_table(data), phases_table(data)
+    return [losses_table(data), *bodies_tables(data), *(x for x in rest if x.rows)]
 
 
 def losses_table(data: Data) -> Table:
-    """Table of the losses: a peer is faster than the default."""
+    """Table of the losses: a peer is faster than ours, at every symbol right at Fig. 4."""
     rows = [
-        (
-            *(str(data[problem]["title"]), METHODS[result.method].label, str(threads)),
-            *(seconds(result.seconds), _stated(result.ratio)),
-        )
-        for problem, threads, result in losses(data)
+        (FIG4, METHODS[x.method].label, seconds(x.seconds), _stated(x.ratio))
+        for x in met(data)
+        if x.ratio[0] < 1 and x.reached and METHODS[x.method].peer
     ] + list(_lost_bodies(data))
-    header = ("problem", "method", "threads", "time", "times ours")
-    absent = sorted({x for problem in _problems(data) for x in _absent(data[problem])})
-    notes = [*([] if rows else ["Nowhere in this run."]), *absent]
-    return Table("Where another method is faster than ours", header, rows, " ".join(notes))
-
-
-def _absent(group: Data) -> Iterator[str]:
-    """Methods of which nothing was measured at a problem, and why."""
-    for name, record in records(group):
-        if "seconds" not in record:
-            yield f"{METHODS[name].label}: {record['ended']}."
+    header = ("problem", "method", "time", "times ours")
+    absent = [
+        f"{METHODS[name].label}: {record['ended']}."
+        for name, record in records(data["fig4"])
+        if "seconds" not in record
+    ]
+    note = " ".join([*([] if rows else ["Nowhere in this run."]), *absent])
+    return Table("Where another method is faster than ours", header, rows, note)
 
 
 def _lost_bodies(data: Data) -> Iterator[tuple[str, ...]]:
@@ -143,7 +121,7 @@ def _lost_bodies(data: Data) -> Iterator[tuple[str, ...]]:
             k, lost = int(np.argmin(ratios)), int((ratios < 1).sum())
             if lost:
                 text = f"{call}: {lost} of {ratios.size} bodies drawn by lot, the worst"
-                yield text, METHODS[name].label, "2", seconds(theirs[k]), times(ratios[k])
+                yield text, METHODS[name].label, seconds(theirs[k]), times(ratios[k])
 
 
 def bodies_tables(data: Data) -> list[Table]:
@@ -191,63 +169,46 @@ def _body(group: Data, own: Data, k: int) -> tuple[str, ...]:
     return (*(x.format(**one) for x in told), *weight, *(seconds(x[k]) for x in own.values()))
 
 
-def meeting_table(data: Data, problem: str) -> Table:
-    """Time and ratio of every method at a problem, the fastest first; one thread, then more."""
-    counts = _threads(data)
-    by_count = [{r.method: r for r in met(data, problem, count)} for count in counts]
+def meeting_table(data: Data) -> Table:
+    """Time and ratio of every method at Fig. 4, the fastest first."""
     rows = []
-    for name, result in by_count[0].items():
-        marks = " *" * (name == str(data[problem]["default"])) + " +" * (not result.reached)
-        cells = [METHODS[name].label + marks]
-        for results in by_count:
-            there = results.get(name)
-            cells += [seconds(there.seconds), _stated(there.ratio)] if there else ["-", "-"]
-        wrong = float(result.record.get("wrong_symbols", 0))
-        error = f"{wrong:.0f} symbols wrong" if wrong else f"{float(result.record['error']):.1e}"
-        rows.append((*cells, error))
-    texts = (f"up to {n} threads" if n > 1 else "1 thread" for n in counts)
-    heads = [x for text in texts for x in (text, "times ours")]
+    for one in met(data):
+        marks = " *" * (one.method == DEFAULT) + " +" * (not one.reached)
+        wrong = float(one.record["wrong_symbols"])
+        error = f"{wrong:.0f} symbols wrong" if wrong else f"{float(one.record['error']):.1e}"
+        name = METHODS[one.method].label + marks
+        rows.append((name, seconds(one.seconds), _stated(one.ratio), error))
     note = (
-        "In turn in one process: medians, and in brackets an interval that holds the true ratio "
-        f"with a chance of {100 * COVERED:.0f} % at least, were rounds independent (six or more). "
-        "Of two threads a method takes one where that is faster. "
-        "* what rigidpend picks; + no setting that the search had time for reached the level."
+        "One thread, in turn in one process: medians, and in brackets an interval that holds the"
+        f" true ratio with a chance of {100 * COVERED:.0f} % at least, were rounds independent (six"
+        " or more). * with which the others are compared; + no setting that the search had time for"
+        " had every symbol right."
     )
-    return Table(level_text(data, problem), ("method", *heads, "error"), rows, note)
+    return Table(FIG4, ("method", "time", "times ours", "error"), rows, note)
 
 
 def phases_table(data: Data) -> Table:
     """Wrong symbols per million on random phases, against 113-bit arithmetic."""
     groups = data["random_phases"]
     rows = []
-    for name in METHODS:
-        found = [group.get(name) for group in groups.values()]
-        cells = (
-            [*_per_million(x), seconds(float(x["seconds"] / x["orbits"]))] if x else ["-"] * 3
-            for x in found
-        )
-        if any(found):
-            rows.append([METHODS[name].label, *itertools.chain(*cells)])
+    for name, _ in records(next(iter(groups.values()), {})):
+        own = [group[name] for group in groups.values()]
+        cells = ([*_per_million(x), seconds(float(x["seconds"] / x["orbits"]))] for x in own)
+        rows.append([METHODS[name].label, *itertools.chain(*cells)])
     heads = [
-        f"{x}, {start.replace('_', ' ', 1).replace('J1 0_', 'J1_0 = ')}"
+        f"{x}, {start.replace('J1_0_', 'J1_0 = ')}"
         for start in groups
         for x in ("wrong", "not decided", "time per orbit")
     ]
     every = [record for group in groups.values() for record in group.values()]
     fewest = min((float(x["symbols"]) for x in every if not x["wrong_trusted"]), default=math.inf)
     note = (
-        "Symbols per million; wrong ones that the method vouches for, and all wrong ones where it "
-        "vouches for none. Truth: 113-bit arithmetic, 15 symbols an orbit. None wrong means, at "
-        f"95 %, fewer than {1e6 * RULE_OF_THREE / fewest:,.0f}, of {fewest:,.0f} symbols or more."
+        "Body and energy of Fig. 4, each method at its finest tolerance. Symbols per million; wrong"
+        " ones that the method vouches for, and all wrong ones where it vouches for none. Truth:"
+        " 113-bit arithmetic, 15 symbols an orbit. None wrong means, at 95 %, fewer than"
+        f" {1e6 * RULE_OF_THREE / fewest:,.0f}, of {fewest:,.0f} symbols or more."
     )
     return Table("Random phases", ("method", *heads), rows, note)
-
-
-def level_text(data: Data, problem: str) -> str:
-    """Name a problem with the level at which methods meet."""
-    level = PROBLEMS[problem].level
-    goal = "every symbol right" if level is None else f"to an error of {level:.0e}"
-    return f"{data[problem]['title']}, {goal}"
 
 
 def records(group: Data) -> list[tuple[str, Any]]:
@@ -263,11 +224,3 @@ def _per_million(record: Data) -> list[str]:
 def _stated(ratio: tuple[float, float, float]) -> str:
     middle, low, high = map(times, ratio)
     return "1" if ratio[1] == ratio[2] == 1 else f"{middle} ({low} to {high})"
-
-
-def _threads(data: Data) -> list[int]:
-    return sorted(int(name.removeprefix("threads_")) for name in data.get("meetings", {}))
-
-
-def _problems(data: Data) -> Iterator[str]:
-    return (name for name in PROBLEMS if name in data)

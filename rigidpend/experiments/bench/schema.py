@@ -2,64 +2,48 @@
 
 from __future__ import annotations
 
-from typing import Annotated, Any
+from typing import Annotated
 
 from pydantic import AfterValidator, Field
 
 from rigidpend.config.schema import Count, ExperimentConfig, Number, Part, Whole, holding
-from rigidpend.experiments.bench.methods import METHODS, PROBLEMS
+from rigidpend.experiments.bench.methods import METHODS
 
 
-def _of(kind: str, names: tuple[str, ...]) -> AfterValidator:
-    def known(values: tuple[str, ...]) -> tuple[str, ...]:
-        unknown = [value for value in values if value not in names]
-        if unknown:
-            raise ValueError(f"no such {kind}: {unknown[0]!r} (known: {', '.join(names)})")
-        return values
-
-    return AfterValidator(known)
-
-
-def _descending(values: tuple[Any, ...]) -> tuple[Any, ...]:
-    numbers = [float(x) for x in values]
-    if not numbers or numbers != sorted(numbers, reverse=True) or numbers[-1] <= 0:
-        raise ValueError("expected tolerances that descend and are more than 0")
-    if numbers[0] > 0.1:
-        raise ValueError(f"a tolerance is at most 0.1, got {values[0]}")
+def _known(values: tuple[str, ...]) -> tuple[str, ...]:
+    unknown = [value for value in values if value not in METHODS]
+    if unknown:
+        raise ValueError(f"no such method: {unknown[0]!r} (known: {', '.join(METHODS)})")
     return values
 
 
-Methods = Annotated[tuple[str, ...], _of("method", tuple(METHODS))]
+Methods = Annotated[tuple[str, ...], AfterValidator(_known)]
 Seconds = Annotated[
     Number, holding(lambda x: 0 < x <= 1e6, "expected seconds, more than 0 and at most 1e6")
 ]
-Tolerances = Annotated[tuple[Number, ...], AfterValidator(_descending)]
+Tolerance = Annotated[
+    Number, holding(lambda x: 0 < x <= 0.1, "expected a tolerance, more than 0 and at most 0.1")
+]
 
 
 class Workload(Part):
-    """Problems, their sizes and the methods that solve them."""
+    """Orbits of Fig. 4, and the methods that tell their symbols."""
 
-    problems: Annotated[tuple[str, ...], _of("problem", tuple(PROBLEMS))] = tuple(PROBLEMS)
-    """Names of the problems to be solved."""
-    methods: Methods = tuple(name for name, x in METHODS.items() if x.answers)
-    """Names of the methods that solve them."""
-    orbits: Count = 16
-    """Orbits of the free body and of the pendulum, carried at once."""
-    turns: Count = 25
-    """Length of the orbits, in turns about the third axis."""
+    methods: Methods = tuple(METHODS)
+    """Names of the methods."""
     columns: Count = 63
     """Phases k/10 of Fig. 4."""
     n_symbols: Annotated[Whole, Field(ge=1, le=1000)] = 15
-    """Symbols on each orbit of Fig. 4."""
+    """Symbols on each orbit."""
 
 
 class Search(Part):
     """Search for settings, each method alone."""
 
-    tolerances: Tolerances
-    """Local tolerances of methods that choose their steps, dimensionless; descending."""
+    tolerances: Annotated[tuple[Tolerance, ...], Field(min_length=1)]
+    """Local tolerances of methods that choose their steps, dimensionless."""
     slowest: Seconds
-    """Longest time for a problem, seconds: what is slower meets nobody, and is tried no finer."""
+    """Longest time for all, seconds: what is slower meets nobody, and is tried no finer."""
 
 
 class Meeting(Part):
@@ -68,14 +52,12 @@ class Meeting(Part):
     rounds: Annotated[Whole, Field(ge=1, le=100)] = 11
     """Rounds of a meeting; the median of their ratios counts."""
     seconds: Seconds
-    """Time of one method at a problem in all, seconds; then it misses the rounds that are left."""
+    """Time of one method in all, seconds; then it misses the rounds that are left."""
 
 
 class RandomPhases(Part):
     """Random phases, whose symbols are compared with 113-bit arithmetic."""
 
-    methods: Methods
-    """Names of the methods whose symbols are compared."""
     orbits: Count
     """Number of phases at most, for each J1_0."""
     seconds: Seconds

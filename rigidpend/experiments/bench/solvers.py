@@ -1,8 +1,8 @@
 """Solvers: a method made ready for a task, its orbits shared by threads.
 
 An adapter is a function ``answered(task, tolerance, threads, **setting)`` that gives a `Solver`.
-Most know nothing of threads, and are made ready for a part of the orbits: see :func:`shared`. The
-fields that they integrate are composed of the package's equations.
+Those of peers know nothing of threads, and are made ready for a part of the orbits: see
+:func:`shared`. The field that they integrate is the package's own.
 """
 
 from __future__ import annotations
@@ -14,8 +14,8 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from rigidpend.experiments.bench.problems import FIELDS, Crossed, Task, time_unit
-from rigidpend.experiments.principal_axes import beside
+from rigidpend.experiments.bench.problems import Crossed, Task, time_unit
+from rigidpend.experiments.principal_axes import beside, euler_poisson_field
 from rigidpend.mechanics.body import Body
 from rigidpend.mechanics.free_body import separatrix_theta1
 from rigidpend.numbers.generic import Array
@@ -32,51 +32,43 @@ class Solver(NamedTuple):
 
     solve: Callable[[], Any]
     """All the work that is timed."""
-    read: Callable[[Any], Any] = lambda found: found
-    """From what `solve` gave to the answer: states (6 or 8, n), alpha (1, n) or `Crossed`."""
+    read: Callable[[Any], Crossed] = lambda found: found
+    """From what `solve` gave to the answer."""
 
 
 Make = Callable[[Task], Solver]
-Solve = Callable[[], Array]
 
 
-def shared(adapter: Callable[..., Solver]) -> Callable[..., Solver]:
-    """The adapter of all orbits, which threads share, from one of a part of them.
+def shared(follows: Callable[..., Callable[[], Array]]) -> Callable[..., Solver]:
+    """The adapter of a peer, whose orbits threads share, from what follows a part of them.
 
-    It serves every method that leaves Python's lock while it computes.
+    It serves every method that leaves Python's lock while it computes. What follows orbits gives,
+    at crossings of M3 = 0, (3, n_symbols + 1, n): the physical time, NaN where there is no
+    crossing, and M1 and M2 there.
     """
 
-    @functools.wraps(adapter)
+    @functools.wraps(follows)
     def answered(task: Task, tolerance: Any, threads: int, **setting: Any) -> Solver:
+        read = functools.partial(_crossed, body=task.problem.body)
         if threads == 1:
-            return adapter(task, tolerance, **setting)
+            return Solver(follows(task, tolerance, **setting), read)
         columns = np.array_split(np.arange(task.states.shape[1]), threads)
-        parts = [adapter(task.of(part), tolerance, **setting) for part in columns if part.size]
+        parts = [follows(task.of(part), tolerance, **setting) for part in columns if part.size]
         pool = ThreadPoolExecutor(len(parts))
-
-        def read(found: list[Any]) -> Any:
-            answers = [part.read(one) for part, one in zip(parts, found, strict=True)]
-            if task.kind != "routes":
-                return np.concatenate(answers, axis=-1)
-            return Crossed(*(np.hstack([x[k] for x in answers]) for k in range(2)))
-
-        return Solver(lambda: list(pool.map(lambda part: part.solve(), parts)), read)
+        solve = lambda: np.concatenate(list(pool.map(lambda x: x(), parts)), axis=2)  # noqa: E731
+        return Solver(solve, read)
 
     return answered
 
 
-def crossed(found: Array, body: Body) -> Crossed:
-    """The answer from what was found at crossings of M3 = 0, (3, n_symbols + 1, n).
-
-    That is the physical time, NaN where there is no crossing, and M1 and M2 there.
-    """
+def _crossed(found: Array, body: Body) -> Crossed:
     time, M1, M2 = found
     places = separatrix_theta1(body.alpha0, body.beta0)
     theta1 = np.where(np.isnan(time), np.nan, 2 * np.arctan2(M1, M2) + body.beta0)
     return Crossed(symbols(beside(theta1, places)), time_unit(body) * time)
 
 
-def flat(body: Body, size: int) -> Any:
+def flat(body: Body) -> Any:
     """Write ``rates(dy, t, y, args)``, which takes floats or arrays, and which numba can compile.
 
     Each quantity is a local variable, as a hand would write it for speed, from the tape that the
@@ -85,8 +77,8 @@ def flat(body: Body, size: int) -> Any:
     A, r, mu = body.floats()
     # The moments are components too, for the tape multiplies by reciprocals of parameters: with
     # quotients, which round once, CyRK was a sixth faster.
-    traced, parameters = trace(lambda y: FIELDS[size](y[size:], r, mu)(y[:size]), size + 3)
-    components = [*(f"y{i}" for i in range(size)), *map(repr, A)]
+    traced, parameters = trace(lambda y: euler_poisson_field(y[6:], r, mu)(y[:6]), 9)
+    components = [*(f"y{i}" for i in range(6)), *map(repr, A)]
     names: list[str] = []
     known: dict[str, str] = {}
     for name, operands in traced.lines:
@@ -96,12 +88,10 @@ def flat(body: Body, size: int) -> Any:
             names.append(repr(parameters[operands[0]]))
         else:
             left, right = (names[i] for i in operands)
-            text = f"{left} {SIGNS[name]} {right}"
             # The tape tells parameters apart, even equal ones.
-            whole = name == "divided" and right == "1.0"
-            names.append(left if whole else known.setdefault(text, f"x{len(known)}"))
+            names.append(known.setdefault(f"{left} {SIGNS[name]} {right}", f"x{len(known)}"))
     lines = [
-        *(f"y{i} = y[{i}]" for i in range(size)),
+        *(f"y{i} = y[{i}]" for i in range(6)),
         *(f"{name} = {expression}" for expression, name in known.items()),
         *(f"dy[{i}] = {names[k]}" for i, k in enumerate(traced.rates)),
     ]

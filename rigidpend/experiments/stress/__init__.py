@@ -3,7 +3,7 @@
 scenes     claims, their limits and verdicts; orbits, their starts, and how far they are apart
 passages   growth of errors a passage, predicted from the variational equations; how many
            symbols a precision decides
-conserved  reflection, time reversal, change of units; integrals over up to 1e6 rotations
+conserved  reflection, time reversal; integrals over 1e6 rotations
 extremes   bodies, energies and starts at the ends of their ranges
 honesty    flags `certain` where the tolerance, or the tables of return maps, are spoilt; orbits
            found from random codes of random bodies, read back
@@ -71,7 +71,7 @@ DRIFT = {
 """Drift of the integrals of motion: see `conserved`."""
 CURVES: dict[str, Layout] = {
     "passages": {"growth?": GROWTH, "<precisions>": DECIDED},
-    "long_time": {"<engines>": DRIFT},
+    "long_time": {"<tolerances>": DRIFT},
 }
 """Curves behind the claims, by kind of trial and by its label; what refuses to compute has none."""
 

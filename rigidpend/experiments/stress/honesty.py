@@ -1,14 +1,12 @@
 """Trials of what is said of orbits: no wrong symbol is certain, found orbits have their code.
 
-Computations are spoilt, so that wrong symbols come: tolerances, and the tables of return maps. The
-three maps behind a code are off by smooth functions of a given size, one map alone or all, each by
-its own. The sample that is integrated as well would discard such maps at once; here it is left
-out, so that the flags stand alone.
+Computations are spoilt, so that wrong symbols come: tolerances, and the tables of return maps, one
+of three or all, by smooth functions of a given size. The integrated sample, which would discard
+such maps at once, is left out, so that the flags stand alone.
 
-The truth comes from elsewhere. Every orbit is followed in principal axes too, and where that
-differs from the default run anywhere it is followed there once more in more bits, at last in 113,
-whose word is final. So the default run is judged like all others, and a wrong symbol is missed
-only if both formulations err alike. Some orbits go to 113 bits at once.
+The truth comes from principal axes; where they differ from the default run anywhere, from more bits
+there, at last 113. So the default run is judged like all others, and a wrong symbol is missed only
+if both formulations err alike. Some orbits go to 113 bits at once.
 
 Orbits found from random codes and addresses of random bodies are read back by integration.
 """
@@ -41,6 +39,8 @@ Codes = NDArray[np.uint8]
 
 STARTS = ("1e-6", "1e-8", "1e-10")
 """J1_0 of a third of the orbits each."""
+N_SYMBOLS = 15
+"""Symbols on each orbit."""
 SPOILT_RIGHT = 0.999
 """Share of right symbols at the coarsest tolerance above which the trial shows nothing.
 
@@ -92,7 +92,7 @@ def trials(asked: Any, jobs: int) -> Iterator[Trial]:
         # What the division leaves goes to the first starts, so that no orbit is lost.
         orbits, checked = (x // n + (k < x % n) for x in (sizes.orbits, sizes.checked))
         yield trial(asked, J1_0, orbits, checked, jobs)
-    problem = RouteProblem(asked.body, asked.h0, asked.J1_0, sizes.n_symbols)
+    problem = RouteProblem(asked.body, asked.h0, asked.J1_0, N_SYMBOLS)
     yield maps_trial(problem, jobs, sizes.orbits // n, asked.seed)
     words, n_symbols = asked.addresses.words, asked.addresses.n_symbols
     own = RouteProblem(asked.body, asked.h0, asked.J1_0, n_symbols)
@@ -130,7 +130,7 @@ def trial(asked: Any, J1_0: str, orbits: int, checked: int, jobs: int) -> Trial:
     def measure() -> Findings:
         # Other phases for each J1_0, and the same in every run.
         phases = random_phases(orbits, (asked.seed, *J1_0.encode()))
-        problem = RouteProblem(asked.body, asked.h0, exact(J1_0), asked.honesty.n_symbols)
+        problem = RouteProblem(asked.body, asked.h0, exact(J1_0), N_SYMBOLS)
         default = scenes.routes(problem, phases, jobs)
         true = true_codes(problem, phases, default.codes, checked, jobs)
         # A tolerance spoils integrations; the maps' tables have a trial of their own.

@@ -18,11 +18,9 @@ class LongTime(Part):
     """Length of the trials of integrals, in rotations of the pendulum."""
 
     rotations: Annotated[Count, Field(ge=1000)] = 10**6
-    """Rotations with Taylor series; a third of them for the pendulum motion."""
+    """Rotations that are followed."""
     orbits: Count = 32
     """Orbits that are carried at once."""
-    rotations_scipy: Annotated[Count, Field(ge=10)] = 2000
-    """Rotations with the engine `scipy`."""
 
 
 class Extremes(Part):
@@ -32,8 +30,6 @@ class Extremes(Part):
     """Orbits of each."""
     n_symbols: Annotated[Whole, Field(ge=1, le=15)] = 15
     """Symbols on each orbit, fewer where a passage takes many rotations."""
-    long: bool = True
-    """True to try also what takes minutes."""
 
 
 class Passages(Part):
@@ -54,8 +50,6 @@ class Honesty(Part):
 
     orbits: Count = 100_000
     """All of them at every tolerance."""
-    n_symbols: Annotated[Whole, Field(ge=1, le=30)] = 15
-    """On each orbit."""
     checked: Annotated[Whole, Field(ge=3, le=10**5)] = 150
     """Number of them that are followed in principal axes in 113 bits in any case."""
     tolerances: Annotated[tuple[Spoilt, ...], Field(min_length=1, max_length=10)]

@@ -28,18 +28,16 @@ from tests.orbits.integrate.problems import needs_heyoka
 pytestmark = [pytest.mark.slow, needs_heyoka("the references in 113 bits")]
 
 SMALL = [
-    "problem.problems=[pendulum, codes]",
-    "problem.methods=[closed_form, route_codes, aligned_batch, diffrax]",
+    "problem.methods=[route_codes, aligned_batch, cyrk]",
     "problem.columns=2",
     "problem.n_symbols=2",
     "search.tolerances=[1e-4, 1e-9]",
     "search.slowest=100",
     "meeting.rounds=2",
     "meeting.seconds=50",
-    "phases.methods=[route_codes, diffrax]",
     "phases.orbits=5",
     "phases.seconds=50",
-    "bodies.methods=[route_codes_auto, heyoka_principal, diffrax]",
+    "bodies.methods=[route_codes, heyoka_principal, cyrk]",
     "bodies.kept=1",
     "bodies.drawn=1",
     "bodies.orbits=6",
@@ -47,15 +45,10 @@ SMALL = [
     "bodies.longest=60",
 ]
 BUDGETS = {
-    # Problems, tolerances, and the slowest that is waited for.
-    "search closed_form": 100.0,
-    "search route_codes": 100.0,
-    "search aligned_batch": 2 * 2 * 100.0,
-    # Guests with one thread and with two.
-    "meeting pendulum": 2 * 2 * 50.0,
-    "meeting codes": 2 * 2 * 50.0,
-    # Each of two starts.
-    "random_phases route_codes": 2 * 50.0,
+    # Tolerances, and the slowest that is waited for; then two starts of random phases.
+    "alone route_codes": 100.0 + 2 * 50.0,
+    "alone aligned_batch": 2 * 100.0 + 2 * 50.0,
+    "meeting": 2 * 50.0,
     # Two bodies: ours, one peer, and the truth, which has four times as long.
     "bodies": 2 * (60.0 + 1.0 + 4.0),
 }
@@ -81,18 +74,18 @@ def called(folder: Path, *words: str) -> Any:
 def ran(tmp_path_factory: pytest.TempPathFactory) -> Any:
     """A small run, and its command once more.
 
-    Diffrax is made absent, closed forms have a worker; the figure has tests of its own.
+    CyRK is made absent, `route_codes` has a worker; the figure has tests of its own.
     """
     folder, budgets = tmp_path_factory.mktemp("bench"), {}
 
     def counted(work: Any, given: Any, budget: float) -> Any:
         name = named(work, given)
         budgets[name] = budget
-        return (by_worker if name == "search closed_form" else here)(work, given, budget)
+        return (by_worker if name == "alone route_codes" else here)(work, given, budget)
 
     with pytest.MonkeyPatch.context() as patch:
-        lacking = METHODS["diffrax"]._replace(libraries=("no_such_library",))
-        patch.setitem(METHODS, "diffrax", lacking)
+        lacking = METHODS["cyrk"]._replace(libraries=("no_such_library",))
+        patch.setitem(METHODS, "cyrk", lacking)
         patch.setattr(bench, "by_worker", counted)
         patch.setattr(render, "render", lambda _, target: target.write_text("drawn"))
         said, again = called(folder, "--json"), called(folder)
@@ -102,10 +95,10 @@ def ran(tmp_path_factory: pytest.TempPathFactory) -> Any:
 
 def test_the_command_prints_one_json_document_and_draws(ran: Any) -> None:
     found = json.loads(ran.said.stdout)
-    assert set(found["data"]) >= {"meetings", "pendulum", "codes", "random_phases"}
+    assert set(found["data"]) == {"fig4", "meeting", "random_phases", "bodies"}
     assert found["machine"]["processor"]
     assert ran.figure.read_text() == "drawn"
-    assert "reference" in ran.said.stderr
+    assert "truth: done" in ran.said.stderr
     # What is up to date is not measured again.
     assert "is up to date" in ran.again.stderr
     assert ran.again.stdout.index("faster than ours") < ran.again.stdout.index("Random phases")
@@ -115,43 +108,33 @@ def test_a_worker_has_a_budget_for_all_that_it_measures(ran: Any) -> None:
     assert ran.budgets == BUDGETS
 
 
-def test_every_method_that_answers_has_a_record_or_is_said_to_be_absent(ran: Any) -> None:
-    pendulum, codes = ran.data["pendulum"], ran.data["codes"]
-    assert set(pendulum) & set(METHODS) == {"closed_form", "aligned_batch", "diffrax"}
-    assert set(codes) & set(METHODS) == {"route_codes", "aligned_batch", "diffrax"}
-    assert codes["route_codes"]["wrong_symbols"].tolist() == [0]
-    assert codes["aligned_batch"]["error"][-1] < 1e-3
-    assert pendulum["closed_form"]["error"][0] < 1e-12
-    assert pendulum["aligned_batch"]["tolerance"].tolist() == [1e-4, 1e-9]
-    loose, tight = pendulum["aligned_batch"]["error"]
-    assert tight < loose / 50
+def test_every_method_has_a_record_or_is_said_to_be_absent(ran: Any) -> None:
+    found = ran.data["fig4"]
+    assert found["route_codes"]["wrong_symbols"].tolist() == [0]
+    assert found["aligned_batch"]["tolerance"].tolist() == [1e-4, 1e-9]
+    loose, tight = found["aligned_batch"]["error"]
+    assert tight < min(loose / 50, 1e-3)
     absent = "absent: no_such_library is not installed"
-    assert pendulum["diffrax"] == codes["diffrax"] == {"ended": absent}
-    assert absent in ran.said.stderr
-    assert f"diffrax, jitted and vmapped: {absent}." in reading.losses_table(ran.data).note
+    assert found["cyrk"] == {"ended": absent}
+    assert f"CyRK, compiled by numba: {absent}." in reading.losses_table(ran.data).note
 
 
-def test_methods_meet_with_one_thread_and_with_two(ran: Any) -> None:
-    one, two = ran.data["meetings"]["threads_1"], ran.data["meetings"]["threads_2"]
-    both = {"route_codes", "aligned_batch", "ended"}
-    assert set(one["codes"]) == set(two["codes"]) == both
-    assert set(one["pendulum"]) == {"closed_form", "aligned_batch", "ended"}
-    assert "pendulum" not in two, "one alone gains from a second thread"
-    assert one["codes"]["route_codes"]["rounds"].shape == (2,)
-    assert one["codes"]["ended"] == two["codes"]["ended"] == "complete"
-
-
-def test_symbols_are_counted_on_random_phases_and_with_bodies_that_are_told(ran: Any) -> None:
+def test_methods_meet_and_their_symbols_are_counted(ran: Any) -> None:
+    """On random phases and with bodies; what is absent is left out."""
+    meeting = ran.data["meeting"]
+    assert set(meeting) == {"route_codes", "aligned_batch", "ended"}
+    assert meeting["route_codes"]["rounds"].shape == (2,)
+    assert meeting["ended"] == "complete"
     for phases in ran.data["random_phases"].values():
-        assert set(phases) == {"route_codes"}, "what is absent is left out"
+        assert set(phases) == {"route_codes", "aligned_batch"}
         assert phases["route_codes"]["symbols"] == 5 * 15
         assert phases["route_codes"]["wrong_trusted"] == phases["route_codes"]["undecided"] == 0
     group = ran.data["bodies"]
     assert group["ended"] == "complete"
-    assert "diffrax" not in group
-    assert group["route_codes_auto"]["orbits"].tolist() == [6] * 2
-    assert (group["heyoka_principal"]["symbols"] == group["route_codes_auto"]["symbols"]).all()
-    assert group["route_codes_auto"]["wrong_trusted"].tolist() == [0] * 2
+    assert "cyrk" not in group
+    assert group["route_codes"]["orbits"].tolist() == [6] * 2
+    assert (group["heyoka_principal"]["symbols"] == group["route_codes"]["symbols"]).all()
+    assert group["route_codes"]["wrong_trusted"].tolist() == [0] * 2
     for k, problem in enumerate((*drawn(SEED, 1), *drawn(1, 1))):
         assert [group[f"A{i + 1}"][k] for i in range(3)] == [float(x) for x in problem.body.A]
         assert (group["mu"][k], group["h0"][k]) == (float(problem.body.mu), float(problem.h0))
@@ -160,8 +143,7 @@ def test_symbols_are_counted_on_random_phases_and_with_bodies_that_are_told(ran:
 def test_an_interrupted_run_goes_on_where_it_was(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    few = ["problem.problems=[pendulum]", "problem.methods=[closed_form, aligned_batch]"]
-    few += ["phases.methods=[]", "bodies.kept=0", "bodies.drawn=0"]
+    few = ["problem.methods=[route_codes, aligned_batch]", "bodies.kept=0", "bodies.drawn=0"]
     config = loading.load(CONFIGS / "measure" / "bench_quick.yaml", [*SMALL, *few])
     planned, begun = runner.plan(config, tmp_path), []
 
@@ -177,11 +159,10 @@ def test_an_interrupted_run_goes_on_where_it_was(
         with pytest.raises(KeyboardInterrupt):
             runner.run(planned, jobs=1, report=lambda _: None)
     runner.run(planned, jobs=1, report=lambda _: None)
-    # What follows the search of both is their meeting.
-    found = ["search closed_form", *["search aligned_batch"] * 2, *["meeting pendulum"] * 2]
-    assert begun == found
+    # What follows both is their meeting.
+    assert begun == ["alone route_codes", *["alone aligned_batch"] * 2, "meeting", "meeting"]
     data = store.load(planned.target)["data"]
-    assert data["meetings"] == {f"threads_{n}": {"pendulum": {"ended": "late"}} for n in (1, 2)}
+    assert data["meeting"] == {"ended": "late: 0 of 2"}
     # Without a body that is drawn there is no group of them.
     assert not data.get("bodies")
 

@@ -10,13 +10,11 @@ import pytest
 
 from rigidpend.experiments.stress import passages, scenes
 from rigidpend.experiments.stress.scenes import Scene, followed
-from rigidpend.mechanics.equations import aligned
 from rigidpend.orbits.integrate import Orbits
 from rigidpend.orbits.integrate.states import states_at
-from tests.bodies import FIG4, GENERIC, problem
+from tests.bodies import FIG4, problem
 from tests.experiments.stress.verdicts import failed
 from tests.orbits.integrate.problems import on_separatrix
-from tests.strategies import FINE, along
 
 SCENE = Scene(FIG4, 1.4, 1, 11)
 
@@ -75,15 +73,6 @@ def test_predicted_errors_are_those_of_many_digits_also_where_they_have_grown_mo
     times, errors = np.array(known).T
     predicted = passages.predicted_errors(scene, scene.starts(2, 1e-8)[:, 1:], times[:, None])
     assert predicted[:, 0] == pytest.approx(errors, rel=1e-3)
-
-
-def test_the_jacobian_agrees_with_finite_differences_in_60_digits() -> None:
-    """Also where a component is small beside the unit step that stands for a derivative."""
-    c = Scene(GENERIC, 1.0).c
-    x, v = [0.4, -1e-9, 0.9, 0.3, -0.5, 0.8], [0.1, 0.7, -0.3, 0.2, 0.9, -0.6]
-    expected = along(lambda y: aligned(y, c), list(map(FINE.mpf, x)), list(map(FINE.mpf, v)))
-    made = passages.with_tangent(c)([*x, *v])
-    assert np.allclose(made, [*aligned(x, c), *np.array(expected, float)], rtol=0, atol=1e-15)
 
 
 @pytest.mark.slow
