@@ -215,8 +215,9 @@ def test_an_error_of_ours_is_in_the_log_with_its_traceback_or_in_a_temporary_fil
 ) -> None:
     monkeypatch.setattr(tempfile, "tempdir", str(tmp_path))
     monkeypatch.setattr(runner, "run", Mock(side_effect=ZeroDivisionError("mine")))
-    monkeypatch.setattr(runner, "recalled", Mock(side_effect=[None, None, KeyError("mine")]))
     for command in ("run small.yaml --out ours", "run small.yaml --out small.yaml/sub", "list"):
+        if command == "list":
+            monkeypatch.setattr(runner, "plan", Mock(side_effect=KeyError("mine")))
         done = call(desk, *command.split())
         [log] = tmp_path.iterdir() if "ours" not in command else [Path("ours", "small.log")]
         assert done.returncode == common.INTERNAL

@@ -158,20 +158,6 @@ def test_code_hash_counts_what_python_imports_and_nothing_that_draws() -> None:
         assert not [x for x in counted if x.startswith(apart) or x.endswith(DRAWING)]
 
 
-def test_code_does_not_depend_on_fields_that_another_python_has(
-    monkeypatch: pytest.MonkeyPatch,
-) -> None:
-    """As `type_params`, empty since Python 3.12 wherever nothing is generic."""
-    tree = ast.parse("def f(x: int, *, y=0.1) -> str:\n    return f'{x + y!r:>9}'")
-    before = code_hash.as_text(tree)
-    monkeypatch.setattr(ast.FunctionDef, "_fields", (*ast.FunctionDef._fields, "novelty"))
-    for empty in (list[ast.AST](), None):
-        tree.body[0].novelty = empty  # type: ignore[attr-defined]
-        assert code_hash.as_text(tree) == before
-    tree.body[0].novelty = [ast.Pass()]  # type: ignore[attr-defined]
-    assert code_hash.as_text(tree) != before
-
-
 PARSED = """
 import ast, json
 from rigidpend.runs import provenance
