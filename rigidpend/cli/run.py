@@ -258,8 +258,8 @@ class Runs:
         try:
             workers.apart(runner.follow, (planned, jobs), hear)
         except BaseException:
-            # A process that is ended may be writing.
-            files.sweep(planned.target)
+            # A process that is ended may have been writing.
+            files.sweep(planned.target, least=0.0)
             raise
 
     def _failed(

@@ -153,12 +153,8 @@ def run(
 
     config, content = planned.config, planned.config.content
     store.prepare(planned.target)
-    fingerprint = json.dumps(planned.fingerprint)
-    with (
-        Parts(planned.target, fingerprint) as parts,
-        ThreadPoolExecutor(1) as aside,
-        listening(report) as tell,
-    ):
+    parts = Parts(planned.target, json.dumps(planned.fingerprint))
+    with ThreadPoolExecutor(1) as aside, listening(report) as tell:
         # Git is asked while the experiment is computed.
         told = aside.submit(provenance.provenance)
         start, resumed = time.perf_counter(), len(parts)
