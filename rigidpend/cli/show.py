@@ -104,7 +104,7 @@ def describe_command(name: str, settings: tuple[str, ...], resolved: bool, as_js
     paths = catalogue.resolve((name,))
     if resolved and len(paths) > 1:
         raise click.UsageError("--resolved prints one config, not all")
-    loaded = loading.load_all(paths, settings)
+    loaded = [found for [found] in loading.load_swept(paths, settings)]
     if as_json:
         print_json([_document(each) for each in loaded])
     elif resolved:

@@ -6,7 +6,6 @@ exact, as written. Unknown keys are errors, and a schema declares only what its 
 
 from __future__ import annotations
 
-import functools
 import inspect
 import math
 import re
@@ -59,16 +58,7 @@ def _number(value: Any) -> Exact:
     # The reader leaves numbers as texts: a float here would have been rounded on its way.
     if not isinstance(value, str) or not value:
         raise ValueError("expected a number, such as 0.1, 1e-6, 1/10 or 3*pi/40")
-    return _read(value)
-
-
-# What is read and checked here is kept: of the members of a sweep most have the same.
-_kept = functools.lru_cache(maxsize=256)
-
-
-@_kept
-def _read(text: str) -> Exact:
-    number = exact(text)
+    number = exact(value)
     # What cannot be told from rounding errors, as tan(pi/2), is refused where it stands.
     float(number)
     return number
@@ -127,7 +117,6 @@ def _of_body(name: str) -> AfterValidator:
 _ANY_BODY: Any = {"A": exacts((2, 1, Fraction(3, 2))), "r": exacts((1, 0, 0)), "mu": 0}
 
 
-@_kept
 def _reaches(start: Exact, step: Exact, count: int) -> tuple[float, float, float, float]:
     """Sizes in doubles of a grid's start, its step, all of its steps, and its farthest phase."""
     first, last = abs(float(start)), abs(float(start + step * (count - 1)))

@@ -26,7 +26,7 @@ from rigidpend.runs import provenance
 
 Result = TypeVar("Result")
 
-__all__ = ["ConfigError", "LoadedConfig", "load", "load_all", "resolved_yaml"]
+__all__ = ["ConfigError", "LoadedConfig", "load", "load_swept", "resolved_yaml"]
 
 
 @dataclass(frozen=True)
@@ -192,11 +192,6 @@ def _problems(figure: str, shipped: tuple[Path, ...]) -> list[Any]:
     line = re.compile(rf'^figure: "?{re.escape(figure)}"?$', re.MULTILINE)
     texts = ((path, path.read_text(encoding="utf-8")) for path in shipped)
     return [load(path).content.problem for path, text in texts if line.search(text)]
-
-
-def load_all(paths: Sequence[Path], settings: Sequence[str] = ()) -> list[LoadedConfig]:
-    """Load several configs; the complaints about all of them are raised together."""
-    return [found for [found] in load_swept(paths, settings)]
 
 
 def _experiment(document: Document) -> str:

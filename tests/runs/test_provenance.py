@@ -37,7 +37,8 @@ def edited(monkeypatch: pytest.MonkeyPatch) -> dict[str, bytes]:
 
 def hashed(experiment: str) -> list[str]:
     """Places of the files whose code counts for an experiment."""
-    parts = [provenance.part_of(experiment, part) for part in ("schema", "compute")]
+    folder = code_hash.inside("experiments", experiment)
+    parts = [folder / f"{part}.py" for part in ("schema", "compute")]
     return sorted(code_hash.needed(parts))
 
 

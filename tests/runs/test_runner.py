@@ -86,7 +86,7 @@ def test_what_is_wrong_in_several_files_is_said_at_once(tmp_path: Path) -> None:
     wrong = changed("mu: 0.001", "mu: x")
     paths = [written(tmp_path, wrong, "a.yaml"), FIG4, written(tmp_path, wrong, "b.yaml")]
     with pytest.raises(loading.ConfigError) as caught:
-        loading.load_all(paths, ["problem.h0=y"])
+        loading.load_swept(paths, ["problem.h0=y"])
     origins = [str(problem.origin) for problem in caught.value.complaints]
     # The setting is the same for all, and said once.
     assert [x.rpartition("/")[2] for x in origins] == [
