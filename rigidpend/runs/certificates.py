@@ -148,8 +148,9 @@ def check(file: Path, *, jobs: int, report: Report) -> Sequence[Summary | Theore
         data = store.load(file)["data"]
         try:
             return [Theorem(x) for x in computation.theorems(config.content, data)]
-        except ArithmeticError as doubt:
-            raise store.StoreError(f"{file}: {doubt}") from None
+        # Anybody's arrays may be no sets and no steps.
+        except (ArithmeticError, ValueError) as doubt:
+            raise store.StoreError(f"{file}: undecided, nothing is proven: {doubt}") from None
     stored = storage.read(file)
     for name, (problem, phases) in _routes(file, stored).items():
         place, group = f"{file}: {name}", stored["data"][name]

@@ -31,6 +31,7 @@ from rigidpend.numbers.exact import ExactError
 from rigidpend.orbits.integrate import arithmetic
 from rigidpend.results import store
 from rigidpend.routes.certainty import Contradiction
+from rigidpend.routes.certified.checker import Undecided
 from rigidpend.routes.neighbourhood import NoChange
 from rigidpend.routes.symbolic import NoOrbit
 from rigidpend.runs import runner
@@ -180,7 +181,7 @@ OF_OURS = (
         (arithmetic.EngineError("x"), 3, "x"),
         (ModuleNotFoundError("x", name="dask"), 3, "dask is needed and not installed"),
         *((kind("x"), 1, "x") for kind in (store.StoreError, store.OtherVersion, WorkerError)),
-        *((kind("x"), 1, "x") for kind in (NoChange, NoOrbit, Contradiction, Ours)),
+        *((kind("x"), 1, "x") for kind in (NoChange, NoOrbit, Contradiction, Undecided, Ours)),
         (UnknownExperiment("x"), 1, "x"),
         (OSError(28, "no room"), 1, "no room"),
         (FileNotFoundError(2, "gone", "x" * 1000), 1, f"{'x' * 200}: gone"),
