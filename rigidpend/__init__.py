@@ -31,7 +31,7 @@ routes/      route codes of orbits, certain symbol by symbol; in symbolic/ the
 orbits/      orbits followed: step by step in integrate/, from section to
              section by a normal form in return_map/
 mechanics/   the body, its equations, and its motions in closed form
-machine/     the computer around it: files, caches, locks, workers, signals
+machine/     the computer around it: files, caches, workers, signals
 numbers/     numbers taken exactly as they are written
 ============ ===================================================================
 

@@ -67,10 +67,10 @@ def _rows() -> Iterator[tuple[str, str]]:
 
 def gathered(target: Path, tree: Any) -> tuple[float, float, float]:
     """Seconds to keep a tile, to read it again, and to write the result of it."""
-    with Parts(target, "measured") as parts:
-        kept, _ = timed(lambda: parts.keep("tile", lambda: tree))
-        read, again = timed(lambda: parts.keep("tile", lambda: tree))
-        fields = {name: PLANE[name] for name in again}
-        written, _ = timed(lambda: store.write(target, fields, again, {}, {}, {}))
-        parts.drop()
+    parts = Parts(target, "measured")
+    kept, _ = timed(lambda: parts.keep("tile", lambda: tree))
+    read, again = timed(lambda: parts.keep("tile", lambda: tree))
+    fields = {name: PLANE[name] for name in again}
+    written, _ = timed(lambda: store.write(target, fields, again, {}, {}, {}))
+    parts.drop()
     return kept, read, written

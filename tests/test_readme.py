@@ -57,7 +57,7 @@ def test_every_command_shown_is_understood(arguments: list[str], tmp_path: Path)
     assert isinstance(command, click.Command)
     for name in given.get("names") or [given.get("name") or "fig4"]:
         path = "fig4" if str(name).endswith(".yaml") else str(name)
-        loading.load_all(catalogue.resolve((path,)), given.get("settings", ()))
+        loading.load_swept(catalogue.resolve((path,)), given.get("settings", ()))
 
 
 def test_every_target_of_make_is_there_and_the_pages_show_commands() -> None:

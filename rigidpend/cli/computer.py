@@ -24,7 +24,7 @@ if TYPE_CHECKING:
 def cache_command(clear: bool, as_json: bool) -> None:
     """Print the folder of the cache, with its subfolders and their sizes.
 
-    It holds compiled code, return maps and what plans found out, which are made again when they
+    It holds compiled code, return maps and hashes of code, which are made again when they
     are needed. Each file says what it is of, under a digest; one that is damaged, or of something
     else, is told and made again.
 
@@ -44,21 +44,15 @@ def cache_command(clear: bool, as_json: bool) -> None:
         print_json({"folder": cache.folder(), "subfolders": [_document(x) for x in found]})
     else:
         click.echo(whole)
-        if found:
-            print_table([_row(one) for one in found])
-        # Damaged files are named, for they are what to act on.
-        for path in (path for one in found for path in one.damaged):
-            click.echo(f"{path}  {_size(path.stat().st_size)}  damaged")
+        rows = [
+            (x.path.name, counted(len(x.files), "file"), _size(x.size), x.meaning) for x in found
+        ]
+        if rows:
+            print_table(rows)
 
 
 def _row(one: Subfolder) -> list[str]:
-    damaged = f", {len(one.damaged)} damaged" if one.damaged else ""
-    return [
-        one.path.name,
-        f"{counted(len(one.files), 'file')}{damaged}",
-        _size(one.size),
-        one.meaning,
-    ]
+    return [one.path.name, counted(len(one.files), "file"), _size(one.size), one.meaning]
 
 
 def _document(one: Subfolder) -> dict[str, Any]:
@@ -67,7 +61,6 @@ def _document(one: Subfolder) -> dict[str, Any]:
         "meaning": one.meaning,
         "bytes": one.size,
         "files": one.files,
-        "damaged": one.damaged,
     }
 
 

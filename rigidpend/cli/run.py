@@ -102,24 +102,16 @@ def run_command(
     begun = time.perf_counter()
     if quiet and verbose:
         raise click.UsageError("--quiet and --verbose exclude each other")
-    from rigidpend.runs import runner
+    from rigidpend.runs import loading
     from rigidpend.runs.logs import Logs
 
     paths = configs_of(names, folder, name)
-    known: dict[Path, Sequence[LoadedConfig | Plan]] = {}
-    for x in paths if name is None and not (force or sweeps) else ():
-        if (plan := runner.recalled(x, folder_of(x, folder), settings)) and not plan.reason:
-            known[x] = [plan]
-    if changed := [x for x in paths if x not in known]:
-        from rigidpend.runs import loading
-
-        swept = loading.load_swept(changed, settings, sweeps, name)
-        known |= zip(changed, swept, strict=True)
-    named = [(x, folder_of(x, folder), each) for x in paths for each in known[x]]
-    _check_twins([(place / each.name, x) for x, place, each in named])
-    runs = Runs(jobs, scheduler, keep_going, settings, force)
-    for x, place, each in named:
-        runs.plan(each, x, place)
+    swept = loading.load_swept(paths, settings, sweeps, name)
+    named = [(x, each) for x, some in zip(paths, swept, strict=True) for each in some]
+    _check_twins([(folder_of(x, folder) / each.name, x) for x, each in named])
+    runs = Runs(jobs, scheduler, keep_going)
+    for x, each in named:
+        runs.plan(each, folder_of(x, folder), force)
     at_once, expected = runs.at_once(len(paths)), runs.expected
     shown = Progress(
         len(runs.waiting), expected, at_once, start=begun, quiet=quiet, verbose=verbose
@@ -130,7 +122,7 @@ def run_command(
             for outcome in runs.outcomes:
                 _tell_plan(outcome, shown, dry_run, expected.get(outcome.name))
             if not dry_run:
-                targets = {plan.name: plan.target for plan, _ in runs.waiting}
+                targets = {outcome.name: plan.target for plan, outcome in runs.waiting}
                 logs = Logs(targets, shlex.join(["rigidpend", *sys.argv[1:]]))
                 runs.compute(at_once, shown, logs)
     finally:
@@ -171,8 +163,6 @@ class Runs:
     scheduler: str | None
     """Address of a cluster; None for this machine."""
     keep_going: bool
-    settings: Sequence[str] = ()
-    force: bool = False
     outcomes: list[RunOutcome] = field(default_factory=list)
     waiting: list[tuple[Plan, RunOutcome]] = field(default_factory=list)
     """Those that are to be computed."""
@@ -181,19 +171,14 @@ class Runs:
     code: int = DONE
     """Worst exit code so far."""
 
-    def plan(self, config: LoadedConfig | Plan, path: Path, place: Path) -> None:
-        """Decide whether a config is to be run; of one that was recalled nothing is to be done."""
+    def plan(self, config: LoadedConfig, folder: Path, force: bool) -> None:
+        """Decide whether a config is to be run."""
         from rigidpend.runs import runner
 
         outcome = RunOutcome(config.name, "up to date", config.experiment)
         self.outcomes.append(outcome)
         try:
-            if isinstance(config, runner.Plan):
-                planned = config
-            elif self.force:
-                planned = runner.plan(config, place, force=True)
-            else:
-                planned = runner.plan_kept(config, path, place, self.settings)
+            planned = runner.plan(config, folder, force=force)
         except Exception as error:
             if not self.keep_going:
                 raise
@@ -206,7 +191,7 @@ class Runs:
             outcome.status, outcome.reason = "planned", planned.reason
             self.waiting.append((planned, outcome))
             if cost := runner.expected_seconds(planned):
-                self.expected[planned.name] = cost
+                self.expected[config.name] = cost
 
     def at_once(self, files: int) -> int:
         """Number of configs side by side: of several files so many that none outlasts all others.
@@ -266,15 +251,15 @@ class Runs:
 
         jobs = max(1, self.jobs // at_once)
         # Most of a long run is Python's own work, which holds the interpreter.
-        apart = at_once > 1 and self.expected.get(planned.name, 0.0) > LONG
+        apart = at_once > 1 and self.expected.get(planned.config.name, 0.0) > LONG
         if self.scheduler or not apart:
             runner.follow(planned, jobs, hear, self.scheduler)
             return
         try:
             workers.apart(runner.follow, (planned, jobs), hear)
         except BaseException:
-            # A process that is ended may be writing.
-            files.sweep(planned.target)
+            # A process that is ended may have been writing.
+            files.sweep(planned.target, least=0.0)
             raise
 
     def _failed(

@@ -55,22 +55,15 @@ def _named(folder: Path) -> list[tuple[str, Path]]:
 
 def _entry(name: str, path: Path, folder: Path) -> dict[str, Any]:
     """The entry of a result; a bad config or a damaged result does not hide the others."""
-    from rigidpend.runs import runner
+    from rigidpend.runs import loading, runner
 
     told: dict[str, Any] = {"name": name, "experiment": None}
     place, file = folder_of(path, folder), None
     try:
-        found = runner.recalled(path, place)
-        if found is None:
-            from rigidpend.runs import loading
-
-            config = loading.load(path)
-            told["experiment"] = config.experiment
-            found = runner.plan_kept(config, path, place)
-        told |= {
-            "experiment": found.experiment,
-            "status": "to run" if found.reason else "up to date",
-        }
+        config = loading.load(path)
+        told["experiment"] = config.experiment
+        found = runner.plan(config, place)
+        told["status"] = "to run" if found.reason else "up to date"
         told |= {"reason": found.reason or None, "doubt": found.doubt or None}
         file = found.target
     except Exception as error:
@@ -111,7 +104,7 @@ def describe_command(name: str, settings: tuple[str, ...], resolved: bool, as_js
     paths = catalogue.resolve((name,))
     if resolved and len(paths) > 1:
         raise click.UsageError("--resolved prints one config, not all")
-    loaded = loading.load_all(paths, settings)
+    loaded = [found for [found] in loading.load_swept(paths, settings)]
     if as_json:
         print_json([_document(each) for each in loaded])
     elif resolved:

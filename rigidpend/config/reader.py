@@ -2,8 +2,7 @@
 
 Scalars stay the text that was written, so that 1e-10, 0.1 and 3*pi/40 reach the schema as
 they stand. What could surprise is refused: aliases, merges, tags, equal keys, several
-documents, deep nesting, huge files. What can be passed over is noted and reading goes on, so
-that everything wrong is said at once.
+documents, deep nesting, huge files.
 """
 
 from __future__ import annotations
@@ -16,7 +15,7 @@ from typing import Any, NoReturn
 
 import yaml
 
-from rigidpend.config.complaints import Complaint, ConfigError, Origin, Place
+from rigidpend.config.complaints import ConfigError, Origin, Place
 
 MAX_BYTES = 200_000
 """Size of a file at most; the largest shipped config has under two thousand."""
@@ -38,14 +37,6 @@ class Document:
     tree: Any = None
     keys: dict[Place, Origin] = field(default_factory=dict)
     values: dict[Place, Origin] = field(default_factory=dict)
-    complaints: list[Complaint] = field(default_factory=list)
-    """Complaints about what was refused and passed over."""
-    unread: set[Place] = field(default_factory=set)
-    """Places of what was passed over, about which nothing else is said."""
-
-    def refuse(self, origin: Origin, place: Place, message: str) -> None:
-        """Note a complaint, and go on."""
-        self.complaints.append(Complaint(origin, place, message))
 
     def origin(self, place: Place, *, of_key: bool = False) -> Origin:
         """Origin of a value, or of the nearest thing around it that was written."""
@@ -70,11 +61,7 @@ def read(path: Path) -> Document:
 
 
 def parse(text: str, source: str) -> Document:
-    """Read YAML text; `source` names it in messages.
-
-    What is refused and can be passed over is in `Document.complaints`; where the rest cannot be
-    read they are raised.
-    """
+    """Read YAML text; `source` names it in messages. ConfigError says what is refused first."""
     document = Document(source)
     # YAML's idea of a line's end, so that marks and lines agree.
     reader = _Reader(document, re.split("\r\n|[\n\r\x85\u2028\u2029]", text))
@@ -87,21 +74,17 @@ def parse(text: str, source: str) -> Document:
     except (yaml.YAMLError, ValueError) as error:
         reason = str(error).splitlines()[0]
         line = text.count("\n", 0, getattr(error, "position", 0)) + 1
-        document.refuse(Origin(source, line, 1), (), f"not YAML: {reason}")
-        raise ConfigError(document.complaints) from None
+        raise ConfigError.of(Origin(source, line, 1), f"not YAML: {reason}") from None
     return document
 
 
 def value(text: str, origin: Origin) -> Any:
-    """Read YAML that an option gives; all complaints are raised, of the option as a whole."""
+    """Read YAML that an option gives; what is refused is said of the option as a whole."""
     try:
-        document = parse(text, origin.source)
-        complaints = document.complaints
+        return parse(text, origin.source).tree
     except ConfigError as error:
-        complaints = error.complaints
-    if complaints:
-        raise ConfigError([Complaint(origin, one.place, one.message) for one in complaints])
-    return document.tree
+        [one] = error.complaints
+        raise ConfigError.of(origin, one.message, one.place) from None
 
 
 def _reason(error: yaml.MarkedYAMLError) -> str:
@@ -137,7 +120,7 @@ class _Reader:
     """Builder of a document's tree from YAML events."""
 
     def __init__(self, document: Document, lines: list[str]) -> None:
-        self.target, self.lines, self.values = document, lines, 0
+        self.target, self.lines = document, lines
 
     def document(self, events: Iterator[Any]) -> Any:
         tree: Any = None
@@ -152,14 +135,10 @@ class _Reader:
     def node(self, event: Any, events: Iterator[Any], place: Place) -> Any:
         if len(place) > MAX_DEPTH:
             self.stop(event.start_mark, place[:3], f"nested deeper than {MAX_DEPTH}")
-        # Those that are passed over count as well.
-        if self.values >= MAX_VALUES:
+        if len(self.target.values) >= MAX_VALUES:
             self.stop(event.start_mark, place[:1], f"more than {MAX_VALUES} values")
-        self.values += 1
-        wrong = _refused(event)
-        if wrong:
-            self.target.refuse(self.origin(event.start_mark), place, wrong)
-            self.target.unread.add(place)
+        if wrong := _refused(event):
+            self.stop(event.start_mark, place, wrong)
         self.target.values[place] = self.origin(event.start_mark)
         if isinstance(event, yaml.MappingStartEvent):
             return self.mapping(events, place)
@@ -173,14 +152,11 @@ class _Reader:
             if not isinstance(event, yaml.ScalarEvent) or not event.value.isprintable():
                 self.stop(event.start_mark, place, "a key must be a plain word")
             inner = (*place, event.value)
-            origin = self.origin(event.start_mark)
             # YAML would let the last one win, without a word.
             if event.value in entries:
-                message = f"given twice, first at {self.target.keys[inner]}"
-                self.target.refuse(origin, inner, message)
-                self.passed_over(events, inner)
-                continue
-            self.target.keys[inner] = origin
+                said = f"given twice, first at {self.target.keys[inner]}"
+                self.stop(event.start_mark, inner, said)
+            self.target.keys[inner] = self.origin(event.start_mark)
             entries[event.value] = self.node(next(events), events, inner)
         return entries
 
@@ -190,23 +166,14 @@ class _Reader:
             entries.append(self.node(event, events, (*place, len(entries))))
         return entries
 
-    def passed_over(self, events: Iterator[Any], place: Place) -> None:
-        """Read a value and keep only its complaints."""
-        # Into a document that is thrown away, or its places would hide those of the first value.
-        kept = self.target
-        self.target = Document(kept.source, complaints=kept.complaints)
-        self.node(next(events), events, place)
-        self.target = kept
-
     def origin(self, mark: Any) -> Origin:
         text = self.lines[mark.line] if mark.line < len(self.lines) else ""
         return Origin(self.target.source, mark.line + 1, mark.column + 1, text)
 
     def stop(self, mark: Any, place: Place, message: str) -> NoReturn:
-        """Refuse something behind which nothing can be read."""
+        """Refuse what is at a mark, and with it the document."""
         origin = self.origin(mark) if mark else Origin(self.target.source)
-        self.target.refuse(origin, place, message)
-        raise ConfigError(self.target.complaints)
+        raise ConfigError.of(origin, message, place)
 
 
 def _refused(event: Any) -> str:
@@ -231,6 +198,4 @@ def _refused(event: Any) -> str:
 
 def _scalar(event: Any) -> str | bool | None:
     """Text of a scalar as written, or what a word of `WORDS` means."""
-    if isinstance(event, yaml.AliasEvent):
-        return None
     return event.value if event.style else WORDS.get(event.value, event.value)

@@ -6,15 +6,11 @@ exact, as written. Unknown keys are errors, and a schema declares only what its 
 
 from __future__ import annotations
 
-import ast
-import functools
 import inspect
 import math
 import re
-import textwrap
 from collections.abc import Callable
 from fractions import Fraction
-from itertools import pairwise
 from types import UnionType
 from typing import (
     TYPE_CHECKING,
@@ -62,16 +58,7 @@ def _number(value: Any) -> Exact:
     # The reader leaves numbers as texts: a float here would have been rounded on its way.
     if not isinstance(value, str) or not value:
         raise ValueError("expected a number, such as 0.1, 1e-6, 1/10 or 3*pi/40")
-    return _read(value)
-
-
-# What is read and checked here is kept: of the members of a sweep most have the same.
-_kept = functools.lru_cache(maxsize=256)
-
-
-@_kept
-def _read(text: str) -> Exact:
-    number = exact(text)
+    number = exact(value)
     # What cannot be told from rounding errors, as tan(pi/2), is refused where it stands.
     float(number)
     return number
@@ -130,7 +117,6 @@ def _of_body(name: str) -> AfterValidator:
 _ANY_BODY: Any = {"A": exacts((2, 1, Fraction(3, 2))), "r": exacts((1, 0, 0)), "mu": 0}
 
 
-@_kept
 def _reaches(start: Exact, step: Exact, count: int) -> tuple[float, float, float, float]:
     """Sizes in doubles of a grid's start, its step, all of its steps, and its farthest phase."""
     first, last = abs(float(start)), abs(float(start + step * (count - 1)))
@@ -167,32 +153,18 @@ class Part(BaseModel):
     """A part of a config: frozen, unknown keys refused; the text under a key is its meaning."""
 
     model_config = ConfigDict(
-        extra="forbid", frozen=True, arbitrary_types_allowed=True, defer_build=True
+        extra="forbid",
+        frozen=True,
+        arbitrary_types_allowed=True,
+        defer_build=True,
+        use_attribute_docstrings=True,
     )
 
 
 def comment(part: type[BaseModel], name: str) -> str:
     """Meaning of a key with its unit, as a phrase; empty where the schema says none."""
-    said = next((texts[name] for each in part.__mro__ if name in (texts := _texts(each))), "")
+    said = part.model_fields[name].description or ""
     return " ".join(said.replace("\\|", "|").split()).rstrip(".")
-
-
-@functools.cache
-def _texts(part: type) -> dict[str, str]:
-    """The text under each key that a part itself declares.
-
-    Read when a meaning is asked for: pydantic would read the sources of all parts at each start.
-    """
-    if not issubclass(part, Part):
-        return {}
-    [declared] = ast.parse(textwrap.dedent(inspect.getsource(part))).body
-    assert isinstance(declared, ast.ClassDef)
-    return {
-        key.target.id: str(text.value.value)
-        for key, text in pairwise(declared.body)
-        if isinstance(key, ast.AnnAssign) and isinstance(key.target, ast.Name)
-        if isinstance(text, ast.Expr) and isinstance(text.value, ast.Constant)
-    }
 
 
 def nested(annotation: Any) -> tuple[type[BaseModel] | None, bool]:

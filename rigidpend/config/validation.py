@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Iterator, Sequence
 from typing import Any, get_args
 
-from rigidpend.config.complaints import Complaint, ConfigError, Place, closest, meant
+from rigidpend.config.complaints import Complaint, Place, closest, meant
 from rigidpend.config.reader import Document
 from rigidpend.config.schema import nested
 
@@ -30,17 +30,13 @@ NEVER = {"J3": OF_J3, "J3_0": OF_J3}
 """Keys that there cannot be, with the reason."""
 
 
-def config_error(document: Document, model: Any, errors: Iterable[Any]) -> ConfigError:
-    """Collect all complaints about a document, by the reader and by the schema, in its order."""
+def complaints(document: Document, model: Any, errors: Iterable[Any]) -> list[Complaint]:
+    """Complaints of a schema about a document."""
     given = list(errors)
     # To pydantic a list is too short by the items that it has refused.
     within = {error["loc"][:k] for error in given for k in range(len(error["loc"]))}
     kept = (error for error in given if error["type"] != "too_short" or error["loc"] not in within)
-    said = [_problem(document, model, error) for error in kept]
-    # One cause, one complaint: of what the reader refused the schema need not speak.
-    own = [x for x in said if not document.unread & {x.place[:k] for k in range(len(x.place) + 1)}]
-    complaints = document.complaints + own
-    return ConfigError(sorted(complaints, key=lambda p: (p.origin.line or 0, p.origin.column or 0)))
+    return [_problem(document, model, error) for error in kept]
 
 
 def among(words: Iterable[str]) -> str:

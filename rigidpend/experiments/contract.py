@@ -23,7 +23,7 @@
         config's result, for orbits that only a computation tells.
     ``theorems(config, data)``
         Sentences that ``/data`` of a result proves, checked again without integration;
-        ArithmeticError where it does not, whose text says what is not shown.
+        ArithmeticError or ValueError where it does not, whose text says what is not shown.
 ``draw.py``
     ``draw(result)``: a figure of a stored result. And if it likes:
 

@@ -1,8 +1,8 @@
-"""The computer around the mathematics: files, caches, locks, workers, signals, tables of text.
+"""The computer around the mathematics: files, caches, workers, signals, tables of text.
 
 Modules
 -------
-files       files written whole or not at all, sealed, locked while somebody is at work
+files       files written whole or not at all, sealed; what killed writers left, by its age
 cache       kept files, each with what it is of, and the user's folder of them
 workers     threads and processes side by side
 progress    how far long work is, and how long the rest takes, on stderr

@@ -13,13 +13,12 @@ import contextlib
 import errno
 import functools
 import hashlib
-import json
 import os
 import shutil
 import sys
 import warnings
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 from rigidpend.machine import files
 
@@ -67,17 +66,6 @@ def save_file(path: Path, of: bytes, content: bytes) -> None:
     files.replace(path, files.sealed(content + _record(of)), lasting=False)
 
 
-def is_sound(path: Path) -> bool:
-    """True if a file is undamaged, and has the name of what it is of (see `name_of`)."""
-    try:
-        inner = files.unsealed(files.content(path, links=False)) or b""
-        length = int(inner[-DIGITS:])
-    except (OSError, ValueError):
-        return False
-    of = inner[-DIGITS - length : -DIGITS]
-    return inner.endswith(_record(of)) and path.name == name_of(of)
-
-
 def tell(path: Path, reason: str) -> None:
     """Warn that a kept file is not used."""
     warnings.warn(f"{path}: {reason}; it is made again", KeptFileWarning, stacklevel=2)
@@ -95,11 +83,9 @@ def reason(error: OSError | ValueError) -> str:
 MEANING = {
     "kernels": "compiled kernels",
     "maps": "return maps",
-    "plans": "what plans found out",
+    "hashes": "hashes of code",
 }
 """The subfolders of this version; others are of another."""
-PLANS = 500_000
-"""Bytes of all that plans found out, of which each takes some 500."""
 
 
 class Subfolder(NamedTuple):
@@ -110,8 +96,6 @@ class Subfolder(NamedTuple):
     files: list[Path]
     size: int
     """Bytes of all files."""
-    damaged: list[Path]
-    """Files that do not fit; always empty for a subfolder of another version."""
 
 
 def user_cache() -> Path:
@@ -165,17 +149,6 @@ def _looked_up(path: Path) -> tuple[int, int, Path]:
     return found.st_mtime_ns, found.st_size, path
 
 
-def recall(of: str) -> Any:
-    """Recall what an earlier process found to follow from something; None where none did."""
-    content = load(folder() / "plans", of.encode())
-    return None if content is None else json.loads(content)
-
-
-def remember(of: str, found: Any) -> None:
-    """Keep what follows from something, which JSON can hold, for :func:`recall`."""
-    save(folder() / "plans", of.encode(), json.dumps(found).encode(), PLANS)
-
-
 @functools.cache
 def tell_once(said: str) -> None:
     """Warn of what is the same for all files, the first time."""
@@ -184,7 +157,7 @@ def tell_once(said: str) -> None:
 
 
 def subfolders() -> list[Subfolder]:
-    """All subfolders of the cache, in the order of their names, every file compared."""
+    """All subfolders of the cache, in the order of their names."""
     try:
         found = sorted(x for x in folder().iterdir() if x.is_dir() and not x.is_symlink())
     except OSError:
@@ -195,9 +168,7 @@ def subfolders() -> list[Subfolder]:
 def _looked_at(path: Path) -> Subfolder:
     inside = sorted(one for one in path.rglob("*") if one.is_file() and not one.is_symlink())
     size = sum(one.lstat().st_size for one in inside)
-    # How another version seals its files is not known here.
-    damaged = [one for one in inside if path.name in MEANING and not is_sound(one)]
-    return Subfolder(path, MEANING.get(path.name, "of another version"), inside, size, damaged)
+    return Subfolder(path, MEANING.get(path.name, "of another version"), inside, size)
 
 
 def clear() -> None:

@@ -10,13 +10,15 @@ import functools
 import hashlib
 import json
 import os
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 from rigidpend.machine import cache
 
 PACKAGE = Path(__file__).resolve().parents[1]
+KEPT = 100_000
+"""Bytes of all hashes that are kept, of which each takes some 300."""
 
 
 def inside(*place: str) -> Path:
@@ -28,12 +30,12 @@ def code_hash_of(*files: Path) -> str:
     """Hash the code of some of the package's files and of all that they import of the package."""
     places = [each.relative_to(PACKAGE).as_posix() for each in files]
     # To read them takes a third of a second.
-    of = f"code hash of {places} in {package_digest()}"
-    found = cache.recall(of)
+    of, kept = f"{places} in {package_digest()}".encode(), cache.folder() / "hashes"
+    found = cache.load(kept, of)
     if found is None:
-        found = digest(json.dumps(sorted(needed(files).items())))
-        cache.remember(of, found)
-    return str(found)
+        found = digest(json.dumps(sorted(needed(files).items()))).encode()
+        cache.save(kept, of, found, KEPT)
+    return found.decode()
 
 
 def package_digest() -> str:
@@ -51,7 +53,7 @@ def needed(first: Sequence[Path]) -> dict[str, str]:
         place = waiting.pop()
         # Mere names, and other packages, have no file here.
         if place not in found and place in sources(package).files:
-            found[place], imported = code_of(package, place)
+            found[place], imported = _read(sources(package).files[place])
             waiting += [place for name in imported for place in _files(name)]
     return found
 
@@ -78,40 +80,30 @@ def sources(package: str) -> Sources:
     return Sources(found, every.hexdigest())
 
 
-def code_of(package: str, place: str) -> tuple[str, list[str]]:
-    """A file's code, and the names of modules, and of what is in them, that it imports."""
-    return _read(sources(package).files[place])
-
-
 @functools.cache
 def _read(source: bytes) -> tuple[str, list[str]]:
-    """Read a file's code without comments, docstrings and layout, and the names that it imports."""
-    tree = ast.parse(source)
+    """Digest of the code of a file that runs, and the names that it imports."""
+    tree = _Running().visit(ast.parse(source))
     names: set[str] = set()
-    for node in _running(tree):
+    for node in ast.walk(tree):
         if isinstance(node, ast.ImportFrom) and node.module:
             names |= {node.module, *(f"{node.module}.{alias.name}" for alias in node.names)}
         elif isinstance(node, ast.Import):
             names |= {alias.name for alias in node.names}
-    return digest(as_text(tree)), sorted(names)
+    return digest(ast.unparse(tree)), sorted(names)
 
 
-BLOCKS = ("body", "orelse", "finalbody", "handlers", "cases")
-"""Fields of a statement, and of a branch of one, that hold statements or such branches."""
+class _Running(ast.NodeTransformer):
+    """Filter of what runs: neither docstrings nor what is for type checkers only."""
 
+    def visit_Expr(self, node: ast.Expr) -> ast.AST | None:
+        text = isinstance(node.value, ast.Constant) and isinstance(node.value.value, str)
+        return None if text else node
 
-def _running(tree: ast.AST) -> Iterator[ast.AST]:
-    """Statements of a syntax tree but those for type checkers only, which compute nothing."""
-    waiting = [tree]
-    while waiting:
-        node = waiting.pop()
-        match node:
-            case ast.If(test=ast.Name(id="TYPE_CHECKING")):
-                waiting += node.orelse
-                continue
-        yield node
-        for block in BLOCKS:
-            waiting += getattr(node, block, ())
+    def visit_If(self, node: ast.If) -> ast.AST | list[ast.stmt]:
+        self.generic_visit(node)
+        checked = isinstance(node.test, ast.Name) and node.test.id == "TYPE_CHECKING"
+        return node.orelse if checked else node
 
 
 def _files(name: str) -> list[str]:
@@ -121,40 +113,6 @@ def _files(name: str) -> list[str]:
         return []
     around = ["/".join([*inner[:k], "__init__.py"]) for k in range(len(inner) + 1)]
     return [f"{'/'.join(inner)}.py", *around]
-
-
-def as_text(node: Any) -> str:
-    """Text of a syntax tree, of a list of them or of a value, so that versions of Python agree.
-
-    `ast.dump` and `ast.unparse` change from one version of Python to the next, also by fields
-    that are new and empty: absent ones are left out. Whether a name is read or written is told by
-    where it stands.
-    """
-    if isinstance(node, ast.AST):
-        words = [f"{type(node).__name__}("]
-        for name in _in_order(node._fields):
-            value = getattr(node, name, None)
-            if value is not None and value != []:
-                words += name, as_text(value)
-        return " ".join([*words, ")"])
-    if isinstance(node, list):
-        return " ".join(["[", *[as_text(each) for each in node if not _is_text(each)], "]"])
-    return repr(node)
-
-
-@functools.cache
-def _in_order(fields: tuple[str, ...]) -> list[str]:
-    """Fields of a kind of node, in alphabetical order; there are few kinds and many nodes."""
-    return sorted(set(fields) - {"ctx"})
-
-
-def _is_text(node: Any) -> bool:
-    """True if a statement is a mere text: a docstring of a module, a function or a name."""
-    return (
-        isinstance(node, ast.Expr)
-        and isinstance(node.value, ast.Constant)
-        and isinstance(node.value.value, str)
-    )
 
 
 def digest(text: str) -> str:

@@ -1,8 +1,6 @@
-"""Files written whole or not at all, sealed against damage, with nothing left behind.
+"""Files written whole or not at all, sealed against damage, with nothing left behind for long.
 
-Locks tell if another process is at work on a file or folder. The system keeps them with the open
-file, so that none outlives a killed process. Where there are none (`fcntl` is absent, or the file
-system knows no locks), nobody is taken to be gone.
+What a killed process left is told by its age: no lock says whether anybody is still at work on it.
 """
 
 from __future__ import annotations
@@ -12,18 +10,12 @@ import glob
 import hashlib
 import os
 import stat
-from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+import time
 from pathlib import Path
 from typing import Self
 
 from rigidpend.machine import signals
 from rigidpend.numbers.checked import ParameterError
-
-try:
-    import fcntl
-except ImportError:  # pragma: no cover
-    fcntl = None  # type: ignore[assignment]
 
 CERTIFICATE = ".certificate"
 """Ending of the name of a certificate, behind that of its result."""
@@ -34,8 +26,8 @@ LARGEST = 2**31
 """Bytes of a file that is read, and of what it holds, at most."""
 COPIES = 3
 """Number of times that a run holds a result: as parts, as a whole, and as the image of the file."""
-NOT_WAITING = getattr(os, "O_NONBLOCK", 0) | getattr(os, "O_NOFOLLOW", 0)
-"""Flags for opening a path that may be no regular file or folder."""
+DAY = 86_400.0
+"""Seconds without a change after which a file or folder is taken for one that was left behind."""
 
 
 class StoreError(RuntimeError):
@@ -105,8 +97,7 @@ def prepare(path: Path, otherwise: str = "choose another folder with --out") -> 
         path.parent.mkdir(parents=True, exist_ok=True)
         handle, temporary = _temporary(path)
         os.close(handle)
-        # Another run may have taken it for one left behind.
-        Path(temporary).unlink(missing_ok=True)
+        os.unlink(temporary)
     except OSError as error:
         reason = f"{path.parent} is not writable ({error.strerror})"
         raise StoreError(f"{path}: {reason}; {otherwise}") from None
@@ -134,12 +125,11 @@ def write(path: Path, content: bytes) -> None:
 def replace(path: Path, content: bytes, *, lasting: bool = True) -> None:
     """Give a file new content in one step, so that no reader sees half of it.
 
-    What killed writers of the same file left is removed; who still writes is not disturbed.
-    What is not `lasting` may be lost when the machine fails.
+    What killed writers of the same file left is removed. What is not `lasting` may be lost when
+    the machine fails.
     """
     sweep(path)
-    # Locked for as long as it is open; another run may take it for one left behind before that.
-    handle, temporary = held(lambda: _temporary(path))
+    handle, temporary = _temporary(path)
     signals.unfinished.add(temporary)
     try:
         with os.fdopen(handle, "wb") as file:
@@ -147,7 +137,7 @@ def replace(path: Path, content: bytes, *, lasting: bool = True) -> None:
             file.flush()
             if lasting:
                 os.fsync(file.fileno())
-            os.replace(temporary, path)
+        os.replace(temporary, path)
     except BaseException:
         with contextlib.suppress(OSError):
             os.unlink(temporary)
@@ -169,12 +159,22 @@ def twin(path: Path) -> str:
     return "" if path.name in alike else next(iter(alike), "")
 
 
-def sweep(path: Path) -> None:
-    """Remove what killed writers of a file left beside it."""
+def sweep(path: Path, least: float = DAY) -> None:
+    """Remove what killed writers of a file left beside it, if it is so many seconds old."""
     for left in path.parent.glob(f".{glob.escape(path.name)}.*.part"):
-        with deserted(left) as free, contextlib.suppress(OSError):
-            if free:
+        if is_left(left, least):
+            with contextlib.suppress(OSError):
                 os.unlink(left)
+
+
+def is_left(path: Path, least: float = DAY) -> bool:
+    """True if a file or folder, and no link or pipe, has not changed for so many seconds."""
+    try:
+        found = path.lstat()
+    except OSError:
+        return False
+    ours = stat.S_ISREG(found.st_mode) or stat.S_ISDIR(found.st_mode)
+    return ours and time.time() - found.st_mtime >= least
 
 
 def sealed(content: bytes) -> bytes:
@@ -197,52 +197,3 @@ def _temporary(path: Path) -> tuple[int, str]:
     name = str(path.with_name(f".{path.name}.{os.urandom(4).hex()}.part"))
     flags = os.O_WRONLY | os.O_CREAT | os.O_EXCL | getattr(os, "O_BINARY", 0)
     return os.open(name, flags, 0o666), name
-
-
-def held(opening: Callable[[], tuple[int, str]], *, with_others: bool = False) -> tuple[int, str]:
-    """Open a file or folder, by its number and its name, and hold it alone or with others.
-
-    Who holds it otherwise is waited for; what was removed meanwhile is opened once more.
-    """
-    while True:
-        handle, name = opening()
-        _locked(handle, "LOCK_SH" if with_others else "LOCK_EX")
-        with contextlib.suppress(FileNotFoundError):
-            if os.path.samestat(os.fstat(handle), os.stat(name)):
-                return handle, name
-        os.close(handle)
-
-
-def release(handle: int) -> None:
-    """Give up the lock, then close.
-
-    To close alone would leave it to copies: a child has one from the fork until it runs another
-    program or ends.
-    """
-    _locked(handle, "LOCK_UN")
-    os.close(handle)
-
-
-@contextmanager
-def deserted(path: Path) -> Iterator[bool]:
-    """True if nobody holds a file or folder; if so, it is held alone meanwhile."""
-    try:
-        # Of links and pipes nothing is ours, and none is waited for.
-        handle = os.open(path, os.O_RDONLY | NOT_WAITING)
-    except OSError:
-        yield False
-        return
-    try:
-        yield _locked(handle, "LOCK_EX", "LOCK_NB")
-    finally:
-        release(handle)
-
-
-def _locked(handle: int, *how: str) -> bool:
-    """True if the system locks an open file in that way."""
-    try:
-        fcntl.flock(handle, sum(getattr(fcntl, each) for each in how))
-    # The latter where there is no such module.
-    except (OSError, AttributeError):
-        return False
-    return True

@@ -287,7 +287,7 @@ def _loaded(file: h5py.File, layout: Layout | None) -> Loaded:
 
 def config(path: Path) -> dict[str, Any]:
     """The config that a result file was made from, as plain data."""
-    return read(path, lambda file: read_config(_plain(file["config"])), whole=True)
+    return load(path)["config"]
 
 
 def attributes(path: Path) -> dict[str, Any]:
@@ -309,24 +309,20 @@ def read_config(text: str) -> dict[str, Any]:
     """Read the config of a result; Unfit if it is no JSON object, or too long or too deep."""
     try:
         found = json.loads(text) if len(text) <= CONFIG else None
+        depth = _depth(found)
     except (ValueError, RecursionError):
         found = None
     if not isinstance(found, dict):
         raise Unfit("its config is no JSON object")
-    if _depth(found) > DEEPEST:
+    if depth > DEEPEST:
         raise Unfit(f"its config has more than {DEEPEST} brackets inside each other")
     return found
 
 
 def _depth(node: Any) -> int:
-    """Count the brackets inside each other; none is entered that is too deep."""
-    # Level by level: recursion could be exhausted by a file made for that.
-    level, depth = [node], 0
-    while level and depth <= DEEPEST:
-        inner = [x.values() if isinstance(x, dict) else x for x in level]
-        level = [x for each in inner for x in each if isinstance(x, dict | list)]
-        depth += 1
-    return depth
+    """Count the brackets inside each other."""
+    inner = node.values() if isinstance(node, dict) else node if isinstance(node, list) else None
+    return 0 if inner is None else 1 + max(map(_depth, inner), default=0)
 
 
 def _plain(node: Any) -> Any:

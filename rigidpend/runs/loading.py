@@ -26,7 +26,7 @@ from rigidpend.runs import provenance
 
 Result = TypeVar("Result")
 
-__all__ = ["ConfigError", "LoadedConfig", "load", "load_all", "resolved_yaml"]
+__all__ = ["ConfigError", "LoadedConfig", "load", "load_swept", "resolved_yaml"]
 
 
 @dataclass(frozen=True)
@@ -77,21 +77,23 @@ def _loaded(path: Path, document: Document, settings: Sequence[tuple[str, Origin
     """Check a config that was read, with settings, each with its origin."""
     overrides.check_free(path.stem, Origin(str(path)))
     if not isinstance(document.tree, dict):
-        document.refuse(document.origin(()), (), "expected keys: experiment, problem")
-        raise ConfigError(document.complaints)
+        raise ConfigError.of(document.origin(()), "expected keys: experiment, problem")
+    found: list[Complaint] = []
     for setting, origin in settings:
         try:
             overrides.override(document, setting, origin)
         except ConfigError as error:
-            document.complaints += error.complaints
-    experiment = _experiment(document)
-    model = experiments.schema(experiment)
+            found += error.complaints
     try:
+        experiment = _experiment(document)
+        model = experiments.schema(experiment)
         content = model.model_validate(document.tree)
+    except ConfigError as error:
+        found += error.complaints
     except ValidationError as error:
-        raise validation.config_error(document, model, error.errors()) from None
-    if document.complaints:
-        raise ConfigError(document.complaints)
+        found += validation.complaints(document, model, error.errors())
+    if found:
+        raise ConfigError(sorted(found, key=lambda x: (x.origin.line or 0, x.origin.column or 0)))
     return LoadedConfig(path.stem, experiment, content)
 
 
@@ -192,19 +194,12 @@ def _problems(figure: str, shipped: tuple[Path, ...]) -> list[Any]:
     return [load(path).content.problem for path, text in texts if line.search(text)]
 
 
-def load_all(paths: Sequence[Path], settings: Sequence[str] = ()) -> list[LoadedConfig]:
-    """Load several configs; the complaints about all of them are raised together."""
-    return [found for [found] in load_swept(paths, settings)]
-
-
 def _experiment(document: Document) -> str:
     name, known = document.tree.get("experiment"), experiments.names()
     if isinstance(name, str) and name in known:
         return name
+    message = "required"
+    if name is not None:
+        message = f"no such experiment: {name!r}{meant(str(name), known)}"
     place = ("experiment",)
-    if place not in document.unread:
-        message = "required"
-        if name is not None:
-            message = f"no such experiment: {name!r}{meant(str(name), known)}"
-        document.refuse(document.origin(place), place, f"{message} {validation.among(known)}")
-    raise ConfigError(document.complaints)
+    raise ConfigError.of(document.origin(place), f"{message} {validation.among(known)}", place)

@@ -4,13 +4,12 @@ from __future__ import annotations
 
 import contextlib
 import json
-import os
 import re
 import shutil
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Self
+from typing import TYPE_CHECKING, Any
 
 from rigidpend.machine import cache, files
 from rigidpend.machine.workers import ahead, check_stop, worth_processes
@@ -31,27 +30,14 @@ DIGITS = 12
 class Parts:
     """The parts of one run, in a folder of their own beside the result.
 
-    Parts of another fingerprint, which is all that the result depends on, are not used. Runs of
-    the same name at the same time share the folder; the last one removes it. To be used in a
-    ``with`` statement, at whose end the folder is left to others, or removed if nothing is in it.
+    Parts of another fingerprint, which is all that the result depends on, are not used: each has a
+    folder inside. A run that finds its parts gone, for another has dropped them, keeps new ones.
     """
 
     def __init__(self, target: Path, fingerprint: str) -> None:
         self._whole = _folder(target)
         self._fingerprint = fingerprint
         self._folder = self._whole / cache.name_of(fingerprint.encode())
-        self._handle: int | None = None
-
-    def __enter__(self) -> Self:
-        return self
-
-    def __exit__(self, *_: object) -> None:
-        self._leave()
-        # Of a run that failed before it finished a part nothing is left.
-        with files.deserted(self._whole) as free, contextlib.suppress(OSError):
-            if free:
-                self._folder.rmdir()
-                self._whole.rmdir()
 
     def __len__(self) -> int:
         return len(list(self._folder.glob("[!.]*.kept")))
@@ -62,7 +48,7 @@ class Parts:
         One that does not fit is told, and computed again (see `cache.load_file`). StoreError where
         it cannot be written, as where a folder is in its place.
         """
-        self._join()
+        self._make_room()
         path, of = self._path(name), f"{self._fingerprint}, part {name}".encode()
         # Asked before hours of computation, which could not be kept.
         files.make_way(path)
@@ -86,7 +72,7 @@ class Parts:
 
     def in_order(self, pieces: Sequence[Piece], jobs: int = 1) -> Iterator[Tree]:
         """The parts one after the other, each :meth:`keep`; where there are many by processes."""
-        self._join()
+        self._make_room()
         missing = [piece for piece in pieces if not self.has(piece.name)]
         apart = worth_processes(len(missing), jobs)
         made = ahead(_computed, missing, jobs) if apart else map(_computed, missing)
@@ -97,35 +83,21 @@ class Parts:
             yield self.keep(piece.name, again)
 
     def drop(self) -> None:
-        """Remove all parts, those of other fingerprints too, unless another run needs them."""
-        self._leave()
-        _remove(self._whole)
+        """Remove all parts, and those of other fingerprints that were left behind."""
+        shutil.rmtree(self._folder, ignore_errors=True)
+        _sweep_parts(self._whole)
 
     def _path(self, name: str) -> Path:
         return self._folder / f"{name}.kept"
 
-    def _join(self) -> None:
-        """Hold the folder together with other runs, so that none removes it."""
-        while self._handle is None:
-            try:
-                # Another run may just remove what is made here: then once more.
-                with contextlib.suppress(FileNotFoundError):
-                    self._handle, _ = files.held(self._opened, with_others=True)
-            except OSError as error:
-                raise files.StoreError(f"{self._whole}: {error.strerror}") from None
-
-    def _opened(self) -> tuple[int, str]:
-        for folder in (self._whole, self._folder):
-            # What is there instead, a link elsewhere too, makes room.
-            if folder.is_symlink() or (folder.exists() and not folder.is_dir()):
-                folder.unlink()
-            folder.mkdir(parents=True, exist_ok=True)
-        return os.open(self._whole, os.O_RDONLY | files.NOT_WAITING), str(self._whole)
-
-    def _leave(self) -> None:
-        if self._handle is not None:
-            files.release(self._handle)
-        self._handle = None
+    def _make_room(self) -> None:
+        """Remove what is in the place of a folder, a link elsewhere too."""
+        try:
+            for folder in (self._whole, self._folder):
+                if folder.is_symlink() or (folder.exists() and not folder.is_dir()):
+                    folder.unlink()
+        except OSError as error:
+            raise files.StoreError(f"{self._whole}: {error.strerror}") from None
 
 
 def packed(tree: Tree) -> bytes:
@@ -186,16 +158,19 @@ def _computed(piece: Piece) -> Tree:
 
 
 def sweep(target: Path) -> None:
-    """Remove what killed runs left beside a finished result; not what a living one needs."""
+    """Remove what killed runs left beside a finished result some time ago."""
     files.sweep(target)
-    _remove(_folder(target))
+    _sweep_parts(_folder(target))
 
 
 def _folder(target: Path) -> Path:
     return target.with_name(f".{target.stem}.parts")
 
 
-def _remove(folder: Path) -> None:
-    with files.deserted(folder) as free:
-        if free:
-            shutil.rmtree(folder, ignore_errors=True)
+def _sweep_parts(whole: Path) -> None:
+    """Remove the folders of parts to which no run has added for long, and what then is empty."""
+    with contextlib.suppress(OSError):
+        for folder in () if whole.is_symlink() else whole.iterdir():
+            if files.is_left(folder):
+                shutil.rmtree(folder, ignore_errors=True)
+        whole.rmdir()

@@ -32,7 +32,8 @@ def code_hash(experiment: str) -> str:
     expansion of an axis is as much a cause of a result as an integrator. Comments and docstrings
     don't count, nor what only type checkers import.
     """
-    return code_hash_of(part_of(experiment, "schema"), part_of(experiment, "compute"))
+    parts = (inside("experiments", experiment, f"{part}.py") for part in ("schema", "compute"))
+    return code_hash_of(*parts)
 
 
 def engine_name(engine: str) -> str:
@@ -72,11 +73,6 @@ def processor_model() -> str:
         if line.startswith("model name"):
             return line.partition(":")[2].strip()
     return platform.processor() or platform.machine()
-
-
-def part_of(experiment: str, part: str) -> Path:
-    """The file of a part of an experiment."""
-    return inside("experiments", experiment, f"{part}.py")
 
 
 def version(library: str) -> str:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import contextlib
-import hashlib
 import json
 import time
 from collections.abc import Callable, Iterator, Mapping, Sequence
@@ -14,14 +13,12 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from rigidpend import experiments
-from rigidpend.machine import cache, files
-from rigidpend.machine.code_hash import package_digest
+from rigidpend.machine import files
 from rigidpend.machine.files import StoreError, twin
 from rigidpend.machine.workers import check_stop, listening
 from rigidpend.runs import provenance
 from rigidpend.runs.parts import Parts, sweep
 
-# What a plan that finds nothing to do does without is imported where it is used.
 if TYPE_CHECKING:
     from rigidpend.experiments.contract import Piece
     from rigidpend.experiments.data import Layout, Tree
@@ -31,16 +28,13 @@ SECONDS = "seconds"
 """Root attribute of the time that a result took, unless it went on from parts."""
 DOUBT = "doubt"
 """Root attribute of what is uncertain."""
-ENGINES = ("taylor", "scipy")
-"""Engines, with which of their libraries a plan changes."""
 
 
 @dataclass(frozen=True)
 class Plan:
     """Plan of a run: where its result is, what that follows from, and the reason to compute it."""
 
-    name: str
-    experiment: str
+    config: LoadedConfig
     target: Path
     fingerprint: dict[str, str]
     """Hashes of config and code, and the engine: all on which the result depends."""
@@ -48,8 +42,6 @@ class Plan:
     """Reason to compute the result; empty where the file is up to date."""
     doubt: str
     """Count of what is uncertain in the result that is there, in words."""
-    config: Any = None
-    """The `LoadedConfig` that it is computed by; None where the plan was recalled."""
     seconds: float = 0.0
     """Seconds that the result there took, if it is of the same config; else 0."""
 
@@ -87,8 +79,7 @@ def plan(config: LoadedConfig, folder: Path, *, force: bool = False) -> Plan:
         sweep(target)
     same = known.get("config_hash") == fingerprint["config_hash"]
     seconds = float(known.get(SECONDS, 0.0)) if same else 0.0
-    found = config.name, config.experiment, target, fingerprint, reason, str(known.get(DOUBT, ""))
-    return Plan(*found, config, seconds)
+    return Plan(config, target, fingerprint, reason, str(known.get(DOUBT, "")), seconds)
 
 
 def _compared(
@@ -112,47 +103,6 @@ def _compared(
             changed = writer.changes(store.config(target), config.resolved())
             reasons["config_hash"] += f"{': ' if changed else ''}{writer.sentence(changed)}"
     return known, "; ".join(reasons.values())
-
-
-def recalled(path: Path, folder: Path, settings: Sequence[str] = ()) -> Plan | None:
-    """Recall the plan of a config, without the config; None where there was none.
-
-    To check a config takes a third of a second for its libraries alone, to open a result a process
-    of its own, and most plans find that there is nothing to do. As a plan does, it tidies up what
-    a killed run left beside a result that is up to date.
-    """
-    target = folder / f"{path.stem}.h5"
-    key = _key(path, target, settings)
-    found = cache.recall(key) if key else None
-    if found is None or (found["reason"] and twin(target)):
-        return None
-    if not found["reason"]:
-        sweep(target)
-    return Plan(path.stem, target=target, **found)
-
-
-def plan_kept(config: LoadedConfig, path: Path, folder: Path, settings: Sequence[str] = ()) -> Plan:
-    """Plan a config that was read from a file with settings, and keep the plan.
-
-    A sweep stands for many configs, and a name of one's own for another result: these are not kept.
-    """
-    planned = plan(config, folder)
-    key = _key(path, planned.target, settings)
-    if key and config.name == path.stem:
-        told = ("experiment", "fingerprint", "reason", "doubt")
-        cache.remember(key, {name: getattr(planned, name) for name in told})
-    return planned
-
-
-def _key(path: Path, target: Path, settings: Sequence[str]) -> str:
-    """All that a plan follows from; empty where a file cannot be read."""
-    try:
-        contents = [files.content(x) for x in (path, target) if x is path or x.exists()]
-    except (OSError, ValueError):
-        return ""
-    digests = [hashlib.sha256(content).hexdigest() for content in contents]
-    engines = [provenance.engine_name(engine) for engine in ENGINES]
-    return f"{path.name!r} {digests} {[*settings]} {engines} by {package_digest()}"
 
 
 def expected_seconds(planned: Plan) -> float | None:
@@ -203,12 +153,8 @@ def run(
 
     config, content = planned.config, planned.config.content
     store.prepare(planned.target)
-    fingerprint = json.dumps(planned.fingerprint)
-    with (
-        Parts(planned.target, fingerprint) as parts,
-        ThreadPoolExecutor(1) as aside,
-        listening(report) as tell,
-    ):
+    parts = Parts(planned.target, json.dumps(planned.fingerprint))
+    with ThreadPoolExecutor(1) as aside, listening(report) as tell:
         # Git is asked while the experiment is computed.
         told = aside.submit(provenance.provenance)
         start, resumed = time.perf_counter(), len(parts)

@@ -86,7 +86,7 @@ numerics: {precisions: [53]}
 
 def test_the_worst_failure_is_the_exit_code(failing: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     errors = store.StoreError("x"), EngineError("x"), store.StoreError("x")
-    monkeypatch.setattr(runner, "plan_kept", Mock(side_effect=errors))
+    monkeypatch.setattr(runner, "plan", Mock(side_effect=errors))
     done = call(failing, "run", "a.yaml", "b.yaml", "c.yaml", "-k")
     assert done.returncode == common.ABSENT
 
@@ -99,7 +99,7 @@ def test_a_terminal_has_one_line_that_changes_and_keeps_none_of_what_failed(
 
     def run(planned: runner.Plan, **how: Any) -> str:
         how["report"]("in the midst of it")
-        if planned.name == "b":
+        if planned.config.name == "b":
             raise store.StoreError("no room")
         return ""
 
@@ -144,12 +144,12 @@ def test_long_configs_have_processes_of_their_own_side_by_side(
 
     def apart(work: Any, given: Any, hear: Any) -> None:
         """A process is sent its work, and says in strings what is done."""
-        begun.append((given[0].name, given[1]))
+        begun.append((given[0].config.name, given[1]))
         work, given = pickle.loads(pickle.dumps((work, given)))
         work(*given, hear)
 
     monkeypatch.setattr(workers, "apart", apart)
-    monkeypatch.setattr(runner, "expected_seconds", lambda plan: seconds[plan.name])
+    monkeypatch.setattr(runner, "expected_seconds", lambda plan: seconds[plan.config.name])
     for name in seconds:
         written(tmp_path, SMALL, f"{name}.yaml")
     given = ("run", "b.yaml", "c.yaml", "d.yaml", "-j", "5", "--json", "--out", ".")

@@ -31,6 +31,7 @@ from rigidpend.numbers.exact import ExactError
 from rigidpend.orbits.integrate import arithmetic
 from rigidpend.results import store
 from rigidpend.routes.certainty import Contradiction
+from rigidpend.routes.certified.checker import Undecided
 from rigidpend.routes.neighbourhood import NoChange
 from rigidpend.routes.symbolic import NoOrbit
 from rigidpend.runs import runner
@@ -180,7 +181,7 @@ OF_OURS = (
         (arithmetic.EngineError("x"), 3, "x"),
         (ModuleNotFoundError("x", name="dask"), 3, "dask is needed and not installed"),
         *((kind("x"), 1, "x") for kind in (store.StoreError, store.OtherVersion, WorkerError)),
-        *((kind("x"), 1, "x") for kind in (NoChange, NoOrbit, Contradiction, Ours)),
+        *((kind("x"), 1, "x") for kind in (NoChange, NoOrbit, Contradiction, Undecided, Ours)),
         (UnknownExperiment("x"), 1, "x"),
         (OSError(28, "no room"), 1, "no room"),
         (FileNotFoundError(2, "gone", "x" * 1000), 1, f"{'x' * 200}: gone"),
@@ -215,8 +216,9 @@ def test_an_error_of_ours_is_in_the_log_with_its_traceback_or_in_a_temporary_fil
 ) -> None:
     monkeypatch.setattr(tempfile, "tempdir", str(tmp_path))
     monkeypatch.setattr(runner, "run", Mock(side_effect=ZeroDivisionError("mine")))
-    monkeypatch.setattr(runner, "recalled", Mock(side_effect=[None, None, KeyError("mine")]))
     for command in ("run small.yaml --out ours", "run small.yaml --out small.yaml/sub", "list"):
+        if command == "list":
+            monkeypatch.setattr(runner, "plan", Mock(side_effect=KeyError("mine")))
         done = call(desk, *command.split())
         [log] = tmp_path.iterdir() if "ours" not in command else [Path("ours", "small.log")]
         assert done.returncode == common.INTERNAL

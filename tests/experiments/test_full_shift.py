@@ -141,7 +141,7 @@ def test_symbols_of_an_approach_are_those_that_the_config_asks_for(
 def test_arrays_that_are_no_proof_prove_nothing(group: str, name: str, said: str) -> None:
     data = reference("full_shift")["data"]
     wrong = {**data[group], name: np.zeros_like(data[group][name])}
-    with pytest.raises(ArithmeticError, match=f"undecided, nothing is proven: {said}"):
+    with pytest.raises((ArithmeticError, ValueError), match=f"^{said}"):
         full_shift.theorems(asked("full_shift"), {**data, group: wrong})
 
 

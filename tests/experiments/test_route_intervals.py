@@ -172,7 +172,7 @@ def test_an_interval_that_is_not_proven_again_is_in_no_theorem(
 )
 def test_intervals_that_no_line_has_are_in_no_theorem(spoilt: Any, said: str, stored: Any) -> None:
     spoilt(stored.data["intervals"])
-    with pytest.raises(ArithmeticError, match=f"nothing is proven: .*{said}"):
+    with pytest.raises(ValueError, match=said):
         compute.arranged(stored.config.problem, stored.data)
 
 

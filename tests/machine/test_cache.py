@@ -123,24 +123,15 @@ def test_a_folder_that_cannot_be_written_is_told_once(
     assert cache.load(folder / "maps", b"a") is None
 
 
-def test_every_subfolder_is_told_with_what_is_damaged(folder: Path) -> None:
+def test_every_subfolder_is_told_with_its_files_and_their_size(folder: Path) -> None:
     assert cache.subfolders() == []
     cache.save(folder / "maps", b"a", b"content", 999)
-    cache.save(folder / "plans", b"b", b"content", 999)
-    cache.save(folder / "kernels", b"a", b"content", 999)
-    (folder / "plans" / cache.name_of(b"b")).write_bytes(b"something")
-    shutil.copy(folder / "maps" / cache.name_of(b"a"), folder / "kernels" / cache.name_of(b"c"))
-    (folder / "kernels" / "empty").write_bytes(b"")
-    (folder / "kernels" / "of nothing").write_bytes(files.sealed(b"content"))
+    cache.save(folder / "maps", b"b", b"content", 999)
     (folder / "old").mkdir()
     (folder / "old" / "cache.db").write_bytes(b"12345")
-    found = {one.path.name: one for one in cache.subfolders()}
-    assert list(found) == ["kernels", "maps", "old", "plans"]
-    assert [len(one.files) for one in found.values()] == [4, 1, 1, 1]
-    # A copy under another name is as unfit as what was overwritten.
-    assert [len(one.damaged) for one in found.values()] == [3, 0, 0, 1]
-    assert found["old"].size == 5
-    assert found["old"].meaning == "of another version"
+    maps, old = cache.subfolders()
+    assert (len(maps.files), maps.meaning) == (2, "return maps")
+    assert (len(old.files), old.size, old.meaning) == (1, 5, "of another version")
 
 
 def test_clearing_follows_no_link(folder: Path, tmp_path: Path) -> None:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import errno
-import fcntl
 import json
 import os
 import random
@@ -325,43 +324,13 @@ def test_an_outline_tells_attributes_with_kind_and_dimensions(path: Path) -> Non
     assert found["/data/zebra/codes"] == told
 
 
-def test_the_next_writer_removes_what_a_killed_one_left_and_leaves_a_living_one_alone(
-    path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    left, other = (path.with_name(f".{name}.abc.part") for name in ("x.h5", "y.h5"))
-    for each in (left, other):
+def test_the_next_writer_removes_what_a_killed_one_left_a_day_ago(path: Path) -> None:
+    old, new, other = (path.with_name(f".{x}.part") for x in ("x.h5.a", "x.h5.b", "y.h5.a"))
+    for each, age in ((old, files.DAY + 60), (new, files.DAY - 60), (other, 2 * files.DAY)):
         each.write_bytes(b"half")
-    handle, _ = files.held(lambda: (os.open(left, os.O_RDONLY), str(left)))
+        os.utime(each, (time.time() - age,) * 2)
     store.write(path, LAYOUT, OTHER, *TOLD)
-    assert left.exists()
-    files.release(handle)
-    # Without locks nothing is taken to be left.
-    with monkeypatch.context() as patch:
-        patch.setattr(files, "fcntl", None)
-        store.write(path, LAYOUT, OTHER, *TOLD)
-        assert left.exists()
-    store.write(path, LAYOUT, OTHER, *TOLD)
-    assert not left.exists()
-    assert other.exists()
-
-
-def test_a_writer_whose_file_was_taken_for_a_left_one_makes_another(
-    path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    lock, taken = fcntl.flock, list[Path]()
-
-    def late(handle: int, how: int) -> None:
-        """As if another run had tidied up before the lock."""
-        if not taken and how == fcntl.LOCK_EX:
-            taken.extend(path.parent.glob(".x.h5.*.part"))
-            taken[0].unlink()
-        lock(handle, how)
-
-    monkeypatch.setattr(fcntl, "flock", late)
-    store.write(path, LAYOUT, OTHER, *TOLD)
-    assert len(taken) == 1
-    assert store.load(path)["data"]["count"] == 8
-    assert [x.name for x in path.parent.iterdir()] == ["x.h5"]
+    assert [each.exists() for each in (old, new, other)] == [False, True, True]
 
 
 FORKING = """

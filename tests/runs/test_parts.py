@@ -7,10 +7,10 @@ import gc
 import os
 import shutil
 import signal
+import time
 import tracemalloc
 from collections.abc import Callable
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 import pytest
@@ -39,8 +39,7 @@ def not_again() -> Tree:
 @pytest.fixture
 def target(tmp_path: Path) -> Path:
     """The place of a result, whose run has a part."""
-    with Parts(tmp_path / "fig.h5", "a") as parts:
-        parts.keep("first", lambda: PART)
+    Parts(tmp_path / "fig.h5", "a").keep("first", lambda: PART)
     return tmp_path / "fig.h5"
 
 
@@ -112,26 +111,6 @@ def test_whatever_bytes_there_are_they_are_a_part_or_refused() -> None:
                 unpacked(bytes(changed))
 
 
-def test_a_copy_of_the_open_folder_that_a_child_has_holds_nothing(
-    target: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    """Between fork and exec a child has one: git is started for each result."""
-    copies, held = list[int](), files.held
-
-    def copied(*given: Any, **how: Any) -> Any:
-        handle, path = held(*given, **how)
-        copies.append(os.dup(handle))
-        return handle, path
-
-    monkeypatch.setattr(files, "held", copied)
-    with Parts(target, "a") as parts:
-        parts.keep("first", not_again)
-        parts.drop()
-    [copy] = copies
-    os.close(copy)
-    assert list(target.parent.iterdir()) == []
-
-
 @pytest.mark.parametrize("make", [os.mkfifo, lambda path: path.symlink_to("other")])
 @pytest.mark.parametrize("depth", [0, 1])
 def test_what_is_in_the_place_of_a_folder_makes_room_and_a_folder_elsewhere_gets_no_parts(
@@ -142,45 +121,38 @@ def test_what_is_in_the_place_of_a_folder_makes_room_and_a_folder_elsewhere_gets
     (place.parent / "other").mkdir()
     shutil.rmtree(place)
     make(place)
-    with Parts(target, "a") as parts:
-        parts.keep("first", lambda: PART)
+    Parts(target, "a").keep("first", lambda: PART)
     assert list((place.parent / "other").iterdir()) == []
     assert path.is_file()
 
 
-def test_parts_that_another_run_uses_stay_until_it_drops_them(target: Path) -> None:
+def test_a_run_that_finds_its_parts_gone_keeps_new_ones(target: Path) -> None:
     one, two = (Parts(target, "a") for _ in range(2))
     for parts in (one, two):
         parts.keep("first", not_again)
     one.drop()
-    sweep(target)
-    assert two.keep("first", not_again).keys() == PART.keys()
-    two.drop()
     assert list(target.parent.iterdir()) == []
-    # Whoever goes on though another removed the folder makes it again.
     assert two.keep("first", lambda: {"new": PART["one"]}).keys() == {"new"}
     assert len(two) == 1
 
 
 @pytest.mark.parametrize("remove", [sweep, lambda target: Parts(target, "a").drop()])
-def test_nothing_of_any_fingerprint_that_nobody_uses_is_left(
-    target: Path, remove: Callable[[Path], None]
+@pytest.mark.parametrize("age", [files.DAY - 60, files.DAY + 60])
+def test_parts_of_another_fingerprint_go_once_no_run_has_added_to_them_for_long(
+    target: Path, remove: Callable[[Path], None], age: float
 ) -> None:
-    with Parts(target, "b") as parts:
-        parts.keep("first", lambda: PART)
+    Parts(target, "a").drop()
+    Parts(target, "b").keep("first", lambda: PART)
+    folder, then = kept(target).parent, time.time() - age
+    os.utime(folder, (then, then))
     remove(target)
-    assert list(target.parent.iterdir()) == []
+    assert list(target.parent.iterdir()) == ([folder.parent] if age < files.DAY else [])
 
 
 def test_a_run_that_fails_before_its_first_part_leaves_nothing(tmp_path: Path) -> None:
-    """But the folder that another run holds."""
-    with Parts(tmp_path / "fig.h5", "a") as other:
-        for left in ([], [".fig.parts"]):
-            with pytest.raises(AssertionError), Parts(tmp_path / "fig.h5", "a") as parts:
-                parts.keep("first", not_again)
-            assert [path.name for path in tmp_path.iterdir()] == left
-            with contextlib.suppress(AssertionError):
-                other.keep("second", not_again)
+    with pytest.raises(AssertionError):
+        Parts(tmp_path / "fig.h5", "a").keep("first", not_again)
+    assert list(tmp_path.iterdir()) == []
 
 
 def test_a_folder_in_the_place_of_a_part_is_refused_before_the_part_is_computed(

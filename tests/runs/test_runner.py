@@ -21,7 +21,6 @@ import pytest
 from rigidpend import experiments
 from rigidpend.experiments.phase_portraits import compute as phase_portraits
 from rigidpend.experiments.route_codes import compute as route_codes
-from rigidpend.machine import cache, files
 from rigidpend.machine.progress import tell_nobody
 from rigidpend.orbits.integrate.arithmetic import (
     CLOSED_FORM,
@@ -87,7 +86,7 @@ def test_what_is_wrong_in_several_files_is_said_at_once(tmp_path: Path) -> None:
     wrong = changed("mu: 0.001", "mu: x")
     paths = [written(tmp_path, wrong, "a.yaml"), FIG4, written(tmp_path, wrong, "b.yaml")]
     with pytest.raises(loading.ConfigError) as caught:
-        loading.load_all(paths, ["problem.h0=y"])
+        loading.load_swept(paths, ["problem.h0=y"])
     origins = [str(problem.origin) for problem in caught.value.complaints]
     # The setting is the same for all, and said once.
     assert [x.rpartition("/")[2] for x in origins] == [
@@ -178,68 +177,6 @@ def test_how_long_a_plan_takes_is_told_by_what_is_stored_or_else_by_its_experime
         found = replace(plan, reason=reason, seconds=seconds)
         assert runner.expected_seconds(found) == expected
     assert runner.expected_seconds(replace(plan, reason="")) is None
-
-
-def plan(*settings: str) -> runner.Plan:
-    return runner.plan_kept(loading.load(CONFIG, settings), CONFIG, RESULTS, settings)
-
-
-def recalled(*settings: str) -> runner.Plan | None:
-    return runner.recalled(CONFIG, RESULTS, settings)
-
-
-def test_a_plan_is_recalled_as_it_was_found_for_the_same_bytes_alone(
-    desk: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    monkeypatch.setattr(cache, "folder", lambda: desk / "cache")
-    assert recalled() is None
-    planned = plan()
-    left = RESULTS / ".small.h5.abc.part"
-    left.write_bytes(b"half")
-    found = recalled()
-    assert found is not None
-    assert not left.exists()
-    assert found == replace(planned, config=None, seconds=0.0)
-    # Other engines, another package and other settings tell nothing.
-    for name, other in (("provenance.version", "0.0"), ("package_digest", "other")):
-        with pytest.MonkeyPatch.context() as patch:
-            patch.setattr(f"rigidpend.runs.runner.{name}", lambda *_, other=other: other)
-            assert recalled() is None
-    assert recalled("problem.mu=0.002") is None
-    assert plan("problem.mu=0.002").reason == MU
-    again = recalled("problem.mu=0.002")
-    assert again is not None
-    assert again.reason == MU
-    # Nor does another name.
-    shutil.copy(CONFIG, "configs/con.yaml")
-    shutil.copy(RESULT, "results/con.h5")
-    assert runner.recalled(Path("configs/con.yaml"), RESULTS) is None
-    # Nor do other bytes of the result, none, a twin of it, another text, and a damaged memory.
-    content = bytearray(RESULT.read_bytes())
-    content[len(content) // 2] ^= 1
-    RESULT.write_bytes(content)
-    assert recalled() is None
-    with pytest.raises(files.StoreError, match="damaged"):
-        plan()
-    RESULT.unlink()
-    # A member of a sweep of the same file has values of its own.
-    member = replace(loading.load(CONFIG, ["problem.mu=0.002"]), name="small_mu=0.002")
-    assert runner.plan_kept(member, CONFIG, RESULTS).reason == "no result yet"
-    assert recalled() is None
-    assert plan().reason == "no result yet"
-    assert recalled() is not None
-    twin = RESULTS / "Small.h5"
-    twin.write_bytes(b"")
-    assert recalled() is None
-    twin.unlink()
-    text = CONFIG.read_text()
-    CONFIG.write_text(f"{text}# A comment.\n")
-    assert recalled() is None
-    CONFIG.write_text(text)
-    for path in (desk / "cache" / "plans").iterdir():
-        path.write_bytes(files.sealed(b"[1]"))
-    with pytest.warns(cache.KeptFileWarning):
-        assert recalled() is None
 
 
 def lines(path: Path) -> list[str]:

@@ -35,7 +35,6 @@ NUMBERS_OF_LINE = ("e1", "e2", "centre", "half", "wide")
 """Those of a line of starts that are stored."""
 SECONDS = 6.0
 """Seconds that a proof takes."""
-UNDECIDED = "undecided, nothing is proven"
 FURTHER = (
     "all of them stretch one way and shrink the other: each sequence of sets has one orbit in them",
     "beside the sets orbits return on one of two sides or tend to T1 or T2: every finite"
@@ -63,11 +62,11 @@ def compute(config: Config, means: Means) -> Tree:
             means.report(f"sets are found, with passages of {setting.described}")
             try:
                 return _proven(config, setting, approach, means)
-            except (MapError, ArithmeticError, Undecided) as doubt:
+            except (MapError, ArithmeticError) as doubt:
                 doubts.append(f"with {setting.described}: {doubt}")
     except (MapError, ArithmeticError) as doubt:
         doubts.append(str(doubt))
-    raise ArithmeticError(f"{UNDECIDED}: {'; '.join(doubts)}")
+    raise ArithmeticError(f"undecided, nothing is proven: {'; '.join(doubts)}")
 
 
 def _proven(
@@ -193,11 +192,7 @@ def _doubt(check: Callable[..., Any], *of: Any) -> str:
 
 def theorems(config: Config, data: Data) -> list[str]:
     """Sentences that the proof in a result proves, checked again without integration."""
-    try:
-        proven = checked(config, data)
-    except (Undecided, ValueError) as doubt:
-        # Anybody's arrays may be no sets and no steps.
-        raise ArithmeticError(f"{UNDECIDED}: {doubt}") from None
+    proven = checked(config, data)
     count, energies = sum(map(len, proven.relations)), data.get("energies")
     also = OF_ONE_J2 if config.problem.h is None else OF_ENERGIES
     return [

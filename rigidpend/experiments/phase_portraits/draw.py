@@ -18,24 +18,16 @@ SPHERE, PLANE = (0.02, 0.10, 0.43, 0.86), (0.515, 0.305, 0.432, 0.565)
 """Left, bottom, width and height of the panels, in parts of the figure."""
 
 
-class CurveLook(NamedTuple):
-    """Look of a kind of curve: its line, and its colour where it is hidden."""
-
-    line: dict[str, Any]
-    pale: str
-
-
-def _look(colour: str, pale: str, width: float, label: str, style: Any = "-") -> CurveLook:
-    return CurveLook({"color": colour, "lw": width, "ls": style, "label": label}, pale)
-
-
-ORBITS = {
-    1: _look(plots.PINK, "#EFD6E4", 0.9, r"orbits around $\pm M_1$"),
-    2: _look(plots.GREEN, "#B3DDD0", 0.9, r"orbits around $\pm M_2$"),
+PALE = {plots.PINK: "#EFD6E4", plots.GREEN: "#B3DDD0", plots.BLUE: "#A3CBE3", plots.RED: "#F1C09C"}
+"""Colour of a line where it is hidden, by its own."""
+ORBITS: dict[int, dict[str, Any]] = {
+    1: {"color": plots.PINK, "lw": 0.9, "label": r"orbits around $\pm M_1$"},
+    2: {"color": plots.GREEN, "lw": 0.9, "label": r"orbits around $\pm M_2$"},
 }
 """Looks of the orbits by the axis that they encircle."""
-RISING = _look(plots.BLUE, "#A3CBE3", 2.2, "separatrices 2, 4 (up)")
-FALLING = _look(plots.RED, "#F1C09C", 1.8, "separatrices 1, 3 (down)", (0, (4, 1)))
+RISING: dict[str, Any] = {"color": plots.BLUE, "lw": 2.2, "label": "separatrices 2, 4 (up)"}
+FALLING: dict[str, Any] = {"color": plots.RED, "lw": 1.8, "label": "separatrices 1, 3 (down)"}
+FALLING |= {"ls": (0, (4, 1))}
 
 
 class Curve(NamedTuple):
@@ -43,7 +35,7 @@ class Curve(NamedTuple):
 
     number: int
     """Number of the separatrix; 0 for an orbit."""
-    look: CurveLook
+    look: dict[str, Any]
     arrows: Any
     """Indices of the points that bear an arrow."""
     projected: Any
@@ -75,7 +67,7 @@ def draw(result: Loaded) -> Figure:
     _draw_plane(figure.add_axes(PLANE), data)
     for x, name in ((SPHERE[0], "a"), (PLANE[0], "b")):
         figure.text(x, 0.94, name, style="italic", fontsize=9)
-    handles = [plots.entry(**look.line) for look in (RISING, FALLING, *ORBITS.values())]
+    handles = [plots.entry(**look) for look in (RISING, FALLING, *ORBITS.values())]
     figure.legend(handles=handles, loc="lower center", ncols=4, handlelength=2.2, columnspacing=1.4)
     return figure
 
@@ -88,8 +80,8 @@ def _draw_sphere(axes: Axes, data: Data) -> None:
         x, y, _ = curve.projected
         look, seen = curve.look, curve.visible
         # NaN breaks a line: each curve is drawn twice, its hidden parts paler and below.
-        axes.plot(np.where(seen, np.nan, x), y, color=look.pale, lw=0.7 * look.line["lw"])
-        axes.plot(np.where(seen, x, np.nan), y, **look.line, zorder=4)
+        axes.plot(np.where(seen, np.nan, x), y, color=PALE[look["color"]], lw=0.7 * look["lw"])
+        axes.plot(np.where(seen, x, np.nan), y, **look, zorder=4)
         _draw_arrows(axes, x, y, curve.arrows[seen[curve.arrows]], look)
         if curve.number:
             _name_separatrix(axes, curve)
@@ -103,7 +95,8 @@ def _name_separatrix(axes: Axes, curve: Curve) -> None:
     """Write the number at the middle of a separatrix, pale where that is hidden."""
     middle = len(curve.visible) // 2
     seen, (x, y, _) = curve.visible[middle], curve.projected[:, middle]
-    colour, order = (curve.look.line["color"], 5) if seen else (curve.look.pale, 2.5)
+    own = curve.look["color"]
+    colour, order = (own, 5) if seen else (PALE[own], 2.5)
     ring = {"boxstyle": "circle,pad=0.1", "fc": "white", "lw": 0}
     text = axes.text(x, y, str(curve.number), color=colour, ha="center", va="center", zorder=order)
     text.set(weight="bold", bbox=ring)
@@ -131,7 +124,7 @@ def _draw_axes(axes: Axes, sphere: Any) -> None:
 def _draw_plane(axes: Axes, data: Data) -> None:
     plane, curves = data["plane"], all_curves(data)
     for curve in (c for c in curves if not c.number):
-        axes.plot(curve.theta1, curve.J1, **curve.look.line)
+        axes.plot(curve.theta1, curve.J1, **curve.look)
         _draw_arrows(axes, curve.theta1, curve.J1, curve.arrows, curve.look)
     numbered = {curve.number: curve for curve in curves}
     for x, number in zip(plane["separatrix_theta1"], plane["separatrix"], strict=True):
@@ -148,15 +141,15 @@ def _draw_segment(axes: Axes, theta1: float, curve: Curve) -> None:
     """Draw a separatrix at its place, or 4 pi further."""
     look, x = curve.look, np.full_like(curve.J1, theta1)
     # The outer ones lie on the edges, which would cut off half of their width.
-    axes.plot(x, curve.J1, **look.line, clip_on=False, zorder=4)
+    axes.plot(x, curve.J1, **look, clip_on=False, zorder=4)
     _draw_arrows(axes, x, curve.J1, curve.arrows, look)
-    said: dict[str, Any] = {"ha": "center", "color": look.line["color"], "weight": "bold"}
+    said: dict[str, Any] = {"ha": "center", "color": look["color"], "weight": "bold"}
     plots.beside(axes, str(curve.number), (theta1, 1), 0, 3, **said)
 
 
-def _draw_arrows(axes: Axes, x: Scalar, y: Scalar, indices: Any, look: CurveLook) -> None:
+def _draw_arrows(axes: Axes, x: Scalar, y: Scalar, indices: Any, look: Any) -> None:
     """Draw arrow heads that point from each marked point to the next."""
-    colour, size = look.line["color"], 6 + 3 * look.line["lw"]
+    colour, size = look["color"], 6 + 3 * look["lw"]
     head: dict[str, Any] = {"color": colour, "lw": 0, "mutation_scale": size}
     for i in indices:
         ends = (x[i], y[i]), (x[i + 1], y[i + 1])

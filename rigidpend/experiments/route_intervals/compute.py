@@ -37,7 +37,6 @@ COLUMN_SYMBOLS = 15
 """Symbols of a column: as many as Fig. 4 has rows."""
 HALVED = 64
 """Halvings of the line at which places of columns are told."""
-UNDECIDED = "undecided, nothing is proven"
 SECONDS = 1.5
 """Seconds that an interval takes on one core, tried and proven."""
 
@@ -158,10 +157,7 @@ def shares_of(intervals: Sequence[PhaseInterval], codes: NDArray[Any]) -> list[F
 def theorems(config: Config, data: Data) -> list[str]:
     """Sentences that the proof in a result proves, checked again without integration."""
     parts, shares = arranged(config.problem, data)
-    try:
-        side_by_side(_again, (config.problem,), True, parts, cores())
-    except Undecided as doubt:
-        raise ArithmeticError(f"{UNDECIDED}: {doubt}") from None
+    side_by_side(_again, (config.problem,), True, parts, cores())
     return [
         f"{n} symbol{'s' * (n > 1)}, the same on each interval, of all starts on {share} of the"
         f" line, {float(share):.6g}"
@@ -173,23 +169,20 @@ def theorems(config: Config, data: Data) -> list[str]:
 def arranged(problem: Problem, data: Data) -> tuple[list[Any], list[Fraction]]:
     """Intervals with steps and symbols that are to be proven, and their shares of the line.
 
-    ArithmeticError where they are not what they are stored as.
+    ValueError where they are not what they are stored as.
     """
     codes = data["intervals"]["codes"]
-    try:
-        every = unpacked(data["intervals"])
-        if codes.shape != (problem.n_symbols, len(every)):
-            raise ValueError(f"its config asks for {problem.n_symbols} symbols of each interval")
-        if not set(codes.ravel().tolist()) <= {0, 1, NO_SYMBOL} or np.any(
-            (codes[:-1] == NO_SYMBOL) & (codes[1:] != NO_SYMBOL)
-        ):
-            raise ValueError("a symbol is none, or follows one that is not proven")
-        orbits = pieces.unpacked(data["proof"], len(every))
-        shares = shares_of(every, codes)
-        if [float(x) for x in shares] != data["shares"].tolist():
-            raise ValueError("the shares of the line are others")
-    except ValueError as doubt:
-        raise ArithmeticError(f"{UNDECIDED}: {doubt}") from None
+    every = unpacked(data["intervals"])
+    if codes.shape != (problem.n_symbols, len(every)):
+        raise ValueError(f"its config asks for {problem.n_symbols} symbols of each interval")
+    if not set(codes.ravel().tolist()) <= {0, 1, NO_SYMBOL} or np.any(
+        (codes[:-1] == NO_SYMBOL) & (codes[1:] != NO_SYMBOL)
+    ):
+        raise ValueError("a symbol is none, or follows one that is not proven")
+    orbits = pieces.unpacked(data["proof"], len(every))
+    shares = shares_of(every, codes)
+    if [float(x) for x in shares] != data["shares"].tolist():
+        raise ValueError("the shares of the line are others")
     parts = zip(every, orbits, codes.T.tolist(), strict=True)
     return [part for part in parts if part[2][0] != NO_SYMBOL], shares
 

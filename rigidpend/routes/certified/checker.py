@@ -26,7 +26,7 @@ LARGEST = 2.0**-6
 """Bound on the distance above which nothing is decided."""
 
 
-class Undecided(Exception):
+class Undecided(ArithmeticError):
     """The polynomials do not prove what comes next; the text says why."""
 
 
