@@ -25,6 +25,7 @@ from tests.experiments.trees import reference
 
 STARTS = {"png": b"\x89PNG", "svg": b"<?xml", "pdf": b"%PDF"}
 FAULTS = (NameError, TypeError, AttributeError, ImportError, AssertionError)
+GALLERY = REFERENCE.parent / "gallery"
 MOST, OF = render.PIXELS, "heteroclinic_cycle"
 OF_VALUES = (ValueError, ZeroDivisionError, IndexError)
 
@@ -178,39 +179,25 @@ def test_the_fingerprint_has_all_that_an_image_depends_on(
 
 
 @pytest.mark.parametrize(
-    ("error", "kind", "drawn", "shown"),
+    ("error", "drawn", "shown", "code"),
     [
-        (TypeError("x"), TypeError, "x", "x"),
-        (
-            IndexError("x"),
-            StoreError,
-            "cannot be drawn: ",
-            "cannot be shown: .*; call: rigidpend r",
-        ),
+        (TypeError("x"), "x", "x", 4),
+        (IndexError("x"), "cannot be drawn: ", "cannot be shown: .*; call: rigidpend r", 1),
     ],
 )
 def test_a_fault_of_the_program_is_none_of_the_file_and_values_are_a_sentence(
-    source: Path,
-    monkeypatch: pytest.MonkeyPatch,
-    error: Exception,
-    kind: type[Exception],
-    drawn: str,
-    shown: str,
+    source: Path, monkeypatch: pytest.MonkeyPatch, error: Any, drawn: str, shown: str, code: int
 ) -> None:
     assert not any(issubclass(fault, render.OF_VALUES) for fault in FAULTS)
     assert all(issubclass(fault, render.OF_VALUES) for fault in OF_VALUES)
-
-    fail = Mock(side_effect=error)
-    render.render(source, source.with_suffix(".png"))
-    with monkeypatch.context() as patch:
-        patch.setattr(draw, "draw", fail)
-        with pytest.raises(kind, match=drawn):
-            render.render(source, source.with_suffix(".png"), force=True)
-        # A fault is told as one.
-        code = call(source.parent, "render", "fig2.h5", "--force").returncode
-        assert code == (4 if kind is TypeError else 1)
-    # With the picture that is there, but without numbers.
-    monkeypatch.setattr(draw, "tables", fail)
+    for name in ("draw", "tables"):
+        monkeypatch.setattr(draw, name, Mock(side_effect=error))
+    kind = TypeError if code == 4 else StoreError
+    with pytest.raises(kind, match=drawn):
+        render.render(source, source.with_suffix(".png"))
+    assert call(source.parent, "render", "fig2.h5").returncode == code
+    # With a picture that is there, but without numbers.
+    monkeypatch.setattr(render, "kept", lambda *_: (GALLERY / "fig2.png").read_bytes())
     with pytest.raises(kind, match=shown):
         report.build([source])
 
