@@ -213,15 +213,8 @@ def test_a_map_by_a_process_is_the_same_and_is_kept(
     cache: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     ends = exact(H), exact(H)
-    here = build.build(GENERIC, *ends, 53, FIRST)
-    elsewhere: list[Any] = []
-
-    def watched(work: Any, task: Any) -> Any:
-        elsewhere.append(work)
-        assert task[-1] == build.plan(*task[:5]), "the looks are not taken twice"
-        return apart(work, task)
-
-    monkeypatch.setattr(storage, "apart", watched)
+    here, elsewhere = build.build(GENERIC, *ends, 53, FIRST), Mock(wraps=apart)
+    monkeypatch.setattr(storage, "apart", elsewhere)
     storage.build_apart(GENERIC, ends, 53, FIRST, math.inf)
     assert same(return_map(GENERIC, h=H, design=FIRST), here)
     assert len(list(cache.iterdir())) == 1
@@ -230,7 +223,9 @@ def test_a_map_by_a_process_is_the_same_and_is_kept(
         storage.build_apart(GENERIC, ends, 53, SECOND, least)
     with pytest.raises(MapError, match="does not reach the periodic orbit"):
         storage.build_apart(HEAVY, ends, 53, FIRST, math.inf)
-    assert elsewhere == 2 * [build.build]
+    assert elsewhere.call_count == 2
+    for work, task in (call.args for call in elsewhere.call_args_list):
+        assert (work, task[-1]) == (build.build, build.plan(*task[:5])), "looks are taken once"
 
 
 @pytest.mark.parametrize("error", [WorkerError, OSError, ImportError, NotImplementedError])
