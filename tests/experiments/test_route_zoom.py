@@ -68,18 +68,13 @@ def test_every_phase_that_is_stored_is_the_number_that_was_used(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
     """Down to 1e-55, around an orbit that has the bits for the last level."""
-    used: list[Any] = []
+    # The symbol changes between the first two.
+    codes = np.ones((30, 7), dtype=np.uint8)
+    codes[0, 0] = 0
+    told = {"codes": codes, "certain": codes > 1, "bits": codes[0]}
+    seen = SimpleNamespace(codes=codes, certain=codes < 2, _asdict=lambda: told)
     around = Mock(bits=0)
-
-    def routes(phases: Any) -> Any:
-        """Note the phases, and find that the symbol changes between the first two."""
-        used.append(phases[2:])
-        codes = np.ones((30, len(phases)), dtype=np.uint8)
-        codes[0, 0] = 0
-        found = {"codes": codes, "certain": codes > 1, "bits": codes[0]}
-        return SimpleNamespace(codes=codes, certain=codes < 2, _asdict=lambda: found)
-
-    around.return_value.routes = routes
+    around.return_value.routes = routes = Mock(return_value=seen)
     monkeypatch.setattr(route_zoom, "Neighbourhood", around)
     step = "pi/32"
     deep = ("factor=1000000", "levels=10", "count=5", "n_symbols=30", f"step={step}")
@@ -91,6 +86,7 @@ def test_every_phase_that_is_stored_is_the_number_that_was_used(
     [((_, reference, finest, *_), _)] = around.call_args_list
     assert abs(reference.at(2000) - NEAR.at(2000)) < 1e-62
     assert finest == float(exact(step) / 10**54)
+    used = [call.args[0][2:] for call in routes.call_args_list]
     for level, phases in zip(found["levels"].values(), used, strict=True):
         centre, stored = exact(level["centre"]), [exact(text) for text in level["theta2_0"]]
         assert stored[2].at(2000) == centre.at(2000)
