@@ -18,12 +18,10 @@ from rigidpend.experiments.route_zoom import draw
 from rigidpend.mechanics import floquet
 from rigidpend.numbers.exact import exact
 from rigidpend.orbits.integrate.arithmetic import DEFAULT_ENGINE, resolve
-from rigidpend.results import store
 from rigidpend.routes.neighbourhood import Bracket, NoChange
 from rigidpend.routes.problem import RouteProblem
 from rigidpend.surfaces import melnikov
-from tests.cli.calls import REFERENCE
-from tests.experiments.trees import asked, computed
+from tests.experiments.trees import asked, computed, shared_reference
 
 SMALL = ("problem.levels=3", "problem.count=6", "problem.n_symbols=4")
 WHERE: dict[str, Any] = {"h0": "1.3342", "J1_0": "1e-8"}
@@ -113,7 +111,7 @@ def test_the_shipped_zoom_is_by_the_multiplier_and_comes_to_repeat_itself(given:
     p = given.problem
     found = floquet.periodic_orbit(p.body.angles(), float(p.h0)).multiplier
     assert float(p.factor) == pytest.approx(found, rel=1e-14)
-    levels = list(store.load(REFERENCE / "fig4_zoom.h5")["data"]["levels"].values())
+    levels = list(shared_reference("fig4_zoom")["data"]["levels"].values())
     shares = [draw.share(*pair) for pair in pairwise(levels)]
     assert max(shares[:2]) < 0.6
     assert shares[-1] == 1
