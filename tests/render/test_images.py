@@ -5,6 +5,7 @@ from __future__ import annotations
 import re
 import shutil
 import struct
+from collections.abc import Iterator
 from importlib import metadata
 from pathlib import Path
 from typing import Any
@@ -146,36 +147,30 @@ def test_what_the_certificate_beside_a_result_proves_is_drawn(
 def test_the_fingerprint_has_all_that_an_image_depends_on(
     source: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    known = {render.drawn_from(source, OF)}
+    hashed, version = Mock(return_value=""), metadata.version
 
-    def changed(source: Path = source) -> bool:
-        before = len(known)
-        known.add(render.drawn_from(source, OF))
-        return len(known) > before
+    def changes() -> Iterator[None]:
+        yield
+        # Other bytes that the same code draws.
+        shutil.copy(REFERENCE / "fig1.h5", source)
+        yield
+        certificate_files.certificate_of(source).write_bytes(b"any")
+        yield
+        style = source.with_name("other.mplstyle")
+        style.write_text(render.STYLE.read_text() + "font.size: 11\n")
+        monkeypatch.setattr(render, "STYLE", style)
+        yield
+        other = {"matplotlib": "0"}
+        monkeypatch.setattr(metadata, "version", lambda x: other.get(x) or version(x))
+        yield
+        monkeypatch.setattr(render, "code_hash_of", hashed)
+        yield
 
-    assert not changed()
-    shutil.copy(REFERENCE / "fig1.h5", source)
-    assert changed(), "other bytes that the same code draws"
-    certificate_files.certificate_of(source).write_bytes(b"any")
-    assert changed()
-    style = source.with_name("other.mplstyle")
-    style.write_text(render.STYLE.read_text() + "font.size: 11\n")
-    monkeypatch.setattr(render, "STYLE", style)
-    assert changed()
-    version = metadata.version
-    monkeypatch.setattr(
-        metadata, "version", lambda name: {"matplotlib": "0"}.get(name) or version(name)
-    )
-    assert changed()
-    hashed: list[str] = []
-
-    def noted(*files: Path) -> str:
-        hashed.extend(each.name for each in files)
-        return ""
-
-    monkeypatch.setattr(render, "code_hash_of", noted)
-    assert changed()
-    assert hashed == ["draw.py", "__init__.py", "captions.py"]
+    told = [[render.drawn_from(source, OF) for _ in range(2)] for _ in changes()]
+    assert all(one == again for one, again in told)
+    assert len({one for one, _ in told}) == 6
+    files = [each.name for each in hashed.call_args.args]
+    assert files == ["draw.py", "__init__.py", "captions.py"]
 
 
 @pytest.mark.parametrize(
