@@ -55,9 +55,9 @@ J2, THETA2, V = 1.3, 0.7, 12.0
 
 @pytest.mark.slow
 def test_agrees_integers_with_sums_of_doubles_from_a_small_J1() -> None:
-    """From J1 = 1e-40: the small component has its own leading zeros."""
-    expected = find(fan(1, J1=1e-40), "scipy", 60, n_crossings=1).time
-    found = find(fan(1, J1=1e-40), "taylor", 106, n_crossings=1)
+    """From J1 = 1e-60: the small component has its own leading zeros."""
+    expected = find(fan(1, J1=1e-60), "scipy", 60, n_crossings=1).time
+    found = find(fan(1, J1=1e-60), "taylor", 106, n_crossings=1)
     # The time on a step is found in doubles, and the sum rounded.
     np.testing.assert_allclose(found.time, expected, rtol=3e-16)
 
