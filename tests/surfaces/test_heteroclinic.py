@@ -37,8 +37,10 @@ def beginning(separatrix: int, theta2: float) -> Any:
     share = LOW if rising else 1 - LOW
     free, heavy = (hamiltonian_J3_0(share, 1, theta, p._replace(mu=mu), math) for mu in (0.0, p.mu))
     J2 = math.sqrt((1 - (heavy - free)) / free)
-    J = (LOW * J2, J2 - LOW * J2)[:: 1 if rising else -1]
-    state = aligned_from_canonical(Canonical(*J, 0.0, *theta, 0.0, 1.0), p.alpha0, p.beta0)
+    small, large = LOW * J2, J2 - LOW * J2
+    J1, J2mJ1 = (small, large) if rising else (large, small)
+    c = Canonical(J1, J2mJ1, 0.0, *theta, 0.0, 1.0)
+    state = aligned_from_canonical(c, p.alpha0, p.beta0)
     return np.array(state._replace(**{"Qm" if rising else "Qp": 0.0}))
 
 
