@@ -42,7 +42,6 @@ def points(axes: Any, colour: str) -> list[Any]:
 
 
 DOUBTED: dict[str, tuple[Callable[[Any], Any], Callable[[Any], Any]]] = {
-    "fig4": (lambda data: data["left"], lambda array: array["theta2_0"]),
     "fig4_zoom": (
         lambda data: data["levels"]["level00"],
         lambda level: level["offset"] / level["step"],
@@ -70,9 +69,11 @@ def test_proven_symbols_and_what_does_not_return_are_marked_and_told() -> None:
     left["proven"] = np.zeros_like(left["certain"])
     left["proven"][11, 7] = True
     left["codes"][5, 5] = 255
+    left["certain"][3, 6] = False
     made = styled(result)
     assert points(made.axes[0], plots.PROVEN) == [[[left["theta2_0"][7], 12]]]
-    assert legend(made)[-2:] == ["no return", "proven symbol"]
+    assert points(made.axes[0], plots.DOUBT) == [[[left["theta2_0"][6], 4]]]
+    assert legend(made)[-3:] == ["no return", "proven symbol", "uncertain"]
 
 
 def arrays(*phases: Any, rows: int = 15, zeros: Any = ()) -> Loaded:
