@@ -11,12 +11,11 @@ import pytest
 
 from rigidpend.experiments.asymptotic_orbits.draw import address, phase_text
 from rigidpend.experiments.plots import decimals
-from rigidpend.mechanics.body import Body
-from rigidpend.results import store
 from rigidpend.routes.codes import route_codes
 from rigidpend.routes.symbolic import NoOrbit
+from tests.bodies import FIG4
 from tests.cli.calls import REFERENCE
-from tests.experiments.trees import asked, computed, unlike_stored
+from tests.experiments.trees import asked, computed, shared_reference, unlike_stored
 
 SMALL = ["problem.symbols=2", "problem.columns=60"]
 
@@ -48,21 +47,15 @@ def test_symbols_change_at_the_orbits(data: Any) -> None:
 
     On the way from 1e-24 to 1e-8 theta2 advances by the same as the orbit's own does.
     """
-    body = Body(A=(2, 1, "3/2"), r=(1, 1, 0), mu="0.001")
     assert data["plane"]["codes"].shape == (3, 60), "a row more than the longest codes have"
     middles = (np.arange(60) + 0.5) * np.pi / 30
     np.testing.assert_allclose(data["plane"]["theta2_0"], middles, rtol=1e-15)
-    for n in (0, 1, 2):
+    for n in (0, 1):
         orbits = data["orbits"][str(n)]
-        for k in (0, 1):
-            phase = orbits["theta2_0"][k]
-            seen = route_codes(
-                body, [phase - 2e-2, phase + 2e-2], h0="1.3342", J1_0="1e-8", n_symbols=n + 1
-            ).codes
-            np.testing.assert_array_equal(seen[:n, 0], orbits["word"][:, k])
-            if n < 2:
-                np.testing.assert_array_equal(seen[:n, 1], orbits["word"][:, k])
-                assert seen[n, 0] != seen[n, 1]
+        beside = (orbits["theta2_0"][:2, None] + [-2e-2, 2e-2]).ravel()
+        seen = route_codes(FIG4, beside, h0="1.3342", J1_0="1e-8", n_symbols=n + 1).codes
+        np.testing.assert_array_equal(seen[:n], np.repeat(orbits["word"][:, :2], 2, axis=1))
+        assert (seen[n, ::2] != seen[n, 1::2]).all()
 
 
 def test_thirty_digits_are_shown(data: Any) -> None:
@@ -79,6 +72,6 @@ def test_thirty_digits_are_shown(data: Any) -> None:
 def test_the_page_says_by_how_much_the_map_alone_errs() -> None:
     page = (REFERENCE.parents[1] / "docs" / "addresses.md").read_text()
     [told] = re.findall(r"the map alone errs by\s+\$(\S+)\\cdot10\^\{-14\}\$ at most", page)
-    orbits = store.load(REFERENCE / "asymptotic_orbits.h5")["data"]["orbits"]
+    orbits = shared_reference("asymptotic_orbits")["data"]["orbits"]
     moved = max(np.abs(each["moved"]).max() for each in orbits.values())
     assert moved <= 1e-14 * float(told) < 1.1 * moved

@@ -8,25 +8,21 @@ import numpy as np
 import pytest
 
 from rigidpend.experiments.asymptotic_surfaces import CURVES
-from tests.experiments.trees import asked, computed, differences, reference, with_change
-
-
-@pytest.fixture(scope="module")
-def data() -> Any:
-    return reference("fig3")["data"]
+from tests.experiments.trees import asked, computed, differences, reference, unlike_stored
 
 
 @pytest.mark.slow
-def test_each_body_is_a_part_of_the_run_and_all_are_as_they_are_stored(data: Any) -> None:
+def test_each_body_is_a_part_of_the_run_and_all_are_as_they_are_stored() -> None:
     parts: list[str] = []
     fresh = computed(asked("fig3"), parts)
     assert parts == list("abcdefg")
-    assert differences("asymptotic_surfaces", data, fresh) == []
+    assert unlike_stored("fig3", fresh, {}) == set()
 
 
-def test_samples_at_other_times_are_no_agreement(data: Any) -> None:
+def test_samples_at_other_times_are_no_agreement() -> None:
     """The points of both have no time in common, so that nothing else is compared."""
-    later = with_change(data, lambda d: d["bodies"]["a"]["S1_minus"]["sample"].__iadd__(10000))
+    data, later = (reference("fig3")["data"] for _ in range(2))
+    later["bodies"]["a"]["S1_minus"]["sample"] += 10000
     [found] = differences("asymptotic_surfaces", data, later)
     assert "same times" in found
 

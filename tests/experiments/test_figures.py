@@ -42,7 +42,6 @@ def points(axes: Any, colour: str) -> list[Any]:
 
 
 DOUBTED: dict[str, tuple[Callable[[Any], Any], Callable[[Any], Any]]] = {
-    "fig4": (lambda data: data["left"], lambda array: array["theta2_0"]),
     "fig4_zoom": (
         lambda data: data["levels"]["level00"],
         lambda level: level["offset"] / level["step"],
@@ -70,9 +69,11 @@ def test_proven_symbols_and_what_does_not_return_are_marked_and_told() -> None:
     left["proven"] = np.zeros_like(left["certain"])
     left["proven"][11, 7] = True
     left["codes"][5, 5] = 255
+    left["certain"][3, 6] = False
     made = styled(result)
     assert points(made.axes[0], plots.PROVEN) == [[[left["theta2_0"][7], 12]]]
-    assert legend(made)[-2:] == ["no return", "proven symbol"]
+    assert points(made.axes[0], plots.DOUBT) == [[[left["theta2_0"][6], 4]]]
+    assert legend(made)[-3:] == ["no return", "proven symbol", "uncertain"]
 
 
 def arrays(*phases: Any, rows: int = 15, zeros: Any = ()) -> Loaded:
@@ -113,24 +114,23 @@ def test_a_finer_array_inside_of_another_is_framed(whole: Any, part: Any, frames
     assert "zero of Melnikov's integral" not in legend(made)
 
 
-@pytest.mark.parametrize("columns", [1, 2, 3, 8])
-def test_phases_of_few_columns_are_told_and_none_upon_another(columns: int) -> None:
-    for start in (0.0, 3 * np.pi / 40, 1.0):
-        [axes] = styled(arrays(start + np.arange(columns) / 10)).axes
-        low, high = axes.get_xlim()
-        ticks = zip(axes.get_xticks(), axes.get_xticklabels(), strict=True)
-        shown = [(x, label) for x, label in ticks if low <= x <= high]
-        assert shown
-        assert all(abs(float(label.get_text()) - x) < 1e-5 for x, label in shown)
-        boxes = [label.get_window_extent() for _, label in shown]
-        assert all(one.x1 < two.x0 for one, two in pairwise(boxes))
-
-
 @pytest.mark.slow
-@pytest.mark.parametrize(("columns", "rows"), [(1, 15), (2, 1), (63, 30), (1000, 15), (40, 300)])
-def test_any_number_of_cells_is_drawn_inside_the_figure(columns: int, rows: int) -> None:
-    figure = styled(arrays(np.arange(columns) / 1000, rows=rows), laid_out=True)
+@pytest.mark.parametrize("start", [0.0, 3 * np.pi / 40, 1.0])
+@pytest.mark.parametrize(
+    ("columns", "rows"), [(1, 15), (2, 1), (3, 15), (8, 1), (63, 30), (1000, 15), (40, 300)]
+)
+def test_any_number_of_cells_is_drawn_inside_the_figure_with_their_phases(
+    columns: int, rows: int, start: float
+) -> None:
+    figure = styled(arrays(start + np.arange(columns) / 10, rows=rows), laid_out=True)
     [axes] = figure.axes
+    low, high = axes.get_xlim()
+    ticks = zip(axes.get_xticks(), axes.get_xticklabels(), strict=True)
+    shown = [(x, label) for x, label in ticks if low <= x <= high]
+    assert shown
+    assert all(abs(float(label.get_text()) - x) < 1e-5 for x, label in shown)
+    boxes = [label.get_window_extent() for _, label in shown]
+    assert all(one.x1 < two.x0 for one, two in pairwise(boxes))
     box, below = axes.get_position(), figure.legends[0].get_window_extent()
     assert 0 < box.x0 < box.x1 < 1
     assert 0 < box.y0 < box.y1 < 1

@@ -32,25 +32,27 @@ ALONE = [FamilyStep(60, {(0, 0, 0): 2}, [{(0, 0, 0): 0}] * 6)]
 """A step that is none of any set."""
 
 
+@pytest.fixture
+def data() -> Any:
+    """What is stored, as each test's own."""
+    return reference("full_shift")["data"]
+
+
 @pytest.mark.slow
 def test_sets_and_polynomials_are_found_as_they_are_stored(monkeypatch: pytest.MonkeyPatch) -> None:
     """What these prove is asked of the stored ones, by both checkers."""
 
-    class Offered(Exception):
-        """What is offered to the checker."""
-
-    def offered(_: Any, data: Any) -> Any:
-        raise Offered(data)
-
+    offered = Mock(side_effect=InterruptedError)
     monkeypatch.setattr(full_shift, "checked", offered)
-    with pytest.raises(Offered) as caught:
+    with pytest.raises(InterruptedError):
         full_shift.compute(asked("full_shift"), Means())
-    [found] = caught.value.args
+    _, found = offered.call_args.args
     assert found.keys() == {"sets", "line", "proof"}
-    stored, layout = reference("full_shift")["data"], dict[str, Any](LAYOUT)
-    fields = {name: {key: layout[name][key] for key in found[name]} for name in found}
-    known = {name: {key: stored[name][key] for key in found[name]} for name in found}
-    assert differences(fields, known, found) == []
+    layout, known = (
+        {name: {key: each[name][key] for key in found[name]} for name in found}
+        for each in (dict[str, Any](LAYOUT), reference("full_shift")["data"])
+    )
+    assert differences(layout, known, found) == []
 
 
 @pytest.mark.slow
@@ -59,16 +61,13 @@ def test_smaller_angles_ask_for_more_bits_and_then_sets_are_tried_wider(
 ) -> None:
     """Bits by twice the logarithm of the distance from the surface, for some more than a word."""
     monkeypatch.setattr(horseshoe, "TRIALS", 1)
-
-    def tried(*changes: str) -> list[Any]:
-        """The settings of which polynomials are asked for, where none are found."""
-        found = Mock(side_effect=ArithmeticError)
-        monkeypatch.setattr(family_orbits, "pieces", found)
+    # The settings of which polynomials are asked for, where none are found.
+    found = Mock(side_effect=ArithmeticError)
+    monkeypatch.setattr(family_orbits, "pieces", found)
+    for changes in ([], OTHER, ["problem.lengths=2"]):
         with pytest.raises(ArithmeticError, match="nothing is proven"):
             full_shift.compute(asked("full_shift", *changes), Means())
-        return [setting for (setting, _), _ in found.call_args_list]
-
-    [own], (narrow, wide), [two] = tried(), tried(*OTHER), tried("problem.lengths=2")
+    own, narrow, wide, two = (setting for (setting, _), _ in found.call_args_list)
     assert (own.half_turns, own.bits) == (14, 60)
     assert narrow.half_turns > 14
     assert 62 < narrow.bits <= horseshoe.MOST_BITS
@@ -115,12 +114,11 @@ def test_what_is_not_shown_is_undecided(
 
 @pytest.mark.slow
 def test_symbols_of_an_approach_are_those_that_the_config_asks_for(
-    monkeypatch: pytest.MonkeyPatch,
+    data: Any, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """The stored line has none, and an address that no orbit has is undecided."""
     monkeypatch.setattr(coverings, "prove", lambda *_: ([], []))
     monkeypatch.setattr(coverings, "prove_line", lambda *_: (None, [], []))
-    data = reference("full_shift")["data"]
     config = asked("full_shift")
     problem = config.problem.model_copy(update={"approach": "0^15"})
     config = config.model_copy(update={"problem": problem})
@@ -138,16 +136,16 @@ def test_symbols_of_an_approach_are_those_that_the_config_asks_for(
         ("proof", "bits", "a step has fewer bits than 1"),
     ],
 )
-def test_arrays_that_are_no_proof_prove_nothing(group: str, name: str, said: str) -> None:
-    data = reference("full_shift")["data"]
+def test_arrays_that_are_no_proof_prove_nothing(
+    data: Any, group: str, name: str, said: str
+) -> None:
     wrong = {**data[group], name: np.zeros_like(data[group][name])}
     with pytest.raises((ArithmeticError, ValueError), match=f"^{said}"):
         full_shift.theorems(asked("full_shift"), {**data, group: wrong})
 
 
-def test_outlines_are_those_of_the_sets_in_the_chart() -> None:
+def test_outlines_are_those_of_the_sets_in_the_chart(data: Any) -> None:
     """U and V of what is drawn, less the mean curve, are -1 and 1 around each set."""
-    data = reference("full_shift")["data"]
     drawn, quads = data["drawn"], unpacked_quads(data["sets"])
     for quad, chi, d in zip(quads, drawn["chi"], drawn["d"], strict=True):
         g, alike = -np.sin(chi), [x for x in quads if x.rising == quad.rising]
@@ -163,20 +161,21 @@ def test_bounds_are_rounded_outward() -> None:
     [relations, sets] = draw.tables(result)
     assert len(relations.rows) == 8
     proven = result["data"]["relations"]
-    for at, above, below in ((2, "edge", "across"), (4, "stretch", "squeeze")):
-        for row, more, less in zip(
-            relations.rows, proven[above].flat, proven[below].flat, strict=True
-        ):
-            assert more * (1 - 1e-3) < float(row[at].removeprefix("more than ")) <= more
-            assert less <= float(row[at + 1].removeprefix("less than ")) < less + 1e-4
+    told = np.array([[float(x.split()[-1]) for x in row[2:6]] for row in relations.rows]).T
+    for k, name in ((0, "edge"), (2, "stretch")):
+        assert (told[k] <= proven[name].flat).all()
+        assert (told[k] > (1 - 1e-3) * proven[name].ravel()).all()
+    for k, name in ((1, "across"), (3, "squeeze")):
+        assert (told[k] >= proven[name].flat).all()
+        assert (told[k] < proven[name].ravel() + 1e-4).all()
     proven = result["data"]["sets"]
-    for k, row in enumerate(sets.rows):
-        low, high = map(float, row[3].split(" to "))
-        assert 0 <= proven["shortest"][k] - low < 1e-4
-        assert 0 <= high - proven["longest"][k] < 1e-4
-        assert proven["bound"][k] <= float(row[2]) < 1.1 * proven["bound"][k]
+    low, high = np.array([[float(x) for x in row[3].split(" to ")] for row in sets.rows]).T
+    for off in (proven["shortest"] - low, high - proven["longest"]):
+        assert 0 <= off.min() <= off.max() < 1e-4
+    share = [float(row[2]) for row in sets.rows] / proven["bound"]
+    assert 1 <= share.min() <= share.max() < 1.1
     assert "at least ln(4)/2 a passage" in sets.note
     stated = float(sets.note.split()[-5])
-    times = result["data"]["sets"]["longest"].reshape(2, 2)
+    times = proven["longest"].reshape(2, 2)
     assert np.exp(-stated * times).sum(axis=1).prod() > 1
     assert np.exp(-(stated + 1e-5) * times).sum(axis=1).prod() < 1

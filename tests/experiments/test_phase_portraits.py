@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import copy
 from itertools import pairwise
 from typing import Any
 
@@ -60,13 +61,9 @@ def test_the_curves_in_the_plane_satisfy_the_unperturbed_equations(
 
 
 def test_visibility_may_change_on_the_outline_only(data: Any) -> None:
-    orbits = data["orbits"]
-    depth = orbits["projected"].copy()
-    depth[2, 7] = 5e-15
-    stored = {**data, "orbits": {**orbits, "projected": depth}}
+    stored = copy.deepcopy(data)
+    stored["orbits"]["projected"][2, 7] = 5e-15
     for index, count in ((7, 0), (8, 1)):
-        visible = orbits["visible"].copy()
-        visible[index] ^= True
-        fresh = {**stored, "orbits": {**stored["orbits"], "visible": visible}}
-        changed = {**stored, "orbits": {**stored["orbits"], "visible": orbits["visible"]}}
-        assert len(differences("phase_portraits", changed, fresh)) == count
+        fresh = copy.deepcopy(stored)
+        fresh["orbits"]["visible"][index] ^= True
+        assert len(differences("phase_portraits", stored, fresh)) == count

@@ -30,14 +30,11 @@ def test_all_is_as_it_is_stored_of_these_weights(data: Any) -> None:
     assert data["drawn"] == 2
 
 
-def test_order_remainders_are_of_the_second_order_and_means_of_the_third(data: Any) -> None:
-    bodies = data["bodies"]
-    hess = np.zeros((5, 4), dtype=bool)
-    hess[2, [0, 2]] = True
-    np.testing.assert_array_equal(np.isnan(bodies["slope"]), hess)
-    np.testing.assert_array_equal(np.isnan(bodies["mean_slope"]), hess)
-    np.testing.assert_allclose(bodies["slope"][~hess], 2, atol=0.03)
-    np.testing.assert_allclose(bodies["mean_slope"][~hess], 3, atol=0.002)
+def test_order_remainders_are_of_the_second_order(data: Any) -> None:
+    """And none is left along 1 and 3 in the Hess case."""
+    slope = data["bodies"]["slope"]
+    assert np.argwhere(np.isnan(slope)).tolist() == [[2, 0], [2, 2]]
+    np.testing.assert_allclose(slope[np.isfinite(slope)], 2, atol=0.03)
 
 
 def test_a_body_without_such_orbits_is_named() -> None:

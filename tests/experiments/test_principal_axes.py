@@ -72,11 +72,8 @@ TIMES = [Fraction(1, 2), Fraction(10), Fraction(30)]
 
 def exactly(x: Any) -> Fraction:
     """The value of a number of such a type, as the sum of doubles that it is."""
-    total, head, kind = Fraction(0), float(x), type(x)
-    while head:
-        total, x = total + Fraction(head), x - kind(head)
-        head = float(x)
-    return total
+    head = float(x)
+    return Fraction(head) + (exactly(x - type(x)(head)) if head else 0)
 
 
 @functools.cache

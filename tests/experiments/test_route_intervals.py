@@ -7,6 +7,7 @@ from contextlib import nullcontext
 from fractions import Fraction
 from types import SimpleNamespace
 from typing import Any
+from unittest.mock import Mock
 
 import numpy as np
 import pytest
@@ -96,17 +97,14 @@ def _here(monkeypatch: pytest.MonkeyPatch) -> None:
 def test_the_whole_line_is_searched_and_what_is_found_is_stored(
     stored: Any, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    problem, tried, parts, jobs = stored.config.problem, [], list[str](), 3
-
-    def within(of: PhaseInterval, setting: Any, J1: Fraction, n: int, finest: int) -> Any:
-        tried.append(of)
-        assert setting == ShiftProblem(problem.body, problem.h0, 1, h0=problem.h0)
-        assert (J1, n, finest) == (Fraction(1, 10**8), problem.n_symbols, problem.halvings)
-        return [x for x in stored.found if x.of == of]
-
+    problem, parts, jobs = stored.config.problem, list[str](), 3
+    within = Mock(side_effect=lambda of, *_: [x for x in stored.found if x.of == of])
     monkeypatch.setattr(interval_search, "within", within)
     made = computed(stored.config, parts, jobs=jobs)
-    assert tried == [PhaseInterval(k, 5) for k in range(32)]
+    setting = ShiftProblem(problem.body, problem.h0, 1, h0=problem.h0)
+    given = setting, Fraction(1, 10**8), problem.n_symbols, problem.halvings
+    expected = [(PhaseInterval(k, 5), *given) for k in range(32)]
+    assert [call.args for call in within.call_args_list] == expected
     assert not differences("route_intervals", stored.data, made)
     assert made["columns"]["codes"].shape == (15, 63), "as Fig. 4's left array"
     # A part that fewer processes kept is another one.
@@ -114,18 +112,12 @@ def test_the_whole_line_is_searched_and_what_is_found_is_stored(
     assert {name.rpartition(".")[2] for name in parts} == {str(compute.ROUND * jobs)}
 
 
-def test_intervals_of_which_nothing_is_proven_are_no_result(
-    monkeypatch: pytest.MonkeyPatch,
-) -> None:
-    tried = []
-
-    def within(of: PhaseInterval, *_: Any) -> list[ProvenInterval]:
-        tried.append(of)
-        return [ProvenInterval(of, [], [])]
-
+def test_intervals_of_which_nothing_is_proven_are_no_result(monkeypatch: Any) -> None:
+    within = Mock(side_effect=lambda of, *_: [ProvenInterval(of, [], [])])
     monkeypatch.setattr(interval_search, "within", within)
     with pytest.raises(ArithmeticError, match="no symbol is proven on any interval"):
         computed(asked("fig4_intervals", "problem.halvings=3"))
+    tried = [call.args[0] for call in within.call_args_list]
     assert tried == [PhaseInterval(k, 3) for k in range(8)], "no shorter than they may be"
 
 
@@ -134,13 +126,8 @@ def test_an_interval_that_is_not_proven_again_is_in_no_theorem(
 ) -> None:
     """Each that has symbols is proven, by its own steps, in the problem of the config."""
     problem, known = stored.config.problem, {x.of: x for x in stored.found if x.symbols}
-    starts, again = EnclosedStarts.of(problem.body, problem.h0, Fraction(1, 10**8)), dict(known)
-
-    def symbols(of: EnclosedStarts, interval: PhaseInterval, steps: Any) -> list[bool]:
-        assert of[1:] == starts[1:]
-        assert list(steps) == list(known[interval].pieces)
-        return again.pop(interval).symbols
-
+    starts = EnclosedStarts.of(problem.body, problem.h0, Fraction(1, 10**8))
+    symbols = Mock(side_effect=lambda _, interval, __: known[interval].symbols)
     monkeypatch.setattr(intervals, "symbols", symbols)
     shares = [sum(x.of.share for x in stored.found if len(x.symbols) >= n) for n in (1, 2)]
     said = compute.theorems(stored.config, stored.data)
@@ -149,13 +136,16 @@ def test_an_interval_that_is_not_proven_again_is_in_no_theorem(
         f" line, {float(share):.6g}"
         for n, share in enumerate(shares, 1)
     ]
-    assert not again
+    calls = [call.args for call in symbols.call_args_list]
+    assert all(of[1:] == starts[1:] for of, *_ in calls)
+    steps = [(interval, list(pieces)) for _, interval, pieces in calls]
+    assert sorted(steps) == sorted((of, list(x.pieces)) for of, x in known.items())
     # More than is stored may come out, and nothing else.
     one = next(x for x in stored.found if len(x.symbols) == 1)
     part = one.of, one.pieces, [int(one.symbols[0]), NO_SYMBOL]
     monkeypatch.setattr(compute, "arranged", lambda *_: ([part], shares))
     for found, well in (([*one.symbols, True], True), ([not one.symbols[0]], False), ([], False)):
-        again = {one.of: one._replace(symbols=found)}
+        symbols.side_effect = [found]
         with nullcontext() if well else pytest.raises(ArithmeticError, match="others, or fewer"):
             compute.theorems(stored.config, stored.data)
 

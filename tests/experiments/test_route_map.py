@@ -38,25 +38,23 @@ def data() -> Any:
 
 
 def test_a_plane_has_room_for_the_cells_of_all_its_parts(monkeypatch: pytest.MonkeyPatch) -> None:
-    asked_for: list[Any] = []
-    monkeypatch.setattr(files, "afford", lambda *given: asked_for.append(given))
+    afford = Mock()
+    monkeypatch.setattr(files, "afford", afford)
     content(ONE_ZOOM)
-    assert asked_for == [("theta2_0", 2 * 5 * 4, 3 + 2, "40 cells of 3 symbols")]
+    afford.assert_called_once_with("theta2_0", 2 * 5 * 4, 3 + 2, "40 cells of 3 symbols")
 
 
 def test_a_plane_is_computed_while_its_file_is_written_and_never_held_as_a_whole() -> None:
     """Of forty million cells of 8 symbols the arrays are 400 MB."""
-    done: list[Any] = []
-    means = Means(resolve("taylor", None, (53,)), report=done.append)
+    done = Mock()
+    means = Means(resolve("taylor", None, (53,)), report=done)
     config = content("problem.rows={axis: mu, ends: [1/1000, 2/1000], count: 3}")
     plane: Any = route_map.compute(config, means)
-    assert not done
-    arrays = {name: x for name, x in plane.items() if isinstance(x, np.ndarray)}
-    assert arrays.keys() == {"x", "y"}
+    assert {name for name, x in plane.items() if isinstance(x, np.ndarray)} == {"x", "y"}
     next(plane.blocks)
-    assert not done
+    assert not done.called
     assert {*next(plane.blocks)} == {"codes", "certain", "by_map"}
-    assert len(done) == 1
+    done.assert_called_once()
 
 
 def test_every_cell_is_the_orbit_of_its_middle(data: Any) -> None:
@@ -129,10 +127,10 @@ def test_any_two_parameters_make_a_plane_whose_cells_are_their_orbits(
         alone = route_codes(body_of(values), [phase], h0=h0, J1_0=J1_0, n_symbols=3)
         assert found["certain"][row, column] == 3
         assert (alone.codes[:, 0] == found["codes"][:, row, column]).all()
-    own = {"theta2_0": 1.2, "log10_J1_0": -8, "mu": 0.001, "h0": 1.3342, "beta0": np.pi / 2}
-    own["alpha0"] = 1.9106332362490186
-    marked = [float(found[name]) for name in ("marked_x", "marked")]
-    assert marked == pytest.approx([own[across], own[upwards]])
+    own = {"theta2_0": 1.2, "log10_J1_0": -8, "mu": 0.001, "h0": 1.3342}
+    own |= {"beta0": np.pi / 2, "alpha0": 1.9106332362490186}
+    assert float(found["marked_x"]) == pytest.approx(own[across])
+    assert float(found["marked"]) == pytest.approx(own[upwards])
 
 
 @pytest.mark.parametrize(
@@ -150,36 +148,30 @@ def test_tiles_share_what_they_can_and_have_every_cell_once(
 ) -> None:
     monkeypatch.setattr(route_map, "TILE", 20)
     monkeypatch.setattr(route_map, "OWN_TILE", 15)
-    times = np.zeros((7, 5), dtype=int)
-    numbers = set()
-    for number, place in route_map.tiled((across, upwards), *times.shape):
+    times, found = np.zeros((7, 5), dtype=int), list(route_map.tiled((across, upwards), 7, 5))
+    for _, place in found:
         times[place] += 1
-        numbers.add(number)
     assert (times == 1).all()
-    assert len(numbers) == tiles
+    assert len({number for number, _ in found}) == tiles
 
 
 def test_tiles_are_kept_and_none_is_computed_twice(
     monkeypatch: pytest.MonkeyPatch, data: Any
 ) -> None:
     monkeypatch.setattr(route_map, "TILE", 10)
-    names: list[str] = []
     kept: dict[str, Any] = {}
 
     def pieces(several: Any) -> Iterator[Any]:
         for piece in several:
-            names.append(piece.name)
             if piece.name not in kept:
                 kept[piece.name] = piece.work(*piece.arguments)
             yield kept[piece.name]
 
     given = content(ONE_ZOOM)
-    first = computed(given, pieces=pieces)
-    assert len(set(names)) == len(names) == 4
+    assert not differences("route_map", data, computed(given, pieces=pieces))
+    assert len(kept) == 4
     monkeypatch.setattr(route_map, "cells_of", lambda *_: pytest.fail("computed again"))
-    again = computed(given, pieces=pieces)
-    assert np.array_equal(first["codes"], again["codes"])
-    assert not differences("route_map", data, first)
+    assert not differences("route_map", data, computed(given, pieces=pieces))
 
 
 def test_planes_share_the_tables_of_all_their_starts(monkeypatch: pytest.MonkeyPatch) -> None:

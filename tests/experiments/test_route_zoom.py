@@ -18,12 +18,10 @@ from rigidpend.experiments.route_zoom import draw
 from rigidpend.mechanics import floquet
 from rigidpend.numbers.exact import exact
 from rigidpend.orbits.integrate.arithmetic import DEFAULT_ENGINE, resolve
-from rigidpend.results import store
 from rigidpend.routes.neighbourhood import Bracket, NoChange
 from rigidpend.routes.problem import RouteProblem
 from rigidpend.surfaces import melnikov
-from tests.cli.calls import REFERENCE
-from tests.experiments.trees import asked, computed
+from tests.experiments.trees import asked, computed, shared_reference
 
 SMALL = ("problem.levels=3", "problem.count=6", "problem.n_symbols=4")
 WHERE: dict[str, Any] = {"h0": "1.3342", "J1_0": "1e-8"}
@@ -68,18 +66,13 @@ def test_every_phase_that_is_stored_is_the_number_that_was_used(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
     """Down to 1e-55, around an orbit that has the bits for the last level."""
-    used: list[Any] = []
+    # The symbol changes between the first two.
+    codes = np.ones((30, 7), dtype=np.uint8)
+    codes[0, 0] = 0
+    told = {"codes": codes, "certain": codes > 1, "bits": codes[0]}
+    seen = SimpleNamespace(codes=codes, certain=codes < 2, _asdict=lambda: told)
     around = Mock(bits=0)
-
-    def routes(phases: Any) -> Any:
-        """Note the phases, and find that the symbol changes between the first two."""
-        used.append(phases[2:])
-        codes = np.ones((30, len(phases)), dtype=np.uint8)
-        codes[0, 0] = 0
-        found = {"codes": codes, "certain": codes > 1, "bits": codes[0]}
-        return SimpleNamespace(codes=codes, certain=codes < 2, _asdict=lambda: found)
-
-    around.return_value.routes = routes
+    around.return_value.routes = routes = Mock(return_value=seen)
     monkeypatch.setattr(route_zoom, "Neighbourhood", around)
     step = "pi/32"
     deep = ("factor=1000000", "levels=10", "count=5", "n_symbols=30", f"step={step}")
@@ -91,6 +84,7 @@ def test_every_phase_that_is_stored_is_the_number_that_was_used(
     [((_, reference, finest, *_), _)] = around.call_args_list
     assert abs(reference.at(2000) - NEAR.at(2000)) < 1e-62
     assert finest == float(exact(step) / 10**54)
+    used = [call.args[0][2:] for call in routes.call_args_list]
     for level, phases in zip(found["levels"].values(), used, strict=True):
         centre, stored = exact(level["centre"]), [exact(text) for text in level["theta2_0"]]
         assert stored[2].at(2000) == centre.at(2000)
@@ -117,7 +111,7 @@ def test_the_shipped_zoom_is_by_the_multiplier_and_comes_to_repeat_itself(given:
     p = given.problem
     found = floquet.periodic_orbit(p.body.angles(), float(p.h0)).multiplier
     assert float(p.factor) == pytest.approx(found, rel=1e-14)
-    levels = list(store.load(REFERENCE / "fig4_zoom.h5")["data"]["levels"].values())
+    levels = list(shared_reference("fig4_zoom")["data"]["levels"].values())
     shares = [draw.share(*pair) for pair in pairwise(levels)]
     assert max(shares[:2]) < 0.6
     assert shares[-1] == 1

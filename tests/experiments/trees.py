@@ -102,9 +102,3 @@ def from_file(folder: Path, experiment: str, tree: Any) -> Loaded:
     path = folder / f"{experiment}.h5"
     store.write(path, experiments.layout(experiment), tree, {"experiment": experiment}, {}, {})
     return store.load(path)
-
-
-def with_change(data: Any, change: Callable[[Any], Any]) -> Any:
-    other = copy.deepcopy(data)
-    change(other)
-    return other

@@ -168,10 +168,8 @@ def test_invariant_a_body_is_a_value() -> None:
 def test_agrees_r_with_the_unit_vector_at_any_precision(r: Any, unit: Any) -> None:
     body = Body((2, 1, "1.5"), r, 0)
     for bits in (53, 113, 1000):
-        found = [
-            float(abs(a.at(bits) - exact(b).at(bits))) for a, b in zip(body.r, unit, strict=True)
-        ]
-        assert max(found) <= 2.0 ** (1 - bits)
+        found, expected = ([x.at(bits) for x in each] for each in (body.r, map(exact, unit)))
+        assert largest_difference(found, expected) <= 2.0 ** (1 - bits)
 
 
 MOMENTS: dict[str, Any] = {

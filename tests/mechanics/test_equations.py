@@ -35,24 +35,19 @@ MOMENTS = st.tuples(*[st.fractions("1/3", 5, max_denominator=9)] * 3)
 WEIGHTS = st.fractions(0, 3, max_denominator=9)
 
 
-def on_both_sides(f: Any, x: Any, v: Any) -> Any:
-    """The derivative of a quadratic f at x along v, exact for Fractions."""
-    ahead, behind = ([a + sign * b for a, b in zip(x, v, strict=True)] for sign in (1, -1))
-    return (f(ahead) - f(behind)) / 2
-
-
 @pytest.mark.slow
 @repeatable(8)
 @given(rational_vectors(), rational_vectors(), MOMENTS, rational_vectors(), WEIGHTS)
 def test_eq_eq_is_the_bracket_with_the_energy(
     M: Any, gamma: Any, A: Any, r: Any, mu: Fraction
 ) -> None:
-    def energy(x: Any) -> Any:
-        return eq.energy(x[:3], x[3:], A, r, mu)
-
-    units = [[int(i == j) for i in range(6)] for j in range(6)]
-    slopes = np.array([on_both_sides(energy, [*M, *gamma], unit) for unit in units])
-    by_M, by_gamma = slopes[:3], slopes[3:]
+    # The energy is quadratic: differences on both sides are its slopes, exactly so in Fractions.
+    units, x = np.eye(6, dtype=int).astype(object), np.array([*M, *gamma])
+    ahead, behind = (
+        [eq.energy((x + side * unit)[:3], (x + side * unit)[3:], A, r, mu) for unit in units]
+        for side in (1, -1)
+    )
+    by_M, by_gamma = np.split((np.array(ahead) - behind) / 2, 2)
     expected = [*(np.cross(M, by_M) + np.cross(gamma, by_gamma)), *np.cross(gamma, by_M)]
     assert list(eq.euler_poisson(M, gamma, A, r, mu)) == expected
 

@@ -141,16 +141,13 @@ def test_both_actions_keep_their_relative_precision(
     for t in (0.0, 2.0, -300.0, 500.0):
         found = separatrix(t, SeparatrixMotion(number, *pair, 0.3), p)
         expected = separatrix(FINE.mpf(t), SeparatrixMotion(number, low, high, 0), fine, FINE)
-        # exp(u t) is known as well as u t.
-        allowed = ROUNDING + 4e-16 * abs(t)
-        if expected.J1 > 1e-300:
-            assert relative(found.J1, float(expected.J1)) < allowed
-        if expected.J2mJ1 > 1e-300:
-            assert relative(found.J2mJ1, float(expected.J2mJ1)) < allowed
+        # exp(u t) is known as well as u t, and nothing of what is below 1e-300.
+        for one, true in ((found.J1, expected.J1), (found.J2mJ1, expected.J2mJ1)):
+            assert true <= 1e-300 or relative(one, float(true)) < ROUNDING + 4e-16 * abs(t)
         assert relative(found.J2, 1.0 + J1_0) < ROUNDING
 
 
-@pytest.mark.parametrize("number", [0, 5, -1])
-def test_there_are_four_separatrices(number: int) -> None:
-    with pytest.raises(ValueError, match="numbered 1 to 4"):
-        free_body.theta1(number, GENERIC.angles())
+def test_there_are_four_separatrices() -> None:
+    for number in (0, 5, -1):
+        with pytest.raises(ValueError, match="numbered 1 to 4"):
+            free_body.theta1(number, GENERIC.angles())

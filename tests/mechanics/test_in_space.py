@@ -73,13 +73,9 @@ def test_increments_keep_their_digits_where_alpha0_is_near_pi() -> None:
     ("beta0", "found", "order"),
     [
         ("pi", Regime.i, "1 = 2 > 0 > 3 = 4"),
-        ("pi - 1e-13", Regime.ii, "2 > 1 > 0 > 3 > 4"),
-        ("2.5", Regime.ii, "2 > 1 > 0 > 3 > 4"),
-        ("2 + 1e-13", Regime.ii, "2 > 1 > 0 > 3 > 4"),
+        *((x, Regime.ii, "2 > 1 > 0 > 3 > 4") for x in ("pi - 1e-13", "2.5", "2 + 1e-13")),
         ("2", Regime.iii, "2 > 0 = 1 = 3 > 4"),
-        ("2 - 1e-13", Regime.iv, "2 > 3 > 0 > 1 > 4"),
-        ("1", Regime.iv, "2 > 3 > 0 > 1 > 4"),
-        ("1e-13", Regime.iv, "2 > 3 > 0 > 1 > 4"),
+        *((x, Regime.iv, "2 > 3 > 0 > 1 > 4") for x in ("2 - 1e-13", "1", "1e-13")),
         ("0", Regime.v, "2 = 3 > 0 > 1 = 4"),
     ],
 )
@@ -88,12 +84,10 @@ def test_eq_trieq_has_five_regimes(beta0: str, found: Regime, order: str) -> Non
     assert regime(body) is found
     assert str(regime(body)) == order
     p = body.angles()
-    value = dict(enumerate([0.0, *increments(p, 1.0) / float(p.mu * p.nu)]))
+    value = [0.0, *increments(p, 1.0) / float(p.mu * p.nu)]
     groups = [[value[k] for k in group] for group in regime(body).value]
-    for group in groups:
-        assert max(group) - min(group) <= 4e-15
-    for above, below in itertools.pairwise(groups):
-        assert min(above) > max(below)
+    assert max(map(np.ptp, groups)) <= 4e-15
+    assert all(min(above) > max(below) for above, below in itertools.pairwise(groups))
 
 
 def test_plateaus_add_up_the_increments_of_a_route() -> None:
@@ -107,27 +101,26 @@ A = [float(x) for x in BODY.A]
 R = [float(x) for x in BODY.r]
 S = float(scale(A))
 M0 = np.array([0.3, -0.5, 1.4])
-GAMMA0 = np.cross(M0, (0.5, 0.3, 0.0)) / np.linalg.norm(np.cross(M0, (0.5, 0.3, 0.0)))
+ACROSS = np.cross(M0, (0.5, 0.3, 0.0))
+GAMMA0 = ACROSS / np.linalg.norm(ACROSS)
 TIMES = np.linspace(0, 12, 301)
 """Physical."""
 
 
 @functools.cache
 def in_space() -> Any:
-    """omega in the fixed basis, (3, n), and M there: three fixed vectors carried in body axes."""
+    """omega in the fixed basis, (3, n), and M there: two more fixed vectors beside gamma."""
     eta = M0 / np.linalg.norm(M0)
-    zeta = np.cross(GAMMA0, eta)
 
     def rates(_: float, y: Any) -> Any:
-        dM_dgamma = euler_poisson(y[:3], y[3:6], A, R, 0.2)
-        omega = y[:3] / A
-        return np.array([*dM_dgamma, *cross(y[6:9], omega), *cross(y[9:], omega)])
+        M, gamma, *more = y.reshape(4, 3)
+        turned = [cross(axis, M / A) for axis in more]
+        return np.concatenate((euler_poisson(M, gamma, A, R, 0.2), *turned))
 
-    y0 = [*M0, *GAMMA0, *eta, *zeta]
+    y0 = [*M0, *GAMMA0, *eta, *np.cross(GAMMA0, eta)]
     found: Any = solve_ivp(rates, (0, 12), y0, "LSODA", TIMES, rtol=1e-11, atol=1e-12)
     M, *axes = found.y.reshape(4, 3, -1)
-    omega = M / np.array(A)[:, None]
-    return tuple(np.array([(v * axis).sum(axis=0) for axis in axes]) for v in (omega, M))
+    return tuple(np.einsum("kin,in->kn", axes, v) for v in (M / np.array(A)[:, None], M))
 
 
 @functools.cache

@@ -5,6 +5,7 @@ What another file tests stands there:
 =================================================== =========================================
 place                                               test
 =================================================== =========================================
+h0 of (5:3) and (sol_3), which is the energy        tests/mechanics/test_pendulum.py
 (tt), theta2 of T2                                  tests/mechanics/test_pendulum.py
 the Riccati equation at J1 = J2                     tests/mechanics/test_pendulum.py
 (gamma_dep), arcsin and arctan                      tests/mechanics/test_coordinates.py
@@ -26,12 +27,7 @@ from scipy.integrate import quad
 
 from rigidpend import Body
 from rigidpend.mechanics.coordinates import Canonical, aligned_from_canonical
-from rigidpend.mechanics.equations import (
-    aligned,
-    aligned_coefficients,
-    hamiltonian_J3_0,
-    theta3_rate,
-)
+from rigidpend.mechanics.equations import aligned, aligned_coefficients, theta3_rate
 from rigidpend.mechanics.free_body import SeparatrixMotion, exponent, separatrix, theta1
 from rigidpend.mechanics.in_space import increments
 from rigidpend.orbits.integrate.states import states_at
@@ -111,15 +107,6 @@ def orbit(body: Body, J2: float, J1: float, theta2: float, times: Any) -> Any:
     )
     coefficients = aligned_coefficients(p, math)
     return states_at(lambda x: aligned(x, coefficients), start, times)
-
-
-def test_h0_of_section_3_is_not_the_energy_constant_of_the_pendulum() -> None:
-    """(5:3), (sol_3) and (eq_Ric1) have the energy; section 3 sets h0 = kappa J2_0^2/2."""
-    p = GENERIC.angles()
-    h0 = p.kappa * J2_0**2 / 2
-    for theta2_0 in (0.3, 2.0, 5.0):
-        energy = hamiltonian_J3_0(0.0, J2_0, (1.0, theta2_0), p, math)
-        assert energy - h0 == pytest.approx(p.mu * math.sin(theta2_0), rel=1e-12)
 
 
 @pytest.mark.parametrize(("share", "rotates"), [(1.9, False), (2.1, True)])

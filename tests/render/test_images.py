@@ -5,6 +5,7 @@ from __future__ import annotations
 import re
 import shutil
 import struct
+from collections.abc import Iterator
 from importlib import metadata
 from pathlib import Path
 from typing import Any
@@ -25,6 +26,7 @@ from tests.experiments.trees import reference
 
 STARTS = {"png": b"\x89PNG", "svg": b"<?xml", "pdf": b"%PDF"}
 FAULTS = (NameError, TypeError, AttributeError, ImportError, AssertionError)
+GALLERY = REFERENCE.parent / "gallery"
 MOST, OF = render.PIXELS, "heteroclinic_cycle"
 OF_VALUES = (ValueError, ZeroDivisionError, IndexError)
 
@@ -145,72 +147,52 @@ def test_what_the_certificate_beside_a_result_proves_is_drawn(
 def test_the_fingerprint_has_all_that_an_image_depends_on(
     source: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    known = {render.drawn_from(source, OF)}
+    hashed, version = Mock(return_value=""), metadata.version
 
-    def changed(source: Path = source) -> bool:
-        before = len(known)
-        known.add(render.drawn_from(source, OF))
-        return len(known) > before
+    def changes() -> Iterator[None]:
+        yield
+        # Other bytes that the same code draws.
+        shutil.copy(REFERENCE / "fig1.h5", source)
+        yield
+        certificate_files.certificate_of(source).write_bytes(b"any")
+        yield
+        style = source.with_name("other.mplstyle")
+        style.write_text(render.STYLE.read_text() + "font.size: 11\n")
+        monkeypatch.setattr(render, "STYLE", style)
+        yield
+        other = {"matplotlib": "0"}
+        monkeypatch.setattr(metadata, "version", lambda x: other.get(x) or version(x))
+        yield
+        monkeypatch.setattr(render, "code_hash_of", hashed)
+        yield
 
-    assert not changed()
-    shutil.copy(REFERENCE / "fig1.h5", source)
-    assert changed(), "other bytes that the same code draws"
-    certificate_files.certificate_of(source).write_bytes(b"any")
-    assert changed()
-    style = source.with_name("other.mplstyle")
-    style.write_text(render.STYLE.read_text() + "font.size: 11\n")
-    monkeypatch.setattr(render, "STYLE", style)
-    assert changed()
-    version = metadata.version
-    monkeypatch.setattr(
-        metadata, "version", lambda name: {"matplotlib": "0"}.get(name) or version(name)
-    )
-    assert changed()
-    hashed: list[str] = []
-
-    def noted(*files: Path) -> str:
-        hashed.extend(each.name for each in files)
-        return ""
-
-    monkeypatch.setattr(render, "code_hash_of", noted)
-    assert changed()
-    assert hashed == ["draw.py", "__init__.py", "captions.py"]
+    told = [[render.drawn_from(source, OF) for _ in range(2)] for _ in changes()]
+    assert all(one == again for one, again in told)
+    assert len({one for one, _ in told}) == 6
+    files = [each.name for each in hashed.call_args.args]
+    assert files == ["draw.py", "__init__.py", "captions.py"]
 
 
 @pytest.mark.parametrize(
-    ("error", "kind", "drawn", "shown"),
+    ("error", "drawn", "shown", "code"),
     [
-        (TypeError("x"), TypeError, "x", "x"),
-        (
-            IndexError("x"),
-            StoreError,
-            "cannot be drawn: ",
-            "cannot be shown: .*; call: rigidpend r",
-        ),
+        (TypeError("x"), "x", "x", 4),
+        (IndexError("x"), "cannot be drawn: ", "cannot be shown: .*; call: rigidpend r", 1),
     ],
 )
 def test_a_fault_of_the_program_is_none_of_the_file_and_values_are_a_sentence(
-    source: Path,
-    monkeypatch: pytest.MonkeyPatch,
-    error: Exception,
-    kind: type[Exception],
-    drawn: str,
-    shown: str,
+    source: Path, monkeypatch: pytest.MonkeyPatch, error: Any, drawn: str, shown: str, code: int
 ) -> None:
     assert not any(issubclass(fault, render.OF_VALUES) for fault in FAULTS)
     assert all(issubclass(fault, render.OF_VALUES) for fault in OF_VALUES)
-
-    fail = Mock(side_effect=error)
-    render.render(source, source.with_suffix(".png"))
-    with monkeypatch.context() as patch:
-        patch.setattr(draw, "draw", fail)
-        with pytest.raises(kind, match=drawn):
-            render.render(source, source.with_suffix(".png"), force=True)
-        # A fault is told as one.
-        code = call(source.parent, "render", "fig2.h5", "--force").returncode
-        assert code == (4 if kind is TypeError else 1)
-    # With the picture that is there, but without numbers.
-    monkeypatch.setattr(draw, "tables", fail)
+    for name in ("draw", "tables"):
+        monkeypatch.setattr(draw, name, Mock(side_effect=error))
+    kind = TypeError if code == 4 else StoreError
+    with pytest.raises(kind, match=drawn):
+        render.render(source, source.with_suffix(".png"))
+    assert call(source.parent, "render", "fig2.h5").returncode == code
+    # With a picture that is there, but without numbers.
+    monkeypatch.setattr(render, "kept", lambda *_: (GALLERY / "fig2.png").read_bytes())
     with pytest.raises(kind, match=shown):
         report.build([source])
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from typing import Any
+from unittest.mock import Mock
 
 import numpy as np
 import pytest
@@ -31,17 +32,15 @@ LOW = math.exp(-44)
 
 def beginning(separatrix: int, theta2: float) -> Any:
     """A state (6,) of energy 1 where the separatrix begins, at J1 or J2 - J1 = LOW J2."""
-    p, theta1 = GENERIC.angles(), theta1_on(separatrix, GENERIC)
+    p, theta = GENERIC.angles(), (theta1_on(separatrix, GENERIC), theta2)
     rising = separatrix in (2, 4)
-
-    def surplus(J2: float) -> float:
-        J1 = LOW * J2 if rising else J2
-        return float(hamiltonian_J3_0(J1, J2, (theta1, theta2), p, math)) - 1
-
-    J2 = brentq(surplus, 0.5, 2, xtol=1e-16, rtol=1e-15)
+    share = LOW if rising else 1 - LOW
+    free, heavy = (hamiltonian_J3_0(share, 1, theta, p._replace(mu=mu), math) for mu in (0.0, p.mu))
+    J2 = math.sqrt((1 - (heavy - free)) / free)
     small, large = LOW * J2, J2 - LOW * J2
-    J = (small, large) if rising else (large, small)
-    state = aligned_from_canonical(Canonical(*J, 0.0, theta1, theta2, 0.0, 1.0), p.alpha0, p.beta0)
+    J1, J2mJ1 = (small, large) if rising else (large, small)
+    c = Canonical(J1, J2mJ1, 0.0, *theta, 0.0, 1.0)
+    state = aligned_from_canonical(c, p.alpha0, p.beta0)
     return np.array(state._replace(**{"Qm" if rising else "Qp": 0.0}))
 
 
@@ -120,16 +119,13 @@ def test_the_error_told_holds_against_more_steps(
 def test_theta3_is_followed_by_the_engine_that_is_asked_for(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
-    asked = set()
-
-    def noted(*given: Any, **how: Any) -> Any:
-        asked.add(tuple(how.items()))
-        return states_at(*given, **how)
-
+    followed = Mock(wraps=states_at)
     monkeypatch.setattr(heteroclinic, "phase_at_start", lambda *_: (1.0, 40.0))
-    monkeypatch.setattr(heteroclinic, "states_at", noted)
+    monkeypatch.setattr(heteroclinic, "states_at", followed)
     increments(GENERIC, H0, resolve("scipy", 1e-9))
-    assert asked == {(("engine", "scipy"), ("tolerance", 1e-9))}
+    for call in followed.call_args_list:
+        assert call.kwargs == {"engine": "scipy", "tolerance": 1e-9}
+    assert followed.called
 
 
 def test_secants_that_lead_nowhere_begin_anew() -> None:

@@ -13,12 +13,10 @@ from scipy.integrate import quad
 from rigidpend import Body
 from rigidpend.mechanics.equations import eq1
 from rigidpend.mechanics.free_body import SEPARATRICES, SeparatrixMotion, direction, separatrix
-from rigidpend.numbers.exact import exact
 from rigidpend.orbits.integrate.states import states_at
-from rigidpend.routes.problem import RouteProblem
 from rigidpend.surfaces import melnikov
 from rigidpend.surfaces.melnikov import delta_theta1, linearised
-from tests.bodies import FIG4, GENERIC
+from tests.bodies import FIG4, GENERIC, problem
 from tests.strategies import (
     DERIVATIVE,
     FINE,
@@ -32,10 +30,6 @@ from tests.strategies import (
 from tests.surfaces.bracket import bracket_on
 
 HESS = Body.from_angles("1.2", "1.2", "0.9", "0.01")
-
-
-def problem(body: Body = FIG4, h0: Any = "1.3342", J1_0: Any = "1e-8") -> RouteProblem:
-    return RouteProblem(body, exact(h0), exact(J1_0), 1)
 
 
 def nearly_round(nu: float) -> Body:
@@ -80,7 +74,7 @@ def test_the_amplitude_neither_overflows_nor_loses_digits(nu: float) -> None:
 @pytest.mark.parametrize("number", [1, 4])
 def test_zeros_are_where_the_integral_vanishes(number: int) -> None:
     """Where the flow falls and where it rises, before a turn of theta1 and behind it."""
-    p, q = problem(GENERIC, J1_0="1e-50"), fine_angles(GENERIC)
+    p, q = problem(GENERIC, 1, J1_0="1e-50"), fine_angles(GENERIC)
     J1, J2 = FINE.mpf("1e-50"), p.J2_0(200)
     found = melnikov.zeros(p, number)
     assert len(found) == 2
@@ -93,7 +87,7 @@ def test_zeros_are_where_the_integral_vanishes(number: int) -> None:
 
 
 def test_zeros_are_none_where_nothing_splits() -> None:
-    found = [melnikov.zeros(problem(HESS, 2), number) for number in SEPARATRICES]
+    found = [melnikov.zeros(problem(HESS, 1, 2), number) for number in SEPARATRICES]
     assert [len(x) for x in found] == [0, 2, 0, 2]
     # 2 and 4 are mirrors of each other.
     np.testing.assert_allclose(found[1], found[3], rtol=0, atol=1e-14)
@@ -102,22 +96,10 @@ def test_zeros_are_none_where_nothing_splits() -> None:
 DELTA = (0.7, -0.4, 1.1, 0.3)
 
 
-def beginning(number: int, J1_0: float = 1e-3) -> SeparatrixMotion:
+def beginning(number: int, J1_0: Any, m: Any = math) -> SeparatrixMotion:
     """A motion that begins near the periodic orbit from which the separatrix comes."""
     pair = (J1_0, 0.8) if direction(number) == 1 else (0.8, J1_0)
-    return SeparatrixMotion(number, *pair, 0.7)
-
-
-def fine(motion: SeparatrixMotion) -> SeparatrixMotion:
-    return motion._replace(
-        **{name: FINE.mpf(getattr(motion, name)) for name in ("J1_0", "J2mJ1_0", "theta2_0")}
-    )
-
-
-def beside(motion: SeparatrixMotion, t: Any, p: Any, s: Any) -> list[Any]:
-    """The separatrix's state, displaced by s DELTA."""
-    c = separatrix(t, motion, p, FINE)
-    return [x + s * y for x, y in zip((c.theta1, c.J1, c.theta2, c.J2), DELTA, strict=True)]
+    return SeparatrixMotion(number, *((0 * m.pi + x) for x in (*pair, 0.7)))
 
 
 @pytest.mark.parametrize("number", SEPARATRICES)
@@ -126,23 +108,17 @@ def beside(motion: SeparatrixMotion, t: Any, p: Any, s: Any) -> list[Any]:
 def test_eq_eq2_is_the_slope_of_eq1_in_mu_and_the_distance(
     number: int, body: Body, t: float
 ) -> None:
-    p, motion = fine_angles(body), fine(beginning(number, 0.1))
+    p, motion = fine_angles(body), beginning(number, 0.1, FINE)
+    c = separatrix(FINE.mpf(t), motion, p, FINE)
 
     def rates(s: Any) -> Any:
-        return eq1(beside(motion, FINE.mpf(t), p, s[0]), p._replace(mu=s[0] * p.mu), FINE)
+        """On the separatrix displaced by s DELTA, of s times the weight."""
+        state = zip((c.theta1, c.J1, c.theta2, c.J2), DELTA, strict=True)
+        return eq1([x + s[0] * y for x, y in state], p._replace(mu=s[0] * p.mu), FINE)
 
     expected = along(rates, [FINE.mpf(0)], [1])
     found = linearised(FINE.mpf(t), DELTA, motion, p, FINE)
     assert largest_difference(found, expected) < DERIVATIVE
-
-
-def linear_orbit(motion: SeparatrixMotion, p: Any, begin: Any, times: Any) -> Any:
-    """(eq2) integrated, its time being a fifth variable."""
-
-    def field(x: Any) -> tuple[Any, ...]:
-        return (*linearised(x[4], x[:4], motion, p, np), 1.0)
-
-    return states_at(field, [*begin, times[0]], times, engine="scipy")[:4]
 
 
 @pytest.mark.parametrize("number", SEPARATRICES)
@@ -150,6 +126,11 @@ def linear_orbit(motion: SeparatrixMotion, p: Any, begin: Any, times: Any) -> An
 def test_eq_dtheta_is_the_integral_of_eq2(number: int, way: int) -> None:
     p, motion = GENERIC.angles(), beginning(number, 0.05)
     times = way * np.linspace(0, 12, 7)
-    expected = linear_orbit(motion, p, [2e-3, 0, 0, 0], times)[0]
+
+    def field(x: Any) -> tuple[Any, ...]:
+        """Its time is a fifth variable."""
+        return (*linearised(x[4], x[:4], motion, p, np), 1.0)
+
+    expected = states_at(field, [2e-3, 0, 0, 0, 0], times, engine="scipy")[0]
     found = [delta_theta1(t, 2e-3, motion, p) for t in times]
     np.testing.assert_allclose(found, expected, rtol=1e-10, atol=1e-14)

@@ -62,15 +62,16 @@ def test_crossings_are_written_until_an_orbit_ends(
 ) -> None:
     """Where it does not end its outcome stays as it was."""
     found = no_crossings(3, 2)
-    before = found.outcome.copy()
+    expected = [was if x is None else x for x, was in zip(outcomes, found.outcome, strict=True)]
     written(np.array(given, dtype=float).reshape(-1, 3).T, found, LIMIT)
-    assert [column[np.isfinite(column)].tolist() for column in found.time.T] == times
-    assert np.count_nonzero(found.separatrix, axis=0).tolist() == list(map(len, times))
-    for column, time, separatrix in given:
-        if time in times[column]:
-            assert found.separatrix[times[column].index(time), column] == separatrix
-    expected = [was if x is None else x for x, was in zip(outcomes, before, strict=True)]
     assert found.outcome.tolist() == expected
+    beside = {(column, time): separatrix for column, time, separatrix in given}
+    for k, row in enumerate(times):
+        n = len(row)
+        assert found.time[:n, k].tolist() == row
+        assert found.separatrix[:n, k].tolist() == [beside[k, time] for time in row]
+        assert np.isnan(found.time[n:, k]).all()
+        assert not found.separatrix[n:, k].any()
 
 
 @pytest.mark.parametrize(
@@ -87,10 +88,8 @@ def test_crossings_that_do_not_rise_and_sink_in_turn_end_an_orbit(
 ) -> None:
     column = np.array(separatrix, dtype=np.uint8)[:, None]
     time = np.where(column > 0, np.arange(5.0)[:, None], np.nan)
-    given = Crossings(time, column, np.array([Outcome.COMPLETE], dtype=np.uint8))
-    found = in_turn(given)
-    assert np.count_nonzero(found.separatrix) == kept
-    assert np.isnan(found.time[kept:]).all()
+    found = in_turn(Crossings(time, column, np.array([Outcome.COMPLETE], dtype=np.uint8)))
+    assert np.count_nonzero(found.separatrix) == np.isfinite(found.time).sum() == kept
     whole = kept == np.count_nonzero(separatrix)
     assert found.outcome[0] == (Outcome.COMPLETE if whole else Outcome.FAILED)
 
@@ -128,18 +127,9 @@ def test_the_depth_of_a_touch_is_relative_to_the_momentum_alone(
     assert found == [(1, x) for x in expected]
 
 
-@pytest.mark.parametrize(
-    ("components", "outcome"),
-    [
-        ((0, 1), Outcome.ASYMPTOTIC),
-        ((1, 0), Outcome.ASYMPTOTIC),
-        ((1, 1e-300), Outcome.NO_CROSSING),
-    ],
-)
-def test_an_orbit_that_crosses_no_more_is_asymptotic_on_an_invariant_plane(
-    components: tuple[float, float], outcome: Outcome
-) -> None:
-    assert silent_outcome(*components) == outcome
+def test_an_orbit_that_crosses_no_more_is_asymptotic_on_an_invariant_plane() -> None:
+    assert silent_outcome(0, 1) == silent_outcome(1, 0) == Outcome.ASYMPTOTIC
+    assert silent_outcome(1, 1e-300) == Outcome.NO_CROSSING
 
 
 HEAVY = Body(A=(2, 1, "1.5"), r=(1, 3, 0), mu="0.4")
@@ -216,10 +206,7 @@ def test_a_pair_of_crossings_beside_a_touch_is_found_and_none_where_it_misses(
 
 @pytest.mark.parametrize(
     ("depth", "bits"),
-    [
-        *itertools.product(("0", "1e-6", "-1e-6"), (53, 64)),
-        *itertools.product(("0",), (106, 113, INTEGERS)),
-    ],
+    [*itertools.product(("0", "1e-6", "-1e-6"), (53, 64)), ("0", 106), ("0", 113), ("0", INTEGERS)],
 )
 def test_a_touch_is_undecided_in_every_precision_and_what_is_near_one_in_doubles(
     depth: str, bits: int

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from fractions import Fraction
 from typing import Any
+from unittest.mock import Mock, create_autospec
 
 import numpy as np
 import pytest
@@ -12,7 +13,6 @@ import pytest
 from rigidpend import Body
 from rigidpend.orbits.integrate import (
     WEIGHTS,
-    Crossings,
     Orbits,
     Outcome,
     batch,
@@ -63,34 +63,22 @@ def test_steps_are_noted_to_twice_the_depth_of_a_touch_of_the_largest_orbit(bits
     states = fan(11) * np.geomspace(3, 1, 11)
     run = batch.Batch(task(states, bits), bits, 2.0 ** (1 - bits))
     run.load()
-    depths = []
-
-    def kernel(*given: Any) -> int:
-        depths.append(given[4])
-        return 0
-
-    run.kernel = kernel
+    run.kernel = kernel = Mock(return_value=0)
     run.noted(8)
     largest = np.linalg.norm(states[:3], axis=0).max()
-    assert depths == [pytest.approx(2 * touch(bits) * largest, rel=1e-12)]
+    assert kernel.call_args.args[4] == pytest.approx(2 * touch(bits) * largest, rel=1e-12)
 
 
 def test_long_passages_take_few_calls_of_the_kernel(monkeypatch: pytest.MonkeyPatch) -> None:
     """Each call a quarter of the silence: from 128 steps to so many in log(steps/128)/log(5/4)."""
-    calls: list[int] = []
-    noted = batch.Batch.noted
-
-    def counted(run: batch.Batch, number: int) -> Any:
-        calls.append(number)
-        return noted(run, number)
-
-    monkeypatch.setattr(batch.Batch, "noted", counted)
+    noted = create_autospec(batch.Batch.noted, side_effect=batch.Batch.noted)
+    monkeypatch.setattr(batch.Batch, "noted", noted)
     body = Body((2, "1.99", "1.995"), (1, 1, 0), "0.001")
     found = find(fan(2, body), "taylor", 53, body=body, n_crossings=2, passage_limit=1e5)
     assert found.outcome.tolist() == [Outcome.COMPLETE] * 2
-    steps = sum(calls)
+    steps = sum(call.args[1] for call in noted.call_args_list)
     assert steps > 10_000
-    assert len(calls) < 2 * (math.log(steps / 128) / math.log(5 / 4) + 10)
+    assert noted.call_count < 2 * (math.log(steps / 128) / math.log(5 / 4) + 10)
 
 
 @pytest.mark.parametrize("bits", [53, 106, 159, 212, 424])
@@ -138,14 +126,12 @@ def test_a_crossing_just_where_two_steps_meet_is_one(sense: int) -> None:
 def test_a_touch_is_as_deep_as_the_momentum_allows_where_the_step_begins(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
-    def none(_: Any, depth: float, __: Any) -> list[Any]:
-        assert depth == pytest.approx(touch(53) / 2)
-        return []
-
-    monkeypatch.setattr(batch, "crossings_of_series", none)
+    crossings = Mock(return_value=[])
+    monkeypatch.setattr(batch, "crossings_of_series", crossings)
     step = noted((0.3, 0.0, 0.4), 0.1)
     step["steady"] = 0
     assert batch.crossings_on(np.array([step]), 53).size == 0
+    assert crossings.call_args.args[1] == pytest.approx(touch(53) / 2)
 
 
 def test_an_orbit_that_is_no_number_any_more_is_given_up() -> None:
@@ -193,34 +179,24 @@ def test_numbers_of_the_kernel_have_the_bits_that_are_asked_for() -> None:
 def test_orbits_are_shared_among_threads_that_they_are_worth(
     bits: int, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    shared: list[int] = []
-
-    def count(orbits: Orbits, *_: Any) -> Crossings:
-        shared.append(orbits.states.shape[1])
-        return no_crossings(orbits.n_crossings, orbits.states.shape[1])
-
-    monkeypatch.setattr(batch, "crossings", count)
-    least, found = batch.worth_a_thread(bits), []
-    for n, jobs in ((least, 9), (least + 1, 9), (least + 1, 1)):
+    least = batch.worth_a_thread(bits)
+    for n, jobs, threads in ((least, 9, 1), (least + 1, 9, 2), (least + 1, 1, 1)):
         assert on_one_thread("taylor", bits, n) is (n == least)
-        shared.clear()
-        find(np.repeat(fan(1), n, axis=1), "taylor", bits, jobs=jobs)
-        found.append(len(shared))
-        assert sum(shared) == n
-    assert found == [1, 2, 1]
+        shared = Mock(side_effect=lambda orbits, *_: no_crossings(4, orbits.states.shape[1]))
+        monkeypatch.setattr(batch, "crossings", shared)
+        found = find(np.repeat(fan(1), n, axis=1), "taylor", bits, jobs=jobs)
+        assert (shared.call_count, found.outcome.size) == (threads, n)
 
 
 @pytest.mark.parametrize(("bits", "expected"), [(53, 2.0**-40), (106, 2.0**-93), (160, 2.0**-147)])
 def test_every_bit_halves_the_tolerance(
     bits: int, expected: float, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    def asked(tolerance: float) -> int:
-        raise InterruptedError(tolerance)
-
+    asked = Mock(side_effect=InterruptedError)
     monkeypatch.setattr(taylor_step, "order_of", asked)
-    with pytest.raises(InterruptedError) as stopped:
+    with pytest.raises(InterruptedError):
         find(fan(1), "taylor", bits, tolerance=2.0**-40)
-    assert stopped.value.args == (expected,)
+    asked.assert_called_once_with(expected)
 
 
 @pytest.mark.slow

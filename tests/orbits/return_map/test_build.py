@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from pathlib import Path
 from typing import Any
+from unittest.mock import Mock
 
 import numpy as np
 import pytest
@@ -17,8 +18,6 @@ from rigidpend.numbers.exact import exact
 from rigidpend.orbits.return_map import MapError, ReturnMap, build, checks, return_map, storage
 from rigidpend.orbits.return_map.build import FIRST, SECOND, THIRD, WHOLE, Design
 from rigidpend.orbits.return_map.charts import branch
-from rigidpend.orbits.return_map.checks import Errors
-from rigidpend.orbits.return_map.orders import Orders
 from rigidpend.orbits.return_map.precision import precision
 from rigidpend.orbits.return_map.reduced import coefficients
 from scripts import stated_maps
@@ -89,32 +88,12 @@ def test_order_tables_err_by_less_than_is_stated(case: Body | int) -> None:
         assert 0.1 < ratios.max() < 1
 
 
-def test_another_attempt_has_more_of_what_the_errors_tell_of(
-    monkeypatch: pytest.MonkeyPatch,
-) -> None:
-    tried: list[Orders] = []
-    errors = Errors(*(x * 2.0**-64 for x in (0, 0, 40, 0, 16, 0, 0)))
-
-    def attempt(*given: Any, theta3: bool) -> Any:
-        assert not theta3
-        tried.append(given[4])
-        if len(tried) > 1:
-            raise MapError("enough")
-        return None, None, errors
-
-    monkeypatch.setattr(build, "_attempt", attempt)
-    with pytest.raises(MapError, match="enough"):
-        build.build(FIG4, exact("1.3332"), exact("1.3352"), 64)
-    before, after = tried
-    assert before != after == before.larger(errors, 2.0**-64)
-
-
 def test_a_map_is_shown_in_two_lines() -> None:
-    made = return_map(FIG4, h=("1.3332", "1.3352"), bits=64)
+    made = return_map(FIG4, h=("1.3332", "1.3352"))
     worst = max(made.errors.charts, made.errors.inverse, made.errors.exponents)
     first, second = repr(made).splitlines()
     assert first == f"<ReturnMap of {FIG4!r},"
-    assert second == f" h = 1.3332 to 1.3352, 64 bits, errors of its tables up to {worst:.2g}>"
+    assert second == f" h = 1.3332 to 1.3352, 53 bits, errors of its tables up to {worst:.2g}>"
 
 
 @pytest.mark.slow
@@ -167,28 +146,34 @@ def test_what_a_map_does_not_resolve_or_take_is_refused_with_the_reason(
         return_map(body, **({"h": H} | given))
 
 
-def test_tables_that_do_not_settle_are_refused_with_their_error_and_what_is_allowed(
+def test_orders_are_raised_until_tables_settle_and_those_that_do_not_are_refused(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
-    h = exact(H)
-    plan, largest = build.plan(FIG4, h, h, 53, FIRST), build.build(FIG4, h, h, 53).errors.largest
-    monkeypatch.setattr(build, "plan", lambda *_: plan)
-    monkeypatch.setattr(build, "ATTEMPTS", 1)
-    monkeypatch.setattr(build, "_allowed", lambda _: 1.01 * largest)
-    assert build.build(FIG4, h, h, 53).errors.largest == largest
-    monkeypatch.setattr(build, "_allowed", lambda _: largest)
-    with pytest.raises(MapError) as refused:
-        build.build(FIG4, h, h, 53)
-    assert str(refused.value) == (
-        f"the tables don't settle: in the last of 1 attempts they err by {largest:.2g} of"
-        f" their largest values, and {largest:.2g} is allowed"
-    )
+    task = FIG4, exact(H), exact(H), 53
+    by, first = build.plan(*task, FIRST), build.build(*task)
+    largest = first.errors.largest
+
+    def settled(allowed: float, attempts: int) -> Any:
+        monkeypatch.setattr(build, "SLACK", allowed * 2.0**53)
+        monkeypatch.setattr(build, "ATTEMPTS", attempts)
+        return build.build(*task, by=by).orders
+
+    assert settled(1.01 * largest, 1) == first.orders == by[1]
+    assert settled(largest, 2) == first.orders.larger(first.errors, largest) != first.orders
+    told = f"in the last of 1 attempts they err by {largest:.2g} .* and {largest:.2g} is allowed"
+    with pytest.raises(MapError, match=f"the tables don't settle: {told}"):
+        settled(largest, 1)
 
 
 @pytest.mark.slow
-def test_a_map_is_kept_and_taken_again(cache: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_what_was_found_is_kept_and_not_sought_again(
+    cache: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """A map, and the reason why there is none."""
     made = return_map(FIG4, h=H)
-    assert len(list(cache.iterdir())) == 1
+    with pytest.raises(MapError) as first:
+        return_map(HEAVY, h=H)
+    assert len(list(cache.iterdir())) == 2
     storage.kept.cache_clear()
     monkeypatch.setattr(storage, "build", lambda *_: pytest.fail("built again"))
     # The same numbers, written otherwise.
@@ -196,17 +181,20 @@ def test_a_map_is_kept_and_taken_again(cache: Path, monkeypatch: pytest.MonkeyPa
     assert same(made, again)
     assert (again.errors, again.orders) == (made.errors, made.orders)
     assert again.coefficients == made.coefficients
+    with pytest.raises(MapError) as second:
+        return_map(HEAVY, h=H)
+    assert str(second.value) == str(first.value)
 
 
 def test_a_map_over_its_budget_is_refused_and_that_is_kept(
     cache: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """Whatever is kept: another call with the same budget has the same answer."""
+    """Another call with the same budget has the same answer, whatever is kept."""
     h = exact(H)
     needed = build.expected_cost(FIG4, h, h, 53, WHOLE)
     assert 0.001 < needed < 1
     told = f"would take {needed:.2g} s of a core at least, more than the {0.9 * needed:.2g} s that"
-    monkeypatch.setattr(build, "_attempt", lambda *_, **__: pytest.fail("tables are made"))
+    monkeypatch.setattr(build, "normal_form", lambda *_, **__: pytest.fail("tables are made"))
     for _ in range(2):
         with pytest.raises(build.Costly, match=told):
             return_map(FIG4, h=H, budget=0.9 * needed)
@@ -225,15 +213,8 @@ def test_a_map_by_a_process_is_the_same_and_is_kept(
     cache: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     ends = exact(H), exact(H)
-    here = build.build(GENERIC, *ends, 53, FIRST)
-    elsewhere: list[Any] = []
-
-    def watched(work: Any, task: Any) -> Any:
-        elsewhere.append(work)
-        assert task[-1] == build.plan(*task[:5]), "the looks are not taken twice"
-        return apart(work, task)
-
-    monkeypatch.setattr(storage, "apart", watched)
+    here, elsewhere = build.build(GENERIC, *ends, 53, FIRST), Mock(wraps=apart)
+    monkeypatch.setattr(storage, "apart", elsewhere)
     storage.build_apart(GENERIC, ends, 53, FIRST, math.inf)
     assert same(return_map(GENERIC, h=H, design=FIRST), here)
     assert len(list(cache.iterdir())) == 1
@@ -242,18 +223,19 @@ def test_a_map_by_a_process_is_the_same_and_is_kept(
         storage.build_apart(GENERIC, ends, 53, SECOND, least)
     with pytest.raises(MapError, match="does not reach the periodic orbit"):
         storage.build_apart(HEAVY, ends, 53, FIRST, math.inf)
-    assert elsewhere == 2 * [build.build]
+    assert elsewhere.call_count == 2
+    for work, task in (call.args for call in elsewhere.call_args_list):
+        assert (work, task[-1]) == (build.build, build.plan(*task[:5])), "looks are taken once"
 
 
 @pytest.mark.parametrize("error", [WorkerError, OSError, ImportError, NotImplementedError])
 def test_a_map_is_built_here_where_no_process_can_be_had(
     error: type[Exception], cache: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    def killed(*_: Any) -> None:
-        raise error
-
-    monkeypatch.setattr(storage, "apart", killed)
-    storage.build_apart(GENERIC, (exact(H), exact(H)), 53, FIRST, math.inf)
+    monkeypatch.setattr(storage, "apart", Mock(side_effect=error))
+    monkeypatch.setattr(storage, "build", Mock(side_effect=MapError("tried here")))
+    with pytest.raises(MapError, match="tried here"):
+        storage.build_apart(GENERIC, (exact(H), exact(H)), 53, FIRST, math.inf)
     assert len(list(cache.iterdir())) == 1
 
 
@@ -272,13 +254,3 @@ def test_an_arc_that_is_longer_by_a_turn_ends_a_turn_later(side: int) -> None:
     turn = 2 * math.pi / math.sqrt(2 * h * float(c.aligned.kappa))
     first, second = (branch(0.3, side, x, h, c, a) for x in (5.0, 5.0 + turn))
     assert second - first == pytest.approx(2 * math.pi * side)
-
-
-def test_a_refusal_is_kept(cache: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    with pytest.raises(MapError) as first:
-        return_map(HEAVY, h=H)
-    storage.kept.cache_clear()
-    monkeypatch.setattr(storage, "build", lambda *_: pytest.fail("tried again"))
-    with pytest.raises(MapError) as again:
-        return_map(HEAVY, h=H)
-    assert str(again.value) == str(first.value)

@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import math
 from dataclasses import replace
-from typing import Any, NamedTuple
+from typing import Any
+from unittest.mock import Mock
 
 import numpy as np
 import pytest
@@ -20,6 +21,7 @@ from rigidpend.orbits.return_map.expansions import chebyshev_basis, fourier_basi
 from rigidpend.orbits.return_map.precision import precision
 from rigidpend.orbits.return_map.program import Entry, shortened, significant
 from tests.bodies import GENERIC
+from tests.orbits.integrate.problems import same
 
 ENERGIES = ("1.3332", "1.3352")
 N = 203
@@ -61,17 +63,8 @@ def followed(
     return kernel.follow(given, Qp, phase, e, crossings, jobs)
 
 
-class Full(NamedTuple):
-    """Crossings by the map in full, (CROSSINGS, N) each."""
-
-    time: Any
-    separatrix: Any
-    inside: Any
-    points: Any
-    """Where they cross."""
-
-
-def in_full(made: ReturnMap, phase: Any, e: Any, crossings: int = CROSSINGS) -> Full:
+def in_full(made: ReturnMap, phase: Any, e: Any, crossings: int = CROSSINGS) -> Any:
+    """Crossings by the map in full: times, separatrices, which are inside its tables; and points."""
     a, level = precision(made.bits), made.at(energy(made, e))
     begin = level.enter(a.number(QP), a.array(phase))
     point, time, inside, image = begin.point, begin.time, begin.inside, np.zeros(N, dtype=bool)
@@ -84,24 +77,19 @@ def in_full(made: ReturnMap, phase: Any, e: Any, crossings: int = CROSSINGS) -> 
         passed = level.passage(point)
         time, inside = time + passed.time, inside & passed.inside
         point, image = passed.point, image ^ passed.mirrored
-    time, beside, inside = (np.stack(x) for x in zip(*found, strict=True))
-    return Full(time, beside, inside, points)
-
-
-@pytest.fixture(scope="module")
-def full(made: ReturnMap) -> Full:
-    return in_full(made, *drawn())
+    return *(np.stack(x) for x in zip(*found, strict=True)), points
 
 
 @pytest.mark.parametrize("bits", BITS)
 @pytest.mark.parametrize("ends", [INTERVAL, POINT], ids=["interval", "point"])
 def test_agrees_the_kernel_with_the_map_in_full(
-    made: ReturnMap, full: Full, bits: int, ends: tuple[float, float]
+    made: ReturnMap, bits: int, ends: tuple[float, float]
 ) -> None:
     found = followed(made, bits, *drawn(), ends)
-    assert full.inside.all()
-    assert (found.separatrix == full.separatrix).all()
-    late = np.abs(found.time - full.time).astype(float)
+    time, separatrix, inside, _ = in_full(made, *drawn())
+    assert inside.all()
+    assert (found.separatrix == separatrix).all()
+    late = np.abs(found.time - time).astype(float)
     # Doubles store times of 10 with roundings of 2e-15; each passage makes errors grow tenfold.
     assert late[0].max() < 3e-14
     assert np.quantile(late[-1], 0.9) < (1e-9 if bits == 53 else 1e-13)
@@ -114,11 +102,11 @@ def test_orbits_go_on_from_a_crossing_as_those_that_come_there(
 ) -> None:
     """Where they cross the map in full tells."""
     (phase, e), a = drawn(), precision(bits)
-    begun = in_full(made, phase, e, k + 1)
-    last = begun.points[-1]
+    times, separatrices, _, points = in_full(made, phase, e, k + 1)
+    last = points[-1]
     x = last.d * (1 / made.charts[last.rising].forward.width)
-    image = np.where(np.isin(begun.separatrix[-1], (2, 3)), 1.0, -1.0)
-    time = a.array(begun.time[-1])
+    image = np.where(np.isin(separatrices[-1], (2, 3)), 1.0, -1.0)
+    time = a.array(times[-1])
     at = kernel.UnderWay(last.rising, a.array(x), a.array(last.chi), image, time)
     program = made.program(bits, *map(precision(made.bits).number, POINT))
     further = kernel.go_on(program, at, a.array(e), CROSSINGS - k - 1)
@@ -140,7 +128,7 @@ def test_the_kernel_tells_orbits_that_leave_the_tables(made: ReturnMap, which: s
     phase, e = drawn()
     for charts in ((narrowed(down), up), (down, narrowed(up))):
         narrow = replace(made, charts=charts)
-        found, inside = followed(narrow, 53, phase, e), in_full(narrow, phase, e).inside
+        found, (*_, inside, _) = followed(narrow, 53, phase, e), in_full(narrow, phase, e)
         assert 0.05 < inside[-1].mean() < 0.95
         assert ((found.separatrix != 0) == inside).mean() > 0.99
         assert (np.isnan(found.time) == (found.separatrix == 0)).all()
@@ -183,21 +171,14 @@ def test_order_what_is_left_out_of_a_table_is_below_its_threshold(
 def test_the_kernel_follows_in_pieces_between_which_it_may_be_stopped(
     made: ReturnMap, bits: int, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    (phase, e), asked = (x[:20] for x in drawn()), [0]
+    phase, e = (x[:20] for x in drawn())
     whole = followed(made, bits, phase, e)
-
-    def count(most: int) -> None:
-        asked[0] += 1
-        if asked[0] == most:
-            raise Stopped
-
+    # Three groups of orbits, each two crossings at a time; and another run is stopped.
+    asked = Mock(side_effect=[None] * 13 + [Stopped])
     monkeypatch.setattr(kernel, "AT_ONCE", 2 * LANES)
-    monkeypatch.setattr(kernel, "check_stop", lambda: count(0))
-    for one, other in zip(followed(made, bits, phase, e), whole, strict=True):
-        np.testing.assert_array_equal(one, other)
-    # Three groups of orbits, each two crossings at a time.
-    assert asked == [12]
-    monkeypatch.setattr(kernel, "check_stop", lambda: count(14))
+    monkeypatch.setattr(kernel, "check_stop", asked)
+    assert same(followed(made, bits, phase, e), whole)
+    assert asked.call_count == 12
     with pytest.raises(Stopped):
         followed(made, bits, phase, e)
 
@@ -206,23 +187,20 @@ def test_the_kernel_follows_in_pieces_between_which_it_may_be_stopped(
 def test_threads_share_orbits_that_are_worth_them_and_change_none(
     made: ReturnMap, bits: int, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    (phase, e), shared = (x[:20] for x in drawn()), list[Any]()
-    alone = followed(made, bits, phase, e)
-
-    def watched(work: Any, given: Any, holds: bool, parts: Any, jobs: int) -> Any:
-        shared.append(parts)
-        return side_by_side(work, given, holds, parts, jobs)
-
-    monkeypatch.setattr(kernel, "side_by_side", watched)
-    # Three groups of orbits.
-    passages = 3 * LANES * CROSSINGS
-    for worth in (passages // 2, passages // 2 + 1):
+    phase, e = (x[:20] for x in drawn())
+    alone, shared = followed(made, bits, phase, e), Mock(wraps=side_by_side)
+    monkeypatch.setattr(kernel, "side_by_side", shared)
+    # Three groups of orbits, and one.
+    half = 3 * LANES * CROSSINGS // 2
+    for n, worth, parts in (
+        (20, half, [range(1), range(1, 3)]),
+        (20, half + 1, [range(3)]),
+        (LANES, 1, [range(1)]),
+    ):
         monkeypatch.setattr(kernel, "WORTHWHILE", dict.fromkeys((53, 106), worth))
-        for one, other in zip(followed(made, bits, phase, e, jobs=3), alone, strict=True):
-            np.testing.assert_array_equal(one, other)
-    monkeypatch.setattr(kernel, "WORTHWHILE", dict.fromkeys((53, 106), 1))
-    followed(made, bits, phase[:LANES], e[:LANES], jobs=3)
-    assert shared == [[range(1), range(1, 3)], [range(3)], [range(1)]]
+        found = followed(made, bits, phase[:n], e[:n], jobs=3)
+        assert same(found, tuple(x[..., :n] for x in alone))
+        assert shared.call_args.args[3] == parts
 
 
 @pytest.mark.parametrize(("last", "terms"), [(1.001, 4), (0.999, 2)])
@@ -277,7 +255,7 @@ def test_what_is_summed_in_doubles_loses_less_than_what_is_left_out(
         return followed(replace(made), 64, phase, e, crossings=LATE).time[-1]
 
     given, pairs = program.HEADROOM, late(math.inf)
-    others = late(given), late(2.0**-4), in_full(made, phase, e, LATE).time[-1]
+    others = late(given), late(2.0**-4), in_full(made, phase, e, LATE)[0][-1]
     mixed, too_few, left_out = (np.nanmedian(np.abs(pairs - x).astype(float)) for x in others)
     assert 0 < mixed < left_out < too_few
 

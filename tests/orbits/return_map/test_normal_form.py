@@ -20,7 +20,7 @@ from rigidpend.orbits.return_map.reduced import coefficients
 from tests.orbits.integrate.problems import FIG4, GENERIC
 from tests.strategies import bodies, repeatable
 
-DOUBLES = precision(53)
+DOUBLES, AT = precision(53), Interval(1.3342, 0.0, 1)
 
 
 def coefficients_of(body: Body, bits: int = 53) -> Any:
@@ -31,24 +31,17 @@ def coefficients_of(body: Body, bits: int = 53) -> Any:
 @repeatable(6)
 def test_agrees_lambda_at_0_with_the_floquet_exponent(body: Body) -> None:
     assume(body.mu.fraction and body.alpha0 < 3)
-    h = 1.3342
-    orbit = floquet.periodic_orbit(body.angles(), h, 2, 1)
-    nf = normal_form(coefficients_of(body), Interval(h, 0.0, 1), 7, 35, 0.1, DOUBLES)
-    np.testing.assert_allclose(
-        2 * math.pi * nf.exponent[0, 0], abs(orbit.exponent_per_period), rtol=1e-12
-    )
-    np.testing.assert_allclose(2 * math.pi * nf.rotation[0, 0], orbit.period, rtol=1e-13)
+    orbit = floquet.periodic_orbit(body.angles(), AT.centre, 2, 1)
+    nf = normal_form(coefficients_of(body), AT, 7, 35, 0.1, DOUBLES)
+    assert math.tau * nf.exponent[0, 0] == pytest.approx(abs(orbit.exponent_per_period), rel=1e-12)
+    assert math.tau * nf.rotation[0, 0] == pytest.approx(orbit.period, rel=1e-13)
     assert nf.disagreement < 1e-13, "the two determinations of Lambda"
 
 
 def test_a_wrong_equation_shows_in_the_two_determinations_of_lambda() -> None:
     c = coefficients_of(FIG4)
     wrong = c._replace(aligned=c.aligned._replace(force_p=c.aligned.force_p * 1.001))
-    radius = 0.2
-    right, spoilt = (
-        normal_form(x, Interval(1.3342, 0.0, 1), 9, 15, radius, DOUBLES).disagreement
-        for x in (c, wrong)
-    )
+    right, spoilt = (normal_form(x, AT, 9, 15, 0.2, DOUBLES).disagreement for x in (c, wrong))
     assert right < 1e-15
     assert spoilt > 1e-11
 
@@ -56,7 +49,7 @@ def test_a_wrong_equation_shows_in_the_two_determinations_of_lambda() -> None:
 @pytest.mark.parametrize("least", [1e-4, 1e-7])
 def test_the_normal_form_ends_with_the_first_terms_that_are_small_enough(least: float) -> None:
     radius = 0.3
-    given: Any = (coefficients_of(FIG4), Interval(1.3342, 0.0, 1), 21, 21, radius, DOUBLES)
+    given: Any = (coefficients_of(FIG4), AT, 21, 21, radius, DOUBLES)
     whole, short = normal_form(*given), normal_form(*given, least=least)
     degrees = powers(21, 1).sum(axis=1)
     np.testing.assert_array_equal(short.odd, whole.odd[:, degrees <= short.degree])
