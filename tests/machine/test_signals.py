@@ -194,6 +194,21 @@ def wrong(folder: Path, end: End, number: signal.Signals) -> str:
 
 
 @pytest.mark.slow
+def test_signals_upon_signals_end_it_without_a_core_dump(desk: Path) -> None:
+    process = started(desk, *LONG)
+    while not list(desk.glob("results/fig4.log")):
+        time.sleep(0.01)
+    for number in (signal.SIGINT, *reversed(BOTH), signal.SIGINT):
+        process.send_signal(number)
+        time.sleep(0.01)
+    _, said = process.communicate(timeout=60)
+    # Of signals that wait together any may be the first to be seen; and while Python shuts down
+    # they are the system's again.
+    assert process.returncode in (130, 143, *(-number for number in BOTH))
+    assert "Traceback" not in said
+
+
+@pytest.mark.slow
 @pytest.mark.parametrize("index", range(trials(2, 0.05)))
 def test_a_signal_at_any_moment_ends_any_command(desk: Path, index: int) -> None:
     with drawn(f"signal {index}") as chance:

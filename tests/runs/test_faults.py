@@ -22,30 +22,9 @@ from rigidpend.machine.progress import tell_nobody
 from rigidpend.runs import loading, regression, runner
 from tests.attacks import lot
 from tests.cli.calls import UNTRACED, call, short_files, started
-from tests.config.samples import written
+from tests.config.samples import ZOOM, written
 
 KILLS = lot.trials(1, 0.05)
-ZOOM = """\
-figure: "4"
-experiment: route_zoom
-
-problem:
-  A: [2, 1, 1.5]
-  r: [1, 1, 0]
-  mu: 0.001
-  h0: 1.3342
-  J1_0: 0.05
-  n_symbols: 1
-  between: [1.5, 1.6]
-  step: 1/10
-  factor: 4
-  levels: 3
-  count: 5
-
-numerics:
-  precisions: [53, 113]
-"""
-"""Three levels and their centres, of soon passed orbits: four parts, half a second."""
 
 
 def run_of_zoom(folder: Path, *arguments: str) -> subprocess.Popen[str]:

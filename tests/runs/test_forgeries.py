@@ -8,7 +8,7 @@ import json
 import random
 from collections.abc import Callable, Iterator
 from pathlib import Path
-from typing import Any, TypeAlias
+from typing import Any
 
 import h5py
 import numpy as np
@@ -23,7 +23,7 @@ from scripts import check_certificate
 from tests.attacks import lot
 from tests.config.samples import HEAD, changed, written
 from tests.remembered import remembered
-from tests.runs.test_certificates import altered
+from tests.runs.checkers import FILE, Change, altered, by_package, by_script, config_of, says
 
 TEXT = f"""\
 {changed("1e-8", "0.2", HEAD.format(experiment="route_codes", n_symbols=1))}\
@@ -31,10 +31,7 @@ TEXT = f"""\
     one: {{start: 1, step: 1/10, count: 2}}
     two: {{start: pi/2, step: 1/10, count: 2}}
 """
-NAME = "tiny.certificate.h5"
 NONE = 255
-
-Change: TypeAlias = Callable[[Any], None]
 
 
 @pytest.fixture(scope="module")
@@ -43,33 +40,14 @@ def certificate(tmp_path_factory: pytest.TempPathFactory) -> Path:
     config = loading.load(written(folder, TEXT, "tiny.yaml"))
     [one, two] = certificates.certify(config, folder, jobs=1, report=tell_nobody)
     assert one.proven == two.proven == 2
-    return folder / NAME
-
-
-def by_package(file: Path) -> str:
-    """What the package refuses a certificate for; empty where it calls it proven."""
-    try:
-        certificates.check(file, jobs=1, report=tell_nobody)
-    except store.StoreError as error:
-        return str(error)
-    return ""
-
-
-def by_script(file: Path) -> str:
-    """The same of the second checker."""
-    try:
-        list(check_certificate.check(file))
-    except check_certificate.Refused as error:
-        return str(error)
-    return ""
+    return folder / FILE
 
 
 def claims(file: Path) -> set[tuple[str, str, int, int]]:
     """All that a certificate says to be proven: the problem, a phase, a symbol and its value."""
     found = set()
     with h5py.File(file) as data:
-        problem = json.loads(data["config"].asstr()[()])["problem"]
-        problem = {key: problem[key] for key in ("A", "r", "mu", "h0", "J1_0")}
+        problem = {key: config_of(data)["problem"][key] for key in ("A", "r", "mu", "h0", "J1_0")}
         for group in data["data"].values():
             phases, symbols = group["theta2_0"][()], group["codes"][()]
             for (row, column), code in np.ndenumerate(symbols):
@@ -86,15 +64,6 @@ def holds(problem: str, phase: str, row: int, code: int) -> bool:
     body = Body(A=given["A"], r=given["r"], mu=given["mu"])
     found = certify_codes(body, phase, h0=given["h0"], J1_0=given["J1_0"], n_symbols=row + 1)
     return bool(found.proven[row, 0]) and int(found.codes[row, 0]) == code
-
-
-def says(config: Any) -> Change:
-    def change(file: Any) -> None:
-        del file["config"]
-        node = file.create_dataset("config", data=json.dumps(config))
-        node.attrs.update({"units": "", "description": "resolved config, JSON"})
-
-    return change
 
 
 def leaves(tree: Any, place: tuple[Any, ...] = ()) -> Iterator[tuple[Any, ...]]:
@@ -176,8 +145,7 @@ def replaced(name: str, field: str, values: Any) -> Change:
 
 def every_change(certificate: Path) -> list[tuple[str, Change]]:
     with h5py.File(certificate) as file:
-        config = json.loads(file["config"].asstr()[()])
-        return [*of_config(config), *of_arrays(file)]
+        return [*of_config(config_of(file)), *of_arrays(file)]
 
 
 @pytest.fixture(scope="module", autouse=True)
@@ -223,7 +191,7 @@ def test_no_change_anywhere_makes_something_false_proven(
     with lot.drawn("certificates") as chance:
         bits = [("bits", turned(chance)) for _ in range(lot.trials(4, 0.2))]
         refused = [
-            refusals(certificate, tmp_path / NAME, what, change)
+            refusals(certificate, tmp_path / FILE, what, change)
             for what, change in [*every_change(certificate), *bits]
         ]
     # Most changes say something else; others change nothing that is claimed.
@@ -234,7 +202,7 @@ def stated(place: str, value: Any) -> Change:
     """Another value in the problem of the config."""
 
     def change(file: Any) -> None:
-        config = json.loads(file["config"].asstr()[()])
+        config = config_of(file)
         *outer, last = place.split("/")
         functools.reduce(dict.__getitem__, outer, config["problem"])[last] = value
         says(config)(file)
@@ -279,4 +247,4 @@ def array_copied(file: Any) -> None:
 def test_what_is_of_another_config_or_copied_is_refused_at_its_place(
     certificate: Path, tmp_path: Path, change: Change, said: str, checker: Callable[[Path], str]
 ) -> None:
-    assert said in checker(altered(certificate, tmp_path / NAME, change))
+    assert said in checker(altered(certificate, tmp_path / FILE, change))
