@@ -118,46 +118,39 @@ def test_the_nearest_tests_reach_the_line_and_the_rest_are_of_the_mirrored_folde
 
 
 @pytest.mark.parametrize(
-    ("answers", "found", "slips"),
+    ("with_it", "without", "found"),
     [
-        (["test_a", ""], ("killed", "test_a"), [True, False]),
-        (["test_a", "test_a", "", ""], ("survived", ""), [True, False, True, True]),
-        (["test_a", "test_a", "test_a"], ("untold", "test_a"), [True, False, True]),
-        (["", "test_b", ""], ("killed", "test_b"), [True, True, False]),
-        (["", ""], ("survived", ""), [True, True]),
-        ([None, ""], ("timeout", ""), [True, False]),
-        ([None, None], ("untold", ""), [True, False]),
+        (["test_a"], [""], ("killed", "test_a")),
+        (["test_a", "", ""], ["test_a"], ("survived", "")),
+        (["test_a", "test_a"], ["test_a"], ("untold", "test_a")),
+        (["", "test_b"], [""], ("killed", "test_b")),
+        (["", ""], [], ("survived", "")),
+        ([None], [""], ("timeout", "")),
+        ([None], [None], ("untold", "")),
     ],
 )
 def test_a_verdict_is_held_against_the_code_as_it_is(
-    tmp_path: Path,
-    monkeypatch: pytest.MonkeyPatch,
-    answers: list[str | None],
-    found: Any,
-    slips: list[bool],
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, with_it: Any, without: Any, found: Any
 ) -> None:
     """A test counts that fails with the mutant, and passes where the file is but written anew."""
     mutant, plain = mutations.mutants(CERTAINTY)[0], (ROOT / CERTAINTY).read_text()
-    sources, seen = iter(answers), list[bool]()
+    slipped, anew = mutations.source(plain, mutant), mutations.source(plain)
+    answers = {slipped: iter(with_it), anew: iter(without)}
+    copy = tmp_path / "desk" / "0" / CERTAINTY
 
     def copied(folder: Path) -> Path:
-        (folder / CERTAINTY).parent.mkdir(parents=True)
-        (folder / CERTAINTY).write_text(mutations.source(plain))
+        copy.parent.mkdir(parents=True)
+        copy.write_text(anew)
         return folder
 
-    def failing(folder: Path, *_: Any) -> str | None:
-        seen.append((folder / CERTAINTY).read_text() == mutations.source(plain, mutant))
-        return next(sources)
-
     monkeypatch.setattr(mutants, "copied", copied)
-    monkeypatch.setattr(mutants, "failing", failing)
+    monkeypatch.setattr(mutants, "failing", lambda *_: next(answers[copy.read_text()]))
     monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path / "none"))
     desk = mutants.Desk(tmp_path / "desk", 1, NOTHING, 7.0, quick=False)
     verdict = desk.judge(mutant)
     assert (verdict.found, verdict.by) == found
-    assert seen == slips
-    copy = tmp_path / "desk" / "0" / CERTAINTY
-    assert copy.read_text() == mutations.source(plain), "it is undone"
+    assert all(list(left) == [] for left in answers.values())
+    assert copy.read_text() == anew, "it is undone"
 
 
 def test_verdicts_are_kept_and_the_share_is_of_those_that_were_judged(

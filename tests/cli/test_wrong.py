@@ -66,7 +66,9 @@ certify --check none.h5 | 3 | none.h5: there is no such file
 certify --check none.certificate.h5 | 3 | rigidpend: none.certificate.h5: there is no such file
 verify small | 3 | results/reference/small.h5: there is no such file; call: rigidpend reference s
 verify fig4 --reference none | 3 | rigidpend: none/fig4.h5: there is no such file
-run small.yaml --out small.yaml/sub | 1 | rigidpend: small: small.yaml/sub/small.h5: small.yaml/su
+run small.yaml --out small.yaml/sub | 1 | is not writable (Not a directory); choose another f
+reference small.yaml | 2 | give it with --reason
+reference small.yaml --reason '  ' | 2 | give it with --reason
 run | 2 | Missing argument
 rn fig4 | 2 | No such command 'rn'. Did you mean 'run'?
 run fig4 -j 0 | 2 | 0 is not in the range
@@ -89,6 +91,7 @@ find --code 011 --decimals 1 --near 1 | 2 | --decimals lists orbits, and --near 
 find --code 01 --code 11 --decimals 1 | 2 | --decimals lists orbits of one code, on this machine
 find --code 01 --decimals 1 --proof x | 2 | --proof is of one orbit, on this machine
 find --code 01 --code 11 --proof x | 2 | --proof is of one orbit, on this machine
+find --code 0 --proof small.yaml/x.orbit.certificate.h5 | 1 | choose another file with --proof
 find --code '0^5 1^10' --proof x | 1 | x: a proof is named X.orbit.certificate.h5
 find --code '0^5 1^10' | 1 | rigidpend: none exists: passage 1
 find --code '0^90 1^3' --decimals 0 | 1 | none of the 7 phases

@@ -24,7 +24,7 @@ from scripts import check_certificate
 from tests.attacks import lot
 from tests.cli.calls import call, succeeded
 from tests.config.samples import FIG4, TINY, ZOOM, changed, written
-from tests.runs.checkers import FILE, altered, by_package, by_script, says
+from tests.runs.checkers import FILE, by_package, by_script, says
 
 
 @pytest.fixture(scope="module")
@@ -113,26 +113,6 @@ def test_a_number_of_a_grid_is_one_by_itself(place: str) -> None:
     problem = {"experiment": "route_codes", "problem": {"arrays": {"one": grid}}}
     with pytest.raises(check_certificate.Refused, match="is no number"):
         check_certificate.phases_of(problem, {})
-
-
-@pytest.mark.slow
-def test_verify_counts_what_is_proven_and_finds_a_contradiction(
-    folder: Path, tmp_path: Path
-) -> None:
-    written(tmp_path, TINY, "tiny.yaml")
-    for name in ("tiny.h5", FILE):
-        (tmp_path / name).write_bytes((folder / name).read_bytes())
-    arguments = ("verify", "tiny.yaml", "--reference", ".", "--results", ".")
-    done = succeeded(tmp_path, *arguments)
-    assert "4 symbols are proven" in done.stdout
-
-    def turn_a_symbol(file: Any) -> None:
-        file["data/only/codes"][1, 0] ^= 1
-
-    altered(folder / FILE, tmp_path / FILE, turn_a_symbol)
-    done = call(tmp_path, *arguments)
-    assert done.returncode == 1
-    assert "symbol 2 of column 0 is proven to be another" in done.stdout
 
 
 def test_symbols_are_marked_and_held_against_their_own_proof_alone(folder: Path) -> None:

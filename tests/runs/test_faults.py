@@ -1,13 +1,12 @@
 """Runs that are killed, stopped, or find no room: the same command again makes all good.
 
-How often a run is stopped at a random moment: once, or as `tests.attacks.lot` says.
+How often a run is killed at a random moment: once, or as `tests.attacks.lot` says.
 """
 
 from __future__ import annotations
 
 import errno
 import os
-import signal
 import subprocess
 import sys
 import time
@@ -16,9 +15,7 @@ from unittest.mock import Mock
 
 import pytest
 
-from rigidpend import experiments
-from rigidpend.machine import cache, files
-from rigidpend.machine.progress import tell_nobody
+from rigidpend.machine import cache
 from rigidpend.runs import loading, regression, runner
 from tests.attacks import lot
 from tests.cli.calls import UNTRACED, call, short_files, started
@@ -61,16 +58,12 @@ def same(folder: Path, undisturbed: Path) -> None:
     assert regression.verify(loaded, undisturbed, jobs=1, fresh=folder / "zoom.h5") == []
 
 
-CODES = {signal.SIGKILL: {-9}, signal.SIGINT: {130, -2}, signal.SIGTERM: {143, -15}}
-"""A signal's exit codes: by our doing, or by the system's before there is anything to tidy."""
-
-
 LASTS = 1.6
-"""Seconds from its start within which a run is stopped: it takes about as long."""
+"""Seconds from its start within which a run is killed: it takes about as long."""
 
 
 @pytest.mark.slow
-def test_a_stopped_run_goes_on_whenever_it_was_stopped(tmp_path: Path, undisturbed: Path) -> None:
+def test_a_killed_run_goes_on_whenever_it_was_killed(tmp_path: Path, undisturbed: Path) -> None:
     """Every moment is followed by an undisturbed run."""
     # One after the other: to open a file forks, and a child holds the locks of other threads.
     with lot.drawn("kills") as chance:
@@ -78,14 +71,11 @@ def test_a_stopped_run_goes_on_whenever_it_was_stopped(tmp_path: Path, undisturb
             desk = tmp_path / str(index)
             desk.mkdir()
             written(desk, ZOOM, "zoom.yaml")
-            how = list(CODES)[index % 3]
             process = run_of_zoom(desk / "out")
             time.sleep(chance.uniform(0.3, LASTS))
-            process.send_signal(how)
-            _, said = process.communicate(timeout=60)
-            # While Python itself begins, Ctrl-C is an error of its own: nothing of ours has run.
-            early = how == signal.SIGINT and process.returncode == 1 and "<frozen site>" in said
-            assert early or process.returncode in {0, *CODES[how]}, said
+            process.kill()
+            process.communicate()
+            assert process.returncode in (0, -9)
             once_more(desk / "out")
             same(desk / "out", undisturbed)
 
@@ -148,15 +138,6 @@ def test_no_room_is_one_sentence_and_afterwards_the_run_goes_on(
     assert content(out) == [".zoom.parts"]
     assert "goes on from 4 finished parts" in once_more(out)
     same(out, undisturbed)
-
-
-def test_a_folder_that_cannot_be_written_is_named_before_anything_is_computed(
-    desk: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    planned = runner.plan(small().config, Path("configs/small.yaml/out"))
-    monkeypatch.setattr(experiments, "computation", None)
-    with pytest.raises(files.StoreError, match=r"not writable .*; choose another"):
-        runner.follow(planned, 1, tell_nobody)
 
 
 def test_a_result_in_a_read_only_folder_stays_up_to_date(
