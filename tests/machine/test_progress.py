@@ -249,18 +249,12 @@ def test_a_table_has_three_forms_which_align_or_escape_every_cell() -> None:
 @pytest.mark.parametrize(
     ("write", "value", "text"),
     [
-        (seconds, 1.0, "1 s"),
-        (seconds, 0.0999, "99.9 ms"),
-        (seconds, 1.5e-6, "1.5 us"),
-        (seconds, 2e-9, "0.002 us"),
-        (seconds, 1234.0, "1,234 s"),
-        (seconds, math.inf, "-"),
-        (seconds, math.nan, "-"),
+        *((seconds, 1.0, "1 s"), (seconds, 0.0999, "99.9 ms"), (seconds, 1.5e-6, "1.5 us")),
+        *((seconds, 2e-9, "0.002 us"), (seconds, 1234.0, "1,234 s")),
+        *((seconds, math.inf, "-"), (seconds, math.nan, "-"), (times, math.inf, "-")),
         *((duration, 0.4, "0 s"), (duration, 99.4, "99 s"), (duration, 100, "2 min")),
         *((duration, 5400, "90 min"), (duration, 9000, "2.5 h")),
-        (times, 0.9555, "0.956"),
-        (times, 2285.7, "2,286"),
-        (times, math.inf, "-"),
+        *((times, 0.9555, "0.956"), (times, 2285.7, "2,286")),
     ],
 )
 def test_times_have_units_and_ratios_three_digits(

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import functools
 import json
+import operator
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
@@ -51,12 +53,22 @@ def config_of(file: Any) -> Any:
     return json.loads(file["config"].asstr()[()])
 
 
-def says(config: Any) -> Change:
-    """Let a certificate say that it is of something else."""
+def restated(file: Any, config: Any) -> None:
+    """Let a certificate say that it is of something."""
+    file.pop("config", None)
+    node = file.create_dataset("config", data=json.dumps(config))
+    node.attrs.update({"units": "", "description": "resolved config, JSON"})
+
+
+def stated(*place: Any, to: Any = None) -> Change:
+    """Another value at a place of a certificate's config; without one there is none."""
 
     def change(file: Any) -> None:
-        file.pop("config", None)
-        node = file.create_dataset("config", data=json.dumps(config))
-        node.attrs.update({"units": "", "description": "resolved config, JSON"})
+        config = config_of(file)
+        inner = functools.reduce(operator.getitem, place[:-1], config)
+        inner[place[-1]] = to
+        if to is None:
+            del inner[place[-1]]
+        restated(file, config)
 
     return change

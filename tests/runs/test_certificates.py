@@ -24,7 +24,7 @@ from scripts import check_certificate
 from tests.attacks import lot
 from tests.cli.calls import call, succeeded
 from tests.config.samples import FIG4, TINY, ZOOM, changed, written
-from tests.runs.checkers import FILE, by_package, by_script, says
+from tests.runs.checkers import FILE, by_package, by_script, restated
 
 
 @pytest.fixture(scope="module")
@@ -180,7 +180,7 @@ def stored(folder: Path, fields: dict[str, Any]) -> Path:
     path = folder / FILE
     with h5py.File(path, "w", libver=("earliest", "v110")) as file:
         file.attrs.update({"format": "rigidpend", "format_version": 1})
-        says(CONFIG)(file)
+        restated(file, CONFIG)
         file.create_group("provenance")
         group = file.create_group("data/one", track_order=True)
         for name, values in fields.items():

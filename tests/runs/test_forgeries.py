@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-import copy
 import functools
 import json
+import operator
 import random
 from collections.abc import Callable, Iterator
 from pathlib import Path
@@ -23,7 +23,7 @@ from scripts import check_certificate
 from tests.attacks import lot
 from tests.config.samples import HEAD, changed, written
 from tests.remembered import remembered
-from tests.runs.checkers import FILE, Change, altered, by_package, by_script, config_of, says
+from tests.runs.checkers import FILE, Change, altered, by_package, by_script, config_of, stated
 
 TEXT = f"""\
 {changed("1e-8", "0.2", HEAD.format(experiment="route_codes", n_symbols=1))}\
@@ -31,7 +31,7 @@ TEXT = f"""\
     one: {{start: 1, step: 1/10, count: 2}}
     two: {{start: pi/2, step: 1/10, count: 2}}
 """
-NONE = 255
+NONE, THIRD = 255, {"start": "0", "step": "1", "count": 1}
 
 
 @pytest.fixture(scope="module")
@@ -77,27 +77,15 @@ def leaves(tree: Any, place: tuple[Any, ...] = ()) -> Iterator[tuple[Any, ...]]:
 
 def of_config(config: Any) -> Iterator[tuple[str, Change]]:
     """Each entry gone, each number another one, each with what is no number."""
-    for *outer, last in leaves(config):
-        if "one" in outer:
-            # Of the other array everything is changed.
-            continue
-        for to in ("gone", "more", "list"):
-            other = copy.deepcopy(config)
-            inner = other
-            for key in outer:
-                inner = inner[key]
-            old = inner[last]
-            if to == "gone":
-                del inner[last]
-            elif to == "list":
-                inner[last] = []
-            elif isinstance(old, int):
-                inner[last] = old + 1
-            elif isinstance(old, str):
-                inner[last] = f"{old} + 1/1000000000"
-            else:
-                continue
-            yield f"config {outer} {last} {to}", says(other)
+    for place in leaves(config):
+        # Of the other array everything is changed.
+        if "one" not in place[:-1]:
+            old = functools.reduce(operator.getitem, place, config)
+            yield f"config {place} gone", stated(*place)
+            yield f"config {place} a list", stated(*place, to=[])
+            if isinstance(old, int | str):
+                more = old + 1 if isinstance(old, int) else f"{old} + 1/1000000000"
+                yield f"config {place} more", stated(*place, to=more)
 
 
 def of_arrays(file: Any) -> Iterator[tuple[str, Change]]:
@@ -198,18 +186,6 @@ def test_no_change_anywhere_makes_something_false_proven(
     assert np.mean(refused, axis=0).min() > 0.6
 
 
-def stated(place: str, value: Any) -> Change:
-    """Another value in the problem of the config."""
-
-    def change(file: Any) -> None:
-        config = config_of(file)
-        *outer, last = place.split("/")
-        functools.reduce(dict.__getitem__, outer, config["problem"])[last] = value
-        says(config)(file)
-
-    return change
-
-
 def column_copied(file: Any) -> None:
     for field in ("theta2_0", "codes", "steps"):
         values = file["data/one"][field][()]
@@ -234,10 +210,10 @@ def array_copied(file: Any) -> None:
 @pytest.mark.parametrize(
     ("change", "said"),
     [
-        (stated("mu", "1/500"), "one: "),
-        (stated("arrays/two/start", "8/5"), "two: theta2_0 of column 0"),
-        (stated("n_symbols", 2), "one: "),
-        (stated("arrays/three", {"start": "0", "step": "1", "count": 1}), "three: "),
+        (stated("problem", "mu", to="1/500"), "one: "),
+        (stated("problem", "arrays", "two", "start", to="8/5"), "two: theta2_0 of column 0"),
+        (stated("problem", "n_symbols", to=2), "one: "),
+        (stated("problem", "arrays", "three", to=THIRD), "three: "),
         (column_copied, "one: theta2_0 of column 1"),
         (array_copied, "two: "),
         (array_lost, "two"),

@@ -23,7 +23,7 @@ from scripts.check_certificate import Fails, Refused
 from tests.cli.calls import succeeded
 from tests.experiments.trees import reference
 from tests.remembered import Inline, remembered
-from tests.runs.checkers import Change, config_of, says
+from tests.runs.checkers import Change, stated
 
 CODE = "011"
 NAME = f"x{orbit_proofs.SUFFIX}"
@@ -87,17 +87,6 @@ def test_parts_meet_and_ends_are_rounded_outward(
         assert "from 0.123456789 to 0.123456790 " in text
 
 
-def stated(**changes: str) -> Change:
-    """A change of what the proof says that it is of."""
-
-    def change(file: Any) -> None:
-        config = config_of(file)
-        (config if "code" in changes else config["problem"]).update(changes)
-        says(config)(file)
-
-    return change
-
-
 def at(place: str, index: Any, value: Callable[[Any], Any]) -> Change:
     """A change of a number in an array of the proof; in its middle where no place is given."""
 
@@ -119,11 +108,11 @@ def fractions(file: Any) -> None:
 @pytest.mark.parametrize(
     ("change", "reason"),
     [
-        (stated(code="010"), "the code is 011|symbol 3"),
-        (stated(code="0111"), "4 symbols|as many symbols"),
-        (stated(code="01x"), "the code is 011|its code is none"),
-        (stated(J1_0="0"), "J1_0"),
-        (stated(J1_0="1.001e-8"), "C3"),
+        (stated("code", to="010"), "the code is 011|symbol 3"),
+        (stated("code", to="0111"), "4 symbols|as many symbols"),
+        (stated("code", to="01x"), "the code is 011|its code is none"),
+        (stated("problem", "J1_0", to="0"), "J1_0"),
+        (stated("problem", "J1_0", to="1.001e-8"), "C3"),
         (at("energies/spread", (), lambda _: 0.0), "energies"),
         (at("energies/shift", (), lambda x: x + 1e-7), "C"),
         (
