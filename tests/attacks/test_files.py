@@ -8,7 +8,6 @@ import os
 import random
 import re
 import resource
-import shutil
 import zlib
 from collections.abc import Callable, Iterator
 from concurrent.futures import ProcessPoolExecutor
@@ -24,9 +23,7 @@ from rigidpend import render
 from rigidpend.machine.files import sealed, unsealed
 from rigidpend.results import damage, store
 from tests.attacks import lot
-from tests.cli.calls import REFERENCE, call
-
-SECRET = b"a secret that must not be told, in 40 bytes"
+from tests.cli.calls import REFERENCE
 
 Change = Callable[[Any, Path], Any]
 """Takes an open file and the folder that it lies in."""
@@ -60,12 +57,12 @@ def made(place: str, *given: Any, **how: Any) -> Change:
 
 
 def external(pipe: bool = False) -> Change:
-    """Symbols that are stored in a file of secrets, or in a pipe."""
+    """Symbols that are stored in another file, or in a pipe."""
 
     def change(file: Any, folder: Path) -> None:
         path = folder / "outside"
         if not pipe:
-            path.write_bytes(SECRET)
+            path.write_bytes(b"a secret")
         elif not path.exists():
             os.mkfifo(path)
         made(CODES, (5,), "u1", external=[(str(path), 0, 5)])(file, folder)
@@ -268,37 +265,6 @@ def test_an_attack_is_a_sentence_or_a_figure(
         assert name not in DRAWN
     else:
         assert name in DRAWN
-
-
-@pytest.mark.slow
-def test_no_command_tells_what_another_file_holds(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    results = tmp_path / "results"
-    written(results, external()).rename(results / "fig5.h5")
-    shutil.copy(REFERENCE / "fig2.h5", results / "fig2.h5")
-    monkeypatch.setattr(render, "PIXELS", 800)
-    for command, code in (
-        (["report"], 1),
-        (["render", "fig5"], 1),
-        (["verify", "fig5", "--reference", "results", "--results", "results"], 1),
-        (["run", "fig5"], 1),
-        (["list"], 0),
-    ):
-        done = call(tmp_path, *command)
-        said = done.stdout + done.stderr
-        assert done.returncode == code, (command, said)
-        # Lines of a table end where the terminal does.
-        told = " ".join(said.split())
-        assert "is stored outside of the file, where nothing is read" in told
-        assert "internal error" not in told
-    page = (results / "report.html").read_text()
-    shown = page + said
-    assert "115" not in page.partition("<h2>Fig. 2")[0].partition("<main>")[2]
-    assert SECRET.decode() not in shown
-    assert str(list(SECRET[:5]))[1:-1] not in shown
-    assert "where nothing is read" in page
-    assert page.count("<img ") == 1
 
 
 def test_pieces_larger_than_what_may_be_read_are_refused(tmp_path: Path) -> None:

@@ -109,18 +109,17 @@ def test_describe_has_the_rows_and_as_json_the_config_and_its_hash_too(tmp_path:
 
 
 @pytest.mark.slow
-def test_a_png_says_which_result_it_shows(small: Path) -> None:
-    succeeded(small, "run", "small")
-    succeeded(small, "render", "small")
-    result = small / "results" / "small.h5"
+def test_a_png_says_which_result_it_shows(tmp_path: Path) -> None:
+    result = Path(shutil.copy(REFERENCE / "fig2.h5", tmp_path))
+    succeeded(tmp_path, "render", "fig2", "--out", ".")
     attributes = store.attributes(result)
     with Image.open(result.with_suffix(".png")) as image:
         told = {key: x for key, x in image.info.items() if isinstance(x, str)}
     # By which a second rendering knows that nothing changed.
     assert len(told.pop("Drawn-From")) == 64
     assert told == {
-        "Title": f"rigidpend small, config {attributes['config_hash']}",
-        "Experiment": "route_codes",
+        "Title": f"rigidpend fig2, config {attributes['config_hash']}",
+        "Experiment": "heteroclinic_cycle",
         "Config-Hash": attributes["config_hash"],
         "Code-Hash": attributes["code_hash"],
         "Engine": attributes["engine"],

@@ -20,7 +20,6 @@ import numpy as np
 import pytest
 from click.testing import CliRunner
 
-from rigidpend import render
 from rigidpend.cli import common
 from rigidpend.experiments import UnknownExperiment
 from rigidpend.machine import workers
@@ -34,7 +33,7 @@ from rigidpend.routes.certainty import Contradiction
 from rigidpend.routes.neighbourhood import NoChange
 from rigidpend.routes.symbolic import NoOrbit
 from rigidpend.runs import runner
-from tests.cli.calls import REFERENCE, UNTRACED, call, short_files
+from tests.cli.calls import REFERENCE, UNTRACED, call
 from tests.config.samples import SMALL, written
 
 LONG, NEARLY, LONG_WORD = "n" * 300, "n" * 245, "9x" * 40_000
@@ -353,20 +352,6 @@ def test_closed_streams_are_no_reason_not_to_compute(small: Path) -> None:
     done = streams(small, "run", "small.yaml", preexec_fn=lambda: os.closerange(0, 3))
     assert done.returncode == 0
     assert (small / "results" / "small.h5").read_bytes().startswith(b"\x89HDF")
-
-
-@pytest.mark.slow
-def test_a_disk_that_is_full_for_figures_is_one_sentence(
-    small: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    (small / "results").mkdir()
-    shutil.copy(REFERENCE / "fig2.h5", small / "results")
-    monkeypatch.setattr(render, "PIXELS", 300)
-    with short_files(1000):
-        done = call(small, "render", "fig2")
-    assert done.returncode == 1
-    assert done.stderr.endswith("fig2.png: cannot be written: File too large\n")
-    assert [x.name for x in (small / "results").iterdir()] == ["fig2.h5"]
 
 
 def test_an_error_of_ours_without_room_for_a_log_is_said() -> None:

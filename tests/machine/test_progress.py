@@ -159,6 +159,7 @@ def test_room_is_made_for_others_and_what_failed_or_was_interrupted_leaves_no_li
 
 
 LINES = "a: computing\na: at last\n"
+TIMED = "".join(f"    2.50 s  {x}\n" for x in ("planned", "a: computing", "a: at last"))
 
 
 @pytest.mark.parametrize(
@@ -167,19 +168,11 @@ LINES = "a: computing\na: at last\n"
         ({}, True, f"{LINES}1 of 2 done, 4 s, about 4 s left\n"),
         ({}, False, LINES),
         ({"quiet": True}, True, ""),
-        (
-            {"verbose": True},
-            False,
-            "    2.50 s  planned\n    2.50 s  a: computing\n    2.50 s  a: at last\n",
-        ),
+        ({"verbose": True}, False, TIMED),
     ],
 )
 def test_elsewhere_every_line_is_plain_and_a_failure_says_nothing_of_what_is_left(
-    terminal: Terminal,
-    monkeypatch: pytest.MonkeyPatch,
-    options: dict[str, bool],
-    well: bool,
-    said: str,
+    terminal: Terminal, monkeypatch: pytest.MonkeyPatch, options: Any, well: bool, said: str
 ) -> None:
     """Verbose has details and times, and quiet nothing; a dumb terminal cannot go back."""
     monkeypatch.setenv("TERM", "dumb")

@@ -263,21 +263,16 @@ def test_no_damage_goes_unnoticed_hangs_or_crashes(path: Path) -> None:
 
 @pytest.mark.slow
 def test_what_another_program_changed_is_read_and_damage_to_it_is_noticed_too(path: Path) -> None:
-    """Of these some crash HDF5: they are read in another process first."""
     # Another program drops what is behind the HDF5 file.
     with h5py.File(path, "a") as file:
         file["data/count"][()] = 8
     assert files.unsealed(path.read_bytes()) is None
     assert store.load(path)["data"]["count"] == 8
-    content, chance = path.read_bytes(), random.Random(21)
+    changed = bytearray(path.read_bytes())
     with h5py.File(path, "r") as file:
-        start = file["data/zebra/codes"].id.get_chunk_info(0).byte_offset
-    for place in (9, start, *(chance.randrange(16, 2000) for _ in range(3))):
-        changed = bytearray(content)
-        changed[place] ^= 0xFF
-        path.write_bytes(changed)
-        said = complaint(path)
-        assert said.startswith(f"{path}: ") or (not said and place != start)
+        changed[file["data/zebra/codes"].id.get_chunk_info(0).byte_offset] ^= 0xFF
+    path.write_bytes(changed)
+    assert complaint(path).startswith(f"{path}: ")
 
 
 def busy() -> None:

@@ -24,10 +24,6 @@ from tests.config.samples import ZOOM, written
 KILLS = lot.trials(1, 0.05)
 
 
-def run_of_zoom(folder: Path, *arguments: str) -> subprocess.Popen[str]:
-    return started(folder.parent, "run", "zoom.yaml", "--out", str(folder), *arguments)
-
-
 def once_more(folder: Path) -> list[str]:
     """What the same command says again, in this process, which has imported everything."""
     said: list[str] = []
@@ -71,36 +67,13 @@ def test_a_killed_run_goes_on_whenever_it_was_killed(tmp_path: Path, undisturbed
             desk = tmp_path / str(index)
             desk.mkdir()
             written(desk, ZOOM, "zoom.yaml")
-            process = run_of_zoom(desk / "out")
+            process = started(desk, "run", "zoom.yaml", "--out", "out")
             time.sleep(chance.uniform(0.3, LASTS))
             process.kill()
             process.communicate()
             assert process.returncode in (0, -9)
             once_more(desk / "out")
             same(desk / "out", undisturbed)
-
-
-@pytest.mark.slow
-def test_runs_at_once_do_each_other_no_harm_and_notice_nobody_s_end(
-    tmp_path: Path, undisturbed: Path
-) -> None:
-    """One is killed, or is over, while another computes the same here."""
-    written(tmp_path, ZOOM, "zoom.yaml")
-    out = tmp_path / "out"
-    other = run_of_zoom(out, "--force")
-    while not list(out.glob(".zoom.parts/*/level00.kept")):
-        time.sleep(0.01)
-
-    def hear(line: str) -> None:
-        if line.startswith("2/3"):
-            other.kill()
-            other.communicate()
-
-    planned = runner.plan(loading.load(tmp_path / "zoom.yaml"), out, force=True)
-    runner.follow(planned, 1, hear)
-    assert other.returncode in (-9, 0)
-    assert once_more(out) == []
-    same(out, undisturbed)
 
 
 SMALL = Path("results/small.h5")
