@@ -98,25 +98,6 @@ def test_every_declared_mutant_can_be_drawn_with_a_reason_and_a_stale_one_is_tol
             mutations.equivalent(path)
 
 
-def test_the_nearest_tests_reach_the_line_and_the_rest_are_of_the_mirrored_folder() -> None:
-    mutant = next(x for x in mutations.mutants(CERTAINTY) if x.statement != x.text)
-    own, other = "tests/routes/test_certainty.py::test_", "tests/x.py::test_"
-    seconds = {f"{own}a": 2.5, f"{other}b": 1, f"{own}c": 1, f"{other}d": mutants.NEAR - 4}
-    reach = {mutant.statement: [*seconds][:3], "": [*seconds]}
-    known = reached.Reach(seconds, {CERTAINTY: reach})
-    assert mutants.nearest(mutant, known) == [f"{own}c", f"{own}a", f"{other}b"]
-    assert mutants.nearest(mutant._replace(statement="another"), known)[3:] == []
-    assert mutants.nearest(mutant, NOTHING) == []
-    [own_file] = mutants.own(mutant)
-    assert own_file == "tests/routes/test_certainty.py"
-    [of_folder] = mutants.own(mutant._replace(path="rigidpend/experiments/splitting/compute.py"))
-    assert of_folder == "tests/experiments/test_splitting.py"
-    [picture] = mutants.own(mutant._replace(path="rigidpend/experiments/stress/draw.py"))
-    assert picture.endswith("::test_a_figure_is_that_of_the_gallery[stress]")
-    rest = mutants.around(mutant, [own_file])
-    assert (own_file in rest, "tests/routes/test_codes.py" in rest) == (False, True)
-
-
 @pytest.mark.parametrize(
     ("with_it", "without", "found"),
     [

@@ -87,25 +87,18 @@ def test_list_names_every_config_and_result_with_its_status(place: Path) -> None
 
 @pytest.mark.slow
 def test_describe_has_the_rows_and_as_json_the_config_and_its_hash_too(tmp_path: Path) -> None:
+    """Which rows each experiment has is told by its own tests."""
     done = call(tmp_path, "describe", "fig4")
     assert (done.returncode, done.stderr) == (0, "")
     assert all(len(line) <= 80 for line in done.stdout.splitlines())
-    lines = (line.split(maxsplit=1) for line in done.stdout.splitlines()[1:])
-    rows = dict(words for words in lines if len(words) == 2)
-    assert rows["alpha0"].split()[:2] == ["1.9106332362490186", "rad"]
-    assert "  Melnikov zeros      1.5630503595" in done.stdout
+    assert "  alpha0              1.9106332362490186 rad" in done.stdout
     # Of the theory besides.
-    assert rows["regime"].split()[0] == "iv"
+    assert "  Melnikov zeros      1.5630503595" in done.stdout
     done = call(tmp_path, "describe", "fig4", "--json", "--set", "problem.mu=1/3")
     [described] = json.loads(done.stdout)
     assert described["config"]["problem"]["mu"] == "1/3"
     assert described["config_hash"] == provenance.config_hash(described["config"])
     assert {row["name"] for row in described["rows"]} >= {"A", "r", "mu", "alpha0", "h0"}
-    everything = json.loads(call(tmp_path, "describe", "all", "--json").stdout)
-    told = {one["name"]: {row["name"] for row in one["rows"]} for one in everything}
-    assert set(told) >= {"fig1", "fig4", "fig5"}
-    # Of a body without weight there is no theory.
-    assert [name for name in ("fig1", "fig4") if "Melnikov zeros" in told[name]] == ["fig4"]
 
 
 @pytest.mark.slow

@@ -221,20 +221,6 @@ def test_a_config_has_no_more_brackets_inside_each_other_than_are_read() -> None
         store.read_config(json.dumps({"a": [inner]}))
 
 
-def damaged(content: bytes, chance: random.Random) -> bytes:
-    """The content with one bit turned over, some bytes written over, or its end cut off."""
-    place = chance.randrange(len(content))
-    kind = chance.randrange(4)
-    if kind == 0:
-        return content[:place]
-    changed = bytearray(content)
-    if kind == 1:
-        changed[place : place + 8] = chance.randbytes(len(changed[place : place + 8]))
-    else:
-        changed[place] ^= 1 << chance.randrange(8)
-    return bytes(changed)
-
-
 def complaint(path: Path) -> str:
     """What is said of a file; nothing if it is read."""
     try:
@@ -248,17 +234,15 @@ def complaint(path: Path) -> str:
 def test_no_damage_goes_unnoticed_hangs_or_crashes(path: Path) -> None:
     """Where HDF5 itself is asked, 4 and 11 in 8,000 crash it or make it hang."""
     content, chance = path.read_bytes(), random.Random(20)
-    with path.open("r+b", buffering=0) as file:
-        for _ in range(2000):
-            broken = damaged(content, chance)
-            file.seek(0)
-            file.write(broken)
-            file.truncate()
-            said = complaint(path)
-            # Cut exactly between the HDF5 file and its digest, nothing is lost.
-            whole = len(broken) == len(content) - files.SEAL_LENGTH or broken == content
-            assert bool(said) is not whole
-            assert whole or said.startswith(f"{path}: not a readable HDF5 file: ")
+    for _ in range(1000):
+        at = chance.randrange(len(content))
+        other = bytes([content[at] ^ chance.randrange(1, 256)]) + content[at + 1 :]
+        path.write_bytes(broken := content[:at] + chance.choice([b"", other]))
+        # Cut exactly between the HDF5 file and its digest, nothing is lost.
+        whole = len(broken) == len(content) - files.SEAL_LENGTH
+        said = complaint(path)
+        assert said.startswith(f"{path}: not a readable HDF5 file: ") is not whole
+        assert bool(said) is not whole
 
 
 @pytest.mark.slow

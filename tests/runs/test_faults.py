@@ -11,14 +11,15 @@ import subprocess
 import sys
 import time
 from pathlib import Path
+from typing import Any
 from unittest.mock import Mock
 
 import pytest
 
-from rigidpend.machine import cache
+from rigidpend.machine import cache, files
 from rigidpend.runs import loading, regression, runner
 from tests.attacks import lot
-from tests.cli.calls import UNTRACED, call, short_files, started
+from tests.cli.calls import UNTRACED, call, started
 from tests.config.samples import ZOOM, written
 
 KILLS = lot.trials(1, 0.05)
@@ -96,18 +97,23 @@ def test_what_a_run_left_that_was_killed_at_its_very_end_is_tidied_up(desk: Path
 
 @pytest.mark.slow
 def test_no_room_is_one_sentence_and_afterwards_the_run_goes_on(
-    tmp_path: Path, undisturbed: Path
+    tmp_path: Path, undisturbed: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """There is enough for some parts, not for the result."""
+    """There is enough for the parts, not for the result."""
     written(tmp_path, ZOOM, "zoom.yaml")
-    out, most = tmp_path / "out", 40_000
-    assert undisturbed.stat().st_size > most
-    with short_files(most):
+    out, replace = tmp_path / "out", files.replace
+
+    def full(path: Path, content: bytes, **how: Any) -> None:
+        if path.suffix == ".h5":
+            raise OSError(errno.ENOSPC, "No space left on device")
+        replace(path, content, **how)
+
+    with monkeypatch.context() as patch:
+        patch.setattr(files, "replace", full)
         done = call(tmp_path, "run", "zoom.yaml", "--out", str(out), "-j1")
-    assert done.returncode == 1, done.stderr
-    said = done.stderr.splitlines()[-1]
-    assert said.startswith("rigidpend: ")
-    assert said.endswith(f"{out / 'zoom.h5'}: cannot be written: File too large")
+    assert done.returncode == 1
+    said = f"rigidpend: zoom: {out / 'zoom.h5'}: cannot be written: No space left on device\n"
+    assert done.stderr.endswith(said)
     assert content(out) == [".zoom.parts"]
     assert "goes on from 4 finished parts" in once_more(out)
     same(out, undisturbed)

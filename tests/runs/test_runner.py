@@ -9,7 +9,6 @@ import os
 import shutil
 from collections.abc import Callable
 from dataclasses import replace
-from fractions import Fraction
 from pathlib import Path
 from typing import Any
 from unittest.mock import Mock
@@ -38,28 +37,6 @@ from tests.config.samples import FIG4, TEXT, changed, refused, written
 
 CONFIG, RESULTS, RESULT = Path("configs/small.yaml"), Path("results"), Path("results/small.h5")
 MU = "its config changed: problem.mu from 0.001 to 0.002"
-
-
-def test_fig4_holds_the_paper_s_values_exactly() -> None:
-    loaded = loading.load(FIG4)
-    resolved = loaded.resolved()
-    assert json.loads(json.dumps(resolved)) == resolved
-    assert resolved["problem"] == {
-        "A": ["2", "1", "3/2"],
-        "r": ["1", "1", "0"],
-        "mu": "1/1000",
-        "h0": "6671/5000",
-        "J1_0": "1/100000000",
-        "n_symbols": 15,
-        "arrays": {
-            "left": {"start": "0", "step": "1/10", "count": 63},
-            "right": {"start": "3*pi/40", "step": "1/100", "count": 32},
-        },
-    }
-    problem: Any = loaded.content.problem
-    right = problem.arrays["right"]
-    assert (problem.h0.fraction, right.start.fraction) == (Fraction(13342, 10000), None)
-    assert float(right.start) == 0.23561944901923448
 
 
 def test_only_the_paper_s_own_problem_has_the_name_of_its_figure(tmp_path: Path) -> None:
