@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import re
 import shutil
 import warnings
 from pathlib import Path
@@ -91,7 +92,7 @@ def test_describe_has_the_rows_and_as_json_the_config_and_its_hash_too(tmp_path:
     done = call(tmp_path, "describe", "fig4")
     assert (done.returncode, done.stderr) == (0, "")
     assert all(len(line) <= 80 for line in done.stdout.splitlines())
-    assert "  alpha0              1.9106332362490186 rad" in done.stdout
+    assert re.search(r"^  alpha0 +1\.9106332362490186 +rad$", done.stdout, re.MULTILINE)
     # Of the theory besides.
     assert "  Melnikov zeros      1.5630503595" in done.stdout
     done = call(tmp_path, "describe", "fig4", "--json", "--set", "problem.mu=1/3")
