@@ -158,17 +158,17 @@ def test_what_is_shown_is_short_and_safe(result: Any, tmp_path: Path) -> None:
 def test_what_is_wrong_with_a_run_is_said(tmp_path: Path, given: Any, said: str) -> None:
     with pytest.raises(ValueError, match=said):
         rigidpend.run(*given, folder=tmp_path)
-
-
-def test_a_name_of_no_file_is_refused_and_a_result_that_is_not_there_too(tmp_path: Path) -> None:
     with pytest.raises(ValueError, match=r"^called: a name is made of"):
         rigidpend.run("fig4", mu=0.01, called="a/b", folder=tmp_path)
-    for name, said in (
-        ("none", "there is no such file"),
-        ("fig4", "; call: rigidpend run fig4 --"),
-    ):
-        with pytest.raises(store.StoreError, match=said):
-            rigidpend.load(tmp_path / f"{name}.h5")
+
+
+@pytest.mark.parametrize(
+    ("name", "said"),
+    [("none", "there is no such file"), ("fig4", "; call: rigidpend run fig4 --")],
+)
+def test_a_result_that_is_not_there_is_said(tmp_path: Path, name: str, said: str) -> None:
+    with pytest.raises(store.StoreError, match=said):
+        rigidpend.load(tmp_path / f"{name}.h5")
 
 
 @pytest.mark.slow
