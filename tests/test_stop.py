@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import faulthandler
 import os
 import signal
 import threading
@@ -51,10 +52,12 @@ def ends_soon(
         ask()
 
     work(1, 1)
-    timer = threading.Timer(0.2, ask_now)
-    timer.start()
+    threading.Timer(0.2, ask_now).start()
+    # Where nobody heeds it the work takes hours.
+    faulthandler.dump_traceback_later(120, exit=True)
     with pytest.raises(end):
         work(count, symbols)
+    faulthandler.cancel_dump_traceback_later()
     [(used, since)] = asked
     assert time.process_time() - used < PROMPT
     # Of processes, whose time is not counted here. Other work on the machine may take its turn.

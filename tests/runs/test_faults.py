@@ -132,39 +132,26 @@ def test_a_result_in_a_read_only_folder_stays_up_to_date(
         assert runner.plan_kept(config, Path("configs/small.yaml"), SMALL.parent).reason == ""
 
 
-SIGNED = """
-import os, pathlib, time
-def signed(part):
-    pathlib.Path(f"{os.getpid()}.pid").touch()
+WORK = """
+import time
+def work(part):
+    print("at work", flush=True)
     time.sleep(30)
 if __name__ == "__main__":
     import script
     from rigidpend.machine.workers import side_by_side
-    side_by_side(script.signed, (), True, [0, 1], 2)
+    side_by_side(script.work, (), True, [0, 1], 2)
 """
 
 
 @pytest.mark.slow
 def test_workers_end_with_a_parent_that_is_killed(tmp_path: Path) -> None:
     """Else each killed run would leave processes that wait for ever."""
-    script = tmp_path / "script.py"
-    script.write_text(SIGNED)
-    parent = subprocess.Popen([sys.executable, script], env=UNTRACED, cwd=tmp_path)
-    while len(list(tmp_path.glob("*.pid"))) < 2:
-        time.sleep(0.01)
-    parent.kill()
-    parent.wait()
-    numbers = [int(path.stem) for path in tmp_path.glob("*.pid")]
-    until = time.monotonic() + 10
-    while any(map(alive, numbers)) and time.monotonic() < until:
-        time.sleep(0.02)
-    assert not any(map(alive, numbers))
-
-
-def alive(number: int) -> bool:
-    """Whether a process runs; one that nobody waits for has ended all the same."""
-    try:
-        stat = Path(f"/proc/{number}/stat").read_text()
-    except FileNotFoundError:
-        return False
-    return stat.rpartition(")")[2].split()[0] != "Z"
+    how: Any = {"env": UNTRACED, "cwd": tmp_path, "stdout": subprocess.PIPE, "text": True}
+    script = written(tmp_path, WORK, "script.py")
+    with subprocess.Popen([sys.executable, script], **how) as parent:
+        assert parent.stdout is not None
+        assert [parent.stdout.readline() for _ in range(2)] == ["at work\n"] * 2
+        parent.kill()
+        # It is theirs too, and closed when all of them have ended.
+        parent.communicate(timeout=10)

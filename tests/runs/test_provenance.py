@@ -64,15 +64,6 @@ def test_code_hash_notices_values_in_what_is_imported_but_no_comment_docstring_o
     assert len({found[0], *found[4:]}) == 6
 
 
-def test_code_hash_is_of_what_an_experiment_imports_alone(edited: dict[str, bytes]) -> None:
-    names = "exponents", "heteroclinic_cycle"
-    before = [*map(provenance.code_hash, names)]
-    edited["routes/cells.py"] += b"\nX = 1\n"
-    after = [*map(provenance.code_hash, names)]
-    assert [x != y for x, y in zip(before, after, strict=True)] == [True, False]
-    assert before[0] != before[1]
-
-
 @pytest.mark.parametrize(
     ("place", "block"),
     [
