@@ -3,10 +3,6 @@
 from __future__ import annotations
 
 import json
-import os
-import shutil
-import subprocess
-import sys
 from pathlib import Path
 
 import pytest
@@ -114,53 +110,6 @@ def test_no_plugin_of_another_package_is_loaded_to_check_a_config(tmp_path: Path
     done = python(tmp_path, "-m", "rigidpend", "run", path.name, "-n")
     assert "would compute" in done.stderr, done.stderr
     assert "intruded" not in done.stdout
-
-
-SLIPS = {
-    "Floors": ("mechanics/jacobi.py", "from rigidpend.orbits import integrate"),
-    "Circles": ("mechanics/free_body.py", "from rigidpend.mechanics import in_space"),
-    "what checks a proof": (
-        "routes/certified/checker.py",
-        "import rigidpend.routes.certified.codes",
-    ),
-    "what draws": ("experiments/route_codes/draw.py", "from rigidpend.surfaces import melnikov"),
-    "what computes": ("orbits/integrate/batch.py", "import matplotlib"),
-    "none imports another": (
-        "experiments/route_map/compute.py",
-        "from rigidpend.experiments.route_codes import compute",
-    ),
-    "llvmlite": ("orbits/return_map/kernel.py", "import llvmlite.binding"),
-    "python-flint": ("mechanics/equations.py", "import flint"),
-    "Dask": ("runs/runner.py", "import distributed"),
-    "h5py": ("runs/runner.py", "import h5py"),
-    "heyoka": ("routes/codes.py", "import heyoka"),
-    "matplotlib is": ("results/store.py", "import matplotlib"),
-    "Route codes": ("routes/codes.py", "from rigidpend.routes.symbolic import find"),
-    "Orbits": ("orbits/integrate/batch.py", "from rigidpend.orbits import return_map"),
-}
-"""Of each contract a part of its name, and a line that breaks it, late in a function."""
-
-
-@pytest.mark.slow
-def test_the_linter_sees_a_slip_in_every_contract(tmp_path: Path) -> None:
-    ignored = shutil.ignore_patterns("__pycache__")
-    shutil.copytree(ROOT / "rigidpend", tmp_path / "rigidpend", ignore=ignored)
-    shutil.copy(ROOT / ".importlinter", tmp_path)
-    for place, line in SLIPS.values():
-        with (tmp_path / "rigidpend" / place).open("a") as file:
-            file.write(f"\n\ndef slip() -> None:\n    {line}\n")
-    done = subprocess.run(
-        [str(Path(sys.executable).with_name("lint-imports")), "--no-logo", "--no-cache"],
-        cwd=tmp_path,
-        env={**os.environ, "PYTHONPATH": str(tmp_path), "COLUMNS": "200"},
-        capture_output=True,
-        text=True,
-        check=False,
-    )
-    said = done.stdout.partition("Contracts:")[0]
-    broken = [line for line in said.splitlines() if " BROKEN" in line]
-    assert (done.returncode, len(broken), " KEPT" in said) == (1, len(SLIPS), False), said
-    assert all(any(name in line for line in broken) for name in SLIPS)
 
 
 def test_the_floors_are_the_folders_and_stand_in_the_docstring_and_in_the_guide() -> None:

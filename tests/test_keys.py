@@ -85,7 +85,9 @@ def test_of_machine_code(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("rigidpend.machine.cache.load", refuse)
 
     def key(text: str, triple: str, cpu: str, features: str, version: Any) -> bytes:
-        monkeypatch.setattr(machine_code, "_machine", lambda _: SimpleNamespace(triple=triple))
+        machine = SimpleNamespace(triple=triple)
+        target = SimpleNamespace(create_target_machine=lambda **_: machine)
+        monkeypatch.setattr(llvm.Target, "from_default_triple", lambda: target)
         monkeypatch.setattr(machine_code, "processor", lambda _: (cpu, features))
         monkeypatch.setattr(llvm, "llvm_version_info", version)
         return asked(lambda: machine_code.function(text))

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import ast
-import functools
 import re
 from collections import Counter, defaultdict
 from collections.abc import Iterator
@@ -32,62 +31,38 @@ def parsed(folder: str, pattern: str, text: str) -> Iterator[tuple[Path, ast.Mod
             yield path, ast.parse(code)
 
 
-@functools.cache
-def homes() -> list[tuple[str, str, str]]:
-    """(label, file, name) of every function and class whose first line ends with a label."""
-    found = []
-    for path, tree in parsed("rigidpend", "*.py", "(eq. "):
+def homes() -> Iterator[tuple[str, str]]:
+    """(label, name) of every function and class whose first line ends with labels."""
+    for _, tree in parsed("rigidpend", "*.py", "(eq. "):
         for node in ast.walk(tree):
             if isinstance(node, ast.FunctionDef | ast.ClassDef):
                 first = (ast.get_docstring(node) or "").partition("\n")[0]
-                marked = MARK.search(first)
-                labels = marked[1].split(", ") if marked else []
-                found += [(label, str(path.relative_to(ROOT)), node.name) for label in labels]
-    return found
-
-
-@functools.cache
-def all_tests() -> list[tuple[ast.Module, ast.FunctionDef]]:
-    """Every function in a file of tests, each with its module; read once for all labels."""
-    found = []
-    for _, tree in parsed("tests", "test_*.py", "def test_eq_"):
-        found += [(tree, node) for node in ast.walk(tree) if isinstance(node, ast.FunctionDef)]
-    return found
-
-
-def named_after(label: str) -> list[tuple[ast.Module, ast.FunctionDef]]:
-    """The tests that are named after a label, each with its module."""
-    prefix = f"test_eq_{re.sub(r'[^A-Za-z0-9]', '_', label)}_"
-    return [(tree, node) for tree, node in all_tests() if node.name.startswith(prefix)]
+                labels = marked[1].split(", ") if (marked := MARK.search(first)) else []
+                yield from ((label, node.name) for label in labels)
 
 
 def names(tree: ast.AST) -> set[str]:
     """All names and attributes that a piece of code uses or imports."""
-    found = set()
-    for node in ast.walk(tree):
-        if isinstance(node, ast.Name):
-            found.add(node.id)
-        elif isinstance(node, ast.Attribute):
-            found.add(node.attr)
-        elif isinstance(node, ast.alias):
-            found.add(node.name)
-    return found
+    kinds = {ast.Name: "id", ast.Attribute: "attr", ast.alias: "name"}
+    return {getattr(x, kinds[type(x)]) for x in ast.walk(tree) if type(x) in kinds}
 
 
-def test_each_equation_has_exactly_one_home_and_no_other_label_has_any() -> None:
-    assert Counter(label for label, *_ in homes()) == dict.fromkeys(EQUATIONS, 1)
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize("label", EQUATIONS)
-def test_each_equation_has_tests_that_import_it_and_can_fail(label: str) -> None:
-    [name] = {name for known, _, name in homes() if known == label}
-    found = named_after(label)
-    assert any(name in names(module) for module, _ in found), f"no test_eq_... uses {name}"
-    for _, test in found:
-        asserts = any(isinstance(node, ast.Assert) for node in ast.walk(test))
-        checks = ("assert_", "raises", "check", "same")
-        assert asserts or any(x.startswith(checks) for x in names(test)), test.name
+def test_each_equation_has_one_home_and_tests_that_import_it_and_can_fail() -> None:
+    every = list(homes())
+    assert Counter(label for label, _ in every) == dict.fromkeys(EQUATIONS, 1)
+    tested = set()
+    for _, tree in parsed("tests", "test_*.py", "def test_eq_"):
+        used = names(tree)
+        for test in ast.walk(tree):
+            if isinstance(test, ast.FunctionDef) and test.name.startswith("test_eq_"):
+                title = test.name.removeprefix("test_eq_")
+                about = [x for x in every if title.startswith(re.sub(r"\W", "_", x[0]) + "_")]
+                assert about, f"{test.name} is named after no equation"
+                tested |= {label for label, name in about if name in used}
+                asserts = any(isinstance(node, ast.Assert) for node in ast.walk(test))
+                checks = ("assert_", "raises", "check", "same")
+                assert asserts or any(x.startswith(checks) for x in names(test)), test.name
+    assert tested == set(EQUATIONS)
 
 
 BEGINNINGS = {*("What", "How", "By", "Which", "Where", "Whether", "Why", "Of", "In", "So", "With")}
@@ -99,7 +74,7 @@ COMMON = {"Config", "Problem"}
 
 @pytest.mark.slow
 def test_docstrings_begin_with_a_phrase_and_no_two_classes_share_a_name() -> None:
-    broken, homes = [], defaultdict(list)
+    broken, places = [], defaultdict(list)
     for path, tree in parsed("rigidpend", "*.py", ""):
         for node in ast.walk(tree):
             match node:
@@ -110,7 +85,7 @@ def test_docstrings_begin_with_a_phrase_and_no_two_classes_share_a_name() -> Non
                     if (word and word[1] in BEGINNINGS) or not first.endswith("."):
                         broken.append((path, node.lineno, first))
                 case ast.ClassDef(name=name):
-                    homes[name].append(path.name)
+                    places[name].append(path.name)
     assert broken == []
-    assert {name for name, places in homes.items() if len(places) > 1} == COMMON
-    assert {place for name in COMMON for place in homes[name]} == {"schema.py"}
+    assert {name for name, files in places.items() if len(files) > 1} == COMMON
+    assert {file for name in COMMON for file in places[name]} == {"schema.py"}

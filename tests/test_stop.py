@@ -1,137 +1,85 @@
-"""Real processes and real signals: a stop is a stop, whatever computes."""
+"""A stop is a stop, whatever computes: work ends soon where a signal or Ctrl-C asks for it."""
 
 from __future__ import annotations
 
-import json
+import faulthandler
 import os
 import signal
-import subprocess
-import sys
+import threading
 import time
-from pathlib import Path
+from collections.abc import Callable
 from typing import Any
 
+import numpy as np
 import pytest
 
-from tests.cli.calls import UNTRACED
+from rigidpend import route_codes
+from rigidpend.machine import workers
+from rigidpend.machine.signals import Stopped
+from tests.bodies import FIG4
 
 PROMPT = 2.0
-"""Seconds within which a run ends after a signal, when the processor is its own."""
-
-SCRIPT = """
-import json, signal, sys
-import numpy as np
-from rigidpend import Body, route_codes
-from rigidpend.machine import signals
-body = Body(A=(2, 1, "1.5"), r=(1, 1, 0), mu="0.001")
-works, jobs, watched = json.loads(sys.argv[1])
-signal.signal(signal.SIGINT, signal.default_int_handler)
-# Nothing is ended by force here: work ends by itself.
-signals.GRACE = 600
-def codes(n, symbols, more):
-    return route_codes(body, np.arange(n) / 100, h0="1.3342", J1_0="1e-8", n_symbols=symbols,
-                       jobs=jobs, **more)
-# Worker processes import the script that begins them: it must not compute then.
-if __name__ == "__main__":
-    for count, symbols, more in works:
-        if watched:
-            signals.watch()
-        try:
-            codes(jobs, 1, more)
-            print("at work", flush=True)
-            codes(count, symbols, more)
-            sys.exit("no signal ended it")
-        except signals.Stopped:
-            code = 128 + signals.came()
-            print("stopped", flush=True)
-            signals._came.clear()
-        except KeyboardInterrupt:
-            sys.exit(1)
-    sys.exit(code)
-"""
-
+"""Seconds of the processor within which work ends; without a check it takes ten times that."""
 LONG: Any = (63, 100_000, {})
-WORK: dict[int, list[Any]] = {
-    2: [
-        LONG,
-        (10_000, 300, {}),
-        (63, 3_000, {"precisions": [64]}),
-        (63, 1_000, {"precisions": [113]}),
-        (63, 1_000, {"precisions": [160]}),
-        # In processes.
-        (63, 1_000, {"engine": "scipy", "precisions": [53]}),
-    ],
+WORK: list[Any] = [
+    (2, *LONG),
+    (2, 10_000, 300, {}),
+    (2, 63, 3_000, {"precisions": [64]}),
+    (2, 63, 1_000, {"precisions": [113]}),
+    (2, 63, 1_000, {"precisions": [160]}),
+    # In processes.
+    (2, 63, 1_000, {"engine": "scipy", "precisions": [53]}),
     # On one thread it is the same calls that are waited for, of any work.
-    1: [LONG, (63, 1_000, {"engine": "scipy", "precisions": [80]})],
-}
-"""Work of any kind, by its threads: columns, symbols, and how they are computed."""
+    (1, *LONG),
+    (1, 63, 1_000, {"engine": "scipy", "precisions": [80]}),
+]
+"""Work of any kind: threads, columns, symbols, and how they are computed."""
 
 
-def begun(works: list[Any], jobs: int, *, watched: bool = True) -> subprocess.Popen[str]:
-    """A process that does some works in turn, as a command, or as a script of a user's own."""
-    return subprocess.Popen(
-        [sys.executable, "-c", SCRIPT, json.dumps((works, jobs, watched))],
-        stdout=subprocess.PIPE,
-        stderr=subprocess.PIPE,
-        text=True,
-        cwd=Path(__file__).parents[1],
-        env=UNTRACED,
-    )
+def ends_soon(
+    ask: Callable[[], object], end: Any, jobs: int, count: int, symbols: int, how: Any
+) -> None:
+    """Work that is asked to end does so by an exception of a kind."""
 
+    def work(count: int, symbols: int) -> None:
+        given = {"h0": "1.3342", "J1_0": "1e-8", "jobs": jobs, **how}
+        route_codes(FIG4, np.arange(count) / 100, n_symbols=symbols, **given)
 
-def signalled(process: subprocess.Popen[str], *numbers: signal.Signals) -> float:
-    """Send signals to a process when it is at work; the seconds until it says or does something."""
-    assert process.stdout is not None
-    assert process.stdout.readline() == "at work\n"
-    time.sleep(0.1)
-    assert process.poll() is None, "it is still at work"
-    began = time.monotonic()
-    for number in numbers:
-        process.send_signal(number)
-        time.sleep(0.01)
-    process.stdout.readline()
-    return time.monotonic() - began
+    asked: list[tuple[float, float]] = []
 
+    def ask_now() -> None:
+        asked.append((time.process_time(), time.monotonic()))
+        ask()
 
-def ended(process: subprocess.Popen[str]) -> tuple[int, str]:
-    try:
-        _, said = process.communicate(timeout=60)
-    except subprocess.TimeoutExpired:
-        process.kill()
-        process.communicate()
-        raise
-    return process.returncode, said
-
-
-def prompt() -> float:
-    """Other work on the machine may take its turn; without a check it is some ten times as long."""
-    return PROMPT * max(1.0, os.getloadavg()[0])
+    work(1, 1)
+    threading.Timer(0.2, ask_now).start()
+    # Where nobody heeds it the work takes hours.
+    faulthandler.dump_traceback_later(120, exit=True)
+    with pytest.raises(end):
+        work(count, symbols)
+    faulthandler.cancel_dump_traceback_later()
+    [(used, since)] = asked
+    assert time.process_time() - used < PROMPT
+    # Of processes, whose time is not counted here. Other work on the machine may take its turn.
+    assert time.monotonic() - since < PROMPT * max(1.0, os.getloadavg()[0])
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize(("jobs", "number"), [(2, signal.SIGINT), (1, signal.SIGTERM)])
-def test_a_signal_ends_any_work_soon(jobs: int, number: signal.Signals) -> None:
-    process = begun(WORK[jobs], jobs)
-    taken = [signalled(process, number) for _ in WORK[jobs]]
-    assert ended(process) == (128 + number, "")
-    assert max(taken) < prompt(), taken
+@pytest.mark.parametrize(("jobs", "count", "symbols", "how"), WORK)
+def test_work_of_any_kind_ends_soon_after_a_signal(
+    monkeypatch: pytest.MonkeyPatch, jobs: int, count: int, symbols: int, how: Any
+) -> None:
+    asked: list[int] = []
+    monkeypatch.setattr(workers, "came", lambda: len(asked))
+    ends_soon(lambda: asked.append(0), Stopped, jobs, count, symbols, how)
 
 
 @pytest.mark.slow
 def test_in_a_script_ctrl_c_is_python_s_and_ends_the_threads_as_well() -> None:
-    process = begun([LONG], 2, watched=False)
-    taken = signalled(process, signal.SIGINT)
-    assert ended(process) == (1, "")
-    assert taken < prompt()
-
-
-@pytest.mark.slow
-def test_signals_upon_signals_end_it_without_a_core_dump() -> None:
-    process = begun([LONG], 2)
-    taken = signalled(process, *(signal.SIGINT, signal.SIGINT, signal.SIGTERM, signal.SIGINT))
-    code, said = ended(process)
-    # Of signals that wait together any may be the first to be seen; and while Python shuts down
-    # they are the system's again.
-    assert code in (130, 143, -signal.SIGINT, -signal.SIGTERM)
-    assert not said
-    assert taken < prompt()
+    # Tests may be started in the background, where Ctrl-C is ignored.
+    before = signal.signal(signal.SIGINT, signal.default_int_handler)
+    try:
+        press = lambda: os.kill(os.getpid(), signal.SIGINT)  # noqa: E731
+        ends_soon(press, KeyboardInterrupt, 2, *LONG)
+    finally:
+        signal.signal(signal.SIGINT, before)

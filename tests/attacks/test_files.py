@@ -2,16 +2,16 @@
 
 from __future__ import annotations
 
-import contextlib
+import itertools
 import multiprocessing
 import os
 import random
 import re
 import resource
-import shutil
 import zlib
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from concurrent.futures import ProcessPoolExecutor
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -23,9 +23,7 @@ from rigidpend import render
 from rigidpend.machine.files import sealed, unsealed
 from rigidpend.results import damage, store
 from tests.attacks import lot
-from tests.cli.calls import REFERENCE, call
-
-SECRET = b"a secret that must not be told, in 40 bytes"
+from tests.cli.calls import REFERENCE
 
 Change = Callable[[Any, Path], Any]
 """Takes an open file and the folder that it lies in."""
@@ -59,12 +57,12 @@ def made(place: str, *given: Any, **how: Any) -> Change:
 
 
 def external(pipe: bool = False) -> Change:
-    """Symbols that are stored in a file of secrets, or in a pipe."""
+    """Symbols that are stored in another file, or in a pipe."""
 
     def change(file: Any, folder: Path) -> None:
         path = folder / "outside"
         if not pipe:
-            path.write_bytes(SECRET)
+            path.write_bytes(b"a secret")
         elif not path.exists():
             os.mkfifo(path)
         made(CODES, (5,), "u1", external=[(str(path), 0, 5)])(file, folder)
@@ -269,62 +267,6 @@ def test_an_attack_is_a_sentence_or_a_figure(
         assert name in DRAWN
 
 
-@pytest.mark.slow
-def test_no_command_tells_what_another_file_holds(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    results = tmp_path / "results"
-    written(results, external()).rename(results / "fig5.h5")
-    shutil.copy(REFERENCE / "fig2.h5", results / "fig2.h5")
-    monkeypatch.setattr(render, "PIXELS", 800)
-    for command, code in (
-        (["report"], 1),
-        (["render", "fig5"], 1),
-        (["verify", "fig5", "--reference", "results", "--results", "results"], 1),
-        (["run", "fig5"], 1),
-        (["list"], 0),
-    ):
-        done = call(tmp_path, *command)
-        said = done.stdout + done.stderr
-        assert done.returncode == code, (command, said)
-        # Lines of a table end where the terminal does.
-        told = " ".join(said.split())
-        assert "is stored outside of the file, where nothing is read" in told
-        assert "internal error" not in told
-    page = (results / "report.html").read_text()
-    shown = page + said
-    assert "115" not in page.partition("<h2>Fig. 2")[0].partition("<main>")[2]
-    assert SECRET.decode() not in shown
-    assert str(list(SECRET[:5]))[1:-1] not in shown
-    assert "where nothing is read" in page
-    assert page.count("<img ") == 1
-
-
-BOMBS = ("bomb", "swollen chunk", "huge shape", "huge virtual chunks")
-
-
-def drawn_bomb(chance: random.Random) -> Change:
-    """An array of any length that holds nothing, in pieces of any size, packed or not."""
-    length, piece = (round(10 ** chance.uniform(4, 11)) for _ in range(2))
-    how = {"chunks": (min(piece, length, 2**28),)} if chance.random() < 0.7 else {}
-    packed = {"compression": "gzip"} if how and chance.random() < 0.5 else {}
-    place = chance.choice(["data/case1/t", "data/case1/codes", "data/case2/alpha"])
-    return made(place, (length,), chance.choice(["f8", "u1", "i8"]), **how, **packed)
-
-
-def refused_bombs(folder: Path, count: int) -> tuple[int, float]:
-    """How many bombs are refused, and the peak of memory of this process and its own, MB."""
-    with lot.drawn("bombs") as chance:
-        bombs = [*(ATTACKS[name] for name in BOMBS), *((drawn_bomb(chance),) for _ in range(count))]
-    refused = 0
-    for k, each in enumerate(bombs):
-        with contextlib.suppress(store.StoreError):
-            store.load(written(folder / f"{k}", *each))
-            continue
-        refused += 1
-    return refused, max(peaks())
-
-
 def test_pieces_larger_than_what_may_be_read_are_refused(tmp_path: Path) -> None:
     """The reader would make room for one of them whatever the array itself takes."""
     path = written(tmp_path, *ATTACKS["huge virtual chunks"])
@@ -332,14 +274,20 @@ def test_pieces_larger_than_what_may_be_read_are_refused(tmp_path: Path) -> None
         store.load(path)
 
 
-@pytest.mark.slow
-def test_the_memory_that_a_bomb_takes_is_bounded(tmp_path: Path) -> None:
-    # In a fresh process, which has started nothing else.
-    count = lot.trials(8, 0.2)
-    with ProcessPoolExecutor(1, multiprocessing.get_context("spawn")) as fresh:
-        refused, peak = fresh.submit(refused_bombs, tmp_path, count).result()
-    assert refused == len(BOMBS) + count
-    assert peak < MEGABYTES
+BOMBS = ("bomb", "swollen chunk", "huge shape", "huge virtual chunks")
+
+
+def bombs(folder: Path, count: int, chance: random.Random) -> Iterator[Path]:
+    """Arrays of any length that hold nothing, in pieces of any size, packed or not."""
+    for name in BOMBS:
+        yield written(folder, *ATTACKS[name])
+    for _ in range(count):
+        length, piece = (round(10 ** chance.uniform(4, 11)) for _ in range(2))
+        how = {"chunks": (min(piece, length, 2**28),)} if chance.random() < 0.7 else {}
+        packed = {"compression": "gzip"} if how and chance.random() < 0.5 else {}
+        place = chance.choice(["data/case1/t", "data/case1/codes", "data/case2/alpha"])
+        kind = chance.choice(["f8", "u1", "i8"])
+        yield written(folder, made(place, (length,), kind, **how, **packed))
 
 
 NAMES = ("fig2", "fig4", "precession", "fig5")
@@ -347,49 +295,53 @@ HEADS = 4096
 """Bytes at the beginning of a file, and around names, where most of what steers HDF5 lies."""
 
 
-def fuzzed(content: bytes, chance: random.Random) -> bytes:
-    """It with one to eight places changed, half of the time in its heads."""
-    changed = bytearray(content)
-    for _ in range(chance.choice((1, 1, 2, 4, 8))):
-        reach = len(changed) if chance.random() < 0.5 else min(HEADS, len(changed))
-        place = chance.randrange(8, reach)
-        width = chance.choice((1, 1, 2, 4, 8))
-        value = chance.choice((b"\x00" * 8, b"\xff" * 8, chance.randbytes(8)))
-        changed[place : place + width] = value[: len(changed[place : place + width])]
-    return bytes(changed)
-
-
-def watched(
-    folder: Path, count: int, seed: int, seal: bool
-) -> tuple[list[tuple[str, float]], float]:
-    """Fuzz and read so many files: what is said of each, its seconds, and the peak, MB."""
-    chance, found = random.Random(seed), []
-    images = list(map(image, NAMES))
+def fuzzed(folder: Path, count: int, chance: random.Random, *, seal: bool) -> Iterator[Path]:
+    """References with one to eight places changed, half of the time in their heads."""
     path = folder / "fuzzed.h5"
-    for k in range(count):
-        content = fuzzed(images[k % len(images)], chance)
-        path.write_bytes(sealed(content) if seal else content)
-        begun, said = spent(), ""
-        try:
-            store.load(path)
-        except store.StoreError as error:
-            said = str(error) or "nothing was said\n"
-        found.append((said, spent() - begun))
+    for content in itertools.islice(itertools.cycle(map(image, NAMES)), count):
+        changed = bytearray(content)
+        for _ in range(chance.choice((1, 1, 2, 4, 8))):
+            reach = len(changed) if chance.random() < 0.5 else min(HEADS, len(changed))
+            place, width = chance.randrange(8, reach), chance.choice((1, 1, 2, 4, 8))
+            value = chance.choice((b"\x00" * 8, b"\xff" * 8, chance.randbytes(8)))
+            changed[place : place + width] = value[: len(changed[place : place + width])]
+        path.write_bytes(sealed(bytes(changed)) if seal else changed)
+        yield path
+
+
+KINDS: dict[str, tuple[Callable[..., Iterator[Path]], int]] = {
+    "bombs": (bombs, lot.trials(8, 0.2)),
+    "sealed": (partial(fuzzed, seal=True), lot.trials(16)),
+    "unsealed": (partial(fuzzed, seal=False), lot.trials(16)),
+}
+"""Files by chance, and how many of them."""
+
+
+def read(kind: str, folder: Path) -> tuple[list[tuple[str, float]], float]:
+    """Read files of a kind: what is said of each, its seconds, and the peak of memory, MB."""
+    make, count = KINDS[kind]
+    found = []
+    with lot.drawn(kind) as chance:
+        for path in make(folder, count, chance):
+            begun, said = spent(), ""
+            try:
+                store.load(path)
+            except store.StoreError as error:
+                said = str(error) or "nothing was said\n"
+            found.append((said, spent() - begun))
     return found, max(peaks())
 
 
 @pytest.mark.slow
-def test_a_fuzzed_file_is_a_sentence_or_data(tmp_path: Path) -> None:
-    """Whether it is sealed anew or not."""
+def test_a_fuzzed_file_or_a_bomb_is_a_sentence_or_data_in_bounded_memory(tmp_path: Path) -> None:
     # In a fresh process: the peak counts all that a process ever started, and what it inherits.
     with ProcessPoolExecutor(1, multiprocessing.get_context("spawn")) as fresh:
-        given = [tmp_path] * 2, [lot.trials(16)] * 2, [lot.SEED + 1] * 2, (True, False)
-        both = list(fresh.map(watched, *given))
-    for found, peak in both:
+        every = dict(zip(KINDS, fresh.map(read, KINDS, [tmp_path] * len(KINDS)), strict=True))
+    for kind, (found, peak) in every.items():
         said = [each for each, _ in found]
         assert all(x.isprintable() for x in said), lot.SEED
         assert all(not x or x.startswith(f"{tmp_path}") for x in said), lot.SEED
         assert any(said)
-        assert not all(said)
+        assert all(said) == (kind == "bombs")
         assert max(seconds for _, seconds in found) < damage.ALLOWANCE + 1.0
         assert peak < MEGABYTES

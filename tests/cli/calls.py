@@ -2,13 +2,10 @@
 
 from __future__ import annotations
 
-import contextlib
 import os
-import resource
 import signal
 import subprocess
 import sys
-from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
@@ -63,18 +60,3 @@ def succeeded(folder: Path, *arguments: str) -> Done:
     done = call(folder, *arguments)
     assert done.returncode == 0, done.stderr + done.stdout
     return done
-
-
-@contextlib.contextmanager
-def short_files(most: int) -> Iterator[None]:
-    """No file may be larger than so many bytes, as where no room is left on a disk."""
-    before = resource.getrlimit(resource.RLIMIT_FSIZE)
-    with pytest.MonkeyPatch.context() as patch:
-        # Of compiled code as much would be kept as finds room, and Git would leave a lock.
-        patch.setattr(sys, "dont_write_bytecode", True)
-        patch.setenv("PATH", "")
-        resource.setrlimit(resource.RLIMIT_FSIZE, (most, before[1]))
-        try:
-            yield
-        finally:
-            resource.setrlimit(resource.RLIMIT_FSIZE, before)

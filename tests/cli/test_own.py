@@ -16,6 +16,7 @@ from rigidpend.routes import symbolic
 from tests.cli.calls import call, succeeded
 from tests.config.samples import SMALL, TINY, changed, written
 from tests.remembered import remembered
+from tests.runs.checkers import altered
 
 SWEEP = ("--sweep", "problem.mu=1e-3,1e-2")
 
@@ -92,6 +93,12 @@ def test_the_proof_of_a_result_is_written_beside_it(swept: Path, tmp_path: Path)
     assert compared.endswith("; 4 symbols are proven\n")
     assert len(list(tmp_path.glob("*.certificate.h5"))) == 2
     assert not list(swept.glob("results/*.certificate.h5"))
+    # A symbol that is proven to be another is a contradiction.
+    file = tmp_path / "mine_mu=1e-2.certificate.h5"
+    symbol = store.load(tmp_path / "mine_mu=1e-2.h5")["data"]["only"]["codes"][1, 0]
+    altered(file, file, lambda opened: opened["data/only/codes"].__setitem__((1, 0), 1 - symbol))
+    done = call(swept, "verify", by_file, "--results", str(tmp_path))
+    assert (done.returncode, "symbol 2 of column 0" in done.stdout) == (1, True)
 
 
 def test_a_setting_that_some_configs_do_not_know_is_said_with_their_names(tmp_path: Path) -> None:
@@ -148,11 +155,3 @@ def test_many_codes_say_how_many_are_done_and_long_ones_are_cut(
     first, long, none = (line.split()[:2] for line in done.stdout.splitlines()[:3])
     assert (first[0], long[0], none) == ("0", "0...", ["0...", "-"])
     assert done.returncode == 1, "the last has no orbit"
-
-
-def test_a_proof_that_cannot_be_written_is_told_of_its_own_option(tmp_path: Path) -> None:
-    (tmp_path / "file").touch()
-    done = call(tmp_path, "find", "--code", "0", "--proof", "file/x.orbit.certificate.h5")
-    assert done.returncode == 1
-    assert "choose another file with --proof" in done.stderr
-    assert "--out" not in done.stderr

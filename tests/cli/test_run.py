@@ -16,7 +16,7 @@ from rigidpend.orbits.integrate.arithmetic import EngineError
 from rigidpend.results import store
 from rigidpend.runs import runner
 from tests.cli.calls import call, succeeded
-from tests.config.samples import SMALL, written
+from tests.config.samples import SMALL, ZOOM, changed, written
 
 
 def lines(path: Path) -> list[str]:
@@ -69,14 +69,7 @@ def test_a_config_is_planned_then_computed_then_left_alone_as_loud_as_is_asked(s
 def failing(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """Three configs; the first cannot be computed, the second has a damaged result."""
     folder = tmp_path_factory.mktemp("failing")
-    zoom = """\
-figure: none
-experiment: route_zoom
-problem: {A: [2, 1, 1.5], r: [1, 1, 0], mu: 0.001, h0: 1.3342, J1_0: 1e-8, n_symbols: 1,
-  between: [1, 1.1], step: 1/10, levels: 1, count: 3}
-numerics: {precisions: [53]}
-"""
-    written(folder, zoom, "a.yaml")
+    written(folder, changed("between: [1.5, 1.6]", "between: [1, 1.1]", ZOOM), "a.yaml")
     for name in ("b", "c"):
         written(folder, SMALL, f"{name}.yaml")
     (folder / "results").mkdir()

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import re
 import shutil
 import warnings
 from pathlib import Path
@@ -87,40 +88,32 @@ def test_list_names_every_config_and_result_with_its_status(place: Path) -> None
 
 @pytest.mark.slow
 def test_describe_has_the_rows_and_as_json_the_config_and_its_hash_too(tmp_path: Path) -> None:
+    """Which rows each experiment has is told by its own tests."""
     done = call(tmp_path, "describe", "fig4")
     assert (done.returncode, done.stderr) == (0, "")
     assert all(len(line) <= 80 for line in done.stdout.splitlines())
-    lines = (line.split(maxsplit=1) for line in done.stdout.splitlines()[1:])
-    rows = dict(words for words in lines if len(words) == 2)
-    assert rows["alpha0"].split()[:2] == ["1.9106332362490186", "rad"]
-    assert "  Melnikov zeros      1.5630503595" in done.stdout
+    assert re.search(r"^  alpha0 +1\.9106332362490186 +rad$", done.stdout, re.MULTILINE)
     # Of the theory besides.
-    assert rows["regime"].split()[0] == "iv"
+    assert "  Melnikov zeros      1.5630503595" in done.stdout
     done = call(tmp_path, "describe", "fig4", "--json", "--set", "problem.mu=1/3")
     [described] = json.loads(done.stdout)
     assert described["config"]["problem"]["mu"] == "1/3"
     assert described["config_hash"] == provenance.config_hash(described["config"])
     assert {row["name"] for row in described["rows"]} >= {"A", "r", "mu", "alpha0", "h0"}
-    everything = json.loads(call(tmp_path, "describe", "all", "--json").stdout)
-    told = {one["name"]: {row["name"] for row in one["rows"]} for one in everything}
-    assert set(told) >= {"fig1", "fig4", "fig5"}
-    # Of a body without weight there is no theory.
-    assert [name for name in ("fig1", "fig4") if "Melnikov zeros" in told[name]] == ["fig4"]
 
 
 @pytest.mark.slow
-def test_a_png_says_which_result_it_shows(small: Path) -> None:
-    succeeded(small, "run", "small")
-    succeeded(small, "render", "small")
-    result = small / "results" / "small.h5"
+def test_a_png_says_which_result_it_shows(tmp_path: Path) -> None:
+    result = Path(shutil.copy(REFERENCE / "fig2.h5", tmp_path))
+    succeeded(tmp_path, "render", "fig2", "--out", ".")
     attributes = store.attributes(result)
     with Image.open(result.with_suffix(".png")) as image:
         told = {key: x for key, x in image.info.items() if isinstance(x, str)}
     # By which a second rendering knows that nothing changed.
     assert len(told.pop("Drawn-From")) == 64
     assert told == {
-        "Title": f"rigidpend small, config {attributes['config_hash']}",
-        "Experiment": "route_codes",
+        "Title": f"rigidpend fig2, config {attributes['config_hash']}",
+        "Experiment": "heteroclinic_cycle",
         "Config-Hash": attributes["config_hash"],
         "Code-Hash": attributes["code_hash"],
         "Engine": attributes["engine"],

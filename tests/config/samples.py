@@ -51,6 +51,20 @@ TINY = changed("count: 5", "count: 2", changed("n_symbols: 3", "n_symbols: 2", S
 """Two of these orbits with two symbols each, which are soon proven."""
 
 
+ZOOM = f"""\
+{changed("1e-8", "0.05", HEAD.format(experiment="route_zoom", n_symbols=1))}\
+  between: [1.5, 1.6]
+  step: 1/10
+  factor: 4
+  levels: 3
+  count: 5
+
+numerics:
+  precisions: [53, 113]
+"""
+"""Three levels and their centres, of soon passed orbits: four parts, half a second."""
+
+
 def written(folder: Path, text: str | bytes, name: str = "given.yaml") -> Path:
     path = folder / name
     path.write_bytes(text if isinstance(text, bytes) else text.encode())

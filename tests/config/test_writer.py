@@ -80,18 +80,8 @@ def test_a_resolved_config_has_its_numbers_as_they_were_written() -> None:
 @pytest.mark.parametrize(
     "text",
     [
-        "null",
-        "true",
-        "false",
-        "~",
-        "''",
-        "'4: a # b'",
-        "' 4 '",
-        "4\\n5",
-        "öäü",
-        "'- a'",
-        "[x",
-        "*a",
+        *("null", "true", "false", "~", "''", "'4: a # b'", "' 4 '", "4\\n5", "öäü", "'- a'"),
+        *("[x", "*a"),
     ],
 )
 def test_any_text_is_read_back_as_it_was_written(text: str) -> None:

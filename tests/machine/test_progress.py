@@ -159,6 +159,7 @@ def test_room_is_made_for_others_and_what_failed_or_was_interrupted_leaves_no_li
 
 
 LINES = "a: computing\na: at last\n"
+TIMED = "".join(f"    2.50 s  {x}\n" for x in ("planned", "a: computing", "a: at last"))
 
 
 @pytest.mark.parametrize(
@@ -167,19 +168,11 @@ LINES = "a: computing\na: at last\n"
         ({}, True, f"{LINES}1 of 2 done, 4 s, about 4 s left\n"),
         ({}, False, LINES),
         ({"quiet": True}, True, ""),
-        (
-            {"verbose": True},
-            False,
-            "    2.50 s  planned\n    2.50 s  a: computing\n    2.50 s  a: at last\n",
-        ),
+        ({"verbose": True}, False, TIMED),
     ],
 )
 def test_elsewhere_every_line_is_plain_and_a_failure_says_nothing_of_what_is_left(
-    terminal: Terminal,
-    monkeypatch: pytest.MonkeyPatch,
-    options: dict[str, bool],
-    well: bool,
-    said: str,
+    terminal: Terminal, monkeypatch: pytest.MonkeyPatch, options: Any, well: bool, said: str
 ) -> None:
     """Verbose has details and times, and quiet nothing; a dumb terminal cannot go back."""
     monkeypatch.setenv("TERM", "dumb")
@@ -249,18 +242,12 @@ def test_a_table_has_three_forms_which_align_or_escape_every_cell() -> None:
 @pytest.mark.parametrize(
     ("write", "value", "text"),
     [
-        (seconds, 1.0, "1 s"),
-        (seconds, 0.0999, "99.9 ms"),
-        (seconds, 1.5e-6, "1.5 us"),
-        (seconds, 2e-9, "0.002 us"),
-        (seconds, 1234.0, "1,234 s"),
-        (seconds, math.inf, "-"),
-        (seconds, math.nan, "-"),
+        *((seconds, 1.0, "1 s"), (seconds, 0.0999, "99.9 ms"), (seconds, 1.5e-6, "1.5 us")),
+        *((seconds, 2e-9, "0.002 us"), (seconds, 1234.0, "1,234 s")),
+        *((seconds, math.inf, "-"), (seconds, math.nan, "-"), (times, math.inf, "-")),
         *((duration, 0.4, "0 s"), (duration, 99.4, "99 s"), (duration, 100, "2 min")),
         *((duration, 5400, "90 min"), (duration, 9000, "2.5 h")),
-        (times, 0.9555, "0.956"),
-        (times, 2285.7, "2,286"),
-        (times, math.inf, "-"),
+        *((times, 0.9555, "0.956"), (times, 2285.7, "2,286")),
     ],
 )
 def test_times_have_units_and_ratios_three_digits(

@@ -220,20 +220,6 @@ def test_a_config_has_no_more_brackets_inside_each_other_than_are_read() -> None
         store.read_config(json.dumps({"a": [inner]}))
 
 
-def damaged(content: bytes, chance: random.Random) -> bytes:
-    """The content with one bit turned over, some bytes written over, or its end cut off."""
-    place = chance.randrange(len(content))
-    kind = chance.randrange(4)
-    if kind == 0:
-        return content[:place]
-    changed = bytearray(content)
-    if kind == 1:
-        changed[place : place + 8] = chance.randbytes(len(changed[place : place + 8]))
-    else:
-        changed[place] ^= 1 << chance.randrange(8)
-    return bytes(changed)
-
-
 def complaint(path: Path) -> str:
     """What is said of a file; nothing if it is read."""
     try:
@@ -247,36 +233,29 @@ def complaint(path: Path) -> str:
 def test_no_damage_goes_unnoticed_hangs_or_crashes(path: Path) -> None:
     """Where HDF5 itself is asked, 4 and 11 in 8,000 crash it or make it hang."""
     content, chance = path.read_bytes(), random.Random(20)
-    with path.open("r+b", buffering=0) as file:
-        for _ in range(2000):
-            broken = damaged(content, chance)
-            file.seek(0)
-            file.write(broken)
-            file.truncate()
-            said = complaint(path)
-            # Cut exactly between the HDF5 file and its digest, nothing is lost.
-            whole = len(broken) == len(content) - files.SEAL_LENGTH or broken == content
-            assert bool(said) is not whole
-            assert whole or said.startswith(f"{path}: not a readable HDF5 file: ")
+    for _ in range(1000):
+        at = chance.randrange(len(content))
+        other = bytes([content[at] ^ chance.randrange(1, 256)]) + content[at + 1 :]
+        path.write_bytes(broken := content[:at] + chance.choice([b"", other]))
+        # Cut exactly between the HDF5 file and its digest, nothing is lost.
+        whole = len(broken) == len(content) - files.SEAL_LENGTH
+        said = complaint(path)
+        assert said.startswith(f"{path}: not a readable HDF5 file: ") is not whole
+        assert bool(said) is not whole
 
 
 @pytest.mark.slow
 def test_what_another_program_changed_is_read_and_damage_to_it_is_noticed_too(path: Path) -> None:
-    """Of these some crash HDF5: they are read in another process first."""
     # Another program drops what is behind the HDF5 file.
     with h5py.File(path, "a") as file:
         file["data/count"][()] = 8
     assert files.unsealed(path.read_bytes()) is None
     assert store.load(path)["data"]["count"] == 8
-    content, chance = path.read_bytes(), random.Random(21)
+    changed = bytearray(path.read_bytes())
     with h5py.File(path, "r") as file:
-        start = file["data/zebra/codes"].id.get_chunk_info(0).byte_offset
-    for place in (9, start, *(chance.randrange(16, 2000) for _ in range(3))):
-        changed = bytearray(content)
-        changed[place] ^= 0xFF
-        path.write_bytes(changed)
-        said = complaint(path)
-        assert said.startswith(f"{path}: ") or (not said and place != start)
+        changed[file["data/zebra/codes"].id.get_chunk_info(0).byte_offset] ^= 0xFF
+    path.write_bytes(changed)
+    assert complaint(path).startswith(f"{path}: ")
 
 
 def busy() -> None:

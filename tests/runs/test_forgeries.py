@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-import copy
 import functools
 import json
+import operator
 import random
 from collections.abc import Callable, Iterator
 from pathlib import Path
-from typing import Any, TypeAlias
+from typing import Any
 
 import h5py
 import numpy as np
@@ -23,7 +23,7 @@ from scripts import check_certificate
 from tests.attacks import lot
 from tests.config.samples import HEAD, changed, written
 from tests.remembered import remembered
-from tests.runs.test_certificates import altered
+from tests.runs.checkers import FILE, Change, altered, by_package, by_script, config_of, stated
 
 TEXT = f"""\
 {changed("1e-8", "0.2", HEAD.format(experiment="route_codes", n_symbols=1))}\
@@ -31,10 +31,7 @@ TEXT = f"""\
     one: {{start: 1, step: 1/10, count: 2}}
     two: {{start: pi/2, step: 1/10, count: 2}}
 """
-NAME = "tiny.certificate.h5"
-NONE = 255
-
-Change: TypeAlias = Callable[[Any], None]
+NONE, THIRD = 255, {"start": "0", "step": "1", "count": 1}
 
 
 @pytest.fixture(scope="module")
@@ -43,33 +40,14 @@ def certificate(tmp_path_factory: pytest.TempPathFactory) -> Path:
     config = loading.load(written(folder, TEXT, "tiny.yaml"))
     [one, two] = certificates.certify(config, folder, jobs=1, report=tell_nobody)
     assert one.proven == two.proven == 2
-    return folder / NAME
-
-
-def by_package(file: Path) -> str:
-    """What the package refuses a certificate for; empty where it calls it proven."""
-    try:
-        certificates.check(file, jobs=1, report=tell_nobody)
-    except store.StoreError as error:
-        return str(error)
-    return ""
-
-
-def by_script(file: Path) -> str:
-    """The same of the second checker."""
-    try:
-        list(check_certificate.check(file))
-    except check_certificate.Refused as error:
-        return str(error)
-    return ""
+    return folder / FILE
 
 
 def claims(file: Path) -> set[tuple[str, str, int, int]]:
     """All that a certificate says to be proven: the problem, a phase, a symbol and its value."""
     found = set()
     with h5py.File(file) as data:
-        problem = json.loads(data["config"].asstr()[()])["problem"]
-        problem = {key: problem[key] for key in ("A", "r", "mu", "h0", "J1_0")}
+        problem = {key: config_of(data)["problem"][key] for key in ("A", "r", "mu", "h0", "J1_0")}
         for group in data["data"].values():
             phases, symbols = group["theta2_0"][()], group["codes"][()]
             for (row, column), code in np.ndenumerate(symbols):
@@ -88,15 +66,6 @@ def holds(problem: str, phase: str, row: int, code: int) -> bool:
     return bool(found.proven[row, 0]) and int(found.codes[row, 0]) == code
 
 
-def says(config: Any) -> Change:
-    def change(file: Any) -> None:
-        del file["config"]
-        node = file.create_dataset("config", data=json.dumps(config))
-        node.attrs.update({"units": "", "description": "resolved config, JSON"})
-
-    return change
-
-
 def leaves(tree: Any, place: tuple[Any, ...] = ()) -> Iterator[tuple[Any, ...]]:
     """Places of all that a JSON document holds."""
     if not isinstance(tree, dict | list):
@@ -108,27 +77,15 @@ def leaves(tree: Any, place: tuple[Any, ...] = ()) -> Iterator[tuple[Any, ...]]:
 
 def of_config(config: Any) -> Iterator[tuple[str, Change]]:
     """Each entry gone, each number another one, each with what is no number."""
-    for *outer, last in leaves(config):
-        if "one" in outer:
-            # Of the other array everything is changed.
-            continue
-        for to in ("gone", "more", "list"):
-            other = copy.deepcopy(config)
-            inner = other
-            for key in outer:
-                inner = inner[key]
-            old = inner[last]
-            if to == "gone":
-                del inner[last]
-            elif to == "list":
-                inner[last] = []
-            elif isinstance(old, int):
-                inner[last] = old + 1
-            elif isinstance(old, str):
-                inner[last] = f"{old} + 1/1000000000"
-            else:
-                continue
-            yield f"config {outer} {last} {to}", says(other)
+    for place in leaves(config):
+        # Of the other array everything is changed.
+        if "one" not in place[:-1]:
+            old = functools.reduce(operator.getitem, place, config)
+            yield f"config {place} gone", stated(*place)
+            yield f"config {place} a list", stated(*place, to=[])
+            if isinstance(old, int | str):
+                more = old + 1 if isinstance(old, int) else f"{old} + 1/1000000000"
+                yield f"config {place} more", stated(*place, to=more)
 
 
 def of_arrays(file: Any) -> Iterator[tuple[str, Change]]:
@@ -176,8 +133,7 @@ def replaced(name: str, field: str, values: Any) -> Change:
 
 def every_change(certificate: Path) -> list[tuple[str, Change]]:
     with h5py.File(certificate) as file:
-        config = json.loads(file["config"].asstr()[()])
-        return [*of_config(config), *of_arrays(file)]
+        return [*of_config(config_of(file)), *of_arrays(file)]
 
 
 @pytest.fixture(scope="module", autouse=True)
@@ -223,23 +179,11 @@ def test_no_change_anywhere_makes_something_false_proven(
     with lot.drawn("certificates") as chance:
         bits = [("bits", turned(chance)) for _ in range(lot.trials(4, 0.2))]
         refused = [
-            refusals(certificate, tmp_path / NAME, what, change)
+            refusals(certificate, tmp_path / FILE, what, change)
             for what, change in [*every_change(certificate), *bits]
         ]
     # Most changes say something else; others change nothing that is claimed.
     assert np.mean(refused, axis=0).min() > 0.6
-
-
-def stated(place: str, value: Any) -> Change:
-    """Another value in the problem of the config."""
-
-    def change(file: Any) -> None:
-        config = json.loads(file["config"].asstr()[()])
-        *outer, last = place.split("/")
-        functools.reduce(dict.__getitem__, outer, config["problem"])[last] = value
-        says(config)(file)
-
-    return change
 
 
 def column_copied(file: Any) -> None:
@@ -249,34 +193,21 @@ def column_copied(file: Any) -> None:
         replaced("one", field, values)(file)
 
 
-def array_lost(file: Any) -> None:
-    del file["data/two"]
-
-
-def other_unit(file: Any) -> None:
-    file["data/two/steps"].attrs["units"] = "deg"
-
-
-def array_copied(file: Any) -> None:
-    array_lost(file)
-    file.copy("data/one", "data/two")
-
-
 @pytest.mark.parametrize("checker", [by_package, by_script])
 @pytest.mark.parametrize(
     ("change", "said"),
     [
-        (stated("mu", "1/500"), "one: "),
-        (stated("arrays/two/start", "8/5"), "two: theta2_0 of column 0"),
-        (stated("n_symbols", 2), "one: "),
-        (stated("arrays/three", {"start": "0", "step": "1", "count": 1}), "three: "),
+        (stated("problem", "mu", to="1/500"), "one: "),
+        (stated("problem", "arrays", "two", "start", to="8/5"), "two: theta2_0 of column 0"),
+        (stated("problem", "n_symbols", to=2), "one: "),
+        (stated("problem", "arrays", "three", to=THIRD), "three: "),
         (column_copied, "one: theta2_0 of column 1"),
-        (array_copied, "two: "),
-        (array_lost, "two"),
-        (other_unit, "unit"),
+        (lambda file: (file["data"].pop("two"), file.copy("data/one", "data/two")), "two: "),
+        (lambda file: file["data"].pop("two"), "two"),
+        (lambda file: file["data/two/steps"].attrs.update(units="deg"), "unit"),
     ],
 )
 def test_what_is_of_another_config_or_copied_is_refused_at_its_place(
     certificate: Path, tmp_path: Path, change: Change, said: str, checker: Callable[[Path], str]
 ) -> None:
-    assert said in checker(altered(certificate, tmp_path / NAME, change))
+    assert said in checker(altered(certificate, tmp_path / FILE, change))

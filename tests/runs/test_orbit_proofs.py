@@ -23,6 +23,7 @@ from scripts.check_certificate import Fails, Refused
 from tests.cli.calls import succeeded
 from tests.experiments.trees import reference
 from tests.remembered import Inline, remembered
+from tests.runs.checkers import Change, stated
 
 CODE = "011"
 NAME = f"x{orbit_proofs.SUFFIX}"
@@ -86,20 +87,7 @@ def test_parts_meet_and_ends_are_rounded_outward(
         assert "from 0.123456789 to 0.123456790 " in text
 
 
-def says(**changes: str) -> Callable[[Any], None]:
-    """A change of what the proof says that it is of."""
-
-    def change(file: Any) -> None:
-        config = json.loads(file["config"].asstr()[()])
-        (config if "code" in changes else config["problem"]).update(changes)
-        del file["config"]
-        file["config"] = json.dumps(config)
-        file["config"].attrs.update(units="", description="resolved config, JSON")
-
-    return change
-
-
-def at(place: str, index: Any, value: Callable[[Any], Any]) -> Callable[[Any], None]:
+def at(place: str, index: Any, value: Callable[[Any], Any]) -> Change:
     """A change of a number in an array of the proof; in its middle where no place is given."""
 
     def change(file: Any) -> None:
@@ -120,11 +108,11 @@ def fractions(file: Any) -> None:
 @pytest.mark.parametrize(
     ("change", "reason"),
     [
-        (says(code="010"), "the code is 011|symbol 3"),
-        (says(code="0111"), "4 symbols|as many symbols"),
-        (says(code="01x"), "the code is 011|its code is none"),
-        (says(J1_0="0"), "J1_0"),
-        (says(J1_0="1.001e-8"), "C3"),
+        (stated("code", to="010"), "the code is 011|symbol 3"),
+        (stated("code", to="0111"), "4 symbols|as many symbols"),
+        (stated("code", to="01x"), "the code is 011|its code is none"),
+        (stated("problem", "J1_0", to="0"), "J1_0"),
+        (stated("problem", "J1_0", to="1.001e-8"), "C3"),
         (at("energies/spread", (), lambda _: 0.0), "energies"),
         (at("energies/shift", (), lambda x: x + 1e-7), "C"),
         (
@@ -141,7 +129,7 @@ def fractions(file: Any) -> None:
     ],
 )
 def test_what_is_changed_proves_nothing(
-    file: Path, change: Callable[[Any], None], reason: str, tmp_path: Path
+    file: Path, change: Change, reason: str, tmp_path: Path
 ) -> None:
     copy = tmp_path / NAME
     shutil.copy(file, copy)

@@ -64,7 +64,7 @@ def followed(
 
 
 def in_full(made: ReturnMap, phase: Any, e: Any, crossings: int = CROSSINGS) -> Any:
-    """Crossings by the map in full: times, separatrices, which are inside its tables; and points."""
+    """Crossings by the map in full: times, separatrices, if inside of its tables; and points."""
     a, level = precision(made.bits), made.at(energy(made, e))
     begin = level.enter(a.number(QP), a.array(phase))
     point, time, inside, image = begin.point, begin.time, begin.inside, np.zeros(N, dtype=bool)
