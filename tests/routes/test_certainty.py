@@ -62,9 +62,7 @@ ASYMPTOTIC_LATER = record([10.0, 20.0, 30.0, None], (2, 1, 4, 0), Outcome.ASYMPT
         (ended(), ASYMPTOTIC_LATER, 1),
     ],
 )
-def test_agreement_is_of_all_times_and_separatrices_up_to_a_symbol(
-    a: Crossings, b: Crossings, symbols: int
-) -> None:
+def test_all_must_agree_up_to_a_symbol(a: Crossings, b: Crossings, symbols: int) -> None:
     found = agreement(a, b, RATE, LIMIT)
     assert found[:, 0].tolist() == [k < symbols for k in range(3)]
     np.testing.assert_array_equal(found, agreement(b, a, RATE, LIMIT))
@@ -171,9 +169,7 @@ def test_two_or_three_computations_settle_what_is_below_their_limits() -> None:
         ((53, 64, 72), LINEAR / 8),
     ],
 )
-def test_two_of_precisions_that_differ_by_less_must_agree_better(
-    ladder: tuple[int, ...], limit: float
-) -> None:
+def test_closer_precisions_must_agree_better(ladder: tuple[int, ...], limit: float) -> None:
     """So that the chance of errors alike is that of 11 bits, whatever was decided before."""
     assert LINEAR == 1e-2
     # Each is a radian or more from the one before it, but for the last.

@@ -29,16 +29,12 @@ from tests.bodies import FIG4, FREE, GENERIC
 from tests.orbits.integrate.problems import ENGINES, same
 from tests.routes.reference import Reference, fig4_left, random_phases, vertex_theta1
 
-HESS = Body.from_angles("1.9", "1.9", "1.5", "0.001")
-
 
 def codes(theta2_0: Any, body: Body = FIG4, **more: Any) -> RouteCodes:
     return route_codes(body, theta2_0, **{"h0": "1.3342", "J1_0": "1e-8", **more})
 
 
-def test_orbits_under_way_are_told_of_when_they_have_come_some_way(
-    monkeypatch: pytest.MonkeyPatch,
-) -> None:
+def test_orbits_tell_how_far_they_have_come(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(workers, "SILENCE", 0)
     said: list[str] = []
     with workers.listening(said.append):
@@ -105,14 +101,6 @@ def test_no_weight_means_one_crossing_and_certainly_no_symbol() -> None:
     expected = np.log((J2 - 1e-8) / 1e-8) / (J2 * np.sin(FREE.alpha0))
     np.testing.assert_allclose(found.crossing_time[0], expected, rtol=1e-12)
     assert np.isnan(found.crossing_time[1:]).all()
-
-
-def test_hess_body_never_crosses_its_invariant_plane() -> None:
-    """Qp = 0 is invariant for alpha0 = beta0: Qp > 0 stays, and separatrix 4 is not reached."""
-    assert HESS.special_cases == ("Hess",)
-    found = codes(["1", "2", "3"], HESS, n_symbols=8)
-    assert found.certain.all()
-    assert set(found.separatrix.ravel().tolist()) == {1, 2, 3}
 
 
 @pytest.mark.parametrize(

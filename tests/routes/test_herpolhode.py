@@ -42,9 +42,7 @@ def followed(theta2_0: float, times: Array) -> RouteOrbit:
     ("theta2_0", "published"),
     [("1.02", "2-2*-1*-1-4-4*-3*-3-4-4*-1*-1"), ("1.83", "2-2*-3*-3-4-4*-1*-1-2-2*-1*-1")],
 )
-def test_the_published_route_comes_out_and_the_orbit_in_doubles_follows_it(
-    theta2_0: str, published: str
-) -> None:
+def test_the_published_route_comes_out_and_is_followed(theta2_0: str, published: str) -> None:
     """The crossing error is how much later the samples cross."""
     route = codes_of(PROBLEM, [theta2_0], resolve(precisions=(113,)), 1, "integration")
     assert route.certain.all()

@@ -59,9 +59,7 @@ def test_engines_whose_further_bits_are_integers_have_no_rungs() -> None:
     assert run(53, 106, 160, engine="scipy").beyond(53) == (106, 160)
 
 
-def test_a_rung_is_computed_once_and_decides_with_the_one_below_it(
-    integrations: list[dict[str, Any]],
-) -> None:
+def test_a_rung_is_computed_once_and_decides(integrations: list[dict[str, Any]]) -> None:
     found = run(53, 106).decided()
     finer = {bits: [x["orbits"] for x in integrations if x["bits"] == bits] for bits in (64, 76)}
     assert found.certain.all()
@@ -85,9 +83,7 @@ def test_orbits_wait_as_long_as_the_one_that_starts_closest(
     assert made["limit"] * scales.time_unit == pytest.approx(passage_limit(least, bits))
 
 
-def test_few_orbits_take_both_computations_of_a_precision_at_once(
-    integrations: list[dict[str, Any]],
-) -> None:
+def test_few_orbits_take_both_computations_at_once(integrations: list[dict[str, Any]]) -> None:
     means, few = run(53, 106, problem=GENTLE), np.array([1, 4, 7])
     expected = means.crossings(106, SECOND, few[1:])
     integrations.clear()

@@ -173,7 +173,7 @@ def value(family: Family, u: float, v: float = 0.0, w: float = 0.0) -> float:
     return float(total) / 2 ** (family.bits + 1)
 
 
-WIDE = precision(113)
+WIDE = precision(106)
 """In which the orbits are followed that proofs are held against."""
 
 
@@ -197,11 +197,11 @@ def points(quad: Quad, u: Any, v: Any, h: Any = Fraction(GIVEN["h"]), body: Body
 def crossings(begin: Any, time: float) -> tuple[Any, Any]:
     """Crossings of M3 = 0 of orbits, and when, after a time beside them, by arcs that get short."""
     field = flow().aligned
-    end = states_at(field, begin, WIDE.array([time]), 113)[:, -1]
+    end = states_at(field, begin, WIDE.array([time]), WIDE.bits)[:, -1]
     late = 0 * end[0]
     for _ in range(4):
         passed = -end[2] / np.array(aligned(end, field))[2]
-        end, late = states_at(field, end, passed[None], 113)[:, -1], late + passed
+        end, late = states_at(field, end, passed[None], WIDE.bits)[:, -1], late + passed
     return end, late
 
 

@@ -47,9 +47,7 @@ PROVEN = [
 
 @pytest.mark.slow
 @pytest.mark.parametrize(("body", "phases", "h0", "J1_0", "n"), PROVEN)
-def test_proven_routes_enclose_those_of_113_bits(
-    body: Body, phases: list[str], h0: str, J1_0: str, n: int
-) -> None:
+def test_proven_enclose_113_bits(body: Body, phases: list[str], h0: str, J1_0: str, n: int) -> None:
     found = certify_codes(body, phases, h0=h0, J1_0=J1_0, n_symbols=n)
     finer = route_codes(body, phases, h0=h0, J1_0=J1_0, n_symbols=n, precisions=(113,))
     assert found.proven.all()

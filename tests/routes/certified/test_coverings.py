@@ -67,9 +67,7 @@ STRAIGHT = made(True, (0.25, 0.5, 0.125, -0.5), (0.0,))._replace(moves=((Fractio
         (1 + BARELY, 1 - BARELY, 1 + BARELY, "C6: the crossings"),
     ],
 )
-def test_C6_an_image_lies_across_a_set(
-    ends: float, across: float, sheet: float, reason: str
-) -> None:
+def test_C6_images_lie_across_a_set(ends: float, across: float, sheet: float, reason: str) -> None:
     """U = ends u and V = across v, at all energies."""
     a, b, l0, l1 = (float(x) for x in STRAIGHT[1:5])
     d = {(0, 1, 0, 0): 2 * a * ends, (0, 0, 0, 1): 2 / 4}
@@ -131,7 +129,7 @@ def test_C7_differences_grow_along_u_or_shrink_along_v(
     slopes = [[each.partial(name) for name in "uvw"] for each in (at, up, w)]
     there = arb(1), arb(1), arb(1)
     of = passages.Reached(at, up, True, there, 0.0, 0.0, (1.0, 1.0), [], slopes[:2], w, slopes[2])
-    stretch, squeeze = coverings._cone(of, quad)
+    stretch, squeeze = coverings.cone(of, quad)
     assert stretch == pytest.approx(abs(U[0]) - abs(U[1]) - U[2] / 64 - 64 * abs(w_u), abs=1e-9)
     assert squeeze == pytest.approx(abs(V[0]) + abs(V[1]) + V[2] / 64, abs=1e-9)
     off_, up_, w_ = (series(row, BITS) for row in rows)
@@ -213,7 +211,7 @@ def test_functions_of_which_only_values_are_bounded_have_no_derivative() -> None
         ([0, 1, 2, 3, 0], "the symbol"),
     ],
 )
-def test_a_section_has_sets_of_both_symbols_that_lie_apart(
+def test_sections_have_both_symbols(
     stored: Stored, followed: None, kept: list[int], reason: str
 ) -> None:
     some = [stored.quads[k] for k in kept]
@@ -227,15 +225,13 @@ def test_a_section_has_sets_of_both_symbols_that_lie_apart(
 
 @pytest.mark.parametrize(("factor", "reason"), [(1 + BARELY, ""), (1 - BARELY, "apart")])
 @pytest.mark.parametrize("side", [1, -1])
-def test_sets_of_one_symbol_are_apart_by_both_their_widths(
-    stored: Stored, factor: float, reason: str, side: int
-) -> None:
+def test_sets_of_a_symbol_are_apart(stored: Stored, factor: float, reason: str, side: int) -> None:
     """Beside each other in d, both of half-width a."""
     one = stored.quads[0]
     other = one._replace(p=(one.p[0] + side * 2 * one.a * Fraction(factor), *one.p[1:]))
     agree(
         reason,
-        lambda: coverings._check_apart(one, other, "they"),
+        lambda: coverings.check_apart(one, other, "they"),
         lambda: script.check_apart(quad_of(one), quad_of(other)),
     )
 

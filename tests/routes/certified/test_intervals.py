@@ -117,31 +117,22 @@ def test_starts_drawn_at_random_have_the_symbols_in_113_bits(two: list[ProvenInt
 
 
 @pytest.mark.slow
-def test_an_interval_on_which_the_symbol_changes_is_halved_and_never_proven(
-    two: list[ProvenInterval],
-) -> None:
+def test_an_interval_with_a_change_is_halved_and_never_proven(two: list[ProvenInterval]) -> None:
     found = [(each.of.place, each.of.depth, each.symbols) for each in two]
     assert found == [(1, 5, [False, True]), (16, 6, []), (17, 6, [True])]
 
 
-@pytest.mark.parametrize("depth", [0, 1, 4, 20])
-def test_cosine_and_sine_hold_those_of_the_ends(depth: int) -> None:
+@pytest.mark.parametrize(("share", "bits"), [(1, 160), (1 / 16, 160), (2.0**-20, 160), (1 / 6, 8)])
+def test_cosine_and_sine_hold_those_of_the_end(share: float, bits: int, monkeypatch: Any) -> None:
+    """In 8 bits the series ends where a term in 160 bits shows what is left."""
+    monkeypatch.setattr(intervals, "BITS", bits)
     with ctx.workprec(160):
-        angle = arb.pi() / 2**depth
-        expected = angle.cos(), angle.sin()
-        for found, exactly in zip(intervals._turned(angle), expected, strict=True):
+        angle = arb.pi() * share
+        whole = zip(intervals.turned(angle), (angle.cos(), angle.sin()), strict=True)
+        for found, exactly in whole:
             end = found.at("u", 1).range
-            assert end.overlaps(exactly)
-            assert float(end.rad()) < 1e-40
-
-
-def test_what_is_left_of_cosine_and_sine_is_counted(monkeypatch: pytest.MonkeyPatch) -> None:
-    """The series ends at a 256th, where a term in 160 bits shows what is left."""
-    monkeypatch.setattr(intervals, "BITS", 8)
-    with ctx.workprec(160):
-        angle = arb(1) / 2
-        whole = zip(intervals._turned(angle), (angle.cos(), angle.sin()), strict=True)
-        assert all(found.at("u", 1).range.contains(exactly) for found, exactly in whole)
+            assert end.contains(exactly)
+            assert bits == 8 or float(end.rad()) < 1e-40
 
 
 @pytest.mark.parametrize("rising", [True, False])
@@ -154,7 +145,7 @@ def test_H5_the_large_Q_beside_its_bound(rising: bool, factor: float, reason: st
     values, told = [0.0] * 6, list[Any]()
     values[0 if rising else 1], values[3 if rising else 4] = factor * bound, 1.0
     mine = [Family.of(constant(x), BITS) for x in values]
-    refused = said(lambda: told.extend(intervals._on_step(starts.numbers, mine, arb(bound))))
+    refused = said(lambda: told.extend(intervals.signs_on_step(starts.numbers, mine, arb(bound))))
     assert refused.startswith(reason)
     assert set(told) == (set() if reason else {(rising, 1)})
 
@@ -165,9 +156,10 @@ def test_more_bits_than_pairs_of_doubles_have_are_undecided() -> None:
         interval_search.pieces(SETTING, J1, PhaseInterval(0, 10), times)
 
 
-def test_a_crossing_that_comes_at_once_has_no_steps_before_it() -> None:
-    once, later = (interval_search._halves(np.full((1, 20), x), 1.0) for x in (0.1, 2.0))
-    assert (len(once), len(later)) == (2, 3)
+@pytest.mark.parametrize(("time", "steps"), [(0.1, 2), (2.0, 3)])
+def test_a_crossing_that_comes_at_once_has_no_steps_before_it(time: float, steps: int) -> None:
+    times = np.full((1, interval_search.NODES), time)
+    assert len(interval_search.pieces(SETTING, J1, PhaseInterval(0, 10), times)) == steps
 
 
 @pytest.mark.slow

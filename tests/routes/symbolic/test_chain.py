@@ -60,9 +60,7 @@ def test_the_splitting_is_the_largest_at_any_phase_and_less_at_downward_crossing
 @pytest.mark.parametrize(
     ("code", "downward"), [([0, 0], True), ([1, 1], True), ([0, 1, 1, 0], False), ([1], False)]
 )
-def test_where_the_sign_of_the_invariant_changes_tells_what_surfaces_are_split(
-    code: list[int], downward: bool
-) -> None:
+def test_changes_of_sides_tell_what_splitting_counts(code: list[int], downward: bool) -> None:
     here = level()
     assert here.narrowest(signs_of(code)) == (here.downward if downward else here.splitting)
 
@@ -70,9 +68,7 @@ def test_where_the_sign_of_the_invariant_changes_tells_what_surfaces_are_split(
 @pytest.mark.parametrize(
     ("by_upward", "body"), [(0.99, "at the Hess case or near it"), (1.01, "nearly symmetric")]
 )
-def test_a_body_is_nearly_symmetric_where_upward_crossings_alone_are_displaced_too_far(
-    by_upward: float, body: str
-) -> None:
+def test_a_body_that_is_symmetric_is_told_from_Hess(by_upward: float, body: str) -> None:
     here, times = level(), 4
     with pytest.raises(NoOrbit, match=f"the body is {body}: "):
         check_split(here, times * by_upward * MOVED, here.splitting / times)
@@ -82,9 +78,7 @@ def test_a_body_is_nearly_symmetric_where_upward_crossings_alone_are_displaced_t
 @pytest.mark.parametrize(
     ("code", "given", "least"), [([1], False, 7), ([1, 1], False, 9), ([1, 1], True, 7)]
 )
-def test_passages_are_at_least_as_long_as_the_surfaces_are_split_for(
-    code: list[int], given: bool, least: int
-) -> None:
+def test_passages_are_as_long_as_surfaces_ask(code: list[int], given: bool, least: int) -> None:
     """Downward by a sixth, which is 1.6 half rotations; what is given may end near a border."""
     far: Any = SimpleNamespace(off=np.array([0.1, INSIDE + 0.04]))
     tried = Mock(return_value=far)
@@ -143,12 +137,6 @@ def test_the_map_and_integration_follow_every_passage() -> None:
     assert not passages(chain._replace(I=-chain.I))[0].any()
 
 
-def test_long_passages_end_in_the_middle_of_cells() -> None:
-    """Where no crossing disturbs the next, the surfaces meet at gamma3 = 0 alone."""
-    chain = exactly(system(), 1, np.pi, (30,) * 5)
-    np.testing.assert_allclose(chain.chi, np.pi * (1 + 30 * np.arange(6)), atol=1e-9)
-
-
 def test_few_half_rotations_leave_room() -> None:
     made = shortest(system(), 0, 0.0)
     assert np.abs(made.chi / np.pi - made.cells).max() <= INSIDE
@@ -165,9 +153,7 @@ def test_passages_are_lessened_while_their_neighbourhood_stays_inside() -> None:
         assert (made.cells - fewer).tolist() == [0] * (k + 1) + [1] * (14 - k)
 
 
-def test_no_unknown_changes_by_more_than_half_a_radian_at_once(
-    monkeypatch: pytest.MonkeyPatch,
-) -> None:
+def test_no_unknown_steps_by_more_than_half_a_radian(monkeypatch: pytest.MonkeyPatch) -> None:
     evaluated = Mock(side_effect=System.evaluated)
     monkeypatch.setattr(System, "evaluated", lambda *x: evaluated(*x))
     one = system()._replace(last=float(np.pi * CELLS[-1]))

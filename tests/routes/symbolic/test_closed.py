@@ -129,7 +129,7 @@ LESS = Body(A=("1.05", "0.85", 1), r=(1, 10, 0), mu="1e-5")
         (LESS, "0.25", "1", 903.3015583795, 1e-7),
     ],
 )
-def test_the_multiplier_is_told_where_surfaces_are_split_little(
+def test_multipliers_of_thin_bodies(
     body: Body, h: str, word: str, trace: float, missed: float
 ) -> None:
     """By 4e-8, and by 3e-11. The traces are of Euler-Poisson in 113 and in 212 bits.
@@ -145,9 +145,7 @@ def test_the_multiplier_is_told_where_surfaces_are_split_little(
 
 
 @pytest.mark.parametrize("side", [1, -1])
-def test_an_exponent_beside_an_elliptic_orbit_errs_by_a_root_of_what_its_trace_does(
-    side: int,
-) -> None:
+def test_an_exponent_beside_zero_errs_by_a_root_of_what_its_trace_does(side: int) -> None:
     """So much is a trace of 2 off from one that is known as well as that of the orbit."""
     orbit = closed(level(), (0, 0, 1), TURNS)
     size, n = abs(orbit.trace), len(orbit.chain.b)
