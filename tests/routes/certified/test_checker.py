@@ -54,7 +54,7 @@ def test_the_checker_finds_again_what_was_proven(steps: list[Step]) -> None:
 
 
 @pytest.mark.slow
-def test_both_checkers_find_the_same_bounds_and_the_same_crossings(steps: list[Step]) -> None:
+def test_both_checkers_find_the_same_bounds_and_crossings(steps: list[Step]) -> None:
     Interval.digits = 2 * steps[0].bits + 256
     walk = check_certificate.Walk(check_certificate.problem_of(Start()._asdict(), Fraction(3, 10)))
     checker = OrbitChecker(enclosed(PROBLEM, PHASE, steps[0].bits + 64))
@@ -188,7 +188,7 @@ def test_H5_the_large_Q_beside_its_bound(rising: bool, monkeypatch: pytest.Monke
     def state_of(large: float, small: float, number: Any = arb) -> Any:
         Qs = (large, small) if rising else (small, large)
         M3 = (-1 if rising else 1) * torque * half
-        return tuple(map(number, (*Qs, M3, float(rising), float(not rising), 0.3)))
+        return tuple(map(number, (*Qs, M3, float(rising), float(not rising), 0.05)))
 
     same_limit("H5: Q is too near", 0.1, 1e-4, both)
 

@@ -21,22 +21,8 @@ from rigidpend.routes.certified import connections, sections
 from rigidpend.routes.certified.pieces import StartLine
 from scripts import check_full_shift as script
 from scripts.check_certificate import Interval
-from tests.routes.certified.offered import (
-    GIVEN,
-    WIDE,
-    Stored,
-    agree,
-    arrived,
-    begun,
-    crossings,
-    duration,
-    flow,
-    problem,
-    same_limit,
-    step,
-    value,
-    whole,
-)
+from tests.routes.certified import offered
+from tests.routes.certified.offered import GIVEN, WIDE, Stored, agree, problem, same_limit, whole
 
 # ---- C8
 
@@ -131,7 +117,7 @@ def of_strip(
 
     def by_script() -> None:
         with patch.object(script, "line_beginning", lambda *_: list(map(Fraction, bounds))):
-            script.check_strip(problem(), theirs, script.Line(*line), step(piece))
+            script.check_strip(problem(), theirs, script.Line(*line), offered.step(piece))
 
     return [by_package, by_script]
 
@@ -240,7 +226,7 @@ def test_C9_images_cross_at_an_angle(changed: dict[str, Any], words: str) -> Non
 
     def image(d_u: float, d_v: float, g_u: float, g_v: float) -> Any:
         g = {(0, 1, 0): 2 * g_u, (0, 0, 1): 2 * g_v, (0, 0, 0): 2 * aside}
-        return arrived([whole({(0, 1, 0): 2 * d_u, (0, 0, 1): 2 * d_v}), whole(g)], box)
+        return offered.arrived([whole({(0, 1, 0): 2 * d_u, (0, 0, 1): 2 * d_v}), whole(g)], box)
 
     of = [image(*given[name]) for name in ("strip", "image")]
     mine, theirs = zip(*of, strict=True)
@@ -261,22 +247,22 @@ def test_the_unstable_surface_is_where_C9_says_in_pairs_of_doubles(stored: Store
     They are nearer to each other across the strip than along it, and cross on a curve whose slope
     the proof encloses.
     """
-    pieces, field, found = stored.orbits[4], flow().aligned, []
-    begin = begun(pieces[0])
+    pieces, field, found = stored.orbits[4], offered.flow().aligned, []
+    begin = offered.begun(pieces[0])
     # Backward in time is forward beside the mirror image.
     mirror = np.array([1, 1, -1, 1, 1, -1])[:, None]
     for u in (-0.9, 0.8):
         low, high = -1.0, 1.0
         for _ in range(4):
             v = np.linspace(low, high, 17)
-            states = np.array([[value(each, u, x) for x in v.tolist()] for each in begin])
+            states = np.array([[offered.value(each, u, x) for x in v.tolist()] for each in begin])
             past = states_at(field, WIDE.array(mirror * states), WIDE.array([26.0]), WIDE.bits)
             side = np.sign(np.asarray(past)[1, 0].astype(float))
             assert side[0] == -side[-1] != 0
             change = int(np.flatnonzero(side[1:] != side[:-1])[0])
             low, high = v[change : change + 2].tolist()
         here = WIDE.array(states[:, change : change + 1])
-        end = crossings(here, duration(pieces, u, low))[0][:, 0]
+        end = offered.crossings(here, offered.duration(pieces, u, low))[0][:, 0]
         found.append(np.array([u, low, *end[[1, 5]].astype(float)]))
     du, dv, dd, dg = found[1] - found[0]
     assert abs(dv) <= abs(du)

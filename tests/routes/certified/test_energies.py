@@ -42,21 +42,8 @@ from scripts import check_full_shift as script
 from scripts.check_certificate import Interval, Refused
 from tests.attacks import lot
 from tests.config.samples import content as typed
-from tests.routes.certified.offered import (
-    BODY,
-    CONFIG,
-    GIVEN,
-    H0,
-    J1,
-    Stored,
-    begun,
-    crossings,
-    duration,
-    points,
-    said,
-    step,
-    value,
-)
+from tests.routes.certified import offered
+from tests.routes.certified.offered import BODY, CONFIG, GIVEN, H0, J1, begun, points, said, value
 
 OWN = ["problem.h=null", "problem.h0=1.3342"]
 """The starts of Fig. 4 themselves."""
@@ -173,7 +160,7 @@ def test_orbits_of_all_energies_do_what_the_polynomials_say(found: Found) -> Non
             )
             energy = Fraction("1.3342") + found.shift + found.spread * exactly
             begin = points(quad._replace(p=there), [u], [v], energy)
-            end = crossings(begin, duration(found.orbits[2], u, v, w))[0][:, 0]
+            end = offered.crossings(begin, offered.duration(found.orbits[2], u, v, w))[0][:, 0]
             sign = -1 if end[0] < 0 else 1
             for family, x in ((arrival.d, end[1]), (arrival.g, end[5])):
                 assert abs(float(sign * x) - value(family, u, v, w)) < family.error / 2**family.bits
@@ -233,7 +220,7 @@ def test_energies_are_those_within_their_spread(by: str, inside: bool, sign: int
     ],
 )
 def test_a_proof_is_of_the_energies_of_its_config(
-    stored: Stored,
+    stored: offered.Stored,
     monkeypatch: pytest.MonkeyPatch,
     changes: list[str],
     shift: float,
@@ -274,7 +261,7 @@ def test_phases_are_told_in_every_quarter(monkeypatch: pytest.MonkeyPatch, theta
     numbers = sections.Numbers.of(BODY, setting.h, spread, H0)
     given = {**GIVEN, "h0": "1.3342", "shift": shift, "spread": spread}
     problem = script.problem_of({name: x for name, x in given.items() if name != "h"})
-    theirs = script.phases(problem, script.Line(*line[:5]), step(first))
+    theirs = script.phases(problem, script.Line(*line[:5]), offered.step(first))
     bounds = Fraction(theirs.low, 1 << script.DIGITS), theirs.above
     for low, high in (sections.phases(numbers, line, [first]), map(float, bounds)):
         assert low <= ends[0] + 1e-12 < ends[1] - 1e-12 <= high
