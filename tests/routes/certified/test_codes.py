@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import random
-from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -60,17 +59,6 @@ def test_proven_enclose_113_bits(body: Body, phases: list[str], h0: str, J1_0: s
     assert found.time_radius.max() < 1e-2
     assert found.bound.max() < 2**-6
     assert found.theta2_0.tolist() == finer.theta2_0.tolist()
-
-
-@pytest.mark.slow
-def test_two_settings_and_two_processes_give_the_same_codes() -> None:
-    prove = partial(certify_codes, BODY, ["1", "2"], h0="1.3342", J1_0="1e-10", n_symbols=1)
-    one, other = prove(bits=70), prove(bits=110, jobs=2)
-    assert one.proven.all()
-    assert np.array_equal(one.codes, other.codes)
-    apart = np.abs(one.crossing_time - other.crossing_time)
-    assert (apart <= one.time_radius + other.time_radius).all()
-    assert (other.bound < one.bound / 2**30).all()
 
 
 def test_too_few_bits_are_undecided_and_no_code_is_wrong() -> None:
