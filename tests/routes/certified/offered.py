@@ -166,11 +166,11 @@ def begun(piece: FamilyStep) -> list[Family]:
     return [Family.of(terms, piece.bits).at("z", -1) for terms in piece.terms]
 
 
-def value(family: Family, u: float, v: float = 0.0, w: float = 0.0) -> float:
-    """At the end z = 1, of what does not depend on time."""
+def value(family: Family, u: float, v: Any = 0.0, w: float = 0.0) -> Any:
+    """At the end z = 1, of what does not depend on time; v may be an array."""
     terms = ((map(int, at), int(c)) for at, c in family.doubled.to_dict().items())
     total = sum(c * u**k * v**l * w**m for (_, k, l, m), c in terms)
-    return float(total) / 2 ** (family.bits + 1)
+    return total / 2.0 ** (family.bits + 1)
 
 
 WIDE = precision(106)

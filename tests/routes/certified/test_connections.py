@@ -255,7 +255,7 @@ def test_the_unstable_surface_is_where_C9_says_in_pairs_of_doubles(stored: Store
         low, high = -1.0, 1.0
         for _ in range(4):
             v = np.linspace(low, high, 17)
-            states = np.array([[offered.value(each, u, x) for x in v.tolist()] for each in begin])
+            states = np.array([offered.value(each, u, v) + 0 * v for each in begin])
             past = states_at(field, WIDE.array(mirror * states), WIDE.array([26.0]), WIDE.bits)
             side = np.sign(np.asarray(past)[1, 0].astype(float))
             assert side[0] == -side[-1] != 0

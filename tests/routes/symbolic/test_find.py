@@ -162,17 +162,22 @@ Slopes that are told where the map has crossings gain two digits, so that they a
 
 @pytest.mark.slow
 @pytest.mark.parametrize(
-    ("body", "code", "given", "phase"),
+    ("body", "code", "given", "phase", "told"),
     [
-        (LITTLE, "011", {**ROUND, "digits": 20}, "4.10620635667083801521"),
-        (NEAR_HESS, "11", {**START, "digits": 16}, "3.0677245152375584"),
+        (LITTLE, "011", {**ROUND, "digits": 20}, "4.10620635667083801521", 1),
+        (NEAR_HESS, "11", {**START, "digits": 16}, "3.0677245152375584", 3),
     ],
 )
-def test_orbits_of_thin_layers_are_found(body: Body, code: str, given: Any, phase: str) -> None:
+def test_orbits_of_thin_layers_are_found(
+    body: Body, code: str, given: Any, phase: str, told: int, monkeypatch: pytest.MonkeyPatch
+) -> None:
     """At whose last crossing gamma3 = 0, by Taylor series of Euler-Poisson in 113 and 230 bits."""
+    monkeypatch.setattr(refine, "states_at", legs := Mock(wraps=states_at))
     found = find_orbit(body, code, **given)
     assert str(found.theta2_0) == phase
     assert found.confirmed == found.passages == len(code)
+    beside = [call.args[1].shape[1] for call in legs.call_args_list]
+    assert beside.count(6 * len(code) + 2) == told, "times that slopes are told"
 
 
 FLAT = Body(A=(2, "1.46", "1.48"), r=("0.90", "0.44", 0), mu="0.00056")
