@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 import warnings
 from typing import Any
 
@@ -24,14 +23,6 @@ def test_tables_pay_for_more_orbits_of_longer_passages() -> None:
     assert costs.budget(problem(), 1, (53,)) == pytest.approx(costs.STAKE * saved)
     longer = costs.integration(problem(n_symbols=45), (106,))
     assert longer == pytest.approx(3 * costs.integration(problem(), (106,))), "symbols are alike"
-
-
-def test_what_is_at_stake_is_seconds_and_no_number_of_orbits() -> None:
-    for one in (problem(), SLOW):
-        enough = math.ceil(costs.LEAST / costs.integration(one))
-        assert [costs.at_stake(one, n) for n in (enough - 1, enough)] == [False, True]
-    assert costs.at_stake(SLOW, 400), "a deep body's orbits take milliseconds"
-    assert not costs.at_stake(problem(), 4000)
 
 
 @pytest.mark.parametrize(
