@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 import pickle
 from dataclasses import replace
 from typing import Any
@@ -12,8 +11,7 @@ import pytest
 
 from rigidpend.mechanics.body import Body
 from rigidpend.numbers.exact import exact
-from rigidpend.orbits.integrate.arithmetic import FINEST_TOLERANCE, resolve
-from rigidpend.orbits.integrate.kernel.taylor_step import order_of
+from rigidpend.orbits.integrate.arithmetic import resolve
 from rigidpend.routes.certainty import FIRST, SECOND, THIRD
 from rigidpend.routes.phases import Phases
 from rigidpend.routes.problem import RouteProblem, passage_limit
@@ -129,10 +127,3 @@ def test_where_two_computations_go_side_by_side_in_threads_or_processes(
     monkeypatch.setattr(Run, "crossings", lambda *_: None)
     abreast(replace(run(*precisions), jobs=jobs))(bits, FIRST, np.arange(n))
     assert seen == begun
-
-
-def test_a_rung_errs_two_thousand_times_less_than_the_one_below_it() -> None:
-    """Each order leaves out e^2 less: so the errors of two differ more than two thousandfold."""
-    ladder = run(53, 106, 160).beyond(53)
-    orders = [order_of(FINEST_TOLERANCE["taylor"] * 2.0 ** (53 - bits)) for bits in ladder]
-    assert math.exp(2 * min(np.diff(orders))) > 2000

@@ -103,25 +103,6 @@ def test_slopes_of_crossings_are_their_differences(rising: bool, upper: bool) ->
             np.testing.assert_allclose(by, change, rtol=1e-6, atol=1e-8 * np.abs(by).max() + 1e-10)
 
 
-@pytest.mark.parametrize("kind", ["open", "two side by side", "ends on a surface", "closed"])
-def test_corrections_take_back_what_a_step_changes(kind: str) -> None:
-    n = 4 if kind == "closed" else 5
-    begin = None if kind == "closed" else on_surface
-    last = None if kind == "ends on a surface" else float(np.pi * CELLS[n])
-    signs: Any = signs_of(SYMBOLS[:n])
-    angles: Any = np.pi * CELLS[: n + 1]
-    if kind == "two side by side":
-        signs, angles = (np.stack((x, x), axis=-1) for x in (signs, angles))
-    one = System(level(), begin, signs, last)
-    x = one.guess(angles, 0.0) + 0.1
-    _, by, _ = one.evaluated(x)
-    for column in range(0 if begin else 1, len(x)):
-        step = np.zeros_like(x)
-        step[column] = 1e-5
-        change = one.evaluated(x + step)[0] - one.evaluated(x - step)[0]
-        np.testing.assert_allclose(one.corrections(change / 2, by), step, atol=1e-10)
-
-
 def test_the_map_and_integration_follow_every_passage() -> None:
     chain = exactly(system(), 0, 0.0, TURNS)
     assert chain.residual < 1e-12
