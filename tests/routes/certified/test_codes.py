@@ -150,19 +150,6 @@ def test_those_of_fig4_are_its_grids() -> None:
 
 
 @pytest.mark.slow
-def test_those_of_the_zoom_are_told_by_its_result() -> None:
-    found = orbits("fig4_zoom")
-    levels = store.load(REFERENCE / "fig4_zoom.h5")["data"]["levels"]
-    assert found.keys() == levels.keys()
-    for name, (_, phases) in found.items():
-        level = levels[name]
-        spacing = phases[1] - phases[0]
-        assert float(spacing) == pytest.approx(level["step"], rel=1e-12)
-        assert len(phases) == len(level["offset"])
-    assert float(spacing) < 1e-11
-
-
-@pytest.mark.slow
 def test_the_published_orbits_of_fig5_begin_as_they_are_stored() -> None:
     stored = store.load(REFERENCE / "fig5.h5")["data"]
     for name, (of, phases) in orbits("fig5").items():

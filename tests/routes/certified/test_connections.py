@@ -247,7 +247,7 @@ def test_the_unstable_surface_is_where_C9_says_in_pairs_of_doubles(stored: Store
     They are nearer to each other across the strip than along it, and cross on a curve whose slope
     the proof encloses.
     """
-    pieces, field, found = stored.orbits[4], offered.flow().aligned, []
+    pieces, found = stored.orbits[4], list[Any]()
     begin = offered.begun(pieces[0])
     # Backward in time is forward beside the mirror image.
     mirror = np.array([1, 1, -1, 1, 1, -1])[:, None]
@@ -256,7 +256,9 @@ def test_the_unstable_surface_is_where_C9_says_in_pairs_of_doubles(stored: Store
         for _ in range(4):
             v = np.linspace(low, high, 17)
             states = np.array([offered.value(each, u, v) + 0 * v for each in begin])
-            past = states_at(field, WIDE.array(mirror * states), WIDE.array([26.0]), WIDE.bits)
+            past = states_at(
+                offered.FIELD, WIDE.array(mirror * states), WIDE.array([26.0]), WIDE.bits
+            )
             side = np.sign(np.asarray(past)[1, 0].astype(float))
             assert side[0] == -side[-1] != 0
             change = int(np.flatnonzero(side[1:] != side[:-1])[0])

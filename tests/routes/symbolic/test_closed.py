@@ -11,7 +11,6 @@ import pytest
 from rigidpend import Body, route_codes
 from rigidpend.mechanics.coordinates import Aligned, canonical_from_aligned
 from rigidpend.mechanics.equations import eq1
-from rigidpend.mechanics.floquet import periodic_orbit
 from rigidpend.numbers.exact import exact
 from rigidpend.numbers.generic import Array
 from rigidpend.orbits.integrate.states import states_at
@@ -59,14 +58,6 @@ def test_integration_closes_to_rounding(
     assert found.error < found.expected < most
     assert found.moved < 1e-11
     assert float(found.period) == pytest.approx(orbit.period, abs=1e-10)
-
-
-def test_long_passages_have_the_multiplier_of_what_they_pass() -> None:
-    """Two half rotations more multiply each passage's stretching by the Floquet multiplier."""
-    few, many = (closed(level(), (0,), n).trace for n in (18, 20))
-    floquet = periodic_orbit(BODY.angles(), float(H), 2, 1).multiplier
-    growth = max(abs(floquet), 1 / abs(floquet))
-    assert many / few == pytest.approx(growth**2, rel=1e-3)
 
 
 def test_other_orbits_begin_in_the_other_cell() -> None:
