@@ -11,7 +11,6 @@ import pytest
 
 from rigidpend import Body, RouteCodes, route_codes
 from rigidpend.machine import workers
-from rigidpend.numbers.exact import ExactError
 from rigidpend.numbers.expressions import NO_SYMBOL
 from rigidpend.orbits.integrate.arithmetic import (
     DEFAULT_TOLERANCE,
@@ -110,7 +109,6 @@ def test_no_weight_means_one_crossing_and_certainly_no_symbol() -> None:
             ({"tolerance": x}, NumericsError, f"must be more than 0 and at most 0.01, got {x}")
             for x in (0, 0.0101)
         ),
-        ({"tolerance": float("nan")}, NumericsError, "tolerance: nan is not finite"),
         *(
             ({"precisions": x}, NumericsError, "must be whole numbers of bits from 53 to 9000, got")
             for x in ((), (52, 113), (53.0,), (10**9,), 113)
@@ -119,16 +117,12 @@ def test_no_weight_means_one_crossing_and_certainly_no_symbol() -> None:
         ({"precisions": (53, 53)}, NumericsError, "precisions must ascend"),
         ({"precisions": (53, 63)}, NumericsError, "precisions 53 and 63 are too close"),
         ({"engine": "euler"}, EngineError, "'euler' is not known; choose one of taylor, scipy"),
-        ({"jobs": 0}, ProblemError, "jobs must be a whole number from 1 on, got 0"),
-        ({"method": "guess"}, ProblemError, "auto, map, integration"),
         ({"method": "map", "precisions": (64, 113)}, ProblemError, "precisions must begin with 53"),
-        ({"theta2_0": np.zeros((2, 2))}, ExactError, "theta2_0 must be a list of numbers, got 2"),
-        ({"h0": "one"}, ProblemError, "h0: 'one'"),
     ],
 )
 def test_refuses_and_says_why(given: dict[str, Any], error: type[Exception], told: str) -> None:
     with pytest.raises(error) as refused:
-        codes(**{"theta2_0": "1", **given})
+        codes("1", **given)
     assert told in str(refused.value)
     assert getattr(refused.value, "field", None) in (None, *given)
 
