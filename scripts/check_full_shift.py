@@ -1218,7 +1218,7 @@ def word_of(address: str) -> str:
     return re.sub(r"\^[0-9]+|[ab ]", "", each)
 
 
-def _energies(found: Read) -> dict[str, Fraction]:
+def energies_of(found: Read) -> dict[str, Fraction]:
     """The energies of a proof, if they are those that its config asks for."""
     given = found.config["problem"]
     if given.get("h") is None:
@@ -1252,7 +1252,7 @@ def check(path: Path, given: Path | None = None) -> str:
         of = f"A = {triples[0]}; r = {triples[1]}; mu = {problem['mu']}; {name} = {problem[name]}"
     except (KeyError, TypeError, IndexError, AttributeError) as error:
         raise Refused(f"its config, or the one given, lacks something: {error!r}") from None
-    problem |= _energies(found)
+    problem |= energies_of(found)
     if found.spread:
         of += f" + {float(found.shift)!r}" if found.shift else ""
         of += f", energies that differ from it by at most {float(found.spread)!r}"

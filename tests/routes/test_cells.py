@@ -37,9 +37,7 @@ def of_starts(monkeypatch: pytest.MonkeyPatch, many: bool, jobs: int = 1) -> Cel
 
 
 @pytest.mark.parametrize("many", [True, False])
-def test_agrees_the_codes_with_those_of_each_start_alone_whatever_the_jobs(
-    many: bool, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_codes_are_those_of_each_start_alone(many: bool, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(choice, "PIECE", 16)
     found = of_starts(monkeypatch, many)
     assert same(found, of_starts(monkeypatch, many, jobs=3))
@@ -52,9 +50,7 @@ def test_agrees_the_codes_with_those_of_each_start_alone_whatever_the_jobs(
         assert (alone.codes == found.codes[:, here])[known & alone.certain].all()
 
 
-def test_a_piece_has_no_more_passages_than_memory_is_meant_for(
-    monkeypatch: pytest.MonkeyPatch,
-) -> None:
+def test_a_piece_has_as_many_passages_as_memory(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(choice, "in_pieces", pieces := Mock(wraps=in_pieces))
     for passages in (7 * (N + 1), N):
         monkeypatch.setattr(choice, "PIECE", passages)
@@ -63,9 +59,7 @@ def test_a_piece_has_no_more_passages_than_memory_is_meant_for(
 
 
 @pytest.mark.parametrize("jobs", [1, 2])
-def test_orbits_of_mixed_bodies_and_energies_have_their_own_codes(
-    jobs: int, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_mixed_orbits_have_their_own_codes(jobs: int, monkeypatch: pytest.MonkeyPatch) -> None:
     def sent(work: Any, given: Any, python: bool, parts: Any, count: int) -> Any:
         """As to processes, but without waiting for one to start."""
         assert (python, count) == (True, jobs)
@@ -81,9 +75,7 @@ def test_orbits_of_mixed_bodies_and_energies_have_their_own_codes(
         assert (alone.codes[:, 0] == found.codes[:, k]).all()
 
 
-def test_agreement_is_held_against_the_fastest_and_the_wait_is_the_longest(
-    monkeypatch: pytest.MonkeyPatch,
-) -> None:
+def test_the_fastest_rate_and_longest_wait_count(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(choice, "decided", decided := Mock(wraps=choice.decided))
     cells_of_each(PROBLEM, {"h0": H0}, FEW, DOUBLES)
     each = [cell_problem(PROBLEM, {"h0": h0}) for h0 in H0.tolist()]

@@ -62,9 +62,7 @@ ASYMPTOTIC_LATER = record([10.0, 20.0, 30.0, None], (2, 1, 4, 0), Outcome.ASYMPT
         (ended(), ASYMPTOTIC_LATER, 1),
     ],
 )
-def test_agreement_is_of_all_times_and_separatrices_up_to_a_symbol(
-    a: Crossings, b: Crossings, symbols: int
-) -> None:
+def test_all_must_agree_up_to_a_symbol(a: Crossings, b: Crossings, symbols: int) -> None:
     found = agreement(a, b, RATE, LIMIT)
     assert found[:, 0].tolist() == [k < symbols for k in range(3)]
     np.testing.assert_array_equal(found, agreement(b, a, RATE, LIMIT))
@@ -87,42 +85,6 @@ class Noted:
         time = np.array(BASE)[:, None] + self.late[bits, scales][..., columns]
         separatrix = np.tile(np.array([2, 1, 4, 3], dtype=np.uint8)[:, None], time.shape[1])
         return Crossings(time, separatrix, np.zeros(time.shape[1], dtype=np.uint8))
-
-
-def test_decide_climbs_with_what_is_uncertain_alone() -> None:
-    # Column 0 agrees at once, 1 from the first computation in 64 bits, 2 within 64 bits,
-    # 3 only in the last precision, 4 never.
-    noted = Noted(
-        first_53=[0, 1, 1, 1, 1],
-        second_53=[0, 0, 2, 2, 2],
-        first_64=[0, 0, 0, 3, 3],
-        second_64=[0, 0, 0, 4, 4],
-        first_113=[0, 0, 0, 0, 5],
-        second_113=[0, 0, 0, 0, 6],
-    )
-    shared: list[int] = []
-
-    def share(work: Any, columns: Any, bits: int) -> Any:
-        shared.append(bits)
-        return undivided(work, columns, bits)
-
-    decided = decide(noted, 5, 1.0, (53, 64, 113), share)
-    assert shared == [53, 64, 113]
-    assert noted.asked == [
-        (53, FIRST, [0, 1, 2, 3, 4]),
-        (53, SECOND, [0, 1, 2, 3, 4]),
-        (64, FIRST, [1, 2, 3, 4]),
-        (64, SECOND, [2, 3, 4]),
-        (113, FIRST, [3, 4]),
-        (113, SECOND, [3, 4]),
-    ]
-    assert decided.bits.tolist() == [53, 64, 64, 113, 113]
-    assert decided.certain.all(axis=0).tolist() == [True, True, True, True, False]
-    assert decided.crossings.time[:, 3].tolist() == BASE
-    assert decided.crossings.time[0, 4] == BASE[0] + 6, "the last computation is kept"
-    nothing = Noted(first_53=[0, 0], second_53=[0, 0])
-    assert decide(nothing, 2, 1.0, (53, 64, 113)).bits.tolist() == [53, 53]
-    assert len(nothing.asked) == 2, "no more than it needs"
 
 
 UNASKED = 1.0
@@ -171,9 +133,7 @@ def test_two_or_three_computations_settle_what_is_below_their_limits() -> None:
         ((53, 64, 72), LINEAR / 8),
     ],
 )
-def test_two_of_precisions_that_differ_by_less_must_agree_better(
-    ladder: tuple[int, ...], limit: float
-) -> None:
+def test_closer_precisions_must_agree_better(ladder: tuple[int, ...], limit: float) -> None:
     """So that the chance of errors alike is that of 11 bits, whatever was decided before."""
     assert LINEAR == 1e-2
     # Each is a radian or more from the one before it, but for the last.
@@ -186,16 +146,34 @@ def test_two_of_precisions_that_differ_by_less_must_agree_better(
 
 
 @pytest.mark.parametrize("most", [1, 2, 3])
-def test_no_more_computations_of_a_precision_are_made_than_there_are(most: int) -> None:
-    """Columns that two doubles, and one, two and three of more bits would establish."""
+def test_no_more_is_computed_than_is_open_and_can_be(most: int) -> None:
+    """Columns that two doubles, and one, two and three of more bits would establish, and none."""
     noted = Noted(
-        first_53=[0, 9, 9, 1e-5],
-        second_53=[0, 0, 0, 0],
-        first_106=[5, 0, 1, 1],
-        second_106=[5, 0, 1, 1 + 1e-5],
-        third_106=[5, 0, 1, 1],
+        first_53=[0, 9, 9, 1e-5, 9],
+        second_53=[0, 0, 0, 0, 0],
+        first_106=[5, 0, 1, 1, 5],
+        second_106=[5, 0, 1, 1 + 1e-5, 6],
+        third_106=[5, 0, 1, 1, 7],
     )
-    found = decide(noted, 4, 1.0, (53, 106), most=lambda bits: 2 if bits == 53 else most)
-    assert found.certain.all(axis=0).tolist() == [True, *(most >= n for n in (1, 2, 3))]
-    asked = [(106, FIRST, [1, 2, 3]), (106, SECOND, [2, 3]), (106, THIRD, [3])]
-    assert noted.asked[2:] == asked[:most]
+    shared: list[int] = []
+
+    def share(work: Any, columns: Any, bits: int) -> Any:
+        shared.append(bits)
+        return undivided(work, columns, bits)
+
+    found = decide(noted, 5, 1.0, (53, 106), share, lambda bits: 2 if bits == 53 else most)
+    assert shared == [53, 106]
+    assert found.certain.all(axis=0).tolist() == [True, *(most >= n for n in (1, 2, 3)), False]
+    assert found.bits.tolist() == [53, *[106] * 4]
+    every = list(range(5))
+    asked = [(53, FIRST, every), (53, SECOND, every), (106, FIRST, every[1:])]
+    asked += [(106, SECOND, [2, 3, 4]), (106, THIRD, [3])]
+    assert noted.asked == asked[: 2 + most]
+    assert found.crossings.time[:, 1].tolist() == BASE
+    assert found.crossings.time[0, 4] == BASE[0] + (5 if most == 1 else 6), "the last one is kept"
+
+
+def test_nothing_is_computed_where_two_doubles_establish_all() -> None:
+    noted = Noted(first_53=[0, 0], second_53=[0, 0])
+    assert decide(noted, 2, 1.0, (53, 64, 113)).bits.tolist() == [53, 53]
+    assert len(noted.asked) == 2

@@ -11,20 +11,18 @@ import numpy as np
 import pytest
 
 from rigidpend import Body, RouteCodes, route_codes
-from rigidpend.experiments.stress.honesty import spoilt
 from rigidpend.numbers.exact import exact
 from rigidpend.orbits.integrate import Crossings, Outcome
 from rigidpend.orbits.integrate.arithmetic import resolve
 from rigidpend.orbits.integrate.states import at_crossings
 from rigidpend.orbits.return_map import MapError, ReturnMap, return_map
-from rigidpend.orbits.return_map.build import FIRST
 from rigidpend.routes import certainty, choice, codes, costs, handover, mapped
 from rigidpend.routes.cells import cells_of_starts
 from rigidpend.routes.certainty import Contradiction
 from rigidpend.routes.start import Scales
 from rigidpend.routes.symbolic.levels import surface
 from tests.bodies import problem
-from tests.orbits.integrate.problems import FIG4, GENERIC
+from tests.orbits.integrate.problems import FIG4
 
 LIGHT = Body((2, 1, "1.5"), (1, 1, 0), "1e-6")
 PHASES = np.linspace(0.01, 6.27, 120)
@@ -56,15 +54,7 @@ def samples(monkeypatch: pytest.MonkeyPatch) -> list[tuple[int, tuple[int, ...]]
     return asked
 
 
-@pytest.mark.parametrize(
-    ("body", "J1_0"),
-    [
-        pytest.param(FIG4, "1e-8", id="Fig. 4"),
-        pytest.param(FIG4, "1e-4", id="J1 large", marks=pytest.mark.slow),
-        pytest.param(LIGHT, "1e-12", id="mu and J1 small"),
-        pytest.param(GENERIC, "1e-8", id="generic", marks=pytest.mark.slow),
-    ],
-)
+@pytest.mark.parametrize(("body", "J1_0"), [(FIG4, "1e-8"), (LIGHT, "1e-12")])
 def test_agrees_codes_and_times_with_integration(body: Body, J1_0: str) -> None:
     by_map, by_time = (
         found(PHASES[::4], body, J1_0=J1_0, method=method) for method in ("map", "integration")
@@ -80,7 +70,7 @@ def test_agrees_codes_and_times_with_integration(body: Body, J1_0: str) -> None:
     assert late[after].max() < 20 * certainty.AGREEMENT
 
 
-def test_few_orbits_take_maps_that_are_kept_where_a_problem_is_asked_for_often(
+def test_kept_maps_serve_few_orbits_that_are_asked_for_often(
     integrations: list[Any], monkeypatch: pytest.MonkeyPatch
 ) -> None:
     # A problem that nobody has asked for before.
@@ -104,7 +94,7 @@ def test_few_orbits_take_maps_that_are_kept_where_a_problem_is_asked_for_often(
 
 
 @pytest.mark.usefixtures("eager")
-def test_many_orbits_are_sampled_at_first_and_then_seldom(
+def test_many_are_sampled_first_then_seldom(
     samples: list[Any], monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr(choice, "SELDOM", 2 * len(PHASES))
@@ -121,9 +111,7 @@ def test_many_orbits_are_sampled_at_first_and_then_seldom(
     assert len(samples) == 4
 
 
-def test_maps_are_taken_where_seconds_are_at_stake_and_they_pay(
-    monkeypatch: pytest.MonkeyPatch,
-) -> None:
+def test_maps_are_taken_where_they_pay_for_seconds(monkeypatch: pytest.MonkeyPatch) -> None:
     assert not found(PHASES[:3], n_symbols=2).by_map.any()
     monkeypatch.setattr(costs, "LEAST", 0.0)
     assert not found(PHASES[:3], n_symbols=2).by_map.any(), "tables would not pay"
@@ -196,28 +184,6 @@ def test_what_maps_do_not_follow_or_serve_is_integrated_and_said_to_be(
     assert [x["orbits"] for x in integrations] == [1, 1, 1]
 
 
-def test_no_wrong_symbol_is_certain_where_tables_are_spoilt(
-    monkeypatch: pytest.MonkeyPatch,
-) -> None:
-    """What the tables are off by shows as a smaller share of certain symbols, nowhere else."""
-    phases, sizes = np.random.default_rng(11).uniform(0, 6.28, 300), (0.0, 0.0)
-    true = found(phases, method="integration", precisions=(53, 64))
-    assert true.certain.mean() > 0.99
-
-    def damaged(*args: Any, **more: Any) -> ReturnMap:
-        first = more["design"] == FIRST
-        made, size = return_map(*args, **more), sizes[not first]
-        return spoilt(made, size, 1 + first) if size else made
-
-    monkeypatch.setattr(mapped, "return_map", damaged)
-    monkeypatch.setattr(choice, "contradicted", lambda *_: np.array([], dtype=int))
-    monkeypatch.setattr(certainty, "AGREEMENT", certainty.CLOSE)
-    for sizes in ((1e-15, 0.0), (1e-12, 0.0), (0.0, 1e-10), (1e-12, 1e-12)):
-        record = found(phases, method="map", precisions=(53,))
-        assert not (record.certain & (record.codes != true.codes)).any()
-        assert (record.certain.mean() > 0.5) == (max(sizes) == 1e-15)
-
-
 def test_orbits_without_a_map_are_integrated_or_refused(monkeypatch: pytest.MonkeyPatch) -> None:
     heavy = Body((2, 1, "1.5"), (1, 1, 0), "0.5")
     symmetric = Body(("2.673", "2.520", "2.527"), (1, 1, 0), "0.004")
@@ -245,17 +211,11 @@ def test_orbits_that_start_beside_the_upper_periodic_orbit_have_no_map(above: st
     with pytest.raises(MapError, match="is above J2_0/2"):
         surface(problem)
     assert mapped.expected_tables(problem, 1000, math.inf) == math.inf
-    routes = found(PHASES, J1_0=J1_0, n_symbols=2)
-    assert not routes.by_map.any()
-    # Of the orbit with J1 and J2 - J1 interchanged, which a map would follow, they are others.
-    below = found(PHASES, J1_0=above, n_symbols=2, method="integration")
-    assert (routes.codes != below.codes).any()
+    assert not found(PHASES, J1_0=J1_0, n_symbols=2).by_map.any()
 
 
 @pytest.mark.usefixtures("eager")
-def test_a_sample_of_all_orbits_is_integrated_in_doubles_and_of_few_in_more_bits(
-    samples: list[Any],
-) -> None:
+def test_a_sample_of_all_is_in_doubles_and_of_few_in_more_bits(samples: list[Any]) -> None:
     """Of a small part of all orbits one sample is enough."""
     shares, few = choice.SAMPLE // choice.LEAST_SAMPLE, (choice.LEAST_SAMPLE, (53, 106))
     for parts, expected in (
@@ -288,9 +248,7 @@ def whole(_: int, __: Scales, columns: Any) -> Crossings:
         (6, 6, [0, 1, 2, 3, 4, 5]),
     ],
 )
-def test_all_of_a_sample_from_the_first_orbit_to_the_last_is_contradicted_where_it_is_certain(
-    n: int, size: int, sample: list[int]
-) -> None:
+def test_what_is_certain_of_a_sample_is_contradicted(n: int, size: int, sample: list[int]) -> None:
     seen = whole(53, Scales(), range(n))
     seen.separatrix[1] = 1
     for sure, wrong in ((True, sample), (False, [])):
@@ -301,24 +259,18 @@ def test_all_of_a_sample_from_the_first_orbit_to_the_last_is_contradicted_where_
 FEW = np.linspace(0.5, 6, 10)
 
 
+CELLS: Any = {"arithmetic": resolve(None, None, (53,)), "ends": (1e-9, 1e-8)}
+
+
 @pytest.mark.usefixtures("eager")
 @pytest.mark.parametrize(
     ("call", "said"),
     [
-        (
-            # A problem that nobody has asked for before, of which a sample is taken.
-            lambda: found(FEW, n_symbols=3, J1_0="1.3e-8", jobs=2),
-            r"10 differ, the first at theta2_0 = 0\.5 and J1_0 = 1\.3e-8",
-        ),
-        (lambda: found(FEW, n_symbols=3, method="map", jobs=2), "10 differ"),
-        (
-            lambda: cells_of_starts(
-                PROBLEM, FEW, np.full(10, 1e-9), resolve(None, None, (53,)), ends=(1e-9, 1e-8)
-            ),
-            r"theta2_0 = 0\.5 and J1_0 = 1e-09",
-        ),
+        # A problem that nobody has asked for before, of which a sample is taken.
+        (lambda: found(FEW, n_symbols=3, J1_0="1.3e-8", jobs=2), r"= 0\.5 and J1_0 = 1\.3e-8"),
+        (lambda: found(FEW, n_symbols=3, method="map", jobs=2), "10 differ, the first at theta2_0"),
+        (lambda: cells_of_starts(PROBLEM, FEW, np.full(10, 1e-9), **CELLS), "5 and J1_0 = 1e-09"),
     ],
-    ids=["codes", "codes by maps", "cells"],
 )
 def test_what_contradicts_is_not_given(
     call: Callable[[], Any], said: str, monkeypatch: pytest.MonkeyPatch

@@ -11,7 +11,6 @@ import pytest
 
 from rigidpend import Body, RouteCodes, route_codes
 from rigidpend.machine import workers
-from rigidpend.numbers.exact import ExactError
 from rigidpend.numbers.expressions import NO_SYMBOL
 from rigidpend.orbits.integrate.arithmetic import (
     DEFAULT_TOLERANCE,
@@ -29,16 +28,12 @@ from tests.bodies import FIG4, FREE, GENERIC
 from tests.orbits.integrate.problems import ENGINES, same
 from tests.routes.reference import Reference, fig4_left, random_phases, vertex_theta1
 
-HESS = Body.from_angles("1.9", "1.9", "1.5", "0.001")
-
 
 def codes(theta2_0: Any, body: Body = FIG4, **more: Any) -> RouteCodes:
     return route_codes(body, theta2_0, **{"h0": "1.3342", "J1_0": "1e-8", **more})
 
 
-def test_orbits_under_way_are_told_of_when_they_have_come_some_way(
-    monkeypatch: pytest.MonkeyPatch,
-) -> None:
+def test_orbits_tell_how_far_they_have_come(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(workers, "SILENCE", 0)
     said: list[str] = []
     with workers.listening(said.append):
@@ -107,14 +102,6 @@ def test_no_weight_means_one_crossing_and_certainly_no_symbol() -> None:
     assert np.isnan(found.crossing_time[1:]).all()
 
 
-def test_hess_body_never_crosses_its_invariant_plane() -> None:
-    """Qp = 0 is invariant for alpha0 = beta0: Qp > 0 stays, and separatrix 4 is not reached."""
-    assert HESS.special_cases == ("Hess",)
-    found = codes(["1", "2", "3"], HESS, n_symbols=8)
-    assert found.certain.all()
-    assert set(found.separatrix.ravel().tolist()) == {1, 2, 3}
-
-
 @pytest.mark.parametrize(
     ("given", "error", "told"),
     [
@@ -122,7 +109,6 @@ def test_hess_body_never_crosses_its_invariant_plane() -> None:
             ({"tolerance": x}, NumericsError, f"must be more than 0 and at most 0.01, got {x}")
             for x in (0, 0.0101)
         ),
-        ({"tolerance": float("nan")}, NumericsError, "tolerance: nan is not finite"),
         *(
             ({"precisions": x}, NumericsError, "must be whole numbers of bits from 53 to 9000, got")
             for x in ((), (52, 113), (53.0,), (10**9,), 113)
@@ -131,16 +117,12 @@ def test_hess_body_never_crosses_its_invariant_plane() -> None:
         ({"precisions": (53, 53)}, NumericsError, "precisions must ascend"),
         ({"precisions": (53, 63)}, NumericsError, "precisions 53 and 63 are too close"),
         ({"engine": "euler"}, EngineError, "'euler' is not known; choose one of taylor, scipy"),
-        ({"jobs": 0}, ProblemError, "jobs must be a whole number from 1 on, got 0"),
-        ({"method": "guess"}, ProblemError, "auto, map, integration"),
         ({"method": "map", "precisions": (64, 113)}, ProblemError, "precisions must begin with 53"),
-        ({"theta2_0": np.zeros((2, 2))}, ExactError, "theta2_0 must be a list of numbers, got 2"),
-        ({"h0": "one"}, ProblemError, "h0: 'one'"),
     ],
 )
 def test_refuses_and_says_why(given: dict[str, Any], error: type[Exception], told: str) -> None:
     with pytest.raises(error) as refused:
-        codes(**{"theta2_0": "1", **given})
+        codes("1", **given)
     assert told in str(refused.value)
     assert getattr(refused.value, "field", None) in (None, *given)
 

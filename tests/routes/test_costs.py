@@ -2,18 +2,15 @@
 
 from __future__ import annotations
 
-import math
 import warnings
 from typing import Any
 
 import numpy as np
 import pytest
-from scipy.special import erfcinv
 
 from rigidpend import Body
 from rigidpend.orbits.return_map import build
 from rigidpend.routes import choice, costs, mapped
-from rigidpend.routes.problem import closeness
 from tests.bodies import FIG4, problem
 
 SLOW = problem(Body((2, "1.9", "1.95"), FIG4.r, "0.001"))
@@ -28,24 +25,12 @@ def test_tables_pay_for_more_orbits_of_longer_passages() -> None:
     assert longer == pytest.approx(3 * costs.integration(problem(), (106,))), "symbols are alike"
 
 
-def test_what_is_at_stake_is_seconds_and_no_number_of_orbits(
-    monkeypatch: pytest.MonkeyPatch,
-) -> None:
-    for one in (problem(), SLOW):
-        enough = math.ceil(costs.LEAST / costs.integration(one))
-        assert [costs.at_stake(one, n) for n in (enough - 1, enough)] == [False, True]
-    assert costs.at_stake(SLOW, 400), "a deep body's orbits take milliseconds"
-    assert not costs.at_stake(problem(), 4000)
-
-
 @pytest.mark.parametrize(
     ("A", "mu", "h0", "J1_0", "share"),
     [
         # Of 256 orbits by integration.
         (("2.629", "1.488", "1.731"), "0.00016", 1, "1e-8", 0.195),
         (("2.214", "1.528", "2.042"), "0.0048", 1, "1e-8", 0.418),
-        (("2.731", "0.384", "2.719"), "0.00096", 1, "1e-8", 0.48),
-        (("2.728", "1.400", "2.635"), "0.0037", 1, "1e-8", 0.379),
         (("1.602", "0.826", "1.029"), "0.00057", 1, "1e-8", 0.105),
         (("2.598", "1.762", "2.518"), "0.0011", 1, "1e-8", 0.684),
         # Of 128 and 16 orbits, whose starts are farther off than surfaces are split.
@@ -53,9 +38,7 @@ def test_what_is_at_stake_is_seconds_and_no_number_of_orbits(
         ((2, "1.9", "1.95"), "0.001", "1.3342", "1e-8", 0.31),
     ],
 )
-def test_the_share_that_doubles_leave_open_is_near_what_was_measured(
-    A: Any, mu: str, h0: Any, J1_0: str, share: float
-) -> None:
+def test_open_shares_are_as_measured(A: Any, mu: str, h0: Any, J1_0: str, share: float) -> None:
     one = problem(Body(A, (1, 1, 0), mu), h0=h0, J1_0=J1_0)
     assert 1 / 1.7 < costs.share_open(one, 53) / share < 1.7
 
@@ -87,12 +70,10 @@ def test_maps_save_nothing_of_what_lies_beyond_their_bits() -> None:
     assert costs.by_maps(problem()) < 0.1 * costs.integration(problem())
 
 
-def test_maps_gain_the_bits_by_which_orbits_pass_closer_than_surfaces_are_displaced() -> None:
-    by_either = [costs.share_open(SLOW, costs.SHARPEST, displaced=x) for x in (False, True)]
-    less, more = (math.sqrt(2) * costs.SPREAD * erfcinv(2 * share) for share in by_either)
-    assert less - more == pytest.approx(closeness(SLOW))
-    doubles, left = costs.integration(SLOW, (53,)), costs.share_open(SLOW, 212)
-    further = left + costs.HANDED_OVER * costs.CLIMBING * (by_either[0] - left)
+def test_what_maps_leave_open_is_handed_over_in_a_part_of_the_time() -> None:
+    open_ = costs.share_open(SLOW, costs.SHARPEST, displaced=False)
+    left, doubles = costs.share_open(SLOW, 212), costs.integration(SLOW, (53,))
+    further = left + costs.HANDED_OVER * costs.CLIMBING * (open_ - left)
     beyond = costs.by_maps(SLOW, (53, 212)) - 15 * costs.MAPPED
     assert beyond == pytest.approx(further * 110 * doubles)
 

@@ -12,18 +12,9 @@ from rigidpend.numbers.exact import exact
 from rigidpend.numbers.generic import Array
 from rigidpend.orbits.integrate.arithmetic import resolve
 from rigidpend.orbits.integrate.states import states_at
+from rigidpend.routes import herpolhode
 from rigidpend.routes.codes import codes_of
-from rigidpend.routes.herpolhode import (
-    RouteOrbit,
-    alpha,
-    alpha_at,
-    follow,
-    initial_state,
-    physical,
-    samples,
-    separatrices,
-    vertices,
-)
+from rigidpend.routes.herpolhode import RouteOrbit, alpha, alpha_at, follow, initial_state, samples
 from rigidpend.routes.problem import RouteProblem
 from tests.strategies import field_with_alpha
 
@@ -42,16 +33,14 @@ def followed(theta2_0: float, times: Array) -> RouteOrbit:
     ("theta2_0", "published"),
     [("1.02", "2-2*-1*-1-4-4*-3*-3-4-4*-1*-1"), ("1.83", "2-2*-3*-3-4-4*-1*-1-2-2*-1*-1")],
 )
-def test_the_published_route_comes_out_and_the_orbit_in_doubles_follows_it(
-    theta2_0: str, published: str
-) -> None:
+def test_the_published_route_comes_out_and_is_followed(theta2_0: str, published: str) -> None:
     """The crossing error is how much later the samples cross."""
     route = codes_of(PROBLEM, [theta2_0], resolve(precisions=(113,)), 1, "integration")
     assert route.certain.all()
-    assert vertices(route.separatrix[:, 0]) == published
+    assert herpolhode.vertices(route.separatrix[:, 0]) == published
     shift = np.array([1e-4, -2e-4, 1e-4, 0, -1e-4, 2e-4])
     orbit = followed(float(theta2_0), route.crossing_time[:, 0] - shift)
-    np.testing.assert_array_equal(separatrices(orbit.states), route.separatrix[:, 0])
+    np.testing.assert_array_equal(herpolhode.separatrices(orbit.states), route.separatrix[:, 0])
     np.testing.assert_allclose(orbit.crossing_error, shift, atol=1e-5)
     before, last = route.crossing_time[-2:, 0] - shift[-2:]
     assert 0 < last + (last - before) / 2 - orbit.t[-1] < 0.05 + 1e-9
@@ -74,7 +63,7 @@ def test_alpha_of_the_samples_is_the_quadrature_eqPV() -> None:
     # No leap where the angle passes a multiple of pi.
     assert np.abs(np.diff(found)).max() < 0.1
     # By it the samples turn what omega has across the vertical, theta3 in its place not.
-    made, (M, gamma) = samples(p.body, *orbit[:2]), physical(orbit.states[:6], p.body)
+    made, (M, gamma) = samples(p.body, *orbit[:2]), herpolhode.physical(orbit.states[:6], p.body)
     omega, (xi, eta, zeta) = M / np.array(p.body.floats()[0])[:, None], made.omega.T
     np.testing.assert_array_equal(made.alpha, found)
     np.testing.assert_allclose(np.unwrap(np.atan2(zeta, eta)), found, rtol=0, atol=1e-12)

@@ -96,9 +96,7 @@ def test_phase_rate_is_the_faster_of_rotation_and_instability() -> None:
 @pytest.mark.parametrize(
     ("J1_0", "smaller"), [("1e-8", 1e-8), ("sqrt(2*1.3342*3/4) - 1e-20", 1e-20)]
 )
-def test_passage_limit_is_twice_the_time_from_the_smallest_distance(
-    J1_0: str, smaller: float, bits: int
-) -> None:
+def test_the_limit_is_twice_the_longest_passage(J1_0: str, smaller: float, bits: int) -> None:
     """From 20 bits below rounding, relative to the start's distance and to the weight's share.
 
     The start's distance from a periodic orbit is the root of J1 or of J2 - J1, of the smaller.

@@ -42,9 +42,7 @@ PI = Fraction("3.14159265358979323846264338327950288")
         *((value, TWO) for value in (2, 2.0, "4/2", np.float64(2), np.int64(2), np.array(2.0))),
     ],
 )
-def test_a_phase_is_a_double_with_its_rest_whatever_it_is_given_as(
-    values: Any, expected: list[Fraction]
-) -> None:
+def test_a_phase_is_a_double_with_its_rest(values: Any, expected: list[Fraction]) -> None:
     phases = Phases(values)
     assert phases.high.tolist() == [float(x) for x in expected]
     assert phases.rest.tolist() == [float(x - Fraction(float(x))) for x in expected]
@@ -119,9 +117,7 @@ BODIES = pytest.mark.parametrize("body", [FIG4, GENERIC], ids=["Fig. 4", "generi
 @pytest.mark.parametrize("bits", [64, 113, 160])
 @J1_0S
 @BODIES
-def test_agrees_exact_states_with_the_coordinates_to_their_last_bits(
-    body: Body, J1_0: str, bits: int
-) -> None:
+def test_exact_states_are_those_of_the_coordinates(body: Body, J1_0: str, bits: int) -> None:
     """h0 is the energy without the weight, which turns with theta2."""
     phases = [exact(x) for x in ("1/10", "31/10", "2*pi - 1/7", 5.5, "1e5")]
     p, J1 = fine_angles(body), exact(J1_0).in_context(FINE)

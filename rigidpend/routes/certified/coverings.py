@@ -67,11 +67,11 @@ def relation(source: Reached, target: Quad, begin: Sequence[arb], place: int) ->
             said = f"C6: the image lies within |V| <= {float(V.bound):.4g} of set {place}"
             raise Undecided(f"{said}, and less than 1 is needed")
         return Relation(
-            place, orientation, -double_above(-least), double_above(V.bound), *_cone(source, target)
+            place, orientation, -double_above(-least), double_above(V.bound), *cone(source, target)
         )
 
 
-def _cone(source: Reached, target: Quad) -> tuple[float, float]:
+def cone(source: Reached, target: Quad) -> tuple[float, float]:
     """C7: the stretch and the squeeze of a relation, unknown without derivatives."""
     if not source.slopes[0]:
         return 0.0, math.inf
@@ -114,7 +114,7 @@ def prove(
     for j, k in combinations(range(len(quads)), 2):
         # Of different symbols they have no point in common.
         if letters[j] == letters[k]:
-            _check_apart(quads[j], quads[k], f"sets {j} and {k}")
+            check_apart(quads[j], quads[k], f"sets {j} and {k}")
     relations = []
     for k, (quad, found) in enumerate(zip(quads, arrivals, strict=True)):
         others = [j for j, other in enumerate(quads) if other.rising != quad.rising]
@@ -123,7 +123,7 @@ def prove(
     return arrivals, relations
 
 
-def _check_apart(one: Quad, other: Quad, names: str) -> None:
+def check_apart(one: Quad, other: Quad, names: str) -> None:
     """Refuse sets that may have a point in common: |U| of one is more than 1 in the other."""
     with ctx.workprec(SCALARS):
         if not abs(coordinates(other, *place(one))[0].range) > 1:

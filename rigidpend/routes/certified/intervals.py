@@ -76,7 +76,7 @@ class EnclosedStarts(NamedTuple):
                 for quarter in (0, arb("0.5"))
             )
             # M does not depend on theta2, and gamma turns about it.
-            cos, sin = _turned(arb.pi() / 2**of.depth)
+            cos, sin = turned(arb.pi() / 2**of.depth)
             fixed = [Family.of_ball(x, BITS) for x in here[:3]]
             turning = [
                 Family.of_ball(x, BITS) * cos + Family.of_ball(y, BITS) * sin
@@ -85,7 +85,7 @@ class EnclosedStarts(NamedTuple):
             return fixed + turning
 
 
-def _turned(angle: arb) -> tuple[Family, Family]:
+def turned(angle: arb) -> tuple[Family, Family]:
     """Cosine and sine of angle u."""
     u, found = Family.of({(0, 1, 0): 2}, 0), [Family.of_fraction(0, 0) for _ in range(2)]
     power, term = Family.of_fraction(1, 0), arb(1)
@@ -131,12 +131,16 @@ def _signs(
     numbers = starts.numbers
     for states, _, [bound] in followed(numbers, pieces, [arb(0)], "H", before):
         with ctx.workprec(SCALARS):
-            yield from _on_step(numbers, states, bound)
+            yield from signs_on_step(numbers, states, bound)
 
 
-def _on_step(
+def signs_on_step(
     numbers: Numbers, states: Sequence[Family], bound: arb
 ) -> Iterator[int | tuple[bool, int]]:
+    """H5: what is told of each part of a step, in the form of :func:`symbols_of`.
+
+    The orbits are within `bound` of the polynomials.
+    """
     for sign, box in told(numbers, states, bound, "H5", (-1, 1)):
         if not box:
             yield sign

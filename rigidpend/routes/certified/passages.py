@@ -92,17 +92,17 @@ def arrival(numbers: Numbers, start: Quad | StartLine, pieces: Sequence[FamilySt
             parts = told(numbers, states, apart[0], "C4", [side])
             # 0 where M3 has the sign of the passage, else that of M3' by then.
             signs += [side * rate if box else 0 for rate, box in parts]
-    _check_signs(signs, order)
+    check_signs(signs, order)
     end = [state.at("z", 1) for state in states]
     with ctx.workprec(SCALARS):
-        found = _crossing(numbers, end, apart, side, begin, time)
+        found = crossing(numbers, end, apart, side, begin, time)
         if not isinstance(start, StartLine) or numbers.h0 is None:
             return found
-        w, slopes = _energies_along(numbers, numbers.h0, pieces[0], starts)
+        w, slopes = energies_along(numbers, numbers.h0, pieces[0], starts)
         return found._replace(w=w, slopes_of_w=slopes)
 
 
-def _energies_along(
+def energies_along(
     numbers: Numbers, h0: arb, piece: FamilyStep, bounds: Sequence[arb]
 ) -> tuple[Family, list[Family]]:
     """w along a line of starts of one J2_0, and its derivatives; kappa J2_0^2/2 is h0."""
@@ -221,14 +221,14 @@ def told(
         yield (1 if rate > 0 else -1), box
 
 
-def _check_signs(signs: Sequence[int], order: Sequence[int]) -> None:
+def check_signs(signs: Sequence[int], order: Sequence[int]) -> None:
     """C4: M3 leaves zero once, unless it begins elsewhere, keeps its sign, and comes back once."""
     runs = [sign for k, sign in enumerate(signs) if k == 0 or signs[k - 1] != sign]
     if runs != list(order):
         raise Undecided("C4: M3 is not shown to leave zero at once and to return at the end")
 
 
-def _crossing(
+def crossing(
     numbers: Numbers,
     end: Sequence[Family],
     bounds: Sequence[arb],

@@ -55,8 +55,8 @@ CALM: dict[Any, int] = {(0, 0, 0): 0}
 """Terms of a component that is zero."""
 
 
-def problem(**other: Any) -> script.Problem:
-    return script.problem_of(GIVEN | other)
+def problem() -> script.Problem:
+    return script.problem_of(GIVEN)
 
 
 def series(terms: Mapping[Any, int], bits: int) -> script.Series:
@@ -166,42 +166,38 @@ def begun(piece: FamilyStep) -> list[Family]:
     return [Family.of(terms, piece.bits).at("z", -1) for terms in piece.terms]
 
 
-def value(family: Family, u: float, v: float = 0.0, w: float = 0.0) -> float:
-    """At the end z = 1, of what does not depend on time."""
+def value(family: Family, u: float, v: Any = 0.0, w: float = 0.0) -> Any:
+    """At the end z = 1, of what does not depend on time; v may be an array."""
     terms = ((map(int, at), int(c)) for at, c in family.doubled.to_dict().items())
     total = sum(c * u**k * v**l * w**m for (_, k, l, m), c in terms)
-    return float(total) / 2 ** (family.bits + 1)
+    return total / 2.0 ** (family.bits + 1)
 
 
-WIDE = precision(113)
+WIDE = precision(106)
 """In which the orbits are followed that proofs are held against."""
+FLOW = coefficients(BODY.angles(160), "1", WIDE)
+FIELD = FLOW.aligned
 
 
-def flow(body: Body = BODY) -> Any:
-    """The coefficients of a body's field."""
-    return coefficients(body.angles(160), "1", WIDE)
-
-
-def points(quad: Quad, u: Any, v: Any, h: Any = Fraction(GIVEN["h"]), body: Body = BODY) -> Any:
+def points(quad: Quad, u: Any, v: Any, h: Any = Fraction(GIVEN["h"])) -> Any:
     """States (6, n) of points of a set, at one energy."""
-    a, c = WIDE, flow(body)
+    a = WIDE
     by_u, by_v, l0, l1 = (a.number(x) for x in (quad.a, quad.b, quad.l0, quad.l1))
     u, v = a.array(list(map(a.number, u))), a.array(list(map(a.number, v)))
     g = (by_u * u - by_v * v - l0) / l1
     d = 0 * g
     for x in quad.p[::-1]:
         d = d * g + a.number(x)
-    return state_of(quad.rising, d + by_u * u, a.sqrt(1 - g * g), -g, a.number(h), c, a)
+    return state_of(quad.rising, d + by_u * u, a.sqrt(1 - g * g), -g, a.number(h), FLOW, a)
 
 
 def crossings(begin: Any, time: float) -> tuple[Any, Any]:
     """Crossings of M3 = 0 of orbits, and when, after a time beside them, by arcs that get short."""
-    field = flow().aligned
-    end = states_at(field, begin, WIDE.array([time]), 113)[:, -1]
+    end = states_at(FIELD, begin, WIDE.array([time]), WIDE.bits)[:, -1]
     late = 0 * end[0]
     for _ in range(4):
-        passed = -end[2] / np.array(aligned(end, field))[2]
-        end, late = states_at(field, end, passed[None], 113)[:, -1], late + passed
+        passed = -end[2] / np.array(aligned(end, FIELD))[2]
+        end, late = states_at(FIELD, end, passed[None], WIDE.bits)[:, -1], late + passed
     return end, late
 
 

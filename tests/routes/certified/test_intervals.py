@@ -17,8 +17,6 @@ import pytest
 from flint import arb, ctx
 
 from rigidpend import Body, route_codes
-from rigidpend.experiments.route_intervals import compute
-from rigidpend.experiments.route_intervals.schema import Config
 from rigidpend.numbers.exact import exact
 from rigidpend.results import store
 from rigidpend.routes.certified import interval_search, intervals, pieces
@@ -32,7 +30,6 @@ from scripts import check_intervals as script
 from scripts.check_certificate import Fails, Refused
 from tests.attacks import lot
 from tests.cli.calls import REFERENCE
-from tests.config.samples import content as typed
 from tests.remembered import Inline
 from tests.routes.certified.offered import BITS, BODY, H0, J1, Start, agree, constant, said, step
 
@@ -117,31 +114,22 @@ def test_starts_drawn_at_random_have_the_symbols_in_113_bits(two: list[ProvenInt
 
 
 @pytest.mark.slow
-def test_an_interval_on_which_the_symbol_changes_is_halved_and_never_proven(
-    two: list[ProvenInterval],
-) -> None:
+def test_an_interval_with_a_change_is_halved_and_never_proven(two: list[ProvenInterval]) -> None:
     found = [(each.of.place, each.of.depth, each.symbols) for each in two]
     assert found == [(1, 5, [False, True]), (16, 6, []), (17, 6, [True])]
 
 
-@pytest.mark.parametrize("depth", [0, 1, 4, 20])
-def test_cosine_and_sine_hold_those_of_the_ends(depth: int) -> None:
+@pytest.mark.parametrize(("share", "bits"), [(1, 160), (1 / 16, 160), (2.0**-20, 160), (1 / 6, 8)])
+def test_cosine_and_sine_hold_those_of_the_end(share: float, bits: int, monkeypatch: Any) -> None:
+    """In 8 bits the series ends where a term in 160 bits shows what is left."""
+    monkeypatch.setattr(intervals, "BITS", bits)
     with ctx.workprec(160):
-        angle = arb.pi() / 2**depth
-        expected = angle.cos(), angle.sin()
-        for found, exactly in zip(intervals._turned(angle), expected, strict=True):
+        angle = arb.pi() * share
+        whole = zip(intervals.turned(angle), (angle.cos(), angle.sin()), strict=True)
+        for found, exactly in whole:
             end = found.at("u", 1).range
-            assert end.overlaps(exactly)
-            assert float(end.rad()) < 1e-40
-
-
-def test_what_is_left_of_cosine_and_sine_is_counted(monkeypatch: pytest.MonkeyPatch) -> None:
-    """The series ends at a 256th, where a term in 160 bits shows what is left."""
-    monkeypatch.setattr(intervals, "BITS", 8)
-    with ctx.workprec(160):
-        angle = arb(1) / 2
-        whole = zip(intervals._turned(angle), (angle.cos(), angle.sin()), strict=True)
-        assert all(found.at("u", 1).range.contains(exactly) for found, exactly in whole)
+            assert end.contains(exactly)
+            assert bits == 8 or float(end.rad()) < 1e-40
 
 
 @pytest.mark.parametrize("rising", [True, False])
@@ -154,7 +142,7 @@ def test_H5_the_large_Q_beside_its_bound(rising: bool, factor: float, reason: st
     values, told = [0.0] * 6, list[Any]()
     values[0 if rising else 1], values[3 if rising else 4] = factor * bound, 1.0
     mine = [Family.of(constant(x), BITS) for x in values]
-    refused = said(lambda: told.extend(intervals._on_step(starts.numbers, mine, arb(bound))))
+    refused = said(lambda: told.extend(intervals.signs_on_step(starts.numbers, mine, arb(bound))))
     assert refused.startswith(reason)
     assert set(told) == (set() if reason else {(rising, 1)})
 
@@ -165,23 +153,18 @@ def test_more_bits_than_pairs_of_doubles_have_are_undecided() -> None:
         interval_search.pieces(SETTING, J1, PhaseInterval(0, 10), times)
 
 
-def test_a_crossing_that_comes_at_once_has_no_steps_before_it() -> None:
-    once, later = (interval_search._halves(np.full((1, 20), x), 1.0) for x in (0.1, 2.0))
-    assert (len(once), len(later)) == (2, 3)
+@pytest.mark.parametrize(("time", "steps"), [(0.1, 2), (2.0, 3)])
+def test_a_crossing_that_comes_at_once_has_no_steps_before_it(time: float, steps: int) -> None:
+    times = np.full((1, interval_search.NODES), time)
+    assert len(interval_search.pieces(SETTING, J1, PhaseInterval(0, 10), times)) == steps
 
 
 @pytest.mark.slow
-def test_what_is_stored_of_an_interval_is_what_both_prove_of_it(
+def test_what_is_claimed_of_an_interval_is_what_is_proven_of_it(
     one: ProvenInterval, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(compute, "side_by_side", lambda work, of, _, each, __: [work(*each, *of)])
-    proof, config = pieces.packed([one.pieces]), typed(Config, CONFIG, ["problem.n_symbols=1"])
-    stored = {"place": np.array([0]), "depth": np.array([4]), "codes": np.array([[0]])}
-    data = {"intervals": stored, "shares": np.array([1 / 16]), "proof": proof}
-    [theorem] = compute.theorems(config, data)
-    assert theorem.endswith("of all starts on 1/16 of the line, 0.0625")
+    proof = pieces.packed([one.pieces])
     assert script.checked((GIVEN, 0, 4, [0], proof)) == ""
-    # Nothing else is.
     monkeypatch.setattr(script, "prove", lambda *_: [0])
     assert script.checked((GIVEN, 0, 4, [1], proof))
     assert script.checked((GIVEN, 0, 4, [0, 0], proof))
@@ -239,29 +222,25 @@ def test_a_body_of_two_moments_is_refused() -> None:
 
 
 @pytest.mark.slow
-def test_each_interval_of_the_reference_is_asked_and_the_page_tells_its_shares(
-    monkeypatch: pytest.MonkeyPatch,
-) -> None:
+def test_each_interval_is_asked_and_the_page_tells_shares(monkeypatch: pytest.MonkeyPatch) -> None:
     """Those that have symbols, each with its own steps; one that is not proven is named."""
     every = Mock(return_value="")
     monkeypatch.setattr(script, "ProcessPoolExecutor", Inline)
     monkeypatch.setattr(script, "checked", every)
     file = REFERENCE / "fig4_intervals.h5"
     [told] = script.check(file, CONFIG)
-    head = r"^\| `n_symbols` \| `halvings` .*\n.*\n"
-    row = re.search(head + r"\| 2 \| 5 \|(.*)\|", PAGE.read_text(encoding="utf-8"), re.MULTILINE)
+    row = re.search(r"\n\| 2 \| 5 \|(.*?)\|(.*?)\|.*?\| *(\d+) *\|", PAGE.read_text("utf-8"))
     assert row
-    shares = [Fraction(x) for x in row[1].split("|")[:2]]
+    shares = [Fraction(x) for x in row.groups()[:2]]
     each = "; ".join(f"{n} on {x}, {float(x):.6g}" for n, x in enumerate(shares, 1))
     assert told.endswith(f"of the line: {each}")
     data = store.load(file)["data"]
     place, depth, codes = (data["intervals"][name] for name in ("place", "depth", "codes"))
-    assert int(row[1].split("|")[3]) == len(place)
+    assert int(row[3]) == len(place)
     steps = pieces.unpacked(data["proof"], len(place))
     proven = [k for k in range(len(place)) if codes[0, k] != 255]
-    asked = [call.args[0] for call in every.mock_calls]
-    assert len(asked) == len(proven)
-    for (_, *of, symbols, proof), k in zip(asked, proven, strict=True):
+    for call, k in zip(every.mock_calls, proven, strict=True):
+        _, *of, symbols, proof = call.args[0]
         assert (of, symbols) == ([place[k], depth[k]], [x for x in codes[:, k] if x != 255])
         assert len(check_full_shift.steps_of_sets(proof, 1)[0]) == len(steps[k])
     monkeypatch.setattr(script, "each", lambda *_: itertools.repeat({}))

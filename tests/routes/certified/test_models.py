@@ -110,9 +110,7 @@ def test_a_value_is_a_ball_around_the_exact_one() -> None:
         ([0] * 8 + [1 << UNIT], 0, 4),
     ],
 )
-def test_bounds_on_parts_hold_between_their_ends(
-    series: list[int], offset: int, parts: int
-) -> None:
+def test_bounds_hold_between_ends_of_parts(series: list[int], offset: int, parts: int) -> None:
     series = [series[0] + 2 * offset, *series[1:]]
     found = Values(Model.of_series(series, UNIT), parts)
     for k in range(parts):

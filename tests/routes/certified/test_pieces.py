@@ -89,6 +89,7 @@ def test_what_is_no_set_is_refused(stored: Stored) -> None:
     for wrong in (np.nan, np.inf):
         with pytest.raises(ValueError, match="not finite"):
             unpacked_quads({**sets, "a": np.array([1, 1, 1, wrong])})
+    for wrong in (np.nan, np.inf, 0.0):
         with pytest.raises(ValueError, match=r"not finite|no interval"):
             unpacked_energies({"shift": 0.0, "spread": wrong})
     assert unpacked_energies(None) == (Fraction(0), Fraction(0))

@@ -60,9 +60,7 @@ def test_the_splitting_is_the_largest_at_any_phase_and_less_at_downward_crossing
 @pytest.mark.parametrize(
     ("code", "downward"), [([0, 0], True), ([1, 1], True), ([0, 1, 1, 0], False), ([1], False)]
 )
-def test_where_the_sign_of_the_invariant_changes_tells_what_surfaces_are_split(
-    code: list[int], downward: bool
-) -> None:
+def test_changes_of_sides_tell_what_splitting_counts(code: list[int], downward: bool) -> None:
     here = level()
     assert here.narrowest(signs_of(code)) == (here.downward if downward else here.splitting)
 
@@ -70,9 +68,7 @@ def test_where_the_sign_of_the_invariant_changes_tells_what_surfaces_are_split(
 @pytest.mark.parametrize(
     ("by_upward", "body"), [(0.99, "at the Hess case or near it"), (1.01, "nearly symmetric")]
 )
-def test_a_body_is_nearly_symmetric_where_upward_crossings_alone_are_displaced_too_far(
-    by_upward: float, body: str
-) -> None:
+def test_a_body_that_is_symmetric_is_told_from_Hess(by_upward: float, body: str) -> None:
     here, times = level(), 4
     with pytest.raises(NoOrbit, match=f"the body is {body}: "):
         check_split(here, times * by_upward * MOVED, here.splitting / times)
@@ -82,9 +78,7 @@ def test_a_body_is_nearly_symmetric_where_upward_crossings_alone_are_displaced_t
 @pytest.mark.parametrize(
     ("code", "given", "least"), [([1], False, 7), ([1, 1], False, 9), ([1, 1], True, 7)]
 )
-def test_passages_are_at_least_as_long_as_the_surfaces_are_split_for(
-    code: list[int], given: bool, least: int
-) -> None:
+def test_passages_are_as_long_as_surfaces_ask(code: list[int], given: bool, least: int) -> None:
     """Downward by a sixth, which is 1.6 half rotations; what is given may end near a border."""
     far: Any = SimpleNamespace(off=np.array([0.1, INSIDE + 0.04]))
     tried = Mock(return_value=far)
@@ -109,25 +103,6 @@ def test_slopes_of_crossings_are_their_differences(rising: bool, upper: bool) ->
             np.testing.assert_allclose(by, change, rtol=1e-6, atol=1e-8 * np.abs(by).max() + 1e-10)
 
 
-@pytest.mark.parametrize("kind", ["open", "two side by side", "ends on a surface", "closed"])
-def test_corrections_take_back_what_a_step_changes(kind: str) -> None:
-    n = 4 if kind == "closed" else 5
-    begin = None if kind == "closed" else on_surface
-    last = None if kind == "ends on a surface" else float(np.pi * CELLS[n])
-    signs: Any = signs_of(SYMBOLS[:n])
-    angles: Any = np.pi * CELLS[: n + 1]
-    if kind == "two side by side":
-        signs, angles = (np.stack((x, x), axis=-1) for x in (signs, angles))
-    one = System(level(), begin, signs, last)
-    x = one.guess(angles, 0.0) + 0.1
-    _, by, _ = one.evaluated(x)
-    for column in range(0 if begin else 1, len(x)):
-        step = np.zeros_like(x)
-        step[column] = 1e-5
-        change = one.evaluated(x + step)[0] - one.evaluated(x - step)[0]
-        np.testing.assert_allclose(one.corrections(change / 2, by), step, atol=1e-10)
-
-
 def test_the_map_and_integration_follow_every_passage() -> None:
     chain = exactly(system(), 0, 0.0, TURNS)
     assert chain.residual < 1e-12
@@ -141,12 +116,6 @@ def test_the_map_and_integration_follow_every_passage() -> None:
     assert right.all()
     assert error.max() < 1e-9
     assert not passages(chain._replace(I=-chain.I))[0].any()
-
-
-def test_long_passages_end_in_the_middle_of_cells() -> None:
-    """Where no crossing disturbs the next, the surfaces meet at gamma3 = 0 alone."""
-    chain = exactly(system(), 1, np.pi, (30,) * 5)
-    np.testing.assert_allclose(chain.chi, np.pi * (1 + 30 * np.arange(6)), atol=1e-9)
 
 
 def test_few_half_rotations_leave_room() -> None:
@@ -165,9 +134,7 @@ def test_passages_are_lessened_while_their_neighbourhood_stays_inside() -> None:
         assert (made.cells - fewer).tolist() == [0] * (k + 1) + [1] * (14 - k)
 
 
-def test_no_unknown_changes_by_more_than_half_a_radian_at_once(
-    monkeypatch: pytest.MonkeyPatch,
-) -> None:
+def test_no_unknown_steps_by_more_than_half_a_radian(monkeypatch: pytest.MonkeyPatch) -> None:
     evaluated = Mock(side_effect=System.evaluated)
     monkeypatch.setattr(System, "evaluated", lambda *x: evaluated(*x))
     one = system()._replace(last=float(np.pi * CELLS[-1]))
