@@ -12,7 +12,6 @@ import argparse
 import math
 import random
 import re
-import resource
 import subprocess
 import sys
 import tempfile
@@ -25,6 +24,7 @@ from rigidpend.numbers.exact import exact
 from rigidpend.orbits.return_map import MapError
 from rigidpend.routes.certified import horseshoe
 from scripts.readme_tables import ROOT, write_table
+from scripts.times import own
 
 PAGE = ROOT / "docs" / "full-shift.md"
 LEAST, MOST = 5e-5, 2e-2
@@ -96,13 +96,12 @@ def tried(drawn: dict[str, str], folder: Path, second: bool) -> tuple[str, str, 
 
 def called(module: str, *arguments: str) -> tuple[subprocess.CompletedProcess[str], float]:
     """What a module run as a program says, and its seconds of processor time."""
-    before = resource.getrusage(resource.RUSAGE_CHILDREN)
+    begun = own()
     done = subprocess.run(
         [sys.executable, "-m", module, *arguments],
         cwd=ROOT, capture_output=True, text=True, check=False,
     )  # fmt: skip
-    after = resource.getrusage(resource.RUSAGE_CHILDREN)
-    return done, after.ru_utime - before.ru_utime + after.ru_stime - before.ru_stime
+    return done, own() - begun
 
 
 def table(rows: Sequence[tuple[str, ...]], others: int, seed: int) -> Table:

@@ -10,6 +10,7 @@ from __future__ import annotations
 
 import argparse
 import json
+import pickle
 import random
 import resource
 import subprocess
@@ -25,11 +26,14 @@ from typing import Any
 
 from rigidpend import Body, find_orbit, route_codes
 from rigidpend.experiments.contract import Piece
+from rigidpend.experiments.route_map import PLANE, compute
 from rigidpend.machine.progress import tell_nobody
 from rigidpend.machine.wording import Table, markdown, seconds
-from rigidpend.runs import cluster
+from rigidpend.orbits.integrate.arithmetic import resolve
+from rigidpend.results import store
+from rigidpend.runs import cluster, loading
+from rigidpend.runs.parts import Parts
 from rigidpend.runs.provenance import provenance
-from scripts.cell_costs import cell_table
 from scripts.readme_tables import ROOT, write_table
 
 BODY = Body(A=(2, 1, "3/2"), r=(1, 1, 0), mu="0.001")
@@ -46,6 +50,19 @@ PARTS = 400
 CONFIGS = ("fig5", "full_shift", "fig4")
 LONG = ("fig4",)
 """Those that the second checker is not asked for: it would take most of the time."""
+
+
+MAP = ROOT / "configs" / "route_map.yaml"
+SHARED = ("problem.zooms={}", "problem.n_symbols=15", "numerics.precisions=[53, 106, 160]")
+BY_MAPS = (
+    "problem.theta2_0.count=512",
+    "problem.rows={axis: log10_J1_0, ends: [-9, -7], count: 256}",
+)
+OWN_BODIES = (
+    "problem.theta2_0=1",
+    "problem.columns={axis: beta0, ends: [1, 2], count: 16}",
+    "problem.rows={axis: mu, ends: [1/1000, 2/1000], count: 16}",
+)
 
 
 def own() -> float:
@@ -157,6 +174,44 @@ def cluster_table() -> Table:
         ]
     rows.append(("the run that gathers", seconds(gathering / PARTS)))
     return Table("", ("a part, beside its work", "time"), rows)
+
+
+def tile(*settings: str) -> tuple[Callable[[], Any], int]:
+    """What computes the whole plane of a config as one tile, and the number of its cells."""
+    problem: Any = loading.load(MAP, [*SHARED, *settings]).content.problem
+    x, y = (axis.values for axis in problem.planes[""])
+    return lambda: compute._tile(x, y, problem, resolve(), 1), x.size * y.size
+
+
+def cell_table() -> Table:
+    """What a cell of 15 symbols costs, by maps that are kept already or with a body of its own."""
+    return Table("", ("", "a cell"), list(_cell_rows()))
+
+
+def _cell_rows() -> Iterator[tuple[str, str]]:
+    work, cells = tile(*OWN_BODIES)
+    yield "worker, each cell with a body of its own", seconds(taken(work) / cells)
+    work, cells = tile(*BY_MAPS)
+    tree = work()  # the maps are made now
+    yield "worker, by kept maps", seconds(taken(work) / cells)
+    with tempfile.TemporaryDirectory() as folder:
+        said = (seconds(x / cells) for x in gathered(Path(folder) / "map.h5", tree))
+        yield "the run that gathers: kept, read again, written", " + ".join(said)
+        size = (Path(folder) / "map.h5").stat().st_size
+        yield "traffic", f"{len(pickle.dumps(tree)) / cells:.2g} bytes"
+        yield "file", f"{size / cells:.2g} bytes"
+
+
+def gathered(target: Path, tree: Any) -> tuple[float, float, float]:
+    """Seconds to keep a tile, to read it again, and to write the result of it."""
+    parts = Parts(target, "measured")
+    keep = partial(parts.keep, "tile", lambda: tree)
+    kept, read = taken(keep), taken(keep)
+    again = keep()
+    fields = {name: PLANE[name] for name in again}
+    written = taken(lambda: store.write(target, fields, again, {}, {}, {}))
+    parts.drop()
+    return kept, read, written
 
 
 BLOCKS: dict[str, tuple[str, Callable[[], Table]]] = {
