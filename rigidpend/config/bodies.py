@@ -43,13 +43,6 @@ class UnweightedBody(Part):
         return self
 
 
-class FreeBody(UnweightedBody):
-    """A body without weight: mu = 0."""
-
-    r: Direction
-    """Direction that sets beta0, r1, r2 >= 0, r3 = 0; normalised."""
-
-
 class HeavyBody(UnweightedBody):
     """A heavy body with its weight."""
 

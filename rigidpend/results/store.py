@@ -14,10 +14,10 @@ errors of :func:`opened`.
 from __future__ import annotations
 
 import json
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from pathlib import Path
-from typing import Any, TypeAlias, TypeVar
+from typing import Any, TypeAlias
 
 import h5py
 import numpy as np
@@ -50,7 +50,6 @@ __all__ = ["OtherVersion", "StoreError", "load", "opened", "prepare", "write"]
 
 Attributes: TypeAlias = Mapping[str, Any]
 Outline: TypeAlias = dict[str, dict[str, Any]]
-Found = TypeVar("Found")
 
 FORMAT, FORMAT_VERSION = "rigidpend", 1
 """Mark of a result file, and the version of the form that this program reads."""
@@ -244,30 +243,22 @@ def _check(path: Path, file: h5py.File, most: int, layout: Layout | None) -> int
         raise Unfit(str(error)) from None
 
 
-def read(path: Path, take: Callable[[h5py.File], Found], **how: Any) -> Found:
-    """Open a file as :func:`opened` does, and give what is taken of it."""
-    with opened(path, **how) as file, readable(path):
-        return take(file)
-
-
 def load(path: Path, layout: Layout | None = None, *, ratio: int = RATIO) -> Loaded:
     """A whole result file as plain data: `attributes`, `config`, `provenance`, `data`.
 
     Layout, ratio and errors are those of :func:`opened`; StoreError also where a checksum says that
     the data changed on disk, or where values are not finite that must be.
     """
-    return read(path, lambda file: _loaded(file, layout), whole=True, layout=layout, ratio=ratio)
+    with opened(path, whole=True, layout=layout, ratio=ratio) as file, readable(path):
+        return _loaded(file, layout)
 
 
 def load_outlined(
     path: Path, layout: Layout | None = None, *, ratio: int = RATIO
 ) -> tuple[Loaded, Outline]:
     """A file as :func:`load` gives it, and its :func:`outline`."""
-
-    def both(file: h5py.File) -> tuple[Loaded, Outline]:
+    with opened(path, whole=True, layout=layout, ratio=ratio) as file, readable(path):
         return _loaded(file, layout), outline(file)
-
-    return read(path, both, whole=True, layout=layout, ratio=ratio)
 
 
 def _loaded(file: h5py.File, layout: Layout | None) -> Loaded:
@@ -292,7 +283,8 @@ def config(path: Path) -> dict[str, Any]:
 
 def attributes(path: Path) -> dict[str, Any]:
     """The root attributes of a result file."""
-    return read(path, lambda file: dict(file.attrs))
+    with opened(path) as file, readable(path):
+        return dict(file.attrs)
 
 
 def outline(file: h5py.File) -> Outline:

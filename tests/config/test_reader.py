@@ -92,6 +92,9 @@ def test_all_that_settings_and_schema_refuse_is_said_at_once(tmp_path: Path) -> 
         (13, "problem.arrays.left.count", "'x' is not "),
         (17, "numerics.engine", "expected au"),
     ]
+    text = changed("experiment: route_codes", "experiment: x")
+    wrong = [str(x.origin) for x in refused(written(tmp_path, text), ["numerics=*a"])]
+    assert wrong == ["--set numerics=*a", f"{tmp_path / 'given.yaml'}:3:13"]
 
 
 @pytest.mark.parametrize(

@@ -15,6 +15,7 @@ import numpy as np
 import pytest
 
 from rigidpend import Body, certify_codes
+from rigidpend.machine.progress import tell_nobody
 from rigidpend.results import store
 from rigidpend.routes.certified import codes
 from rigidpend.routes.certified.pieces import ORBIT_STEPS, Step
@@ -84,6 +85,20 @@ def test_only_another_problem_or_other_code_is_proven_anew(
     with pytest.raises(Proving) if anew else contextlib.nullcontext():
         certificates.certify(config, tmp_path, jobs=1, report=told.append)
     assert ["is up to date" in line for line in told] == [True] * (not anew)
+
+
+def test_a_certificate_of_other_phases_is_made_anew(
+    folder: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """As where the centres of a zoom, which only its result tells, are others."""
+    (tmp_path / FILE).write_bytes((folder / FILE).read_bytes())
+    config = loading.load(written(tmp_path, TINY, "tiny.yaml"))
+    of = certificates.orbits(config, tmp_path)
+    moved = {name: (problem, [x + 1 for x in phases]) for name, (problem, phases) in of.items()}
+    monkeypatch.setattr(certificates, "orbits", lambda *_: moved)
+    monkeypatch.setattr(certificates, "Parts", Mock(side_effect=Proving))
+    with pytest.raises(Proving):
+        certificates.certify(config, tmp_path, jobs=1, report=tell_nobody)
 
 
 def test_steps_survive_packing() -> None:

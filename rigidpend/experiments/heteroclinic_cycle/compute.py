@@ -2,32 +2,19 @@
 
 from __future__ import annotations
 
-from typing import NamedTuple
+from typing import Any
 
 import numpy as np
 
 from rigidpend.experiments.contract import Means
 from rigidpend.experiments.data import Tree
-from rigidpend.experiments.heteroclinic_cycle import START
+from rigidpend.experiments.heteroclinic_cycle import GROUPS, START
 from rigidpend.experiments.heteroclinic_cycle.schema import Config
 from rigidpend.mechanics.coordinates import TURN
 from rigidpend.mechanics.free_body import SEPARATRICES, separatrix_theta1
 from rigidpend.numbers.expressions import NO_SYMBOL
 from rigidpend.numbers.generic import Array
 from rigidpend.routes.cycle import TURNS
-
-
-class Edge(NamedTuple):
-    """An edge of the graph as it is drawn: within one window of 4 pi."""
-
-    start: str
-    """Label of the vertex where it begins; starred on J1 = J2."""
-    end: str
-    theta1: tuple[float, float]
-    J1: tuple[float, float]
-    symbol: int
-    again: bool
-    """True if the edge repeats another one, 4 pi further."""
 
 
 def compute(config: Config, means: Means) -> Tree:
@@ -41,7 +28,8 @@ def compute(config: Config, means: Means) -> Tree:
     edges = [*vertical, *(_turn_edge(turn, theta1) for turn in TURNS)]
     means.report(f"{len(SEPARATRICES)} separatrices, {len(TURNS)} turns")
     # The two turns behind the first separatrix: what they span are the paper's two rectangles.
-    sides = sorted((e for e in edges if e.start == _label(START, 1.0)), key=lambda e: e.symbol)
+    sides = [edge for edge in edges if edge["from"] == _label(START, 1.0)]
+    sides.sort(key=lambda edge: edge["symbol"])
     return {
         "vertices": {
             "label": [_label(number, J1) for J1 in (0.0, 1.0) for number in numbers],
@@ -49,17 +37,10 @@ def compute(config: Config, means: Means) -> Tree:
             "J1": np.repeat([0.0, 1.0], len(numbers)),
             "again": np.tile(again, 2),
         },
-        "edges": {
-            "from": [edge.start for edge in edges],
-            "to": [edge.end for edge in edges],
-            "theta1": np.array([edge.theta1 for edge in edges]).T,
-            "J1": np.array([edge.J1 for edge in edges]).T,
-            "symbol": np.array([edge.symbol for edge in edges], dtype=np.uint8),
-            "again": np.array([edge.again for edge in edges]),
-        },
+        "edges": {name: np.array([edge[name] for edge in edges]).T for name in GROUPS["edges"]},
         "rectangles": {
             "name": ["left", "right"],
-            "theta1": np.array([sorted(edge.theta1) for edge in sides]).T,
+            "theta1": np.array([sorted(edge["theta1"]) for edge in sides]).T,
         },
     }
 
@@ -73,14 +54,21 @@ def _rises(number: int) -> bool:
     return number % 2 == 0
 
 
-def _separatrix_edge(number: int, place: float, again: bool) -> Edge:
+def _edge(start: str, end: str, theta1: Any, J1: Any, symbol: int, again: bool) -> dict[str, Any]:
+    """An edge as it is drawn, within one window of 4 pi, by the names of its fields."""
+    return dict(
+        zip(GROUPS["edges"], (start, end, theta1, J1, np.uint8(symbol), again), strict=True)
+    )
+
+
+def _separatrix_edge(number: int, place: float, again: bool) -> dict[str, Any]:
     """Vertical edge of a separatrix, in the flow's sense."""
     J1 = (0.0, 1.0) if _rises(number) else (1.0, 0.0)
     start, end = (_label(number, x) for x in J1)
-    return Edge(start, end, (place, place), J1, NO_SYMBOL, again)
+    return _edge(start, end, (place, place), J1, NO_SYMBOL, again)
 
 
-def _turn_edge(turn: tuple[int, int, int], theta1: Array) -> Edge:
+def _turn_edge(turn: tuple[int, int, int], theta1: Array) -> dict[str, Any]:
     """Horizontal edge of a turn, to smaller theta1 for symbol 0, to larger for 1."""
     arriving, leaving, symbol = turn
     J1 = 1.0 if _rises(arriving) else 0.0
@@ -89,4 +77,4 @@ def _turn_edge(turn: tuple[int, int, int], theta1: Array) -> Edge:
         # The way leads through the window's end, where the lower one is once more.
         begin, end = (x + 2 * TURN if x == min(begin, end) else x for x in (begin, end))
     labels = (_label(arriving, J1), _label(leaving, J1))
-    return Edge(*labels, (begin, end), (J1, J1), symbol, False)
+    return _edge(*labels, (begin, end), (J1, J1), symbol, False)

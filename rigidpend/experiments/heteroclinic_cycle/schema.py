@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-from rigidpend.config.bodies import FreeBody
+from rigidpend.config.bodies import UnweightedBody
 from rigidpend.config.schema import ExperimentConfig
 
 
-class Problem(FreeBody):
+class Problem(UnweightedBody):
     """Body whose separatrices are the vertical edges; without weight they are straight."""
 
 

@@ -7,7 +7,7 @@ from typing import Annotated
 
 from pydantic import Field
 
-from rigidpend.config.bodies import FreeBody
+from rigidpend.config.bodies import UnweightedBody
 from rigidpend.config.schema import ExperimentConfig, Number, Part, Whole, holding
 
 Height = Annotated[
@@ -27,7 +27,7 @@ class View(Part):
     """Elevation of the viewer, radians, from the plane of M1 and M2 towards M3."""
 
 
-class Problem(FreeBody):
+class Problem(UnweightedBody):
     """Orbits of given heights around the axes of M1 and of M2, and the separatrix."""
 
     heights: Annotated[tuple[Height, ...], Field(min_length=1, max_length=100)]

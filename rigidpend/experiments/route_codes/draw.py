@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 from matplotlib.artist import Artist
@@ -12,7 +12,7 @@ from matplotlib.patches import Patch, Rectangle
 from numpy.typing import NDArray
 
 from rigidpend.experiments import plots
-from rigidpend.experiments.data import Loaded
+from rigidpend.experiments.data import Data, Loaded
 from rigidpend.experiments.shared import MEANING
 from rigidpend.machine.wording import Column, Table
 from rigidpend.numbers.expressions import NO_SYMBOL
@@ -29,81 +29,62 @@ ACROSS, APART, TALLEST = 6, 0.55, 100.0
 """Arrays side by side, at most; inches between bands of them, and of the highest array."""
 
 
-class Array(NamedTuple):
-    """One array of a result."""
+def _ends(array: Data) -> tuple[float, float]:
+    """The least and the largest phase of the columns' edges; phases may descend."""
+    first, last = sorted(map(float, plots.column_edges(array["theta2_0"])[[0, -1]]))
+    return first, last
 
-    name: str
-    theta2_0: NDArray[np.float64]
-    codes: NDArray[np.uint8]
-    certain: NDArray[np.bool_]
-    melnikov_zeros: NDArray[np.float64]
-    proven: NDArray[np.bool_]
-    """All False where there is no certificate."""
 
-    @property
-    def ends(self) -> tuple[float, float]:
-        """The least and the largest phase of its columns' edges; phases may descend."""
-        first, last = sorted(map(float, plots.column_edges(self.theta2_0)[[0, -1]]))
-        return first, last
+def _zeros(array: Data) -> list[float]:
+    """Melnikov zeros within the array's range."""
+    first, last = _ends(array)
+    return [float(x) for x in array["melnikov_zeros"] if first <= x <= last]
 
-    @property
-    def zeros_shown(self) -> list[float]:
-        """Melnikov zeros within the array's range."""
-        first, last = self.ends
-        return [float(x) for x in self.melnikov_zeros if first <= x <= last]
 
-    def magnifies(self, whole: Array) -> bool:
-        """True if it lies inside another array and is finer; a single column has no step."""
-        (first, last), (low, high) = self.ends, whole.ends
-        finer = (last - first) / len(self.theta2_0) < (high - low) / len(whole.theta2_0)
-        several = min(len(self.theta2_0), len(whole.theta2_0)) > 1
-        return several and finer and low <= first and last <= high
+def _magnifies(part: Data, whole: Data) -> bool:
+    """True if an array lies inside another and is finer; a single column has no step."""
+    (first, last), (low, high) = _ends(part), _ends(whole)
+    columns = len(part["theta2_0"]), len(whole["theta2_0"])
+    finer = (last - first) / columns[0] < (high - low) / columns[1]
+    return min(columns) > 1 and finer and low <= first and last <= high
 
 
 def draw(result: Loaded) -> Figure:
     """Draw every array of a result, side by side as far as there is room, with square cells."""
-    arrays = _read(result)
-    bands = [arrays[k : k + ACROSS] for k in range(0, len(arrays), ACROSS)]
-    zooms = [(whole, part) for whole in arrays for part in arrays if part.magnifies(whole)]
+    arrays = result["data"]
+    names = list(arrays)
+    bands = [{x: arrays[x] for x in names[k : k + ACROSS]} for k in range(0, len(names), ACROSS)]
+    zooms = [(x, y) for x in names for y in names if _magnifies(arrays[y], arrays[x])]
     figure = _arranged(bands, bool(zooms))
-    panels = dict(zip((array.name for array in arrays), figure.axes, strict=True))
+    panels = dict(zip(names, figure.axes, strict=True))
     for whole, part in zooms:
-        (start, end), axes = part.ends, panels[whole.name]
-        frame = Rectangle((start, 0.5), end - start, len(whole.codes), fill=False)
+        start, end = _ends(arrays[part])
+        frame = Rectangle((start, 0.5), end - start, len(arrays[whole]["codes"]), fill=False)
         frame.set(edgecolor=plots.ZOOM, linewidth=1.4, zorder=4)
-        axes.add_patch(frame)
-        panels[part.name].spines[:].set(color=plots.ZOOM, linewidth=1.4)
+        panels[whole].add_patch(frame)
+        panels[part].spines[:].set(color=plots.ZOOM, linewidth=1.4)
     return figure
 
 
-def _read(result: Loaded) -> list[Array]:
-    """The arrays of a result; of what a field has not, nothing is proven."""
-    return [
-        Array(name, *(group.get(x, np.zeros_like(group["certain"])) for x in Array._fields[1:]))
-        for name, group in result["data"].items()
-    ]
-
-
-def _arranged(bands: list[list[Array]], magnified: bool) -> Figure:
+def _arranged(bands: list[dict[str, Data]], magnified: bool) -> Figure:
     """Arrays in rows, with cells as large as there is room for, above a legend."""
     rooms = [plots.WIDTH - LEFT - RIGHT - BETWEEN * (len(band) - 1) for band in bands]
-    columns = [sum(array.codes.shape[1] for array in band) for band in bands]
+    columns = [sum(array["codes"].shape[1] for array in band.values()) for band in bands]
     cell = min(LARGEST, *(room / n for room, n in zip(rooms, columns, strict=True)))
     wides = (plots.WIDTH - room + n * cell for room, n in zip(rooms, columns, strict=True))
     wide = max(NARROWEST, *wides)
-    heights = [
-        min(max(len(array.codes) for array in band) * max(cell, LOWEST), TALLEST) for band in bands
-    ]
-    entries = _legend_entries([array for band in bands for array in band], magnified)
+    most = [max(len(array["codes"]) for array in band.values()) for band in bands]
+    heights = [min(rows * max(cell, LOWEST), TALLEST) for rows in most]
+    entries = _legend_entries([x for band in bands for x in band.values()], magnified)
     across = min(len(entries), int(wide / ENTRY))
     below = BELOW + ROW * (-(-len(entries) // across) - 1)
     high = below + sum(heights) + len(bands) * (ABOVE + APART) - APART
     figure, bottom = Figure(figsize=(wide, high)), high
     for band, height in zip(bands, heights, strict=True):
         bottom, left = bottom - height - ABOVE, LEFT
-        for array in band:
-            width = array.codes.shape[1] * cell
-            _draw_array(plots.panel(figure, left, bottom, width, height), array)
+        for name, array in band.items():
+            width = array["codes"].shape[1] * cell
+            _draw_array(plots.panel(figure, left, bottom, width, height), name, array)
             left += width + BETWEEN
         bottom -= APART
     look: Any = {"handlelength": 1.0, "handleheight": 1.0, "columnspacing": 1.6}
@@ -111,42 +92,41 @@ def _arranged(bands: list[list[Array]], magnified: bool) -> Figure:
     return figure
 
 
-def _draw_array(axes: Axes, array: Array) -> None:
+def _draw_array(axes: Axes, name: str, array: Data) -> None:
+    codes, phases = array["codes"], array["theta2_0"]
     # Between more cells than that there would be nothing but lines to be seen.
-    line: dict[str, Any] = (
-        {"edgecolors": "0.6", "linewidth": 0.25} if array.codes.size < 5000 else {}
-    )
-    plots.draw_codes(axes, plots.column_edges(array.theta2_0), array.codes, **line)
-    plots.mark_doubt(axes, array.theta2_0, array.certain)
-    row, column = np.nonzero(array.proven)
-    if row.size:
-        axes.plot(array.theta2_0[column], row + 1, "o", color=plots.PROVEN, ms=0.9, mew=0)
-    zeros, below = array.zeros_shown, axes.get_xaxis_transform()
+    line: dict[str, Any] = {"edgecolors": "0.6", "linewidth": 0.25} if codes.size < 5000 else {}
+    plots.draw_codes(axes, plots.column_edges(phases), codes, **line)
+    plots.mark_doubt(axes, phases, array["certain"])
+    if "proven" in array:
+        row, column = np.nonzero(array["proven"])
+        axes.plot(phases[column], row + 1, "o", color=plots.PROVEN, ms=0.9, mew=0)
+    zeros, below = _zeros(array), axes.get_xaxis_transform()
     places = np.full(len(zeros), -0.05)
     axes.plot(zeros, places, "^", color=plots.ZERO, ms=4, transform=below, clip_on=False, zorder=5)
     axes.tick_params(axis="x", pad=6)
     # A few columns have room for few labels; Matplotlib would show two at least.
     axes.locator_params(axis="x", min_n_ticks=1)
-    if len(array.theta2_0) == 1:
-        axes.set_xticks(array.theta2_0, [f"{array.theta2_0[0]:.6g}"])
+    if len(phases) == 1:
+        axes.set_xticks(phases, [f"{phases[0]:.6g}"])
     axes.set_xlabel(plots.axis_label(MEANING["theta2_0"]), labelpad=2)
     # Its name alone would be taken for a symbol, left or right.
-    axes.set_title(f"{array.name} array", loc="left")
+    axes.set_title(f"{name} array", loc="left")
 
 
-def _legend_entries(arrays: list[Array], magnified: bool) -> list[Artist]:
+def _legend_entries(arrays: list[Data], magnified: bool) -> list[Artist]:
     """Entries of the legend: those of what the figure shows, and no more."""
     zero = plots.entry("zero of Melnikov's integral", color=plots.ZERO, marker="^", ls="", ms=5)
     no_return = Patch(facecolor=plots.NO_RETURN, edgecolor="0.6", label="no return")
     proven = plots.entry("proven symbol", color=plots.PROVEN, marker="o", ls="", ms=2.5)
     marks = [
-        (zero, any(array.zeros_shown for array in arrays)),
+        (zero, any(map(_zeros, arrays))),
         (Patch(fill=False, edgecolor=plots.ZOOM, lw=1.4, label="magnified part"), magnified),
-        (no_return, any((array.codes == NO_SYMBOL).any() for array in arrays)),
-        (proven, any(array.proven.any() for array in arrays)),
+        (no_return, any((array["codes"] == NO_SYMBOL).any() for array in arrays)),
+        (proven, any(np.any(array.get("proven", False)) for array in arrays)),
         (
             plots.entry("uncertain", color=plots.DOUBT, marker="x", ls=""),
-            not all(array.certain.all() for array in arrays),
+            not all(array["certain"].all() for array in arrays),
         ),
     ]
     return [*plots.symbol_entries(), *(mark for mark, shown in marks if shown)]
