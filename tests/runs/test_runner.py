@@ -233,6 +233,8 @@ def test_each_name_has_a_log_of_its_last_run_with_any_text(tmp_path: Path) -> No
     assert not other.exists()
     assert logs.path("b") is None
     assert [x.name for x in log.parent.iterdir()] == ["a.log"]
+    lost = Logs({"d": log / "d.h5"}, "run")
+    assert (lost.hear("d", "nowhere"), lost.path("d")) == (False, None)
 
 
 @pytest.mark.slow
