@@ -58,34 +58,32 @@ def test_an_expression_that_would_never_end_is_refused_at_once(text: str) -> Non
     assert len(str(caught.value)) < 400
 
 
-@pytest.mark.parametrize(
-    "text",
-    [
-        " + ".join(["sin(2**60)"] * 64),
-        " + ".join(["atan(1e-4999)"] * 64),
-        "sin(1e3000) + 1",
-        "atan(pi**64**1) - atan(1e-5000)",
-    ],
-    ids=["turns", "arcs", "long turn", "both"],
-)
+SOON = {
+    "turns": " + ".join(["sin(2**60)"] * 64),
+    "arcs": " + ".join(["atan(1e-4999)"] * 64),
+    "long turn": "sin(1e3000) + 1",
+    "both": "atan(pi**64**1) - atan(1e-5000)",
+}
+
+
+@pytest.mark.parametrize("text", SOON.values(), ids=SOON)
 def test_what_may_be_written_is_computed_soon(text: str) -> None:
     with at_once():
         assert float(exact(text)) < 100
 
 
-@pytest.mark.parametrize(
-    ("setting", "said"),
-    [
-        (f"problem.mu=sin({TOWER})", "an angle beyond"),
-        (f"problem.arrays.only.start={TOWER}", "beyond 2**"),
-        (f"problem.mu={'1+' * 1900}1+", "is not a number"),
-        (f"problem.{'a.' * 30_000}b=1", "more than 32 keys inside each other"),
-        (f"{'x' * 100_000}=1", "unknown key"),
-        (f"numerics.precisions=[{FINEST + 1}]", f"from 53 to {FINEST}"),
-        ("numerics.precisions=[9936]", f"from 53 to {FINEST}"),
-    ],
-    ids=["sine", "tower", "long", "deep", "long key", "precision", "known precision"],
-)
+CANNOT_BE = {
+    "sine": (f"problem.mu=sin({TOWER})", "an angle beyond"),
+    "tower": (f"problem.arrays.only.start={TOWER}", "beyond 2**"),
+    "long": (f"problem.mu={'1+' * 1900}1+", "is not a number"),
+    "deep": (f"problem.{'a.' * 30_000}b=1", "more than 32 keys inside each other"),
+    "long key": (f"{'x' * 100_000}=1", "unknown key"),
+    "precision": (f"numerics.precisions=[{FINEST + 1}]", f"from 53 to {FINEST}"),
+    "known precision": ("numerics.precisions=[9936]", f"from 53 to {FINEST}"),
+}
+
+
+@pytest.mark.parametrize(("setting", "said"), CANNOT_BE.values(), ids=CANNOT_BE)
 def test_a_setting_that_cannot_be_is_refused_at_once_in_a_line(
     tmp_path: Path, setting: str, said: str
 ) -> None:

@@ -160,24 +160,20 @@ def test_what_is_absent_or_no_hdf5_is_refused(tmp_path: Path, content: bytes | N
 VERSION = "its format version is"
 
 
+def told(place: str = "/", /, **values: Any) -> Callable[[Any], None]:
+    """A change of attributes."""
+    return lambda file: file[place].attrs.update(values)
+
+
 @pytest.mark.parametrize(
     ("change", "said"),
     [
         (lambda file: file.attrs.pop("format"), "an HDF5 file, but not a result of rigidpend"),
-        *(
-            (lambda file, x=x: file.attrs.update(format_version=x), f"{VERSION} {x}, this program")
-            for x in (0, "1")
-        ),
+        *((told(format_version=x), f"{VERSION} {x}, this program") for x in (0, "1")),
         (lambda file: file.attrs.pop("format_version"), f"{VERSION} None, this program reads 1"),
-        (lambda file: file.attrs.update({str(k): k for k in range(65)}), "attributes, too many"),
-        (
-            lambda file: file["data/ant"].attrs.update(more=h5py.Empty("f")),
-            "an attribute without a value",
-        ),
-        (
-            lambda file: file["data/count"].attrs.update(more=1j),
-            "an attribute that is neither a text nor a number",
-        ),
+        (told(**{str(k): k for k in range(65)}), "attributes, too many"),
+        (told("data/ant", more=h5py.Empty("f")), "an attribute without a value"),
+        (told("data/count", more=1j), "an attribute that is neither a text nor a number"),
         *(
             (lambda file, x=x: file.pop(x), f"not a result that can be used: {x} is absent")
             for x in ("config", "provenance", "data")

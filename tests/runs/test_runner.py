@@ -170,6 +170,8 @@ def test_each_name_has_a_log_of_its_last_run_with_any_text(tmp_path: Path) -> No
     assert not other.exists()
     assert logs.path("b") is None
     assert [x.name for x in log.parent.iterdir()] == ["a.log"]
+    lost = Logs({"d": log / "d.h5"}, "run")
+    assert (lost.hear("d", "nowhere"), lost.path("d")) == (False, None)
 
 
 @pytest.mark.slow
@@ -228,29 +230,24 @@ def seen(path: Path) -> tuple[Any, str]:
     return loaded["data"], repr(outline)
 
 
+RESUMED = {
+    "fig3": "problem.bodies={b: [2, 1.04, 1.7], c: [2, 1, 1.2]}",
+    "asymptotic_orbits": "problem.symbols=1; problem.columns=30; problem.drawn=1",
+    "exponents": "problem.theta2_0.count=4; problem.log10_J1_0.count=3; problem.checked=2",
+    "splitting": "problem.bodies={c: {A: [2, 1, 1.2], r: [1, 1, 0]}}; problem.drawn=c;"
+    " problem.mu=[1e-2, 0.1]; problem.phases=9",
+    "route_map": "problem.theta2_0.count=6; problem.rows.count=4; problem.zooms={}",
+}
+"""Configs, and settings with which they take little."""
+
+
 @pytest.mark.slow
-@pytest.mark.parametrize(
-    ("name", "settings"),
-    [
-        ("fig3", "problem.bodies={b: [2, 1.04, 1.7], c: [2, 1, 1.2]}"),
-        ("asymptotic_orbits", "problem.symbols=1; problem.columns=30; problem.drawn=1"),
-        (
-            "exponents",
-            "problem.theta2_0.count=4; problem.log10_J1_0.count=3; problem.checked=2",
-        ),
-        (
-            "splitting",
-            "problem.bodies={c: {A: [2, 1, 1.2], r: [1, 1, 0]}}; problem.drawn=c;"
-            " problem.mu=[1e-2, 0.1]; problem.phases=9",
-        ),
-        ("route_map", "problem.theta2_0.count=6; problem.rows.count=4; problem.zooms={}"),
-    ],
-)
+@pytest.mark.parametrize("name", RESUMED)
 def test_a_resumed_file_is_the_fresh_one_but_for_its_times(
-    tmp_path: Path, name: str, settings: str, monkeypatch: pytest.MonkeyPatch
+    tmp_path: Path, name: str, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     config = FIG4.with_name(f"{name}.yaml")
-    planned = runner.plan(loading.load(config, settings.split("; ")), tmp_path, force=True)
+    planned = runner.plan(loading.load(config, RESUMED[name].split("; ")), tmp_path, force=True)
     monkeypatch.setattr(Parts, "drop", lambda _: None)
     runner.run(planned, jobs=1, report=tell_nobody)
     fresh = tmp_path / "fresh.h5"
