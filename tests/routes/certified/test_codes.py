@@ -1,4 +1,4 @@
-"""Certified codes: against 113 bits, with other settings, of configs, and where none is proven."""
+"""Certified codes: against 113 bits, of configs, and where none is proven."""
 
 from __future__ import annotations
 

@@ -253,7 +253,7 @@ def test_the_unstable_surface_is_where_C9_says_in_pairs_of_doubles(stored: Store
     mirror = np.array([1, 1, -1, 1, 1, -1])[:, None]
     for u in (-0.9, 0.8):
         low, high = -1.0, 1.0
-        for _ in range(4):
+        for _ in range(3):
             v = np.linspace(low, high, 17)
             states = np.array([offered.value(each, u, v) + 0 * v for each in begin])
             past = states_at(

@@ -149,7 +149,7 @@ def test_all_eight_relations_are_proven_of_starts_of_one_J2_0(found: Found) -> N
 
 @pytest.mark.slow
 def test_orbits_of_all_energies_do_what_the_polynomials_say(found: Found) -> None:
-    """In 113 bits, from random points of a set at random energies of its own."""
+    """In pairs of doubles, from random points of a set at random energies of its own."""
     quad, arrival = found.quads[2], found.proven.arrivals[2]
     with lot.drawn("orbits of several energies") as chance:
         for _ in range(3):

@@ -302,7 +302,6 @@ def test_C6_energies_along_a_line_are_the_same_for_both() -> None:
         assert float(mine.bound) == pytest.approx(float(theirs.most), rel=1e-9)
 
 
-@pytest.mark.slow
 def test_orbits_in_106_bits_do_what_the_relations_say(stored: Stored) -> None:
     """From random points of each set: crossings and their derivatives are where bounds say."""
     of = zip(stored.quads, stored.orbits, stored.arrivals, strict=False)
