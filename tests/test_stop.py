@@ -52,7 +52,7 @@ def ends_soon(
     def ask_at_work() -> None:
         # At work it takes time of the processor, or is in processes that do.
         begun = time.process_time()
-        while time.process_time() < begun + 0.3 and not active_children():
+        while time.process_time() < begun + 0.1 and not active_children():
             time.sleep(0.01)
         asked.append((time.process_time(), time.monotonic()))
         ask()
