@@ -52,7 +52,7 @@ def ends_soon(
     def ask_at_work() -> None:
         # At work it takes time of the processor, or is in processes that do.
         begun = time.process_time()
-        while time.process_time() < begun + 0.3 and not active_children():
+        while time.process_time() < begun + 0.1 and not active_children():
             time.sleep(0.01)
         asked.append((time.process_time(), time.monotonic()))
         ask()
@@ -60,10 +60,12 @@ def ends_soon(
     work(1, 1)
     Thread(target=ask_at_work, daemon=True).start()
     # Where nobody heeds it the work takes hours.
-    faulthandler.dump_traceback_later(120, exit=True)
-    with pytest.raises(end):
-        work(count, symbols)
-    faulthandler.cancel_dump_traceback_later()
+    faulthandler.dump_traceback_later(300, exit=True)
+    try:
+        with pytest.raises(end):
+            work(count, symbols)
+    finally:
+        faulthandler.cancel_dump_traceback_later()
     [(used, since)] = asked
     assert time.process_time() - used < PROMPT
     # Of processes, whose time is not counted here. Other work on the machine may take its turn.
