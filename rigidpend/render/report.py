@@ -31,7 +31,7 @@ FEW = 3
 
 
 Section: TypeAlias = dict[str, Any]
-"""What the page's template takes of a result: its name, its title, and what is shown of it.
+"""Words for the page's template about a result: its name, its title, and what is shown of it.
 
 A `problem` is the reason why nothing is, a `doubt` one about what is. By `order` sections stand:
 the paper's figures, whose numbers begin with a digit, first."""

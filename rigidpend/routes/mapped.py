@@ -218,7 +218,7 @@ class Maps:
     def onward(
         self, which: int, columns: Any, states: Any, time: Any, count: int, *, rising: bool
     ) -> tuple[Any, Crossings]:
-        """By the first map or the second (0, 1) from crossings to so many further ones, in t'.
+        """Crossings by the first map or the second (0, 1) that follow given ones, so many, in t'.
 
         Where some columns cross M3 = 0, upward or downward, are states (6, N) in units of M of one,
         at times t'. The separatrix of each, and what follows.
