@@ -94,14 +94,14 @@ verify: $(VENV)/.installed ## compute every experiment again and compare with re
 reference: $(VENV)/.installed ## renew results/reference/: make reference REASON="why" [NAMES="fig4 fig5"]
 	$(RUN) reference $(or $(NAMES),all) --reason "$$REASON" $(if $(JOBS),-j $(JOBS))
 
-bench: $(VENV)/.installed-bench ## measure against other methods, store, renew README; a quarter of an hour, alone
+bench: $(VENV)/.installed-bench ## measure against other methods, store, renew README; some five minutes, alone
 	$(RUN) bench --out "$(RESULTS)"
 	mkdir -p results/measured results/gallery
 	cp "$(RESULTS)"/bench.h5 results/measured/
 	cp "$(RESULTS)"/bench.png results/gallery/
 	$(BIN)/python -m scripts.readme_tables
 
-stress: $(VENV)/.installed ## trials at the limits, store, renew README; some ten minutes on two cores
+stress: $(VENV)/.installed ## trials at the limits, store, renew README; some five minutes on two cores
 	$(RUN) stress --out "$(RESULTS)"
 	mkdir -p results/measured results/gallery
 	cp "$(RESULTS)"/stress.h5 results/measured/

@@ -17,6 +17,7 @@ from numpy.typing import NDArray
 from rigidpend.mechanics.equations import aligned
 from rigidpend.orbits.integrate import Crossings, Outcome
 from rigidpend.orbits.integrate.arithmetic import in_kernel
+from rigidpend.orbits.integrate.kernel.machine_code import LANES
 from rigidpend.orbits.integrate.states import at_crossings
 from rigidpend.orbits.records import columns as columns_of
 from rigidpend.orbits.records import put
@@ -83,8 +84,9 @@ def _continued(
     """
     run, scales, every = maps.run, certainty.FIRST, np.arange(columns.size)
     expected = known.time[at, every]
-    # Lanes end together where their times are alike.
-    order = np.argsort(expected)
+    # Lanes end together where their times are alike, and threads where each has some of all.
+    groups = np.arange(columns.size) // LANES
+    order = np.argsort(expected)[np.argsort(groups % run.jobs, kind="stable")]
     begin, states = run.begin(bits, scales, columns[order])
     time, states = at_crossings(
         begin.coefficients,
