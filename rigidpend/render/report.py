@@ -11,7 +11,7 @@ import base64
 import io
 from collections.abc import Sequence
 from pathlib import Path
-from typing import Any, TypeAlias
+from typing import Any, NamedTuple
 
 from rigidpend import experiments, render
 from rigidpend.machine import files, wording
@@ -30,11 +30,44 @@ FEW = 3
 """Results whose images are reduced one after the other; more share the processors."""
 
 
-Section: TypeAlias = dict[str, Any]
-"""Words for the page's template about a result: its name, its title, and what is shown of it.
+class ResultSection(NamedTuple):
+    """A result's part of the page."""
 
-A `problem` is the reason why nothing is, a `doubt` one about what is. By `order` sections stand:
-the paper's figures, whose numbers begin with a digit, first."""
+    name: str
+    figure: str = ""
+    experiment: str = ""
+    picture: str = ""
+    """Image as a data URI."""
+    caption: str = ""
+    """Sentences on what the figure shows."""
+    bodies: Sequence[str] = ()
+    """Phrases on the body, or on each of them."""
+    tables: Sequence[Table] = ()
+    provenance: Sequence[tuple[str, str]] = ()
+    problem: str = ""
+    """Reason why nothing is shown."""
+    doubt: str = ""
+    """Doubt about what is shown, or about what is missing beside it."""
+
+    @property
+    def title(self) -> str:
+        if self.problem:
+            return self.name
+        what = self.experiment.replace("_", " ")
+        if self.of_the_paper:
+            return f"Fig. {self.figure}: {what}"
+        named = "" if self.name == self.experiment else f": {self.name}"
+        return f"{what.capitalize()}{named}"
+
+    @property
+    def of_the_paper(self) -> bool:
+        """True if the paper has this figure: its number begins with a digit."""
+        return self.figure[:1].isdigit()
+
+    @property
+    def order(self) -> tuple[bool, str]:
+        """Sorting key: the paper's figures first, in their order."""
+        return not self.of_the_paper, f"{self.figure} {self.name}"
 
 
 def results(folder: Path) -> list[Path]:
@@ -68,15 +101,15 @@ def build(sources: Sequence[Path]) -> tuple[str, list[str]]:
     """Build the page for some results, as :func:`write` writes it, and list what is wrong."""
     jobs = cores() if len(sources) > FEW else 1
     sections = side_by_side(_section, (), True, sources, jobs)
-    problems = [said for found in sections if (said := found["problem"] or found["doubt"])]
+    problems = [said for found in sections if (said := found.problem or found.doubt)]
     # A page of nothing but complaints is no report.
-    if all(found["problem"] for found in sections):
+    if all(found.problem for found in sections):
         there = any(source.exists() for source in sources)
         raise (store.StoreError if there else Absent)("\n".join(problems))
-    return html(sorted(sections, key=lambda found: found["order"])), problems
+    return html(sorted(sections, key=lambda found: found.order)), problems
 
 
-def _section(source: Path) -> Section:
+def _section(source: Path) -> ResultSection:
     """The part of a file; a sentence where it cannot be shown."""
     check_stop()
     try:
@@ -88,7 +121,7 @@ def _section(source: Path) -> Section:
             doubt = f"nothing is marked as proven: {remedies.told(error)}"
         origin = render.drawn_from(source, str(result["attributes"]["experiment"]))
         drawn = render.kept(source.with_suffix(".png"), origin)
-        return section(marked(result, certificate), drawn) | {"doubt": doubt}
+        return section(marked(result, certificate), drawn)._replace(doubt=doubt)
     except render.Undrawable as error:
         said = store.StoreError.of(source, str(error))
     except store.StoreError as error:
@@ -98,37 +131,25 @@ def _section(source: Path) -> Section:
     except render.OF_VALUES as error:
         # One file, whatever is in it, does not keep the others from being shown.
         said = store.StoreError.of(source, f"cannot be shown: {wording.error(error)}")
-    name, order = source.stem, (True, f" {source.stem}")
-    return {
-        "name": name,
-        "title": name,
-        "problem": remedies.told(said),
-        "doubt": "",
-        "order": order,
-    }
+    return ResultSection(source.stem, problem=remedies.told(said))
 
 
-def section(result: Any, drawn: bytes | None = None) -> Section:
+def section(result: Any, drawn: bytes | None = None) -> ResultSection:
     """Make a result's part of the page, with its image, drawn now where none is given."""
     attributes = result["attributes"]
     rows = {key: attributes.get(key, "") for key in ("engine", "config_hash", "code_hash")}
     rows |= result["provenance"]
-    experiment, name = str(attributes["experiment"]), str(attributes.get("name", "unnamed"))
-    figure, what = str(attributes.get("figure", "")), experiment.replace("_", " ")
-    named = "" if name == experiment else f": {name}"
-    of_the_paper = figure[:1].isdigit()
-    return {
-        "name": name,
-        "title": f"Fig. {figure}: {what}" if of_the_paper else f"{what.capitalize()}{named}",
-        "order": (not of_the_paper, f"{figure} {name}"),
-        "problem": "",
-        "doubt": "",
-        "picture": picture(drawn or render.image(result, "png")),
-        "caption": captions.caption(experiment),
-        "bodies": captions.bodies(result),
-        "tables": experiments.tables(experiment, result),
-        "provenance": [(key.replace("_", " "), str(value)) for key, value in rows.items()],
-    }
+    experiment = str(attributes["experiment"])
+    return ResultSection(
+        name=str(attributes.get("name", "unnamed")),
+        figure=str(attributes.get("figure", "")),
+        experiment=experiment,
+        picture=picture(drawn or render.image(result, "png")),
+        caption=captions.caption(experiment),
+        bodies=captions.bodies(result),
+        tables=experiments.tables(experiment, result),
+        provenance=[(key.replace("_", " "), str(value)) for key, value in rows.items()],
+    )
 
 
 def picture(png: bytes) -> str:
@@ -147,7 +168,7 @@ def picture(png: bytes) -> str:
     return f"data:image/png;base64,{base64.b64encode(small.getvalue()).decode('ascii')}"
 
 
-def html(sections: Sequence[Section]) -> str:
+def html(sections: Sequence[ResultSection]) -> str:
     """Write the whole page as HTML."""
     from jinja2 import Environment, FileSystemLoader, StrictUndefined
 

@@ -102,7 +102,7 @@ def test_the_routes_are_the_paper_s_beside_the_file_s_for_its_figure_alone() -> 
     result["attributes"]["figure"] = ""
     routes, plateaus = herpolhodes.tables(result)
     assert {row[1] for row in routes.rows} == {row[2] for row in plateaus.rows} == {""}
-    assert report.section(result)["title"] == "Herpolhodes: fig5"
+    assert report.section(result).title == "Herpolhodes: fig5"
 
 
 ROWS = {
