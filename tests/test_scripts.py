@@ -1,18 +1,47 @@
-"""What tools in scripts/ say: lowest versions, stated errors, the page of the return map."""
+"""What tools in scripts/ say: the audit of versions, stated errors, the page of the return map."""
 
 from __future__ import annotations
 
 import math
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
 
 from rigidpend.mechanics.body import Body
 from rigidpend.orbits.return_map import MapError, return_map
-from scripts import lowest, map_page, stated
+from scripts import audit, lowest, map_page, stated
 
 ROOT = Path(__file__).resolve().parents[1]
+SOUND = {"name": "click", "version": "8.5.1", "vulns": []}
+UNKNOWN = {"name": "numpy", "skip_reason": "Dependency not found"}
+BAD = {"name": "h5py", "version": "3.13", "vulns": [{"id": "X-1", "fix_versions": ["3.14"]}]}
+UNASKED = ["not audited: the service cannot be asked from here"]
+
+
+@pytest.mark.parametrize(
+    ("document", "verdict"),
+    [
+        (None, (UNASKED, False)),
+        ({"dependencies": [UNKNOWN, UNKNOWN]}, (UNASKED, False)),
+        ({"dependencies": [SOUND]}, (["1 versions audited"], False)),
+        (
+            {"dependencies": [SOUND, BAD, UNKNOWN]},
+            (["h5py 3.13: X-1, mended in 3.14", "2 versions audited, 1 not found"], True),
+        ),
+    ],
+)
+def test_a_vulnerability_fails_and_silence_is_not_taken_for_soundness(
+    document: Any, verdict: Any
+) -> None:
+    assert audit.verdict(document) == verdict
+
+
+def test_every_pinned_version_is_asked_about() -> None:
+    text = (ROOT / "constraints.txt").read_text(encoding="utf-8")
+    lines = [line for line in text.splitlines() if line and not line.startswith("#")]
+    assert len(lines) - len(audit.pinned(text)) == 1, "heyoka alone is a range"
 
 
 def test_the_lowest_versions_are_those_that_the_project_names() -> None:
