@@ -2,7 +2,7 @@
 
 An error that a passage makes grows in all that follow. Up to where it has grown by as many bits as
 the integration is sharper than the map, the integration alone decides how good the whole is; from
-there on the map does as well, in a hundredth of the time. By how much errors grow up to a crossing
+there on the map does as well, in less than a hundredth of the time. By how much errors grow up to a crossing
 a map in doubles tells: its own are seen there. They are taken for the largest that a map may have,
 so that the orbit is handed over rather too late.
 """
@@ -14,7 +14,6 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from rigidpend.mechanics.equations import aligned
 from rigidpend.orbits.integrate import Crossings, Outcome
 from rigidpend.orbits.integrate.arithmetic import in_kernel
 from rigidpend.orbits.integrate.kernel.machine_code import LANES
@@ -88,7 +87,7 @@ def _continued(
     groups = np.arange(columns.size) // LANES
     order = np.argsort(expected)[np.argsort(groups % run.jobs, kind="stable")]
     begin, states = run.begin(bits, scales, columns[order])
-    time, states = at_crossings(
+    time, states, late = at_crossings(
         begin.coefficients,
         states,
         expected[order] / scales.time_unit,
@@ -100,10 +99,9 @@ def _continued(
     )
     back = np.argsort(order)
     time, states = time[back].astype(float) * scales.time_unit, states[:, back]
-    M3, rate = (x.astype(float) for x in (states[2], aligned(states, begin.coefficients)[2]))
     # The first crossing is upward. Taken for the other kind one lies far outside of the tables.
     rising = at % 2 == 0
-    right = np.abs(M3) <= 2.0 ** (SETTLED - bits) * np.abs(rate)
+    right = np.abs(late[back]) <= 2.0 ** (SETTLED - bits)
     right &= run.rate * np.abs(time - expected) <= certainty.CLOSE
     known.time[at, every] = time
     for up in (True, False):

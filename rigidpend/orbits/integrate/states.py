@@ -261,7 +261,7 @@ def first_crossings(
     if (seen.outcome != Outcome.COMPLETE).any():
         return None
     given = coefficients, states, seen.time[0], whole, tolerance
-    return at_crossings(*given, 2.0 ** (2 - bits), engine=engine, jobs=jobs)
+    return at_crossings(*given, 2.0 ** (2 - bits), engine=engine, jobs=jobs)[:2]
 
 
 def at_crossings(
@@ -274,24 +274,23 @@ def at_crossings(
     *,
     engine: str,
     jobs: int,
-) -> tuple[Any, Any]:
+) -> tuple[Any, Any, Array]:
     """Carry orbits to crossings of M3 = 0 of which doubles (n,) tell the times, by Newton's method.
 
-    Until they are no more than `late` too late, t', or that gains nothing. All else is as in
-    :func:`first_crossings`.
+    Until they are off by less than `late`, t', or that gains nothing. The third result is what is
+    left, (n,); all else is as in :func:`first_crossings`.
     """
-    floats = AlignedCoefficients(*map(float, coefficients))
+    floats, local = AlignedCoefficients(*map(float, coefficients)), tolerance * 2.0 ** (53 - bits)
     found, steps = np.zeros(len(times), dtype=states.dtype), times
     for _ in range(2 + bits // GAINED):
         exact = np.array([Fraction(t) for t in steps]) if states.dtype == object else steps
         given = coefficients, states, exact[None], bits, jobs
-        local = tolerance * 2.0 ** (53 - bits)
         states = states_at(*given, engine=engine, tolerance=local)[:, 0]
         found = found + exact
         steps = -states[2].astype(float) / aligned(states.astype(float), floats)[2]
         if np.abs(steps).max() < late:
             break
-    return found, states
+    return found, states, steps
 
 
 def _whole(engine: str, bits: int) -> int:
