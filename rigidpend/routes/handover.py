@@ -2,9 +2,9 @@
 
 An error that a passage makes grows in all that follow. Up to where it has grown by as many bits as
 the integration is sharper than the map, the integration alone decides how good the whole is; from
-there on the map does as well, in less than a hundredth of the time. By how much errors grow up to a crossing
-a map in doubles tells: its own are seen there. They are taken for the largest that a map may have,
-so that the orbit is handed over rather too late.
+there on the map does as well, in less than a hundredth of the time. By how much errors grow up to
+a crossing a map in doubles tells: its own are seen there. They are taken for the largest that a map
+may have, so that the orbit is handed over rather too late.
 """
 
 from __future__ import annotations

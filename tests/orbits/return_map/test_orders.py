@@ -45,6 +45,15 @@ def test_a_layer_below_what_pairs_of_doubles_resolve_is_refused(
         assert whole_reach(rough) > 0
 
 
+def test_only_a_body_without_any_force_is_without_weight(rough: Rough) -> None:
+    """In the Hess case one of both is zero."""
+    c, none = rough.c.aligned, {"force_p": 0.0, "force_m": 0.0}
+    for name in none:
+        assert whole_reach(Rough(rough.c._replace(aligned=c._replace(**{name: 0.0})), H)) > 0
+    with pytest.raises(MapError, match="without weight"):
+        whole_reach(Rough(rough.c._replace(aligned=c._replace(**none)), H))
+
+
 @pytest.mark.parametrize(
     ("whole", "reached", "tried"),
     [
