@@ -230,8 +230,11 @@ def test_crossings_are_sought_until_none_is_late_and_what_is_left_is_told(
 ) -> None:
     begin, states = maps.run.begin(88, certainty.FIRST, open_)
     times = known.crossings.time[0, open_] - np.append(1e-3, np.zeros(len(open_) - 1))
-    given: Any = (begin.coefficients, states, times, 88, 2.0**-52)
-    once, settled = (at_crossings(*given, late, engine="taylor", jobs=1) for late in (1.0, 1e-12))
+    c, bits, tolerance = begin.coefficients, 88, 2.0**-52
+    once, settled = (
+        at_crossings(c, states, times, bits, tolerance, late, engine="taylor", jobs=1)
+        for late in (1.0, 1e-12)
+    )
     # M3 bends by as much on the way.
     assert once[2][0] == pytest.approx(1e-3, rel=1e-2)
     assert np.abs(once[2][1:]).max() < 1e-12
