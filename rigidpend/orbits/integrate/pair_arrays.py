@@ -188,8 +188,8 @@ def _parts(x: Any) -> tuple[Any, Any]:
 
 def _widened(parts: Any, width: int) -> Any:
     """Parts with ones behind the last column."""
-    found = np.ones((*parts.shape[:-1], width))
-    found[..., : parts.shape[-1]] = parts
+    found, known = np.empty((*parts.shape[:-1], width)), parts.shape[-1]
+    found[..., :known], found[..., known:] = parts, 1.0
     return found
 
 
@@ -222,6 +222,14 @@ def matmul(a: Any, b: Any) -> PairArray:
     loop = products() if sets * rows * terms * wide > SHORT else held(products)
     loop(out, left, right, rows, terms, wide, sets, x.ndim > 2, y.ndim > 2)
     return PairArray(out[..., :width])
+
+
+def in_lanes(x: Any) -> Any:
+    """An array of pairs with columns of ones behind its own: it fills vectors of lanes.
+
+    As the right factor of a product of matrices it is not copied then. Of other numbers as it is.
+    """
+    return PairArray(_widened(x.parts, max(LANES, x.shape[-1]))) if type(x) is PairArray else x
 
 
 def convolved(a: Sequence[Any], b: Sequence[Any]) -> Any:

@@ -24,7 +24,7 @@ import numpy as np
 
 from rigidpend.numbers.generic import Scalar
 from rigidpend.orbits.integrate.states import states_at
-from rigidpend.orbits.return_map.conjugacy import TorusForm, TorusRates
+from rigidpend.orbits.return_map.conjugacy import Beside, TorusForm, TorusRates
 from rigidpend.orbits.return_map.expansions import (
     chebyshev_analysis,
     chebyshev_basis,
@@ -201,20 +201,12 @@ def section_chart(
         The arcs do not end within the range of the normal form.
     """
     nf, a, h = form.nf, form.a, np.repeat(form.h, form.each(len(d)))
-    begin = section_state(rising, d, chi, h, c, a)
-    side = 1 if rising else -1
-    times = side * length * a.array([1.0])
+    side, shares = 1 if rising else -1, a.zeros((0,))
     if nf.theta3:
         few = quadrature_points(float(length), c, float(nf.energies.centre), a.bits)
         shares, parts = gauss(few, a)
-        times = np.append(side * length * shares, times)
-    path = states_at(c.aligned, begin, times, a.bits)
-    end = path[:, -1]
-    if not (end[2] > 0).all():
-        raise MapError("an orbit from the section does not reach the periodic orbit")
-    psi = rotation_phase(end, c, a)
+    path, psi, at = arcs(rising, d, chi, form, c, length * np.append(shares, a.array([1.0])))
     turned = branch(psi - chi, side, length, h, c, a)
-    at = form.inverted(psi, end[0], end[1])
     rates = form.rates(at.u * at.v)
     stretch = a.exp(rates.exponent * turned)
     time = side * length - at.tau - rates.rotation * turned
@@ -223,6 +215,29 @@ def section_chart(
         rate = theta3_rate(path[:3, :-1], c)
         found.append(side * length * (parts[:, None] * rate).sum(axis=0) - at.sigma)
     return np.stack(found)
+
+
+def arcs(
+    rising: bool, d: Scalar, chi: Scalar, form: TorusForm, c: Coefficients, times: Scalar
+) -> tuple[Any, Any, Beside]:
+    """The arcs from points of the section towards the periodic orbit, and where they end.
+
+    They are the states at ascending `times` (t', not negative), forwards from upward (`rising`)
+    crossings and backwards from downward ones, the phase psi at the last one, and u and v there.
+
+    Raises
+    ------
+    MapError
+        The arcs do not end within the range of the normal form.
+    """
+    a, h = form.a, np.repeat(form.h, form.each(len(d)))
+    begin = section_state(rising, d, chi, h, c, a)
+    path = states_at(c.aligned, begin, times if rising else -times, a.bits)
+    end = path[:, -1]
+    if not (end[2] > 0).all():
+        raise MapError("an orbit from the section does not reach the periodic orbit")
+    psi = rotation_phase(end, c, a)
+    return path, psi, form.inverted(psi, end[0], end[1])
 
 
 def branch(

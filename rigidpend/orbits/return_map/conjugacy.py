@@ -9,6 +9,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from rigidpend.numbers.generic import Scalar
+from rigidpend.orbits.integrate.pair_arrays import in_lanes
 from rigidpend.orbits.return_map.expansions import fourier_basis, grouped, in_blocks
 from rigidpend.orbits.return_map.normal_form import GUARD, MapError, NormalForm, powers
 from rigidpend.orbits.return_map.precision import Precision, correction, precision, product
@@ -212,8 +213,8 @@ class TorusSeries:
     def __init__(self, form: TorusForm, psi: Scalar, most: int | None = None) -> None:
         nf, weights, counts = form.nf, form.weights, form.counts
         self.degree = nf.degree if most is None else min(most, nf.degree)
-        self.series: list[tuple[Any, Any]] = []
-        """Coefficients (N, F, terms), and the powers: of Qp, Qm and sigma, and of tau."""
+        self.series: list[tuple[Any, Any, int]] = []
+        """Coefficients (N, terms, F or more), powers and F: of Qp, Qm and sigma; and of tau."""
         basis = fourier_basis(psi, nf.n, form.a)
         groups, energies = weights.shape
         alone = groups == len(psi)
@@ -221,32 +222,33 @@ class TorusSeries:
             # Each point has an energy of its own.
             basis = (weights[:, :, None] * basis[:, None, :]).reshape(len(psi), -1)
             groups, counts = 1, None
-        for values, parity in ((nf.odd.transpose(0, 2, 1), 1), (nf.even[:, None], 0)):
-            exponents = powers(self.degree, parity)
-            part = values[..., : len(exponents)]
+        for values, parity in ((nf.odd, 1), (nf.even[..., None], 0)):
+            exponents, functions = powers(self.degree, parity), values.shape[-1]
+            part = values[:, : len(exponents)]
             if not alone:
                 part = product(weights, part.reshape(energies, -1))
             part = grouped(basis, part.reshape(groups, basis.shape[1], -1), counts)
-            self.series.append((part.reshape(len(psi), values.shape[1], -1), exponents))
+            part = in_lanes(part.reshape(len(psi), -1, functions))
+            self.series.append((part, exponents, functions))
 
     def part(self, least: int, most: int | None = None) -> TorusSeries:
         """The terms from a degree to another."""
         made = copy.copy(self)
         made.degree = self.degree if most is None else min(most, self.degree)
         made.series = []
-        for c, exponents in self.series:
+        for c, exponents, functions in self.series:
             # They are in ascending order of degrees.
-            ends = np.searchsorted(exponents.sum(axis=1), (least, made.degree + 1))
-            made.series.append((c[..., slice(*ends)], exponents[slice(*ends)]))
+            some = slice(*np.searchsorted(exponents.sum(axis=1), (least, made.degree + 1)))
+            made.series.append((c[:, some], exponents[some], functions))
         return made
 
     def least_degrees(self, size: float, *shares: float) -> list[int]:
         """The degrees behind which terms at |u|, |v| <= size are below shares of the largest."""
         found = [1] * len(shares)
-        for c, exponents in self.series:
+        for c, exponents, _ in self.series:
             degrees = exponents.sum(axis=1)
-            sizes = np.abs(c).max(axis=0) * size**degrees
-            sizes = (sizes / np.maximum(sizes.max(axis=1, keepdims=True), 1e-300)).max(axis=0)
+            sizes = np.abs(c).max(axis=0) * size ** degrees[:, None]
+            sizes = (sizes / np.maximum(sizes.max(axis=0), 1e-300)).max(axis=1)
             large = (degrees[sizes > share].max(initial=1) for share in shares)
             found = [max(low, int(high)) for low, high in zip(found, large, strict=True)]
         return found
@@ -255,21 +257,21 @@ class TorusSeries:
         """Qp, Qm, sigma if it is known, and tau: (3 or 4, N)."""
         of_u, of_v = (_powers(x, self.degree + 1) for x in (u, v))
         found = []
-        for c, exponents in self.series:
+        for c, exponents, functions in self.series:
             j, k = exponents.T
-            found.append(np.matmul(c, (of_u[:, j] * of_v[:, k])[:, :, None])[..., 0])
+            found.append(np.matmul((of_u[:, j] * of_v[:, k])[:, None], c)[:, 0, :functions])
         return np.concatenate(found, axis=1).T
 
     def slopes(self, u: Scalar, v: Scalar, *, every: bool = False) -> tuple[Any, Any, Any]:
         """Qp and Qm, or `every` one of `values`, with their derivatives in u and in v."""
-        odd, of_odd = self.series[0]
+        odd, of_odd, _ = self.series[0]
         of_u, of_v = (_powers(x, self.degree + 1) for x in (u, v))
         found = []
-        for c, exponents in self.series if every else [(odd[:, :2], of_odd)]:
+        for c, exponents, _ in self.series if every else [(odd[..., :2], of_odd, 2)]:
             j, k = exponents.T
             by_u, by_v = j * of_u[:, np.maximum(j - 1, 0)], k * of_v[:, np.maximum(k - 1, 0)]
             at_u, at_v = of_u[:, j], of_v[:, k]
-            terms = at_u * at_v, by_u * at_v, at_u * by_v
-            found.append([np.einsum("...i,...i", c, x[:, None]) for x in terms])
-        value, along_u, along_v = (np.concatenate(x, axis=1).T for x in zip(*found, strict=True))
+            terms = np.stack((at_u * at_v, by_u * at_v, at_u * by_v), axis=1)
+            found.append(np.matmul(terms, c))
+        value, along_u, along_v = np.concatenate(found, axis=2).transpose(1, 2, 0)
         return value, along_u, along_v

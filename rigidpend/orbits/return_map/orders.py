@@ -17,6 +17,7 @@ from rigidpend.orbits.return_map.charts import (
     FORWARD,
     INVERSE,
     ChartTable,
+    arcs,
     forward_table,
     inverse_table,
     quadrature_points,
@@ -25,7 +26,7 @@ from rigidpend.orbits.return_map.charts import (
 from rigidpend.orbits.return_map.checks import Errors
 from rigidpend.orbits.return_map.conjugacy import TorusForm
 from rigidpend.orbits.return_map.expansions import Interval, phases
-from rigidpend.orbits.return_map.normal_form import MapError, normal_form, powers
+from rigidpend.orbits.return_map.normal_form import MapError, NormalForm, normal_form, powers
 from rigidpend.orbits.return_map.precision import precision
 from rigidpend.orbits.return_map.reduced import Coefficients
 
@@ -68,10 +69,10 @@ TINY = 1e-17
 """Relative size below which terms in doubles tell nothing more."""
 SLOWEST = 0.05
 """Least natural logarithm by which terms shrink from order to order."""
-MOST_DEGREE = 45
-"""Largest degree of the normal form in doubles, and in proportion to the bits.
-
-With the body of Fig. 4 mu = 0.045 takes 43."""
+MOST_DEGREE = 52
+"""Largest degree of the normal form in doubles; it grows in proportion to the bits."""
+ENDS = 16
+"""Phases at the ends of a table's width at which the second look measures where arcs end."""
 TOLD = 2
 """Factor by which tables may err more than their last coefficients."""
 MORE = 1.2
@@ -283,11 +284,15 @@ def second_look(body: Rough, layer: Layer) -> Shrinking:
     length, border, n = body.arc_length(width), body.border(width), body.harmonics(DOUBLES)
     nf = normal_form(body.c, at, SECOND_LOOK, n, border, a, least=TINY)
     degrees = powers(nf.degree, 1).sum(axis=1)
-    sizes = np.abs(nf.odd[:, :, :2]).max(axis=(0, 2)) * border**degrees
+    sizes = np.abs(nf.odd[:, :, :2]).max(axis=(0, 2)) * _reach(body, layer, nf) ** degrees
     by_degree = np.array([sizes[degrees == D].max() for D in range(1, nf.degree + 1, 2)])
     by_degree = by_degree / by_degree[0]
-    # Where the series reaches not even for doubles, its inverse would not be found either.
-    _degree(by_degree, 2.0**-53, width)
+    degree = _degree(by_degree, 2.0**-53)
+    if degree > MOST_DEGREE:
+        raise MapError(
+            f"mu is too large: the normal form shrinks so slowly over the layer around the"
+            f" separatrices, |d| up to {width:.2g}, that it takes the degree {degree}"
+        )
     tables = []
     for rising in (False, True):
         sizes = rising, a.number(layer.widths[rising]), body.nodes(width, DOUBLES), nf.n
@@ -297,39 +302,50 @@ def second_look(body: Rough, layer: Layer) -> Shrinking:
     return Shrinking(by_degree, by_x, by_phase)
 
 
-def orders(body: Rough, half: float, layer: Layer, seen: Shrinking, target: float) -> Orders:
+def _reach(body: Rough, layer: Layer, nf: NormalForm) -> float:
+    """|u| and |v| where arcs from the ends of both sections' widths end: their geometric mean.
+
+    A term u^j v^k of the normal form is largest there. The `border`, which is that of orbits
+    without weight, is 1.1 to 1.3 times less, and terms of degree 50 are a million times less there.
+    """
+    found, length = 0.0, body.arc_length(max(layer.widths))
+    for rising, width in zip((False, True), layer.widths, strict=True):
+        form = TorusForm(nf, np.full(1, body.h), precision(53))
+        d, chi = np.repeat([-width, width], ENDS), np.tile(phases(ENDS, form.a), 2)
+        *_, at = arcs(rising, d, chi, form, body.c, np.array([length]))
+        found = max(found, np.abs(at.u).max() * np.abs(at.v).max())
+    return math.sqrt(found)
+
+
+def orders(
+    body: Rough, half: float, layer: Layer, seen: Shrinking, target: float, inner: float
+) -> Orders:
     """The orders whose first terms left out are below `target`, relative.
 
-    Energies differ by up to `half` from that of the looks.
+    Those of the normal form are below `inner`. Energies differ by up to `half` from that of the
+    looks.
 
     Raises
     ------
     MapError
         The series shrink too slowly, or not at all.
     """
-    width, nats = max(layer.widths), -math.log(target)
+    nats = -math.log(target)
     return Orders(
-        _degree(seen.by_degree, target, width),
+        _degree(seen.by_degree, inner),
         body.harmonics(nats) + 2,
         max(_enough(x, target) for x in seen.by_x),
         # One harmonic more: what a chart leaves out is larger than its last one.
         2 * max(_enough(x, target) for x in seen.by_phase[::2]) + 1,
         2 * max(_enough(x, target) for x in seen.by_phase[1::2]) - 1,
         math.ceil(nats / math.log(2 * body.h / half) + 1) if half else 1,
-        body.arc_length(width),
+        body.arc_length(max(layer.widths)),
     )
 
 
-def _degree(by_degree: Any, target: float, width: float) -> int:
-    """The degree of the normal form, refused where it is too high."""
-    # Two degrees more, for all terms of one add up where |u| = |v|.
-    degree = 2 * _enough(by_degree, target) + 3
-    if degree > MOST_DEGREE * -math.log(target) / DOUBLES:
-        raise MapError(
-            f"mu is too large: the normal form shrinks so slowly over the layer around the"
-            f" separatrices, |d| up to {width:.2g}, that it takes the degree {degree}"
-        )
-    return degree
+def _degree(by_degree: Any, target: float) -> int:
+    """The degree of the normal form whose first terms left out are below a target."""
+    return 2 * _enough(by_degree, target) + 1
 
 
 def _by_order(table: ChartTable) -> tuple[Any, Any]:

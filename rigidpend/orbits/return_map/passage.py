@@ -14,7 +14,7 @@ import numpy as np
 
 from rigidpend.numbers.generic import Scalar
 from rigidpend.orbits.return_map.charts import Charts, ChartTable, Invariants, Looked, invariants
-from rigidpend.orbits.return_map.conjugacy import TorusForm
+from rigidpend.orbits.return_map.conjugacy import Beside, TorusForm
 from rigidpend.orbits.return_map.normal_form import NormalForm
 from rigidpend.orbits.return_map.precision import Precision
 
@@ -87,21 +87,30 @@ class EnergyLevel(TorusForm):
         """Orbits that start at Qp > 0, Qm = 0, M3 < 0, and first cross beside separatrix 2.
 
         Qp is a dimensionless number, `phase` psi of the mirrored states, pi/2 - beta0/2 - theta2
-        radians, (N,). Raises MapError where Qp lies outside of the range of the normal form.
+        radians, (N,).
         """
         a, nf = self.a, self.nf
-        zero = 0 * phase
-        at = self.inverted(phase, zero + Qp, zero)
-        inverse = self.charts[True].inverse
+        at, inside = self.started(Qp, phase)
+        zero, inverse = 0 * phase, self.charts[True].inverse
         I = at.u * at.v
         rates = self.rates(I)
-        inside = (np.abs(I) <= inverse.width) & (at.v > 0) & (at.v <= nf.radius)
+        inside &= (np.abs(I) <= inverse.width) & (at.v > 0)
         s = phase + a.log(np.where(at.v > 0, at.v, 1 + zero)) / rates.exponent
         seen = inverse.look_up(np.where(inside, I, zero), s, a)
         chi = s + seen[1]
         time = at.tau + seen[2] - rates.rotation * (chi - phase)
         point = SectionPoint(True, seen[0], reduced_angle(-chi, a))
         return Entered(point, time, at.sigma + seen[3] if nf.theta3 else None, inside)
+
+    def started(self, Qp: Scalar, phase: Scalar) -> tuple[Beside, Any]:
+        """Such starts in the normal form, and which of them lie within its radius, (N,).
+
+        For the others the border stands, for beyond it the series need not have an inverse.
+        """
+        zero = 0 * phase
+        border, *_ = self.placed(phase, zero, zero + self.nf.radius)
+        at = self.inverted(phase, np.where(border < Qp, border, zero + Qp), zero)
+        return at, (border >= Qp) & (at.v <= self.nf.radius)
 
     def passage(
         self, point: SectionPoint, *, backward: bool = False, slopes: bool = False

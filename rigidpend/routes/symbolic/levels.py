@@ -237,8 +237,8 @@ class Surface(NamedTuple):
         def arrival(theta2: float) -> Arrival:
             # I and b of the mirrored starts.
             phase = self._phase(theta2 + STEP * np.array([-1.0, 0.0, 1.0]))
-            at = made.inverted(phase, 0 * phase + Qp, 0 * phase)
-            if np.abs(at.v).max() > made.nf.radius:
+            at, inside = made.started(Qp, phase)
+            if not inside.all():
                 raise MapError(f"J1_0 = {self.problem.J1_0} lies outside of the normal form")
             I = at.u * at.v
             b = -(phase + np.log(at.v) / level.rates(I).exponent)

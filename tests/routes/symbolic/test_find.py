@@ -162,22 +162,22 @@ Slopes that are told where the map has crossings gain two digits, so that they a
 
 @pytest.mark.slow
 @pytest.mark.parametrize(
-    ("body", "code", "given", "phase", "told"),
+    ("body", "address", "given", "phase", "told"),
     [
-        (LITTLE, "011", {**ROUND, "digits": 20}, "4.10620635667083801521", 1),
+        (LITTLE, "b 0^78 (1^78)*2", {**ROUND, "digits": 20}, "4.10620635667083801521", 1),
         (NEAR_HESS, "11", {**START, "digits": 16}, "3.0677245152375584", 3),
     ],
 )
 def test_orbits_of_thin_layers_are_found(
-    body: Body, code: str, given: Any, phase: str, told: int, monkeypatch: pytest.MonkeyPatch
+    body: Body, address: str, given: Any, phase: str, told: int, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """At whose last crossing gamma3 = 0, by Taylor series of Euler-Poisson in 113 and 230 bits."""
     monkeypatch.setattr(refine, "states_at", legs := Mock(wraps=states_at))
-    found = find_orbit(body, code, **given)
+    found = find_orbit(body, address, **given)
     assert str(found.theta2_0) == phase
-    assert found.confirmed == found.passages == len(code)
+    assert found.confirmed == found.passages == len(found.word)
     beside = [call.args[1].shape[1] for call in legs.call_args_list]
-    assert beside.count(6 * len(code) + 2) == told, "times that slopes are told"
+    assert beside.count(6 * len(found.word) + 2) == told, "times that slopes are told"
 
 
 FLAT = Body(A=(2, "1.46", "1.48"), r=("0.90", "0.44", 0), mu="0.00056")
@@ -188,13 +188,13 @@ HESS = Body(A=(2, 1, "3/2"), r=(1, "sqrt(2)", 0), mu="0.001")
 @pytest.mark.parametrize(
     ("body", "code", "given", "error", "said"),
     [
-        (FIG4, "01", {**START, "J1_0": "0.2"}, MapError, "normal form"),
+        (FIG4, "01", {**START, "J1_0": "0.2"}, MapError, "J1_0 = 0.2 lies outside of the normal"),
         (TOO_HEAVY, "01", START, MapError, "too large|does not reach"),
         (FIG4, "a 0^35", START, NoOrbit, "passage 1 takes so long .* 32 half rotations or fewer"),
         # No orbit changes sides at a downward crossing.
         (HESS, "11", START, NoOrbit, "Hess case or near it: .* at most at downward crossings"),
         # Legs do not meet.
-        (FLAT, "011", {**ROUND, "digits": 10}, NoOrbit, "nearly symmetric: .* by 3e-13 only"),
+        (FLAT, "110", {**ROUND, "digits": 10}, NoOrbit, "nearly symmetric: .* by 3e-13 only"),
     ],
 )
 def test_where_no_orbit_is_found_the_reason_is_told(
