@@ -38,8 +38,7 @@ MAX_STEPS = 1_000_000
 TOGETHER = {53: 512, 106: 64, 159: 16, 212: 8, 424: 8}
 """Number of orbits carried at a time, by bits: the kernel then works for 4 ms or more."""
 STEPS = {53: 128, 106: 32, 159: 16, 212: 8, 424: 8}
-"""Number of steps in a call, by bits; an orbit that is done earlier wastes half of them on average.
-"""
+"""Number of steps in a call, by bits; half of them, on average, come after an orbit's end."""
 FEWEST = 8
 """Least number of steps in a call; the notes have room for as many."""
 EXPECTED = 50
@@ -50,12 +49,12 @@ LONGER = 4
 A passage of a nearly symmetric body takes some hundred thousand steps: in calls of 75 steps it took
 four times as long."""
 LANE = np.dtype([("orbit", int), ("count", int), ("silence", int), ("last", float)])
-"""Type of a column: number of its orbit, number of its crossings, steps and t' of the last one.
+"""Type of a column.
 
-The steps are those since the last crossing."""
+It holds the number of the orbit, the number of its crossings, the number of steps since the last
+crossing, and t' of that crossing."""
 CONVERGED = 1e-9
-"""Size of Newton's last correction, as a share of the step, above which zeros are isolated instead.
-"""
+"""Newton's last correction, as a share of the step, above which zeros are isolated instead."""
 
 
 def crossings(orbits: Orbits, bits: int, tolerance: float) -> Crossings:

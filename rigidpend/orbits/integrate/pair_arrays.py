@@ -193,7 +193,7 @@ def _parts(x: Any) -> tuple[Any, Any]:
 
 
 def _widened(parts: Any, width: int) -> Any:
-    """Parts filled up with columns of ones to a width that loops in vectors need."""
+    """Parts with ones behind the last column."""
     found = np.ones((*parts.shape[:-1], width))
     found[..., : parts.shape[-1]] = parts
     return found

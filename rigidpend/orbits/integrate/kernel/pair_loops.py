@@ -185,7 +185,7 @@ def convolution(bits: int) -> Any:
 
     Numbers are doubles (53 bits) or pairs (106). `a` and `b` hold the addresses of `count` arrays
     each, `a_rows` the number of rows of each array of a; the array of b beside it has `rows` + 1
-    less as many rows. out[r, c] is the sum of a[k, c] b[r - k, c] over all arrays and over k.
+    minus that. out[r, c] is the sum of a[k, c] b[r - k, c] over all arrays and over k.
     `width` is at least `WIDE`. `work` has room for 3 `rows` numbers in each of `WIDE` lanes.
     """
     # Rows of some columns lie far apart in memory. They are brought together in `work`: the sums,

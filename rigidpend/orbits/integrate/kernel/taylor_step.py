@@ -320,8 +320,8 @@ class Recurrences:
 
     def expand(self) -> None:
         """Find all coefficients from those of order 0."""
+        # Coefficients of order 0: for doubles those of all lines, else only the parameters.
         values: dict[int, Value] = {}
-        """The order-0 coefficients: of doubles those of all lines, else of parameters alone."""
         for i, line in enumerate(self.field.lines):
             if line.name == "parameter":
                 values[i] = self.parameter[line.operands[0]]
