@@ -14,19 +14,19 @@ from rigidpend.numbers.expressions import named
 from rigidpend.numbers.generic import Elementary, Scalar
 
 SAME_WITHIN = 1e-15
-"""Distance below which two angles are equal to within the rounding of doubles, radians."""
+"""Difference below which two angles count as equal, radians: the rounding of doubles."""
 
 FARTHEST_ENERGY = 1e6
-"""Largest energy, and one over the least.
+"""Largest energy, and the inverse of the least.
 
-Of larger ones series of high order overflow; of smaller ones the longest step is short."""
+At larger energies series of high order overflow; at smaller ones the longest step is too short."""
 
 OUTSIDE = (
     "with the centre of gravity out of the plane of axes 1 and 2, those of the largest and the"
     " smallest moment, gravity turns the body out of every rotation about axis 3: there is no"
     " pendulum motion to start from, and no relabelling helps"
 )
-"""Reason for r3 = 0."""
+"""Reason for the condition r3 = 0, for messages."""
 
 
 class BodyError(ParameterError):
@@ -34,7 +34,7 @@ class BodyError(ParameterError):
 
 
 def check_units(name: str, energy: Exact, error: type[ParameterError] = ParameterError) -> None:
-    """Refuse an energy that other units would bring closer to 1."""
+    """Refuse an energy far from 1, which other units would bring closer to 1."""
     m = context(113)
     if not 1 / m.mpf(FARTHEST_ENERGY) <= energy.in_context(m) <= FARTHEST_ENERGY:
         raise error(
@@ -48,8 +48,8 @@ def check_units(name: str, energy: Exact, error: type[ParameterError] = Paramete
 class Angles(NamedTuple):
     """Parameters of a body in the dimensionless equations, in one precision.
 
-    All of them are dimensionless: `alpha0`, `beta0`, `gamma0` in radians, `kappa`, `nu`
-    and the perturbation `mu` pure numbers.
+    `alpha0`, `beta0` and `gamma0` are in radians; `kappa`, `nu` and the perturbation `mu` are pure
+    numbers.
     """
 
     alpha0: Any
@@ -99,7 +99,7 @@ class Body:
     mu: Exact
 
     def __init__(self, A: Sequence[Any], r: Sequence[Any], mu: Scalar) -> None:
-        # Frozen, so that bodies are keys of caches: hence this way round the ban on assignment.
+        # The class is frozen, so that bodies are keys of caches; this way the fields can be set.
         object.__setattr__(self, "A", _triple("A", A))
         object.__setattr__(self, "mu", checked.number("mu", mu, BodyError))
         _check_moments(self.A)
@@ -125,11 +125,12 @@ class Body:
             checked.number(name, value, BodyError)
             for name, value in (("alpha0", alpha0), ("beta0", beta0), ("gamma0", gamma0))
         )
-        # In 113 bits, for pi is no double, and an angle may lie closer to it than doubles tell.
+        # In 113 bits, since an angle may be closer to pi than doubles can tell.
         if not 0 < gamma.at(113) < alpha.at(113) < PI.at(113):
             values = f"alpha0 = {alpha}, gamma0 = {gamma}"
             raise BodyError("alpha0", f"pi > alpha0 > gamma0 > 0 is broken: {values}")
-        # beta0 = 0 and pi are cases of (trieq): a double beside them must not fail by its rounding.
+        # beta0 = 0 and pi are cases of (trieq): a double that is meant as one of them must not fail
+        # by its rounding.
         if not -SAME_WITHIN <= beta.at(113) <= PI.at(113) + SAME_WITHIN:
             raise BodyError("beta0", f"0 <= beta0 <= pi is broken: beta0 = {_written(beta)}")
         half_alpha, half_beta, half_gamma = alpha / 2, beta / 2, gamma / 2
@@ -172,11 +173,11 @@ class Body:
 
     @property
     def special_cases(self) -> tuple[str, ...]:
-        """Special cases that the body satisfies, to within the rounding of doubles.
+        """Names of the special cases that hold to within the rounding of doubles.
 
         Hess: alpha0 = beta0. Grioli: gamma0 = beta0. Flat: A2 + A3 = A1.
         """
-        # In 113 bits, so that the numbers as given decide, and not what evaluating them rounds.
+        # In 113 bits, so that the given numbers decide, and not the rounding of their evaluation.
         p = self.angles(113)
         a1, a2, a3 = (x.at(113) for x in self.A)
         cases = {
@@ -192,8 +193,8 @@ def angles_from_moments(
 ) -> Angles:
     """Compute alpha0, beta0, gamma0, kappa of a body, with nu of (Im) (eq. phi).
 
-    `differences` are A1 - A2, A1 - A3, A3 - A2, which the caller forms without cancellation; `m` is
-    where sqrt, atan2 and pi come from.
+    `differences` are A1 - A2, A1 - A3, A3 - A2, which the caller forms without cancellation. `m`
+    provides sqrt, atan2 and pi.
     """
     A1, A2, A3 = A
     A12, A13, A32 = differences
@@ -210,7 +211,7 @@ def angles_from_moments(
 def _angles(body: Body, bits: int) -> Angles:
     guard = context(bits + GUARD_BITS)
     A1, A2, A3 = body.A
-    # Differences of exact numbers: beside a symmetric body those of rounded ones cancel.
+    # Differences of the exact numbers: for a nearly symmetric body rounded ones would cancel.
     differences = [x.in_context(guard) for x in (A1 - A2, A1 - A3, A3 - A2)]
     A, r = ([x.in_context(guard) for x in triple] for triple in (body.A, body.r))
     made = angles_from_moments(A, differences, r, body.mu.in_context(guard), guard)
@@ -226,7 +227,7 @@ def _floats(body: Body) -> tuple[tuple[float, ...], tuple[float, ...], float]:
 def _triple(name: str, values: Sequence[Any]) -> tuple[Exact, Exact, Exact]:
     message = f"{name} needs three numbers"
     try:
-        # Of a text each letter would be one.
+        # A text of three characters would unpack too.
         x, y, z = () if isinstance(values, str | bytes) else values
     except (TypeError, ValueError):
         raise BodyError(name, f"{message}, got {named(values)}") from None
@@ -236,21 +237,21 @@ def _triple(name: str, values: Sequence[Any]) -> tuple[Exact, Exact, Exact]:
         raise BodyError(name, f"{message}: {error}") from None
 
 
-# Both are kept, for the members of a sweep share most of their bodies.
+# These checks are kept, since the members of a sweep share most of their bodies.
 @functools.lru_cache(maxsize=256)
 def _unit(r: tuple[Exact, Exact, Exact]) -> tuple[Exact, Exact, Exact]:
     """Check r and scale it to length one."""
-    # Rationals in their shortest form: bodies are equal however their r was written.
+    # Rationals take their shortest text, so that bodies are equal however their r was written.
     r1, r2, r3 = (x if x.fraction is None else exact(x.fraction) for x in r)
     square = r1 * r1 + r2 * r2
     _check_direction(r, square)
     r = (r1, r2, r3)
-    # Of length one as it is written, as (cos, sin) is: it stays, with no root to evaluate.
+    # An r of length one, such as (cos, sin), is left as it is: there is no root to evaluate.
     if abs(square.at(113) - 1) < context(113).mpf(2) ** -110:
         return r
     length = function("sqrt", square if square.fraction is None else exact(square.fraction))
-    # An exact zero stays one: over a root it would take thousands of
-    # bits to be told from what is tiny.
+    # An exact zero stays exact: divided by a root it could be told from a tiny number only by
+    # thousands of bits.
     x, y = (r_i if r_i.fraction == 0 else r_i / length for r_i in r[:2])
     return x, y, r[2]
 
@@ -268,7 +269,7 @@ def _check_moments(A: tuple[Exact, Exact, Exact]) -> None:
 
 
 def _relabelled(A: Sequence[Exact]) -> str:
-    """The mend of moments in another order, or what hinders it."""
+    """Advice for moments in the wrong order: the relabelled axes, or the reason against any."""
     order = sorted(range(3), key=lambda i: A[i].at(113))
     least, middle, most = (A[i] for i in order)
     if not most.at(113) > middle.at(113) > least.at(113):
@@ -300,17 +301,20 @@ def _check_weight(mu: Exact) -> None:
 
 
 def _negative(x: Exact, scale: Exact) -> bool:
-    """True if x < 0; an irrational x may fall short of zero by its rounding in doubles."""
+    """True if x < 0; an irrational x may be below zero by a double's rounding of `scale`."""
     if x.fraction is not None:
         return x.fraction < 0
     return bool(x.at(113) < -SAME_WITHIN * scale.at(113))
 
 
 def _shown(name: str, values: Sequence[Exact]) -> str:
-    """Three numbers with their name; it takes long where one is zero but has to be proven so."""
+    """Three numbers with their name, for a message.
+
+    This is slow for a zero that is not known as one, so that only failing checks call it.
+    """
     return f"{name} = ({', '.join(map(_written, values))})"
 
 
 def _written(x: Exact) -> str:
-    """Format a value for a message: as written where that is short, else with 17 digits."""
+    """Format a value for a message: as written if that is short, else with 17 digits."""
     return x.text if x.fraction is not None and len(x.text) < 18 else f"{float(x):.17g}"

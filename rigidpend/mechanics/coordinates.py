@@ -1,21 +1,21 @@
 """Exact maps between the descriptions of a state, vectorised over samples.
 
 The descriptions are (M, gamma) in principal axes, Andoyer-Deprit variables, the canonical
-(J, theta) and the separatrix-aligned components. Components come first, samples after: M and
-gamma have shape (3, ...), the fields of a record the shape (...).
+(J, theta) and the separatrix-aligned components. The first axis counts components: M and gamma have
+the shape (3, ...), the fields of a record the shape (...).
 
-Small quantities are carried, never formed as differences: an :class:`Andoyer` holds cos p and
-cos q beside L and H, a :class:`Canonical` holds J2 - J1 beside J1. Round trips therefore keep
-their relative precision down to J1/J2 = 1e-300 and (J2 - J1)/J2 = 1e-300 alike.
+Small quantities are carried along and never formed as differences: an :class:`Andoyer` holds cos p
+and cos q beside L and H, a :class:`Canonical` holds J2 - J1 beside J1. Round trips therefore keep
+their relative precision down to J1/J2 = 1e-300, and down to (J2 - J1)/J2 = 1e-300.
 
-Degenerate points have values, chosen so that a round trip gives the same body state again:
+At degenerate points values are chosen so that a round trip gives the same state of the body:
 
-- M parallel to Oz (J1 = 0 or J1 = J2): l = 0 and g is the one angle that is left.
+- M parallel to Oz (J1 = 0 or J1 = J2): l = 0, and g is the only angle.
 - M parallel to gamma (|J3| = J2): g = 0.
-- M = 0: M is taken to point along Oz.
+- M = 0: M counts as pointing along Oz.
 
-Angles are in radians. Every map holds in physical and in dimensionless units, which
-:func:`scale` converts.
+Angles are in radians. Maps hold in physical and in dimensionless units alike, which :func:`scale`
+converts, unless their docstrings name the units.
 """
 
 from __future__ import annotations
@@ -28,9 +28,9 @@ from numpy.typing import ArrayLike
 from rigidpend.numbers.generic import Array, Elementary, Numbers, Scalar
 
 TURN = 2 * np.pi
-"""A whole turn, radians. theta1 lives modulo two of them, for l = (theta1 - beta0)/2."""
+"""A whole turn, radians. theta1 is defined modulo two turns, since l = (theta1 - beta0)/2."""
 PARALLEL = 2 * np.finfo(float).eps
-"""Sine of the angle of M and gamma below which they are parallel: it is rounding."""
+"""Sine of the angle between M and gamma below which they count as parallel: round-off."""
 
 
 class Andoyer(NamedTuple):
@@ -92,7 +92,7 @@ def vertical(p: Numbers, q: Numbers, g: Numbers, l: Numbers) -> tuple[Any, Any, 
 def body_from_andoyer(a: Andoyer) -> tuple[Array, Array]:
     """M and gamma, each (3, ...), from Andoyer variables (depri_G, depri_g)."""
     G = np.asarray(a.G, dtype=float)
-    # At rest L/G and H/G are 0/0: sin p = 1 by convention, and H itself holds sin q.
+    # At rest L/G and H/G are 0/0. By convention sin p = 1, and H itself holds sin q.
     safe = np.where(G > 0, G, 1.0)
     sinp, sinq = np.where(G > 0, a.L / safe, 1.0), np.where(G > 0, a.H / safe, a.H)
     sinl, cosl, sing, cosg = np.sin(a.l), np.cos(a.l), np.sin(a.g), np.cos(a.g)
@@ -104,16 +104,17 @@ def body_from_andoyer(a: Andoyer) -> tuple[Array, Array]:
 def andoyer_from_body(M: ArrayLike, gamma: ArrayLike, h: ArrayLike = 0.0) -> Andoyer:
     """Andoyer variables from M and gamma, (3, ...) each, right in every quadrant (eq. gamma_dep).
 
-    The precession angle h they do not tell. The paper prints g as an arcsin and l as an arctan;
-    both lose the quadrant. Here l = atan2(M1, M2) and g = atan2(gamma . e2, gamma . e1), e1 and e2
-    spanning the plane normal to M. Where M = 0, H holds sin q, so that gamma can be told again.
+    M and gamma do not determine the precession angle h, which is passed through. The paper prints g
+    as an arcsin and l as an arctan, which both lose the quadrant. Here l = atan2(M1, M2) and g =
+    atan2(gamma . e2, gamma . e1), where e1 and e2 span the plane normal to M. Where M = 0, H holds
+    sin q, so that gamma can be recovered.
     """
     M1, M2, M3 = np.asarray(M, dtype=float)
     gamma1, gamma2, gamma3 = np.asarray(gamma, dtype=float)
-    # hypot, for the squares of components below 1e-154 underflow.
+    # hypot, because the squares of components below 1e-154 underflow.
     across = np.hypot(M1, M2)
     G = np.hypot(across, M3)
-    # On the third axis g and l are not separate: l = 0 is chosen, and any choice maps back.
+    # If M is along the third axis, g and l are not separate: l = 0 is chosen; any choice maps back.
     upright = across == 0
     divisor = np.where(upright, 1.0, across)
     sinl, cosl = np.where(upright, 0.0, M1 / divisor), np.where(upright, 1.0, M2 / divisor)
@@ -123,9 +124,9 @@ def andoyer_from_body(M: ArrayLike, gamma: ArrayLike, h: ArrayLike = 0.0) -> And
     inward = gamma1 * sinl + gamma2 * cosl
     e1, e2 = sinp * inward - cosp * gamma3, gamma1 * cosl - gamma2 * sinl
     H = np.where(at_rest, gamma3, M1 * gamma1 + M2 * gamma2 + M3 * gamma3)
-    # Length of gamma across M: sqrt(1 - (H/G)^2) would lose it where M is nearly vertical.
+    # The length of gamma's part across M: sqrt(1 - (H/G)^2) would lose it if M is nearly vertical.
     cosq = np.hypot(e1, e2)
-    # Where M is vertical the angle between e1 and gamma is noise.
+    # Where M is vertical the angle between e1 and gamma would be rounding noise.
     g = _wrap(np.where(cosq > PARALLEL, np.atan2(e2, e1), 0.0), TURN)
     l = _wrap(np.atan2(sinl, cosl), TURN)
     return Andoyer(G, M3, H, g, l, np.zeros_like(G) + h, cosp, cosq)
@@ -134,11 +135,11 @@ def andoyer_from_body(M: ArrayLike, gamma: ArrayLike, h: ArrayLike = 0.0) -> And
 def canonical_from_andoyer(a: Andoyer, beta0: float) -> Canonical:
     """(J, theta) from Andoyer variables, theta1 in [0, 4 pi), theta2 in [0, 2 pi) (eq. canon).
 
-    J1 = (G + L)/2 and J2 - J1 = (G - L)/2; the smaller of the two comes from cos p.
+    J1 = (G + L)/2 and J2 - J1 = (G - L)/2. The smaller of the two is computed from cos p.
     """
     G, L = np.asarray(a.G, dtype=float), np.asarray(a.L, dtype=float)
-    # G^2 - L^2 = (G cos p)^2 = 4 J1 (J2 - J1): the small action is this over the large one, without
-    # a difference. The division comes first, or the square of a tiny cos p underflows.
+    # G^2 - L^2 = (G cos p)^2 = 4 J1 (J2 - J1): divided by the large action it gives the small one
+    # without a difference. The division comes first, since the square of a tiny cos p underflows.
     large = (G + np.abs(L)) / 2
     small = np.where(large > 0, G * a.cosp * (G * a.cosp / np.where(large > 0, 4 * large, 1)), 0)
     J1, J2mJ1 = np.where(L > 0, large, small), np.where(L > 0, small, large)
@@ -149,7 +150,7 @@ def canonical_from_andoyer(a: Andoyer, beta0: float) -> Canonical:
 def andoyer_from_canonical(c: Canonical, beta0: float) -> Andoyer:
     """Andoyer variables from (J, theta), the inverse of :func:`canonical_from_andoyer`."""
     J2 = np.asarray(c.J2, dtype=float)
-    # Roots apart: the product of tiny actions would underflow.
+    # Two roots, because the product of tiny actions would underflow.
     across = 2 * np.sqrt(c.J1) * np.sqrt(c.J2mJ1)
     cosp = np.where(J2 > 0, across / np.where(J2 > 0, J2, 1.0), 0.0)
     l = _wrap((c.theta1 - beta0) / 2, TURN)
@@ -158,7 +159,7 @@ def andoyer_from_canonical(c: Canonical, beta0: float) -> Andoyer:
 
 
 def scale(A: Numbers, m: Elementary = np) -> Any:
-    """Scale s = sqrt((A1 - A2)/(A1 A2)), by which J' = J s and t' = t s (after eq. canon)."""
+    """Scale s = sqrt((A1 - A2)/(A1 A2)), which gives J' = J s and t' = t s (after eq. canon)."""
     return m.sqrt((A[0] - A[1]) / (A[0] * A[1]))
 
 
@@ -172,7 +173,7 @@ def aligned_from_canonical(
     """
     J2, lean = c.J2, c.theta1 - beta0
     across = 2 * m.sqrt(c.J1) * m.sqrt(c.J2mJ1)
-    # L of (canon). The difference cancels at the section only, where M3 is meant to vanish.
+    # L of (canon). The difference cancels only at the section M3 = 0, where it has to.
     M3 = c.J1 - c.J2mJ1
     g = c.theta1 / 2 + c.theta2
     gamma = vertical(
@@ -186,7 +187,7 @@ def aligned_from_canonical(
 
 
 def body_from_aligned(a: Aligned, alpha0: float, s: float) -> tuple[Array, Array]:
-    """Physical M and gamma, each (3, ...), from aligned components."""
+    """Physical M and gamma, (3, ...) each, from dimensionless aligned components; s is `scale`."""
     # Qp, Qm = cos(alpha0/2) M1' +- sin(alpha0/2) M2', solved for M1' and M2'.
     M1 = (a.Qp + a.Qm) / (2 * np.cos(alpha0 / 2))
     M2 = (a.Qp - a.Qm) / (2 * np.sin(alpha0 / 2))

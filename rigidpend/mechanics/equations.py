@@ -1,11 +1,11 @@
 """Equations of motion and Hamiltonians, each once, over generic numbers.
 
-Every function is built from ``+ - * /`` and, where it needs them, the `sqrt`, `sin`, `cos` of
-a namespace `m` (numpy, an mpmath context, heyoka, sympy-like symbols). The same lines feed
-the Taylor engine with symbols, NumPy with arrays and the integer engine with high precision.
+Every function uses ``+ - * /`` and, if needed, the `sqrt`, `sin`, `cos` of a namespace `m` (numpy,
+an mpmath context, heyoka, sympy-like symbols). The same lines serve symbols for the kernels and the
+integers, arrays of NumPy, and numbers of high precision.
 
-Units: :func:`euler_poisson` and :func:`hamiltonian_andoyer` are in physical time t and
-moments; all others are dimensionless, with time t' and J' = J s (see `coordinates.scale`).
+Units: :func:`euler_poisson`, :func:`energy` and :func:`hamiltonian_andoyer` are in physical time t
+and moments. All others are dimensionless, with time t' and J' = J s (see `coordinates.scale`).
 """
 
 from __future__ import annotations
@@ -28,10 +28,10 @@ def cross(a: Numbers, b: Numbers) -> tuple[Any, Any, Any]:
 def euler_poisson(
     M: Numbers, gamma: Numbers, A: Numbers, r: Numbers, mu: Scalar
 ) -> tuple[Any, ...]:
-    """The rates of M and gamma, six, by Euler and Poisson, principal axes, time t (eq. eq).
+    """The six rates of M and gamma by Euler and Poisson, principal axes, physical t (eq. eq).
 
-    M . gamma need not vanish; r is the unit vector to the centre of gravity, mu weight times
-    distance.
+    M . gamma need not vanish. r is the unit vector to the centre of gravity, mu its distance from
+    the fixed point times the weight.
     """
     omega = tuple(M[i] / A[i] for i in range(3))
     turn, torque, dgamma = cross(M, omega), cross(gamma, r), cross(gamma, omega)
@@ -39,13 +39,13 @@ def euler_poisson(
 
 
 def energy(M: Numbers, gamma: Numbers, A: Numbers, r: Numbers, mu: Scalar) -> Any:
-    """Energy M . omega/2 + mu r . gamma, an integral of :func:`euler_poisson`; units alike."""
+    """Energy M . omega/2 + mu r . gamma, an integral of :func:`euler_poisson`, physical units."""
     kinetic = sum(M[i] * M[i] / A[i] for i in range(3)) / 2
     return kinetic + mu * sum(r[i] * gamma[i] for i in range(3))
 
 
 class AlignedCoefficients(NamedTuple):
-    """Coefficients of the aligned equations: all that the integrator knows of a body."""
+    """Coefficients of the aligned equations: all that integration needs to know of a body."""
 
     half_sigma: Any
     """Rate sin(alpha0)/2: the exponent of Qp and Qm per unit of M3."""
@@ -69,15 +69,15 @@ def aligned_coefficients(p: Angles, m: Elementary) -> AlignedCoefficients:
     ca, sa = m.cos(p.alpha0 / 2), m.sin(p.alpha0 / 2)
     return AlignedCoefficients(
         half_sigma=m.sin(p.alpha0) / 2,
-        # sin(theta1/2) on separatrices 1 and 2, up to a sign: where it vanishes (the Hess case)
-        # that Q = 0 is invariant, and the separatrix does not split.
+        # The sines are sin(theta1/2) on separatrices 1 and 2, up to a sign. Where one vanishes (in
+        # the Hess case) the plane Qp = 0 or Qm = 0 is invariant, and its separatrix does not split.
         force_p=p.mu * m.sin((p.alpha0 - p.beta0) / 2),
         force_m=p.mu * m.sin((p.alpha0 + p.beta0) / 2),
         twist=1 / (2 * m.sin(p.alpha0)),
         mu_r1=p.mu * m.cos(p.beta0 / 2),
         mu_r2=p.mu * m.sin(p.beta0 / 2),
-        # 1/(A1 s^2) = kappa - cos^2(alpha0/2) and 1/(A2 s^2) = kappa + sin^2(alpha0/2), over the
-        # factors that lead from M1' and M2' to Qp + Qm and Qp - Qm.
+        # 1/(A1 s^2) = kappa - cos^2(alpha0/2) and 1/(A2 s^2) = kappa + sin^2(alpha0/2), divided by
+        # the factors from M1' to Qp + Qm and from M2' to Qp - Qm.
         omega1=(p.kappa - ca * ca) / (2 * ca),
         omega2=(p.kappa + sa * sa) / (2 * sa),
         kappa=p.kappa,
@@ -88,12 +88,12 @@ def aligned(state: Numbers, c: AlignedCoefficients) -> tuple[Any, ...]:
     """Euler-Poisson (eq) in separatrix-aligned components, dimensionless time t'.
 
     With Qp, Qm = cos(alpha0/2) M1' +- sin(alpha0/2) M2' the four unperturbed separatrices are the
-    half planes Qm = 0 (2 where Qp > 0, 4 where Qp < 0) and Qp = 0 (1 where Qm < 0, 3 where Qm > 0).
-    The distance from a separatrix is thus a coordinate and keeps its relative precision. The field
-    is quadratic, without singularity at J1 = 0 or J1 = J2.
+    half planes Qm = 0 (2 if Qp > 0, 4 if Qp < 0) and Qp = 0 (1 if Qm < 0, 3 if Qm > 0). Thus the
+    distance from a separatrix is a coordinate, and keeps its relative precision. The field is
+    quadratic, without singularity at J1 = 0 or J1 = J2.
 
-    sin(alpha0) and 1 are the only scales left: s^2 = 1/A2 - 1/A1 makes 1/A2 - 1/A3 = s^2
-    sin^2(alpha0/2) and 1/A3 - 1/A1 = s^2 cos^2(alpha0/2).
+    In the dimensionless units s^2 = 1/A2 - 1/A1 leaves 1/A2 - 1/A3 = s^2 sin^2(alpha0/2) and
+    1/A3 - 1/A1 = s^2 cos^2(alpha0/2).
     """
     Qp, Qm, M3, gamma1, gamma2, gamma3 = state
     both, difference = Qp + Qm, Qp - Qm
@@ -109,7 +109,7 @@ def aligned(state: Numbers, c: AlignedCoefficients) -> tuple[Any, ...]:
 def aligned_along(state: Numbers, change: Numbers, c: AlignedCoefficients) -> tuple[Any, ...]:
     """Derivative of :func:`aligned` along a change of the state.
 
-    The field is quadratic: so half of a difference across is the derivative, at any distance.
+    The central difference is the exact derivative at any distance, because the field is quadratic.
     """
     ahead, back = (
         aligned([x + side * y for x, y in zip(state, change, strict=True)], c) for side in (1, -1)
@@ -129,8 +129,8 @@ def hamiltonian_andoyer(a: Scalar, A: Numbers, beta0: Scalar, mu: Scalar, m: Ele
 def hamiltonian(J: Numbers, theta: Numbers, p: Angles, m: Elementary) -> Any:
     """Hamiltonian in J1, J2, J3 and theta1, theta2, dimensionless; theta3 is cyclic (eq. h_new)."""
     J1, J2, J3 = J
-    # cos q as a product, for J2^2 - J3^2 cancels where M is nearly vertical. (h_new) divides by J2
-    # twice, the other time in `height`.
+    # cos q from a product, because J2^2 - J3^2 cancels where M is nearly vertical. (h_new) divides
+    # by J2 twice, the second time within `height`.
     root = m.sqrt((J2 - J3) * (J2 + J3)) / J2
     leaning = 2 * p.mu * J3 * m.sqrt(J1 * (J2 - J1)) / J2**2 * m.sin(theta[0] / 2)
     return _free_part(J1, J2, theta[0], p, m) + p.mu * height(J1, J2, theta, m) * root + leaning

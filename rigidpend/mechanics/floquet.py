@@ -1,16 +1,16 @@
-"""Periodic orbits of (eq1) at J1 = 0 and J1 = J2 to rounding, with their Floquet multipliers.
+"""Periodic orbits of (eq1) at J1 = 0 and J1 = J2 to round-off, with their Floquet multipliers.
 
-In (M, gamma) they are the pendulum motions; theta1 on them is the direction in which orbits
-leave or approach. Hyperbolic motions have two such directions, each a periodic solution of the
-Riccati equation, and near mu = 0 all are hyperbolic. They need not stay so: with the body of
+In (M, gamma) they are the pendulum motions; theta1 on them is the direction in which orbits leave
+or approach. A hyperbolic motion has two such directions, each a periodic solution of the Riccati
+equation. Near mu = 0 all pendulum motions are hyperbolic, but not at every mu: with the body of
 Fig. 5 the motion is elliptic, without such directions, for mu between 0.59 h0 and 0.87 h0, and
 above that the directions come back turned by half a turn.
 
-theta1 itself may turn fast, and has complex singularities close to real times where it does.
-So what is solved is the linear system behind the Riccati equation, in the aligned components
-and in time, where only the pendulum motion limits the step: its singularities approach real
-times no faster than 1/ln(1/(h0 - mu)).
-Steps are Gauss collocations of order 2 `STAGES`, all of a period side by side.
+theta1 itself may turn fast, and then has complex singularities close to real times. Therefore the
+linear system behind the Riccati equation is solved, in the aligned components and in time. There
+only the pendulum motion limits the step, and its singularities approach real times no faster than
+1/ln(1/(h0 - mu)). Each step is a Gauss collocation of order 2 `STAGES`; all steps of a period are
+computed side by side.
 """
 
 from __future__ import annotations
@@ -28,15 +28,17 @@ from rigidpend.mechanics.equations import aligned, aligned_coefficients
 from rigidpend.numbers.generic import Array
 
 STAGES = 10
-"""Number of Gauss points in a step, which make a method of order 20."""
+"""Number of Gauss points in a step: the method is of order 20."""
 FEWEST, MOST = 32, 1 << 9
 """Number of steps of a period, at first and at most."""
 SETTLED = 1e-11
-"""Change of theta1 under halved steps, radians, of which 2^-(2 `STAGES`) is left: rounding."""
+"""Change of theta1 under halved steps, radians, below which the finer steps are taken.
+
+Of the change 2^-(2 `STAGES`) is left as their error, which is below round-off."""
 
 
 class NotHyperbolic(ArithmeticError):
-    """Error: the pendulum motion is not hyperbolic: it has no stable and unstable direction."""
+    """Error: the pendulum motion is not hyperbolic; it has no stable and no unstable direction."""
 
 
 class PeriodicOrbit(NamedTuple):
@@ -51,14 +53,14 @@ class PeriodicOrbit(NamedTuple):
 
     It runs from -pi/2, the lowest point, over a turn, at equal steps of t'."""
     theta1: Array
-    """Angle theta1, radians, (n,); within pi of beta0 + epsilon alpha0 at first."""
+    """Angle theta1, radians, (n,); its first value is within pi of beta0 + epsilon alpha0."""
     period: float
     """Period, t'."""
     exponent: float
     """Floquet exponent along the direction theta1, per t'.
 
-    It is u/2 + O(mu) with u = J2_0 sin(alpha0) where orbits leave, -u/2 + O(mu) where they
-    approach. The small action J1 or J2 - J1 is a square of components of M: it grows at twice
+    With u = J2_0 sin(alpha0) it is u/2 + O(mu) where orbits leave, -u/2 + O(mu) where they
+    approach. The small action J1 or J2 - J1 is quadratic in the components of M, and grows at twice
     this rate."""
     turns: int
     """Number of turns by which theta1 grows in a period; 0 near mu = 0."""
@@ -74,21 +76,21 @@ class PeriodicOrbit(NamedTuple):
 
 
 def periodic_orbit(p: Angles, h0: float, family: int = 1, epsilon: int = 1) -> PeriodicOrbit:
-    """Compute a hyperbolic periodic orbit to rounding, wherever mu < h0 and it is hyperbolic.
+    """Compute a hyperbolic periodic orbit to round-off, wherever mu < h0 and it is hyperbolic.
 
-    The energy h0 is kappa J2_0^2/2 where J2_0 is J2 at r . gamma = 0. In family 1, at J1 = 0,
+    The energy h0 is kappa J2_0^2/2, where J2_0 is J2 at r . gamma = 0. In family 1, at J1 = 0,
     orbits leave along epsilon = 1 and approach along -1; in family 2, at J1 = J2, conversely.
 
-    The logarithm of the multiplier errs by less than 2^-46 h0/(h0 - mu), and the period, relative,
-    by less than 2^-48 h0/(h0 - mu): mu is rounded, and beside h0 the motion nearly rests at its
-    highest point. Bodies drawn by lot, with h0 - mu from 0.9 h0 down to 1e-7 h0, reach half of
-    each. Two moments that differ by a part d of A1, less than 0.01, make the error of the
-    logarithm up to 0.01/d times as large. Of 410 such bodies drawn by lot, with d from 1e-2 down to
-    1e-6, the worst reached half of that.
+    The error of the multiplier's logarithm is below 2^-46 h0/(h0 - mu), the relative error of the
+    period below 2^-48 h0/(h0 - mu): mu is rounded, and near h0 the motion almost rests at its
+    highest point. Random bodies, with h0 - mu from 0.9 h0 down to 1e-7 h0, reach half of each
+    bound. If two moments differ by a part d < 0.01 of A1, the error of the logarithm may be 0.01/d
+    times as large; the worst of 410 such random bodies, with d from 1e-2 down to 1e-6, reached half
+    of that.
 
-    NotHyperbolic is raised where there is no such orbit, ArithmeticError where `MOST` steps don't
-    settle theta1: h0 - mu is so small, the motion so nearly parabolic, or the body so nearly
-    symmetric, that rounding decides.
+    NotHyperbolic is raised if there is no such orbit. ArithmeticError is raised if `MOST` steps
+    don't settle theta1: then h0 - mu is so small, the motion so nearly parabolic, or the body so
+    nearly symmetric, that rounding decides. ValueError is raised for an epsilon other than 1 or -1.
     """
     if epsilon not in (1, -1):
         raise ValueError(f"epsilon is 1 or -1, not {epsilon!r}")
@@ -114,8 +116,8 @@ def periodic_orbit(p: Angles, h0: float, family: int = 1, epsilon: int = 1) -> P
 def _steps(p: Angles, h0: float, family: int, n: int) -> tuple[Array, Array]:
     """Compute tau at the start of n equal steps of time, and the steps' matrices (n, 2, 2).
 
-    Without weight the components Qp and Qm are uncoupled: the bases of other directions would
-    lose what is left of sin(alpha0) near 0 and pi.
+    The matrices act on (Qp, Qm), which are uncoupled without weight. In other components the small
+    sin(alpha0) would be lost by cancellation where alpha0 is near 0 or pi.
     """
     nodes, weights, integrals = _gauss()
     turn, step = np.arange(n) / n, 1 / n
@@ -123,7 +125,8 @@ def _steps(p: Angles, h0: float, family: int, n: int) -> tuple[Array, Array]:
     half_turn = 2 * jacobi.K(*pendulum.modulus(h0, p.mu, math), math)
     up, ahead, _ = pendulum.swing(turn * half_turn, h0, p.mu, np)
     B = step * _linearised(turn[:, None] + step * nodes, p, h0, family)
-    # The values X at the nodes are X_i = 1 + sum_j integrals_ij B_j X_j.
+    # B_i is the system's matrix at node i, times the step. The fundamental matrix, 1 at a step's
+    # beginning, has the values X_i = 1 + sum_j integrals_ij B_j X_j.
     size = 2 * STAGES
     system = np.eye(size) - np.einsum("ij,abnj->niajb", integrals, B).reshape(n, size, size)
     ones = np.broadcast_to(np.tile(np.eye(2), (STAGES, 1)), (n, size, 2))
@@ -133,7 +136,10 @@ def _steps(p: Angles, h0: float, family: int, n: int) -> tuple[Array, Array]:
 
 
 def _linearised(turn: NDArray[Any], p: Angles, h0: float, family: int) -> NDArray[Any]:
-    """Matrix of the linear system of Qp and Qm per period, (2, 2, ...), at times in periods."""
+    """Matrix of the linear system of Qp and Qm, (2, 2, ...), at times `turn` in periods.
+
+    The rates are per period.
+    """
     period, r = pendulum.period(p, h0, math), (math.cos(p.beta0 / 2), math.sin(p.beta0 / 2), 0)
     # The dimensionless equations are those of a body with A3 = 1/kappa.
     # M3 = -J2 in family 1 (J1 = 0), M3 = J2 in family 2.
@@ -153,7 +159,11 @@ def _linearised(turn: NDArray[Any], p: Angles, h0: float, family: int) -> NDArra
 
 @functools.cache
 def _gauss() -> tuple[Array, Array, Array]:
-    """Gauss points in [0, 1], their weights, and the integrals from 0 to each point."""
+    """Gauss points in [0, 1], their weights, and the weights of the integrals from 0 to each point.
+
+    The last are (i, j): factor of the value at point j in the integral from 0 to point i.
+    """
+    # Integrals of Legendre polynomials up to each node, times the inverse of their values there.
     legendre = np.polynomial.legendre
     nodes, weights = legendre.leggauss(STAGES)
     values = legendre.legvander(nodes, STAGES)
@@ -166,16 +176,17 @@ def _gauss() -> tuple[Array, Array, Array]:
 
 
 def _direction(steps: Array, leaving: bool, p: Angles, epsilon: int) -> tuple[Array, float]:
-    """Find theta1 between steps, (n + 1,), and ln of the growth of M along it in a period.
+    """Find theta1 at the ends of the steps, (n + 1,), and the logarithm of M's growth in a period.
 
-    Solutions are carried in the sense in which they grow, so that errors shrink.
+    Solutions are carried in the sense of time in which they grow, so that errors shrink beside
+    them.
     """
     vector = _eigenvector(functools.reduce(lambda whole, step: step @ whole, steps), leaving)
     ordered = steps if leaving else np.linalg.inv(steps)[::-1]
     found, growth = [vector], 0.0
     for step in ordered:
         vector = step @ vector
-        # Lengths are taken out step by step, for over a period they may overflow.
+        # Scaled to length 1 after each step, since the length may overflow over a period.
         length = math.hypot(*vector)
         vector, growth = vector / length, growth + math.log(length)
         found.append(vector)
@@ -183,26 +194,28 @@ def _direction(steps: Array, leaving: bool, p: Angles, epsilon: int) -> tuple[Ar
     # theta1 - beta0 = 2 l, l = atan2(M1, M2); both are multiplied by 2 sin cos of alpha0/2 > 0.
     sin, cos = math.sin(p.alpha0 / 2), math.cos(p.alpha0 / 2)
     theta1 = p.beta0 + 2 * np.unwrap(np.atan2(sin * (Qp + Qm), cos * (Qp - Qm)))
-    # An eigenvector's sign is free, which is a turn of theta1: it is taken beside its separatrix.
+    # The sign of an eigenvector is free, and changes theta1 by a turn: the value next to the
+    # separatrix is taken.
     centre = p.beta0 + epsilon * p.alpha0
     theta1 += 2 * np.pi * np.round((centre - theta1[0]) / (2 * np.pi))
     return theta1, growth if leaving else -growth
 
 
 def _eigenvector(whole: Array, leaving: bool) -> Array:
-    """Eigenvector, of length 1, that grows or shrinks under a period."""
+    """Eigenvector, of length 1, of the matrix of a period, which leaves (grows) or approaches."""
     trace = float(np.trace(whole))
-    # Written so that a trace that is not a number ends here too.
+    # In this form the condition also stops a trace that is not a number.
     if not abs(trace) > 2:
         raise NotHyperbolic(
             f"the pendulum motion is not hyperbolic: its multipliers have the sum {trace:.6g}, "
             "between -2 and 2"
         )
-    # The determinant is 1: the product of the eigenvalues, so only the larger one is formed.
-    # Its root comes from a product, for trace^2 - 4 cancels beside the parabolic motion.
+    # The product of the eigenvalues is the determinant, 1, so that only the larger one is formed.
+    # The root is that of a product, because trace^2 - 4 cancels near a parabolic motion.
     root = math.sqrt((abs(trace) - 2) * (abs(trace) + 2))
     large = math.copysign((abs(trace) + root) / 2, trace)
-    # By Cayley and Hamilton the columns of M - (the other eigenvalue) are eigenvectors.
+    # By the theorem of Cayley and Hamilton the columns of the matrix less the other eigenvalue are
+    # eigenvectors.
     columns = whole - np.eye(2) * (1 / large if leaving else large)
     lengths = np.hypot(*columns)
     # Both columns are eigenvectors, but one may be zero or nearly so: the longer one is taken.

@@ -2,11 +2,12 @@
 
 On the sphere 2 J1 (J2 - J1) [cos(theta1 - beta0) - cos(alpha0)] is the quadratic form
 sin^2(alpha0/2) M2^2 - cos^2(alpha0/2) M1^2. It is positive on the orbits around the axes +-M2,
-negative around +-M1, zero on the separatrix. An orbit is given by its largest |M3|, its height;
-M is in units of |M|, components come first, samples after.
+negative around +-M1, and zero on the separatrix. The largest |M3| of an orbit, its height, tells
+which orbit it is. M is in units of |M|. The first axis of arrays counts components, the second
+samples.
 
-Separatrices 2 and 4 rise from J1 = 0 to J1 = J2, 1 and 3 fall. As motions in time they are
-dimensionless, over generic numbers: `m` is numpy, math or an mpmath context.
+Separatrices 2 and 4 rise from J1 = 0 to J1 = J2; 1 and 3 fall. As motions in the dimensionless time
+t' they are functions of generic numbers: `m` is numpy, math or an mpmath context.
 """
 
 from __future__ import annotations
@@ -34,7 +35,7 @@ def around_M2(alpha0: float, height: float, side: int, phi: ArrayLike) -> NDArra
     """An orbit around the axis of the smallest moment of inertia, on side 1 or -1 of it, (3, n).
 
     The height is the largest |M3|, between 0 and 1. The angle phi along the orbit, (n,), is 0 where
-    M3 = 0 < M1; it grows in time, in t' by phi' = sin(alpha0/2) J2 |M2|.
+    M3 = 0 < M1. It grows with time, at the rate sin(alpha0/2) J2 |M2| in t'.
     """
     sin, cos = np.sin(alpha0 / 2), np.cos(alpha0 / 2)
     x, y = height * np.cos(phi), height * np.sin(phi)
@@ -74,7 +75,7 @@ def in_plane(M: ArrayLike, beta0: float, start: float) -> tuple[Any, Any]:
 
     None may lie on the axis of M3, where theta1 is not defined.
     """
-    # gamma has no part in theta1 and J1; any will do.
+    # theta1 and J1 do not depend on gamma, so that any unit vector serves.
     c = canonical_from_andoyer(andoyer_from_body(M, np.ones_like(M) / np.sqrt(3)), beta0)
     return start + np.mod(c.theta1 - start, 2 * TURN), c.J1 / c.J2
 
@@ -86,13 +87,13 @@ def _separatrix_l(alpha0: float, number: int) -> float:
 
 
 class SeparatrixMotion(NamedTuple):
-    """A motion on an unperturbed separatrix, given by its place at t' = t0."""
+    """A motion on an unperturbed separatrix, given by its state at t' = t0."""
 
     number: int
     """Number of the separatrix, 1 to 4."""
     J1_0: Any
     J2mJ1_0: Any
-    """Action J2_0 - J1_0, held beside J1_0 so that the smaller of both keeps its digits."""
+    """Action J2_0 - J1_0, held beside J1_0 so that the smaller of the two keeps its digits."""
     theta2_0: Any
 
     @property
@@ -103,8 +104,7 @@ class SeparatrixMotion(NamedTuple):
 def unperturbed(state: Numbers, p: Angles, m: Elementary) -> tuple[Any, Any, Any, Any]:
     """Hamilton's equations of the body without weight, dimensionless time t' (eq. eq1_0).
 
-    State and result are those of :func:`rigidpend.mechanics.equations.eq1`, of which this is mu =
-    0.
+    State and result are those of :func:`rigidpend.mechanics.equations.eq1`, here with mu = 0.
     """
     return eq1(state, p._replace(mu=0), m)
 
@@ -115,7 +115,8 @@ def separatrix(t: Scalar, motion: SeparatrixMotion, p: Angles, m: Elementary = n
     The time t is t' - t0, \\|u t\\| < 1400 in double precision. J3 = 0 exactly, theta3 = 0 to
     O(mu). J1 and J2 - J1 both keep their relative precision, but for the rounding of u t.
     """
-    # Half of the exponent each: neither overflows before the smaller action is lost.
+    # Each action takes half of the exponent, so that neither factor overflows before the smaller
+    # action underflows.
     rise = m.exp(direction(motion.number) * exponent(motion.J2_0, p, m) * t / 2)
     lower, upper = motion.J2mJ1_0 / rise, motion.J1_0 * rise
     J2 = motion.J2_0
@@ -125,16 +126,16 @@ def separatrix(t: Scalar, motion: SeparatrixMotion, p: Angles, m: Elementary = n
 
 
 def theta1(number: int, p: Angles, m: Elementary = np) -> Any:
-    """Angle theta1 on separatrix `number`, radians; ValueError where there is none."""
+    """Angle theta1 on separatrix `number`, radians; ValueError for a number other than 1 to 4."""
     if number not in SEPARATRICES:
         raise ValueError(f"separatrices are numbered 1 to 4, got {number!r}")
-    # 3 and 4 lie a turn beside 1 and 2; only `m` knows a turn to all digits.
+    # 3 and 4 lie a turn beyond 1 and 2; only `m` has pi to all digits.
     side = separatrix_theta1(p.alpha0, p.beta0)[(number - 1) % 2]
     return side + 2 * m.pi if number > 2 else side
 
 
 def direction(number: int) -> int:
-    """Sign: 1 where J1 rises along the separatrix, the paper's epsilon there; -1 where it falls."""
+    """Sign, the paper's epsilon: 1 if J1 rises along the separatrix, -1 if it falls."""
     return 1 if number % 2 == 0 else -1
 
 
@@ -144,20 +145,20 @@ def exponent(J2: Scalar, p: Angles, m: Elementary = np) -> Any:
 
 
 def fastest_rate(J2: Scalar, p: Angles, m: Elementary = np) -> Any:
-    """The faster of an orbit's rates, radians per t': rotation kappa J2 or exponent u."""
+    """The larger of two rates, per t': the rotation's kappa J2, radians, or the exponent u."""
     return max(p.kappa * J2, exponent(J2, p, m))
 
 
 def v(motion: SeparatrixMotion, m: Elementary = np) -> Any:
-    """Logarithm v = ln((J2_0 - J1_0)/J1_0); J1 = J2/2 is passed at u t = v rising, -v falling."""
+    """Logarithm v = ln((J2_0 - J1_0)/J1_0): J1 passes J2/2 at u t = v rising, at -v falling."""
     return m.log(motion.J2mJ1_0 / motion.J1_0)
 
 
 def separatrix_beside(rising: bool, Qp: Scalar, Qm: Scalar) -> int:
     """The separatrix beside which an orbit crosses M3 = 0.
 
-    The flow rises on 2 (Qp > 0) and 4 (Qp < 0) and sinks on 1 (Qm < 0) and 3 (Qm > 0); the
-    other Q is small there.
+    M3 rises on 2 (Qp > 0) and 4 (Qp < 0) and falls on 1 (Qm < 0) and 3 (Qm > 0). The other one of
+    Qp and Qm is small there.
     """
     if rising:
         return 2 if Qp > 0 else 4

@@ -1,8 +1,8 @@
 """Motions in space at J3 = 0: precession about the vertical, and the hodograph of omega.
 
-The fixed hodograph is that of the angular velocity, Poinsot's herpolhode where mu = 0. The fixed
-basis has xi along the vertical gamma and the horizontal eta along M at theta3 = 0. M and omega are
-physical, in principal axes; rates are per unit of the time of domega.
+The fixed hodograph is the curve of the angular velocity in the fixed basis; at mu = 0 it is
+Poinsot's herpolhode. The fixed basis has xi along the vertical gamma, and the horizontal eta along
+M at theta3 = 0. M and omega are physical, in principal axes.
 """
 
 from __future__ import annotations
@@ -24,10 +24,10 @@ from rigidpend.numbers.generic import Numbers, Scalar
 
 
 class Regime(Enum):
-    """Order of theta3's increments along the separatrices, largest first.
+    """Order of the increments of theta3 along the separatrices, largest first.
 
-    A value holds groups of equal increments, a number 1 to 4 standing for its separatrix and 0
-    for no increment.
+    Each value is a tuple of groups of equal increments. The numbers 1 to 4 stand for the
+    separatrices, 0 for an increment of zero.
     """
 
     i = ((1, 2), (0,), (3, 4))
@@ -41,11 +41,11 @@ class Regime(Enum):
 
 
 def regime(body: Body) -> Regime:
-    """Order of the increments of theta3, by the body's angles (eq. trieq).
+    """Order of the increments of theta3, from the body's angles (eq. trieq).
 
-    It is i where beta0 = pi, ii where beta0 > alpha0, iii where they are equal (the Hess case), iv
-    where beta0 < alpha0, v where beta0 = 0. Equality is that of `Body.special_cases`: to within the
-    rounding of doubles, from angles in 113 bits.
+    It is i if beta0 = pi, ii if beta0 > alpha0, iii if they are equal (the Hess case), iv if beta0
+    < alpha0, and v if beta0 = 0. Equality is as in `Body.special_cases`: to within the rounding of
+    doubles, from angles in 113 bits.
     """
     p, pi = body.angles(113), context(113).pi
     if abs(pi - p.beta0) <= SAME_WITHIN:
@@ -75,17 +75,18 @@ def increments(p: Angles, h0: float) -> NDArray[np.float64]:
 def plateaus(separatrices: ArrayLike, p: Angles, h0: float) -> NDArray[np.float64]:
     """Plateaus of theta3 near the periodic orbits that a route passes, to first order in mu.
 
-    Of k separatrices in the order of the route they are k + 1, from theta3 = 0 on, radians.
+    `separatrices` are k numbers 1 to 4 in the order of the route. The plateaus are k + 1 angles,
+    radians, of which the first is 0.
     """
     gained = increments(p, h0)[np.asarray(separatrices, dtype=int) - 1]
     return np.concatenate(([0.0], np.cumsum(gained)))
 
 
 def turning_rate(M: Numbers, r: Numbers, mu: Scalar) -> Any:
-    """Rate of theta3 in time t, mu r . M/M^2, from physical M.
+    """Rate of theta3 in physical time t, mu r . M/M^2, from physical M.
 
-    It is (th3) in other variables. It has no singularity at J1 = 0 or J1 = J2, where theta1
-    has no value.
+    This is (th3) in other variables, without a singularity at J1 = 0 or J1 = J2, where theta1 has
+    no value.
     """
     return mu * sum(r[i] * M[i] for i in range(3)) / sum(x * x for x in M)
 
@@ -98,10 +99,12 @@ def ellipsoid(x: Numbers, A: Numbers) -> Any:
 def hodograph(omega: Numbers, gamma: Numbers, domega: Numbers) -> tuple[Any, Any, Any]:
     """Compute omega_xi, omega_rho^2 and the rate of alpha (eq. eqPV).
 
-    They are the vertical component of omega, the square of the horizontal one, and the rate at
-    which that turns, radians per unit of the time in which `domega` is the derivative of omega.
+    These are the vertical component of omega, the square of its horizontal component, and the rate
+    at which the latter turns, in radians per unit of the time in which `domega` is the derivative
+    of omega.
     """
     omega_xi = _dot(omega, gamma)
+    # gamma is a unit vector.
     square = _dot(omega, omega) - omega_xi * omega_xi
     return omega_xi, square, _dot(cross(gamma, omega), domega) / square
 
@@ -109,13 +112,13 @@ def hodograph(omega: Numbers, gamma: Numbers, domega: Numbers) -> tuple[Any, Any
 def alpha_ahead(M: Numbers, omega: Numbers, gamma: Numbers) -> Any:
     """Angle alpha - theta3 from M to the horizontal part of omega at J3 = 0, radians (eq. th_al).
 
-    M . omega > 0, so that the paper's arctan is the angle itself.
+    The paper's arctan is the angle itself, because M . omega > 0.
     """
     return np.arctan2(_dot(M, cross(omega, gamma)), _dot(M, omega))
 
 
 def fixed_components(omega: Numbers, gamma: Numbers, alpha: Any) -> NDArray[np.float64]:
-    """Compute omega in the fixed basis, xi, eta, zeta, (n, 3), from omega_rho and alpha."""
+    """Components xi, eta, zeta of omega in the fixed basis, (n, 3), where alpha is known."""
     omega_xi = _dot(omega, gamma)
     # Not sqrt(|omega|^2 - omega_xi^2), which cancels where omega is nearly vertical.
     rho = np.linalg.norm(cross(gamma, omega), axis=0)
@@ -124,9 +127,9 @@ def fixed_components(omega: Numbers, gamma: Numbers, alpha: Any) -> NDArray[np.f
 
 @functools.lru_cache(maxsize=32)
 def field(body: Body) -> Callable[[Any], tuple[Any, ...]]:
-    """Field of the aligned equations with the quadrature of theta3, 7 numbers, time t'.
+    """Field of the aligned equations with the quadrature of theta3, 7 rates in time t'.
 
-    alpha needs none: (th_al) gives it from theta3.
+    alpha needs no quadrature: (th_al) gives it from theta3.
     """
     A, r, mu = body.floats()
     p, s = body.angles(), scale(A, math)
@@ -134,7 +137,7 @@ def field(body: Body) -> Callable[[Any], tuple[Any, ...]]:
 
     def rates(state: Numbers) -> tuple[Any, ...]:
         M, _ = body_from_aligned(Aligned(*state[:6]), p.alpha0, s)
-        # The precession is known per t, and t' = t s.
+        # `turning_rate` is per unit of t, and t' = t s.
         return (*aligned(state[:6], coefficients), turning_rate(M, r, mu) / s)
 
     return rates

@@ -1,9 +1,9 @@
 """Jacobi's elliptic functions and K, given a modulus k together with its complement k'.
 
-Libraries take the parameter k^2 alone, which beside k = 1 has lost what distinguishes orbits:
-k' is lost in its rounding. Here kc = k' > 0 is given too, and all sums have positive terms, so
-that functions keep their relative precision down to k' = 1e-150. Over generic numbers: `m` is
-numpy, math or an mpmath context.
+Libraries take only the parameter k^2. Near k = 1 its rounding loses k', which distinguishes the
+orbits. Here kc = k' > 0 is given too, and all sums have positive terms, so that the functions keep
+their relative precision down to k' = 1e-150. Numbers are generic: `m` is numpy, math or an mpmath
+context.
 """
 
 from __future__ import annotations
@@ -16,33 +16,34 @@ from rigidpend.numbers.generic import Elementary, Scalar
 def sncndn(u: Scalar, k: Scalar, kc: Scalar, m: Elementary) -> tuple[Any, Any, Any]:
     """Compute sn, cn and dn of u.
 
-    Gauss's transformation to smaller moduli, written without differences, so that dn is
-    right where it is as small as kc.
+    The method is Gauss's transformation to smaller moduli, written without differences, so that dn
+    keeps its relative precision where it is as small as kc.
     """
     moduli = _moduli(k, kc, m)
-    # One rounding of the argument, however many moduli.
+    # One division, so that the argument is rounded once however many moduli there are.
     x = u / _stretch(moduli)
+    # At a modulus of 0 the functions are sine, cosine and 1.
     sn, cn, dn = m.sin(x), m.cos(x), 1 + 0 * x
     for lower, rest in reversed(moduli):
         below = 1 + lower * sn * sn
-        # 1 - lower sn^2, where rest is 1 - lower. Errors of the lowest steps grow the most,
-        # and there this form has hardly any.
+        # 1 - lower sn^2 as a sum, where rest is 1 - lower. Errors of the first steps, which are at
+        # the smallest moduli, grow most, and there this form has hardly any.
         above = rest + lower * cn * cn
         sn, cn, dn = (1 + lower) * sn / below, cn * dn / below, above / below
     return sn, cn, dn
 
 
 def K(k: Scalar, kc: Scalar, m: Elementary) -> Any:
-    """Complete integral K(k), a quarter of the period of sn."""
+    """Complete elliptic integral K(k) of the first kind, a quarter of the period of sn."""
     return m.pi / 2 * _stretch(_moduli(k, kc, m))
 
 
 def _moduli(k: Scalar, kc: Scalar, m: Elementary) -> list[tuple[Any, Any]]:
-    """Moduli below k, (1 - kc)/(1 + kc) each, until they are rounding; with 1 less each."""
+    """The descending moduli (1 - kc)/(1 + kc) below k, with one minus each, down to round-off."""
     found = []
     # The moduli fall quadratically, so a few steps do in any precision of `m`.
     while 1 + k * k != 1:
-        # Only 1 + lower counts, so a difference does no harm.
+        # The difference may cancel where kc is near 1; but only 1 + lower counts then.
         k, rest = (1 - kc) / (1 + kc), 2 * kc / (1 + kc)
         kc = 2 * m.sqrt(kc) / (1 + kc)
         found.append((k, rest))

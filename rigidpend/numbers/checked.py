@@ -1,6 +1,7 @@
-"""Arguments of public functions: taken as they are meant, or refused in a sentence that names them.
+"""Checks of arguments of public functions: each is taken exactly, or refused in a sentence.
 
-Configs and functions share what is checked here, so that one value is refused in one way.
+Configs and functions share these checks, so that a value is refused in the same way everywhere. The
+sentence names the argument; it is that of the `error` class, by default ParameterError.
 """
 
 from __future__ import annotations
@@ -17,21 +18,21 @@ from rigidpend.numbers.expressions import named
 GAP = 11
 """Least number of bits between two precisions.
 
-Their errors then differ some two thousandfold, and only so does the agreement of two computations
-tell that both are right: see `rigidpend.routes.certainty`."""
+Their errors then differ by a factor of some two thousand. Without such a difference the agreement
+of two computations would not tell that both are right: see `rigidpend.routes.certainty`."""
 
 MOST_PHASES = 10_000_000
-"""Initial phases of one computation at most."""
+"""Largest number of initial phases of one computation."""
 
 LONGEST = 4096
-"""Characters of a path at most, as on Linux."""
+"""Largest number of characters of a path, as on Linux."""
 
 
 class ParameterError(ValueError):
-    """A parameter that its conditions exclude; the message names condition and values."""
+    """Error: a parameter that breaks a condition; the message names condition and values."""
 
     def __init__(self, field: str, message: str) -> None:
-        # Both, for an error that comes from a worker is made again from its arguments.
+        # Both arguments, since an error that comes from a worker process is made anew from them.
         super().__init__(field, message)
         self.field = field
         """The name of the parameter that is wrong."""
@@ -44,7 +45,7 @@ Error = type[ParameterError]
 
 
 def number(name: str, value: Any, error: Error = ParameterError) -> Exact:
-    """The number that a value says, exact."""
+    """The exact number of a value; see :func:`rigidpend.numbers.exact.exact`."""
     try:
         return exact(value)
     except ExactError as wrong:
@@ -54,8 +55,9 @@ def number(name: str, value: Any, error: Error = ParameterError) -> Exact:
 def whole(
     name: str, value: Any, least: int, most: int | None = None, error: Error = ParameterError
 ) -> int:
-    """A whole number within limits, as an int: that of NumPy may have eight bits."""
-    # NumPy's truth value has no index, and an array of one entry has.
+    """A whole number from `least` to `most`, as an int, which unlike NumPy's cannot overflow."""
+    # Python's bool has an index, though nobody means it as a number; NumPy's has none. An array of
+    # one entry is no number either.
     none = isinstance(value, bool) or getattr(value, "shape", None)
     try:
         found = None if none else operator.index(value)
@@ -68,14 +70,14 @@ def whole(
 
 
 def of_kind(name: str, value: Any, kind: Any, error: Error = ParameterError) -> Any:
-    """A value of a type."""
+    """A value, if it is of a given type."""
     if not isinstance(value, kind):
         raise error(name, f"{name} must be a {kind.__name__}, got {named(value)}")
     return value
 
 
 def path(name: str, value: Any, error: Error = ParameterError) -> Path:
-    """The path of a file or a folder, that a system may take as a name."""
+    """The path of a file or a folder, if systems can take it as a name."""
     text = str(value) if isinstance(value, str | Path) else ""
     if not text or "\0" in text or len(text) > LONGEST:
         raise error(name, f"{name} must be a path, as a text or a Path, got {named(value)}")
@@ -83,14 +85,14 @@ def path(name: str, value: Any, error: Error = ParameterError) -> Path:
 
 
 def choice(name: str, value: Any, known: Sequence[str], error: Error = ParameterError) -> str:
-    """One of the words that are known."""
+    """A word, if it is one of the known ones."""
     if not isinstance(value, str) or value not in known:
         raise error(name, f"{name} must be one of {', '.join(known)}, got {named(value)}")
     return value
 
 
 def precisions(values: Any, error: Error = ParameterError) -> tuple[int, ...]:
-    """Working precisions in bits, ascending: what one cannot decide goes to the next."""
+    """Working precisions in bits, ascending; what one cannot decide goes to the next."""
     try:
         ladder = tuple(map(operator.index, values))
     except TypeError:

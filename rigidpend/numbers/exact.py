@@ -1,8 +1,8 @@
 """Numbers taken exactly as written, and evaluated in any precision.
 
-An :class:`Exact` is an expression over rationals, ``pi`` and a few functions. It is never
-rounded when it is made: ``exact("0.1")`` is one tenth, ``exact("3*pi/40 + 1/100")`` keeps its
-``pi``, and a float is the double that it is. Rounding happens once, in :meth:`Exact.at`.
+An :class:`Exact` is an expression of rationals, ``pi`` and a few functions. Making it rounds
+nothing: ``exact("0.1")`` is one tenth, ``exact("3*pi/40 + 1/100")`` keeps its ``pi``, and a float
+has the value of the double that it is. Rounding happens once, in :meth:`Exact.at`.
 """
 
 from __future__ import annotations
@@ -27,18 +27,18 @@ if TYPE_CHECKING:
 PRECISIONS = (53, 106, 160)
 """Working precisions in bits, in the order in which they are tried."""
 GUARD_BITS = 32
-"""Bits beyond those asked for, which take up the rounding of intermediate results."""
+"""Bits beyond those asked for, which absorb the rounding of intermediate results."""
 MOST_BITS = 10_000
-"""Largest number of bits, guard bits included, that is tried: what cancels so far is zero."""
+"""Largest number of bits, guard bits included: what cancels to so many bits counts as zero."""
 FINEST = 9_000
 """Bits of the highest working precision, which leaves guard bits up to `MOST_BITS`."""
 MAX_SIZE = 40_000
 """Largest number of bits in the numerator or the denominator of a rational number."""
 MAX_EXPONENT = 5000
 """Largest decimal exponent, of either sign."""
-# Whoever writes a number by hand needs far less; what is longer would take seconds to evaluate.
+# A number written by hand needs far less. A longer text would take seconds to evaluate.
 MAX_TEXT, MAX_CALLS = 4000, 64
-"""Characters of a text, and functions in it, at most."""
+"""Largest number of characters of a text, and of functions in it."""
 
 FUNCTIONS = ("sqrt", "sin", "cos", "tan", "atan")
 """Functions of one argument that a text may name."""
@@ -48,22 +48,23 @@ COMPUTE = {"+": operator.add, "-": operator.sub, "*": operator.mul, "/": operato
 
 @functools.cache
 def context(bits: int) -> MPContext:
-    """Context of mpmath with `bits` bits: a namespace of numbers with its own precision.
+    """The mpmath context of `bits` bits: a namespace of numbers with its own precision.
 
-    Contexts are cached, and nothing can change their precision, so threads may share them.
+    Contexts are cached. Nothing can change their precision, so that threads may share them.
     """
     return _kind_of_context()(bits)
 
 
 @functools.cache
 def _kind_of_context() -> type[MPContext]:
+    # Within a function, since mpmath is imported only where numbers are evaluated.
     from mpmath import MPContext
 
     class Context(MPContext):  # type: ignore[misc]
-        """A context of one precision for good.
+        """A context whose precision never changes.
 
-        mpmath's special functions raise their context's precision for a moment, which another
-        thread would compute with, or keep: here they fail.
+        mpmath's special functions raise their context's precision for a moment, and another thread
+        would compute with it, or keep it. Here these functions fail instead.
         """
 
         def __init__(self, bits: int) -> None:
@@ -74,20 +75,20 @@ def _kind_of_context() -> type[MPContext]:
         dps = property(lambda self: self._dps, doc="Decimal digits of the numbers.")
 
         def expm1(self, x: Any) -> Any:
-            """exp(x) - 1, with as many bits more as cancel."""
+            """exp(x) - 1, with further bits for those that cancel."""
             x = self.convert(x)
             bits = self.prec + GUARD_BITS - min(0, _magnitude(x))
             return self.fsub(self.exp(x, prec=bits), 1)
 
         @classmethod
         def _wrap_specfun(cls, *_: Any) -> None:
-            """Leave out ten milliseconds of work that would be done for each precision."""
+            """Skip the special functions, which take ten milliseconds for each precision."""
 
     return Context
 
 
 def fraction(x: Any, bits: int | None = None) -> Fraction:
-    """Make a Fraction of an mpmath number, rounded to `bits` bits where they are given."""
+    """The exact value of an mpmath number, after rounding to `bits` bits if these are given."""
     from mpmath.libmp import to_rational
 
     rounded = x if bits is None else context(bits).mpf(x)
@@ -95,7 +96,7 @@ def fraction(x: Any, bits: int | None = None) -> Fraction:
 
 
 def _operators(sign: str) -> tuple[Callable[[Exact, Any], Exact], Callable[[Exact, Any], Exact]]:
-    """An operator with a number on its right, and with one on its left."""
+    """Methods for an operator with this number on its left, and on its right."""
     return (
         lambda self, other: combine(sign, self, exact(other)),
         lambda self, other: combine(sign, exact(other), self),
@@ -124,8 +125,8 @@ class Exact:
     def at(self, bits: int) -> Any:
         """The value rounded to `bits` bits, as a number of :func:`context` ``(bits)``.
 
-        Guard bits are added until the rounded value stands, so that what cancels inside an
-        expression takes nothing from the result.
+        Guard bits are added until the rounded value no longer changes, so that cancellation inside
+        an expression costs the result no bits. ExactError is raised if it never settles.
         """
         guard, value = GUARD_BITS, self._rounded(bits, GUARD_BITS)
         if self.fraction is not None:
@@ -133,11 +134,11 @@ class Exact:
         while bits + guard < MOST_BITS:
             guard *= 3
             finer = self._rounded(bits, guard)
-            # Zero is never settled here: more bits may show that what cancelled was only tiny.
+            # Zero never counts as settled: with more bits it may turn out to be only tiny.
             if finer == value != 0:
                 return value
             value = finer
-        # Thousands of bits have cancelled: it is taken for 0.
+        # Thousands of bits have cancelled: the value counts as 0.
         if abs(value) < context(bits).mpf(2) ** (-MOST_BITS // 4):
             return context(bits).mpf(0)
         raise ExactError(f"{shown(self.text)} cannot be told from its rounding errors")
@@ -162,7 +163,7 @@ class Exact:
             return math.inf if self.fraction > 0 else -math.inf
 
     def __reduce__(self) -> tuple[Any, ...]:
-        # By its text, for functions within functions cannot be pickled for a worker.
+        # A worker gets the text, since a closure such as `over` cannot be pickled.
         return exact, (self.text,)
 
     def __str__(self) -> str:
@@ -181,7 +182,7 @@ class Exact:
     __pow__, _ = _operators("**")
 
     def __eq__(self, other: object) -> bool:
-        """Equality of what is written; two rationals are equal where their values are."""
+        """Equality of values for two rationals, else of texts."""
         if not isinstance(other, Exact):
             return NotImplemented
         return self.key == other.key
@@ -191,27 +192,26 @@ class Exact:
 
     @property
     def key(self) -> Fraction | str:
-        """Its value where it is rational, else its text: equal in equal numbers alone."""
+        """The value of a rational, else the text: equal keys belong to equal numbers only."""
         return self.text if self.fraction is None else self.fraction
 
     @functools.cached_property
     def _hash(self) -> int:
-        # A key of caches: the hash of a Fraction takes a modular power each time.
+        # Numbers are keys of caches, and the hash of a Fraction takes a modular power each time.
         return hash(self.key)
 
 
 def exact(value: Any) -> Exact:
-    """Take a number exactly: an int, Fraction, Decimal, float, number of NumPy's, or a text.
+    """Take a number exactly: an int, Fraction, Decimal, float, a NumPy number, or a text.
 
     A text may hold decimals (``"1e-6"``), ``pi``, ``+ - * / **``, brackets and the functions sqrt,
-    sin, cos, tan, atan. ExactError is raised where the value is not finite, not real, or not
-    readable.
+    sin, cos, tan, atan. ExactError is raised if the value is not finite, not real, or not readable.
     """
     if isinstance(value, Exact):
         return value
     if isinstance(value, str):
         return _read(value)
-    # A bool is an int to Python, and no number that anybody means.
+    # A bool is an int in Python, but nobody means it as a number.
     if isinstance(value, bool):
         raise ExactError(f"{named(value)} is not a real number")
     # NumPy's integers have no as_integer_ratio.
@@ -226,7 +226,7 @@ def exact(value: Any) -> Exact:
         taken = Fraction(*map(int, value.as_integer_ratio()))
     except (ValueError, OverflowError):
         raise ExactError(f"{named(value)} is not finite") from None
-    # A class has the method too, and no number to call it on.
+    # The class `float` itself has the method too, but without a number to call it on.
     except TypeError:
         raise ExactError(f"{named(value)} is not a real number") from None
     return rational(taken, None)
@@ -234,15 +234,16 @@ def exact(value: Any) -> Exact:
 
 @functools.lru_cache(maxsize=1024)
 def _read(text: str) -> Exact:
-    """Read a text; of the members of a sweep nearly all are the same."""
+    """Read a text; kept, since the members of a sweep share nearly all of their numbers."""
     if len(text) > MAX_TEXT:
         raise ExactError(f"a number of {len(text)} characters: at most {MAX_TEXT} are read")
     source = text.strip()
-    # Python would take the rest for a comment, which YAML does only behind a blank.
+    # Python would skip everything behind a #; YAML takes it for a comment only behind a blank.
     if "#" in source:
         raise ExactError(f"{shown(text)!r} is not a number: a comment begins with a blank and a #")
     try:
-        # Python's grammar only: nothing is evaluated, and `_node` takes what it names and no more.
+        # Only Python's grammar is used. Nothing is evaluated, and `_node` has a list of what it
+        # accepts.
         tree = ast.parse(source, mode="eval")
         if sum(isinstance(node, ast.Call) for node in ast.walk(tree)) > MAX_CALLS:
             raise ExactError(f"more than {MAX_CALLS} functions in a number")
@@ -257,13 +258,13 @@ def _read(text: str) -> Exact:
 
 
 def _node(node: ast.expr, source: str) -> Exact:
-    """Number that a part of an expression says."""
+    """The number of a node of the syntax tree of a text."""
     match node:
         case ast.Constant(value=int() | float()) if not isinstance(node.value, bool):
-            # The digits as written, not the double that the parser has made of them.
+            # The digits as written, not the double that Python's parser has made of them.
             part = ast.get_source_segment(source, node) or ""
             _, _, exponent = part.lower().partition("e")
-            # The parser allows 1e999999999, of which the exact value would fill the memory.
+            # The parser allows 1e999999999, whose exact value would fill the memory.
             if exponent and abs(int(exponent)) > MAX_EXPONENT:
                 raise ExactError(f"{part}: exponents go to {MAX_EXPONENT}")
             return rational(Fraction(part), part)
@@ -292,15 +293,15 @@ def function(name: str, x: Exact) -> Exact:
         if _near(x) < 0:
             raise ExactError(f"{text} is not real")
         if x.fraction is not None:
-            # sqrt(4) is rational like 2, by which equal bodies are known as equal.
+            # sqrt(4) is the rational 2: bodies that are equal must be found equal.
             root = Fraction(*map(math.isqrt, x.fraction.as_integer_ratio()))
             if root**2 == x.fraction:
                 return rational(root, text)
 
     def over(m: Any) -> Any:
         value = x.over(m)
-        # To bring it into one turn takes its size in bits. Other kinds of numbers than mpmath's
-        # know themselves what they lose.
+        # Reducing a large angle to one turn takes as many bits as it has before the point. Numbers
+        # of other kinds, such as balls, tell by themselves what they lose.
         turns = name in ("sin", "cos", "tan") and hasattr(value, "_mpf_")
         if turns and _magnitude(value) > MOST_BITS:
             raise ExactError(f"an angle beyond 2**{MOST_BITS}: {shown(x.text)}")
@@ -311,12 +312,13 @@ def function(name: str, x: Exact) -> Exact:
 
 def _magnitude(value: Any) -> int:
     """Binary exponent of an mpmath number; 0 for 0 and for numbers that are not finite."""
+    # The value is +-mantissa 2^exponent, with a mantissa of so many bits.
     _, mantissa, exponent, bits = value._mpf_
     return int(exponent + bits) if mantissa else 0
 
 
 def rational(value: Fraction, text: str | None) -> Exact:
-    """Make a rational number, by default with the shortest text that says it exactly."""
+    """Make a rational number, by default with the shortest text that gives it exactly."""
     p, q = value.numerator, value.denominator
     if _size(value) > MAX_SIZE:
         raise ExactError(f"a number with more than {MAX_SIZE} bits")
@@ -326,12 +328,13 @@ def rational(value: Fraction, text: str | None) -> Exact:
 
 
 def _shortest(value: Fraction) -> str:
-    """Shortest text of a rational: a decimal where a double's is exact, else a quotient."""
+    """Shortest text of a rational: a double's decimal if it is exact, else a quotient."""
     short = repr(float(value)) if abs(value) < 1e15 else ""
     twos = (value.denominator & -value.denominator).bit_length() - 1
     decimals = short.partition(".")[2]
     if decimals.isdigit() and len(decimals) < twos:
-        # Most doubles: as many decimals as halvings would be needed.
+        # A denominator with n factors 2 needs n decimals at least, so that these cannot be exact.
+        # This spares most doubles the comparison below.
         short = ""
     # repr gives the shortest digits of the double, which may not be those of this number.
     if short and Fraction(short) == value:
@@ -342,7 +345,7 @@ def _shortest(value: Fraction) -> str:
         raise ExactError("a number with more digits than can be written") from None
 
 
-# The plus rounds mpmath's constant, which has no precision of its own, to the context's.
+# The plus rounds mpmath's constant, which has no precision of its own, to the context's precision.
 PI = Exact("pi", None, lambda m: +m.pi)
 
 
@@ -353,7 +356,7 @@ def combine(sign: str, a: Exact, b: Exact) -> Exact:
         return _power(text, a, b.fraction)
     if sign == "/" and not _near(b):
         raise ExactError(f"{text}: division by zero")
-    # Known as zero without evaluation, which could never tell it from something tiny.
+    # A product with 0 is 0 without evaluation, which could not tell it from a tiny number.
     if sign == "*" and 0 in (a.fraction, b.fraction):
         return rational(Fraction(0), text)
     compute = COMPUTE[sign]
@@ -376,14 +379,15 @@ def _power(text: str, a: Exact, power: Fraction | None) -> Exact:
 
 
 def _near(x: Exact) -> Any:
-    """The value, or a number of its sign: 0 for 0."""
+    """The value of a rational, else a number of the same sign; 0 for 0."""
     return x.at(53) if x.fraction is None else x.fraction
 
 
 def _bracketed(x: Exact) -> str:
-    """Text of `x`, bracketed where it must be to stay one operand of a larger expression."""
+    """Text of x as an operand, in brackets unless it is a single word or unsigned number."""
     return x.text if x.text.replace(".", "").isalnum() else f"({x.text})"
 
 
 def _size(x: Fraction) -> int:
+    """Bits of the numerator or the denominator, whichever has more."""
     return max(x.numerator.bit_length(), x.denominator.bit_length())

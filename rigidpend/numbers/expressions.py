@@ -1,4 +1,4 @@
-"""Texts of numbers and codes: decimals and codes as a person writes them, values for messages."""
+"""Texts of numbers and codes: short decimals, codes as words, values in messages."""
 
 from __future__ import annotations
 
@@ -10,29 +10,29 @@ from fractions import Fraction
 from typing import Any
 
 MAX_SHOWN = 160
-"""Characters of a number that a message shows, at most."""
+"""Largest number of characters of a number in a message."""
 RATIONAL = re.compile(r"-?\d{1,600}(/\d{1,600})?")
-"""Form of what :func:`as_written` looks at: longer numbers stay as they stand, unread.
+"""Pattern of the texts that :func:`as_written` rewrites; longer numbers are left as they are.
 
 Weights go down to 1e-100 h0 and initial actions to 1e-500."""
 DIGITS, SMALL, LARGE = 16, Fraction(1, 1000), 10**6
-"""Digits of a decimal form at most; below and above these it has an exponent."""
+"""Most digits of a decimal, and the sizes below and above which it is written with an exponent."""
 NO_SYMBOL = 255
-"""The code where there is no symbol: the orbit does not cross J1 = J2/2 again."""
+"""Code in the place of a symbol when the orbit does not cross J1 = J2/2 again."""
 
 
 class ExactError(ValueError):
-    """A value that is no finite real number, or a text that is no expression of one."""
+    """Error: a value that is no finite real number, or a text that is no expression of one."""
 
 
 def shown(text: str) -> str:
-    """Shorten a number for a message, by leaving out the middle of a long one."""
+    """Shorten the text of a long number for a message, by leaving out its middle."""
     half = MAX_SHOWN // 2
     return text if len(text) <= MAX_SHOWN else f"{text[:half]} ... {text[-half:]}"
 
 
 def named(value: object) -> str:
-    """Name a value of any kind for a message: in one line, and short."""
+    """Describe a value of any kind in a message: in one line, and short."""
     try:
         return " ".join(_SHORT.repr(value).split())
     # Python writes no integers of more than 4300 digits.
@@ -45,7 +45,7 @@ _SHORT.maxstring = _SHORT.maxlong = _SHORT.maxother = MAX_SHOWN // 2
 
 
 def as_written(text: str) -> str:
-    """Write a rational number ``p/q`` as a short decimal where it is one, else as it stands.
+    """Write a rational number ``p/q`` as a decimal if a short one is exact, else leave the text.
 
     >>> as_written("3/2"), as_written("1/100000000"), as_written("1/3"), as_written("3*pi/40")
     ('1.5', '1e-8', '1/3', '3*pi/40')
@@ -58,7 +58,7 @@ def as_written(text: str) -> str:
         return text
     with localcontext(prec=DIGITS):
         rounded = (Decimal(value.numerator) / Decimal(value.denominator)).normalize()
-    # A decimal that is merely close would say another number.
+    # A decimal that is merely close would be another number.
     if Fraction(rounded) != value:
         return text
     plain = not value or SMALL <= abs(value) <= LARGE
@@ -66,7 +66,7 @@ def as_written(text: str) -> str:
 
 
 def everywhere(node: Any) -> Any:
-    """Copy of plain data, in which every text that is a rational number is :func:`as_written`."""
+    """A copy of nested dicts and lists, in which :func:`as_written` rewrites every text."""
     if isinstance(node, dict):
         return {key: everywhere(value) for key, value in node.items()}
     if isinstance(node, list):
@@ -75,8 +75,11 @@ def everywhere(node: Any) -> Any:
 
 
 def words(codes: Any, known: Any) -> list[str]:
-    """Codes (n_symbols, n) as texts, one an orbit: ``.`` for no symbol, ``?`` where not known."""
-    # Where nothing is computed NumPy is not imported.
+    """Codes (n_symbols, n) as texts, one per orbit: ``.`` for no symbol, ``?`` for an unknown one.
+
+    `known` is a Boolean array of the same shape.
+    """
+    # Imported here, so that what only reads texts starts without NumPy.
     import numpy as np
 
     shown = np.where(codes == NO_SYMBOL, ".", np.asarray(codes).astype("U1"))

@@ -1,4 +1,4 @@
-"""Types of numbers: arrays of doubles, and generic ones such as floats, mpmath's, symbols."""
+"""Types of numbers: arrays of doubles, and generic ones such as floats, mpmath numbers, symbols."""
 
 from __future__ import annotations
 
@@ -9,13 +9,13 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
 Array: TypeAlias = "NDArray[np.float64]"
-"""An array of doubles, by its name alone: what reads a config must not import NumPy."""
+"""An array of doubles. The alias is a text, since code that reads configs must not import NumPy."""
 Scalar: TypeAlias = Any
-"""A number or an array of numbers that knows ``+ - * /``: the caller chooses the kind."""
+"""A number, or an array of numbers, with ``+ - * /``; the caller chooses the kind."""
 Numbers: TypeAlias = Any
-"""A sequence or an array of such numbers, the component first."""
+"""A sequence or an array of such numbers, whose first axis counts components."""
 Elementary: TypeAlias = Any
-"""A namespace of elementary functions over one kind of numbers.
+"""A namespace of elementary functions over one kind of number.
 
-`math`, `numpy`, an mpmath context and heyoka are such namespaces; a function that takes one is
-written with pi, sqrt, sin, cos, exp, log, expm1 or atan2 of it."""
+`math`, `numpy`, an mpmath context and heyoka are such namespaces. A function that takes one uses
+its pi, sqrt, sin, cos, exp, log, expm1 or atan2."""

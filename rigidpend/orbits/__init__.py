@@ -2,10 +2,10 @@
 
 Packages
 --------
-integrate   step by step: Taylor series in machine code, in integers; other engines beside them
-return_map  from section to section, without integration: a normal form and tables
-records     arrays with a column for each orbit: some of them, joined, replaced
+integrate   step by step, by Taylor series in machine code or in integers, or by DOP853
+return_map  from section to section, without integration, by a normal form and tables
+records     records of arrays with a column for each orbit: to select, join or replace columns
 """
 
 UNITS = "1", "1.37", "0.61"
-"""Units of M of independent computations of an orbit: they share no rounding."""
+"""Units of M of independent computations of an orbit, so that no two share their roundings."""

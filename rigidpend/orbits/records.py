@@ -1,4 +1,4 @@
-"""Records of orbits: named tuples of arrays, and of such records, with a column for each orbit."""
+"""Records of orbits: named tuples of arrays, or of records, whose last axis counts orbits."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ Record = TypeVar("Record", bound=tuple[Any, ...])
 
 
 def columns(record: Record, where: Any) -> Record:
-    """Some of the columns, or all in another order; what is no array belongs to all of them."""
+    """Some of the columns, or all in another order; fields that are no arrays stay as they are."""
     return _each(lambda x: x[..., where] if isinstance(x, np.ndarray) else x, record)
 
 
@@ -21,12 +21,12 @@ def joined(parts: list[Record]) -> Record:
 
 
 def put(target: Record, where: Any, source: Record) -> None:
-    """Replace some columns by those of another record."""
+    """Replace some columns by those of another record, in place."""
     _each(lambda into, x: into.__setitem__((..., where), x), target, source)
 
 
 def _each(work: Callable[..., Any], *records: Any) -> Any:
-    """A record of what is made of the arrays that records have in one place."""
+    """The record whose fields are `work` of the records' fields, also within inner records."""
     places = zip(*records, strict=True)
     found = (_each(work, *x) if isinstance(x[0], tuple) else work(*x) for x in places)
     return type(records[0])._make(found)

@@ -1,7 +1,7 @@
 """Engines that follow orbits in any precision: to their crossings, or to given times.
 
-There are three questions: :func:`crossings`, the many crossings of M3 = 0 of many orbits;
-`states.first_crossings`, the state at the first one; `states.states_at`, states at times.
+They answer three questions: :func:`crossings` finds successive crossings of M3 = 0 of many orbits,
+`states.first_crossings` the state at the first one, `states.states_at` states at given times.
 
 ======== ============================================ ==================
 engine   how                                          precisions (bits)
@@ -13,7 +13,7 @@ bigint   Taylor series in integers, by FLINT          any; serves where
                                                       the engine ends
 ======== ============================================ ==================
 
-Engines are imported when they are used, not before.
+An engine is imported when it is first used.
 """
 
 from __future__ import annotations
@@ -38,7 +38,7 @@ class Outcome(IntEnum):
     COMPLETE = 0
     """All crossings were found."""
     ASYMPTOTIC = 1
-    """It stays on an invariant plane Q = 0 and never crosses again."""
+    """The orbit stays on an invariant plane Qp = 0 or Qm = 0 and never crosses again."""
     NO_CROSSING = 2
     """No crossing came within the passage limit."""
     FAILED = 3
@@ -49,9 +49,9 @@ class Orbits(NamedTuple):
     """A task for an engine: orbits of one body, in aligned components and time t'."""
 
     coefficients: AlignedCoefficients
-    """Floats at 53 bits, else Fractions that are numbers of the working precision."""
+    """Floats at 53 bits, else Fractions rounded to the working precision."""
     states: Any
-    """(6, n) at time 0: doubles at 53 bits, else Fractions."""
+    """States at t' = 0, (6, n): doubles at 53 bits, else Fractions."""
     n_crossings: int
     """Number of crossings of M3 = 0 to find on each orbit."""
     passage_limit: float
@@ -62,15 +62,15 @@ class Crossings(NamedTuple):
     """The crossings of M3 = 0 (J1 = J2/2), in their order along each orbit."""
 
     time: NDArray[np.float64]
-    """(n_crossings, n), t'; NaN where there is none."""
+    """Times t', (n_crossings, n); NaN where there is no crossing."""
     separatrix: NDArray[np.uint8]
-    """(n_crossings, n), 1..4: the unperturbed separatrix beside which it lies; 0 for none."""
+    """Unperturbed separatrix beside which a crossing lies, 1 to 4, (n_crossings, n); 0 for none."""
     outcome: NDArray[np.uint8]
-    """(n,), values of `Outcome`."""
+    """Values of `Outcome`, (n,)."""
 
 
 def no_crossings(n_crossings: int, n: int) -> Crossings:
-    """A record to be filled in: every orbit not yet integrated."""
+    """A record to be filled in: no crossings, and every orbit counts as failed."""
     return Crossings(
         np.full((n_crossings, n), np.nan),
         np.zeros((n_crossings, n), dtype=np.uint8),
@@ -79,18 +79,21 @@ def no_crossings(n_crossings: int, n: int) -> Crossings:
 
 
 def silent_outcome(Qp: Scalar, Qm: Scalar) -> Outcome:
-    """The outcome of an orbit that did not cross again, from where it is at the end.
+    """Outcome of an orbit that did not cross again, from Qp and Qm at the end.
 
-    A forced component is never exactly zero for long, so a zero is an invariant plane.
+    A component with a force is never exactly zero for long, so that a zero tells an invariant
+    plane.
     """
     return Outcome.ASYMPTOTIC if Qp == 0 or Qm == 0 else Outcome.NO_CROSSING
 
 
 def in_turn(found: Crossings) -> Crossings:
-    """Mark orbits as failed, from there on, whose crossings do not rise and sink in turn.
+    """Mark orbits as failed from the first crossing that does not alternate between rise and fall.
 
-    So a crossing that is lost or found twice where two steps meet makes no symbol.
+    A crossing that is lost, or found twice where two steps meet, thus makes no wrong symbol. The
+    record is changed in place, and returned.
     """
+    # M3 rises through zero beside separatrices 2 and 4. Two such crossings in a row are impossible.
     rising = np.isin(found.separatrix, (2, 4))
     twice = (found.separatrix[1:] > 0) & (rising[1:] == rising[:-1])
     bad = np.vstack((np.zeros((1, twice.shape[1]), dtype=bool), np.logical_or.accumulate(twice)))
@@ -100,22 +103,22 @@ def in_turn(found: Crossings) -> Crossings:
 
 
 WEIGHTS = ("force_p", "force_m", "mu_r1", "mu_r2")
-"""The coefficients that are proportional to mu."""
+"""Names of the coefficients that are proportional to mu."""
 WIDEST = 212
-"""Bits up to which the series are short enough for any energy, without a unit of M."""
+"""Bits up to which series are so short that no unit of M is needed, at any energy."""
 NEAR = 16
-"""Factor by which |M| may differ from one, without a unit, in more bits."""
+"""Factor by which |M| may differ from 1 before numbers of more bits need a unit of M."""
 
 
 def in_unit(
     c: AlignedCoefficients, states: Any, bits: int | None = None
 ) -> tuple[Fraction, AlignedCoefficients, Any]:
-    """A unit of M, and coefficients and states (6, n) with M in it and time in its inverse.
+    """A unit of M, with coefficients and states (6, n) for M in this unit and time in its inverse.
 
-    It is a power of two, half of that next to the largest |M|: so numbers, and steps in its time,
-    are near one. Numbers of the kernel, of so many bits, need it less often. The terms of a series
-    are powers of |M|: those of 110 orders and more leave the range of doubles, or slow them down
-    where they are denormal.
+    The unit is a power of two, from a quarter of the largest component of M up to that component,
+    so that numbers, and steps in its time, are near 1. Terms of a series grow as powers of |M|:
+    with 110 orders and more they leave the range of doubles, or become denormal, which is slow.
+    Kernels in numbers of `bits` bits (None: integers) take the unit 1 where that does no harm.
     """
     if bits is not None and bits <= WIDEST:
         return Fraction(1), c, states
@@ -123,15 +126,18 @@ def in_unit(
     unit = Fraction(2) ** (largest.numerator.bit_length() - largest.denominator.bit_length() - 1)
     if bits is not None and 1 / NEAR < unit < NEAR:
         return Fraction(1), c, states
+    # With M = unit M* and t' = t*/unit the equations keep their form with mu* = mu/unit^2. Division
+    # by a power of two rounds nothing.
     c = c._replace(**{x: getattr(c, x) / unit**2 for x in WEIGHTS})
     return unit, c, np.array([*(x / unit for x in states[:3]), *states[3:]])
 
 
 def crossings(orbits: Orbits, *, engine: str, bits: int, tolerance: float, jobs: int) -> Crossings:
-    """Integrate orbits, in numbers of so many bits, and find their crossings of M3 = 0.
+    """Integrate orbits, in numbers of `bits` bits, and find their crossings of M3 = 0.
 
-    The local tolerance is that at 53 bits; every bit more halves it, and integers err by rounding
-    alone. `jobs` is how many orbits, or batches, are integrated at a time: no result depends on it.
+    `tolerance` is the local tolerance at 53 bits. Every further bit halves it, and integers have
+    errors of rounding only. `jobs` is the number of orbits, or batches of them, that are integrated
+    at a time; no result depends on it.
     """
     n, compiled = orbits.states.shape[1], in_kernel(engine, bits)
     if not n:
@@ -145,7 +151,7 @@ def crossings(orbits: Orbits, *, engine: str, bits: int, tolerance: float, jobs:
     elif bits == 53:
         from rigidpend.orbits.integrate import dop853
 
-        # Parts that don't depend on `jobs`: orbits of one part share their steps.
+        # The parts must not depend on `jobs`: the orbits of a part share their steps.
         work, further, count = dop853.crossings, (tolerance,), -(-n // dop853.SIDE_BY_SIDE)
     else:
         from rigidpend.orbits.integrate import reference_orbit
@@ -156,7 +162,7 @@ def crossings(orbits: Orbits, *, engine: str, bits: int, tolerance: float, jobs:
 
 
 def on_one_thread(engine: str, bits: int, n: int) -> bool:
-    """True if so many orbits are computed by one thread, or process, however many there are."""
+    """True if n orbits are too few to be shared by several threads or processes."""
     if not in_kernel(engine, bits):
         from rigidpend.orbits.integrate import dop853
 

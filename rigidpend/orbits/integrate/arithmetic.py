@@ -16,8 +16,8 @@ DEFAULT_ENGINE = ENGINES[0]
 DEFAULT_TOLERANCE = {"taylor": 3e-14, "scipy": 1e-13}
 """Local tolerance of each engine in double precision.
 
-The Taylor series' error is then below rounding: with 2.2e-16, three orders more and 12 % slower,
-crossing times err alike."""
+The truncation error of the Taylor series is then below round-off: with 2.2e-16, which takes three
+orders and 12 % of time more, the errors of crossing times are the same."""
 FINEST_TOLERANCE = {"taylor": 2.0**-52, "scipy": 2.5e-14}
 """The finest local tolerance of each engine in double precision."""
 
@@ -26,39 +26,40 @@ PAIRS = 106
 LADDER = (53, PAIRS, 212, 424)
 """Bits of the numbers of engine `taylor`: one double, two, four, or eight.
 
-A precision is computed in the first that has as many bits, its series cut off by what was asked
-for. Integers have any number of bits, and serve beyond."""
+A precision is computed in the first of these that has as many bits; its series are cut off at the
+precision that was asked for. Beyond the last, integers serve, which have any number of bits."""
 TRIPLES = 160
-"""Bits up to which orbits are followed in sums of three doubles: those keep 161 with their signs.
+"""Bits up to which orbits are followed in sums of three doubles.
 
-Errors are some roundings, as those of pairs are at 106 bits. It takes 0.65 of the time of four."""
+Three doubles keep 161 bits with their signs. Errors are some roundings, as those of pairs are at
+106 bits, and the time is 0.65 of that of four doubles."""
 INTEGERS = range(448, 10_000, 32)
-"""Bits of integers where the precision falls along an orbit: steps of some ten per cent in time."""
+"""Bits of integers where the precision falls along an orbit; a step is some 10 % of the time."""
 COARSEST_TOLERANCE = 1e-2
-"""Above it a local error is no longer small beside the components themselves."""
+"""Largest tolerance: above it a local error is no longer small beside the components themselves."""
 
 
 class EngineError(RuntimeError):
-    """An engine that is not known."""
+    """Error: an engine that is not known."""
 
 
 class NumericsError(ParameterError):
-    """A tolerance or precisions that cannot be used."""
+    """Error: a tolerance or precisions that cannot be used."""
 
 
 class Arithmetic(NamedTuple):
     """Engine, tolerance and precisions as they are used; made by :func:`resolve`."""
 
     engine: str
-    """One of the engines; empty for closed forms, which integrate nothing."""
+    """One of the `ENGINES`; empty for closed forms, which integrate nothing."""
     tolerance: float
     """Local tolerance in double precision, not finer than the engine can keep."""
     precisions: tuple[int, ...] = (53,)
-    """Bits, ascending; what one cannot decide goes to the next."""
+    """Bits, ascending; what one precision cannot decide goes to the next."""
 
 
 CLOSED_FORM = Arithmetic("", 0.0)
-"""The arithmetic of what is computed without integration."""
+"""The arithmetic of computations without integration."""
 
 
 def resolve(
@@ -66,9 +67,9 @@ def resolve(
     tolerance: Exact | float | str | None = None,
     precisions: Sequence[int] = PRECISIONS,
 ) -> Arithmetic:
-    """The arithmetic that a choice stands for, whatever was left open decided.
+    """The arithmetic that a choice stands for, with defaults for what it leaves open.
 
-    Resolving what was resolved changes nothing. The tolerance is by default the engine's own; one
+    Resolving twice changes nothing. The default tolerance is the engine's own; a tolerance that is
     finer than the engine can keep becomes its finest. Precisions are those that
     `numbers.checked.precisions` takes; 64 is left out where integers would serve.
 
@@ -93,7 +94,7 @@ def _tolerance(engine: str, tolerance: Exact | float | str | None) -> float:
 
 
 def check_engine(engine: str) -> str:
-    """The engine's name, if it is known; else EngineError says which are."""
+    """The engine's name if it is known, else an EngineError that lists the known ones."""
     if not isinstance(engine, str) or engine not in ENGINES:
         known = ", ".join(ENGINES)
         raise EngineError(f"engine {named(engine)} is not known; choose one of {known}")
@@ -101,15 +102,16 @@ def check_engine(engine: str) -> str:
 
 
 def in_kernel(engine: str, bits: int) -> bool:
-    """True if machine code of our own computes, which leaves the interpreter to other threads."""
+    """True if the compiled kernels compute, which release the interpreter to other threads."""
     return engine == "taylor" and bits <= LADDER[-1]
 
 
 def rung(bits: float) -> int:
-    """The least precision of all that are computed in, the kernel's first, with so many bits."""
+    """The least precision of the `LADDER` and then the `INTEGERS` that has at least `bits` bits."""
     return next((one for one in (*LADDER, *INTEGERS) if one >= bits), math.ceil(bits))
 
 
 def bits_of_numbers(bits: int) -> int:
-    """The bits of the kernel's numbers in which orbits are followed, by those asked for."""
+    """Bits of the numbers in which the kernel follows orbits when `bits` are asked for."""
+    # Three doubles are no rung: they count as 159 bits, yet serve up to `TRIPLES`.
     return 3 * PAIRS // 2 if PAIRS < bits <= TRIPLES else rung(bits)

@@ -1,10 +1,10 @@
-"""Engine `taylor`: many orbits at once, by a kernel (see `kernel`).
+"""Engine `taylor`: many orbits at once, by a compiled kernel (see `kernel`).
 
-A call carries many orbits some steps on and notes the steps on which M3 may have been zero, with
-their series; the crossings there are found afterwards. Where M3 is monotone the kernel has found
-its zero by Newton's method. Then orbits that are done make room for the next. Nothing is called
-back, and other threads have the interpreter while the kernel works: 4,000 orbits take two threads
-0.56 of the time of one.
+A call of the kernel carries many orbits some steps on and notes the steps on which M3 may have been
+zero, with their series. Crossings on noted steps are found afterwards; where M3 is monotone the
+kernel has found its zero by Newton's method. Then orbits that are done make room for the next. The
+kernel never calls Python, so that other threads run beside it: 4,000 orbits take two threads 0.56
+of the time of one.
 """
 
 from __future__ import annotations
@@ -36,46 +36,49 @@ from rigidpend.orbits.integrate.passages import UNDECIDED, crossings_of_series, 
 MAX_STEPS = 1_000_000
 """Steps without a crossing after which an orbit counts as failed; a passage takes some fifty."""
 TOGETHER = {53: 512, 106: 64, 159: 16, 212: 8, 424: 8}
-"""Orbits, by bits, that are carried at a time: the kernel then works for 4 ms or more."""
+"""Number of orbits carried at a time, by bits: the kernel then works for 4 ms or more."""
 STEPS = {53: 128, 106: 32, 159: 16, 212: 8, 424: 8}
-"""Steps in a call, by bits; who is done sooner goes on to no purpose, on the average for half."""
+"""Number of steps in a call, by bits; half of them, on average, come after an orbit's end."""
 FEWEST = 8
-"""Steps in a call at least, for which there is room in the notes."""
+"""Least number of steps in a call; the notes have room for as many."""
 EXPECTED = 50
-"""Steps that a passage takes."""
+"""Steps that a passage is expected to take."""
 LONGER = 4
-"""Share of the steps without a crossing, of all orbits, that is taken at once.
+"""Divisor: a call takes at least a quarter of the steps for which all orbits have not crossed.
 
-Beside nearly symmetric bodies a passage takes some hundred thousand: in calls of 75 steps each they
-took four times as long."""
+A passage of a nearly symmetric body takes some hundred thousand steps: in calls of 75 steps it took
+four times as long."""
 LANE = np.dtype([("orbit", int), ("count", int), ("silence", int), ("last", float)])
-"""A column: the number of its orbit, its crossings, steps since the last, and t' of that."""
+"""Type of a column.
+
+It holds the number of the orbit, the number of its crossings, the number of steps since the last
+crossing, and t' of that crossing."""
 CONVERGED = 1e-9
-"""Size of Newton's last correction, in steps, above which the zeros are isolated instead."""
+"""Newton's last correction, as a share of the step, above which zeros are isolated instead."""
 
 
 def crossings(orbits: Orbits, bits: int, tolerance: float) -> Crossings:
-    """Crossings of orbits: the same to the last bit whatever the other orbits.
+    """Crossings of orbits, each of which is the same to the last bit whatever the others are.
 
-    (In units of M, see `in_unit`, of others with an |M| alike.)
-    `tolerance` is that of the Taylor series in 53 bits; every bit more halves it.
+    This holds among orbits for which `in_unit` takes the same unit of M. `tolerance` is that of the
+    Taylor series in 53 bits; every further bit halves it.
     """
     return Batch(orbits, bits, tolerance * 2.0 ** (53 - bits)).run()
 
 
 def worth_a_thread(bits: int) -> int:
-    """The number of orbits that a thread of their own carries for 10 ms or more."""
+    """The number of orbits from which on a thread of their own works for 10 ms or more."""
     return 256 if bits_of_numbers(bits) == 53 else LANES
 
 
 class Batch:
-    """Orbits of one body on their way: each column is one that is not yet done."""
+    """Orbits of one body that are being followed, a column for each that is not yet done."""
 
     def __init__(self, orbits: Orbits, bits: int, tolerance: float) -> None:
         self.bits, order = bits, taylor_step.order_of(tolerance)
         self.kind = bits = bits_of_numbers(bits)
         self.unit, c, scaled = in_unit(orbits.coefficients, orbits.states, bits)
-        """Unit of M: times are in its inverse."""
+        """Unit of M. All times within the batch are in its inverse."""
         limit = orbits.passage_limit * float(self.unit)
         self.orbits = orbits = Orbits(c, scaled, orbits.n_crossings, limit)
         states = np.concatenate(in_parts(orbits.states, bits))
@@ -86,10 +89,11 @@ class Batch:
         self.found, self.seen = no_crossings(orbits.n_crossings, self.n), [np.empty((3, 0))]
         self.parameters = in_parts(orbits.coefficients, bits)
         self.initial = np.concatenate((states, np.zeros((2, self.n))))
-        """The parts of the states one below the other, and the two of the time."""
+        """Columns of all orbits at the start: the parts of the state, and the two of the time."""
         self.rows = np.zeros((len(self.initial), self.width))
+        # Views: the kernel changes both in place, and `load` moves whole columns of `rows`.
         self.states, self.times = self.rows[:-2], self.rows[-2:]
-        # The same room however few the orbits are: what nobody writes takes no memory.
+        # The same room however few the orbits are: pages that are never written take no memory.
         self.notes = np.empty(STEPS[bits] * TOGETHER[bits], following.note(order, bits))
         self.lanes, self.next = np.zeros(0, LANE), 0
 
@@ -108,11 +112,12 @@ class Batch:
 
     @property
     def steps(self) -> int:
-        """Steps for the next call: few where all orbits are nearly done, many in a long silence."""
+        """Steps for the next call: few if orbits are nearly done, many if none has long crossed."""
         left = int(self.orbits.n_crossings - self.lanes["count"].min())
         silence = int(self.lanes["silence"].min())
         room = self.notes.size // self.width
         usual = max(FEWEST, min(STEPS[self.kind], left * EXPECTED // 2))
+        # Never more than the notes have room for, should each step of each lane be noted.
         return min(max(usual, silence // LONGER), room, max(FEWEST, MAX_STEPS))
 
     def _told(self) -> str:
@@ -124,32 +129,37 @@ class Batch:
         return f"{said} of {limit:.4g} at most for each passage"
 
     def noted(self, number: int) -> Any:
-        """Carry all columns some steps on; notes of the steps on which M3 may have been zero."""
+        """Carry all columns some steps on, and return the notes of steps where M3 may vanish."""
         m = self.lanes.size
         groups = -(-m // self.abreast)
-        # Lanes without an orbit repeat the first: their steps are not looked at.
+        # Lanes without an orbit repeat the first, whose numbers are harmless; their notes are
+        # dropped below.
         self.states[:, m:], self.times[:, m:] = self.states[:, :1], self.times[:, :1]
         depth = touch(self.bits) * float(np.sqrt((self.states[:3, :m] ** 2).sum(axis=0).max()))
         given = self.states, self.width, self.times, self.parameters
+        # Twice the depth at the start of the call, since |M| changes on the way. The depth of each
+        # step's own |M| decides in `_isolated`.
         count = self.kernel(*given, 2 * depth, groups, number, self.notes)
         taken = self.notes[:count]
-        # Where series overflow nothing is known, and the orbit ends as one that failed.
+        # Where series overflow nothing is known; `ended` finds the state that is not finite.
         return taken[np.isfinite(taken["after"]) & (taken["lane"] < m)]
 
     def take(self, found: Array, number: int) -> None:
-        """Take in the crossings on so many steps."""
+        """Take in the crossings `found` on a call of so many steps."""
         at, lanes = found[0].astype(np.int64), self.lanes
         self.seen.append(np.array([lanes["orbit"][at], *found[1:]]))
         crossed = np.bincount(at, minlength=lanes.size)
         lanes["count"] += crossed
         lanes["silence"] = np.where(crossed > 0, 0, lanes["silence"] + number)
         np.maximum.at(lanes["last"], at, found[1])
+        # After an undecided touch the orbit is not known: it counts as done, and `written` ends it.
         lanes["count"][at[found[2] == UNDECIDED]] = self.orbits.n_crossings
 
     def ended(self) -> NDArray[np.bool_]:
-        """The columns whose orbits are done; their outcomes are noted."""
+        """Tell the columns whose orbits are done, and write their outcomes."""
         lanes, outcome = self.lanes, self.found.outcome
         complete = lanes["count"] >= self.orbits.n_crossings
+        # All others keep FAILED, which `no_crossings` has set.
         finite = np.isfinite(self.states[:, : lanes.size].sum(axis=0))
         waited = self.times[0, : lanes.size] > lanes["last"] + self.orbits.passage_limit
         late = finite & waited
@@ -159,7 +169,7 @@ class Batch:
         return complete | late | ~finite | (lanes["silence"] >= MAX_STEPS)
 
     def load(self, ended: Any = ()) -> None:
-        """Close the gaps of orbits that are done, and put the next ones behind."""
+        """Remove the columns of orbits that are done, and append those of the next orbits."""
         kept = np.flatnonzero(~np.asarray(ended, dtype=bool))
         new = np.arange(self.next, min(self.n, self.next + self.width - kept.size))
         self.next += new.size
@@ -171,23 +181,26 @@ class Batch:
 
 
 def written(rows: Array, found: Crossings, limit: float) -> None:
-    """Write crossings, `rows` of orbit, t' and separatrix in no order, into a record.
+    """Write crossings into a record, from `rows` of orbit, t' and separatrix, (3, m), in any order.
 
-    An orbit ends before a touch that is not decided, and before a crossing that came after the
-    limit of a passage.
+    An orbit ends before an undecided touch, and before a crossing for which it took longer than
+    `limit`. Crossings beyond those that the record has room for are dropped.
     """
+    # Sorted by orbit, and by time within each orbit.
     columns, times, separatrix = rows[:, np.lexsort((rows[1], rows[0]))]
     columns, separatrix = columns.astype(np.int64), separatrix.astype(np.int64)
+    # `searchsorted` tells where each orbit begins: `row` numbers an orbit's crossings from 0.
     row = np.arange(columns.size) - np.searchsorted(columns, columns)
     waited = np.where(row > 0, times - np.roll(times, 1), times)
     ends = (separatrix == UNDECIDED) | (waited > limit)
     n_rows, n = found.time.shape
+    # The first row of each orbit that ends it; `n_rows` where none does.
     stop = np.full(n, n_rows)
     np.minimum.at(stop, columns[ends], row[ends])
     kept, last = row < stop[columns], ends & (row == stop[columns])
     undecided = separatrix[last] == UNDECIDED
     found.outcome[columns[last]] = np.where(undecided, Outcome.FAILED, Outcome.NO_CROSSING)
-    # A pair beside a touch may complete an orbit that seemed to have been silent.
+    # Written last: what ends an orbit may come right after the last crossing that is asked for.
     found.outcome[columns[kept & (row == n_rows - 1)]] = Outcome.COMPLETE
     found.time[row[kept], columns[kept]] = times[kept]
     found.separatrix[row[kept], columns[kept]] = separatrix[kept]
@@ -196,29 +209,33 @@ def written(rows: Array, found: Crossings, limit: float) -> None:
 def crossings_on(steps: Any, bits: int) -> Array:
     """All crossings on noted steps as rows of lane, t' and separatrix, (3, n).
 
-    A touch that is not decided comes as `UNDECIDED`.
+    `UNDECIDED` stands in the place of the separatrix for a touch that is not decided.
     """
     changed = (steps["series"][:, 2, 0, 0] < 0) != (steps["after"] < 0)
     steady = steps["steady"] > 0
+    # Newton's method may have met a slope of zero: its correction is then no number, and not exact.
     with np.errstate(invalid="ignore"):
         exact = np.abs(steps["correction"]) <= CONVERGED * steps["length"]
     single = steady & changed & exact
+    # A monotone M3 of one sign at both ends has no zero; every other step may have several.
     doubtful = ~single & (changed | ~steady)
     return np.hstack((_single(steps[single]), _isolated(steps[doubtful], bits)))
 
 
 def _single(steps: Any) -> Array:
     """The one crossing on each step, as the kernel has found it."""
+    # The rule of `separatrix_beside`, for arrays.
     up, down = np.where(steps["Qp"] > 0, 2, 4), np.where(steps["Qm"] < 0, 1, 3)
     separatrix = np.where(steps["after"] >= 0, up, down)
     return np.array([steps["lane"], steps["time"] + steps["zero"], separatrix])
 
 
 def _isolated(steps: Any, bits: int) -> Array:
-    """Every crossing on steps in doubt, from the isolated zeros of each series."""
+    """All crossings on doubtful steps, from the isolated zeros of each series."""
     seen: list[tuple[float, float, int]] = []
     for step in steps:
         series, length = step["series"], step["length"]
+        # Polynomials in the share of the step, whose zeros are sought in (0, 1].
         shares = series[..., 0] * length ** np.arange(series.shape[1])
         depth = touch(bits) * float(np.sqrt((shares[:, 0] ** 2).sum()))
         exactly_ = _without_rounding(series[2], length) if bits > 53 else None
@@ -228,7 +245,7 @@ def _isolated(steps: Any, bits: int) -> Array:
 
 
 def _without_rounding(series: Array, length: float) -> Callable[[float], float]:
-    """A series (order + 1, parts) as a function of the share of the step, without rounding."""
+    """A series (order + 1, parts) as an exact function of the share of the step, rounded once."""
     terms = [sum(map(Fraction, parts)) for parts in series]
     return lambda share: float(value_at(terms, Fraction(share) * Fraction(length)))
 
@@ -240,9 +257,10 @@ def advance(
     bits: int,
     tolerance: float,
 ) -> list[tuple[Fraction, tuple[Fraction, ...]]]:
-    """Carry an orbit of Fractions so many steps: times since the start, and states.
+    """Carry an orbit `count` steps on: t' since the start and state at the end of each step.
 
-    The kernel's numbers that have as many `bits` serve; `tolerance` is that of 53 bits.
+    Coefficients, state, times and results are Fractions. The kernel's numbers of at least `bits`
+    bits serve; `tolerance` is that at 53 bits, and every further bit halves it.
     """
     kind = rung(bits)
     alone = Orbits(coefficients, np.array([state]).T, 0, 0.0)
@@ -251,7 +269,7 @@ def advance(
     found = []
     for _ in range(count):
         check_stop()
-        # What is noted of its crossings is not looked at.
+        # `noted` is called for the step alone: the caller finds crossings on its own.
         run.noted(1)
         here = exactly(run.states[:, 0].reshape(-1, len(state)))
         here[:3] *= run.unit

@@ -1,10 +1,10 @@
 """Taylor series in fixed-point integers, of any precision.
 
-A number x is the integer x 2^P. What is done is the tape of the aligned field, as in the kernel,
-with which the integers share no arithmetic, so that the two check each other. A product of two
-series takes FLINT's products of polynomials: where half of the coefficients in a range are known,
-one product adds all that they contribute to the other half (van der Hoeven, J. Symb. Comput. 34
-(2002), 479-542). Short ranges are summed term by term.
+A number x is the integer x 2^P. The operations are those of the traced aligned field, as in the
+kernel; the two share no arithmetic, and so check each other. Products of series are online
+(relaxed) products by FLINT's polynomials: when half of the coefficients in a range of orders are
+known, one product adds all that they contribute to the other half (van der Hoeven, J. Symb. Comput.
+34 (2002), 479-542). Short ranges are summed term by term.
 """
 
 from __future__ import annotations
@@ -25,38 +25,45 @@ from rigidpend.orbits.integrate.kernel.tape import ALIGNED
 from rigidpend.orbits.integrate.passages import crossings_of_series
 
 GAIN = 1.2
-"""Nats that an order gains: the cheapest choice of 1.0 to 2.4 from 448 to 704 bits.
+"""Nats by which an order reduces the error: the cheapest of 1.0 to 2.4, from 448 to 704 bits.
 
-Two would be, did an order cost as much as all before it; products of whole series cost less."""
+If the cost of a series grew as the square of its orders, two nats would be cheapest; products of
+whole series cost less."""
 SHRINK = math.exp(-GAIN)
-"""Step over radius of convergence."""
+"""Ratio of a step to the radius of convergence."""
 LONGEST = 2.0
-"""The logarithm of the largest radius that is believed: a series may end in zeros."""
+"""Logarithm of the largest radius that is accepted: the last coefficients may be zero."""
 LENGTH_BITS = 40
-"""Bits of a step's length behind the point: it is a double too."""
+"""Fractional bits of a step's length, so few that it is a double too."""
 SHORT = 16
-"""Orders that are summed term by term: below some 300 bits products of fewer take longer."""
+"""Orders that are summed term by term: products of fewer take longer below some 300 bits."""
 
 State = tuple[Fraction, ...]
 
 
 class IntegerStep(NamedTuple):
-    """A step of an orbit, with M in units of `unit` and time in units of its inverse."""
+    """A step of an orbit, with M in units of `unit` and time in units of its inverse.
+
+    Times from the step's beginning are integers with P fractional bits.
+    """
 
     series: list[list[int]]
-    """Series of the six components, in powers of the time from the beginning, FLINT's integers."""
+    """Series of the six components in the time from the beginning, integers of FLINT."""
     begin: int
     length: int
     P: int
-    """Fractional bits of all these."""
+    """Fractional bits of all of these integers."""
     unit: Fraction
 
     def time(self, since: int) -> Fraction:
-        """Time t' since the orbit's start, from one since the step's beginning."""
+        """Time t' since the orbit's start, from a time since the step's beginning."""
         return Fraction(self.begin + since, 1 << self.P) / self.unit
 
     def parts(self, count: int) -> list[int]:
-        """Times from the beginning to the ends of so many parts, which are doubles too."""
+        """Times from the beginning to the ends of `count` parts of the step.
+
+        They have `LENGTH_BITS` fractional bits, so that each is a double too.
+        """
         coarse = self.P - LENGTH_BITS
         return [self.length * k // count >> coarse << coarse for k in range(1, count + 1)]
 
@@ -65,15 +72,16 @@ class IntegerStep(NamedTuple):
         return fixed(time * self.unit, self.P) - self.begin
 
     def at(self, since: int) -> State:
-        """The six aligned components at a time from the beginning."""
+        """The six aligned components, Fractions, at a time from the beginning."""
         there = [Fraction(value_at(one, since, self.P), 1 << self.P) for one in self.series]
         return (*(x * self.unit for x in there[:3]), *there[3:])
 
     def crossings(self, length: int, depth: float) -> Iterator[tuple[float, int]]:
-        """`passages.crossings_of_series` on a part of the step, decided in integers.
+        """`passages.crossings_of_series` on the step up to `length`, decided in integers.
 
-        `depth` is that of a touch of M3 = 0 that is not decided, relative to |M|.
+        `depth` is the depth up to which a touch of M3 = 0 is not decided, relative to |M|.
         """
+        # Doubles isolate the zeros; integers find each of them by bisection, and decide touches.
         size, one = length / (1 << self.P), 1 << self.P
         shares = [[int(x) / one * size**k for k, x in enumerate(row)] for row in self.series[:3]]
         M3 = self.series[2]
@@ -87,11 +95,13 @@ class IntegerStep(NamedTuple):
 def steps(
     coefficients: AlignedCoefficients, state: Sequence[Fraction], bits: int
 ) -> Iterator[IntegerStep]:
-    """Follow an orbit of the aligned field, step by step of natural length, for ever.
+    """Follow an orbit of the aligned field without end, in steps that the series decide.
 
-    All numbers are Fractions; `bits` are relative to the smallest component of the state.
+    Coefficients and state are Fractions. `bits` are relative to the smallest component of the state
+    and to the smallest coefficient.
     """
     unit, c, here = in_unit(coefficients, state)
+    # Fixed point has an absolute error, so that the smallest number decides the fractional bits.
     smallest = min(abs(x) for x in (*here, *c) if x)
     leading_zeros = smallest.denominator.bit_length() - smallest.numerator.bit_length()
     P = bits + GUARD_BITS + max(0, leading_zeros)
@@ -103,12 +113,13 @@ def steps(
 
 
 def fixed(x: Fraction, P: int) -> int:
-    """The integer that stands for a number."""
+    """The integer that stands for a number, with P fractional bits, rounded down."""
     return (x.numerator << P) // x.denominator
 
 
 def value_at(series: Sequence[int], at: int, P: int) -> int:
-    """A series at a place, all with P fractional bits, by Horner's rule."""
+    """Value of a series at a point by Horner's rule, all with P fractional bits."""
+    # Converted to FLINT's type once, and not at each product.
     total, at = 0, type(series[0])(at)
     for term in reversed(series):
         total = (total * at >> P) + term
@@ -116,13 +127,14 @@ def value_at(series: Sequence[int], at: int, P: int) -> int:
 
 
 class _Flow:
-    """The aligned field over series of one precision."""
+    """Solver of the aligned field in series of one precision."""
 
     def __init__(self, coefficients: Sequence[int], P: int) -> None:
-        # Imported where integers serve.
+        # Imported here, for most computations need no integers.
         from flint import fmpz, fmpz_poly
 
         self.integer, self.polynomial = fmpz, fmpz_poly
+        # So many orders reduce the truncation error by P bits.
         self.P, self.order = P, math.ceil(P * math.log(2) / GAIN) + 1
         lines = [(i, *line) for i, line in enumerate(ALIGNED.lines)]
         self.components = [i for i, name, _ in lines if name == "component"]
@@ -131,17 +143,17 @@ class _Flow:
         self.others = [line for line in lines if line[1] in ("plus", "minus", "times")]
 
     def expand(self, state: Sequence[int]) -> tuple[list[list[int]], int]:
-        """The Taylor series of the orbit from a state, and the step that they carry.
+        """The Taylor series of the orbit from a state, and the length of the step.
 
-        It is inside the radius of convergence, which the last two orders tell.
+        The length is `SHRINK` times the radius of convergence that the last two orders tell.
         """
         self.terms: list[list[Any]] = [[] for _ in ALIGNED.lines]
         for line, value in zip(self.components, state, strict=True):
             self.terms[line].append(self.integer(value))
         self.known = {i: [0] * (self.order + 1) for i, *_ in self.sums}
-        """Parts of the coefficients of products that are already added up."""
+        """Contributions to the coefficients of products that are already added up, 2 P bits."""
         self.heads: dict[tuple[int, int], Any] = {}
-        """Beginnings of series as polynomials, which several products need."""
+        """Beginnings of series as polynomials, by line and length: several products need them."""
         self._solve(0, self.order)
         series = [self.terms[line] for line in self.components]
         radius = min(
@@ -151,7 +163,11 @@ class _Flow:
         return series, int(radius * SHRINK * 2**LENGTH_BITS) << (self.P - LENGTH_BITS)
 
     def _solve(self, first: int, end: int) -> None:
-        """Find the coefficients of all lines of these orders, and components' of the next."""
+        """Find all lines' coefficients of orders first to end - 1, and the components' of `end`.
+
+        At the call `known` holds, for each order of the range, those terms of the products whose
+        factors are both of orders below `first`.
+        """
         if end - first <= SHORT:
             check_stop()
             for k in range(first, end):
@@ -159,15 +175,20 @@ class _Flow:
             return
         middle = (first + end + 1) // 2
         self._solve(first, middle)
+        # The new coefficients, of orders from `first` to middle - 1, contribute to the orders from
+        # `middle` to end - 1 with those of the other factor below order end - first. These are
+        # known, for end - first <= first, except where first = 0: there those below `middle` are.
         count = end - first if first else middle
         parts: dict[int, Any] = {}
         for i, a, b in self.sums:
             for x in (a, b):
                 if x not in parts:
                     parts[x] = self.polynomial(self.terms[x][first:middle])
-            # What these orders add to the later ones, with the beginning of the other factor.
+            # Coefficient n of these products belongs to order first + n.
             total = parts[a].mul_low(self._head(b, count), end - first)
             if first:
+                # New orders of a with the beginning of b, and conversely. Two new ones belong to
+                # the order 2 first or more, which is not below `end`.
                 total += self._head(a, count).mul_low(parts[b], end - first)
             here = self.known[i]
             for k, more in enumerate(total.coeffs()[middle - first :], middle):
@@ -181,12 +202,13 @@ class _Flow:
         return self.heads[i, count]
 
     def _next_order(self, k: int, first: int) -> None:
-        """The coefficients of order k, those of orders before `first` being in `known`."""
+        """Find the coefficients of order k; terms with both factors before `first` are `known`."""
         terms, P = self.terms, self.P
         for i, name, (x, y) in self.others:
             b = terms[y]
             if i in self.known:
                 a = terms[x]
+                # The terms in which one factor is of an order from `first` to k: a's, then b's.
                 total = self.known[i][k] + sum(map(mul, a[first:], b[k - first :: -1]))
                 if first:
                     total += sum(map(mul, b[first:], a[k - first :: -1]))

@@ -1,7 +1,7 @@
-"""Engine `scipy`: Dormand-Prince 8(5,3) on the aligned field: the Taylor engine's rival.
+"""Engine `scipy`: Dormand and Prince's method 8(5,3), an alternative to the Taylor engine.
 
-Orbits advance side by side as one system, so that a Python call serves all of them. Orbits
-that are done leave it.
+Orbits advance side by side as one system, so that one Python call serves all of them. Orbits that
+are done leave the system.
 """
 
 from __future__ import annotations
@@ -17,11 +17,11 @@ from rigidpend.numbers.generic import Array
 from rigidpend.orbits.integrate import Crossings, Orbits, Outcome, no_crossings, silent_outcome
 
 SIDE_BY_SIDE = 64
-"""Number of orbits in one system: all take the step of the most demanding one."""
+"""Number of orbits in one system, all of which take the step of the most demanding orbit."""
 
 
 def crossings(orbits: Orbits, tolerance: float) -> Crossings:
-    """Crossings of orbits, all of them one system; SciPy takes relative tolerances from 2.3e-14."""
+    """Crossings of orbits, followed as one system; SciPy takes tolerances from 2.3e-14 on."""
     from scipy.integrate import DOP853
 
     method, smallest, time, states = cast(Any, DOP853), floor(orbits, tolerance), 0.0, orbits.states
@@ -41,7 +41,7 @@ def crossings(orbits: Orbits, tolerance: float) -> Crossings:
         absolute = np.broadcast_to(smallest, states.shape).ravel()
         solver = method(rates, time, states.ravel(), np.inf, rtol=tolerance, atol=absolute)
         ended = np.zeros(active.size, dtype=bool)
-        # When an orbit is done a system of the others begins.
+        # When an orbit is done, a new system of the others begins.
         while not ended.any():
             check_stop()
             note(told)
@@ -49,8 +49,9 @@ def crossings(orbits: Orbits, tolerance: float) -> Crossings:
             solver.step()
             time, states = solver.t, solver.y.reshape(6, -1)
             if solver.status != "running" or not np.isfinite(states).all():
-                # They stay as they are told from the beginning: failed.
+                # The outcomes of the orbits in the system are still FAILED, as at the beginning.
                 return found
+            # Two crossings within one step have no change of sign between them, and are missed.
             crossed = np.flatnonzero(np.sign(before) * np.sign(states[2]) < 0)
             columns, (Qp, Qm, M3) = active[crossed], states[:3, crossed]
             if crossed.size:
@@ -68,39 +69,47 @@ def crossings(orbits: Orbits, tolerance: float) -> Crossings:
 
 
 def floor(orbits: Orbits, tolerance: float) -> Array:
-    """Absolute tolerances (6, 1): a Q counts relative to its smallest initial size."""
+    """Absolute tolerances (6, 1), of Qp and Qm relative to their size at the start."""
+    # Near a pendulum motion Qp and Qm are small, and their relative precision decides the symbols:
+    # each orbit's larger one counts, and of all orbits the smallest of these.
     size = np.abs(orbits.states[:2]).max(axis=0).min() or 1.0
     return tolerance * np.array([size, size, 1, 1, 1, 1])[:, None]
 
 
 def _zeros(solver: Any, crossed: Any) -> Array:
-    """When M3 = 0 for each crossed orbit on the last step, by bisection side by side."""
+    """Times at which M3 = 0 on the last step, for each crossed orbit, by bisection side by side."""
     dense, rising = solver.dense_output(), solver.y.reshape(6, -1)[2, crossed] > 0
     low, high = np.full(crossed.size, solver.t_old), np.full(crossed.size, solver.t)
     while True:
         middle = (low + high) / 2
         if not ((low < middle) & (middle < high)).any():
             return middle
-        # The interpolant gives all components at a time; each orbit needs its own.
+        # The interpolant gives all orbits at each of the times; each orbit needs its own time.
         M3 = dense(middle).reshape(6, -1, crossed.size)[2, crossed, range(crossed.size)]
         beyond = (M3 > 0) == rising
         low, high = np.where(beyond, low, middle), np.where(beyond, middle, high)
 
 
 def sample(field: Any, states: Array, times: Array, tolerance: float) -> Array:
-    """States (d, k, n) from states (d, n) at times (k, 1), of one system, or (k, n), each alone."""
+    """States (d, k, n) of orbits from states (d, n), at times (k, 1) for all or (k, n) for each.
+
+    With the same times for all, the orbits are one system; else each is integrated alone.
+    ArithmeticError is raised if the integration ends early.
+    """
     from scipy.integrate import solve_ivp
 
     (size, n), (count, several) = states.shape, times.shape
     if several > 1:
         each = [sample(field, states[:, [i]], times[:, [i]], tolerance) for i in range(n)]
         return np.concatenate(each, axis=2)
+    # The only time is 0.
     if not times[-1, 0]:
         return states[:, None]
 
     def rates(_: float, flat: Array) -> Array:
         y = flat.reshape(states.shape) if n > 1 else flat
         found = aligned(y, field) if isinstance(field, AlignedCoefficients) else field(y)
+        # A constant rate becomes an array like the others.
         return np.stack(np.broadcast_arrays(*found, y[0])[:size]).ravel()
 
     found: Any = solve_ivp(

@@ -1,9 +1,9 @@
-"""Crossings of orbits beside a reference orbit: differences in doubles, however small.
+"""Crossings of orbits beside a reference orbit, by differences in doubles, however small.
 
-While an orbit stays beside the reference, their difference is carried by an equation without
-cancellation (`reference_orbit`), so that doubles keep all its digits. When it has grown to a
-sixteenth, reference and difference together are a state like any other, and the orbit goes on as
-one of the engines' own.
+While an orbit stays beside the reference, the difference of the two obeys an equation without
+cancellation (`reference_orbit`), so that doubles keep all its digits. When the difference has grown
+to a sixteenth of the state, the sum of reference and difference is a state like any other, and an
+engine follows the orbit from there.
 """
 
 from __future__ import annotations
@@ -29,19 +29,21 @@ from rigidpend.orbits.integrate.passages import TOUCH, UNDECIDED, crossings_of_s
 from rigidpend.orbits.integrate.reference_orbit import ReferenceOrbit, summed
 
 LARGE = 2.0**-4
-"""Size of a difference, relative to the state, from which on the orbit goes alone.
+"""Size of a difference, relative to the state, from which on the orbit is followed alone.
 
-Rounding the state then costs it four bits; the series of larger ones converge more slowly."""
+Rounding the state then costs the difference four bits. The series of larger differences converge
+more slowly."""
 MARGIN = 16
-"""Bits below a difference's last one: smaller squares of it are left out."""
+"""Bits below the last bit of a difference at which its square may be left out."""
 
 
 class Walk:
-    """Orbits on their way beside a reference orbit.
+    """Orbits that are followed beside a reference orbit.
 
-    `differences` are their states at time 0 less that of the reference, (6, n), and `shifts` the
-    same as multiples of its tangent, (n,), to first order. `passage_limit` is the longest wait for
-    the next crossing, t', of an orbit that goes alone.
+    `differences`, (6, n), are their states at time 0 less that of the reference; `shifts`, (n,),
+    are the same to first order, as multiples of the reference's tangent. `passage_limit` is the
+    longest wait for the next crossing, t', of an orbit that is followed alone. `tolerance` is the
+    local tolerance of the series.
     """
 
     def __init__(
@@ -61,22 +63,25 @@ class Walk:
         self.found, self.columns = no_crossings(n_crossings, n), np.arange(n)
         self.count = np.zeros(n, dtype=np.intp)
         self.departed = np.full(n, np.nan)
-        """t' at which an orbit has left the reference, to go on from its state alone."""
+        """t' at which each orbit has left the reference; NaN while it has not."""
         self.states = np.empty((6, n))
 
     def crossings(self, jobs: int) -> Crossings:
-        """Follow all orbits to their crossings of M3 = 0, so many at a time of those alone.
+        """Follow all orbits to their crossings of M3 = 0, in the time unit of the reference.
 
-        FAILED where crossings in turn do not rise and sink; in the time unit of the reference.
+        `jobs` is the number of orbits, or batches, that are followed alone at a time. An orbit is
+        FAILED from where its crossings do not rise and fall in turn.
         """
         self.run()
+        # Orbits with equally many crossings behind them ask for equally many more: one task each.
         alone = np.isfinite(self.departed)
         for count in np.unique(self.count[alone]):
             self._go_on(int(count), np.flatnonzero(alone & (self.count == count)), jobs)
         return in_turn(self.found)
 
     def run(self) -> None:
-        """Follow all until each has left the reference, or has all its crossings."""
+        """Follow all orbits until each has left the reference or has all its crossings."""
+        # k numbers the reference's points, between which the steps are.
         k = self.skip()
         self._part(k)
         while self.columns.size:
@@ -89,10 +94,14 @@ class Walk:
             self._part(k)
 
     def note(self, time: float, separatrix: int, columns: Any = slice(None)) -> None:
-        """Write a crossing of some of the orbits still beside; an undecided touch ends them."""
+        """Write a crossing of some of the orbits still beside; an undecided touch ends them.
+
+        `time` is t' since the start, `columns` selects among the orbits that are still beside.
+        """
         each = np.atleast_1d(self.columns[columns])
         each = each[self.count[each] < self.n_crossings]
         if separatrix == UNDECIDED:
+            # `_part` then takes them for done; their outcome stays FAILED.
             self.count[each] = self.n_crossings
             return
         self.found.time[self.count[each], each] = time
@@ -102,7 +111,12 @@ class Walk:
         self.found.outcome[each[whole]] = Outcome.COMPLETE
 
     def skip(self) -> int:
-        """Pass over the steps on which the differences are multiples of the tangent."""
+        """Pass over the steps on which the differences are multiples of the tangent.
+
+        The result is the number of the point that is reached.
+        """
+        # Up to there the squares of the differences are below their rounding by `MARGIN` bits, so
+        # that all orbits cross with the reference, to the last bit of the times.
         largest = float(np.abs(self.shifts).max(initial=0.0))
         k = self.reference.last_below(2.0 ** -(53 + MARGIN) / largest) if largest else 0
         if k:
@@ -116,11 +130,13 @@ class Walk:
         series = self.reference.series(k, self.differences, self.tolerance)
         for column, share, separatrix in crossed(series):
             self.note(begin + share * step, separatrix, column)
+        # Column 0 is the reference itself, for which `reference` has more digits.
         self.differences = summed(series)[:, 1:]
 
     def _part(self, k: int) -> None:
-        """Let those go alone whose difference is large, and end those that are done."""
+        """Take out the orbits whose difference has become large, and those that are done."""
         size = self.reference.size(self.differences)
+        # A difference that is not finite is done as well: its outcome stays FAILED.
         done = (self.count[self.columns] == self.n_crossings) | ~np.isfinite(size)
         large = ~done & (size > LARGE)
         leaving = self.columns[large]
@@ -131,13 +147,13 @@ class Walk:
         self.columns, self.differences = self.columns[stays], self.differences[:, stays]
 
     def _fall_silent(self, k: int) -> None:
-        """End the orbits that are still beside a reference that does not cross again."""
+        """End the orbits that are still beside the reference when it does not cross again."""
         state = self.reference.points[k].doubles[:, None] + self.differences
         for column, (Qp, Qm) in zip(self.columns, state[:2].T, strict=True):
             self.found.outcome[column] = silent_outcome(Qp, Qm)
 
     def _go_on(self, count: int, columns: Any, jobs: int) -> None:
-        """Integrate orbits that have `count` crossings behind them."""
+        """Follow orbits alone that have `count` crossings behind them, and write the others."""
         c = self.reference.coefficients
         after = integrate.crossings(
             Orbits(
@@ -157,8 +173,12 @@ class Walk:
 
 
 def crossed(series: Array) -> Iterator[tuple[int, float, int]]:
-    """(orbit, share of the step, separatrix) of the crossings of all orbits on a step."""
+    """(orbit, share of the step, separatrix) of the crossings of all orbits on a step.
+
+    `series` are those of `ReferenceOrbit.series`.
+    """
     depth = TOUCH * float(np.linalg.norm(series[0, :3, 0]))
+    # Columns on whose step |c_0| exceeds the sum of the other terms cannot cross; most do not.
     M3 = np.abs(series[:, 2, 1:] + series[:, 2, :1])
     for column in np.flatnonzero(~(M3[0] > depth + M3[1:].sum(axis=0))):
         orbit = series[:, :3, 1 + column] + series[:, :3, 0]

@@ -1,7 +1,7 @@
-"""Arrays of pairs of doubles, some 106 bits, that compute and are indexed as NumPy's own are.
+"""Arrays of pairs of doubles, some 106 bits, which are used like NumPy's own arrays.
 
-The tables of a map are made with them where doubles do not suffice: by the kernel's arithmetic,
-so that they are the same on every machine.
+The tables of a return map are made with them where doubles do not suffice. The arithmetic is that
+of the kernels, so that the tables are the same on every machine.
 """
 
 from __future__ import annotations
@@ -27,32 +27,33 @@ from rigidpend.orbits.integrate.kernel.pair_loops import (
 )
 
 SHORT = 20_000
-"""Products of numbers, 20 microseconds of them, for which the interpreter is not given away."""
+"""Number of products, 20 microseconds of work, up to which the interpreter is not released."""
 
 
 def _operated(name: str, *, turned: bool = False) -> Callable[[Any, Any], PairArray]:
-    """An operator of arrays, element by element."""
+    """A method for an operator, element by element; `turned` exchanges the operands."""
     return lambda a, b: _joined(name, b, a) if turned else _joined(name, a, b)
 
 
 def _compared(relation: Callable[[Any, Any], Any]) -> Callable[[Any, Any], Any]:
-    """An operator that compares arrays: the difference has the sign of its larger part."""
+    """A method that compares arrays, element by element."""
+    # The sign of the difference is that of its larger part.
     return lambda a, b: relation((a - b).parts[0], 0)
 
 
 class PairArray:
-    """An array of numbers, each a sum of two doubles of which the second is below an ulp's half."""
+    """An array of numbers, each the sum of a double and its rest, at most half an ulp of it."""
 
     __slots__ = ("parts",)
     parts: Any
-    """All of the larger doubles, and then all of the smaller ones, (2, ...)."""
+    """The larger doubles of all numbers, then the smaller ones, (2, ...)."""
 
     def __init__(self, parts: Any) -> None:
         self.parts = parts
 
     @classmethod
     def of(cls, x: Any) -> PairArray:
-        """Pairs with the values of doubles; pairs stay as they are."""
+        """Pairs with the values of doubles; an array of pairs is returned as it is."""
         if isinstance(x, PairArray):
             return x
         high = np.asarray(x, dtype=float)
@@ -65,6 +66,8 @@ class PairArray:
         """The pair nearest to a number."""
         return cls(np.array(as_doubles(x, 2)))
 
+    # NumPy's functions called on pairs come to these two; those that are not in the tables below
+    # end as a TypeError, and never as arithmetic of objects.
     def __array_ufunc__(self, ufunc: Any, method: str, *given: Any, **_: Any) -> Any:
         found = UFUNCS.get(ufunc)
         return NotImplemented if method != "__call__" or found is None else found(*given)
@@ -74,6 +77,7 @@ class PairArray:
         return NotImplemented if found is None else found(*given, **named)
 
     def __array__(self, *_: Any, **__: Any) -> Any:
+        # np.asarray would drop the smaller parts silently.
         raise TypeError("pairs of doubles are no array of NumPy's: ask for their doubles")
 
     @property
@@ -142,7 +146,7 @@ class PairArray:
         return hash(self.exactly())
 
     def astype(self, kind: Any) -> Any:
-        """The doubles nearest to the numbers."""
+        """The larger parts, which are the doubles nearest to the numbers."""
         return self.parts[0].astype(kind)
 
     def reshape(self, *shape: Any) -> PairArray:
@@ -153,7 +157,7 @@ class PairArray:
         return PairArray(self.parts.transpose(0, *(1 + k for k in axes)))
 
     def sum(self, axis: int) -> PairArray:
-        """The sum over an axis, by halves."""
+        """The sum over an axis, added up pairwise, for few calls and small errors."""
         rows = PairArray(np.moveaxis(self.parts, axis % self.ndim + 1, 1))
         while len(rows) > 1:
             half = len(rows) // 2
@@ -167,20 +171,22 @@ class PairArray:
 
 
 def _in_both(key: Any) -> Any:
+    """An index for the array of both parts."""
     return (slice(None), *(key if isinstance(key, tuple) else (key,)))
 
 
 def _joined(name: str, a: Any, b: Any = 0.0) -> PairArray:
-    """An operation on two arrays, or on one alone, element by element."""
+    """An operation on one or two arrays, element by element; one of `OPERATIONS`."""
     (a_high, a_low), (b_high, b_low) = _parts(a), _parts(b)
     shape = np.broadcast(a_high, b_high).shape
     out = np.empty((2, *shape))
+    # `out[0, ...]` is an array even where the shape is (); `out[0]` would be a copied number.
     elementwise(name)(a_high, a_low, b_high, b_low, out[0, ...], out[1, ...])
     return PairArray(out)
 
 
 def _parts(x: Any) -> tuple[Any, Any]:
-    """The larger and the smaller parts of pairs, or of doubles."""
+    """The larger and the smaller parts of pairs, or of doubles, whose smaller parts are zero."""
     if type(x) is PairArray:
         return x.parts[0], x.parts[1]
     return (x, 0.0) if isinstance(x, (int, float)) else (np.asarray(x, dtype=float), 0.0)
@@ -198,19 +204,22 @@ def _broadcast(x: PairArray, shape: Any) -> PairArray:
 
 
 def _of_dimensions(x: PairArray, n: int) -> Any:
-    """The parts of an array with so many dimensions, the first of length one."""
+    """The parts of an array as one of n dimensions, by further first ones of length 1."""
+    # NumPy's broadcasting would put the new dimensions before the one that counts the parts.
     return x.parts.reshape(2, *(1,) * (n - x.ndim), *x.shape)
 
 
 def matmul(a: Any, b: Any) -> PairArray:
-    """The product of matrices, or of many of them, as NumPy's."""
+    """The product of matrices, or of stacks of matrices, with NumPy's rules."""
     a, b = PairArray.of(a), PairArray.of(b)
+    # Vectors as matrices of one row, or of one column.
     if a.ndim == 1:
         return matmul(a[None], b)[..., 0] if b.ndim == 1 else matmul(a[None], b)[..., 0, :]
     if b.ndim == 1:
         return matmul(a, b[:, None])[..., 0]
     outer, width = np.broadcast_shapes(a.shape[:-2], b.shape[:-2]), b.shape[-1]
     rows, terms = a.shape[-2:]
+    # With one b for all, the matrices of a stack are rows of a single one.
     if b.ndim == 2 and a.ndim > 2:
         return matmul(a.reshape(-1, terms), b).reshape(*outer, rows, width)
     x, y = (z if z.ndim == 2 else _broadcast(z, (*outer, *z.shape[-2:])) for z in (a, b))
@@ -233,10 +242,10 @@ def in_lanes(x: Any) -> Any:
 
 
 def convolved(a: Sequence[Any], b: Sequence[Any]) -> Any:
-    """The sum of the products a[0] b[0] + a[1] b[1] + ... of polynomials, all of one degree.
+    """The sum of products of polynomials, a[0] b[0] + a[1] b[1] + ..., all of the same degree.
 
-    Polynomials are (p, ...) and (q, ...) coefficients of one shape, the sum is (p + q - 1, ...):
-    all pairs, or all doubles.
+    Polynomials are arrays of coefficients, (p, ...) and (q, ...), where further axes are the same
+    for all; the sum is (p + q - 1, ...). All are arrays of pairs, or all of doubles.
     """
     parts = 2 if isinstance(a[0], PairArray) else 1
     shape, rows = a[0].shape[1:], len(a[0]) + len(b[0]) - 1
@@ -244,11 +253,12 @@ def convolved(a: Sequence[Any], b: Sequence[Any]) -> Any:
     wide = max(width, WIDE)
 
     def matrices(factors: Sequence[Any]) -> list[Any]:
-        """The parts of polynomials as the kernel reads them, (parts, p, `wide`) each."""
+        """The parts of polynomials as the compiled loop reads them, (parts, p, `wide`) each."""
         given = [x.parts if parts > 1 else x for x in factors]
         flat = [np.ascontiguousarray(x).reshape(parts, -1, width) for x in given]
         return flat if width == wide else [_widened(x, wide) for x in flat]
 
+    # Named, so that the arrays live until the loop has read them by their addresses.
     factors = matrices(a), matrices(b)
     out = np.empty((parts, rows, wide))
     tables = [
@@ -264,10 +274,12 @@ def convolved(a: Sequence[Any], b: Sequence[Any]) -> Any:
 
 
 def in_doubles(values: Any, parts: int) -> Any:
-    """Doubles or pairs of them as sums of so many doubles, shape (parts, ...)."""
+    """Doubles or pairs as sums of one or two doubles, shape (parts, ...)."""
     return PairArray.of(values).parts[:parts]
 
 
+# sqrt, exp and atan2 begin with NumPy's function of the larger part, whose error is some 2^-53. A
+# correction leaves the square of this error, or less.
 def sqrt(x: PairArray) -> PairArray:
     near = np.sqrt(x.parts[0])
     return near + (x - PairArray.of(near) * near) / (2 * near)
@@ -275,12 +287,13 @@ def sqrt(x: PairArray) -> PairArray:
 
 def exp(x: PairArray) -> PairArray:
     near = PairArray.of(np.exp(x.parts[0]))
+    # exp(x) = near exp(left), where left = x - ln(near) is some 2^-53 (1 + |x|).
     left = x - _joined("log", near)
     return near + near * (left + left * left / 2)
 
 
 def expm1(x: PairArray) -> PairArray:
-    """exp(x) - 1, to rounding beside 1."""
+    """exp(x) - 1, with an absolute error near zero: that of a rounding of 1."""
     return exp(x) - 1
 
 
@@ -288,6 +301,7 @@ def atan2(y: Any, x: Any) -> PairArray:
     y, x = PairArray.of(y), PairArray.of(x)
     near = PairArray.of(np.arctan2(y.parts[0], x.parts[0]))
     c, s = _joined("cos", near), _joined("sin", near)
+    # The tangent of the angle that is missing, which is so small that it is the angle itself.
     return near + (y * c - x * s) / (x * c + y * s)
 
 
@@ -295,17 +309,18 @@ cos, sin = functools.partial(_joined, "cos"), functools.partial(_joined, "sin")
 
 
 def log(x: Any) -> PairArray:
-    """The logarithm, minus infinity of zero."""
+    """The natural logarithm of |x|; minus infinity of zero."""
     found = _joined("log", x)
     found.parts[:, PairArray.of(x).parts[0] == 0] = [[-np.inf], [0.0]]
     return found
 
 
 def _gathered(function: Callable[..., Any]) -> Callable[..., PairArray]:
-    """A function of NumPy that puts arrays together."""
+    """A function for pairs from one of NumPy's that puts arrays together along an axis."""
 
     def found(arrays: Any, axis: int = 0) -> PairArray:
         parts = [PairArray.of(x).parts for x in arrays]
+        # The axis of the parts comes first, which shifts only axes that count from the front.
         return PairArray(function(parts, axis=axis + 1 if axis >= 0 else axis))
 
     return found

@@ -1,6 +1,6 @@
-"""Crossings of M3 = 0 on Taylor steps, none lost: zeros of polynomials, and touches that are told.
+"""Crossings of M3 = 0 on Taylor steps: all zeros of polynomials, and touches that are not decided.
 
-Zeros are isolated by exclusion and bisection.
+Zeros are isolated by exclusion and bisection, so that none is lost.
 """
 
 from __future__ import annotations
@@ -13,9 +13,9 @@ from rigidpend.mechanics.free_body import separatrix_beside
 from rigidpend.numbers.generic import Numbers, Scalar
 
 UNDECIDED = 5
-"""Mark in place of a separatrix: the orbit is not known from here on."""
+"""Mark in the place of a separatrix: a touch is not decided, the orbit not known any further."""
 FINEST = 2.0**-20
-"""Share of a step below which a turning point beside zero is looked at closely."""
+"""Half of an interval, as a share of the step, below which a turning point is sought in it."""
 TOUCH = 1e-5
 """Depth of a touch of M3 = 0, relative to |M|, up to which doubles do not decide it.
 
@@ -24,18 +24,19 @@ radians (see `rigidpend.routes.certainty`), and by as much in M3."""
 
 
 def touch(bits: int) -> float:
-    """The depth of a touch that numbers of so many bits leave undecided, relative to |M|."""
+    """Depth up to which numbers of `bits` bits leave a touch undecided, relative to |M|."""
+    # 1e-5 up to 64 bits; every further bit halves it.
     return TOUCH * 2.0 ** min(0, 64 - bits)
 
 
 def zeros(
     c: Sequence[float], depth: float, exactly: Callable[[float], Any] | None = None
 ) -> Iterator[tuple[float, bool]]:
-    """The zeros of sum c_k x^k in (0, 1], in order, each with True.
+    """The zeros of sum c_k x^k in (0, 1] in ascending order, each with True.
 
-    Where the polynomial turns no farther from zero than `depth`, so that its arithmetic cannot tell
-    whether it crosses it, comes the turn with False. `exactly` is the polynomial in its own
-    arithmetic, where that is finer than a double's.
+    At a turning point whose value is at most `depth` the arithmetic cannot tell whether the
+    polynomial crosses zero: the turning point comes instead, with False. `exactly` is the
+    polynomial in its own arithmetic, if that is finer than doubles.
     """
     if abs(c[0]) > depth + sum(map(abs, c[1:])):
         return
@@ -56,7 +57,7 @@ def derivative(c: Sequence[Any]) -> list[Any]:
 
 
 class _Polynomial:
-    """A polynomial on (0, 1]; over it a derivative is bounded by its coefficients' sizes."""
+    """A polynomial on (0, 1], where a sum of |coefficients| bounds each derivative."""
 
     def __init__(
         self, c: Sequence[float], depth: float, exactly: Callable[[float], Any] | None
@@ -71,9 +72,13 @@ class _Polynomial:
         return float(value_at(self.slopes, x))
 
     def between(self, a: float, b: float) -> Iterator[tuple[float, bool]]:
+        """The zeros in (a, b], and the turning points that are not decided, as in :func:`zeros`."""
         middle, half = (a + b) / 2, (b - a) / 2
+        # Farther from zero at the middle than the slope can carry it over half of the interval.
         if abs(value_at(self.c, middle)) > self.steepest * half + self.depth:
             return
+        # The slope cannot vanish: the polynomial is monotone, and the signs at the ends decide. A
+        # zero at b is taken, one at a belongs to the interval before.
         if abs(self.slope(middle)) > self.bend * half:
             left, right = value_at(self.c, a), value_at(self.c, b)
             if left * right < 0 or right == 0:
@@ -86,10 +91,11 @@ class _Polynomial:
         yield from self.between(middle, b)
 
     def _at_turn(self, a: float, b: float) -> Iterator[tuple[float, bool]]:
-        """The zeros beside a turning point, if its depth can be told."""
+        """The zeros beside a turning point, if its value is farther from zero than its error."""
         ends = [self.slope(x) for x in (a, b)]
         turn = _sign_change(self.slope, a, b) if ends[0] * ends[1] < 0 else (a + b) / 2
-        # The place of the turn is known to the rounding of the slope, whatever the arithmetic.
+        # The rounding of the slope in doubles, over the bend, is the error of the turning point's
+        # place; the value there errs by bend/2 times its square, in any arithmetic.
         bend = abs(value_at(derivative(self.slopes), turn))
         blur = (2.0**-52 * self.steepest) ** 2 / bend if bend else math.inf
         if abs(self.exactly(turn)) <= max(self.depth, blur):
@@ -102,13 +108,14 @@ class _Polynomial:
     def _bisected(self, a: float, b: float) -> float:
         found = _sign_change(self.exactly, a, b)
         slope = self.slope(found)
-        # One step of Newton's: a zero beside the beginning has a relative precision of its own.
+        # A Newton step: the bisection stops at an absolute precision, and a zero close to the
+        # beginning of the step has a relative one.
         better = found - float(self.exactly(found)) / slope if slope else found
         return better if a < better <= b else found
 
 
 def _sign_change(value: Callable[[float], Any], a: float, b: float) -> float:
-    """The place where values change their sign, by bisection."""
+    """The point of [a, b] at which values change their sign, by bisection."""
     rising = value(b) > value(a)
     for _ in range(60):
         middle = (a + b) / 2
@@ -124,9 +131,10 @@ def _sign_change(value: Callable[[float], Any], a: float, b: float) -> float:
 def crossings_of_series(
     series: Numbers, depth: float, exactly: Callable[[float], float] | None = None
 ) -> Iterator[tuple[float, int]]:
-    """The crossings on a step as (share of the step, separatrix), from Qp, Qm, M3 as series.
+    """The crossings on a step as (share of the step, separatrix), from the series of Qp, Qm, M3.
 
-    A touch of M3 = 0 that is not decided comes as `UNDECIDED`, after which nothing is sought.
+    The series are in powers of the share of the step. A touch of M3 = 0 that is not decided has
+    `UNDECIDED` in the place of the separatrix, and ends the search.
     """
     Qp, Qm, M3 = (x.tolist() for x in series)
     slopes = derivative(M3)

@@ -1,18 +1,18 @@
-"""Reference orbits: one orbit in high precision, step by step, for others to be followed beside it.
+"""Reference orbits: one orbit in high precision, step by step, beside which others are followed.
 
-A neighbour at a distance d needs of the reference no more bits than tell the two apart, with
-those of d itself. As d grows, fewer and fewer suffice: the precision falls with the tangent, the
-derivative of the orbit along the family of its neighbours. So it is for a single orbit in many
-bits: what rounding has done to it has grown as much.
+For a neighbour at a distance d the reference needs enough bits to tell the two apart, and to give d
+its own digits. As d grows, fewer bits suffice: the precision falls as the tangent grows, which is
+the derivative of the orbit along the family of its neighbours. The same holds for a single orbit in
+many bits, because its rounding errors grow as much.
 
-Differences from it are found without cancellation. The field is quadratic, f(x) = L x + B(x, x)
-with B symmetric. So the difference d = x - X of an orbit x from a reference orbit X obeys
+Differences from the reference are found without cancellation. The field is quadratic, f(x) = L x +
+B(x, x) with B symmetric, so that the difference d = x - X of an orbit x from a reference orbit X
+obeys
 
-    d' = L d + B(d, 2 X + d),
+    d' = L d + B(d, 2 X + d).
 
-where nothing cancels however small d is: it keeps its relative precision, and the reference
-needs no more digits than d has. L and B are read off :func:`rigidpend.mechanics.equations.aligned`
-itself.
+Nothing cancels here however small d is: d keeps its relative precision, and the reference needs no
+more digits than d has. L and B are derived from :func:`rigidpend.mechanics.equations.aligned`.
 """
 
 from __future__ import annotations
@@ -36,47 +36,48 @@ from rigidpend.orbits.integrate.passages import TOUCH, UNDECIDED, crossings_of_s
 from rigidpend.orbits.records import joined
 
 BLOCK = 8
-"""Steps at a time, all in one precision."""
+"""Number of steps that are taken at a time, all in one precision."""
 PARTS = 3
-"""Parts of a step in integers: they are longer than tangents in doubles are carried at once."""
+"""Parts into which a step of the integers is divided, being too long for a tangent in doubles."""
 MAX_STEPS = 10_000_000
 """Steps after which an orbit counts as failed: some 300,000 passages."""
 TINY = 2.0**-800
-"""Size of the differences that stand for a tangent: their squares vanish beside them."""
+"""Factor that makes a tangent a difference so small that its square vanishes beside it."""
 SIZE = 6
 """Number of aligned components."""
 MORE_TERMS = 4
-"""Terms of a difference's series beyond those that the reference's own would need."""
+"""Number of terms of a difference's series beyond those that the reference's own would need."""
 
 
 class Point(NamedTuple):
-    """End of a step of a reference orbit."""
+    """End of a step of a reference orbit, or its start."""
 
     exact_time: Fraction
     """t' since the start."""
     state: tuple[Fraction, ...]
     """The six aligned components."""
     time: float
+    """The time rounded."""
     step: float
     """Length t' of the step that ends here."""
     doubles: Array
-    """The components rounded."""
+    """The components rounded, (6,)."""
 
 
 Passed: TypeAlias = tuple[float, int]
 """A crossing of M3 = 0: t' since the start, and the separatrix.
 
-The time of a reference orbit is the nearest double, but for a rare last bit."""
+The time is the double nearest to the true one, except for a rare last bit."""
 Bilinear: TypeAlias = tuple[Array, Any, Any, Array]
-"""L (6, 6), the pairs i and j of components that B multiplies, and B of these in columns."""
+"""L (6, 6), the indices i and j, (m,) each, of the products x_i y_j in B, their factors (6, m)."""
 
 
 def crossings(orbits: Orbits, bits: int, engine: str, tolerance: float) -> Crossings:
-    """Crossings of orbits in `bits` bits at first, one by one, in a precision that falls.
+    """Crossings of orbits, one by one, in a precision that begins with `bits` bits and falls.
 
-    The tangent that tells how it falls is as large in M and in gamma, so that it has its share in
-    whatever grows; roundings stay below by `GUARD_BITS`. `bits` are relative to the smallest
-    initial component.
+    The tangent that tells how fast the precision may fall has the same relative size in M and in
+    gamma, so that it contains a part of every growing direction. `GUARD_BITS` keep roundings below
+    the error that is allowed. `bits` are relative to the smallest initial component.
     """
     found = []
     for state in orbits.states.T:
@@ -96,12 +97,12 @@ def crossings(orbits: Orbits, bits: int, engine: str, tolerance: float) -> Cross
 class ReferenceOrbit:
     """An orbit in high precision, continued as far as it is asked for.
 
-    State and coefficients are Fractions, and so is the tangent, the derivative of the state at time
-    0 along the family of neighbours, which is carried in doubles. `bits` are the precision at time
-    0, the computation's own is a `rung` from pairs of doubles on; integers serve where the engine's
-    numbers end.
-    After a wait of `longest` for the next crossing, t', the orbit is not continued. `tolerance` is
-    that of a compiled Taylor series in 53 bits; every bit more halves it.
+    State and coefficients are Fractions. So is the tangent, the derivative of the state at time 0
+    along the family of neighbours; it is carried on in doubles. `bits` is the precision that is
+    needed at time 0. Each block of steps is computed in the next `rung`, pairs of doubles at least;
+    integers serve where the engine's numbers end. After a wait of `longest` for the next crossing,
+    t', the orbit is not continued. `tolerance` is that of a compiled Taylor series in 53 bits;
+    every further bit halves it.
     """
 
     def __init__(
@@ -118,9 +119,9 @@ class ReferenceOrbit:
         self.coefficients, self.longest = coefficients, longest
         self.engine, self.bits, self.tolerance = engine, bits, tolerance
         self.points = [Point(Fraction(0), tuple(state), 0.0, 0.0, np.array(state, dtype=float))]
-        """As far as the orbit is known; the first is the start."""
+        """The ends of the known steps, behind the start."""
         self.crossings: list[list[Passed]] = []
-        """The crossings on each step."""
+        """The crossings on each of the steps."""
         self._field = bilinear(coefficients)
         self._units = _units(state)
         self._last = 0.0
@@ -129,7 +130,7 @@ class ReferenceOrbit:
         """The size of the tangent at each point."""
 
     def reaches(self, k: int) -> bool:
-        """Continue the orbit to point k; False if it has long had no crossing before that."""
+        """Continue the orbit to point k; False if it has waited too long for a crossing before."""
         while k >= len(self.points):
             if self.points[-1].time - self._last > self.longest:
                 return False
@@ -137,10 +138,10 @@ class ReferenceOrbit:
         return True
 
     def series(self, k: int, differences: Array, tolerance: float) -> Array:
-        """Series (order + 1, 6, 1 + n) of the orbit and of others on the step from point k.
+        """Series (order + 1, 6, 1 + n) of the orbit and of differences on the step from point k.
 
-        Column 0 is the orbit's own, the others are those of the `differences` (6, n); in doubles
-        and in powers of the share of the step.
+        Column 0 is the orbit's own, the others belong to the `differences` (6, n). Coefficients are
+        doubles, of the powers of the share of the step.
         """
         # Steps are the radius of convergence over e^2, in any precision: an order gains two nats.
         order = math.ceil(-math.log(tolerance) / 2) + MORE_TERMS
@@ -152,8 +153,10 @@ class ReferenceOrbit:
         for j in range(order):
             now = terms[j]
             total = now + 2 * now[:, :1]
-            # The reference itself is a difference from the orbit that stays at zero.
+            # The reference itself is a difference from X = 0, so that its total is d, not 2 X + d.
             total[:, 0] = now[:, 0]
+            # `left` and `right` keep d_i and (2 X + d)_j of all orders. B's term of order j is the
+            # Cauchy product, with the orders of the right factor descending.
             now.take(left_of, axis=0, out=left[j], mode="clip")
             total.take(right_of, axis=0, out=right[j], mode="clip")
             products = np.einsum("kpn,kpn->pn", left[: j + 1], right[j::-1])
@@ -161,18 +164,18 @@ class ReferenceOrbit:
         return terms * (self.points[k + 1].step ** np.arange(order + 1))[:, None, None]
 
     def size(self, differences: Any) -> Any:
-        """The sizes of differences (6, n), relative to |M| and to |gamma|."""
+        """Largest component of each difference (6, n), relative to |M| or |gamma| at the start."""
         return (np.abs(differences) * self._units[:, None]).max(axis=0)
 
     def last_below(self, size: float) -> int:
-        """The last point up to which the tangent has always been smaller than `size`, or 0."""
+        """The last point up to which the tangent has always been smaller than `size`; 0 if none."""
         k = 0
         while self.reaches(k + 1) and self.growth[k + 1] < size:
             k += 1
         return k
 
     def followed(self, n_crossings: int) -> Crossings:
-        """The first crossings; FAILED where they do not rise and sink in turn."""
+        """The first crossings; FAILED from where they do not rise and fall in turn."""
         found, rows = no_crossings(n_crossings, 1), list[Any]()
         for k in range(MAX_STEPS):
             if not self.reaches(k + 1):
@@ -185,11 +188,13 @@ class ReferenceOrbit:
         return in_turn(found)
 
     def bits_at(self, k: int) -> float:
-        """Bits that are left at a known point."""
+        """Bits that the orbit needs from a known point on."""
+        # The bits by which the tangent has grown are no longer needed. Its largest size counts:
+        # bits that were dropped do not come back when it shrinks.
         return self.bits - math.log2(max(self.growth[: k + 1]) / self.growth[0])
 
     def _extend(self) -> None:
-        """Take some further steps."""
+        """Continue the orbit by a block of steps, with tangents and crossings."""
         first = len(self.points) - 1
         begin = self.points[first]
         for time, state in self.advanced(begin.state, rung(max(PAIRS, self.bits_at(first)))):
@@ -200,7 +205,7 @@ class ReferenceOrbit:
             self._carry_tangent(k)
 
     def advanced(self, state: Sequence[Fraction], bits: int) -> Any:
-        """Times and states at the ends of some further steps."""
+        """Times t' since `state` and states, Fractions, at the ends of a block of steps."""
         if in_kernel(self.engine, bits):
             return advance(self.coefficients, state, BLOCK, bits, self.tolerance)
         from rigidpend.orbits.integrate import bigint
@@ -209,7 +214,9 @@ class ReferenceOrbit:
         return [(step.time(at), step.at(at)) for step in taken for at in step.parts(PARTS)]
 
     def _carry_tangent(self, k: int) -> None:
-        """Carry the tangent over step k, and note what the orbit crosses there."""
+        """Carry the tangent over step k, and find the orbit's crossings there."""
+        # The tangent obeys the linear part of the equation of differences; scaled down by TINY it
+        # is a difference whose square underflows.
         series = self.series(k, TINY * self.tangents[k][:, None], self.tolerance)
         depth = TOUCH * float(np.linalg.norm(series[0, :3, 0]))
         found = list(crossings_of_series(series[:, :3, 0].T, depth))
@@ -222,7 +229,7 @@ class ReferenceOrbit:
         self.growth.append(float(self.size(self.tangents[-1][:, None])[0]))
 
     def _finely(self, k: int) -> list[tuple[float, int]]:
-        """The crossings on step k as the bits that are left decide them."""
+        """The crossings on step k, decided in integers of as many bits as are needed there."""
         from rigidpend.orbits.integrate import bigint
 
         bits = math.ceil(self.bits_at(k))
@@ -232,26 +239,26 @@ class ReferenceOrbit:
 
 
 def reference_bits(finest: float, bits: int) -> int:
-    """Bits of a reference orbit for neighbours in `bits` bits, at distances from `finest` on."""
+    """Bits of a reference orbit for neighbours at distances from `finest` on, in `bits` bits."""
     return math.ceil(bits + GUARD_BITS - math.log2(min(finest, 1.0)))
 
 
 def _units(state: Sequence[Fraction]) -> Any:
-    """The inverse sizes of M and of gamma, for each component; of nothing 1."""
+    """The inverses of |M| and of |gamma|, for each of the six components; 1 for a zero vector."""
     M, gamma = (math.hypot(*map(float, part)) or 1.0 for part in (state[:3], state[3:]))
     return np.repeat((1 / M, 1 / gamma), 3)
 
 
 def summed(series: Array) -> Any:
-    """The values (6, n) of such series at the end of the step, small terms first."""
+    """The values (6, n) of series (order + 1, 6, n) at the end of the step, small terms first."""
     return series[::-1].sum(axis=0)
 
 
 @functools.lru_cache(maxsize=16)
 def bilinear(coefficients: AlignedCoefficients) -> Bilinear:
-    """The aligned field's L and B: kept, for orbits of a call share theirs.
+    """The aligned field's L and B, without the products that have no part in any component.
 
-    Of B what adds nothing to any of the six components is left out.
+    They are kept, because the orbits of a call share them.
     """
     exactly = AlignedCoefficients(*map(Fraction, coefficients))
     ones = np.eye(SIZE, dtype=int) * Fraction(1)
@@ -260,6 +267,8 @@ def bilinear(coefficients: AlignedCoefficients) -> Bilinear:
         """L y + 2 B(x, y) for a change y."""
         return np.array(aligned_along(state, change, exactly))
 
+    # B(e_i, e_j) from the derivative at e_i along e_j. Each pair i <= j comes first, then those
+    # turned round: B(x, y) sums over both.
     linear = [along(0 * one, one) for one in ones]
     halves = list(combinations_with_replacement(range(SIZE), 2))
     pairs = np.array([*halves, *((j, i) for i, j in halves if i != j)])

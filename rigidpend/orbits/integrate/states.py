@@ -1,8 +1,8 @@
 """States of orbits at given times, and at their first crossings of M3 = 0 (J1 = J2/2).
 
-Any field is followed in doubles, the aligned one in any precision. Doubles and sums of them are
-carried by a kernel (`kernel.following`), in vectors of lanes, or by engine `scipy`; integers serve
-beyond its numbers.
+Orbits of any field are followed in doubles, those of the aligned field in any precision. A kernel
+(`kernel.following`) computes in doubles and in sums of doubles, engine `scipy` in doubles; integers
+serve beyond the kernel's numbers.
 """
 
 from __future__ import annotations
@@ -37,15 +37,15 @@ from rigidpend.orbits.integrate.pair_arrays import PairArray
 Field: TypeAlias = Callable[[Any], Any]
 
 SPARE_BITS = 8
-"""Bits below the precision to which series are cut off, where the numbers have them."""
+"""Bits beyond the precision to which series are summed, where the numbers have as many."""
 STEPS = 5_000
-"""Steps in a call, which cannot be interrupted: 3 ms."""
+"""Steps of all vectors of lanes in a call of the kernel, which cannot be interrupted: 3 ms."""
 TOGETHER = 256
-"""Orbits in a call, so that what they leave behind stays small."""
+"""Orbits in a call at most, which keeps its arrays of samples small."""
 FIRST = "taylor"
-"""Engine that tells in doubles which crossing is the first, for no touch escapes it."""
+"""Engine that finds the first crossing in doubles: unlike `scipy`, it misses no touch."""
 GAINED = 40
-"""Bits of the time that an iteration gains at least: steps of Newton's are told in doubles."""
+"""Bits of the crossing's time that a Newton iteration gains at least, its step being a double."""
 
 
 def states_at(
@@ -58,21 +58,22 @@ def states_at(
     engine: str = "taylor",
     tolerance: float | None = None,
 ) -> Any:
-    """Orbits, (d, k, n) or (d, k), at times of either sign.
+    """States of orbits at times of either sign, (d, k, n), or (d, k) of a single orbit.
 
-    ``field(state)`` gives the derivatives, in doubles; by ``+ - * /`` alone but of engine `scipy`.
-    `AlignedCoefficients` stand for the aligned field, in time t'. The states of all orbits, (d, n),
-    or of one, (d,), are those at time 0, in numbers of the precision `bits`, as all others:
-    doubles, pairs of them, Fractions or mpmath's. The times, (k,) for all or (k, n) for each its
-    own, ascend or descend from 0. `jobs` threads share orbits of Fractions, or processes where
-    integers serve: of Fractions that is what engine `scipy` means.
+    ``field(state)`` gives the d rates in doubles; for engine `taylor` it may use ``+ - * /`` only.
+    `AlignedCoefficients` stand for the aligned field, in time t'. States at time 0 are (d, n), or
+    (d,) of a single orbit. Times are (k,) for all orbits, or (k, n) with each orbit's own; they
+    ascend or descend from 0. All numbers are of the precision `bits`: doubles, pairs of them,
+    Fractions, or mpmath's. `jobs` threads share the orbits if numbers are Fractions; where integers
+    serve, which for Fractions is what engine `scipy` means, these are processes.
 
-    The local tolerance is by default the finest that the numbers keep. A coarser one lets integrals
-    drift in proportion to the time, where roundings alone drift as its root.
+    The local tolerance is by default the finest that the numbers can keep. With a coarser one
+    integrals of the motion drift in proportion to the time; by rounding alone they drift as its
+    square root.
 
-    ArithmeticError is raised where an orbit does not reach the last of its times, ValueError for
-    other times, a tolerance that is not above 0, or another field than the aligned one in more than
-    53 bits.
+    ArithmeticError is raised if an orbit does not reach the last of its times. ValueError is raised
+    for times in another order, a tolerance that is not above 0, or a field other than the aligned
+    one in more than 53 bits.
     """
     if tolerance is not None and not 0 < tolerance < float("inf"):
         raise ValueError(f"tolerance must be a number above 0, got {tolerance}")
@@ -82,6 +83,7 @@ def states_at(
         raise ValueError(f"{bits} bits follow the aligned field alone: give its coefficients")
     if isinstance(states, PairArray):
         exact = AlignedCoefficients(*(x.exactly() for x in field))
+        # (parts, k, n), or (parts, k, 1) where all orbits have the same times.
         grid = times.parts.reshape(*times.parts.shape[:2], -1)
         return PairArray(_sampled(exact, states.parts, grid, bits, tolerance))
     states, times = (np.asarray(x, dtype=object) for x in (states, times))
@@ -93,6 +95,7 @@ def states_at(
         further = field, bits, tolerance, engine
         found = side_by_side(_exact, further, not in_kernel(engine, bits), tasks, jobs)
         return np.concatenate(found, axis=2)
+    # mpmath's numbers become Fractions, and the results numbers of the same context.
     exactly_, number = np.frompyfunc(fraction, 1, 1), type(states.flat[0]).context.mpf
     given = AlignedCoefficients(*map(fraction, field)), exactly_(states), exactly_(times)
     back = np.frompyfunc(lambda x: number(x.numerator) / x.denominator, 1, 1)
@@ -120,7 +123,7 @@ def _in_doubles(
 
 
 def _leads_away(times: Array) -> Any:
-    """True of each orbit whose times ascend from 0 on, or descend."""
+    """True for each orbit whose times ascend or descend from 0; the first may be 0."""
     steps = np.diff(times, axis=0)
     ahead = (times[0] >= 0) & (steps > 0).all(axis=0)
     return ahead | ((times[0] <= 0) & (steps < 0).all(axis=0))
@@ -129,8 +132,9 @@ def _leads_away(times: Array) -> Any:
 def _exact(
     task: Any, field: AlignedCoefficients, bits: int, tolerance: float | None, engine: str
 ) -> Any:
-    """The same of Fractions, by the kernel or in integers."""
+    """States (6, k, n) of orbits of Fractions at their times, by the kernel or in integers."""
     states, times = task
+    # In a unit of M the time is in its inverse.
     if in_kernel(engine, bits):
         kind = _kind(bits)
         unit, field, states = in_unit(field, states, kind)
@@ -146,10 +150,11 @@ def _exact(
 def _in_integers(
     c: AlignedCoefficients, state: Sequence[Fraction], times: Sequence[Fraction], bits: int
 ) -> list[Any]:
-    """6 Fractions for each of the times, by Taylor series of an error below their rounding."""
+    """The 6 components at each of the times, Fractions, by Taylor series in integers."""
     from rigidpend.orbits.integrate import bigint
 
-    # With t and M3 reversed, and gamma3 with them, the field is the same.
+    # The reversal: with t, M3 and gamma3 replaced by their negatives the field is the same. Integer
+    # steps go forward only.
     sense = np.array([1, 1, -1, 1, 1, -1]) if times[-1] < 0 else np.ones(6, dtype=int)
     found: list[Any] = []
     for step in bigint.steps(c, state * sense, bits):
@@ -157,11 +162,12 @@ def _in_integers(
             found.append(np.array(step.at(at)) * sense)
             if len(found) == len(times):
                 return found
+    # `bigint.steps` never ends.
     raise AssertionError
 
 
 def _kind(bits: int) -> int:
-    """The bits of the kernel's numbers; sums of three have some to spare."""
+    """Bits of the kernel's numbers; sums of three serve only where they have bits to spare."""
     return bits_of_numbers(bits + SPARE_BITS) if PAIRS < bits <= TRIPLES else rung(bits)
 
 
@@ -172,7 +178,7 @@ def _sampled(
     bits: int,
     tolerance: float | None,
 ) -> Array:
-    """Samples (parts, d, k, n) by the kernel, from states (parts, d, n).
+    """States (parts, d, k, n) at given times by the kernel, from states (parts, d, n) at time 0.
 
     Times are (parts, k, n), or (parts, k, 1) for all orbits.
     """
@@ -189,7 +195,7 @@ def _sampled(
     found = np.empty((parts, size, times.shape[1], n))
     senses = np.broadcast_to(np.where(times[0, -1] < 0, -1.0, 1.0), n)
     for sense in set(senses.tolist()):
-        # The lanes of a call go one way.
+        # All lanes of a call go forward in time, or all go back.
         going = np.flatnonzero(senses == sense)
         for columns in np.split(going, range(TOGETHER, going.size, TOGETHER)):
             grid = times if times.shape[2] == 1 else times[..., columns]
@@ -199,30 +205,33 @@ def _sampled(
 
 
 _traced = functools.lru_cache(maxsize=32)(trace)
-"""A field that is integrated again is not taken down again."""
+"""Traced fields are kept: a field that is integrated again is not traced again."""
 
 
 def _lanes(
     kernel: Any, states: Array, times: Array, parameters: Array, sense: float, lanes: int
 ) -> Array:
-    """Samples of some orbits; lanes without an orbit repeat the first."""
+    """States (parts, d, k, n) of a call's orbits; lanes without an orbit repeat the first."""
     (parts, size, n), count = states.shape, times.shape[1]
     groups = -(-n // lanes)
     width = groups * lanes
     filled = np.concatenate((np.arange(n), np.zeros(width - n, dtype=np.int64)))
     state = np.ascontiguousarray(states.reshape(parts * size, n)[:, filled])
     own = times.shape[2] > 1
+    # (parts, lanes, k), or (parts, 1, k): the kernel finds a lane's times side by side.
     grid = times.transpose(0, 2, 1)
     grid = np.ascontiguousarray(grid[:, filled] if own else grid)
     time = np.zeros((2, width))
     passed, found = np.zeros(width, dtype=np.int64), np.empty((count, parts * size, width))
     given = state, width, time, parameters, grid, grid[0].size, count if own else 0, count
     left = width
+    # Each call goes on with the states, times and numbers of passed times that the last one left.
     while left:
         check_stop()
         left = kernel(*given, passed, sense, groups, -(-STEPS // groups), found)
         if left and not np.isfinite(state[:, passed < count]).all():
             raise ArithmeticError("the integration ended early: an orbit did not reach its time")
+    # The kernel writes (k, parts * d, lanes).
     return found[..., :n].reshape(count, parts, size, n).transpose(1, 2, 0, 3)
 
 
@@ -238,15 +247,15 @@ def first_crossings(
 ) -> tuple[Any, Any] | None:
     """Follow orbits to their first crossing of M3 = 0.
 
-    `integrate.crossings` keeps times only, as doubles. Here each orbit is carried on by Newton's
-    method, until M3 vanishes in the working precision.
+    The results are t' since the start, (n,), and the states there, (6, n); or None if an orbit does
+    not cross within `limit`, t', or if that is not decided.
+
+    `integrate.crossings` gives times only, as doubles. Here Newton's method carries each orbit on
+    until M3 vanishes in the working precision.
 
     The coefficients, and the states (6, n) at time 0, are doubles at 53 bits by engine `taylor`,
-    else Fractions of the working precision; `limit` is how long, in t', to wait for the crossing,
-    and `tolerance` that of a compiled Taylor series at 53 bits: every bit more halves it.
-
-    These are t' since the start, (n,), and where they cross, (6, n); None if an orbit does not
-    cross within the limit, or that is not decided.
+    else Fractions of the working precision. `tolerance` is that of a compiled Taylor series at 53
+    bits; every further bit halves it.
     """
     exact = states.dtype == object
     whole = _whole(engine, bits) if exact else 53
@@ -255,12 +264,13 @@ def first_crossings(
     orbits = Orbits(floats, states.astype(float), 1, limit)
     seen = crossings(orbits, engine=FIRST, bits=53, tolerance=finest, jobs=jobs)
     if exact and (seen.outcome == Outcome.FAILED).any():
-        # What doubles do not decide.
+        # Doubles do not decide some of the orbits, such as those that touch M3 = 0.
         orbits = Orbits(coefficients, states, 1, limit)
         seen = crossings(orbits, engine=engine, bits=whole, tolerance=tolerance, jobs=jobs)
     if (seen.outcome != Outcome.COMPLETE).any():
         return None
     given = coefficients, states, seen.time[0], whole, tolerance
+    # Newton's method may stop where times are off by less than four roundings of 1.
     return at_crossings(*given, 2.0 ** (2 - bits), engine=engine, jobs=jobs)[:2]
 
 
@@ -275,18 +285,21 @@ def at_crossings(
     engine: str,
     jobs: int,
 ) -> tuple[Any, Any, Array]:
-    """Carry orbits to crossings of M3 = 0 of which doubles (n,) tell the times, by Newton's method.
+    """Carry orbits to crossings of M3 = 0 by Newton's method from approximate times, (n,), t'.
 
-    Until they are off by less than `late`, t', or that gains nothing. The third result is what is
-    left, (n,); all else is as in :func:`first_crossings`.
+    It ends when all orbits are off by less than `late`, t', or when as many iterations are done as
+    the bits can profit from. The results are t' since the start, (n,), the states there, (6, n),
+    and how far off each orbit still is, t', (n,). All else is as in :func:`first_crossings`.
     """
     floats, local = AlignedCoefficients(*map(float, coefficients)), tolerance * 2.0 ** (53 - bits)
     found, steps = np.zeros(len(times), dtype=states.dtype), times
     for _ in range(2 + bits // GAINED):
+        # A step is a double, taken exactly: the state is that at the exact sum of the steps.
         exact = np.array([Fraction(t) for t in steps]) if states.dtype == object else steps
         given = coefficients, states, exact[None], bits, jobs
         states = states_at(*given, engine=engine, tolerance=local)[:, 0]
         found = found + exact
+        # Newton's step for M3(t) = 0. Doubles suffice for a correction.
         steps = -states[2].astype(float) / aligned(states.astype(float), floats)[2]
         if np.abs(steps).max() < late:
             break
@@ -294,5 +307,5 @@ def at_crossings(
 
 
 def _whole(engine: str, bits: int) -> int:
-    """The whole of the kernel's numbers, if it computes."""
+    """Bits of an integration that uses all bits of the kernel's numbers, if the kernel computes."""
     return rung(max(bits, PAIRS)) if in_kernel(engine, bits) else max(bits, 54)

@@ -1,7 +1,11 @@
-"""Machine code of our own: Taylor steps of many orbits, and what return maps need.
+"""Compiled kernels: Taylor steps of many orbits, and the arithmetic that return maps need.
 
-`taylor_step` writes a step in the language of LLVM, in doubles or in sums of doubles
-(`lane_numbers`, with the sine, cosine and logarithm that return maps need), of a field that is
-taken down on a `tape`. `following` has the two kernels: crossings of M3 = 0, and states at given
-times. `machine_code` writes, compiles, keeps and loads them all.
+Modules
+-------
+tape          traces a field: the list of its operations
+lane_numbers  doubles and sums of doubles in vectors of lanes, with sine, cosine and logarithm
+taylor_step   writes a Taylor step of a traced field in LLVM's language
+following     the two kernels that follow orbits: to crossings of M3 = 0, and to given times
+pair_loops    loops over arrays of pairs of doubles
+machine_code  writes LLVM's language, compiles it, keeps and loads the code
 """

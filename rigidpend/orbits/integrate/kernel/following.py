@@ -1,8 +1,9 @@
-"""The two kernels: orbits carried on to crossings of M3 = 0, and to given times.
+"""The two kernels that follow orbits: to crossings of M3 = 0, and to given times.
 
-M3 may have been zero on a step where |c_0| <= sum |c_k| h^k over k >= 1, unless the sign is the
-same at both ends and M3 certainly monotone between. A note has the step's series, and the zero if
-there is one; see `rigidpend.orbits.integrate.passages`.
+With c_k the Taylor coefficients of M3 on a step of length h, M3 has no zero on the step where
+|c_0| > sum |c_k| h^k over k >= 1, nor where it is certainly monotone and has the same sign at both
+ends. Every other step is noted with its series and, if M3 is monotone, its zero, for
+`rigidpend.orbits.integrate.batch` and `passages` to find the crossings.
 """
 
 from __future__ import annotations
@@ -21,35 +22,37 @@ from rigidpend.orbits.integrate.kernel.taylor_step import Kernel, Room, of_order
 FIELDS = ("lane", "time", "length", "after", "steady", "zero", "correction", "Qp", "Qm")
 """Contents of a note before the series.
 
-They are: which lane, t' at the beginning, the step's length, M3 at its end, 1 if M3 is monotone,
-and where it is the time of its zero from there on (with what the time leaves over, so that the
-sum is rounded once), Newton's last correction, and Qp and Qm there."""
+They are: the lane, t' at the step's beginning, the step's length, M3 at its end, and 1 if M3 is
+monotone on it. Then follow, meaningful where M3 is monotone and changes its sign: the time from the
+beginning to the zero of M3, Newton's last correction, and Qp and Qm at the zero. The time to the
+zero includes the second double of the beginning's time, so that its sum with t' is rounded once."""
 NEWTON = 4
-"""Iterations from the chord's zero; each doubles the digits, of which the first has two."""
+"""Newton iterations from the zero of the chord, which has two digits; each doubles the digits."""
 M3 = 2
-"""Its place among the components."""
+"""Index of M3 among the components."""
 MOMENTA = 3
-"""Number of components, Qp, Qm and M3, whose series are noted: they tell a crossing."""
+"""Number of components whose series are noted: Qp, Qm and M3 tell a crossing."""
 
 
 def note(order: int, bits: int) -> Any:
-    """Layout of a note, all doubles: the `FIELDS`, and the `MOMENTA` in powers of t'."""
+    """NumPy's type of a note, all doubles: the `FIELDS`, and series of Qp, Qm and M3 in t'."""
     series = ("series", float, (MOMENTA, order + 1, KINDS[bits].parts))
     return np.dtype([*((name, float) for name in FIELDS), series])
 
 
 @functools.cache
 def carrying(order: int, bits: int, lanes: int = LANES) -> Any:
-    """The kernel that notes steps, for series of an order, in numbers of so many bits.
+    """The kernel that carries orbits some steps on and notes steps on which M3 may vanish.
 
-    It is called with (state, stride, time, parameters, depth, groups, steps, notes), all arrays of
-    doubles or int64, depth a double, and returns the number of notes:
+    Series have the given order, numbers the given bits. The kernel is called with (state, stride,
+    time, parameters, depth, groups, steps, notes) and returns the number of notes. `depth` is a
+    double; stride, groups and steps are whole numbers; all others are arrays of doubles:
 
     - state: 6 rows of `stride` doubles for each part of a number, carried on in place;
-    - time: 2 rows, t' and what its last digit leaves over;
-    - parameters: `AlignedCoefficients`, 9 for each part;
-    - depth: a touch of M3 = 0 that is no deeper is noted too;
-    - groups, steps: vectors of lanes, and steps for each of them;
+    - time: 2 rows, t' and the rounding error of its sums;
+    - parameters: the 9 `AlignedCoefficients`, for each part;
+    - depth: steps on which |M3| may come down to this are noted too;
+    - groups, steps: number of vectors of lanes, and number of steps for each of them;
     - notes: an array of `note`, with room for one on each step of each lane.
     """
     return _of_order(order, bits, _Carrying, ALIGNED, lanes)
@@ -57,26 +60,27 @@ def carrying(order: int, bits: int, lanes: int = LANES) -> Any:
 
 @functools.cache
 def sampling(order: int, bits: int, field: TracedField = ALIGNED, lanes: int = LANES) -> Any:
-    """The kernel that writes down where orbits are at given times.
+    """The kernel that writes down the states of orbits of a field at given times.
 
     It is called with (state, stride, time, parameters, grid, all, apart, count, next, sense,
-    groups, steps, samples), all pointers to doubles or int64, sense a double, and returns the
-    number of lanes that have not reached the last of the times:
+    groups, steps, samples) and returns the number of lanes that have not reached the last of their
+    times. `sense` is a double, `next` an array of int64; state, time, parameters, grid and samples
+    are arrays of doubles, and the rest are whole numbers:
 
-    - state, stride, time, parameters: of the field, as in :func:`carrying`;
-    - grid, all, apart: `count` times t', in their order, of each lane `apart` doubles behind those
-      of the one before: 0 where all have the same; of the parts of a time each is `all` doubles
-      behind the one before;
-    - next: of each lane, how many of them it has passed; kept up to date;
+    - state, stride, time, parameters: as in :func:`carrying`, but of this field;
+    - grid, all, apart: `count` times t' in the order in which they come. A lane's times begin
+      `apart` doubles behind those of the lane before: 0 where all lanes have the same. The parts of
+      a time lie `all` doubles apart;
+    - next: the number of times that each lane has passed; kept up to date;
     - sense: 1 if the times ascend, -1 if they descend;
-    - groups, steps: vectors of lanes, and steps for each of them at most;
-    - samples: rows of `stride` doubles, for each time those of `state`.
+    - groups, steps: number of vectors of lanes, and of steps for each of them at most;
+    - samples: for each time rows of `stride` doubles, as those of `state`.
     """
     return _of_order(order, bits, _Sampling, field, lanes)
 
 
 def _of_order(order: int, bits: int, *of: Any) -> Any:
-    """A kernel for series of an order, whose code serves all that it has room for."""
+    """A kernel for series of an order; its code is shared by all orders that have room in it."""
     return functools.partial(_compiled(room_for(order, bits), bits, *of), *of_order(order, bits))
 
 
@@ -86,10 +90,10 @@ def _compiled(room: Room, bits: int, kind: Any, field: TracedField, lanes: int) 
 
 
 class _Carrying(Kernel):
-    """The function `carry`."""
+    """Writer of the function `carry`."""
 
     def whole(self) -> str:
-        """All of the text."""
+        """The text of the function."""
         code = self.code
         self.depth = code.everywhere("%depth")
         self.count = code.variable("i64")
@@ -109,12 +113,19 @@ class _Carrying(Kernel):
         self.expand()
         h = self.length()
         ends = self.at(h, self.size)
+        # The note needs the series, whose order 0 `go_on` replaces by the end of the step.
         self._note_if_zero_is_possible(first, h, ends[2][0])
         self.go_on(h, ends)
 
     def _note_if_zero_is_possible(self, first: str, h: str, after: str) -> None:
-        """Note the lanes on whose step M3 changes its sign or may touch zero."""
+        """Note the lanes on whose step M3 changes its sign or may touch zero.
+
+        `after` is M3 at the end of the step.
+        """
         code = self.code
+        # With sizes |c_k| of the coefficients Horner's rule sums, from the highest order to 2,
+        # reach = sum |c_k| h^(k-2), which bounds M3, and bend = sum k |c_k| h^(k-2), which bounds
+        # its slope.
         slope = code.size(self.head(M3, 1))
         reach, bend = code.variable(code.vector), code.variable(code.vector)
         size = code.size(self.head(M3, "%order"))
@@ -124,6 +135,8 @@ class _Carrying(Kernel):
             size = code.size(self.head(M3, k))
             code.store(code.fma(code.load(reach), h, size), reach)
             code.store(code.fma(code.load(bend), h, self._so_often(k, size)), bend)
+        # far: |c_0| > depth + sum |c_k| h^k. steady: |c_1| > sum k |c_k| h^(k-1) over k >= 2, so
+        # that the slope keeps its sign. A NaN makes both false, and the step is noted.
         span = code.fma(code.load(reach), h, slope)
         far = code.compare("ogt", code.size(self.head(M3, 0)), code.fma(span, h, self.depth))
         steady = code.compare("ogt", slope, self._times(code.load(bend), h))
@@ -133,15 +146,20 @@ class _Carrying(Kernel):
         doubtful = code.logic("xor", code.logic("or", far, steady), code.everywhere("true", "i1"))
         mask, some = self.any_lane(code.logic("or", changed, doubtful))
         with code.when(some):
+            # Computed for all lanes at once, of which only those of the mask are written.
             monotone = code(f"uitofp {code.mask} {steady} to {code.vector}")
             self._note(first, mask, (h, after, monotone, *self._zero(h, after)))
 
     def _so_often(self, k: str, size: str) -> str:
-        """A double in each lane, times a whole number."""
+        """A double in each lane times the integer k."""
         return self._times(size, self.code.everywhere(self.code(f"sitofp i64 {k} to double")))
 
     def _zero(self, h: str, after: str) -> tuple[str, ...]:
-        """Time from the beginning to the zero of M3, the last correction, and Qp, Qm there."""
+        """Time from the beginning to the zero of M3, the last correction, and Qp, Qm there.
+
+        Newton's method from the zero of the chord, in doubles. Where it fails, the last correction
+        is large, and the caller isolates the zeros instead.
+        """
         code, before = self.code, self.head(M3, 0)
         x, value, slope, correction = (code.variable(code.vector) for _ in range(4))
         code.store(self._times(h, code.binary("fdiv", before, self._minus(before, after))), x)
@@ -149,6 +167,7 @@ class _Carrying(Kernel):
             at = code.load(x)
             code.store(self.head(M3, "%order"), value)
             code.store(code.number(0.0), slope)
+            # Horner's rule for the value and, one order behind, for the derivative.
             with self.descending() as k:
                 last = code.load(value)
                 code.store(code.fma(code.load(slope), at, last), slope)
@@ -160,8 +179,9 @@ class _Carrying(Kernel):
         return zero, code.load(correction), Qp, Qm
 
     def _note(self, first: str, mask: str, fields: tuple[str, ...]) -> None:
-        """Write down the lanes of a mask, with what is told of each."""
+        """Write a note for each lane of a mask: number of the lane, time, `fields`, series."""
         code = self.code
+        # Vectors hold one number for each lane, a note has all numbers of one lane side by side.
         length = code.mul(code.add("%order", 1), self.parts)
         width = code.add(code.mul(length, MOMENTA), len(FIELDS))
         told = code.variable(f"[{len(fields) + 1} x {code.vector}]")
@@ -179,17 +199,17 @@ class _Carrying(Kernel):
             code.store(code.add(count, 1), self.count, "i64", 8)
 
     def _copy(self, vectors: str, lane: str, to: str, count: int | str) -> None:
-        """Copy one lane of successive vectors."""
+        """Copy one lane of `count` successive vectors to successive doubles."""
         code = self.code
         with code.loop(count) as i:
             code.keep(code.scalar(vectors, code.add(code.mul(i, code.lanes), lane)), to, i)
 
 
 class _Sampling(Kernel):
-    """The function `sample`."""
+    """Writer of the function `sample`."""
 
     def whole(self) -> str:
-        """All of the text."""
+        """The text of the function."""
         code = self.code
         self.sense, self.never = code.everywhere("%sense"), code.number(float("inf"))
         self.due, self.found = (
@@ -212,6 +232,8 @@ class _Sampling(Kernel):
             with code.loop(code.lanes) as lane:
                 self._set_due(first, lane)
             with code.loop("%steps"):
+                # Steps are left out when no lane has a time to come to. Until then all lanes go on
+                # together: one that is done is due at infinity and writes nothing.
                 open_ = code.compare("olt", code.size(code.load(self.due)), self.never)
                 with code.when(self.any_lane(open_)[1]):
                     self._step(first)
@@ -221,7 +243,10 @@ class _Sampling(Kernel):
             code.store(code.add(code.load(self.left, "i64", 8), more), self.left, "i64", 8)
 
     def _set_due(self, first: str, lane: str) -> None:
-        """The time that a lane comes to next, or never."""
+        """Set the time that a lane comes to next; infinity in the sense of time if there is none.
+
+        All parts of the time are set, of infinity only the first.
+        """
         code = self.code
         passed = code.scalar("%next", code.add(first, lane), "i64")
         place = code.at(self.due, lane, "double")
@@ -238,8 +263,10 @@ class _Sampling(Kernel):
         code = self.code
         self.expand()
         length = self.length()
+        # A step may contain several of the times: repeated until no lane's next one lies on it.
         with code.repeated() as again:
             since = self._since()
+            # A lane that is done has infinity here, or no number: neither is within the step.
             ahead = code.binary("fmul", since[0], self.sense)
             within = code.compare("ole", ahead, length)
             again.append(self.any_lane(within)[1])
@@ -249,13 +276,15 @@ class _Sampling(Kernel):
         self.go_on(h, self.at(h, self.size))
 
     def _since(self) -> Value:
-        """Time from the beginning of the step to what is due in each lane."""
+        """Time from the beginning of the step to the time that is due, in each lane."""
+        # The large first part is subtracted first: the difference then keeps the digits of the
+        # small second one.
         high, low = (self.numbers.of_double(self.code.load(x)) for x in self.time)
         due = self.numbers.load(self.due, 0)
         return self.numbers.minus(self.numbers.minus(due, high), low)
 
     def _write(self, first: str, since: Value, mask: str) -> None:
-        """Write down where the lanes of a mask are at the time that is due."""
+        """Write down the states of the lanes of a mask at the times that are due."""
         code = self.code
         for i, value in enumerate(self.at_number(since)):
             self.numbers.store(value, self.found, i)
@@ -269,6 +298,7 @@ class _Sampling(Kernel):
         counter = code.at("%next", column, "i64")
         passed = code.load(counter, "i64", 8)
         row = code.mul(passed, size * self.parts)
+        # Rows are those of `state`: the first parts of all components, then the second ones.
         for i in range(size * self.parts):
             component, part = i % size, i // size
             offset = code.mul(code.add(row, i), "%stride")

@@ -1,15 +1,15 @@
-"""Numbers in vectors of lanes, as the kernels compute with them: doubles, or sums of some.
+"""Numbers in vectors of lanes, as the kernels compute with them: doubles, or sums of doubles.
 
-A pair is a sum of two doubles of which the second is the rounding error of the first: some 106
-bits. Its operations are those of Dekker (1971) and Knuth with fused multiplication: Joldes,
-Muller and Popescu, ACM Trans. Math. Softw. 44 (2017), bound their errors by some 2^-104. Sums of
-up to eight doubles go on so, in the manner of Hida, Li and Bailey (15th IEEE Symposium on
-Computer Arithmetic, 2001) but without branches, which lanes cannot take. A sum of terms that
-cancel errs by as much relative to the terms, as it would with exact terms rounded.
+A pair is a sum of two doubles, the second of which is the rounding error of the first: some 106
+bits. Its operations are those of Dekker (1971) and Knuth with fused multiplication. Joldes, Muller
+and Popescu, ACM Trans. Math. Softw. 44 (2017), bound their errors by some 2^-104. Sums of up to
+eight doubles follow Hida, Li and Bailey (15th IEEE Symposium on Computer Arithmetic, 2001), but
+without branches, which lanes cannot take one by one. Where terms cancel, the error is relative to
+the terms and not to their sum.
 
-Sine, cosine and logarithm are those of doubles or of pairs. Arguments are reduced by the bits of
-the number itself, and power series with exact fractions as coefficients do the rest: as many terms
-as the kind of number has bits for.
+Sine, cosine and logarithm exist for doubles and for pairs. The argument is reduced, by multiples of
+pi/2 or by its exponent, and a power series does the rest. Its coefficients are exact fractions,
+rounded once, and it has as many terms as the bits of the kind of number ask for.
 """
 
 from __future__ import annotations
@@ -26,27 +26,28 @@ from rigidpend.numbers.generic import Array
 from rigidpend.orbits.integrate.kernel.machine_code import Writer
 
 CONSTANT_BITS = 240
-"""Bits of pi and ln 2: more than two pairs have."""
+"""Bits of pi and ln 2: more than two pairs have, for a period is subtracted in two numbers."""
 SIGN = -(1 << 63)
-"""The sign of a double, as a whole number."""
+"""The sign bit of a double, as an integer."""
 ROOT_HALF = int.from_bytes(bytes.fromhex("3fe6a09e667f3bcd"), "big")
-"""The bits of sqrt(1/2)."""
+"""The bits of sqrt(1/2), a double, as an integer."""
 
 SQUARE = (math.pi / 4) ** 2
-"""The largest square of a reduced angle."""
+"""Largest square of a reduced angle, radians squared."""
 NEAR_1 = 0.0295
-"""The largest ((m - 1)/(m + 1))^2 of a number m from sqrt(1/2) to sqrt(2)."""
+"""Largest ((m - 1)/(m + 1))^2 for m from sqrt(1/2) to sqrt(2)."""
 LONG = 5
-"""Parts from which on an operation has so many lines that it is a function of its own."""
+"""Number of parts from which on an operation becomes a function of its own, being so long."""
 Value: TypeAlias = tuple[str, ...]
-"""Registers that make up a number in each lane, the largest part first."""
+"""Registers that hold the parts of a number in each lane, the largest part first."""
 
 
 def as_doubles(value: Fraction, parts: int) -> list[float]:
-    """The doubles that make up a number, the largest first."""
+    """Successive doubles that add up to a number but for the last one's rounding."""
     found, numerator, denominator = [], value.numerator, value.denominator
     for _ in range(parts):
-        # Python rounds a quotient of whole numbers correctly; nothing here needs lowest terms.
+        # Python rounds a quotient of integers correctly. Each double is the one nearest to the
+        # rest; the fraction of the rest stays unreduced, since a gcd would take longer.
         found.append(numerator / denominator)
         p, q = found[-1].as_integer_ratio()
         numerator, denominator = numerator * q - p * denominator, denominator * q
@@ -60,10 +61,10 @@ class Doubles:
 
     def __init__(self, code: Writer, room: int = 0) -> None:
         self.code, self.room = code, room or self.parts
-        """`room` is how many parts a number has in memory; those that it lacks are zero."""
+        """`room` is the number of parts that memory holds for a number; further parts are zero."""
 
     def rows(self, count: int | str) -> str:
-        """Kind of memory for so many numbers."""
+        """LLVM type of an array of so many vectors; a number takes `room` of them."""
         return f"[{count} x {self.code.vector}]"
 
     def load(self, base: str, index: str | int) -> Value:
@@ -102,8 +103,11 @@ class Doubles:
     def divided(self, a: Value, share: Value, whole: str) -> Value:
         """a / whole, correctly rounded, from share = 1/whole.
 
-        The error of a rounded 1/3 is the same on every step: drifts would grow with the time.
+        The error of a rounded 1/3 would be the same on every step, and integrals of the motion
+        would drift in proportion to the time.
         """
+        # The fused product gives the remainder a - whole * quotient exactly, and a second one
+        # corrects the quotient by it.
         code = self.code
         quotient = code.binary("fmul", a[0], share[0])
         opposite = code(f"fneg {code.vector} {quotient}")
@@ -114,11 +118,11 @@ class Doubles:
         return (self.code.binary("fdiv", a[0], b[0]),)
 
     def horner(self, total: Value, x: str, c: Value) -> Value:
-        """total x + c, of a double x."""
+        """total x + c, with x a double."""
         return (self.code.fma(total[0], x, c[0]),)
 
     def horner_at(self, total: Value, x: Value, c: Value) -> Value:
-        """total x + c, of a number x."""
+        """total x + c, with x a number of this kind."""
         return self.horner(total, x[0], c)
 
     def sum_and_error(self, a: str, b: str) -> tuple[str, str]:
@@ -133,8 +137,8 @@ class Doubles:
 class Expansions(Doubles):
     """Numbers that are sums of several doubles, each below an ulp of the one before.
 
-    Parts of products and sums are added up by size, with their rounding errors handed on to the
-    next smaller size, down to the last part.
+    Terms of one size are added up together; their rounding errors are terms of the next smaller
+    size, down to the last part, whose errors are lost.
     """
 
     def times(self, a: Value, b: Value) -> Value:
@@ -150,9 +154,9 @@ class Expansions(Doubles):
         return self._called(Expansions._settled, total)
 
     def _called(self, lines: Callable[..., Value], *given: Value) -> Value:
-        """The product of some lines, as a function of its own where there are many of them.
+        """The result of an operation, which is a function of its own where numbers are long.
 
-        To compile them once, and not wherever they are used, takes a tenth of the time.
+        Compiling the lines once, and not wherever they are used, takes a tenth of the time.
         """
         code, parts = self.code, range(self.parts)
         if self.parts < LONG:
@@ -162,6 +166,7 @@ class Expansions(Doubles):
         if name not in code.functions:
             inner = Writer(code.lanes)
             taken = [tuple(f"%x{i}.{part}" for part in parts) for i in range(len(given))]
+            # LLVM returns several values as a structure, which is put together part by part.
             made = "poison"
             for part, value in enumerate(lines(type(self)(inner), *taken)):
                 made = inner(f"insertvalue {kind} {made}, {code.vector} {value}, {part}")
@@ -173,6 +178,7 @@ class Expansions(Doubles):
         return tuple(code(f"extractvalue {kind} {made}, {part}") for part in parts)
 
     def _plus(self, a: Value, b: Value) -> Value:
+        # `lost` holds the rounding errors of one size, which are terms of the next.
         found, lost = list[str](), list[str]()
         for x, y in zip(a, b, strict=True):
             last = len(found) == self.parts - 1
@@ -184,6 +190,8 @@ class Expansions(Doubles):
         return self.plus(a, self.opposite(b))
 
     def _with_product(self, total: Value, a: Value, b: Value) -> Value:
+        # a_i b_j is of the size i + j, its error of the next one. Of the smallest size errors no
+        # longer count, and what would be smaller still is left out.
         found, lost = list[str](), list[str]()
         for order, part in enumerate(total):
             last = order == self.parts - 1
@@ -199,7 +207,8 @@ class Expansions(Doubles):
         return tuple(found)
 
     def _settled(self, total: Value) -> Value:
-        # Sizes may have cancelled: each round brings the next largest part to its place.
+        # Leading parts may have cancelled, or overlap: each round carries the largest part that is
+        # left to its place, as a bubble sort does, without a branch.
         parts = list(total)
         for first in range(self.parts - 1):
             for i in range(self.parts - 1, first, -1):
@@ -210,6 +219,8 @@ class Expansions(Doubles):
         return self.times(a, share)
 
     def quotient(self, a: Value, b: Value) -> Value:
+        # Long division: each digit is a double, one more than there are parts, since each has an
+        # error of some ulps.
         quotient, rest = self.of_double("zeroinitializer"), a
         for _ in range(self.parts + 1):
             digit = self.of_double(self.code.binary("fdiv", rest[0], b[0]))
@@ -224,7 +235,7 @@ class Expansions(Doubles):
         return self.plus(self.times(total, x), c)
 
     def _added(self, total: str, terms: list[str], last: bool) -> tuple[str, list[str]]:
-        """A sum of terms of one size, and its rounding errors unless it is the last part."""
+        """A sum of terms of one size, and its rounding errors; none of them for the last part."""
         lost = []
         for term in terms:
             if last:
@@ -235,17 +246,18 @@ class Expansions(Doubles):
         return total, lost
 
     def _product(self, a: str, b: str) -> tuple[str, str]:
-        """a b and its rounding error, exactly."""
+        """a b of doubles and its rounding error, exactly, by a fused product."""
         product = self.code.binary("fmul", a, b)
         return product, self.code.fma(a, b, self.code(f"fneg {self.code.vector} {product}"))
 
 
 class Pairs(Expansions):
-    """Numbers of some 106 bits, two vectors each: the same with fewer operations."""
+    """Numbers of some 106 bits, two vectors each, by algorithms of fewer operations."""
 
     bits, parts = 106, 2
 
     def times(self, a: Value, b: Value) -> Value:
+        # a[1] b[1] is below the last bit, and left out.
         product, error = self._product(a[0], b[0])
         error = self.code.fma(a[0], b[1], error)
         return self._joined(product, self.code.fma(a[1], b[0], error))
@@ -267,7 +279,7 @@ class Pairs(Expansions):
         return self.plus((product, error), c)
 
     def _joined(self, head: str, rest: str) -> Value:
-        """The pair of a sum whose second term is small (Dekker)."""
+        """The pair of a sum of doubles, of which the second is the smaller one (Dekker)."""
         code = self.code
         total = code.binary("fadd", head, rest)
         return total, code.binary("fsub", rest, code.binary("fsub", total, head))
@@ -276,11 +288,11 @@ class Pairs(Expansions):
 KINDS: dict[int, type[Doubles]] = {53: Doubles, 106: Pairs}
 for _n in range(3, 9):
     KINDS[53 * _n] = type(f"Sums{_n}", (Expansions,), {"bits": 53 * _n, "parts": _n})
-"""Kinds of numbers by their bits, 53 for each part."""
+"""Kinds of numbers by their bits, which are 53 for each part."""
 
 
 class Functions:
-    """Elementary functions of one kind of numbers, doubles or pairs of them."""
+    """Elementary functions of one kind of numbers: doubles, or pairs of them."""
 
     def __init__(self, numbers: Doubles) -> None:
         self.numbers, self.code = numbers, numbers.code
@@ -290,15 +302,19 @@ class Functions:
     def cos_sin(self, x: Value) -> tuple[Value, Value]:
         """Cosine and sine of an angle of some turns at most, radians."""
         code, n = self.code, self.numbers
+        # x = turns pi/2 + r with |r| <= pi/4, and w = r^2.
         turns = self._nearest(x, 2 / math.pi)
         r = self._reduced(x, turns, self.half_pi)
         w = n.times(r, r)
         # 1, 1, -1/2!, -1/3!, 1/4!, 1/5!, ...: of cosine and sine in turn.
         count = 2 * self._until(SQUARE, lambda j: math.factorial(2 * j)) + 2
         ratios = [Fraction((-1) ** (k // 2), math.factorial(k)) for k in range(count)]
+        # The leading terms r and 1 are added last, so that rounding is relative to the result.
         sin = n.settled(n.with_product(r, n.times(r, w), self._series(ratios[3::2], w, SQUARE)))
         cos = n.settled(n.with_product(self._number(1), w, self._series(ratios[2::2], w, SQUARE)))
         quarter = code(f"fptosi {code.vector} {turns} to {code.whole}")
+        # Odd quarters of a turn exchange sine and cosine. The sine's sign is the second bit of
+        # `quarter`, the cosine's that of the next quarter, as cos x = sin(x + pi/2).
         odd = code(f"icmp ne {code.whole} {code.with_each('and', quarter, 1)}, zeroinitializer")
         next_ = code.with_each("add", quarter, 1)
         return (
@@ -307,12 +323,15 @@ class Functions:
         )
 
     def reduced_angle(self, x: Value) -> Value:
-        """The angle less whole turns, from -pi to pi."""
+        """The angle without its whole turns, radians from -pi to pi."""
         return self._reduced(x, self._nearest(x, 1 / (2 * math.pi)), 4 * self.half_pi)
 
     def logarithm_of_size(self, x: Value) -> Value:
-        """ln|x| of a normal number other than zero."""
+        """ln|x| of a number whose first part is a normal double."""
         code, n = self.code, self.numbers
+        # |x| = 2^k m with m from sqrt(1/2) to sqrt(2). Read as integers, the bits of positive
+        # doubles ascend with their values by 2^52 for each factor of two: from those of sqrt(1/2)
+        # k is counted.
         bits = code.bits(x[0])
         sign = code.with_each("and", bits, SIGN)
         size = code(f"xor {code.whole} {bits}, {sign}")
@@ -320,9 +339,10 @@ class Functions:
         factor = code(f"sub {code.whole} {code.everywhere('1023', 'i64')}, {k}")
         factor = code(f"or {code.whole} {code.with_each('shl', factor, 52)}, {sign}")
         factor = code.of_bits(factor)
-        # From sqrt(1/2) to sqrt(2); the factor is a power of two.
+        # The factor is 2^-k with the sign of x: the product is m, and exact.
         m = tuple(code.binary("fmul", part, factor) for part in x)
         one = self._number(1)
+        # ln m = 2 artanh z = 2 z (1 + z^2/3 + z^4/5 + ...), where z = (m - 1)/(m + 1).
         z = n.quotient(n.minus(m, one), n.plus(m, one))
         w = n.times(z, z)
         twice = n.plus(z, z)
@@ -332,7 +352,10 @@ class Functions:
         return n.settled(n.with_product(near, n.of_double(exponent), self._number(self.ln2)))
 
     def _reduced(self, x: Value, count: str, period: Fraction) -> Value:
-        """x less `count` periods: the period in two numbers, so that nothing is lost."""
+        """x less `count` periods.
+
+        The period is a sum of two numbers: the second restores the digits that cancel.
+        """
         n, code = self.numbers, self.code
         less = n.of_double(code(f"fneg {code.vector} {count}"))
         first = sum(map(Fraction, as_doubles(period, n.parts)), Fraction(0))
@@ -343,11 +366,13 @@ class Functions:
     def _series(self, coefficients: Sequence[Fraction], x: Value, most: float) -> Value:
         """A power series by Horner's rule, for |x| <= most.
 
-        Terms that are a rounding of doubles below the first one, and more, are summed in doubles.
+        The last terms, which are so small that a double's rounding of them is below the sum's, are
+        summed in doubles.
         """
         n, plain = self.numbers, Doubles(self.code)
         small = 2.0 ** (plain.bits - n.bits - 2) * abs(coefficients[0])
         few = next((j for j, c in enumerate(coefficients) if abs(c) * most**j < small), 0)
+        # 0 stands for none. For doubles themselves both branches do the same.
         total = self._number(coefficients[-1])
         for j in range(len(coefficients) - 2, -1, -1):
             c = self._number(coefficients[j])
@@ -358,7 +383,7 @@ class Functions:
         return total
 
     def _until(self, ratio: float, divisor: Callable[[int], int]) -> int:
-        """The number of terms ratio^j / divisor(j) until they are below rounding."""
+        """The number of terms ratio^j / divisor(j) until they are below round-off."""
         j = 1
         while ratio**j / divisor(j) > 2.0 ** -(self.numbers.bits + 2):
             j += 1
@@ -368,7 +393,7 @@ class Functions:
         return tuple(map(self.code.number, as_doubles(Fraction(value), self.numbers.parts)))
 
     def _nearest(self, x: Value, factor: float) -> str:
-        """The whole number nearest to a multiple of a number, as a double."""
+        """The integer nearest to a number times a factor, as a double; a half is rounded up."""
         code = self.code
         turns = code.binary("fmul", x[0], code.number(factor))
         turns = code.binary("fadd", turns, code.number(0.5))
@@ -378,14 +403,15 @@ class Functions:
         return tuple(self.code.chosen(mask, x, y) for x, y in zip(a, b, strict=True))
 
     def _signed(self, x: Value, quarter: str) -> Value:
-        """The opposite in the lanes where the second bit of a whole number is 1."""
+        """The opposite of x in the lanes where the second bit of an integer is 1."""
         code = self.code
+        # The bit moves to the place of a double's sign, 62 bits further, which it then flips.
         sign = code.with_each("shl", code.with_each("and", quarter, 2), 62)
         return tuple(code.of_bits(code(f"xor {code.whole} {code.bits(y)}, {sign}")) for y in x)
 
 
 def in_parts(values: Any, bits: int) -> Array:
-    """Fractions, or doubles of 53 bits, as the parts that make them up, shape (parts, ...)."""
+    """Fractions, or doubles at 53 bits, as sums of doubles, shape (parts, ...)."""
     parts = KINDS[bits].parts
     if parts == 1:
         return np.array([values], dtype=float)
@@ -395,7 +421,7 @@ def in_parts(values: Any, bits: int) -> Array:
 
 
 def exactly(parts: Any) -> Any:
-    """The sums of parts, shape (parts, ...), as Fractions, shape (...)."""
+    """The exact sums of parts, shape (parts, ...), as Fractions, shape (...)."""
     total, *rest = np.vectorize(Fraction, otypes=[object])(parts)
     for one in rest:
         total = total + one

@@ -1,8 +1,9 @@
-"""Machine code of the kernels: written in LLVM's language, compiled for this processor, kept.
+"""Machine code of the kernels: written in LLVM's language, compiled for this processor, and cached.
 
-A file of the cache holds the object code of one kernel, with what it is of: the kernel's text,
-the processor and LLVM's version. One that does not fit is told and compiled anew, never run: a
-flipped bit in machine code would end the process, or be wrong without a word.
+A file of the cache holds the object code of one kernel, together with the kernel's text, the
+processor and LLVM's version. A file that does not match, or is damaged, brings a warning and is
+never run; the kernel is compiled anew. A flipped bit in machine code could end the process, or give
+wrong numbers silently.
 """
 
 from __future__ import annotations
@@ -20,20 +21,21 @@ from typing import Any
 from rigidpend.machine import cache
 
 LANES = 8
-"""Doubles in a vector: one of AVX-512, two of AVX2, four of NEON."""
+"""Doubles in a vector, which takes one register of AVX-512, two of AVX2, four of NEON."""
 FEW = 4
-"""Doubles in a vector where there are no more orbits: longer ones take up to twice as long."""
+"""Doubles in a vector for at most as many orbits: with 8 these take up to twice as long."""
 
 
 def lanes_for(orbits: int) -> int:
-    """The doubles in a vector that so many orbits are carried in."""
+    """The number of doubles in a vector for so many orbits."""
     return FEW if orbits <= FEW else LANES
 
 
 class Writer:
-    """Lines of LLVM's language; each value that a line makes has a register of its own.
+    """Writer of lines in LLVM's language, each of whose values has a register of its own.
 
-    What changes in a loop is a variable in memory: LLVM itself moves it to a register.
+    A value that changes in a loop is a variable in memory, which LLVM itself moves to a register:
+    so no phi nodes are written.
     """
 
     def __init__(self, lanes: int = LANES) -> None:
@@ -42,12 +44,12 @@ class Writer:
         self.suffix, self.lanes, self.bytes = f"v{lanes}f64", lanes, 8 * lanes
         self.variables: list[str] = []
         self.functions: dict[str, list[str]] = {}
-        """Functions that the lines call, by their names."""
+        """Texts of the functions that the lines call, by name."""
         self.lines: list[str] = []
         self.made = 0
 
     def __call__(self, line: str) -> str:
-        """A line that makes a value; the value's register."""
+        """Write a line that makes a value, and return the value's register."""
         self.made += 1
         self.lines.append(f"  %r{self.made} = {line}")
         return f"%r{self.made}"
@@ -56,12 +58,14 @@ class Writer:
         self.lines.append(f"  {line}")
 
     def variable(self, kind: str) -> str:
+        # Written apart, to stand at the function's beginning: an alloca within a loop would take
+        # new memory on each pass.
         self.made += 1
         self.variables.append(f"  %v{self.made} = alloca {kind}, align 64")
         return f"%v{self.made}"
 
     def at(self, base: str, index: str | int, kind: str = "") -> str:
-        """The place of an element."""
+        """Address of an element of an array, of vectors by default."""
         return self(f"getelementptr {kind or self.vector}, ptr {base}, i64 {index}")
 
     def load(self, place: str, kind: str = "", align: int = 0) -> str:
@@ -75,11 +79,11 @@ class Writer:
         return self.load(self.at(base, index))
 
     def scalar(self, base: str, index: str | int, kind: str = "double") -> str:
-        """A number of an array: one, and not in each lane."""
+        """A single number of an array."""
         return self.load(self.at(base, index, kind), kind, 8)
 
     def keep(self, value: str, base: str, index: str | int, kind: str = "double") -> None:
-        """Put such a number into an array."""
+        """Put a single number into an array."""
         self.store(value, self.at(base, index, kind), kind, 8)
 
     def add(self, a: str, b: str | int) -> str:
@@ -104,6 +108,7 @@ class Writer:
     def compare(self, relation: str, a: str, b: str) -> str:
         return self(f"fcmp {relation} {self.vector} {a}, {b}")
 
+    # Both of these give b where a comparison with NaN fails.
     def larger(self, a: str, b: str) -> str:
         return self.chosen(self.compare("ogt", a, b), a, b)
 
@@ -121,11 +126,11 @@ class Writer:
         return self(f"bitcast {self.vector} {x} to {self.whole}")
 
     def of_bits(self, bits: str) -> str:
-        """The doubles that have such bits."""
+        """The doubles of which these are the bits."""
         return self(f"bitcast {self.whole} {bits} to {self.vector}")
 
     def with_each(self, operation: str, a: str, value: str | int) -> str:
-        """An operation on whole numbers, with the same second one in each lane."""
+        """An operation on vectors of integers, whose second operand is the same in each lane."""
         return self(f"{operation} {self.whole} {a}, {self.everywhere(str(value), 'i64')}")
 
     def number(self, value: float) -> str:
@@ -133,7 +138,8 @@ class Writer:
         return self.everywhere(hexadecimal(value))
 
     def everywhere(self, value: str, kind: str = "double") -> str:
-        """A scalar in each lane."""
+        """A vector with a scalar in each lane."""
+        # The idiom that LLVM knows as a broadcast: shuffle lane 0 into all.
         several = f"<{self.lanes} x {kind}>"
         first = self(f"insertelement {several} poison, {kind} {value}, i32 0")
         return self(
@@ -143,7 +149,7 @@ class Writer:
 
     @contextmanager
     def loop(self, end: str | int, start: str | int = 0) -> Iterator[str]:
-        """Lines that are repeated for each whole number from `start` to below `end`."""
+        """Lines that run for each integer from `start` to below `end`; yields the integer."""
         counter, name = self.variable("i64"), f"loop{self.made}"
         self.store(str(start), counter, "i64", 8)
         self._jump(f"{name}.head")
@@ -159,7 +165,10 @@ class Writer:
 
     @contextmanager
     def repeated(self) -> Iterator[list[str]]:
-        """Lines that are repeated as long as a condition holds, which they put into the list."""
+        """Lines that run once, and again as long as a condition holds.
+
+        The lines put the condition's register into the list that this yields.
+        """
         self.made += 1
         name = f"again{self.made}"
         self._jump(f"{name}.head")
@@ -171,7 +180,7 @@ class Writer:
 
     @contextmanager
     def when(self, condition: str) -> Iterator[None]:
-        """Lines that are passed over unless a condition holds."""
+        """Lines that run if a condition holds."""
         self.made += 1
         name = f"when{self.made}"
         self.do(f"br i1 {condition}, label %{name}.yes, label %{name}.end")
@@ -181,7 +190,7 @@ class Writer:
         self._label(f"{name}.end")
 
     def function(self, head: str, result: str) -> str:
-        """The whole text of a function that has these lines."""
+        """The whole text of a function with the given first line, these lines and an i64 result."""
         v = self.vector
         declared = (
             f"declare {v} @llvm.fma.{self.suffix}({v}, {v}, {v})",
@@ -199,24 +208,24 @@ class Writer:
 
 
 def hexadecimal(value: float) -> str:
-    """A double as LLVM reads it exactly."""
+    """A double in hexadecimal, which LLVM reads exactly."""
     return "0x" + struct.pack(">d", value).hex().upper()
 
 
 MOST = 50_000_000
-"""Bytes of all kept kernels, of 0.1 to 0.6 MB each, most of it the text."""
+"""Bytes of all cached kernels at most; one has 0.1 to 0.6 MB, most of it the text."""
 LEVEL = 3
-"""Effort of LLVM's optimisation; with 2 the steps take as long."""
+"""LLVM's level of optimisation; at 2 the steps take as long."""
 
 
 _loaded: list[Any] = []
-"""Code in memory, which has to live as long as the functions that call it."""
+"""Compiled code in memory, which has to live as long as the functions that call it."""
 _locks: dict[str, threading.Lock] = {}
-"""A lock for each text: threads ask for the same code, and one makes it while the others wait."""
+"""A lock for each text: of several threads that need it one compiles, and the others wait."""
 
 
 class Pointer(ctypes.c_void_p):
-    """Kind of an argument that is an array, or the address of a number in one."""
+    """Type of an argument that is an array, or the address of a number in one."""
 
     @classmethod
     def from_param(cls, array: Any) -> Any:
@@ -224,23 +233,26 @@ class Pointer(ctypes.c_void_p):
 
 
 HEAD = re.compile(r"^define i64 @(\w+)\((.*)\) \{$", re.MULTILINE)
-"""First line of the function of a text: its name, and its arguments with their kinds in front."""
+"""First line of the function of a text: its name, and its arguments, each behind its type."""
 KINDS = {"ptr": Pointer, "i64": ctypes.c_int64, "double": ctypes.c_double}
-"""Kinds of arguments, for a call from Python."""
+"""Types of the arguments by LLVM's names, for a call from Python."""
 
 
 def function(text: str) -> Any:
     """The function of a text in LLVM's language that returns an int64, ready to be called.
 
-    While it runs, and while it is compiled, other threads have the interpreter.
+    Other threads can use the interpreter while it runs, and while it is compiled.
     """
+    # `functools.cache` alone would let several threads compile the same text. `setdefault` is
+    # atomic, so all of them have one lock.
     with _locks.setdefault(text, threading.Lock()):
         return ready(text)
 
 
 @functools.cache
 def ready(text: str) -> Any:
-    """The function, read or compiled: for one thread at a time."""
+    """The function, from the cache of files or compiled; called by one thread at a time."""
+    # Imported here, for most commands compile nothing.
     import llvmlite.binding as llvm
 
     machine = _machine(llvm)
@@ -249,6 +261,7 @@ def ready(text: str) -> Any:
     if code is None:
         code = compiled(llvm, machine, text)
         cache.save(folder(), of, code, MOST)
+    # An engine with an empty module, to which the object code is added: LLVM compiles nothing here.
     loaded = llvm.create_mcjit_compiler(llvm.parse_assembly(""), machine)
     loaded.add_object_file(llvm.ObjectFileRef.from_data(code))
     loaded.finalize_object()
@@ -259,12 +272,12 @@ def ready(text: str) -> Any:
 
 
 def folder() -> Path:
-    """The folder where the machine code is kept."""
+    """The folder of the cached machine code."""
     return cache.folder() / "kernels"
 
 
 def processor(llvm: Any) -> tuple[str, str]:
-    """The processor's name and abilities."""
+    """Name of this machine's processor, and its features: both decide the code."""
     return llvm.get_host_cpu_name(), llvm.get_host_cpu_features().flatten()
 
 
@@ -277,11 +290,11 @@ def _machine(llvm: Any) -> Any:
 
 
 def compiled(llvm: Any, machine: Any, text: str) -> bytes:
-    """Object code of a text."""
+    """Object code of a text in LLVM's language."""
     module = llvm.parse_assembly(text)
     module.verify()
     options = llvm.create_pipeline_tuning_options(speed_level=LEVEL)
-    # Variables become registers, and what is computed twice is computed once. The texts leave
+    # SROA moves variables to registers, GVN computes once what is computed twice. The texts leave
     # LLVM nothing else to find: with all its passes this takes thrice as long, for code as fast.
     passes = llvm.create_new_module_pass_manager()
     passes.add_sroa_pass()

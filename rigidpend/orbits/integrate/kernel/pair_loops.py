@@ -1,9 +1,9 @@
 """Arithmetic of arrays of pairs of doubles, in machine code.
 
-NumPy has no such numbers, and its `long double` has as many bits as a machine likes: 64, 113, or
-those of a double. These are the same everywhere. An array lies in memory as all of the larger
-parts and then all of the smaller ones; each loop goes over it in vectors of lanes, of which the
-last one overlaps the one before, so that arrays need not fill them.
+NumPy has no such numbers: its `long double` has 64, 113 or 53 bits, depending on the machine. Pairs
+are the same everywhere. An array lies in memory as all of the larger parts, followed by all of the
+smaller ones. Each loop goes over it in vectors of lanes. The last vector ends with the array and
+may overlap the one before, so that the length need not be a multiple of the number of lanes.
 """
 
 from __future__ import annotations
@@ -21,7 +21,7 @@ from rigidpend.orbits.integrate.kernel.lane_numbers import KINDS, Functions, Pai
 from rigidpend.orbits.integrate.kernel.machine_code import LANES, Writer
 
 WIDE = 2 * LANES
-"""Lanes of sums of products: those of two vectors, for each waits for the one before it."""
+"""Lanes of sums of products: two vectors fill the time in which a sum waits for its last term."""
 OPERATIONS: dict[str, Callable[[Pairs, Value, Value], Value]] = {
     "add": lambda n, a, b: n.plus(a, b),
     "subtract": lambda n, a, b: n.minus(a, b),
@@ -31,19 +31,21 @@ OPERATIONS: dict[str, Callable[[Pairs, Value, Value], Value]] = {
     "sin": lambda n, a, _: Functions(n).cos_sin(a)[1],
     "log": lambda n, a, _: Functions(n).logarithm_of_size(a),
 }
-"""Operations on the elements of one or two arrays, by NumPy's names."""
+"""Operations on the elements of two arrays by NumPy's names; the last three ignore the second."""
 
 
 @functools.cache
 def elementwise(name: str) -> Any:
-    """One of the `OPERATIONS` as a function of NumPy's (a ufunc) of four doubles with two results.
+    """One of the `OPERATIONS` as a NumPy ufunc of four doubles with two results.
 
-    It takes the larger and the smaller parts of both arguments, and gives those of the result. So
-    shapes, steps and threads are NumPy's affair: it lets others have the interpreter where an
-    array is long enough for that.
+    It takes the larger and the smaller parts of both arguments and gives those of the result. NumPy
+    handles shapes and strides, and releases the interpreter where an array is long enough.
     """
     code = Writer()
     n = Pairs(code)
+    # A ufunc's inner loop is called with (args, dims, steps, data): addresses of the operands,
+    # number of elements, and bytes from one element to the next. Arrays shorter than a vector take
+    # one group of lanes, of which `within` have an element.
     count = code.load("%dims", "i64", 8)
     many = code(f"icmp sge i64 {count}, {LANES}")
     within = code(f"select i1 {many}, i64 {LANES}, i64 {count}")
@@ -59,10 +61,11 @@ def elementwise(name: str) -> Any:
 
 
 class _Operand:
-    """An argument or a result in the loop of a ufunc, `step` bytes from one number to the next.
+    """An argument or a result in the loop of a ufunc, with `step` bytes between its numbers.
 
-    What does not lie side by side goes through memory, a number at a time: LLVM takes long to
-    compile instructions that gather a vector. `within` is how many lanes have a number.
+    Numbers that lie side by side (`dense`), or are one number for all (`alone`), are read as a
+    vector. All others are copied one by one, for LLVM takes long to compile instructions that
+    gather a vector. `within` is the number of lanes that have a number.
     """
 
     def __init__(self, code: Writer, k: int, many: str, within: str) -> None:
@@ -72,11 +75,13 @@ class _Operand:
         self.dense, self.alone = code(f"and i1 {many}, {dense}"), code(f"and i1 {many}, {alone}")
         either = code(f"or i1 {self.dense}, {self.alone}")
         self.other, self.room = code(f"xor i1 {either}, true"), code.variable(code.vector)
-        # Apart from the room, which is a register as long as nobody asks for a single lane.
+        # Kept apart from `room`, which LLVM can hold in a register only if no code addresses its
+        # single lanes.
         self.lanes = code.variable(code.vector)
 
     def loaded(self, first: str) -> str:
-        """A vector from one element on; 1 in lanes behind the last."""
+        """A vector of elements from index `first` on, with 1 in lanes that have no element."""
+        # 1 is harmless in every operation: no division by zero, no logarithm of zero.
         code = self.code
         with code.when(self.dense):
             code.store(code.load(code.at(self.base, first, "double"), align=8), self.room)
@@ -90,7 +95,7 @@ class _Operand:
         return code.load(self.room)
 
     def keep(self, value: str, first: str) -> None:
-        """Put a vector's lanes where they belong; those behind the last, nowhere."""
+        """Write a vector's lanes to the elements from `first` on; lanes without one are dropped."""
         code = self.code
         with code.when(self.dense):
             code.store(value, code.at(self.base, first, "double"), align=8)
@@ -100,21 +105,21 @@ class _Operand:
                 code.store(code.scalar(self.lanes, lane), self._place(first, lane), "double", 8)
 
     def _place(self, first: str, lane: str) -> str:
-        """Address of the number of a lane."""
+        """Address of a lane's element, by its distance in bytes."""
         far = self.code.mul(self.code.add(first, lane), self.step)
         return self.code.at(self.base, far, "i8")
 
 
 _made: list[Any] = []
-"""Data that ufuncs rest on, which have to live as long as they do."""
+"""Data to which ufuncs keep pointers, and which therefore must not be freed."""
 
 
 def _ufunc(name: str, loop: Any) -> Any:
-    """NumPy's function whose innermost loop over doubles, 4 given and 2 found, is machine code.
+    """A ufunc with 4 doubles as arguments and 2 as results, whose innermost loop is machine code.
 
-    Made as an extension in C would: by PyUFunc_FromFuncAndData, the second of the functions that
-    NumPy hands to these.
+    It is made by PyUFunc_FromFuncAndData, as an extension in C would make it.
     """
+    # NumPy's C functions stand in a table, whose address is in a capsule; entry 1 is that function.
     take = ctypes.pythonapi.PyCapsule_GetPointer
     take.restype, take.argtypes = ctypes.c_void_p, (ctypes.py_object, ctypes.c_char_p)
     umath = importlib.import_module("numpy._core._multiarray_umath")
@@ -131,17 +136,17 @@ def _ufunc(name: str, loop: Any) -> Any:
 
 @functools.cache
 def products() -> Any:
-    """The function ``f(out, a, b, rows, terms, width, sets, a_own, b_own)``, a matrix product.
+    """The function ``f(out, a, b, rows, terms, width, sets, a_own, b_own)``: matrix products.
 
-    For each of the sets out[i, c] is the sum of a[i, k] b[k, c] over all of the terms k; `a_own`
-    and `b_own` are 1 where each set has its own, 0 where all share one. `width`, the columns of
-    b, is at least `LANES`.
+    For each of the `sets` out[i, c] is the sum of a[i, k] b[k, c] over all terms k. `a_own` and
+    `b_own` are 1 if each set has its own matrix, 0 if all share one. `width`, the number of columns
+    of b, is at least `LANES`.
     """
     code = Writer()
     n = Pairs(code)
     total = code.variable(n.rows(2))
     a_one, b_one = code.mul("%rows", "%terms"), code.mul("%terms", "%width")
-    # How many of each there are, from where on the smaller parts lie.
+    # The numbers of elements of a and of b: so far behind the larger parts lie the smaller ones.
     a_all, b_all = (
         code.mul(one, code(f"select i1 {own}, i64 %sets, i64 1"))
         for one, own in (
@@ -153,6 +158,7 @@ def products() -> Any:
     groups = code(f"udiv i64 {code.add('%width', LANES - 1)}, {LANES}")
     with code.loop("%sets") as one, code.loop("%rows") as i, code.loop(groups) as group:
         column = _first(code, group, "%width")
+        # Lanes are columns of b and of the result; an element of a is the same in all of them.
         n.store(n.of_double(code.number(0.0)), total, 0)
         with code.loop("%terms") as k:
             row = code.mul(code.mul(one, "%a_own"), a_one)
@@ -175,14 +181,15 @@ def products() -> Any:
 
 @functools.cache
 def convolution(bits: int) -> Any:
-    """The function ``f(out, a, b, a_rows, work, count, rows, width)``, products of polynomials.
+    """The function ``f(out, a, b, a_rows, work, count, rows, width)``: products of polynomials.
 
-    Of doubles (53 bits) or pairs (106). `a` and `b` hold the addresses of `count` arrays each,
-    `a_rows` how many rows each of a has; each of b has `rows` + 1 less that. out[r, c] is the sum
-    of a[k, c] b[r - k, c] over all arrays and over k; `width` is at least `WIDE`. `work` has room
-    for 3 `rows` numbers in vectors: what belongs to some columns lies far apart, and is brought
-    together there.
+    Numbers are doubles (53 bits) or pairs (106). `a` and `b` hold the addresses of `count` arrays
+    each, `a_rows` the number of rows of each array of a; the array of b beside it has `rows` + 1
+    minus that. out[r, c] is the sum of a[k, c] b[r - k, c] over all arrays and over k.
+    `width` is at least `WIDE`. `work` has room for 3 `rows` numbers in each of `WIDE` lanes.
     """
+    # Rows of some columns lie far apart in memory. They are brought together in `work`: the sums,
+    # and the rows of a and of b, the parts of a number behind one another.
     code = Writer(WIDE)
     n = KINDS[bits](code)
     parts = n.parts
@@ -217,6 +224,7 @@ def convolution(bits: int) -> Any:
             gather(b, code.add(b_last, 1), right, column)
             with code.loop("%rows") as r:
                 n.store(row(sums, r), total, 0)
+                # k from max(0, r - b_last) to min(r, a_rows - 1): both rows exist.
                 least = code(f"sub i64 {r}, {b_last}")
                 least = code(f"select i1 {code(f'icmp sgt i64 {least}, 0')}, i64 {least}, i64 0")
                 end = code.add(r, 1)
@@ -226,6 +234,7 @@ def convolution(bits: int) -> Any:
                     x, y = row(left, k), row(right, code(f"sub i64 {r}, {k}"))
                     n.store(n.with_product(n.load(total, 0), x, y), total, 0)
                 keep(n.load(total, 0), sums, r)
+        # Normalised once, when the products of all arrays are in.
         with code.loop("%rows") as r:
             place = code.add(code.mul(r, "%width"), column)
             _keep(code, n.settled(row(sums, r)), "%out", place, all_)
@@ -238,13 +247,14 @@ def convolution(bits: int) -> Any:
 
 @functools.cache
 def held(loop: Callable[..., Any], *of: int) -> Any:
-    """A loop that keeps the interpreter, for short arrays: to get it back would take longer."""
+    """A loop that holds the interpreter's lock, for short arrays: to get it back takes longer."""
+    # ctypes calls a PYFUNCTYPE without releasing the lock, a CFUNCTYPE with.
     free = loop(*of)
     return ctypes.cast(free, ctypes.PYFUNCTYPE(ctypes.c_int64, *free.argtypes))
 
 
 def _first(code: Writer, group: str, count: str) -> str:
-    """The first element of a group of lanes, of which the last one ends with the elements."""
+    """Index of the first element of a group of lanes; the last group ends with the elements."""
     first, last = code.mul(group, code.lanes), code(f"sub i64 {count}, {code.lanes}")
     return code(f"select i1 {code(f'icmp slt i64 {first}, {last}')}, i64 {first}, i64 {last}")
 

@@ -1,10 +1,10 @@
-"""A field's Python taken down: the operations of a state's derivatives, in their order.
+"""A field traced: the arithmetic operations that give the rates of a state, in their order.
 
-A field is a function of generic numbers, by ``+ - * /``. Called with symbols it leaves behind what
-it does with them, for `taylor_step` to write as machine code and `bigint` to do in integers. Plain
-numbers become parameters, so that fields that differ by these alone share their code; 0 and 1 alone
-are taken into account. Products stay as they are written: with parameters moved in front of them
-|gamma| drifts in proportion to the time in doubles, by 4e-18 a rotation of Fig. 4's orbits.
+A field is a function of generic numbers that uses ``+ - * /`` only. Called with symbols, it leaves
+a list of operations, which `taylor_step` writes as machine code and `bigint` does in integers.
+Plain numbers become parameters, so that fields that differ only in them share their code; only 0
+and 1 simplify an operation. Products are not reordered: with parameters moved in front of them
+|gamma| would drift in proportion to the time in doubles, by 4e-18 a rotation of Fig. 4's orbits.
 """
 
 from __future__ import annotations
@@ -17,33 +17,35 @@ from rigidpend.numbers.generic import Scalar
 
 
 class Operation(NamedTuple):
-    """An operation on the results of earlier lines, named by their numbers."""
+    """A line: an operation on the results of earlier lines, which are given by their numbers."""
 
     name: str
     """`component`, `parameter`, `plus`, `minus`, `times` or `divided`."""
     operands: tuple[int, ...]
-    """Numbers of the lines; for a component or a parameter its own number."""
+    """Numbers of the lines operated on; of a component or a parameter its own index."""
 
 
 class TracedField(NamedTuple):
-    """A field taken down, whose numbers are parameters."""
+    """A traced field, whose plain numbers are parameters."""
 
     lines: tuple[Operation, ...]
     rates: tuple[int, ...]
-    """Lines of the derivatives."""
+    """Numbers of the lines that give the components' rates."""
 
     @property
     def sums(self) -> tuple[int, ...]:
-        """Lines whose Taylor coefficients are sums: not those with a plain number as a factor."""
+        """Products and quotients of two series, whose Taylor coefficients are sums."""
         return tuple(i for i, line in enumerate(self.lines) if self._is_sum(line))
 
     def _is_sum(self, line: Operation) -> bool:
+        # A product with a parameter, or the quotient by one, is linear: no sum. The numerator of a
+        # quotient does not matter.
         factors = {"times": line.operands, "divided": line.operands[1:]}.get(line.name, ())
         return bool(factors) and all(self.lines[i].name != "parameter" for i in factors)
 
 
 def trace(field: Callable[[Any], Any], size: int) -> tuple[TracedField, tuple[float, ...]]:
-    """Take down a field of `size` components, and the parameters in it."""
+    """Trace a field of `size` components; the values of its parameters come second."""
     tape = _Tape()
     found = field([tape.write("component", i) for i in range(size)])
     rates = tuple(tape.symbol(x).line for x in found)
@@ -51,9 +53,10 @@ def trace(field: Callable[[Any], Any], size: int) -> tuple[TracedField, tuple[fl
 
 
 class _Tape:
-    """Lines as they are written; what was written before is not written again."""
+    """Lines as they are written, none of them twice."""
 
     def __init__(self) -> None:
+        # A dict keeps the order of insertion, so that it is the list of the lines as well.
         self.lines: dict[Operation, int] = {}
         self.parameters: list[float] = []
 
@@ -62,17 +65,18 @@ class _Tape:
         return Symbol(self, self.lines.setdefault(line, len(self.lines)))
 
     def symbol(self, x: Scalar) -> Symbol:
-        """A symbol for a number, or the symbol itself."""
+        """A symbol for a plain number; a symbol stays as it is."""
         if isinstance(x, Symbol):
             return x
+        # Equal numbers do not share a parameter: the code must not depend on their values.
         self.parameters.append(float(x))
         return self.write("parameter", len(self.parameters) - 1)
 
 
 class Symbol:
-    """The result of a line, with which a field goes on to compute."""
+    """The result of a line, which stands for a number in the field's operations."""
 
-    # NumPy's numbers leave an operation with a symbol to the symbol.
+    # So `np.float64(2) * symbol` calls __rmul__ here, rather than NumPy's own multiplication.
     __array_ufunc__ = None
     __slots__ = ("line", "tape")
 
@@ -105,7 +109,7 @@ class Symbol:
     __rmul__ = __mul__
 
     def __truediv__(self, other: Scalar) -> Any:
-        # The reciprocal of a parameter is one too, and a product costs a tenth of a quotient.
+        # The reciprocal of a plain number is one too, and a product costs a tenth of a quotient.
         return self._with("divided", other) if isinstance(other, Symbol) else self * (1 / other)
 
     def __rtruediv__(self, other: Scalar) -> Symbol:
@@ -117,9 +121,10 @@ def _is(x: Scalar, number: int) -> bool:
 
 
 def _aligned(state: Sequence[Symbol]) -> Any:
+    # Symbols for all coefficients: numbers that happen to be 0 or 1 would change the lines.
     numbers = (state[0].tape.symbol(0.0) for _ in AlignedCoefficients._fields)
     return aligned(state, AlignedCoefficients(*numbers))
 
 
 ALIGNED, _ = trace(_aligned, 6)
-"""The aligned field, of which `AlignedCoefficients` are the parameters."""
+"""The aligned field, whose parameters are `AlignedCoefficients` in their order."""

@@ -1,18 +1,19 @@
-"""A Taylor step of a field, in the language of LLVM, for a vector of lanes.
+"""A Taylor step of a field, written in LLVM's language for a vector of lanes.
 
 A traced field becomes recurrences of Taylor coefficients, for any order and kind of numbers.
-With a_k the coefficients of an operand, b_k those of the other and c_k those of the result,
+With a_k and b_k the coefficients of the operands and c_k those of the result,
 
     c = a b         c_k = sum a_j b_(k-j)
     c = a / b       c_k = (a_k - sum' b_j c_(k-j)) / b_0,
 
-where j goes from 0 to k, and from 1 in sum'. The terms between 1 and k - 1 wait for nothing of the
-order k: those of all sums share a loop. All sums of the aligned field are products of what no other
-sum leads to: numbers longer than doubles, which follow it alone, share one from 0 to k.
+where j goes from 0 to k, in sum' from 1 to k. The terms with j from 1 to k - 1 need no coefficient
+of order k, so one loop adds up those terms of all sums. In the aligned field no factor of a product
+depends on another product, so that even j from 0 to k can share one loop. Numbers longer than
+doubles follow this field only, and do so.
 
-A step's length follows Jorba and Zou, Experimental Mathematics 14 (2005), sec. 3.2, as in heyoka.
-Lanes never meet: an orbit comes out the same to the last bit whatever its neighbours. It does on
-every processor too, for each sum and product is spelled out.
+The length of a step follows Jorba and Zou, Experimental Mathematics 14 (2005), sec. 3.2, as in
+heyoka. Lanes never interact: an orbit is the same to the last bit whatever its neighbours are. It
+is also the same on every processor, because the text states each sum, product and fused product.
 """
 
 from __future__ import annotations
@@ -33,45 +34,46 @@ from rigidpend.orbits.integrate.kernel.machine_code import LANES, Writer, hexade
 from rigidpend.orbits.integrate.kernel.tape import TracedField
 
 LONGEST = 32.0
-"""Longest step, t'; only an orbit that stands still comes to it."""
+"""Longest step, t'; only an orbit at rest takes it."""
 FEW_BITS = -(1 << 32)
-"""The sign, the exponent and the first 20 bits of a double."""
+"""Mask that keeps the sign, the exponent and the first 20 bits of the fraction of a double."""
 LOGARITHM = (-1025.4983531488, 4.0292113911, -2.0783351683, 0.6260321822, -0.0784406762)
-"""log2 x - 1023 on [1, 2) within 1.2e-4, from its values at Chebyshev's points."""
+"""Polynomial for log2 x - 1023 on [1, 2), within 1.2e-4, interpolated at Chebyshev points."""
 POWER = (0.9999002882, 0.6963247711, 0.2246931558, 0.0789672570)
-"""2^x on [0, 1) within 1e-4, likewise."""
+"""Polynomial for 2^x on [0, 1), within 1e-4 of its value, interpolated likewise."""
 ZERO = "zeroinitializer"
 ROOM = 32
-"""Orders from a multiple of this up to the next one share a kernel."""
+"""Orders from a multiple of this number up to the next multiple share a kernel."""
 BITS, SPARE = 53, 12
-"""Bits of a part, and those that a coefficient has more than its size on a step asks for.
+"""Bits of a part, and bits that a coefficient has beyond those that its size on a step asks for.
 
-With 8 and with 24 crossing times in pairs err alike, on orbits of three bodies."""
+With 8 and with 24 spare bits crossing times in pairs err alike, on orbits of three bodies."""
 
 
 def order_of(tolerance: float) -> int:
-    """Order of the series that is best for a local tolerance (Jorba and Zou, eq. 3.8)."""
+    """Order of the series that is cheapest for a local tolerance (Jorba and Zou, eq. 3.8)."""
+    # Steps are the radius of convergence over e^2, so an order gains two nats.
     return max(4, math.ceil(1 - math.log(tolerance) / 2))
 
 
 class Room(NamedTuple):
-    """Sizes that a kernel has room for, of which one serves several orders."""
+    """Sizes for which a kernel is written; one kernel serves several orders."""
 
     coefficients: int
-    """Coefficients of each series."""
+    """Number of coefficients of each series."""
     parts: int
-    """Parts of the rates of the lowest orders."""
+    """Number of doubles that the rates of the lowest orders need."""
 
 
 def room_for(order: int, bits: int) -> Room:
-    """The least room that a kernel for series of an order has."""
+    """Room of the kernel that serves series of an order."""
     return Room(-(-(order + 1) // ROOM) * ROOM + 1, len(orders_by_parts(order, KINDS[bits].parts)))
 
 
 def of_order(order: int, bits: int) -> tuple[int, NDArray[np.int64], Array]:
-    """The arguments `%order`, `%bounds` and `%shares` of a kernel, which its text leaves open.
+    """Arguments `%order`, `%bounds` and `%shares` of a kernel, which depend on the order.
 
-    The bounds are `orders_by_parts`; the shares are 1/k in parts, `coefficients` doubles apart.
+    The bounds are `orders_by_parts`. The shares are the numbers 1/k, (parts, `coefficients`).
     """
     parts = KINDS[bits].parts
     shares = np.zeros((parts, room_for(order, bits).coefficients))
@@ -81,13 +83,14 @@ def of_order(order: int, bits: int) -> tuple[int, NDArray[np.int64], Array]:
 
 
 class Kernel:
-    """Parts of a function that takes Taylor steps; what is done with each is up to the heirs.
+    """Building blocks of a compiled function that takes Taylor steps.
 
-    The order of the series is an argument: only the room for them is in the text.
+    Subclasses say what is done with each step. The order of the series is an argument of the
+    function; its text fixes only the room for the coefficients.
     """
 
     HEAD = "i64 %order, ptr noalias %bounds, ptr noalias %shares"
-    """The arguments of `of_order`."""
+    """The arguments that :func:`of_order` gives."""
 
     def __init__(self, room: Room, bits: int, field: TracedField, lanes: int = LANES) -> None:
         self.room, self.code = room, Writer(lanes)
@@ -96,30 +99,32 @@ class Kernel:
         self.parts = self.numbers.parts
         self.series = self.code.variable(self.series_rows(self.size))
         self.component = [self.place_of(i) for i in range(self.size)]
-        """Places of the components' series."""
+        """Addresses of the components' series."""
         self.one, self.before = self.code.number(1.0), self.code.add("%order", -1)
         self.shrink = self._shrink()
         self.expand = Recurrences(field, self).expand
-        """Finds the series about the lanes' states."""
+        """Writes the lines that find the series about the lanes' states."""
 
     def series_rows(self, count: int = 1) -> str:
-        """Kind of memory for so many series."""
+        """LLVM type of an array of `count` series."""
         return self.numbers.rows(count * self.room.coefficients * self.parts)
 
     def place_of(self, component: str | int) -> str:
-        """The place of a component's series."""
+        """Address of a component's series."""
         return self.code.at(self.series, component, self.series_rows())
 
     def scalar(self, base: str, index: str | int, apart: int) -> Value:
-        """A number in each lane, from its parts in an array."""
+        """The same number in each lane, its parts read `apart` doubles from one another."""
         code = self.code
         parts = [code.scalar(base, code.add(str(index), i * apart)) for i in range(self.parts)]
         return tuple(code.everywhere(x) for x in parts)
 
     @contextmanager
     def lanes_from(self, first: str) -> Iterator[None]:
-        """Lines that carry on a vector of lanes, whose states and times are taken and put back."""
+        """Lines that work on a vector of lanes: states and times are read before, written after."""
         code = self.code
+        # Row i + size * part of %state holds that part of component i, and lane `first` is its
+        # first column here. Callers' rows start anywhere, so the loads are aligned to 8 bytes.
         rows = [
             [self._place("%state", i + self.size * part, first) for part in range(self.parts)]
             for i in range(self.size)
@@ -138,28 +143,29 @@ class Kernel:
             code.store(code.load(variable), place, align=8)
 
     def _place(self, base: str, row: int, first: str) -> str:
-        """The place of a group of lanes in a row of an array."""
+        """Address of a group of lanes in a row of an array."""
         return self.code.at(base, self.code.add(self.code.mul("%stride", row), first), "double")
 
     def go_on(self, h: str, ends: list[Value]) -> None:
-        """Step to the ends of the series."""
+        """Make the ends of the series the state, and add the length h to the time."""
         for series, end in zip(self.component, ends, strict=True):
             self.numbers.store(end, series, 0)
-        # The time has what the sum's rounding leaves over.
+        # Compensated sum: the second double of the time collects the rounding errors of the first,
+        # which would grow with the number of steps.
         high, low = (self.code.load(x) for x in self.time)
         total, lost = self.numbers.sum_and_error(high, h)
         self.code.store(total, self.time[0])
         self.code.store(self.code.binary("fadd", low, lost), self.time[1])
 
     def any_lane(self, mask: str) -> tuple[str, str]:
-        """The bits of a mask as a whole number, and whether one of them is set."""
+        """A mask as an integer with a bit for each lane, and a flag that is set if any bit is."""
         code, kind = self.code, f"i{self.code.lanes}"
         bits = code(f"bitcast {code.mask} {mask} to {kind}")
         return bits, code(f"icmp ne {kind} {bits}, 0")
 
     @contextmanager
     def each_lane(self, bits: str) -> Iterator[str]:
-        """Lines for the number of each lane whose bit is set."""
+        """Lines that run for each lane whose bit is set, one lane after the other."""
         code, kind = self.code, f"i{self.code.lanes}"
         with code.loop(code.lanes) as lane:
             bit = code(f"lshr {kind} {bits}, {code(f'trunc i64 {lane} to {kind}')}")
@@ -167,7 +173,7 @@ class Kernel:
                 yield lane
 
     def head(self, component: int, k: str | int) -> str:
-        """The first part of a coefficient: as a double."""
+        """The first part of a coefficient, which is the coefficient as a double."""
         rows = self.numbers.rows(self.parts)
         return self.code.load(self.code.at(self.component[component], k, rows))
 
@@ -178,8 +184,14 @@ class Kernel:
         return self.code.binary("fsub", a, b)
 
     def length(self) -> str:
-        """Length of the step: the last two coefficients tell the radius of convergence."""
+        """Length of the step, positive, from the last two coefficients.
+
+        With n_m the largest coefficient of order m, the radius of convergence is estimated by the
+        smaller of (max(n_0, 1)/n_m)^(1/m) at the last two orders m.
+        """
         code = self.code
+        # The tolerance is relative to the state where that is above 1, else absolute. Two orders
+        # are asked, for in a series of even or odd terms one of them vanishes.
         size = self._binary_logarithm(code.larger(self._norm(0), self.one))
         exponents = [
             self._times(
@@ -192,12 +204,13 @@ class Kernel:
         length = self._power_of_two(code.smaller(exponent, code.number(math.log2(LONGEST))))
         if self.parts <= 2:
             return length
-        # Two doubles then hold every sum of steps, which is the time, without rounding.
+        # With so few bits two doubles hold every sum of steps, which is the time, exactly.
         return code.of_bits(code.with_each("and", code.bits(length), FEW_BITS))
 
     def _shrink(self) -> str:
-        """Share of the radius of convergence that a step takes, as a binary logarithm."""
+        """Binary logarithm of a step's share of the radius of convergence."""
         code = self.code
+        # The share is exp(-2 - 0.7/(order - 1)), with the safety factor of Jorba and Zou.
         share = code(
             f"fdiv double {hexadecimal(-0.7)}, {code(f'sitofp i64 {self.before} to double')}"
         )
@@ -205,14 +218,16 @@ class Kernel:
         return code.everywhere(code(f"fdiv double {exponent}, {hexadecimal(math.log(2))}"))
 
     def _norm(self, m: str | int) -> str:
-        """Largest coefficient of an order."""
+        """Largest size of the components' coefficients of an order."""
         sizes = [self.code.size(self.head(i, m)) for i in range(self.size)]
         return functools.reduce(lambda norm, size: self.code.larger(size, norm), sizes)
 
     def _binary_logarithm(self, x: str) -> str:
-        """log2 x from the exponent and a polynomial of the rest: good enough for a length."""
+        """log2 x of a double x >= 0 within 1.2e-4, which suffices for a step's length."""
         code = self.code
         bits = code.bits(x)
+        # x is 2^(exponent - 1023) times a rest in [1, 2), whose own exponent field is 1023. A
+        # coefficient that vanishes counts as 2^-1023, and so asks for no shorter step.
         rest = code.with_each("or", code.with_each("and", bits, (1 << 52) - 1), 1023 << 52)
         rest = code.of_bits(rest)
         exponent = code.with_each("lshr", bits, 52)
@@ -220,7 +235,7 @@ class Kernel:
         return code.binary("fadd", exponent, self._polynomial(LOGARITHM, rest))
 
     def _power_of_two(self, x: str) -> str:
-        """2^x from the whole part as an exponent and a polynomial of the rest."""
+        """2^x within 1e-4 of its value, from the exponent of the integer part of x."""
         code = self.code
         whole = code(f"call {code.vector} @llvm.floor.{code.suffix}({code.vector} {x})")
         rest = self._polynomial(POWER, self._minus(x, whole))
@@ -235,21 +250,22 @@ class Kernel:
         return total
 
     def at(self, h: str, components: int) -> list[Value]:
-        """Series of the first components at a time from the beginning of the step."""
+        """Values of the first components at a time h, a double, after the beginning of the step."""
         return self._summed(components, lambda total, c: self.numbers.horner(total, h, c))
 
     def at_number(self, x: Value) -> list[Value]:
-        """All series at a time with all the parts of a number."""
+        """Values of all components at a time x that has all parts of a number."""
         return self._summed(self.size, lambda total, c: self.numbers.horner_at(total, x, c))
 
     def _summed(self, components: int, further: Callable[[Value, Value], Value]) -> list[Value]:
-        """Series summed by Horner's rule: side by side, of longer numbers one after the other."""
+        """Series summed by Horner's rule, where `further(total, c)` takes in one coefficient."""
         code, n = self.code, self.numbers
         totals = code.variable(n.rows(components * self.parts))
         if self.parts <= 2:
+            # Each Horner step waits for the one before; side by side the components fill the gaps.
             self._sum(range(components), totals, further)
         else:
-            # Their lines would take long to compile for each component.
+            # One copy of the lines in a loop: six copies would take long to compile.
             with code.loop(components) as i:
                 self._sum([i], totals, further)
         return [n.load(totals, i) for i in range(components)]
@@ -260,7 +276,7 @@ class Kernel:
         totals: str,
         further: Callable[[Value, Value], Value],
     ) -> None:
-        """Sum the series of some components side by side, and write the sums where they belong."""
+        """Sum the series of some components side by side into `totals`, a number each."""
         n, places = self.numbers, [self.place_of(i) for i in components]
         kept = [self.code.variable(n.rows(self.parts)) for _ in components]
         for place, total in zip(places, kept, strict=True):
@@ -273,22 +289,24 @@ class Kernel:
 
     @contextmanager
     def descending(self, last: int = 0) -> Iterator[str]:
-        """Lines that are repeated for each order below the highest, down to the last."""
+        """Lines that run for each order below the highest, descending to the order `last`."""
         with self.code.loop(self.code.add("%order", -last)) as done:
             yield self.code(f"sub i64 {self.before}, {done}")
 
 
 class Recurrences:
-    """Lines that find the series of a traced field."""
+    """Writer of the lines that find the series of a traced field."""
 
     def __init__(self, field: TracedField, kernel: Kernel) -> None:
         self.field, self.kernel, self.code = field, kernel, kernel.code
         self.numbers, self.zero = kernel.numbers, kernel.numbers.of_double(ZERO)
         self.sums, size = field.sums, kernel.series_rows()
-        # Doubles are quicker with the ends of the sums apart; of longer numbers their lines would
-        # take long to compile.
+        # Doubles are quicker with the terms j = 0 and j = k outside of the loop; for longer numbers
+        # the further lines would take long to compile.
         self.early = early_lines(field) if kernel.parts > 1 else ()
         self.series: dict[int, str] = {}
+        # Only factors of sums need their earlier coefficients. A quotient is a factor of its own
+        # sum.
         for i in self.sums:
             operation, operands = field.lines[i]
             for operand in operands if operation == "times" else (i, *operands):
@@ -302,6 +320,7 @@ class Recurrences:
 
     def expand(self) -> None:
         """Find all coefficients from those of order 0."""
+        # Coefficients of order 0: for doubles those of all lines, else only the parameters.
         values: dict[int, Value] = {}
         for i, line in enumerate(self.field.lines):
             if line.name == "parameter":
@@ -312,6 +331,9 @@ class Recurrences:
         if not self.early:
             self._integrate(values, "0")
         first = "0" if self.early else "1"
+        # Higher orders are smaller on the step and need fewer bits: one loop for each number of
+        # parts, from the most down to one double. Numbers keep their places in memory, with zeros
+        # for the parts that they lack.
         for i, parts in enumerate(range(self.kernel.room.parts, 0, -1)):
             self.numbers = KINDS[BITS * parts](self.code, self.kernel.parts)
             last = self.code.scalar("%bounds", i, "i64")
@@ -321,8 +343,9 @@ class Recurrences:
         self.numbers = self.kernel.numbers
 
     def _coefficients(self, k: str, values: dict[int, Value]) -> None:
-        """Coefficients of order k of all lines, and of order k + 1 of the components."""
+        """Find the coefficients of order k of all lines, and of order k + 1 of the components."""
         found: dict[int, Value] = {}
+        # The loop over all products goes up to j = k, so that their factors come first.
         for i in self.early:
             found[i] = self._linear(i, k, found, values)
             self._put(i, found[i], k)
@@ -338,7 +361,7 @@ class Recurrences:
         self._integrate(found, k)
 
     def _keep(self, i: int, size: str) -> None:
-        """Make room for the series of an operand; a component has its own."""
+        """Make room for the series of an operand; a component has one already."""
         operation, operands = self.field.lines[i]
         if operation == "component":
             self.series[i] = self.kernel.component[operands[0]]
@@ -346,31 +369,37 @@ class Recurrences:
             self.series.setdefault(i, self.code.variable(size))
 
     def _put(self, i: int, value: Value, k: str) -> None:
-        """Store a coefficient where sums will look for it."""
+        """Store a coefficient if a sum will need it."""
         if i in self.series and self.field.lines[i].name != "component":
             self.numbers.store(value, self.series[i], k)
 
     def _integrate(self, found: dict[int, Value], k: str) -> None:
-        """Coefficients of order k + 1 of the components, those of a fixed rate zero from k = 1."""
+        """Find x_(k+1) = x'_k/(k + 1) of the components x; a constant rate has only x'_0."""
         n, kernel, following = self.numbers, self.kernel, self.code.add(k, 1)
+        # 1/(k + 1) is a product with a kept number: a division would cost several times as much.
         share = kernel.scalar("%shares", following, kernel.room.coefficients)
         whole = self.code.everywhere(self.code(f"sitofp i64 {following} to double"))
         for series, i in zip(kernel.component, self.field.rates, strict=True):
             n.store(n.divided(found.get(i, self.zero), share, whole), series, following)
 
     def _linear(self, i: int, k: str, found: dict[int, Value], values: dict[int, Value]) -> Value:
-        """A line's coefficient from those of the same order of its operands: all of order 0."""
+        """A line's coefficient of order k from those of the same order of its operands.
+
+        This is right for sums of lines, for products with a parameter, and for all lines at k = 0.
+        """
         operation, operands = self.field.lines[i]
         if operation == "component":
             return self.numbers.load(self.kernel.component[operands[0]], k)
         if operation in ("times", "divided"):
-            # The factor that is no series is a number; a sum has none of it from k = 1 on.
+            # A parameter as a factor enters with its value at every order.
             return self._combined(operation, *({**values, **found}[j] for j in operands))
+        # A parameter as a term is in `found` at k = 0 only: its higher coefficients are zero.
         return self._combined(operation, *(found.get(j, self.zero) for j in operands))
 
     def _sums(self, k: str) -> dict[int, Value]:
-        """The terms of all sums for j from 1 to k - 1, or from 0 to k."""
+        """The sums' terms with j from 1 to k - 1, or from 0 to k where all factors are known."""
         code, n = self.code, self.numbers
+        # Totals have memory of their own, without the zeros that series are filled up with.
         own = type(n)(code)
         places = {i: code.variable(own.rows(own.parts)) for i in self.sums}
         for place in places.values():
@@ -379,6 +408,7 @@ class Recurrences:
         with code.loop(*whole) as j:
             other = code(f"sub i64 {k}, {j}")
             loaded: dict[tuple[str, str], Value] = {}
+            # A series is often a factor of several products: its coefficient is read once.
             for i, place in places.items():
                 for at in zip(self._factors(i), (j, other), strict=True):
                     if at not in loaded:
@@ -388,7 +418,7 @@ class Recurrences:
         return {i: own.load(place, 0) for i, place in places.items()}
 
     def _factors(self, i: int) -> tuple[str, str]:
-        """The series that a line's sum multiplies."""
+        """Addresses of the two series whose product a line's sum is; of a quotient b and c."""
         operation, operands = self.field.lines[i]
         a, b = operands if operation == "times" else (operands[1], i)
         return self.series[a], self.series[b]
@@ -396,10 +426,11 @@ class Recurrences:
     def _finished(
         self, i: int, total: Value, found: dict[int, Value], values: dict[int, Value]
     ) -> Value:
-        """A line's coefficient from its sum, whose terms with j = k are still to come."""
+        """A line's coefficient from its sum, to which the terms with j = 0 and j = k are added."""
         n, (operation, (a, b)) = self.numbers, self.field.lines[i]
         if self.early:
             return n.settled(total)
+        # `values` has the coefficients of order 0, `found` those of order k.
         if operation == "times":
             total = n.with_product(n.with_product(total, found[a], values[b]), values[a], found[b])
             return n.settled(total)
@@ -413,7 +444,7 @@ class Recurrences:
 
 
 def early_lines(field: TracedField) -> tuple[int, ...]:
-    """Lines that no sum leads to, but for parameters."""
+    """Lines that depend on no product or quotient of two series, without the parameters."""
     late, early = set(field.sums), []
     for i, (operation, operands) in enumerate(field.lines):
         if operation not in ("component", "parameter") and late.intersection(operands):
@@ -424,10 +455,12 @@ def early_lines(field: TracedField) -> tuple[int, ...]:
 
 
 def orders_by_parts(order: int, parts: int) -> list[int]:
-    """First orders whose coefficients of rates need fewer doubles, from the most of them to one.
+    """Orders at which the rates' coefficients begin to need fewer doubles; the last is `order`.
 
-    On a step of the radius of convergence over e^2 each order is e^2 times smaller than the one
-    before, down to the tolerance, and so are its digits that count.
+    On a step of the radius of convergence over e^2 each order contributes e^2 times less than the
+    one before, down to the tolerance, so that fewer of its digits count.
     """
+    # Of f doubles 53 f - SPARE bits count, which are lost over (53 f - SPARE) ln(2)/2 orders: so
+    # many orders below the last one f doubles begin to suffice.
     needed = [(BITS * fewer - SPARE) * math.log(2) / 2 for fewer in range(parts - 1, 0, -1)]
     return [*(order - math.ceil(orders) for orders in needed if orders <= order - 1), order]
