@@ -14,8 +14,7 @@ from rigidpend.orbits.return_map.normal_form import GUARD, MapError, NormalForm,
 from rigidpend.orbits.return_map.precision import Precision, correction, precision, product
 
 MOST_ITERATIONS = 12
-"""Largest number of corrections with all terms; where the series converges each doubles the digits.
-"""
+"""Largest number of corrections with all terms; each doubles the digits if the series converge."""
 SETTLED = 1e-9
 """Relative correction in doubles after which the next one would be rounding.
 

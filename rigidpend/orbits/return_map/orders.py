@@ -50,8 +50,7 @@ SHORTER, SHORTEST = 0.8, 2.2
 Of 20,000 orbits of a body drawn by lot 1.8 % leave tables of reach 4 within 15 passages, and 2 %
 those of reach 3; of another body 31 % leave tables of reach 2.2, and 79 % those of reach 1.6."""
 THINNEST = 2.0**-40
-"""Width of a layer, in the same units, below which tables in pairs of doubles keep too few digits.
-"""
+"""Width of a layer, in the same units, below which pairs of doubles keep too few digits."""
 MARGIN = 1.15
 """Factor of the width in d over the least width that the first look finds."""
 LARGEST_RADIUS = 0.5
