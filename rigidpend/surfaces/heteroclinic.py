@@ -117,7 +117,7 @@ def _gain(s: UnstableSurface, g: float, arithmetic: Arithmetic) -> tuple[float, 
     theta2_0, time = phase_at_start(s, g, arithmetic)
     rate = float(exponent(J2_0(s), s.p, numbers(s.bits)))
     step = math.tau / (rate * (STEPS + TURN * float(s.p.nu) / math.pi))
-    # Times before the section, in whole fours of steps so that coarser sums end at the same node.
+    # Times before the section, in whole fours of steps: coarser sums take every second or fourth.
     before = step * np.arange(4 * int(time / (4 * step)))
     # The first value is that on the section, which belongs to both halves.
     turning = _turning(s, theta2_0, np.append(0.0, time - before[::-1]), arithmetic)[:0:-1]

@@ -88,6 +88,7 @@ class Costly(MapError):
 
 
 WHOLE = Design()
+"""Design of a map that gives theta3 too."""
 FIRST, SECOND, THIRD = (
     WHOLE._replace(theta3=False),
     Design(UNITS[1], 1.06, 2, 0.7, theta3=False),
@@ -173,12 +174,13 @@ class ReturnMap:
         key = (bits, least_Qp, most_Qp, coarse)
         if key not in self._programs:
             starts = self._entry(least_Qp, most_Qp)
-            # In doubles, terms of a fourth of a rounding are without effect.
+            # In doubles, terms that together come to a fourth of a rounding are without effect.
             threshold = max(self.left_out, coarse, 2.0**-55 if bits == 53 else 0.0)
             given = self.normal_form, self.charts, starts, threshold, precision(self.bits)
             self._programs[key] = program(*given, 53 if bits == 53 else PAIRS)
         return self._programs[key]
 
+    # Cached properties are not fields, and so are free of the class's being frozen.
     @functools.cached_property
     def _programs(self) -> dict[tuple[Any, ...], Program]:
         return {}

@@ -45,6 +45,7 @@ from rigidpend.orbits.return_map.precision import Precision, correction, precisi
 from rigidpend.orbits.return_map.reduced import Coefficients, theta3_rate
 
 MOST_ITERATIONS = 30
+"""Largest number of Newton's corrections of a point of an inverse chart, in each precision."""
 SETTLED = 1e-12
 """Correction in doubles, relative, after which the next one would be rounding."""
 UNCOVERED = "the charts of the section do not cover the invariants' range"

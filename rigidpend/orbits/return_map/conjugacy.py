@@ -50,8 +50,7 @@ def _powers(x: Any, n: int) -> Any:
     found[:, 0] = 1 + 0 * x
     known = 1
     while known < n:
-        # The number of known powers doubles each time, which takes few calls of NumPy: arrays are
-        # short, so that the calls themselves would take most of the time.
+        # The number of known powers doubles each time: few operations on short arrays.
         more = min(known, n - known)
         top = found[:, known - 1 : known] * x[:, None]
         found[:, known : known + more] = top * found[:, :more]
@@ -157,6 +156,7 @@ class TorusForm:
 
 
 def _inverted(form: TorusForm, rough: TorusForm, psi: Any, Q: tuple[Any, Any]) -> tuple[Any, ...]:
+    """The fields of `Beside` for a block of points; `rough` is the normal form in doubles."""
     a, doubles = form.a, rough.a
     given = [a.floats(x) for x in Q]
     series = TorusSeries(rough, a.floats(psi))

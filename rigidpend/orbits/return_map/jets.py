@@ -38,6 +38,7 @@ class Jet:
         return self.parts[degree]
 
     def find(self, degree: int) -> Any:
+        """Compute the part of a degree; LookupError if it has to be set from outside."""
         raise LookupError(f"the part of degree {degree} is not told yet")
 
     def go_on_in_doubles(self, a: Precision) -> None:
@@ -63,6 +64,8 @@ class Jet:
 
 
 class _JetSum(Jet):
+    """The sum a + b or, with sign -1, the difference a - b."""
+
     def __init__(self, a: Jet, b: Jet, sign: int) -> None:
         super().__init__(a.tape, min(a.first, b.first))
         self.a, self.b, self.sign = a, b, sign
@@ -91,6 +94,8 @@ class _JetScaled(Jet):
 
 
 class _JetProduct(Jet):
+    """The product of two series."""
+
     def __init__(self, a: Jet, b: Jet) -> None:
         super().__init__(a.tape, a.first + b.first)
         self.a, self.b = a, b

@@ -206,6 +206,7 @@ class _Following(Sums):
         code.store(code.load(self.inside), self._places(INSIDE, first)[0], align=8)
 
     def _known(self, row: int, first: str) -> Value:
+        """A row of the states of a group of orbits, read."""
         return tuple(self.code.load(place, align=8) for place in self._places(row, first))
 
     def _places(self, row: int, first: str) -> list[str]:
@@ -323,6 +324,7 @@ class _Following(Sums):
         code.store(time, code.at("%times", place, "double"), align=8)
 
     def _limit(self, stage: str, which: int) -> str:
+        """A limit of a stage, in each lane: 0 the largest |W|, 1 and 2 the parts of its turns."""
         code = self.code
         return code.everywhere(code.scalar("%limits", code.add(code.mul(stage, 3), which)))
 

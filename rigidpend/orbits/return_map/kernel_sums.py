@@ -198,4 +198,5 @@ class Sums:
         return n.settled(n.load(total, 0))
 
     def number(self, x: float) -> Value:
+        """A double as the program's own number, the same in each lane."""
         return self.numbers.of_double(self.code.number(x))

@@ -24,6 +24,7 @@ from rigidpend.orbits.return_map.precision import Precision, precision
 from rigidpend.orbits.return_map.reduced import Coefficients, rounded
 
 MOST_ITERATIONS = 60
+"""Largest number of Newton's corrections of the large component."""
 
 
 def section_state(
