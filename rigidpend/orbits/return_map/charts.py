@@ -114,7 +114,7 @@ class ChartTable(NamedTuple):
 
 
 def _summed(coefficients: Any, F: Any) -> Any:
-    """The functions (F, N) at points, from Fourier coefficients (N, n, F) and a basis F (N, n)."""
+    """The functions at points, (functions, N), from coefficients and the Fourier basis F (N, n)."""
     return np.matmul(F[:, None, :], coefficients)[:, 0].T
 
 
