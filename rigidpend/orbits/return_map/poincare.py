@@ -69,7 +69,7 @@ def _large(rising: bool, d: Scalar, cos: Any, h: Scalar, c: Coefficients, a: Pre
     if a.bits == 53:
         Q = a.sqrt(2 * h / c.aligned.kappa / (c.to_M1**2 + c.to_M2**2)) + 0 * d
     else:
-        # Doubles do all of it but the last corrections.
+        # All but the last corrections are made in doubles.
         d0, cos0, h0 = (a.floats(x) for x in (d, cos, h))
         Q = a.array(_large(rising, d0, cos0, h0, rounded(c), precision(53)))
     for _ in range(MOST_ITERATIONS):
