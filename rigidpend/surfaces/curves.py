@@ -1,4 +1,4 @@
-"""Curves of orbits on the asymptotic surfaces (stable, unstable manifolds) (Fig. 3)."""
+"""Curves of orbits on the asymptotic surfaces (the stable and unstable manifolds) of Fig. 3."""
 
 from __future__ import annotations
 
@@ -19,23 +19,24 @@ from rigidpend.routes.problem import ProblemError, RouteProblem, phase_rate
 from rigidpend.routes.start import Scales, start, states_double
 
 PER_TURN = 96
-"""Number of samples in a turn of theta2, or in a time 2 pi/u where that is shorter."""
+"""Number of samples in a turn of theta2, or in a time 2 pi/u if that is shorter."""
 SETTLED = 1e-3
 """Distance from the surface at a curve's first point, relative to that at its orbit's start."""
 CHORD = 4e-4
-"""Allowed distance of a chord from its curve, in heights and half widths of the window.
+"""Allowed distance of a chord from its curve, in units of the window's height and half width.
 
 In a panel 2.35 inches high that is a quarter of the width of the line that draws it."""
 
 
 class SurfaceCurves(NamedTuple):
-    """Curves of different lengths, one after the other."""
+    """Curves of different lengths, stored one after the other."""
 
     theta1: Array
-    """Angle theta1, radians, beside alpha0 + beta0."""
+    """Angle theta1, radians, near alpha0 + beta0."""
     J1_over_J2: Array
+    """Ratio J1/J2."""
     sample: NDArray[np.int32]
-    """Time of each point, in steps of :func:`times`."""
+    """Time of each point, as an index of :func:`times`."""
     offsets: NDArray[np.int64]
     """Bounds of the curves: curve k is ``offsets[k]:offsets[k + 1]``."""
     theta2_0: Array
@@ -47,8 +48,9 @@ def surface_problem(
 ) -> RouteProblem:
     """Start of orbits of a body with |M| = M_0, that is h0 = M_0^2/(2 A3), M_0 and mu physical.
 
-    With beta0 None it is gamma0, where r is (sqrt(A1 - A3), sqrt(A3 - A2), 0) by (phi). J1_0 is
-    dimensionless, 0 < J1_0 < J2_0/2. BodyError or ProblemError says which condition is broken.
+    If beta0 is None it is gamma0, for which r is (sqrt(A1 - A3), sqrt(A3 - A2), 0) by (phi). J1_0
+    is dimensionless, 0 < J1_0 < J2_0/2. Raises BodyError or ProblemError with the condition that is
+    broken.
     """
     if not M_0.at(113) > 0:
         raise ProblemError("M_0", f"M_0 > 0 is broken: M_0 = {M_0}")
@@ -65,9 +67,9 @@ def surface_problem(
 
 
 def _direction(A: Sequence[Exact], beta0: Exact | None) -> tuple[Any, Any, Any]:
-    """Direction r of the centre of gravity under (phi)."""
+    """Direction r of the centre of gravity by (phi), of any length."""
     if beta0 is None:
-        # What is no body here is refused, in better words, by Body.
+        # Moments that make no body are refused later, by Body, with a better message.
         first, second = (x if x.at(113) > 0 else exact(1) for x in (A[0] - A[2], A[2] - A[1]))
         return function("sqrt", first), function("sqrt", second), 0
     if not 0 <= float(beta0) <= math.pi:
@@ -80,13 +82,13 @@ def S1_minus(
 ) -> SurfaceCurves:
     """Orbits on S1-, which leave the lower periodic solution beside separatrix 2, forward in time.
 
-    They start beside the surface, at theta1 = alpha0 + beta0 and the problem's J1_0. The distance
-    from the surface shrinks as 1/J1 (eq. dtheta): curves begin where J1 is J1_0/`SETTLED`, so that
-    they lie on it, and end with the first point farther than `half_width`, radians.
+    They start near the surface, at theta1 = alpha0 + beta0 and the problem's J1_0. The distance
+    from the surface shrinks as 1/J1 (eq. dtheta). So the curves begin where J1 is J1_0/`SETTLED`,
+    to lie on it, and end with the first point farther than `half_width`, radians.
     """
     p = problem.body.angles()
     begin = start(problem, 53, Scales())
-    # Started exactly at the separatrix's theta1, not on the surface: see the notes above.
+    # These starts have exactly theta1 of the separatrix and are not on the surface, as said above.
     orbits = states_at(
         begin.coefficients,
         states_double(begin, theta2_0, 0.0),
@@ -105,15 +107,15 @@ def S1_minus(
 def S2_plus(lower: SurfaceCurves, alpha0: float, beta0: float) -> SurfaceCurves:
     """Orbits on S2+, which end at the upper periodic solution, backward in time: S1- mirrored.
 
-    With r3 = 0 and J3 = 0 an orbit becomes another one where M3, gamma3 and t change sign.
-    That keeps theta1, exchanges J1 and J2 - J1 and takes theta2 to pi - theta1 - theta2.
+    As r3 = 0 and J3 = 0, a change of sign of M3, gamma3 and t takes an orbit to another one. It
+    keeps theta1, exchanges J1 and J2 - J1 and takes theta2 to pi - theta1 - theta2.
     """
     theta2_0 = np.mod(math.pi - alpha0 - beta0 - lower.theta2_0, math.tau)
     return lower._replace(J1_over_J2=1 - lower.J1_over_J2, theta2_0=theta2_0)
 
 
 def times(problem: RouteProblem) -> Array:
-    """Equally spaced t' in which J1 goes from J1_0 to J2_0 - J1_0 on separatrix 2."""
+    """Equally spaced times t' from 0, in which J1 goes from J1_0 to J2_0 - J1_0 on separatrix 2."""
     J2 = float(problem.J2_0(53))
     # J1 = J2/2 is reached at u t = v of (sol_2), J2_0 - J1_0 after as much again.
     whole = 2 * math.log(J2 / float(problem.J1_0) - 1) / exponent(problem)
@@ -142,7 +144,8 @@ def points(x: Array, y: Array) -> NDArray[np.intp]:
     turn at a point over the length there.
     """
     outside = np.flatnonzero(np.abs(x) > 1)
-    # With the first point outside, so that the panel's edge cuts the curve, not the last sample.
+    # The first point outside belongs to it, so that the curve ends at the panel's edge and not at
+    # the last sample inside.
     n = int(outside[0]) + 1 if outside.size else x.size
     # As complex numbers: the angle of their quotient is the turn, with no jump at pi.
     step = np.diff(x[:n]) + 1j * np.diff(y[:n])
@@ -155,6 +158,7 @@ def points(x: Array, y: Array) -> NDArray[np.intp]:
 
 
 def _joined(theta1: Array, ratio: Array, kept: Any, theta2_0: Array) -> SurfaceCurves:
+    """The curves of the points `kept` of each orbit, indices of its samples."""
     column = np.repeat(np.arange(len(kept)), [rows.size for rows in kept])
     row = np.concatenate(kept)
     offsets = np.concatenate(([0], np.cumsum([rows.size for rows in kept])))

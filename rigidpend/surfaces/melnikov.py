@@ -1,10 +1,11 @@
-"""Melnikov's integral along the unperturbed separatrices, its zeros, and orbits beside these.
+"""Melnikov's integral along the unperturbed separatrices, its zeros, and orbits near separatrices.
 
-The paper has it for separatrix 2; 1, 3 and 4 follow from the same bracket. Dimensionless, over
-generic numbers: `m` is numpy, math or an mpmath context. Phases are theta2_0, radians.
+The paper gives the integral for separatrix 2; those of 1, 3 and 4 follow from the same bracket. All
+is dimensionless, in numbers of any kind: `m` is numpy, math or an mpmath context. Phases are
+theta2_0, radians.
 
-Orbits beside a separatrix are known to first order in mu and in their distance. Their deviations
-are (delta theta1, delta J1, delta theta2, delta J2) from `free_body.separatrix`, in the order of
+Orbits near a separatrix are described to first order in mu and in their distance. Their deviations
+from `free_body.separatrix` are (delta theta1, delta J1, delta theta2, delta J2), in the order of
 `equations.eq1`, with t' counted from t0.
 """
 
@@ -35,21 +36,21 @@ if TYPE_CHECKING:
 def integral(motion: SeparatrixMotion, p: Angles, m: Elementary = np) -> Any:
     """Melnikov's integral over t' in closed form, at the phase `motion.theta2_0` (eq. Im).
 
-    The paper prints the opposite sign; with the bracket as it is defined there the integral along
-    separatrix 2 is minus what stands in (Im). It also calls the integral divergent and takes a
-    principal value: the integrand falls off exponentially and nothing diverges. Its theta2* holds
-    theta2_0 already, to which the phase would be added once more; the phase here is theta2_0
-    itself.
+    The paper prints the opposite sign: with the bracket as defined there the integral along
+    separatrix 2 is minus the closed form in (Im). The paper also calls the integral divergent and
+    takes a principal value, but the integrand falls off exponentially and the integral converges.
+    The paper's theta2* contains theta2_0 already, and its phase would be added once more; the phase
+    here is theta2_0 itself.
     """
     swing = m.cos(delta(motion, p, m) + motion.theta2_0)
     return amplitude(motion.number, motion.J2_0, p, m) * swing
 
 
 def amplitude(number: int, J2_0: Any, p: Angles, m: Elementary = np) -> Any:
-    """Factor of cos(delta + theta2_0) in Melnikov's integral, zero where nothing splits.
+    """Factor of cos(delta + theta2_0) in Melnikov's integral, zero where surfaces do not split.
 
-    On 2 and 4 it is never zero, for 0 < alpha0 + beta0 < 2 pi; on 1 and 3 it is in the Hess
-    case alpha0 = beta0.
+    On separatrices 2 and 4 it is never zero, as 0 < alpha0 + beta0 < 2 pi; on 1 and 3 it is zero in
+    the Hess case alpha0 = beta0.
     """
     lean = m.sin(theta1(number, p, m) / 2)
     return -direction(number) * 2 / (p.kappa * J2_0) * lean * decay(p.nu, m)
@@ -57,7 +58,7 @@ def amplitude(number: int, J2_0: Any, p: Angles, m: Elementary = np) -> Any:
 
 def decay(nu: Any, m: Elementary = np) -> Any:
     """Factor nu/sinh(nu), by which Melnikov's integral is exponentially small."""
-    # So written it neither overflows nor cancels.
+    # In this form it neither overflows for large nu nor cancels for small ones.
     return -2 * nu * m.exp(-nu) / m.expm1(-2 * nu)
 
 
@@ -68,18 +69,18 @@ def delta(motion: SeparatrixMotion, p: Angles, m: Elementary = np) -> Any:
 
 
 def zeros(problem: RouteProblem, number: int = 2) -> tuple[float, ...]:
-    """Phases theta2_0 in [0, 2 pi) at which Melnikov's integral vanishes, ascending.
+    """Phases theta2_0 in [0, 2 pi) at which Melnikov's integral vanishes, in ascending order.
 
     They are +-k pi/2 - delta, k = 1, 3, ..., with :func:`delta` for the orbit that has the
-    problem's J1_0 and J2_0 at theta2_0, correctly rounded. For 1 and 3 in the Hess case there are
-    none: the separatrix does not split and the integral is zero at all phases.
+    problem's J1_0 and J2_0 at theta2_0, correctly rounded. For separatrices 1 and 3 in the Hess
+    case there are none: the separatrix does not split, and the integral is zero at all phases.
 
-    Orbits of route codes start on 2. Between the zeros the first symbol is 1 where cos(delta +
-    theta2_0) > 0, up to O(mu).
+    Orbits of route codes start on separatrix 2. Their first symbol is 1 where
+    cos(delta + theta2_0) > 0, up to O(mu).
     """
     if number % 2 and "Hess" in problem.body.special_cases:
         return ()
-    # For a tiny J1_0 the lag is many turns, which the remainder takes off: it needs more bits.
+    # For a tiny J1_0 the lag is many turns. The remainder takes them off, and their bits with them.
     bits = 113 + GUARD_BITS
     m, p = context(bits), problem.body.angles(bits)
     J1, J2 = problem.J1_0.in_context(m), problem.J2_0(bits)
@@ -94,8 +95,8 @@ def linearised(
 ) -> tuple[Any, Any, Any, Any]:
     """The linearised equations of the perturbed motion, dimensionless time t' (eq. eq2).
 
-    Of the deviations delta theta1, delta J1, delta theta2, delta J2 at t' - t0 = t from a
-    separatrix, of which the paper has number 2, it gives the rates in the same order.
+    From the deviations delta theta1, delta J1, delta theta2, delta J2 from a separatrix at
+    t' - t0 = t the rates of the deviations follow, in the same order. The paper has separatrix 2.
     """
     by_theta1, by_J1, _, by_J2 = delta
     at, J2 = separatrix(t, motion, p, m), motion.J2_0
@@ -119,9 +120,10 @@ def linearised(
 def delta_theta1(t: float, begin: float, motion: SeparatrixMotion, p: Angles) -> float:
     """Deviation delta theta1 after a time t, by quadrature over exponentials (eq. dtheta).
 
-    `begin` is delta theta1 at t0, radians, t may have either sign; \\|v\\| and \\|u t\\| are below
-    1400. This is the second of the printed forms, with (e^x + e^v)^2 e^-x = 4 e^v cosh^2((x -
-    v)/2): the right side neither overflows nor cancels.
+    `begin` is delta theta1 at t0, radians; t, a time in t', may have either sign; \\|v\\| and
+    \\|u t\\| are below 1400. This is the second of the printed forms, rewritten by
+    (e^x + e^v)^2 e^-x = 4 e^v cosh^2((x - v)/2), the right side of which neither overflows nor
+    cancels.
     """
     from scipy.integrate import quad
 
@@ -129,16 +131,17 @@ def delta_theta1(t: float, begin: float, motion: SeparatrixMotion, p: Angles) ->
     rate, middle = direction(motion.number) * exponent(J2, p, math), v(motion, math)
 
     def weight(tau: float) -> float:
-        """J1* (J2_0 - J1*) at tau over that at t: it is J2_0^2 over the cosh's square."""
+        """The ratio of J1* (J2_0 - J1*), which is J2_0^2/(4 cosh^2), at tau to that at t."""
         return (math.cosh((rate * t - middle) / 2) / math.cosh((rate * tau - middle) / 2)) ** 2
 
     def pull(tau: float) -> float:
         return weight(tau) * math.cos(p.kappa * J2 * tau + motion.theta2_0 + half)
 
-    # The weight is largest at the middle of the separatrix, where adaptive rules must look.
+    # The weight is largest at the middle of the separatrix, a narrow peak that an adaptive rule on
+    # a long interval could miss: the interval is divided there.
     top = middle / rate
     ends = [0.0, top, t] if min(0, t) < top < max(0, t) else [0.0, t]
-    # What the rounding of the exponents leaves.
+    # Relative error that the rounding of the exponents leaves, of which no quadrature is better.
     noise = 1e-13 + 1e-15 * (abs(rate * t) + abs(middle))
     accuracy: Any = {"epsabs": noise * max(map(weight, ends)) / abs(rate), "epsrel": noise}
     parts = [quad(pull, a, b, **accuracy, limit=1000)[0] for a, b in itertools.pairwise(ends)]

@@ -4,8 +4,9 @@ With offset = F(g) on S1- and F(pi - g) on S2+, the distance F(g) - F(pi - g) is
 
     d1 cos g + d2 sin 2g + d3 cos 3g + d4 sin 4g + ...
 
-Melnikov's formula gives d1 to first order in mu. The change of sign of mu moves g by pi, so d1
-is odd in mu and errs by O(mu^3), while the curve errs by d2 = O(mu^2).
+Melnikov's formula gives d1 to first order in mu. A change of sign of mu moves g by pi, so that d1
+is odd in mu and Melnikov's formula for it errs by O(mu^3), while the distance as a function of g
+differs from Melnikov's by d2 = O(mu^2).
 """
 
 from __future__ import annotations
@@ -35,19 +36,22 @@ from rigidpend.surfaces.surface_orbits import (
 )
 
 TOP = 16
-"""Number of harmonics that are kept.
+"""Largest number of harmonics that are found.
 
 With the body of Fig. 4 at mu = 0.1 the eighth is 1e-9 of the first."""
 FEWEST, SURE, MOST = 16, 128, 512
-"""Numbers of orbits in one computation; a curve that turns back between `SURE` really does."""
+"""Least number of orbits in a computation, and the largest ones.
+
+If the curve seems to turn back in g with `SURE` orbits it really does, and no more are tried."""
 WORST = 1e3
 """Factor by which the integration's error may exceed the expected one (`_noise`)."""
 SHIFTS = ((0.125, 0), (0.625, 1))
-"""Shift of the phases (in steps) and extra depth of the starts, in each of two computations.
+"""Shift of the phases (in steps) and extra depth of the starts, for each of two computations.
 
-Where one harmonic is taken for another, half a step changes the sign of the error."""
+If the phases are too few to tell one harmonic from another, half a step changes the sign of this
+error."""
 CAUTION = 4
-"""Factor on the difference of two computations, for both may round alike by chance."""
+"""Factor on the difference of two computations, because both may round alike by chance."""
 DEPTH_BITS = 20
 """Depth of the starts beyond the precision, in bits: J1/J2 = 2^-(bits + DEPTH_BITS)."""
 
@@ -58,25 +62,26 @@ class SurfaceSplitting(NamedTuple):
     amplitude: float
     """Melnikov's amplitude of the distance in theta1, radians."""
     excess: Array
-    """d1/amplitude - 1, d2/amplitude, d3/amplitude, ..., (TOP,); NaN where nothing is known."""
+    """d1/amplitude - 1, d2/amplitude, d3/amplitude, ..., (TOP,); NaN if nothing is known."""
     error: float
-    """Uncertainty: the most by which two computations of `excess` differ, times `CAUTION`.
+    """Uncertainty of `excess`: its largest difference between two computations, times `CAUTION`.
 
-    If the first harmonic that is left out is more, that."""
+    If the first harmonic left out is expected to be larger, its size."""
     allowed: float
-    """The error up to which the splitting counts as resolved."""
+    """Largest error with which the splitting counts as resolved."""
     bits: int
-    """Working precision that decided."""
+    """Working precision of the result."""
     n: int
-    """Orbits in each of the two computations."""
+    """Number of orbits in each of the two computations."""
 
     @property
     def resolved(self) -> bool:
+        """True if the error is allowed."""
         return bool(self.error <= self.allowed)
 
 
 def distance(harmonics: ArrayLike, g: Scalar) -> Any:
-    """Fourier series d1 cos g + d2 sin 2g + d3 cos 3g + ... at phases g."""
+    """The distance d1 cos g + d2 sin 2g + d3 cos 3g + ... at phases g, radians."""
     return sum(
         d * (np.cos(k * g) if k % 2 else np.sin(k * g))
         for k, d in enumerate(np.asarray(harmonics), 1)
@@ -86,8 +91,8 @@ def distance(harmonics: ArrayLike, g: Scalar) -> Any:
 def amplitude(s: UnstableSurface) -> Any:
     """Melnikov's amplitude of the distance in theta1, to first order in mu, radians.
 
-    Melnikov's integral is what the energy H0 of the free body gains, in units of mu kappa J2_0;
-    on the section H0 changes with theta1 by -J2^2 sin(alpha0)/4.
+    Melnikov's integral is the growth of the energy H0 of the free body, in units of mu kappa J2_0;
+    on the section the derivative of H0 in theta1 is -J2^2 sin(alpha0)/4.
     """
     m, p, J2 = numbers(s.bits), s.p, J2_0(s)
     slope = -J2 * J2 * m.sin(p.alpha0) / 4
@@ -97,20 +102,21 @@ def amplitude(s: UnstableSurface) -> Any:
 def measure(
     body: Body, h0: Exact, allowed: float, arithmetic: Arithmetic, jobs: int = 1
 ) -> SurfaceSplitting:
-    """Measure the splitting in the first precision, with the fewest orbits, that resolve it.
+    """Measure the splitting in the lowest precision and with the fewest orbits that resolve it.
 
-    Two computations that share neither starts nor phases tell it. `allowed` is the largest error of
-    `excess` that counts as resolved; mu > 0, and all orbits have the energy h0 > mu.
+    Two computations that share neither starts nor phases are compared. `allowed` is the largest
+    error of `excess` that counts as resolved; mu > 0, and all orbits have the energy h0 > mu.
     """
     n = FEWEST
     for bits in arithmetic.precisions:
-        # Where rounding stopped the search, half as many orbits were seen to be too few, or that
-        # was not known: longer numbers need not begin anew.
+        # If rounding stopped the search with n orbits, n/2 of them were too few or not yet known to
+        # suffice: a higher precision begins with these, and not with the fewest.
         s, n = surface(body, h0, bits), max(FEWEST, n // 2)
         found = _twice(s, n, arithmetic, allowed, jobs)
         while not found.resolved and n < _most(found) and found.error > _noise(s, arithmetic):
             n *= 2
             coarse, found = found, _twice(s, n, arithmetic, allowed, jobs)
+            # Twice as many orbits did not halve the error, and it is near that of the integration.
             if coarse.error / 2 < found.error < WORST * _noise(s, arithmetic):
                 break
         if found.resolved or n >= _most(found):
@@ -119,19 +125,19 @@ def measure(
 
 
 def _most(found: SurfaceSplitting) -> int:
-    """Largest useful number of orbits: fewer where the curve seems to turn back."""
+    """The largest useful number of orbits, which is smaller if the curve seems to turn back."""
     return MOST if math.isfinite(found.error) else SURE
 
 
 def _noise(s: UnstableSurface, arithmetic: Arithmetic) -> float:
-    """Expected error of the integration itself, which more orbits cannot lessen."""
+    """Expected error of the integration itself in `excess`, which more orbits cannot reduce."""
     return arithmetic.tolerance * 2.0 ** (53 - s.bits) * float(s.p.mu / s.h0 / amplitude(s))
 
 
 def _twice(
     s: UnstableSurface, n: int, arithmetic: Arithmetic, allowed: float, jobs: int
 ) -> SurfaceSplitting:
-    """Mean of two computations, with an error from their difference."""
+    """The splitting as the mean of two computations, with an error from their difference."""
     m, a, first = numbers(s.bits), kind(s, arithmetic), amplitude(s)
     depth = (s.bits + DEPTH_BITS) * m.log(2)
     found = []
@@ -147,23 +153,24 @@ def _twice(
     mean, error = np.zeros(TOP), max(abs(float(beyond / first)) for _, beyond in found)
     for k, (a, b) in enumerate(zip(*(known for known, _ in found), strict=True)):
         mean[k] = float((a + b) / 2 / first - (k == 0))
-        # Near 1 they round by as much at least.
+        # `excess` is a difference from 1, which is rounded by this at least.
         error = max(error, CAUTION * (abs(float((a - b) / first)) + 2.0**-s.bits))
     return SurfaceSplitting(float(first), mean, error, allowed, s.bits, n)
 
 
 def harmonics(points: Points, a: Precision) -> tuple[list[Any], Any] | None:
-    """Harmonics d1, d2, ... from an even number n of orbits, their phases evenly around the circle.
+    """Harmonics d1, d2, ... from an even number n of orbits, evenly spaced in theta2_0, radians.
 
-    They are min(TOP, n/2 - 1), radians, with the size that is expected of the next one, or 0 where
-    `TOP` are known; None where the curve turns back in g: it has no distance at a phase
-    then. The Fourier integral over g is taken over theta2_0, where the trapezoid rule and the
-    derivative of g through all points converge exponentially.
+    Their number is min(TOP, n/2 - 1). They come with the expected size of the next one, or with 0
+    if there are `TOP`. None if the curve turns back in g, for then it has no distance at a phase.
+    The Fourier integral over g becomes one over theta2_0, over which the trapezoid rule and the
+    derivative of g, of an interpolant through all points, converge exponentially.
 
-    The curve's own harmonics shrink evenly, those of the distance by turns. So what is left out is
-    expected by the last two of the curve, whose ratio is that of the next one to the last.
+    The harmonics of the curve itself shrink evenly, those of the distance by turns. So the next
+    harmonic is expected from the last two of the curve, at the same ratio.
     """
     n = len(points.phase)
+    # dg/dtheta2_0: the unperturbed phase grows by 1 with theta2_0.
     slope = 1 + derivative(points.advance, a)
     if min(slope) <= 0:
         return None
@@ -171,7 +178,8 @@ def harmonics(points: Points, a: Precision) -> tuple[list[Any], Any] | None:
     even, odd = points.offset * slope / n, 0 * points.offset
     found, sizes = [], []
     for k in range(1, min(TOP, n // 2 - 1) + 1):
-        # The terms times cos kg and sin kg.
+        # The terms times cos kg and sin kg. F(g) - F(pi - g) has twice the cosines of odd and the
+        # sines of even harmonics of F, and none of the others: hence 4/n in the place of 2/n.
         even, odd = even * cos - odd * sin, even * sin + odd * cos
         of_cos, of_sin = 4 * even.sum(), 4 * odd.sum()
         found.append(of_cos if k % 2 else of_sin)
@@ -180,15 +188,16 @@ def harmonics(points: Points, a: Precision) -> tuple[list[Any], Any] | None:
 
 
 def derivative(values: Any, a: Precision) -> Any:
-    """Derivative of the trigonometric interpolant at its n nodes around a circle, n even."""
+    """The derivative of the trigonometric interpolant at its n evenly spaced nodes, n even."""
     n, m, P = len(values), context(a.bits), a.bits
     weights = [m.mpf(0), *((-1) ** k / m.tan(m.pi * k / n) / 2 for k in range(1, n))]
     if a.bits == 53:
-        # They sum up to zero: the largest, next to the node, come to small differences.
+        # The weights sum up to zero, so that differences of values may be summed: these are small
+        # next to the node, where the weights are largest.
         to_node = a.array(weights)[np.arange(n)[:, None] - np.arange(n)]
         return (to_node * (values - values[:, None])).sum(axis=1)
-    # Sums as of whole numbers, in units of 2^-P: some ten times as fast. The weights are turned,
-    # so that each sum is one of successive ones.
+    # The same sums over integers, in units of 2^-P, take a tenth of the time. The weights are
+    # reversed and repeated, so that each sum takes successive ones of them.
     turned = [weights[-k] for k in range(n)]
     whole, around = ([int(m.ldexp(x, P)) for x in given] for given in (values, turned * 2))
     sums = [sum(map(mul, around[n - i : 2 * n - i], whole)) for i in range(n)]

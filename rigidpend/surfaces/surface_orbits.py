@@ -25,29 +25,29 @@ from rigidpend.orbits.return_map.precision import MOST_IN_PAIRS, Precision, prec
 from rigidpend.surfaces.melnikov import delta
 
 PATIENCE = 4
-"""Longest wait for the section, in times of the unperturbed motion up to it.
+"""Longest time allowed up to the section, in units of the unperturbed motion's time.
 
-Orbits close to the unperturbed motion need about one of them."""
+Orbits close to the unperturbed motion need about one unit."""
 
 
 class UnstableSurface(NamedTuple):
-    """S1- beside separatrix 2, at J3 = 0 and one energy."""
+    """The surface S1- beside separatrix 2, at J3 = 0 and one energy."""
 
     p: Angles
-    """Angles in guarded precision; beta0 < 0 where the surface stands for that of separatrix 1."""
+    """Angles of the body, with guard bits; beta0 < 0 if separatrix 1 is in the place of 2."""
     h0: Any
-    """Energy constant of all its orbits."""
+    """Energy constant of all orbits of the surface, dimensionless."""
     bits: int
     """Working precision of the integration."""
 
 
 class Points(NamedTuple):
-    """Points of orbits on the section: arrays (n,) of doubles, or of guarded numbers."""
+    """Points of orbits on the section: arrays (n,) of doubles, or of numbers with guard bits."""
 
     phase: Any
-    """Phase g = theta1/2 + theta2, radians, on the branch next to the unperturbed motion's."""
+    """Phase g = theta1/2 + theta2, radians, within half a turn of the unperturbed motion's."""
     advance: Any
-    """Phase less that of the unperturbed motion, radians, with less error than either has."""
+    """Phase less that of the unperturbed motion, radians, with a smaller error than the phase."""
     offset: Any
     """Offset theta1 - alpha0 - beta0 from the separatrix, radians."""
     time: Any
@@ -55,12 +55,12 @@ class Points(NamedTuple):
 
 
 def surface(body: Body, h0: Exact, bits: int, separatrix: int = 2) -> UnstableSurface:
-    """Make S1- of a body, or the surface beside another separatrix in the place of S1-.
+    """Make S1- of a body beside separatrix 2, or the surface beside separatrix 1 in its place.
 
-    The reflection in the plane normal to the second axis, where r2 becomes -r2, takes Qm to -Qp and
-    theta3 to -theta3. So separatrix 1 of a body is separatrix 2 of the body with -beta0. The turn
-    by pi about the third axis together with the reflection of gamma3, theta1 to theta1 + 2 pi,
-    takes 2 to 4 and 1 to 3 and theta3 to -theta3.
+    The reflection in the plane normal to the second axis, by which r2 becomes -r2, takes Qm to -Qp
+    and theta3 to -theta3. So separatrix 1 of a body is separatrix 2 of the body with -beta0. The
+    turn by pi about the third axis together with the reflection of gamma3, theta1 to theta1 + 2 pi,
+    takes 2 to 4, 1 to 3 and theta3 to -theta3.
     """
     p = body.angles(bits + GUARD_BITS)
     side = {2: 1, 1: -1}[separatrix]
@@ -68,7 +68,7 @@ def surface(body: Body, h0: Exact, bits: int, separatrix: int = 2) -> UnstableSu
 
 
 def numbers(bits: int) -> Any:
-    """Namespace of the guarded numbers that belong to a working precision."""
+    """The mpmath context of a working precision with guard bits."""
     return context(bits + GUARD_BITS)
 
 
@@ -78,22 +78,26 @@ def J2_0(s: UnstableSurface) -> Any:
 
 
 def launch(s: UnstableSurface, theta2_0: Scalar, depth: Scalar) -> list[Fraction]:
-    """Start of an orbit, in aligned components of the working precision: see :func:`launches`."""
+    """The start of an orbit, as aligned components rounded to the working precision.
+
+    See :func:`launches`."""
     a = guarded(s.bits)
     return [fraction(x, s.bits) for x in launches(s, a.array([theta2_0]), depth, a)[:, 0]]
 
 
 def launches(s: UnstableSurface, theta2_0: Any, depth: Scalar, a: Precision) -> Any:
-    """Starts of orbits, in aligned components (6, n), where -ln(J1/J2) is `depth`.
+    """Starts of orbits with phases theta2_0, in aligned components (6, n), at -ln(J1/J2) = `depth`.
 
-    At theta1 = alpha0 + beta0 they lie beside S1-, not on it. What they are off by shrinks as J1
-    grows: at the section a part exp(-depth) of mu is left (dtheta).
+    At theta1 = alpha0 + beta0 they lie near S1-, not on it. Their distance from it shrinks as J1
+    grows: at the section it is a share exp(-depth) of mu (dtheta).
 
-    With J1/J2 given the momenta are proportional to J2, of which the energy has a square and what
-    the weight adds; that and gamma are linear in the cosine and sine of theta2_0.
+    With J1/J2 given the momenta are proportional to J2, and the energy is a multiple of J2^2 plus
+    the weight's part. This part and gamma are linear in the cosine and sine of theta2_0.
     """
     m, p = numbers(s.bits), s.p
     low, zero, one = m.exp(-depth), m.mpf(0), m.mpf(1)
+    # Factors of the cosine and the sine of theta2_0 in gamma and in the weight's energy, at J2 = 1.
+    # So a start takes few operations in long numbers, however many there are.
     axes = []
     for theta2 in (zero, m.pi / 2):
         angles = (theta1(2, p, m), theta2)
@@ -110,7 +114,7 @@ def launches(s: UnstableSurface, theta2_0: Any, depth: Scalar, a: Precision) -> 
 
 
 def lag(s: UnstableSurface, depth: Scalar) -> Any:
-    """Phase g at the section less theta2_0 of unperturbed motions, radians, in [-pi, pi]."""
+    """The phase g at the section less theta2_0, of unperturbed motions, radians in [-pi, pi]."""
     m, J2 = numbers(s.bits), J2_0(s)
     low = m.exp(-depth) * J2
     whole = delta(SeparatrixMotion(2, low, J2 - low, m.mpf(0)), s.p, m)
@@ -118,7 +122,7 @@ def lag(s: UnstableSurface, depth: Scalar) -> Any:
 
 
 def coefficients(s: UnstableSurface) -> AlignedCoefficients:
-    """Coefficients of the aligned equations, in the working precision."""
+    """The coefficients of the aligned equations, rounded to the working precision."""
     exact = aligned_coefficients(s.p, numbers(s.bits))
     return AlignedCoefficients(*(fraction(x, s.bits) for x in exact))
 
@@ -132,8 +136,8 @@ def meet(
 ) -> Points | None:
     """Follow orbits of S1- to the section, from phases and a depth as in :func:`launches`.
 
-    The tolerance is that at 53 bits; every bit more halves it. None if an orbit does not come to
-    the section beside separatrix 2.
+    The tolerance holds for 53 bits; every further bit halves it. None if an orbit does not come to
+    the section, or not beside separatrix 2.
     """
     a, m = kind(s, arithmetic), numbers(s.bits)
     starts = list(theta2_0)
@@ -161,33 +165,36 @@ def meet(
     if (state[0] < 0).any():
         return None
     phase, offset = section_angles(state, a.number(s.p.alpha0), a)
-    # The branch of the unperturbed motion makes g continuous in the phase at the start.
+    # Next to the phase of the unperturbed motion g is a continuous function of theta2_0.
     behind, turn = lag(s, depth), 2 * a.pi
     unperturbed_phases = [start + behind for start in starts]
     expected = a.array(unperturbed_phases)
     phase = phase + turn * np.rint(a.floats((expected - phase) / turn))
+    # The unperturbed phases have more bits than the doubles nearest to them: `rest` is the error of
+    # these, which the phase less `expected`, a small difference, would be off by.
     rest = a.array([x - near for x, near in zip(unperturbed_phases, expected, strict=True)])
     return Points(phase, (phase - expected) - rest, offset, time)
 
 
 def kind(s: UnstableSurface, arithmetic: Arithmetic) -> Precision:
-    """Numbers in which points are given: the kernel's doubles, or guarded ones."""
+    """The numbers in which points are given: the kernel's doubles, or numbers with guard bits."""
     doubles = s.bits == 53 and arithmetic.engine == "taylor"
     return precision(53) if doubles else guarded(s.bits)
 
 
 def guarded(bits: int) -> Precision:
-    """Arrays of guarded numbers, each of them mpmath's."""
+    """The numbers of a working precision with guard bits, as arrays of mpmath's numbers."""
     return precision(max(bits + GUARD_BITS, MOST_IN_PAIRS + 1))
 
 
 def section_angles(state: Numbers, alpha0: Scalar, m: Any) -> tuple[Any, Any]:
-    """Phase g and offset of states with M3 = 0, J3 = 0, beside separatrix 2.
+    """The phase g and the offset, radians, of states with M3 = 0 and J3 = 0 beside separatrix 2.
 
     There Qm = J2 sin(offset/2) and Qp = J2 sin(offset/2 + alpha0), so that a small offset keeps the
     relative precision of Qm.
     """
     Qp, Qm, _, gamma1, gamma2, gamma3 = state
+    # Both arguments are J2 sin(alpha0) times the sine and the cosine of half the offset.
     half = m.atan2(Qm * m.sin(alpha0), Qp - Qm * m.cos(alpha0))
     l = half + alpha0 / 2
     return m.atan2(gamma1 * m.cos(l) - gamma2 * m.sin(l), -gamma3), 2 * half

@@ -11,17 +11,17 @@ expansions    Fourier and Chebyshev expansions
 jets          power series in two variables
 reduced       the reduced equations beside the upper periodic orbit
 normal_form   Moser's normal form, found degree by degree
-conjugacy     the normal form at some energies, evaluated and inverted
+conjugacy     the normal form at given energies, evaluated and inverted
 poincare      the section M3 = 0 in coordinates (d, chi)
 charts        from the section to the normal form and back, as tables
-passage       one passage, forward and backward, with its derivatives, and the first
+passage       passages, forward and backward, with their derivatives, and first crossings
 program       a finished map, and starts in the normal form, as data for the kernel
-kernel        many orbits through any map, in machine code
-kernel_sums   tables and polynomials summed in lanes
-orders        sizes of the tables, from a first look at the splitting
+kernel        many orbits followed through any map, in machine code
+kernel_sums   tables and polynomials summed in lanes: parts of the kernel
+orders        sizes of the tables, from two looks at the body
 checks        errors at held-out points
-build         maps built, checked and refused
-storage       maps asked for: kept in memory and on disk, or built
+build         maps built and checked, or refused
+storage       maps on request: from memory, from disk, or built
 """
 
 from __future__ import annotations

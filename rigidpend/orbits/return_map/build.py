@@ -1,4 +1,4 @@
-"""Return maps: built for a body and its energies, checked, and refused where they don't resolve."""
+"""Return maps built for a body and an interval of energies, checked, or refused with a reason."""
 
 from __future__ import annotations
 
@@ -36,44 +36,50 @@ from rigidpend.orbits.return_map.program import Entry, Program, entry, program
 from rigidpend.orbits.return_map.reduced import Coefficients, coefficients
 
 SLACK = 2.0**13
-"""Allowed error of a map, in roundings of the working precision, where its tables have no more.
+"""Allowed error of a map in doubles, or with tables of no more bits than its own, in roundings.
 
-With the body of Fig. 4 finished maps err by some tens of them, and by 700 at mu = 0.01."""
+With the body of Fig. 4 finished maps err by some tens of roundings, and by 700 at mu = 0.01."""
 SPARE_BITS = 6
-"""Bits by which the tables of a map are sharper than it is said to be, in pairs of doubles."""
+"""Bits by which tables are sharper than the map's precision, where these are pairs of doubles."""
 MARGIN_BITS = 2
 """Bits by which the first coefficients left out are planned to be below what tables resolve.
 
-At the ends of a table's width all of them add up."""
+At the ends of a table's width all coefficients left out add up."""
 INNER = 2.0
-"""Factor by which the first terms of the normal form that are left out are below what is allowed.
+"""Factor by which the first terms of the normal form left out are below the allowed error.
 
-Of 11 bodies drawn by lot charts erred by 3e-4 to 1 of it, where these terms came to it."""
+With 11 bodies drawn by lot charts erred by 3e-4 to 1 of it, where these terms came to just that."""
 ATTEMPTS = 4
-"""Number of times the orders are raised before a map is refused."""
+"""Number of attempts, each with higher orders than the last, before a map is refused."""
 FLOQUET = 1e-11
-"""Largest difference from the Floquet exponent, which is found in doubles."""
+"""Largest difference of Lambda_0 from the Floquet exponent, which is found in doubles.
+
+Both are growths per radian of psi."""
 
 
 class Design(NamedTuple):
-    """Design of a map: two maps of another unit share no rounding and no truncation."""
+    """Design of a map: maps of different designs share no rounding and no truncation."""
 
     unit: str = UNITS[0]
-    """M is multiplied by it, mu and h by its square; t' is divided by it."""
+    """Unit, as a decimal: M is multiplied by it, mu and h by its square, t' is divided by it."""
     stretch: float = 1.0
-    """Factor by which the arcs are longer than where |u| = |v|."""
+    """Factor on the duration of the arcs, which for 1 end where |u| = |v|."""
     more: int = 0
-    """Number of further terms of every expansion (an even number)."""
+    """Number of further terms of every expansion, even."""
     origin: float = 0.0
     """Shift of phases before they are rounded, radians."""
     theta3: bool = True
-    """True if the map tells what theta3 gains, which takes a third of the time."""
+    """True if the map gives the growth of theta3, which takes a third of the time to build."""
 
 
 class Costly(MapError):
-    """A map that would take longer to build than it may; `needed` is how long at least."""
+    """Refusal of a map that would take longer to build than its budget, in seconds of a core.
+
+    `needed` is the least time that building it takes.
+    """
 
     def __init__(self, needed: float, budget: float) -> None:
+        # Both numbers are arguments, from which an exception out of another process is made anew.
         super().__init__(needed, budget)
         self.needed = needed
 
@@ -86,12 +92,13 @@ class Costly(MapError):
 
 
 WHOLE = Design()
+"""Design of a map that gives theta3 too."""
 FIRST, SECOND, THIRD = (
     WHOLE._replace(theta3=False),
     Design(UNITS[1], 1.06, 2, 0.7, theta3=False),
     Design(UNITS[2], 1.03, 2, 1.9, theta3=False),
 )
-"""Those of the maps for route codes, for which theta3 is nothing."""
+"""Designs of up to three maps for route codes, which need no theta3."""
 
 
 @dataclass(frozen=True, repr=False)
@@ -102,18 +109,18 @@ class ReturnMap:
     ----------
     body : Body
     bits : int
-        Its precision.
+        Precision of the map.
     energies : 2 floats
-        The interval.
+        Least and largest energy, dimensionless, in the body's own unit.
     errors : Errors
-        What it was measured to err by.
+        Measured errors, relative to the largest values of each table.
     orders : Orders
     design : Design
     normal_form : NormalForm
     charts : 2 Chart
-        Of downward and of upward crossings.
+        Charts of downward and of upward crossings.
     cost : float
-        Seconds of a core that building it takes, as they are expected.
+        Expected seconds of a core for building it.
     """
 
     body: Body
@@ -135,13 +142,16 @@ class ReturnMap:
         )
 
     def at(self, h: Scalar) -> EnergyLevel:
-        """The map at an energy, or at one for each of N orbits; ParameterError beyond its own."""
+        """The map at one energy h, or at one for each of N orbits.
+
+        Raises ParameterError where h is outside of the map's interval.
+        """
         a, (low, high) = precision(self.bits), self.energies
         if isinstance(h, str | Decimal | Exact):
             h = a.number(checked.number("h", h))
         given = a.array(h)
         shown = np.atleast_1d(a.floats(given))
-        # What is beyond an end by a rounding is on it.
+        # An energy that is beyond an end of the interval by a rounding counts as that end.
         off = ~(np.abs(shown - (low + high) / 2) <= (high - low) / 2 + 2.0**-50 * abs(high))
         if off.any():
             message = f"the map is one of energies from {low} to {high}, got h = {shown[off][0]}"
@@ -151,47 +161,52 @@ class ReturnMap:
 
     @property
     def left_out(self) -> float:
-        """The size of all terms of its tables that it does without, relative to the largest values.
+        """The size that all terms left out of the tables may have together, relative.
 
-        Held-out points show some five times the error, a fourth of which is as much as that.
+        It is a fourth of the stated error, which is five times the largest difference at held-out
+        points; and at least a fourth of a rounding of the tables.
         """
         return max(2.0 ** -(table_bits(self.bits) + 2), self.errors.largest / 4)
 
     def program(self, bits: int, least_Qp: Scalar, most_Qp: Scalar, coarse: float = 0.0) -> Program:
-        """This map for `kernel.follow`, for orbits that start at least_Qp <= Qp <= most_Qp.
+        """The program of this map for `kernel.follow`: starts at least_Qp <= Qp <= most_Qp.
 
-        In doubles (53 bits) or pairs of them. Terms that come to `coarse` are left out, so that it
-        errs by as much. Raises MapError where the normal form does not reach as far as `most_Qp`.
+        Its numbers are doubles (53 bits) or pairs of doubles. With `coarse`, terms that together
+        come to this size, relative, are left out, so that the program errs by as much. Raises
+        MapError if the normal form does not reach as far as `most_Qp`.
         """
         key = (bits, least_Qp, most_Qp, coarse)
         if key not in self._programs:
             starts = self._entry(least_Qp, most_Qp)
+            # In doubles, terms that together come to a fourth of a rounding are without effect.
             threshold = max(self.left_out, coarse, 2.0**-55 if bits == 53 else 0.0)
             given = self.normal_form, self.charts, starts, threshold, precision(self.bits)
             self._programs[key] = program(*given, 53 if bits == 53 else PAIRS)
         return self._programs[key]
 
+    # Cached properties are not fields, and so are free of the class's being frozen.
     @functools.cached_property
     def _programs(self) -> dict[tuple[Any, ...], Program]:
         return {}
 
     @functools.cached_property
     def _entry(self) -> Callable[[Any, Any], Entry]:
+        # Programs of different precisions with the same starts share their table.
         a = precision(self.bits)
         return functools.cache(lambda least, most: entry(self.normal_form, least, most, a))
 
     @functools.cached_property
     def coefficients(self) -> Coefficients:
-        """Those of the body, in the map's unit."""
+        """The coefficients of the reduced equations of the body, in the map's unit."""
         angles = self.body.angles(self.bits + GUARD_BITS)
         return coefficients(angles, self.design.unit, precision(self.bits))
 
 
 @functools.lru_cache(maxsize=256)
 def expected_cost(body: Body, low: Exact, high: Exact, bits: int, design: Design) -> float:
-    """Seconds of a core that building a map takes, if its orders suffice at once.
+    """Expected seconds of a core for building a map, if the planned orders suffice.
 
-    Raises MapError where there is none.
+    Raises MapError if there is no map.
     """
     _, planned = plan(body, low, high, bits, design)
     rough = _rough(body, (low + high) / 2, design)
@@ -199,20 +214,21 @@ def expected_cost(body: Body, low: Exact, high: Exact, bits: int, design: Design
 
 
 def _rough(body: Body, h: Exact, design: Design) -> Rough:
-    """A body at an energy, in the unit of a design."""
+    """Sizes and rates of a body's orbits at an energy, in the unit of a design."""
     c = coefficients(body.angles(), design.unit, precision(53))
     return Rough(c, float(h * exact(design.unit) ** 2))
 
 
 Plan: TypeAlias = tuple[Layer, Orders]
-"""Layer and orders of a map that is to be built: the widths of its tables, and their numbers."""
+"""Layer and orders of a map that is to be built: the widths and the sizes of its tables."""
 
 
 def plan(body: Body, low: Exact, high: Exact, bits: int, design: Design) -> Plan:
-    """The plan of a map, by two looks at its body; MapError where there is no map."""
+    """The plan of a map, from two looks at its body; MapError if there is no map."""
     ends = float(low), float(high)
     found = _looked(body, *ends)
     if isinstance(found, MapError):
+        # A new one, because an exception that is kept would gather the traces of all its raises.
         raise MapError(str(found))
     below = 2.0 ** (table_bits(bits) - bits + MARGIN_BITS)
     # Terms of the normal form are measured where they are largest; those of tables add up there.
@@ -223,13 +239,16 @@ def plan(body: Body, low: Exact, high: Exact, bits: int, design: Design) -> Plan
 
 
 def _allowed(bits: int) -> float:
-    """The error that a map may have."""
+    """The largest error that a finished map may have, relative."""
     return 2.0**-bits * (SLACK if bits in (53, table_bits(bits)) else 1.0)
 
 
 @functools.lru_cache(maxsize=64)
 def _looked(body: Body, low: float, high: float) -> tuple[Rough, Layer, Shrinking] | MapError:
-    """The two looks at a map that is to be built in the first design; or why there is none."""
+    """The two looks at a body, in the unit of the first design; or the reason against a map.
+
+    Maps of all precisions and designs share them; a reason is returned so that it is kept too.
+    """
     try:
         rough = _rough(body, exact((low + high) / 2), FIRST)
         _floquet_exponent(body, low, high)
@@ -247,7 +266,9 @@ def build(
     budget: float = math.inf,
     by: Plan | None = None,
 ) -> ReturnMap:
-    """Build the map of a body for energies from `low` to `high`, by its :func:`plan`.
+    """Build the map of a body for energies from `low` to `high`, by the plan `by` if it is given.
+
+    Orders are raised from attempt to attempt until the measured errors are allowed.
 
     Raises
     ------
@@ -257,12 +278,14 @@ def build(
         Building it is expected to take more than the budget, seconds of a core.
     """
     a = precision(table_bits(bits))
+    # Digits for the sharpest tables that a later attempt may turn to.
     p = body.angles(max(MOST_IN_PAIRS, a.bits) + GUARD_BITS)
     c, rough = coefficients(p, design.unit, a), _rough(body, (low + high) / 2, design)
     scale = exact(design.unit) ** 2
     exponent = _floquet_exponent(body, float(low), float(high))
     allowed = _allowed(bits)
     layer, planned = by or plan(body, low, high, bits, design)
+    # Exact up to here: each of them is rounded once.
     middle, half = (low + high) / 2 * scale, (high - low) / 2 * scale
     spent, before = 0.0, math.inf
     for _ in range(ATTEMPTS):
@@ -275,8 +298,9 @@ def build(
         if errors.largest < allowed:
             break
         if a.in_pairs and errors.largest > before / 2:
-            # More terms gave nothing: where the surfaces split by little a chart's fourth part is
-            # so much smaller than the others that it loses to their roundings.
+            # More terms gave nothing, so roundings decide. Where the surfaces split by little,
+            # one of a chart's four functions is so small that the roundings of the others, larger
+            # ones show in it.
             a = precision(MOST_IN_PAIRS)
             c = coefficients(p, design.unit, a)
         before, planned = errors.largest, planned.larger(errors, allowed)
@@ -312,7 +336,7 @@ def _attempt(
     *,
     theta3: bool,
 ) -> tuple[NormalForm, Charts, Errors]:
-    """The normal form and the charts by given orders, with their errors."""
+    """The normal form and the charts of given orders, with their measured errors."""
     length, border = a.number(o.length), rough.border(max(layer.widths))
     nf = normal_form(c, energies, o.degree, o.n_phase_orbit, border, a, theta3=theta3)
     charts, found = [], []
@@ -336,7 +360,11 @@ def _attempt(
 
 
 def _floquet_exponent(body: Body, low: float, high: float) -> float:
-    """The exponent per radian in the middle; refuses orbits without a map at either end."""
+    """The Floquet exponent per radian of psi in the middle of the interval.
+
+    Raises MapError if there or at either end the periodic orbit is not hyperbolic with a positive
+    multiplier.
+    """
     found = []
     for h in (low, (low + high) / 2, high):
         try:
@@ -353,7 +381,7 @@ def _floquet_exponent(body: Body, low: float, high: float) -> float:
 
 
 def table_bits(bits: int) -> int:
-    """Bits of a map's tables: more than its own where these are pairs of doubles.
+    """The number of bits of a map's tables: more than its own while pairs of doubles hold them.
 
     Sharper tables make a sharper map, in doubles too.
     """
@@ -361,7 +389,7 @@ def table_bits(bits: int) -> int:
 
 
 def _cast(x: Scalar, a: Precision) -> Any:
-    """A record with its numbers in another precision."""
+    """A record with its numbers rounded to a precision."""
     if isinstance(x, (NormalForm, Chart, ChartTable, Interval)):
         return type(x)(*(_cast(one, a) for one in x))
     return x if x is None or isinstance(x, (int, float)) else a.array(x)[()]

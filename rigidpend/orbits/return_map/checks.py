@@ -1,4 +1,4 @@
-"""Checks of a finished map at points that no table has seen."""
+"""Checks of a finished map at held-out points, which are nodes of no table."""
 
 from __future__ import annotations
 
@@ -14,51 +14,53 @@ from rigidpend.orbits.return_map.precision import Precision
 from rigidpend.orbits.return_map.reduced import Coefficients
 
 LEVELS = 16
-"""Energies by lot at which tables are checked, one in each of as many equal parts of the interval.
+"""Number of random energies at which tables are checked, one in each equal part of the interval.
 
-Points with an energy in common take little more than one of them."""
+Several points with an energy in common take little more time than one of them."""
 ARCS, LOOK_UPS = 4, 16
-"""Points by lot at each of these: of a chart, and of an inverse chart, which takes no arcs.
+"""Numbers of random points at each of these energies: of a chart, and of an inverse chart.
 
-Inverse charts may err most between the ends, for a few energies and phases: of 4,000 points by
-lot one in 100 showed half of the largest error."""
+Points of an inverse chart need no arcs. It may err most far from the ends of the table, for a few
+energies and phases: of 4,000 random points one in 100 showed half of the largest error."""
 CORNERS = 16
-"""Phases at the four ends of a table's width and energies, where all that is left out adds up.
+"""Number of phases at each of the four ends of a table's width and energies.
 
-With bodies drawn by lot charts err by up to 90 times as much there as at 12 points by lot."""
+There all terms left out add up: with bodies drawn by lot charts err by up to 90 times as much there
+as at 12 random points."""
 SHARED = 5
-"""Factor by which charts err more than beside arcs that end in the same normal form.
+"""Factor of the stated error of a chart over the largest difference at held-out points.
 
-With 10 bodies drawn by lot, 400 points each, they do by up to 4.2, beside one of more terms."""
+Tables and held-out arcs share a normal form, and its error. With 10 bodies drawn by lot, 400 points
+each, errors by a normal form of more terms were up to 4.2 times the difference."""
 BETWEEN = 3
-"""Factor by which inverse charts err more between the points at which they are checked.
+"""Factor of the stated error of an inverse chart over the largest one at held-out points.
 
-With 72 bodies drawn by lot, 400 points each, they do by up to 2.1."""
+With 72 bodies drawn by lot, 400 points each, errors between these were up to 2.1 times as large."""
 LONGER = 1.05
-"""Excess length of the arcs of the held-out points over those behind the tables."""
+"""Factor on the duration of arcs at held-out points, over those behind the tables."""
 
 
 class Errors(NamedTuple):
     """Measured errors of a map, relative to the largest value of each table."""
 
     exponents: float
-    """Between the two determinations of Lambda."""
+    """Difference between the two determinations of Lambda."""
     floquet: float
-    """Between Lambda_0 and the Floquet exponent of the periodic orbit found in doubles."""
+    """Difference between Lambda_0 and the Floquet exponent, which is found in doubles."""
     charts: float
-    """At held-out points, by arcs of another length."""
+    """Error of charts at held-out points, by arcs of another duration."""
     inverse: float
-    """Errors of the invariants and the times, after an inverse chart and a chart."""
+    """Error of invariants and times after an inverse chart and a chart."""
     tail_x: float
-    """The last coefficients of the tables in d and I."""
+    """Largest of the last coefficients of the tables in d and I."""
     tail_phase: float
-    """Tail of the tables in chi and s."""
+    """Largest of the last coefficients of the tables in chi and s."""
     tail_energy: float
-    """Tail of the tables in h."""
+    """Largest of the last coefficients of the tables in h."""
 
     @property
     def largest(self) -> float:
-        """The largest of those that are measured in the precision of the tables."""
+        """The largest error that is measured in the precision of the tables."""
         return max(self.exponents, self.charts, self.inverse)
 
 
@@ -70,7 +72,11 @@ def held_out(
     length: Scalar,
     a: Precision,
 ) -> tuple[float, float]:
-    """The errors of a chart and of its inverse at points that no table has seen."""
+    """The stated errors of a chart and of its inverse, from held-out points, relative.
+
+    `length` is the duration of the arcs behind the tables, t'.
+    """
+    # The seed is fixed: a map is refused or not by what it follows from alone.
     random = np.random.default_rng(rising)
     energy = (np.arange(LEVELS) + random.uniform(0, 1, LEVELS)) * 2 / LEVELS - 1
     energy = a.array(np.append(energy, [1, -1]))
@@ -81,6 +87,7 @@ def held_out(
     direct = section_chart(rising, d, chi, form, c, length * a.number(LONGER))
     seen = chart.forward.at(form).look_up(d, chi, a)
     scale = np.array([a.largest(x) or 1.0 for x in direct])[:, None]
+    # An inverse chart and then a chart give back the invariants and the constants of time.
     share, turn, counts = points(random, LOOK_UPS)
     I, s = chart.inverse.width * a.array(share), a.array(turn) * a.pi
     form = TorusForm(nf, levels, a, counts)
@@ -97,7 +104,11 @@ def held_out(
 
 
 def points(random: np.random.Generator, each: int) -> tuple[Any, Any, list[int]]:
-    """Points of a table: shares of its width, half turns, and how many at each energy."""
+    """Points of a table: shares of its width, phases in half turns, and their number by energy.
+
+    Those at the two ends of the energies, the last two, are `CORNERS` phases at either end of the
+    width.
+    """
     share, turn = random.uniform(-1, 1, (2, LEVELS * each))
     ends, phases = np.tile([1, -1], CORNERS), (np.arange(CORNERS) + 0.5) * 2 / CORNERS - 1
     share, turn = np.append(share, [ends, ends]), np.append(turn, [np.repeat(phases, 2)] * 2)

@@ -1,4 +1,4 @@
-"""The normal form evaluated: rates on a torus, and (u, v) of a point beside the orbit."""
+"""The normal form at given energies: its rates, its series, and (u, v) of points near the orbit."""
 
 from __future__ import annotations
 
@@ -15,13 +15,13 @@ from rigidpend.orbits.return_map.normal_form import GUARD, MapError, NormalForm,
 from rigidpend.orbits.return_map.precision import Precision, correction, precision, product
 
 MOST_ITERATIONS = 12
-"""Most corrections with all terms; each doubles the digits, where the series converges at all."""
+"""Largest number of corrections with all terms; each doubles the digits if the series converge."""
 SETTLED = 1e-9
 """Relative correction in doubles after which the next one would be rounding.
 
-Slopes of half the degree leave 2^-24 of it."""
+Slopes from terms up to half the degree leave 2^-24 of a correction."""
 SLOPES = 2.0**-44
-"""Share of a correction that slopes in doubles leave."""
+"""Share of a correction that remains to be done when its slopes are those in doubles."""
 BEYOND = (
     "the series of the normal form cannot be inverted at the ends of the section's arcs, for it"
     " does not reach so far; a smaller mu brings them within reach"
@@ -29,7 +29,7 @@ BEYOND = (
 
 
 class TorusRates(NamedTuple):
-    """Lambda(I) and the mean dt'/dpsi with their derivatives in I, (N,) each."""
+    """The rates Lambda(I) and mean dt'/dpsi on tori uv = I, with derivatives in I, (N,) each."""
 
     exponent: Any
     exponent_slope: Any
@@ -38,7 +38,7 @@ class TorusRates(NamedTuple):
 
 
 def _polynomial(c: Any, by_power: Any) -> tuple[Any, Any]:
-    """The values and the slopes of polynomials of which the powers are known, (N,) each."""
+    """The values and slopes (N,) of polynomials with coefficients c (N, K), from known powers."""
     few = c.shape[1]
     slopes = c[:, 1:] * np.arange(1, few)
     value = (by_power[:, :few] * c).sum(axis=1)
@@ -46,12 +46,12 @@ def _polynomial(c: Any, by_power: Any) -> tuple[Any, Any]:
 
 
 def _powers(x: Any, n: int) -> Any:
-    """The first n powers of x, from 1 on: (N, n)."""
+    """The powers 1, x, ..., x^(n-1): (N, n)."""
     found = np.zeros_like(x, shape=(len(x), n))
     found[:, 0] = 1 + 0 * x
     known = 1
     while known < n:
-        # As many again at a time: few operations on short arrays.
+        # The number of known powers doubles each time: few operations on short arrays.
         more = min(known, n - known)
         top = found[:, known - 1 : known] * x[:, None]
         found[:, known : known + more] = top * found[:, :more]
@@ -60,28 +60,29 @@ def _powers(x: Any, n: int) -> Any:
 
 
 class Beside(NamedTuple):
-    """A point in the normal form, (N,) each."""
+    """Points in the coordinates of the normal form, (N,) each."""
 
     u: Any
     v: Any
     tau: Any
-    """Time less its mean, t'."""
+    """The oscillation of time about its mean growth, t'."""
     sigma: Any = None
-    """theta3 less its mean (which is 0), radians, if the normal form tells it."""
+    """The oscillation of theta3, radians, about a mean growth of 0; None if it is not known."""
 
 
 class TorusForm:
-    """The normal form at E energies, for points that come in as many groups.
+    """The normal form at E energies, for points in E consecutive groups, one for each energy.
 
     Parameters
     ----------
     nf : NormalForm
     h : (E,) array
+        Energies.
     a : Precision
     counts : E ints, optional
-        Points of each group, where these are not all of one length.
+        Number of points of each group, if the groups are not all of one length.
     weights : (E, count) array, optional
-        The Chebyshev polynomials at the energies, if they are known.
+        The Chebyshev polynomials at the energies, if they are already known.
     """
 
     def __init__(
@@ -101,24 +102,26 @@ class TorusForm:
         return self.weights @ self.nf.rotation
 
     def part(self, groups: slice, counts: Any) -> TorusForm:
-        """The same for some of the groups, with so many points each."""
+        """The same for some of the groups, with `counts` points in each of them."""
         return TorusForm(self.nf, self.h[groups], self.a, counts, self.weights[groups])
 
     def in_doubles(self, *, series: bool) -> TorusForm:
-        """The same with its rates in doubles, and its series too where these are asked for."""
+        """The same with its rates in doubles, and with its series in doubles too if `series`."""
         floats, nf = self.a.floats, self.nf
         if series and self.a.bits > 53:
             nf = nf._replace(odd=floats(nf.odd), even=floats(nf.even))
         found = TorusForm(nf, floats(self.h), precision(53), self.counts, floats(self.weights))
+        # These take the place of the cached properties: rounded last, so sharper than from rounded
+        # weights.
         found.exponent, found.rotation = floats(self.exponent), floats(self.rotation)
         return found
 
     def each(self, points: int) -> Any:
-        """Number of the points of each group."""
+        """The number of points of each group, given the number of all points."""
         return points // len(self.weights) if self.counts is None else self.counts
 
     def rates(self, I: Scalar) -> TorusRates:
-        """The rates at the invariants I, (N,)."""
+        """The rates at the invariants I, (N,), of points in groups."""
         by_power = _powers(I, max(self.exponent.shape[1], self.rotation.shape[1]))
         each = self.each(len(I))
         found = (
@@ -128,15 +131,16 @@ class TorusForm:
         return TorusRates(*next(found), *next(found))
 
     def placed(self, psi: Scalar, u: Scalar, v: Scalar) -> tuple[Any, Any, Any]:
-        """Qp, Qm and the time less its mean of points in the normal form, (N,) each."""
+        """Qp, Qm and the oscillation of time, t', at points of the normal form, (N,) each."""
         Qp, Qm, *_, tau = TorusSeries(self, psi).values(u, v)
         return Qp, Qm, tau
 
     def inverted(self, psi: Scalar, Qp: Scalar, Qm: Scalar) -> Beside:
-        """u and v of points by Newton's method.
+        """The coordinates u and v of points (Qp, Qm) at phases psi, by Newton's method.
 
-        Doubles do all of it but a last correction, and of that all but the terms of low degree: the
-        others are so small beside them that in doubles they have digits enough.
+        Newton's method runs in doubles up to the last correction. In this one only the terms of
+        low degree are summed in the full precision: all others are so small that doubles have
+        digits enough for them.
 
         Raises
         ------
@@ -153,12 +157,15 @@ class TorusForm:
 
 
 def _inverted(form: TorusForm, rough: TorusForm, psi: Any, Q: tuple[Any, Any]) -> tuple[Any, ...]:
+    """The fields of `Beside` for a block of points; `rough` is the normal form in doubles."""
     a, doubles = form.a, rough.a
     given = [a.floats(x) for x in Q]
     series = TorusSeries(rough, a.floats(psi))
     u, v = _newton(series, given[0], given[1])
     if a.bits == 53:
+        # `values` gives Qp, Qm, sigma if it is known, and tau; here tau and sigma are wanted.
         return (u, v, *series.values(u, v)[:1:-1])
+    # Terms behind `low` may be rounded to doubles; slopes need terms up to `fine` only.
     size = max(doubles.largest(u), doubles.largest(v))
     low, fine = series.least_degrees(size, GUARD * 2.0 ** (53 - a.bits), GUARD * SLOPES)
     _, by_u, by_v = series.part(0, fine).slopes(u, v, every=True)
@@ -170,21 +177,23 @@ def _inverted(form: TorusForm, rough: TorusForm, psi: Any, Q: tuple[Any, Any]) -
         du, dv = correction(by_u, by_v, (values[0] - Q[0], values[1] - Q[1]))
         u, v = u - du, v - dv
         if _relative(du, dv, u, v, a) * SLOPES < 4 * a.epsilon:
+            # tau and sigma follow the last correction to first order: no further sum is needed.
             left = values - by_u * du - by_v * dv
             return (u, v, *left[:1:-1])
     raise MapError(BEYOND)
 
 
 def _newton(series: TorusSeries, Qp: Any, Qm: Any) -> tuple[Any, Any]:
-    """u and v in doubles."""
+    """The coordinates u and v in doubles, from a start at 0 by terms of growing degree."""
     u, v = 0 * Qp, 0 * Qp
     degree, late = 1, 0
     with np.errstate(over="ignore", invalid="ignore", divide="ignore"):
         while late < MOST_ITERATIONS:
             if degree < series.degree:
+                # Terms that are smaller than the error of u and v are left out until they matter.
                 (p, m), by_u, by_v = series.part(0, degree).slopes(u, v)
             else:
-                # Of slopes the terms of low degree do.
+                # The slopes of the pass before, with at least half of the degree, are good enough.
                 p, m, *_ = series.values(u, v)
             du, dv = correction(by_u, by_v, (p - Qp, m - Qm))
             u, v = u - du, v - dv
@@ -193,7 +202,7 @@ def _newton(series: TorusSeries, Qp: Any, Qm: Any) -> tuple[Any, Any]:
                 return u, v
             if not off < np.inf:
                 break
-            # A correction doubles the digits, and as many more terms count then.
+            # A correction doubles the correct digits, so twice as many terms matter from now on.
             degree, late = 2 * degree + 1, late + (degree >= series.degree)
     raise MapError(BEYOND)
 
@@ -201,25 +210,29 @@ def _newton(series: TorusSeries, Qp: Any, Qm: Any) -> tuple[Any, Any]:
 def _relative(du: Any, dv: Any, u: Any, v: Any, a: Precision) -> float:
     """The largest correction relative to |u| + |v|."""
     size = a.floats(np.abs(u) + np.abs(v))
+    # On the periodic orbit itself |u| + |v| = 0, and the correction counts as it stands.
     return a.largest(a.floats(np.abs(du) + np.abs(dv)) / (size + (size == 0)))
 
 
 class TorusSeries:
-    """The series at given phases: polynomials in u and v with coefficients of each point.
+    """The series at given phases: polynomials in u and v, with coefficients for each point.
 
-    Terms are taken up to the degree `most`, if that is told.
+    Terms above the degree `most` are left out, if it is given.
     """
 
     def __init__(self, form: TorusForm, psi: Scalar, most: int | None = None) -> None:
         nf, weights, counts = form.nf, form.weights, form.counts
         self.degree = nf.degree if most is None else min(most, nf.degree)
         self.series: list[tuple[Any, Any, int]] = []
-        """Coefficients (N, terms, F or more), powers and F: of Qp, Qm and sigma; and of tau."""
+        """Coefficients (N, terms, F or more), exponents (terms, 2), and F.
+
+        Of Qp, Qm and sigma, then of tau; columns beyond F only fill vectors of lanes."""
         basis = fourier_basis(psi, nf.n, form.a)
         groups, energies = weights.shape
         alone = groups == len(psi)
         if alone:
-            # Each point has an energy of its own.
+            # Each point has an energy of its own: one product of matrices sums over energy and
+            # phase together. Otherwise the sum over energies is done once for each group.
             basis = (weights[:, :, None] * basis[:, None, :]).reshape(len(psi), -1)
             groups, counts = 1, None
         for values, parity in ((nf.odd, 1), (nf.even[..., None], 0)):
@@ -232,18 +245,21 @@ class TorusSeries:
             self.series.append((part, exponents, functions))
 
     def part(self, least: int, most: int | None = None) -> TorusSeries:
-        """The terms from a degree to another."""
+        """The terms of degrees `least` to `most`, or from `least` on."""
         made = copy.copy(self)
         made.degree = self.degree if most is None else min(most, self.degree)
         made.series = []
         for c, exponents, functions in self.series:
-            # They are in ascending order of degrees.
+            # The terms are in ascending order of degree, as `powers` lists them.
             some = slice(*np.searchsorted(exponents.sum(axis=1), (least, made.degree + 1)))
             made.series.append((c[:, some], exponents[some], functions))
         return made
 
     def least_degrees(self, size: float, *shares: float) -> list[int]:
-        """The degrees behind which terms at |u|, |v| <= size are below shares of the largest."""
+        """The degrees above which all terms are below given shares of the largest term.
+
+        Terms are compared at |u|, |v| <= size, and separately for each of the functions.
+        """
         found = [1] * len(shares)
         for c, exponents, _ in self.series:
             degrees = exponents.sum(axis=1)
@@ -254,7 +270,7 @@ class TorusSeries:
         return found
 
     def values(self, u: Scalar, v: Scalar) -> Any:
-        """Qp, Qm, sigma if it is known, and tau: (3 or 4, N)."""
+        """The values of Qp, Qm, sigma if it is known, and tau at points: (3 or 4, N)."""
         of_u, of_v = (_powers(x, self.degree + 1) for x in (u, v))
         found = []
         for c, exponents, functions in self.series:
@@ -263,12 +279,16 @@ class TorusSeries:
         return np.concatenate(found, axis=1).T
 
     def slopes(self, u: Scalar, v: Scalar, *, every: bool = False) -> tuple[Any, Any, Any]:
-        """Qp and Qm, or `every` one of `values`, with their derivatives in u and in v."""
+        """The values of Qp and Qm, with their derivatives in u and in v: (2, N) each.
+
+        With `every`, all functions of :meth:`values` in their order: (3 or 4, N) each.
+        """
         odd, of_odd, _ = self.series[0]
         of_u, of_v = (_powers(x, self.degree + 1) for x in (u, v))
         found = []
         for c, exponents, _ in self.series if every else [(odd[..., :2], of_odd, 2)]:
             j, k = exponents.T
+            # Where j = 0 the factor j makes the term vanish, whatever power stands beside it.
             by_u, by_v = j * of_u[:, np.maximum(j - 1, 0)], k * of_v[:, np.maximum(k - 1, 0)]
             at_u, at_v = of_u[:, j], of_v[:, k]
             terms = np.stack((at_u * at_v, by_u * at_v, at_u * by_v), axis=1)

@@ -1,8 +1,9 @@
 """Fourier and Chebyshev expansions of functions known at nodes, in any precision.
 
-A function of a phase is ``c0 + c1 cos + c2 sin + c3 cos 2 + c4 sin 2 + ...``: always an odd
-number of terms, for an even one would bring a mode whose phase its nodes cannot tell. A
-function of x in [-1, 1] is a sum of Chebyshev polynomials.
+A function of a phase p is ``c0 + c1 cos(p) + c2 sin(p) + c3 cos(2 p) + c4 sin(2 p) + ...``, always
+with an odd number n of terms: with an even n the n nodes would not determine the sine of the
+highest harmonic, which vanishes at all of them. A function of x in [-1, 1] is a sum of Chebyshev
+polynomials.
 """
 
 from __future__ import annotations
@@ -19,9 +20,9 @@ from rigidpend.numbers.generic import Scalar
 from rigidpend.orbits.return_map.precision import Precision, product
 
 AT_ONCE = 512
-"""Number of points that are worked on together: they stay in a core's own memory."""
+"""Number of points that are worked on together, so few that their arrays stay in a core's cache."""
 KEPT = 256
-"""Number of sets of nodes, and of matrices for them, that the tables of all maps share."""
+"""Number of sets of nodes, and of each kind of matrix, that are kept for the tables of all maps."""
 
 
 @functools.lru_cache(maxsize=KEPT)
@@ -31,14 +32,15 @@ def phases(n: int, a: Precision) -> Any:
 
 
 def fourier_basis(phase: Scalar, n: int, a: Precision, *, slope: bool = False) -> Any:
-    """The n functions 1, cos, sin, cos 2, ... at phases: (..., n), or their derivatives."""
+    """The n functions 1, cos, sin, cos 2, ... at phases: (..., n), or with `slope` derivatives."""
     basis = a.zeros((*np.shape(phase), n))
     basis[..., 0] = a.number(1)
     if n > 1:
         basis[..., 1], basis[..., 2] = a.cos(phase), a.sin(phase)
     known, most = 1, n // 2
     while known < most:
-        # The harmonics k + 1 to 2 k from those up to k, the sooner the fewer arrays are short.
+        # Harmonics k + 1 to 2 k follow from those up to k by the addition theorems. Doubling takes
+        # log2(n) passes over long arrays in the place of n over short ones.
         more = min(known, most - known)
         c, s = basis[..., 1 : 2 * more : 2], basis[..., 2 : 2 * more + 1 : 2]
         cos, sin = (basis[..., j : j + 1] for j in (2 * known - 1, 2 * known))
@@ -63,6 +65,7 @@ def fourier_synthesis(few: int, n: int, a: Precision) -> Any:
 @functools.lru_cache(maxsize=KEPT)
 def fourier_analysis(n: int, a: Precision) -> Any:
     """The matrix (n, n) from values at :func:`phases` to coefficients."""
+    # The n functions are orthogonal over the n phases: squares sum up to n/2, but those of 1 to n.
     matrix = fourier_synthesis(n, n, a).T * 2 / n
     matrix[0] = matrix[0] / 2
     return matrix
@@ -70,18 +73,18 @@ def fourier_analysis(n: int, a: Precision) -> Any:
 
 @functools.lru_cache(maxsize=KEPT)
 def nodes(n: int, a: Precision) -> Any:
-    """The n zeros of the n-th Chebyshev polynomial, in [-1, 1]."""
+    """The n zeros of the n-th Chebyshev polynomial, in [-1, 1], in descending order."""
     return a.cos(a.pi * (2 * a.array(np.arange(n)) + 1) / (2 * n))
 
 
 def chebyshev_basis(x: Scalar, n: int, a: Precision, *, slope: bool = False) -> Any:
-    """The Chebyshev polynomials T_0 .. T_{n-1} at x: (..., n), or their derivatives."""
+    """The Chebyshev polynomials T_0 .. T_{n-1} at x: (..., n), or with `slope` derivatives."""
     T = a.zeros((*np.shape(x), n))
     T[..., 0] = a.number(1)
     T[..., 1:2] = x[..., None]
     known = 1
     while known < n - 1:
-        # Those of order k + 1 to 2 k from those up to k.
+        # Orders k + 1 to 2 k follow from those up to k: T_(k+j) = 2 T_k T_j - T_(k-j).
         more = min(known, n - 1 - known)
         highest = T[..., known : known + 1]
         lower = T[..., 1 : more + 1]
@@ -89,6 +92,7 @@ def chebyshev_basis(x: Scalar, n: int, a: Precision, *, slope: bool = False) -> 
             ..., known - more : known
         ][..., ::-1]
         known += more
+    # The derivative of T_k = 2 x T_(k-1) - T_(k-2).
     dT = np.zeros_like(T)
     dT[..., 1:2] = a.number(1)
     for k in range(2, n) if slope else ():
@@ -112,45 +116,50 @@ def chebyshev_analysis(n: int, a: Precision) -> Any:
 
 @functools.lru_cache(maxsize=KEPT)
 def gauss(n: int, a: Precision) -> tuple[Any, Any]:
-    """The n points, ascending, and the weights of Gauss's rule on (0, 1)."""
+    """The n points, in ascending order, and the weights of Gauss's rule on (0, 1)."""
     x = a.array(np.polynomial.legendre.leggauss(n)[0])
-    # Newton's method from doubles on; the last time for the weights, which ask for sharp points.
+    # Newton's method starts from doubles and doubles the digits in each pass. Two passes more:
+    # points in doubles lack some bits, and the weights need polynomials at sharp points.
     for _ in range(2 + math.ceil(math.log2(a.bits / 53))):
+        # Monic Legendre polynomials of degree n - 1 and n, by their three-term recurrence.
         before, last = np.ones_like(x), x
         for k in range(2, n + 1):
             share = a.number(Fraction((k - 1) ** 2, (2 * k - 1) * (2 * k - 3)))
             before, last = last, x * last - share * before
         slope = (a.number(Fraction(n * n, 2 * n - 1)) * before - n * x * last) / (1 - x * x)
         x = x - last / slope
+    # Known up to a factor; the weights sum up to the length of the interval, 1.
     weights = (1 - x * x) / (before * before)
     return (1 + x) / 2, weights / weights.sum(axis=0)
 
 
 class Interval(NamedTuple):
-    """An interval of energies with its Chebyshev nodes; one node where it is a point."""
+    """An interval of energies with its Chebyshev nodes; it has one node if it is a single point."""
 
     centre: Any
     half_width: Any
     n: int
-    """Chebyshev nodes."""
+    """Number of Chebyshev nodes."""
 
     def nodes(self, a: Precision) -> Any:
-        """(n,)."""
+        """The energies at the nodes, (n,)."""
         return self.centre + self.half_width * nodes(self.n, a)
 
     def basis(self, h: Scalar, a: Precision) -> Any:
-        """(..., n) at energies h."""
+        """The n Chebyshev polynomials at energies h: (..., n)."""
         if self.n == 1:
+            # A single point has no width to divide by.
             ones = np.ones((*np.shape(h), 1), dtype=float)
             return a.array(ones)
-        # A difference of numbers, and not of arrays, may be a number.
+        # Where h is a number and not an array, so is the difference; the basis takes arrays only.
         return chebyshev_basis(a.array((h - self.centre) / self.half_width), self.n, a)
 
 
 def in_blocks(counts: Sequence[int]) -> Iterator[tuple[slice, slice, list[int]]]:
-    """Groups of points, `counts` of them, in blocks of at most `AT_ONCE` points.
+    """Blocks of at most `AT_ONCE` points, for consecutive groups of `counts` points each.
 
-    Of each block: its groups, its points, and how many of these belong to each of those.
+    A block is given as the slice of its groups, the slice of its points, and the number of its
+    points in each of these groups; a group may be divided between blocks.
     """
     edges = np.append(0, np.cumsum(counts))
     for begin in range(0, edges[-1], AT_ONCE):
@@ -161,9 +170,9 @@ def in_blocks(counts: Sequence[int]) -> Iterator[tuple[slice, slice, list[int]]]
 
 
 def grouped(rows: Any, matrices: Any, counts: Any = None) -> Any:
-    """Rows (N, K) times matrices (E, K, M): (N, M).
+    """Products of rows (N, K), in E groups, with a matrix for each group, (E, K, M): (N, M).
 
-    The rows come in E groups, each with a matrix of its own, of `counts` rows or of one length.
+    The groups have `counts` rows each, or all the same number.
     """
     many, terms, width = matrices.shape
     if counts is None or len(set(counts)) == 1:

@@ -1,9 +1,10 @@
 """Power series in two variables u and v, found one total degree at a time.
 
 The homogeneous part of degree D is an array (D + 1, n, H): the coefficients of u^j v^(D-j) at n
-phases and H energies. A series has parts of one parity only. Parts are computed when they are
-asked for, so that series may depend on one another in circles, as long as each part rests on
-earlier ones: the reduced equations are run over series as they stand.
+phases and H energies. A series has parts of one parity only: even or odd degrees. A part is
+computed when it is first asked for, and kept. So series may depend on one another in circles, as
+long as each part needs only parts that can be computed before it, and the code of the reduced
+equations runs on series as it runs on numbers.
 """
 
 from __future__ import annotations
@@ -18,7 +19,10 @@ from rigidpend.orbits.return_map.precision import Precision
 
 
 class Jet:
-    """A series whose parts of degree `first`, `first` + 2, ... are told, or found by a subclass."""
+    """A series with parts of degree `first`, `first` + 2, ..., set from outside or by a subclass.
+
+    The `tape` lists all series of a computation, so that their parts can be dropped or rounded.
+    """
 
     def __init__(self, tape: list[Jet], first: int) -> None:
         self.tape, self.first = tape, first
@@ -26,7 +30,7 @@ class Jet:
         tape.append(self)
 
     def part(self, degree: int) -> Any:
-        """The homogeneous part, (degree + 1, n, H); None where parity or size forbid one."""
+        """The homogeneous part, (degree + 1, n, H); None if the series has none of this degree."""
         if degree < self.first or (degree - self.first) % 2:
             return None
         if degree not in self.parts:
@@ -34,10 +38,14 @@ class Jet:
         return self.parts[degree]
 
     def find(self, degree: int) -> Any:
+        """Compute the part of a degree; LookupError if it has to be set from outside."""
         raise LookupError(f"the part of degree {degree} is not told yet")
 
     def go_on_in_doubles(self, a: Precision) -> None:
-        """Round what is known, numbers of a precision: further parts are found in doubles."""
+        """Round the known parts to doubles; further parts are then computed in doubles.
+
+        `a` is the precision of the known parts.
+        """
         self.parts = {degree: a.floats(part) for degree, part in self.parts.items()}
 
     def __add__(self, other: Jet) -> Jet:
@@ -56,12 +64,15 @@ class Jet:
 
 
 class _JetSum(Jet):
+    """The sum a + b or, with sign -1, the difference a - b."""
+
     def __init__(self, a: Jet, b: Jet, sign: int) -> None:
         super().__init__(a.tape, min(a.first, b.first))
         self.a, self.b, self.sign = a, b, sign
 
     def find(self, degree: int) -> Any:
         a, b = self.a.part(degree), self.b.part(degree)
+        # A summand has no part of a degree below its first one.
         if b is None:
             return a
         return self.sign * b if a is None else a + self.sign * b
@@ -83,16 +94,19 @@ class _JetScaled(Jet):
 
 
 class _JetProduct(Jet):
+    """The product of two series."""
+
     def __init__(self, a: Jet, b: Jet) -> None:
         super().__init__(a.tape, a.first + b.first)
         self.a, self.b = a, b
 
     def find(self, degree: int) -> Any:
+        # All degrees of the first factor at which the second one has a part as well.
         return convolved(self.a, self.b, degree, range(self.a.first, degree - self.b.first + 1, 2))
 
 
 class Reciprocal(Jet):
-    """1/a for a series with a part of degree 0, which may be named later."""
+    """The reciprocal of a series `of` that has a part of degree 0; `of` may be set later."""
 
     def __init__(self, tape: list[Jet]) -> None:
         super().__init__(tape, 0)
@@ -101,11 +115,12 @@ class Reciprocal(Jet):
     def find(self, degree: int) -> Any:
         if degree == 0:
             return 1 / self.of.part(0)
+        # The part of this degree of reciprocal times series vanishes; here it is solved for.
         return -self.part(0) * convolved(self, self.of, degree, range(0, degree, 2))
 
 
 class Deferred(Jet):
-    """A series that another one is, once that is named."""
+    """A placeholder for the series `of`, which is set later."""
 
     of: Jet
 
@@ -114,11 +129,12 @@ class Deferred(Jet):
 
 
 def convolved(a: Jet, b: Jet, degree: int, split: range) -> Any:
-    """The sum of products of parts of two series, of those of the first series that are named."""
+    """The part of a product a b, summed over the degrees of a in `split`: (degree + 1, n, H)."""
     left, right = [a.part(i) for i in split], [b.part(degree - i) for i in split]
     if isinstance(left[0], PairArray) or left[0].dtype == float:
         return pair_arrays.convolved(left, right)
     found = np.zeros_like(left[0], shape=(degree + 1, *left[0].shape[1:]))
+    # Numbers of mpmath: a row of the shorter part at a time, u^k v^(d-k) moves rows by k.
     for x, y in zip(left, right, strict=True):
         few, many = sorted((x, y), key=len)
         for k, row in enumerate(few):

@@ -1,12 +1,13 @@
-"""Kernel that follows many orbits through a map's passages, in machine code of our own.
+"""Kernel that follows many orbits through a map's passages, in machine code of the package's own.
 
-What a passage does is written once, for any map: tables, their orders and all else of a body are
+The code of a passage is written once, for any map: tables, their orders and all else of a body are
 data (`program`), so that nothing is compiled anew for another body. The energy of an orbit is
-the same on all its passages: tables are summed over their Chebyshev polynomials in the energy
-once for each orbit, and are short then.
+the same on all its passages. So the tables are summed over their Chebyshev polynomials in the
+energy only once for each orbit, which makes them short.
 
-It computes in doubles, or in pairs of them. A call takes a bounded time, for it cannot be
-interrupted, and leaves its orbits where the next one goes on.
+The kernel computes in doubles or in pairs of doubles, `LANES` orbits side by side in a vector. A
+call cannot be interrupted, so that it takes a bounded time, and leaves its orbits in a state from
+which the next call goes on.
 """
 
 from __future__ import annotations
@@ -28,11 +29,15 @@ from rigidpend.orbits.return_map.kernel_sums import Sums
 from rigidpend.orbits.return_map.program import FUNCTIONS, RATES, STAGE, TABLE, Program
 
 AT_ONCE = 2**15
-"""Passages of a call: some 0.01 s in doubles, 0.2 s in pairs."""
+"""Number of passages in a call: some 0.01 s in doubles, 0.2 s in pairs."""
 WORTHWHILE = {53: 2**13, 106: 2**10}
-"""Passages that are worth a thread, which takes 0.1 ms to begin and as long to end."""
+"""Number of passages that are worth a thread, which takes 0.1 ms to begin and as long to end."""
 ROWS = X, PHASE, ENERGY, FACTOR, TIME, IMAGE, INSIDE = range(7)
-"""Rows of an orbit's state between two calls."""
+"""Rows of the array of states in which orbits are kept between two calls.
+
+FACTOR is Qp of a start, by which functions in the table of starts are divided, and then 1.
+IMAGE is 1 on separatrix 2 or 3 and -1 on 4 or 1. INSIDE is 1 until an orbit leaves the tables, and
+0 from then on."""
 
 HEAD = (
     "define i64 @follow(ptr noalias %stages, ptr noalias %harmonics, ptr noalias %lengths,"
@@ -41,6 +46,10 @@ HEAD = (
     " ptr noalias %room,"
     " ptr noalias %times, ptr noalias %separatrices) {"
 )
+"""The function's first line: the data of a program, the orbits, room to work in, and results.
+
+`%apart` is the distance between parts of a coefficient, `%stride` that between rows of orbits, and
+`%begun` the number of the first leg: 0 for orbits at a start, then odd from upward crossings."""
 
 
 class UnderWay(NamedTuple):
@@ -48,43 +57,45 @@ class UnderWay(NamedTuple):
 
     rising: bool
     x: Any
-    """(N,) d over the width of the table that comes next, -1 to 1."""
+    """(N,) d in units of the width of the next table, -1 to 1."""
     chi: Any
     """(N,) radians."""
     image: Any
-    """(N,) doubles: 1 on these separatrices, -1 beside their images, 4 and 1."""
+    """(N,) doubles: 1 on these separatrices, -1 on their images, 4 and 1."""
     time: Any
-    """(N,) since the start, in the map's unit."""
+    """(N,) time t' since the start, in the map's unit."""
 
 
 def follow(
     program: Program, Qp: Scalar, phase: Scalar, e: Scalar, crossings: int, jobs: int = 1
 ) -> Crossings:
-    """Follow orbits from their start to so many crossings of M3 = 0.
+    """Follow orbits from their starts to their first `crossings` crossings of M3 = 0.
 
-    Times are in the map's unit. There is no crossing where the tables do not reach so far, and the
-    orbit is FAILED.
+    Times t' are in the map's unit. An orbit that leaves the tables has no crossings from there on,
+    and its outcome is FAILED.
 
     Parameters
     ----------
     program : Program
     Qp : (N,) array
-        Doubles or pairs of them, as are all: in the map's unit, within the program's starts.
+        Dimensionless starts in the map's unit, within the program's starts. These and the further
+        arrays are doubles or pairs of doubles.
     phase : (N,) array
         psi of the mirrored start, radians.
     e : (N,) array
-        Energies, -1 to 1 in the map's interval.
+        Energies, from -1 to 1 over the map's interval.
     crossings : int
     jobs : int, optional
-        Threads, which share the orbits. Python's own lines are left to one: threads that take
-        turns with the interpreter wait longer than they compute.
+        Number of threads, which share the orbits. Only the kernel runs in them: threads that take
+        turns with the interpreter would wait longer than they compute.
     """
     begin = np.stack((program.starts.place(Qp), phase, e, Qp, 0 * Qp))
     return _carried(program, begin, np.ones(len(phase)), 0, crossings, jobs)
 
 
 def go_on(program: Program, at: UnderWay, e: Scalar, crossings: int, jobs: int = 1) -> Crossings:
-    """Follow orbits from a crossing of M3 = 0 to so many further ones: see :func:`follow`."""
+    """Follow orbits from a crossing of M3 = 0 to `crossings` further ones: see :func:`follow`."""
+    # The leg from a downward crossing is a mirrored one, and takes (d, -chi).
     side = 1 if at.rising else -1
     begin = np.stack((at.x, side * at.chi, e, 0 * at.x + 1, at.time))
     return _carried(program, begin, at.image, 1 if at.rising else 2, crossings, jobs)
@@ -93,23 +104,27 @@ def go_on(program: Program, at: UnderWay, e: Scalar, crossings: int, jobs: int =
 def _carried(
     program: Program, begin: Any, image: Any, number: int, crossings: int, jobs: int
 ) -> Crossings:
-    """Carry orbits on from their rows up to the time; `number` tells which leg is their next."""
+    """Carry orbits on from their states, rows X to TIME; `number` is that of their next leg."""
     n = begin.shape[-1]
     groups = -(-n // LANES)
     stride = groups * LANES
     parts = len(program.values)
+    # Lanes without an orbit are computed too, from zeros, and their results are dropped.
     rows = np.zeros((parts, len(ROWS), stride))
     rows[:, : len(begin), :n] = in_doubles(begin, parts)
     rows[0, [IMAGE, INSIDE]] = 1.0
     rows[0, IMAGE, :n] = image
     times = np.empty((crossings, stride))
     beside = np.empty((crossings, stride), dtype=np.uint8)
+    # Numbers for which the kernel needs room: see `Sums.make_room`.
     most = len(program.lengths) * FUNCTIONS + program.energies + 2 * max(1, program.most)
     passages = _passages(program)
+    # A call takes `abreast` groups of orbits, or one group for `further` of its crossings.
     further = max(1, AT_ONCE // LANES)
     abreast = max(1, further // max(1, crossings))
 
     def carry(some: range) -> None:
+        # Each thread has its own room, from a multiple of 64 bytes on: that of a vector.
         room = np.empty(most * parts * LANES + 8)
         aligned = room[-room.ctypes.data % 64 // room.itemsize :]
         for group in some[::abreast]:
@@ -123,12 +138,13 @@ def _carried(
     threads = max(1, min(jobs, groups, worth))
     ends = [groups * k // threads for k in range(threads + 1)]
     side_by_side(carry, (), False, [range(*x) for x in itertools.pairwise(ends)], threads)
+    # An orbit that has left the tables never comes back: the last crossing tells of all.
     outcome = np.where(beside[-1, :n] != 0, Outcome.COMPLETE, Outcome.FAILED)
     return Crossings(times[:, :n], beside[:, :n], outcome.astype(np.uint8))
 
 
 def _passages(program: Program) -> Any:
-    """The kernel's function, with all of a program as its first arguments."""
+    """The kernel's function with a program's data as its first arguments."""
     return functools.partial(
         _function(program.bits),
         program.stages,
@@ -148,10 +164,13 @@ def _function(bits: int) -> Any:
 
 
 class _Following(Sums):
-    """The function `follow`."""
+    """The text of the kernel's function, in LLVM's language.
+
+    Registers hold values within a leg; what goes on from leg to leg, or in a loop, is in variables.
+    """
 
     def whole(self) -> str:
-        """All of the text."""
+        """The whole text of the function."""
         code, n = self.code, self.numbers
         one = n.rows(self.parts)
         self.x, self.phase, self.factor, self.time = (code.variable(one) for _ in range(4))
@@ -169,7 +188,7 @@ class _Following(Sums):
         return code.function(HEAD, "0")
 
     def _begin(self, first: str) -> None:
-        """Take in a group of orbits, and the tables at their energies."""
+        """Read the states of a group of orbits, and sum the tables at their energies."""
         code, n = self.code, self.numbers
         for row, variable in self.kept.items():
             n.store(self._known(row, first), variable, 0)
@@ -178,7 +197,7 @@ class _Following(Sums):
         self.tables_at(self._known(ENERGY, first))
 
     def _leave(self, first: str) -> None:
-        """Write down where a group of orbits is."""
+        """Write the states of a group of orbits."""
         code, n = self.code, self.numbers
         for row, variable in self.kept.items():
             for value, place in zip(n.load(variable, 0), self._places(row, first), strict=True):
@@ -187,10 +206,11 @@ class _Following(Sums):
         code.store(code.load(self.inside), self._places(INSIDE, first)[0], align=8)
 
     def _known(self, row: int, first: str) -> Value:
+        """A row of the states of a group of orbits, read."""
         return tuple(self.code.load(place, align=8) for place in self._places(row, first))
 
     def _places(self, row: int, first: str) -> list[str]:
-        """Places of the parts of a number of each orbit of a group."""
+        """The addresses of the parts of a row of the states, for a group of orbits."""
         code, found = self.code, []
         for part in range(self.parts):
             begin = code(f"mul i64 %stride, {len(ROWS) * part + row}")
@@ -198,8 +218,9 @@ class _Following(Sums):
         return found
 
     def _pass(self, k: str, first: str) -> None:
-        """From one crossing to the next, the first from the start: a leg."""
+        """Follow a leg: from one crossing to the next, or from the start to the first one."""
         code, n = self.code, self.numbers
+        # Stage 0 leads from the start to an upward crossing, so odd numbers leave upward ones.
         number = code(f"add i64 {k}, %begun")
         odd = code(f"and i64 {number}, 1")
         later = code(f"select i1 {code(f'icmp eq i64 {odd}, 1')}, i64 1, i64 2")
@@ -209,7 +230,8 @@ class _Following(Sums):
         n.store(x, self.along, 0)
         n.store(phase, self.angle, 0)
         with code.loop(2) as side:
-            # Into the normal form and out of it: the same lines for two tables.
+            # The way into the normal form and the way out of it look up a table each. A loop makes
+            # one copy of these long lines serve both.
             entries = self._entries(stage, code.mul(side, TABLE), TABLE)
             found = self.table(entries, n.load(self.along, 0), n.load(self.angle, 0))
             with code.when(code(f"icmp eq i64 {side}, 0")):
@@ -219,22 +241,25 @@ class _Following(Sums):
         self._tell(k, odd, first)
 
     def _entries(self, stage: str, first: str | int, count: int) -> list[str]:
-        """Some of the whole numbers that describe a stage."""
+        """Some of the integers that describe a stage, from the `first` on."""
         code = self.code
         at = code.add(code.mul(stage, STAGE), first)
         return [code.scalar("%stages", code.add(at, j), "i64") for j in range(count)]
 
     def _into(self, found: list[Value], stage: str, phase: Value) -> None:
-        """Through the normal form, from what the first table has found: I and s."""
+        """Go through the normal form: find I and s from the functions of the first table."""
         n, f = self.numbers, self.functions
         W, other, begin = found
         factor = n.load(self.factor, 0)
         W, other = n.times(W, factor), n.times(other, factor)
+        # Only the table of starts is one of quotients: W and the other, divided by Qp.
         n.store(self.number(1.0), self.factor, 0)
         I = n.times(W, other)
         self._stay_inside(I[0], self.one)
         self._stay_inside(W[0], self._limit(stage, 0))
         self._turn_sides(W[0])
+        # s = phase - ln|W|/Lambda; of the depth the kernel finds the part from W near 1, and the
+        # tables have the rest.
         reciprocal, rest, rotation = self.rates(self._entries(stage, 2 * TABLE, RATES), I)
         depth = n.plus(n.times(f.logarithm_of_size(W), reciprocal), rest)
         n.store(I, self.along, 0)
@@ -243,40 +268,51 @@ class _Following(Sums):
         n.store(rotation, self.rotation, 0)
 
     def _out(self, found: list[Value], stage: str, phase: Value) -> None:
-        """To the next crossing, from what the second table has found: its place and time."""
+        """Go to the next crossing: its place and time, from the functions of the second table."""
         n = self.numbers
         there, beyond, end = found
         new = n.plus(n.load(self.angle, 0), beyond)
+        # Whole turns were left out of the depth, and so of s: what chi has grown by needs them.
+        # In doubles their second part is below rounding.
         turns = (self._limit(stage, 1), *(self._limit(stage, 2),) * (self.parts - 1))
         turned = n.minus(n.minus(new, phase), turns)
         begin, rotation = (n.load(x, 0) for x in (self.begin, self.rotation))
         taken = n.plus(n.minus(begin, end), n.times(rotation, turned))
         n.store(n.plus(n.load(self.time, 0), taken), self.time, 0)
+        # The next passage is past the other orbit, which the reversor takes to the upper one:
+        # chi becomes -chi.
         self._go_on(there, self.functions.reduced_angle(n.opposite(new)))
 
     def _go_on(self, x: Value, phase: Value) -> None:
-        """The next crossing's place; of orbits beyond the tables a place that does no harm."""
+        """Set the place of the next crossing, or zeros for orbits beyond the tables."""
+        # Chebyshev polynomials grow beyond all bounds outside of a table, and angles would be too
+        # large to be reduced by whole numbers of turns.
         mask = self.code.compare("ogt", self.code.load(self.inside), "zeroinitializer")
         for value, place in ((x, self.x), (phase, self.phase)):
             kept = tuple(self.code.chosen(mask, part, "zeroinitializer") for part in value)
             self.numbers.store(kept, place, 0)
 
     def _turn_sides(self, W: str) -> None:
-        """The sign of W tells on which side the orbit leaves."""
+        """Turn to the mirror image if W < 0: the sign of W tells on which side the orbit leaves."""
         code = self.code
         image, negative = code.load(self.image), code.compare("olt", W, "zeroinitializer")
         other = code(f"fneg {code.vector} {image}")
         code.store(self.code.chosen(negative, other, image), self.image)
+        # An orbit with W = 0 is on the stable manifold and never leaves. The comparison is false
+        # for NaN too.
         self._stay(code.compare("one", W, "zeroinitializer"))
 
     def _tell(self, k: str, odd: str, first: str) -> None:
-        """Write down when and beside which separatrix the orbits cross."""
+        """Write the times at which the orbits cross, and beside which separatrices.
+
+        For an orbit beyond the tables they are NaN and 0.
+        """
         code = self.code
         inside = code.load(self.inside)
         mask = code.compare("ogt", inside, "zeroinitializer")
         image, place = code.load(self.image), code(f"mul i64 {k}, %stride")
         place = code(f"add i64 {place}, {first}")
-        # Upward beside 2 or its image 4, downward beside 3 or its image 1.
+        # Upward beside 2 or its image 4, downward beside 3 or its image 1; image is 1 or -1.
         rising = code.binary("fsub", code.number(3.0), image)
         falling = code.binary("fadd", code.number(2.0), image)
         down = code.everywhere(code(f"icmp eq i64 {odd}, 1"), "i1")
@@ -288,6 +324,7 @@ class _Following(Sums):
         code.store(time, code.at("%times", place, "double"), align=8)
 
     def _limit(self, stage: str, which: int) -> str:
+        """A limit of a stage, in each lane: 0 the largest |W|, 1 and 2 the parts of its turns."""
         code = self.code
         return code.everywhere(code.scalar("%limits", code.add(code.mul(stage, 3), which)))
 
@@ -295,6 +332,6 @@ class _Following(Sums):
         self._stay(self.code.compare("ole", self.code.size(x), limit))
 
     def _stay(self, mask: str) -> None:
-        """Orbits stay inside of the tables where a condition holds."""
+        """Mark the orbits for which a condition does not hold as outside of the tables."""
         now = self.code.load(self.inside)
         self.code.store(self.code.chosen(mask, now, "zeroinitializer"), self.inside)

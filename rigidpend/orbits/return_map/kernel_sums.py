@@ -1,4 +1,4 @@
-"""Tables and polynomials of a map summed in lanes: lines of the kernel."""
+"""Sums of a map's tables and polynomials in lanes: parts of the kernel's text."""
 
 from __future__ import annotations
 
@@ -8,10 +8,11 @@ from rigidpend.orbits.return_map.program import FUNCTIONS
 
 
 class Sums:
-    """Sums over the coefficients of a program; room for them is the function's argument.
+    """Writer of sums over the coefficients of a program; their memory is the argument `%room`.
 
-    What is small is summed in doubles, `plain`, in the same memory: of a number that doubles store
-    the further parts are zero, so that the program's own numbers go on from there.
+    Small terms are summed in doubles, `plain`, in the same memory as the program's own numbers,
+    `numbers`: when a double is stored the further parts are set to zero, so that a sum goes on in
+    the program's own numbers where the doubles have ended.
     """
 
     def __init__(self, bits: int) -> None:
@@ -22,18 +23,23 @@ class Sums:
         self.functions = Functions(self.numbers)
 
     def make_room(self) -> None:
-        """Room for tables at an orbit's energy, for polynomials in it, for harmonics and sums."""
+        """Divide the room: tables at an orbit's energy, polynomials of the energy, harmonics.
+
+        Running sums and places are variables of their own.
+        """
         code, one = self.code, self.numbers.rows(self.parts)
         self.powers = code.at("%room", code(f"mul i64 %triples, {FUNCTIONS * self.parts}"))
         self.waves = code.at(self.powers, code(f"mul i64 %energies, {self.parts}"))
         self.totals = [code.variable(one) for _ in range(FUNCTIONS)]
+        # Those of cosines and of sines are apart, so that additions wait less for one another.
         self.sums_of_row = [code.variable(one) for _ in range(2 * FUNCTIONS)]
         self.polynomials = [code.variable(one) for _ in range(2)]
         self.place, self.value = code.variable("i64"), code.variable("i64")
 
     def tables_at(self, energy: Value) -> None:
-        """Sum the tables over the Chebyshev polynomials of the energy."""
+        """Sum the tables over the Chebyshev polynomials of the energy, -1 to 1."""
         code, n = self.code, self.numbers
+        # The polynomials themselves, by T_l = 2 e T_(l-1) - T_(l-2).
         n.store(self.number(1.0), self.powers, 0)
         with code.when(code("icmp sgt i64 %energies, 1")):
             n.store(energy, self.powers, 1)
@@ -46,7 +52,7 @@ class Sums:
             length, sharp = self._two("%lengths", t)
             plain = code(f"sub i64 {length}, {sharp}")
             self._clear(self.totals)
-            # The least of the terms come first.
+            # The highest polynomial comes first, the small terms before the large ones.
             self._over_energies(self.plain, length, "0", plain)
             self._over_energies(n, length, plain, length)
             first = code(f"mul i64 {t}, {FUNCTIONS}")
@@ -54,9 +60,10 @@ class Sums:
                 n.store(self._settled(n, total), "%room", code(f"add i64 {first}, {j}"))
 
     def _over_energies(self, n: Doubles, length: str, start: str, end: str) -> None:
-        """Go on with sums over the polynomials of the energy, from one term to another."""
+        """Continue a triple's sums over polynomials of the energy with terms `start` to `end`."""
         code = self.code
         with code.loop(end, start) as l:
+            # The l-th term belongs to the polynomial of order length - 1 - l.
             power = n.load(self.powers, code(f"sub i64 {code(f'sub i64 {length}, {l}')}, 1"))
             at = code.load(self.value, "i64", 8)
             for j, total in enumerate(self.totals):
@@ -64,7 +71,7 @@ class Sums:
             code.store(code(f"add i64 {at}, {FUNCTIONS}"), self.value, "i64", 8)
 
     def table(self, entries: list[str], x: Value, phase: Value) -> list[Value]:
-        """The three functions of a table: rows of harmonics times Chebyshev polynomials."""
+        """The three functions of a table: sums of rows of harmonics times Chebyshev polynomials."""
         code, n = self.code, self.numbers
         rows, own, first, listed, most, most_own = entries
         self._make_waves(phase, most, most_own)
@@ -72,15 +79,20 @@ class Sums:
         older, last = self.polynomials
         n.store(self.number(1.0), older, 0)
         n.store(x, last, 0)
+        # Rows in the program's own numbers come first here: their polynomials are recurred in these
+        # numbers, and go on in doubles from there.
         sharp = self._rows(n, listed, x, "1", own)
         plain = self._rows(self.plain, listed, x, own, rows)
-        # The largest row comes last.
+        # Row 0, with the constants, is the largest and comes last.
         row = self._row(n, listed, "0")
         sums = (n.plus(a, n.of_double(b[0])) for a, b in zip(sharp, plain, strict=True))
         return [n.plus(total, value) for total, value in zip(sums, row, strict=True)]
 
     def _rows(self, n: Doubles, listed: str, x: Value, start: str, end: str) -> list[Value]:
-        """The sums over some rows of a table, the next ones; the polynomials of x go on."""
+        """The sums over the rows `start` to `end` of a table, each times its polynomial of x.
+
+        The polynomials and the place among the coefficients go on from one call to the next.
+        """
         code = self.code
         older, last = self.polynomials
         self._clear(self.totals)
@@ -94,7 +106,7 @@ class Sums:
         return [self._settled(n, total) for total in self.totals]
 
     def _row(self, n: Doubles, listed: str, i: str) -> list[Value]:
-        """A row of a table: three sums over harmonics, the constants last."""
+        """The three functions of a row of a table: sums over harmonics, with the constants last."""
         count, sharp = self._two("%harmonics", self.code(f"add i64 {listed}, {i}"))
         self._clear(self.sums_of_row)
         self._over_harmonics(self.plain, sharp, count)
@@ -104,7 +116,7 @@ class Sums:
         return [n.plus(a, c) for a, c in zip(waves, self._triple(n), strict=True)]
 
     def _over_harmonics(self, n: Doubles, start: str, end: str) -> None:
-        """Go on with the sums of a row, from one harmonic to another."""
+        """Continue the sums of a row with the harmonics `start` to `end`, counted from 0."""
         code = self.code
         with code.loop(end, start) as m:
             for k in (0, 1):
@@ -113,7 +125,10 @@ class Sums:
                     self._add(n, total, c, wave)
 
     def _make_waves(self, phase: Value, most: str, most_own: str) -> None:
-        """cos, sin, cos 2, sin 2, ... of a phase, those behind the program's own in doubles."""
+        """Find cos, sin, cos 2, sin 2, ... of a phase: up to `most_own` in the program's numbers.
+
+        Further harmonics, up to `most`, are found in doubles.
+        """
         n = self.numbers
         first = self.functions.cos_sin(phase)
         for k, value in enumerate(first):
@@ -122,11 +137,12 @@ class Sums:
         self._further_waves(self.plain, first, most_own, most)
 
     def _further_waves(self, n: Doubles, first: tuple[Value, Value], start: str, end: str) -> None:
-        """Multiples of an angle, each from the one before."""
+        """Find harmonics `start` to `end`, counted from 0, each from the one before."""
         code, (cos, sin) = self.code, first
         with code.loop(end, start) as m:
             at = code(f"mul i64 {m}, 2")
             c, s = (n.load(self.waves, code(f"sub i64 {at}, {k}")) for k in (2, 1))
+            # The addition theorems, with one of two products added without a rounding of its own.
             less = n.opposite(n.times(s, sin))
             next_ = (
                 n.settled(n.with_product(less, c, cos)),
@@ -136,7 +152,7 @@ class Sums:
                 n.store(value, self.waves, code(f"add i64 {at}, {k}"))
 
     def rates(self, entries: list[str], I: Value) -> list[Value]:
-        """The three polynomials in I, by Horner's rule."""
+        """The three polynomials in I, by Horner's rule: 1/Lambda, the depth's rest and dt'/dpsi."""
         code, n = self.code, self.numbers
         count, plain, first = entries
         code.store(first, self.place, "i64", 8)
@@ -147,13 +163,13 @@ class Sums:
         return [n.load(total, 0) for total in self.totals]
 
     def _horner(self, n: Doubles, I: Value, start: str, end: str) -> None:
-        """Go on with polynomials in I, from one power to another."""
+        """Continue Horner's rule with coefficients `start` to `end`, the highest power first."""
         with self.code.loop(end, start):
             for total, value in zip(self.totals, self._triple(n), strict=True):
                 n.store(n.settled(n.with_product(value, n.load(total, 0), I)), total, 0)
 
     def _triple(self, n: Doubles) -> list[Value]:
-        """The next three coefficients at the orbits' energies."""
+        """The next three coefficients at the orbits' energies; the place goes on by one."""
         code = self.code
         place = code.load(self.place, "i64", 8)
         code.store(code(f"add i64 {place}, 1"), self.place, "i64", 8)
@@ -161,12 +177,12 @@ class Sums:
         return [n.load("%room", code(f"add i64 {first}, {j}")) for j in range(FUNCTIONS)]
 
     def _two(self, base: str, index: str) -> list[str]:
-        """The two whole numbers at an index."""
+        """The two integers at an index of an array of pairs."""
         first = self.code(f"mul i64 {index}, 2")
         return [self.code.scalar(base, self.code.add(first, k), "i64") for k in (0, 1)]
 
     def _scalar(self, n: Doubles, index: str) -> Value:
-        """A coefficient in each lane."""
+        """A coefficient, the same in each lane; its parts are `%apart` from one another."""
         code = self.code
         places = [code.add(index, code.mul("%apart", part)) for part in range(n.parts)]
         return tuple(code.everywhere(code.scalar("%values", place)) for place in places)
@@ -182,4 +198,5 @@ class Sums:
         return n.settled(n.load(total, 0))
 
     def number(self, x: float) -> Value:
+        """A double as the program's own number, the same in each lane."""
         return self.numbers.of_double(self.code.number(x))

@@ -1,9 +1,9 @@
-"""Orders of the tables: how many terms a body, an energy and a precision need.
+"""Orders of a map's tables: the number of terms that a body, an energy and a precision need.
 
-A first look at the charts, in doubles and of low order, measures how far the orbits' layer
-reaches; a second one, at one energy, how fast the terms of the normal form and of the charts
-shrink over this layer. Where they do not, tables reach less far, and some orbits leave them.
-Whether they are small enough is measured on the finished tables.
+A first look at the charts, in doubles and of low order, measures how wide the layer of orbits is.
+A second look, at one energy, measures how fast the terms of the normal form and of the charts
+shrink over this layer. If they do not shrink, tables of a thinner layer are tried, which some
+orbits will leave. Errors are measured only later, on the finished tables.
 """
 
 from __future__ import annotations
@@ -32,12 +32,13 @@ from rigidpend.orbits.return_map.reduced import Coefficients
 
 
 def layer_width(nu: float) -> float:
-    """About the largest |I| of orbits over what is called splitting here, from below 6 on.
+    """Estimate of the largest |I| of orbits, in units of the splitting, for results below 6.
 
-    That holds what both surfaces are displaced by, beside which they are split by ever less where
-    nu grows. Of 24 bodies drawn by lot, 60 orbits each through 100 passages, tables that reach to
-    10, the largest |I| was 5.5 where nu = 2.1, 1.8 to 4.5 where it was 2.5 to 4.5, 1.36 at 5.3,
-    1.14 at 6.3, 0.28 at 7.9, 0.1 at 9.7 and 0.03 at 11.2.
+    The splitting is |I| at d = 0 (see :func:`first_look`). It contains the displacement that both
+    surfaces share, which exceeds their distance the more the larger nu = pi kappa/sin(alpha0) is.
+    Of 24 bodies drawn by lot, 60 orbits each through 100 passages, tables that reach to 10, the
+    largest |I| was 5.5 where nu = 2.1, 1.8 to 4.5 where nu was 2.5 to 4.5, 1.36 at 5.3, 1.14 at
+    6.3, 0.28 at 7.9, 0.1 at 9.7 and 0.03 at 11.2.
     """
     return 55 * math.exp(-0.65 * nu)
 
@@ -45,18 +46,18 @@ def layer_width(nu: float) -> float:
 LEAST_REACH, MOST_REACH = 1.0, 5.5
 """Least and largest reach of the tables in |I|, in units of the splitting."""
 SHORTER, SHORTEST = 0.8, 2.2
-"""Factor by which the reach is shortened where series do not shrink so far, and the least of it.
+"""Factor by which the reach is shortened while series do not shrink over it; least reach tried.
 
-Of 20,000 orbits of a body drawn by lot 1.8 % leave tables of a reach of 4 on 15 passages, and 2 %
-those of 3; of another one 31 % leave tables of a reach of 2.2, and 79 % those of 1.6."""
+Of 20,000 orbits of a body drawn by lot 1.8 % leave tables of reach 4 within 15 passages, and 2 %
+those of reach 3; of another body 31 % leave tables of reach 2.2, and 79 % those of reach 1.6."""
 THINNEST = 2.0**-40
-"""Width of a layer, in these units, in which tables in pairs of doubles keep too few digits."""
+"""Width of a layer, in the same units, below which pairs of doubles keep too few digits."""
 MARGIN = 1.15
-"""Margin of the width in d over the least that the first look finds."""
+"""Factor of the width in d over the least width that the first look finds."""
 LARGEST_RADIUS = 0.5
-"""Largest radius of u and v, in units of their size at the singularity.
+"""Largest |u| and |v| at the ends of arcs, in units of their size at the nearest singularity.
 
-Beyond it a series needs too many terms."""
+Beyond it the series need too many terms."""
 LOOK = 3, 9, 7
 """Sizes of the first look: nodes in d and in chi, degree of the normal form."""
 SECOND_LOOK = 21
@@ -64,47 +65,52 @@ SECOND_LOOK = 21
 DOUBLES = 53 * math.log(2)
 """Natural logarithm of one over a rounding of doubles."""
 NOISE = 1e-12
-"""Relative size from which on terms in doubles tell how fast they shrink."""
+"""Relative size above which terms in doubles show how fast they shrink."""
 TINY = 1e-17
-"""Relative size below which terms in doubles tell nothing more."""
+"""Relative size below which terms in doubles are nothing but rounding."""
 SLOWEST = 0.05
-"""Least natural logarithm by which terms shrink from order to order."""
+"""Least decrease of the natural logarithm of terms from order to order, for a map to be made."""
 MOST_DEGREE = 52
-"""Largest degree of the normal form in doubles; it grows in proportion to the bits."""
+"""Largest degree of the normal form in doubles; with more bits it grows in proportion to them."""
 ENDS = 16
 """Phases at the ends of a table's width at which the second look measures where arcs end."""
 TOLD = 2
-"""Factor by which tables may err more than their last coefficients."""
+"""Factor up to which the error of a table may exceed its last coefficients, to be theirs."""
 MORE = 1.2
-"""Factor by which orders are raised for another attempt; those of the normal form at most."""
+"""Factor by which orders are raised for another attempt; for the normal form it is the most."""
 
 
 class Orders(NamedTuple):
-    """Sizes of the tables and of the normal form."""
+    """Sizes of the tables and of the normal form, with the duration of the arcs."""
 
     degree: int
+    """Degree of the normal form, odd."""
     n_phase_orbit: int
-    """Phases of the normal form."""
+    """Number of phases of the normal form."""
     n_x: int
-    """Chebyshev nodes in d and in I."""
+    """Number of Chebyshev nodes in d and in I."""
     n_phase: int
-    """Phases of a chart."""
+    """Number of phases of a chart."""
     n_phase_inverse: int
-    """Phases of an inverse chart."""
+    """Number of phases of an inverse chart."""
     n_energy: int
+    """Number of Chebyshev nodes in the energy."""
     length: float
-    """Length of the arcs, t'."""
+    """Duration of the arcs, t'."""
 
     def larger(self, errors: Errors, allowed: float) -> Orders:
-        """The orders for another attempt, more of those that the errors tell to be too small."""
+        """The orders for another attempt: those are raised that the errors show to be too small."""
+        # A tail beyond an eighth of what is allowed calls for more terms in its direction.
         small, told = allowed / 8, TOLD * max(errors[-3:])
         x, phase, energy = (MORE if tail > small else 1.0 for tail in errors[-3:])
         if errors.inverse > max(told, allowed / 2):
-            # By terms of both, for an inverse chart is solved from the chart's own table.
+            # The tails do not explain it. At its nodes an inverse chart is solved exactly from the
+            # chart's own table, so that only its own truncation remains.
             phase = energy = MORE
-        # A degree more gains as much as those before it.
+        # Each degree gains as many digits as the others: the share of digits that are missing is
+        # the share of degrees to add.
         share = math.log(max(errors.charts, 2 * small) / small) / -math.log(small)
-        # What the tails don't tell of a chart is the normal form's own.
+        # What tails do not explain of a chart's error comes from the normal form.
         own = errors.charts > told or x == phase == energy == 1
         inner = min(MORE, 1 + share) if own else 1.0
         return Orders(
@@ -118,7 +124,7 @@ class Orders(NamedTuple):
         )
 
     def designed(self, unit: float, stretch: float, more: int) -> Orders:
-        """Those of a design, in its unit."""
+        """The orders of a design, which adds `more` terms, with the arcs' duration in its unit."""
         return Orders(
             self.degree + more,
             self.n_phase_orbit + more,
@@ -131,7 +137,7 @@ class Orders(NamedTuple):
 
 
 class Layer(NamedTuple):
-    """The layer of orbits that the tables are to hold."""
+    """The layer of orbits that the tables are to cover."""
 
     invariant: float
     """Largest |I|."""
@@ -139,40 +145,42 @@ class Layer(NamedTuple):
     """Largest |d| on downward and upward crossings."""
 
     def in_unit(self, unit: float) -> Layer:
-        """The same in another unit of M."""
+        """The same layer in another unit of M."""
+        # I = u v is of second order in M, d of first.
         return Layer(self.invariant * unit**2, (self.widths[0] * unit, self.widths[1] * unit))
 
 
 class Rough(NamedTuple):
-    """A body at an energy, in doubles: how far and how fast orbits go, nearly as without weight."""
+    """Rough sizes and rates of orbits at an energy, in doubles and mostly as without weight."""
 
     c: Coefficients
     h: float
 
     @property
     def rate(self) -> float:
-        """Rate of the separatrices in 1/t'."""
+        """Rate of the motion on separatrices, J2 sin(alpha0)/2, in 1/t'."""
         return math.sqrt(2 * self.h / self.c.aligned.kappa) * self.c.aligned.half_sigma
 
     def radius(self, width: float) -> float:
         """|u| and |v| at the arcs' ends, in units of their size at the nearest singularity.
 
         Without weight Qp is Q/cosh(x) on separatrix 2, v = 2 Q exp(-x), u = d exp(x)/2 and
-        Q = J2 sin(alpha0); the arcs from d = width end where |u| = |v|.
+        Q = J2 sin(alpha0) = 2 `rate`. The arcs from d = width end where |u| = |v| = sqrt(Q d), and
+        the series in v converge for |v| < 2 Q.
         """
         return math.sqrt(width / (8 * self.rate))
 
     def border(self, width: float) -> float:
-        """|u| and |v| at the ends of arcs from points at d = width."""
+        """|u| and |v| at the ends of arcs from points at d = width, dimensionless as M."""
         return 4 * self.rate * self.radius(width)
 
     def arc_length(self, width: float) -> float:
-        """The length t' of arcs after which |u| = |v| for points at d = width.
+        """The duration t' of arcs from points at d = width to where |u| = |v|.
 
         Raises
         ------
         MapError
-            The layer is so wide that no such arc is short of the singularity.
+            The layer is so wide that u and v are beyond `LARGEST_RADIUS` there.
         """
         r = self.radius(width)
         if r > LARGEST_RADIUS:
@@ -180,22 +188,32 @@ class Rough(NamedTuple):
                 f"mu is too large: the layer around the separatrices, |d| up to {width:.2g},"
                 f" reaches {r:.2g} of the normal form's radius, more than {LARGEST_RADIUS}"
             )
+        # There x = -ln(r), and x grows at the rate of the separatrix.
         return -math.log(r) / self.rate
 
     def nodes(self, width: float, nats: float) -> int:
-        """The number of Chebyshev nodes in d, by the rate of the leading terms."""
+        """The number of Chebyshev nodes in d for a truncation error exp(-nats).
+
+        The leading terms fall as (2 r^2)^k, with r from :meth:`radius`.
+        """
         return math.ceil(nats / -math.log(min(0.5, 2 * self.radius(width) ** 2)) + 1)
 
     def harmonics(self, nats: float) -> int:
-        """The number of Fourier terms: the harmonics of order k are of order (mu/h)^k."""
+        """The number of Fourier terms for a truncation error exp(-nats).
+
+        The harmonics of order k are of order (mu/h)^k, and are taken to fall as (2 mu/h)^k.
+        """
         mu = math.hypot(self.c.aligned.mu_r1, self.c.aligned.mu_r2)
         return _odd(2 * nats / -math.log(min(0.5, 2 * mu / self.h)) + 1)
 
     def cost(self, o: Orders, bits: int, *, theta3: bool) -> float:
-        """Seconds of a core for tables of some orders, made in pairs of doubles.
+        """Expected seconds of a core to make tables of given orders in pairs of doubles.
 
-        Of 15 bodies drawn by lot tables that took 0.16 to 2.6 s cost 0.9 to 1.12 times as much.
+        For 15 bodies drawn by lot, whose tables took 0.16 to 2.6 s, it is 0.9 to 1.12 times the
+        time taken.
         """
+        # Arcs with the normal form solved at their ends, points of inverse charts, and products of
+        # series, in microseconds as measured; charts are made for two sections.
         of = o.n_energy, FORWARD
         charts = sum(math.prod(x) for x in table_sizes(o.n_x, o.n_phase, *of))
         of = o.n_energy, INVERSE
@@ -209,9 +227,10 @@ class Rough(NamedTuple):
 
 
 def looks(body: Rough) -> tuple[Layer, Shrinking]:
-    """Two looks at a body: the layer of its orbits, or so much of it as series reach, and these.
+    """The layer of a body's orbits, or the part of it over which series shrink, and how fast.
 
-    Raises MapError where there is no map; its reason is that of the whole layer.
+    Raises MapError if there is no map. The reason is the one found for the whole layer, not for the
+    thinner ones tried after it.
     """
     reach, refused = whole_reach(body), None
     while refused is None or reach >= SHORTEST:
@@ -224,12 +243,16 @@ def looks(body: Rough) -> tuple[Layer, Shrinking]:
 
 
 def whole_reach(body: Rough) -> float:
-    """The reach of tables that hold all orbits; MapError where nothing is split, or too little."""
+    """The reach in |I| of tables that hold all orbits, in units of the splitting.
+
+    Raises MapError if nothing is split, or too little.
+    """
     k = body.c.aligned
     if not k.force_p and not k.force_m:
         raise MapError("without weight (mu = 0) nothing is split and no map is needed")
     wide = layer_width(math.pi * k.kappa / (2 * k.half_sigma))
     if wide < THINNEST:
+        # The width of nearly symmetric bodies may underflow to zero.
         told = f"some {wide:.1g}" if wide else "less than 1e-300"
         raise MapError(
             "the body is nearly symmetric: its surfaces are split by less than the tables resolve,"
@@ -239,11 +262,12 @@ def whole_reach(body: Rough) -> float:
 
 
 def first_look(body: Rough, reach: float) -> Layer:
-    """Estimate a layer's width: so many times the splitting, from charts of low order.
+    """Estimate the layer that is `reach` times the splitting wide, from charts of low order.
 
-    Raises MapError where it is too wide.
+    Raises MapError if it is too wide.
     """
     (c, h), k, a = body, body.c.aligned, precision(53)
+    # Width of the charts, of the size of the splitting to first order in mu.
     guess = max(abs(k.force_p), abs(k.force_m)) * math.pi / 2 / body.rate
     n_x, n_phase, degree = LOOK
     length = body.arc_length(guess)
@@ -251,12 +275,14 @@ def first_look(body: Rough, reach: float) -> Layer:
     splittings, slopes = [], []
     for rising in (False, True):
         table = forward_table(rising, guess, n_x, n_phase, nf, c, length, a)
+        # Without weight I = 0 along d = 0: there its size measures the splitting.
         at = phases(36, a)
         seen = table.at(TorusForm(nf, np.full(1, h), a)).look_up_slopes(0 * at, at, a)
         U, V = seen.value[:2]
         splittings.append(float(np.abs(U * V).max()))
         slopes.append(float(np.abs(U * seen.by_x[1] + V * seen.by_x[0]).min()))
     invariant = reach * max(splittings)
+    # |I| is at least slope |d| - split, so that it exceeds `invariant` beyond this width.
     low, high = (
         MARGIN * (invariant + split) / slope
         for split, slope in zip(splittings, slopes, strict=True)
@@ -265,20 +291,22 @@ def first_look(body: Rough, reach: float) -> Layer:
 
 
 class Shrinking(NamedTuple):
-    """Largest terms of each order over a layer, relative to the largest of all."""
+    """Largest terms of each order over a layer, relative to the largest of all orders."""
 
     by_degree: Any
-    """Those of the normal form, of degrees 1, 3, ..."""
+    """Terms of the normal form, of degrees 1, 3, ..."""
     by_x: tuple[Any, ...]
-    """Those of charts and inverse charts, downward and upward, by polynomials of d or I."""
+    """Terms of four tables by Chebyshev polynomial of d or I.
+
+    The tables are the chart and the inverse chart of downward, then of upward crossings."""
     by_phase: tuple[Any, ...]
-    """The same by harmonics."""
+    """Terms of the same four tables by harmonic of the phase."""
 
 
 def second_look(body: Rough, layer: Layer) -> Shrinking:
     """Measure how fast the terms of the normal form and of the charts shrink, at one energy.
 
-    Raises MapError where the series shrink too slowly, or the arcs do not end within them.
+    Raises MapError if the series shrink too slowly, or the arcs do not end within their range.
     """
     width, a, at = max(layer.widths), precision(53), Interval(body.h, 0.0, 1)
     length, border, n = body.arc_length(width), body.border(width), body.harmonics(DOUBLES)
@@ -287,6 +315,7 @@ def second_look(body: Rough, layer: Layer) -> Shrinking:
     sizes = np.abs(nf.odd[:, :, :2]).max(axis=(0, 2)) * _reach(body, layer, nf) ** degrees
     by_degree = np.array([sizes[degrees == D].max() for D in range(1, nf.degree + 1, 2)])
     by_degree = by_degree / by_degree[0]
+    # If the series shrink too slowly even for doubles, they could not be inverted below either.
     degree = _degree(by_degree, 2.0**-53)
     if degree > MOST_DEGREE:
         raise MapError(
@@ -305,8 +334,9 @@ def second_look(body: Rough, layer: Layer) -> Shrinking:
 def _reach(body: Rough, layer: Layer, nf: NormalForm) -> float:
     """|u| and |v| where arcs from the ends of both sections' widths end: their geometric mean.
 
-    A term u^j v^k of the normal form is largest there. The `border`, which is that of orbits
-    without weight, is 1.1 to 1.3 times less, and terms of degree 50 are a million times less there.
+    The terms u^j v^k of the normal form are largest there. The `border`, an estimate for orbits
+    without weight, is smaller by a factor of 1.1 to 1.3, which makes terms of degree 50 smaller by
+    up to half a million.
     """
     found, length = 0.0, body.arc_length(max(layer.widths))
     for rising, width in zip((False, True), layer.widths, strict=True):
@@ -320,10 +350,10 @@ def _reach(body: Rough, layer: Layer, nf: NormalForm) -> float:
 def orders(
     body: Rough, half: float, layer: Layer, seen: Shrinking, target: float, inner: float
 ) -> Orders:
-    """The orders whose first terms left out are below `target`, relative.
+    """The orders at which the first terms left out are below `target`, relative to the largest.
 
-    Those of the normal form are below `inner`. Energies differ by up to `half` from that of the
-    looks.
+    The normal form's own are below `inner`. `half` is half of the width of the interval of
+    energies, around the energy of the looks.
 
     Raises
     ------
@@ -335,7 +365,8 @@ def orders(
         _degree(seen.by_degree, inner),
         body.harmonics(nats) + 2,
         max(_enough(x, target) for x in seen.by_x),
-        # One harmonic more: what a chart leaves out is larger than its last one.
+        # m harmonics with the mean, m - 1 without, are 2 m - 1 terms. Charts have one harmonic
+        # more: what a chart leaves out is larger than its last harmonic.
         2 * max(_enough(x, target) for x in seen.by_phase[::2]) + 1,
         2 * max(_enough(x, target) for x in seen.by_phase[1::2]) - 1,
         math.ceil(nats / math.log(2 * body.h / half) + 1) if half else 1,
@@ -344,21 +375,27 @@ def orders(
 
 
 def _degree(by_degree: Any, target: float) -> int:
-    """The degree of the normal form whose first terms left out are below a target."""
+    """The odd degree at which the first terms of the normal form left out are below a target."""
     return 2 * _enough(by_degree, target) + 1
 
 
 def _by_order(table: ChartTable) -> tuple[Any, Any]:
-    """The largest coefficients of a table for each order in x and each harmonic, relative."""
+    """The largest coefficients of a table for each order in x, and for each harmonic.
+
+    They are relative to the largest of the same function.
+    """
     sizes = np.abs(table.values[0].reshape(table.n_x, table.n_phase, -1))
     sizes = (sizes / np.maximum(sizes.max(axis=(0, 1)), TINY)).max(axis=2)
+    # The cosine and the sine of a harmonic count as one.
     phase = sizes.max(axis=0)
     return sizes.max(axis=1), np.append(phase[0], np.maximum(phase[1::2], phase[2::2]))
 
 
 def _enough(sizes: Any, target: float) -> int:
-    """Number of terms that come before those below a target, by the rate at which they shrink."""
+    """The number of terms that are not below a target, by the rate at which terms shrink."""
+    # Each size is replaced by the largest at or behind it: some orders vanish by symmetry.
     logs = np.log(np.maximum(np.maximum.accumulate(sizes[::-1])[::-1], TINY))
+    # The rate is taken from the second half of the terms above noise, and carried on beyond.
     last = min(len(logs) - 1, 1 + int(np.flatnonzero(logs > math.log(NOISE)).max()))
     first = last // 2
     rate = (logs[first] - logs[last]) / (last - first)
@@ -368,5 +405,5 @@ def _enough(sizes: Any, target: float) -> int:
 
 
 def _odd(x: float) -> int:
-    """The next odd number."""
+    """The least odd number that is not below x."""
     return 2 * math.ceil((x - 1) / 2) + 1

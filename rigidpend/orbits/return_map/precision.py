@@ -1,7 +1,7 @@
 """Arrays of numbers of any precision, with their elementary functions.
 
-Doubles are NumPy's own type, up to 96 bits are carried in pairs of doubles by the kernel. Beyond,
-a number is mpmath's, in an array of objects. The same lines compute with all of them:
+Doubles are NumPy's own type. Numbers of up to 96 bits are pairs of doubles, computed by the kernel.
+Numbers of more bits are mpmath's, in arrays of objects. The same code computes with all three, by
 ``+ - * /``, ``@``, and the functions of a :class:`Precision`.
 """
 
@@ -19,21 +19,22 @@ from rigidpend.orbits.integrate import pair_arrays
 from rigidpend.orbits.integrate.pair_arrays import PairArray
 
 FUNCTIONS = {"sin": 1, "cos": 1, "exp": 1, "expm1": 1, "log": 1, "sqrt": 1, "atan2": 2}
+"""Names of the elementary functions, with the number of their arguments."""
 UNDIVIDED, LEAST_ROWS = 2**18, 16
-"""Multiplications of a product for which OpenBLAS starts no thread yet; least rows of its parts.
+"""Multiplications of a product up to which OpenBLAS starts no thread; least rows of its parts.
 
-OpenBLAS as NumPy brings it: a larger product is done in parts."""
+That holds for OpenBLAS as NumPy brings it. A larger product is done in parts."""
 MOST_IN_PAIRS = 96
-"""Bits that pairs of doubles keep after some hundred operations that each err by 2^-104."""
+"""Bits that pairs of doubles keep after some hundred operations, each with an error of 2^-104."""
 
 
 def in_pairs(bits: int) -> bool:
-    """True if numbers of so many bits are pairs of doubles, of the kernel."""
+    """True if numbers of a precision of `bits` bits are kept as pairs of doubles."""
     return 53 < bits <= MOST_IN_PAIRS
 
 
 class Precision:
-    """Numbers of `bits` bits: how they are made, and the functions of arrays of them."""
+    """Numbers of `bits` bits: their constructors, and functions of arrays of them."""
 
     sin: Any
     cos: Any
@@ -54,17 +55,20 @@ class Precision:
             else:
                 mine = np.frompyfunc(getattr(m, name), arguments, 1)
             setattr(self, name, mine)
+        # The unary plus rounds mpmath's constant to a number; 113 bits serve pairs of doubles.
         self.pi = self.number(+context(max(bits, 113)).pi)
         self.epsilon = 2.0 ** (1 - bits)
 
     def number(self, x: Scalar) -> Any:
-        """A number of this precision from an int, a float, a Fraction, an Exact or mpmath's."""
+        """A number of this precision from an int, float, Fraction, Exact or number of mpmath."""
         if isinstance(x, Exact):
             x = x.at(self.bits + GUARD_BITS)
         if self.in_pairs:
             known = isinstance(x, (int, float, Fraction))
             return PairArray.number(Fraction(x) if known else fraction(x))
         if self.dtype == object:
+            # mpmath takes no fractions. A numerator of up to `bits` bits is exact, so that only the
+            # quotient is rounded.
             m = context(self.bits)
             return m.mpf(x.numerator) / x.denominator if isinstance(x, Fraction) else m.mpf(x)
         return float(x)
@@ -78,11 +82,13 @@ class Precision:
         given = np.asarray(x)
         if given.dtype.kind in "fiu" and self.dtype != object:
             return given.astype(self.dtype, copy=False)
+        # As objects the numbers of NumPy become Python's own, which `number` takes.
         found = np.empty(given.shape, dtype=self.dtype)
         found.ravel()[:] = [self.number(one) for one in given.astype(object).ravel()]
         return found
 
     def _pairs(self, x: Scalar) -> PairArray:
+        """An array of pairs; in lists the elements may be arrays of pairs themselves."""
         if isinstance(x, (list, tuple)):
             rows = [self.array(one).parts for one in x]
             return PairArray(np.stack(rows, axis=1))
@@ -97,44 +103,51 @@ class Precision:
         return PairArray.of(np.zeros(shape)) if self.in_pairs else np.zeros(shape, self.dtype)
 
     def floats(self, x: Scalar) -> Any:
-        """The doubles nearest to an array."""
+        """The doubles nearest to the numbers of an array."""
+        # The first part of a pair is its nearest double.
         return x.parts[0] if isinstance(x, PairArray) else np.asarray(x).astype(float)
 
     def largest(self, x: Scalar) -> float:
-        """The largest modulus in an array, as a float; infinite where there is a NaN."""
+        """The largest modulus in an array, as a float; infinite if any number is not finite."""
         sizes = np.abs(self.floats(x))
         return float(sizes.max(initial=0.0)) if np.isfinite(sizes).all() else float("inf")
 
 
 @functools.cache
 def precision(bits: int) -> Precision:
-    """The numbers of so many bits; it holds no state, so threads may share it."""
+    """The precision of `bits` bits; it is never changed, so that threads may share it."""
     return Precision(bits)
 
 
 def product(x: Scalar, y: Scalar) -> Any:
-    """x @ y of matrices, in the thread that asks for it.
+    """The product x @ y of matrices, computed in the calling thread alone.
 
-    BLAS would start others for large ones in doubles, which go on waiting busily for some
-    hundredths of a second: the time of another thread's tables. So it is given some rows at a time.
+    For large matrices of doubles BLAS would start threads of its own, which wait busily for some
+    hundredths of a second after the product: time that other threads need for their tables. So BLAS
+    is given some rows at a time.
     """
     if not isinstance(x, np.ndarray) or x.dtype != float:
         return np.matmul(x, y)
     rows, (terms, width) = x.shape[-2], y.shape[-2:]
     if 1 in (rows, width):
+        # With one row or column einsum sums by itself, and no BLAS is asked.
         return np.einsum("...ij,...jk->...ik", x, y)
+    # Wide matrices are divided by columns first, so that parts need not have too few rows.
     few = max(1, UNDIVIDED // LEAST_ROWS // terms)
     if width > few:
         parts = [product(x, y[..., k : k + few]) for k in range(0, width, few)]
         return np.concatenate(parts, axis=-1)
     few = UNDIVIDED // terms // width
-    # Of no rows the product is one part too.
+    # Without any row there is one part, an empty one.
     parts = [np.matmul(x[..., k : k + few, :], y) for k in range(0, max(rows, 1), few)]
     return parts[0] if len(parts) == 1 else np.concatenate(parts, axis=-2)
 
 
 def correction(by_x: Any, by_y: Any, off: Any) -> tuple[Any, Any]:
-    """Newton's correction of x and y, where two functions of slopes `by_x`, `by_y` are `off`."""
+    """Newton's corrections of x and y, to be subtracted, from errors `off` of two functions.
+
+    `by_x` and `by_y` are the derivatives of the two functions, by which Cramer's rule solves.
+    """
     determinant = by_x[0] * by_y[1] - by_y[0] * by_x[1]
     x = (off[0] * by_y[1] - by_y[0] * off[1]) / determinant
     return x, (by_x[0] * off[1] - off[0] * by_x[1]) / determinant

@@ -1,21 +1,22 @@
-"""A finished map as the kernel reads it: three legs, each the significant terms of its tables.
+"""A finished map as data for the kernel: three legs, each with the significant terms of its tables.
 
-A leg leads from one crossing of M3 = 0 to the next: from the starts, which are a table too, past
-the upper orbit from upward crossings, and from downward ones. Units are such that d and I go from
--1 to 1 and that W is near 1; signs such that all legs are alike: what follows a downward crossing
-is run backward and mirrored, and so is the way from a start.
+A leg leads from one crossing of M3 = 0 to the next, or from a start to the first crossing: there
+is one leg for the starts, whose place in the normal form is a table too, one from upward and one
+from downward crossings. Units are chosen so that d and I go from -1 to 1 and that W, which is U or
+V, is near 1. Signs are chosen so that all legs are computed alike, as passages past the upper
+orbit: the leg from downward crossings is run backward and mirrored, and so is that from the starts.
 
-A table over (x, phase, energy) holds the product of its orders; but its terms shrink with the sum
-of these, so that most lie below rounding. What is left is summed as it stands: some 80 of 640 terms
-a function with the body of Fig. 4. It is a staircase: for each Chebyshev polynomial of d or I the
-harmonics up to the last that is significant, and for each of these a sum over as many polynomials
-of the energy.
+A table over (x, phase, energy) has a term for each combination of orders, but the terms shrink with
+the sum of their orders, so that most lie below rounding. The others are summed as they are: some 80
+of 640 terms of a function with the body of Fig. 4. They form a staircase: for each Chebyshev
+polynomial of d or I all harmonics up to the last significant one, and for each of these a sum over
+polynomials of the energy, likewise up to the last significant one.
 
-In pairs of doubles most terms are so small that doubles have digits enough for them: only those
-whose roundings in doubles would come to more than `threshold`, some 5 to 25 % of all, are summed in
-pairs. They come last in each sum, which goes on from what doubles have summed.
+In a program of pairs of doubles most terms are so small that doubles have digits enough for them.
+Only those whose roundings in doubles would come to more than `threshold`, some 5 to 25 % of all,
+are summed in pairs. They come last in each sum, which continues from the sum in doubles.
 
-Phases are kept sharper than in `passage`: ln|W|/Lambda is tens of radians, of which all but
+Phases are sharper than in `passage`: ln|W|/Lambda is tens of radians, but all of it other than
 ln|W/scale|/Lambda is a smooth function of I and h, reduced by whole turns before it is rounded.
 """
 
@@ -39,46 +40,49 @@ from rigidpend.orbits.return_map.normal_form import MapError, NormalForm
 from rigidpend.orbits.return_map.precision import Precision
 
 FUNCTIONS = 3
-"""Functions of a chart that codes and times follow from: all but that of theta3."""
+"""Number of functions of a chart that codes and times need: all but that of theta3."""
 TABLE, RATES = 6, 3
-"""Whole numbers that describe a table, and the rates of a leg.
+"""Numbers of integers that describe a table, and the rates of a leg.
 
-Of a table: its rows, those of them that are summed in the program's own numbers, the place of its
-first coefficients, the place of its list of harmonics, the most of them, and of those in its own
-numbers. Of the rates: how many powers of I, how many of them in doubles, and the place of the
-first."""
+For a table: the number of its rows; the number of rows summed in the program's own numbers; the
+place of its first coefficients; the place of its list of harmonics; the largest number of harmonics
+of a row; and the largest number of them in the program's own numbers. For the rates: the number of
+powers of I, the number of powers summed in doubles, and the place of the first coefficients."""
 STAGE = 2 * TABLE + RATES
-"""Those of a leg: two tables and the rates."""
+"""Number of integers that describe a leg: two tables and the rates."""
 HEADROOM = 2.0**2
 """Factor by which terms in doubles may err more than by a rounding of each coefficient.
 
-A harmonic of some tens has as many roundings, of which most cancel."""
+A harmonic of order some tens has as many roundings, most of which cancel."""
 MOST_NODES = 20
-"""Chebyshev nodes in Qp from which on a start counts as outside of the normal form."""
+"""Number of Chebyshev nodes in Qp from which on starts count as outside of the normal form."""
 ROUNDINGS = 8
-"""Roundings in a coefficient of the table of starts; relative, for the largest is of order 1."""
+"""Roundings in a coefficient of the table of starts.
+
+They are relative to 1, which is the order of the largest coefficient."""
 
 
 class Entry(NamedTuple):
-    """Starts at Qm = 0 put into the normal form, as a table."""
+    """Table of starts at Qm = 0, which puts them into the normal form."""
 
     centre: Any
     half_width: Any
-    """Half of the interval of Qp; 0 where it is a point."""
+    """Half of the width of the interval of Qp; 0 if it is a single point."""
     table: ChartTable
-    """v/Qp, u/Qp and tau over (x, psi), x = (Qp - centre)/half_width."""
+    """v/Qp, u/Qp and tau (t') over (x, psi), with x = (Qp - centre)/half_width."""
 
     def place(self, Qp: Scalar) -> Any:
-        """x of starts, in their numbers: doubles or pairs of them."""
+        """The coordinate x of starts, in doubles or pairs of doubles as Qp is."""
         if not self.half_width:
             return 0 * Qp
         centre, half_width = (z if isinstance(Qp, PairArray) else float(z) for z in self[:2])
         x = (Qp - centre) * (1 / half_width)
+        # The ends of the interval may come out beyond 1 by a rounding, and would count as outside.
         return np.where(x > 1, 1.0, np.where(x < -1, -1.0, x))
 
 
 def entry(nf: NormalForm, least: Scalar, most: Scalar, a: Precision) -> Entry:
-    """Starts at Qp from `least` to `most`, numbers of the precision.
+    """The table of starts at Qp from `least` to `most`, which are numbers of the precision.
 
     Raises
     ------
@@ -90,6 +94,7 @@ def entry(nf: NormalForm, least: Scalar, most: Scalar, a: Precision) -> Entry:
     def placed(x: Any, psi: Any, form: TorusForm) -> Any:
         Qp = centre + half_width * x
         at = form.inverted(psi, Qp, 0 * Qp)
+        # Quotients that are smooth for Qp to 0, so that relative precision is kept down to there.
         return np.stack((at.v / Qp, at.u / Qp, at.tau))
 
     for n_x in range(6, MOST_NODES, 3) if half_width else (1,):
@@ -101,55 +106,66 @@ def entry(nf: NormalForm, least: Scalar, most: Scalar, a: Precision) -> Entry:
 
 
 class Program(NamedTuple):
-    """A map's data for the kernel, for orbits that begin within some starts."""
+    """A map's data for the kernel, for orbits with starts in a given interval.
+
+    Its own numbers are doubles or pairs of doubles. Coefficients come in triples, one for each of
+    the three functions of a table.
+    """
 
     starts: Entry
     bits: int
-    """53, in doubles, or 106, in pairs of them."""
+    """53 in doubles, 106 in pairs of doubles."""
     energies: int
+    """Number of Chebyshev polynomials of the energy."""
     most: int
-    """Most harmonics of a table."""
+    """Largest number of harmonics of a table."""
     stages: Any
-    """(3, STAGE) int64: from the start, past upward crossings, past downward ones."""
+    """(3, STAGE) int64: the legs from the start, from upward and from downward crossings."""
     harmonics: Any
-    """(rows, 2) int64: for each row of each table how many, and how many in its own numbers."""
+    """(rows, 2) int64: for each row of each table the number of harmonics.
+
+    The second number is that of harmonics summed in the program's own numbers."""
     lengths: Any
-    """(triples, 2) int64: for each three coefficients, of how many polynomials of the energy."""
+    """(triples, 2) int64: for each triple the number of polynomials of the energy.
+
+    The second number is that of polynomials summed in the program's own numbers."""
     values: Any
-    """(parts, terms, 3): the polynomials' factors, the last polynomial's first."""
+    """(parts, terms, 3): factors of the polynomials of the energy, the highest polynomial first."""
     limits: Any
-    """(3, 3): of each stage the largest |W|, and its turns in radians as a sum of two doubles."""
+    """(3, 3): for each leg the largest |W|, and its turns in radians as a sum of two doubles."""
 
 
 class Leg(NamedTuple):
-    """From one crossing to the next: into the normal form and out of it.
+    """The way from one crossing to the next: into the normal form and out of it.
 
-    Tables are (energies, n_x, n_phase, 3) coefficients, 0 where a term is left out.
+    Tables are coefficients (energies, n_x, n_phase, 3), 0 where a term is left out.
     """
 
     into: Any
-    """W, the other and the time, over d (or the place of a start) and a phase."""
+    """W, the other one of U and V, and the time, over d (or x of a start) and a phase."""
     out: Any
     """d, chi - s and the time, over I and s."""
     rates: Any
-    """(energies, K, 3): coefficients of I in 1/Lambda, the rest of the depth, and dt'/dpsi.
+    """(energies, K, 3): coefficients of powers of I in 1/Lambda, the rest of the depth, dt'/dpsi.
 
-    A depth is ln|W|/Lambda less whole turns."""
+    The depth is ln|W|/Lambda less whole turns, and its rest all but ln|W/scale|/Lambda."""
     largest: float
-    """Largest |W|."""
+    """Largest |W|, in units of its scale."""
     turns: float
-    """Whole turns that depths are short of."""
+    """Number of whole turns that are left out of depths."""
 
 
 def program(
     nf: NormalForm, charts: Charts, starts: Entry, threshold: float, a: Precision, bits: int
 ) -> Program:
-    """The program of a map, in doubles (53 bits) or pairs of them (106).
+    """The program of a map, in doubles (53 bits) or pairs of doubles (106 bits).
 
-    Terms of tables that come to less than `threshold`, relative to the largest, are left out.
+    Terms that together come to less than `threshold`, relative to the largest term, are left out.
     """
     stages = legs(nf, charts, starts, threshold, a)
     parts = KINDS[bits].parts
+    # Terms up to this size, relative, may be rounded to doubles: their roundings of 2^-53 come to
+    # `threshold`. In doubles nothing is to be divided.
     writer = _Writer(parts, threshold * 2.0**53 / HEADROOM if parts > 1 else 0.0)
     rows = [[*writer.table(x.into), *writer.table(x.out), *writer.rates(x.rates)] for x in stages]
     limits = [[x.largest, *radians(x.turns)] for x in stages]
@@ -169,18 +185,21 @@ def program(
 def legs(
     nf: NormalForm, charts: Charts, starts: Entry, threshold: float, a: Precision
 ) -> tuple[Leg, Leg, Leg]:
-    """From the starts, and past the upper orbit from upward and from downward crossings."""
+    """The legs from the starts, from upward and from downward crossings, in this order."""
 
+    # `back` tells the section of the leg's second chart, 1 for upward crossings. `sides` are signs
+    # of the functions of time in the two tables: -1 where a chart is run backward, and 1 for tau of
+    # the starts, which is minus their constant of time.
     def leg(into: Any, back: int, sides: tuple[int, int], size: float, largest: float) -> Leg:
         forward, inverse = charts[back]
         scale, turns, rates = _rates(nf, size, inverse.width, threshold, a)
-        # d in units of the width of the table that comes next.
+        # d in units of the width of the next leg's table, which is the chart of the same section.
         out = significant(inverse, threshold) * np.stack((1 / forward.width, 1, sides[1]))
         into = into * np.stack((1 / scale, scale / inverse.width, sides[0]))
         return Leg(into, out, sides[1] * rates, largest / scale, sides[1] * turns)
 
     def passage(rising: bool) -> Leg:
-        # What follows a downward crossing is run backward and mirrored.
+        # The leg from a downward crossing is run backward and mirrored.
         side = 1 if rising else -1
         # W is U beside upward crossings, V beside downward ones.
         order = [*((0, 1) if rising else (1, 0)), 2]
@@ -189,12 +208,13 @@ def legs(
 
     up, down = passage(True), passage(False)
     begin, size = significant(starts.table, threshold), float(starts.centre + starts.half_width)
-    # It leaves as from a downward crossing, by the same table.
+    # A start is beside the lower orbit and, mirrored, beside the upper one. Its orbit leaves as one
+    # from a downward crossing does, by the same table, which then is written only once.
     return leg(begin, True, (1, -1), size, nf.radius)._replace(out=down.out), up, down
 
 
 def significant(table: ChartTable, threshold: float) -> Any:
-    """The terms of a table without those that come to less than `threshold` (see `negligible`)."""
+    """The coefficients (energies, n_x, n_phase, 3) of a table, 0 for :func:`negligible` terms."""
     count = len(table.values)
     values = table.values.reshape(count, table.n_x, table.n_phase, -1)[..., :FUNCTIONS]
     sizes = np.abs(values.astype(float))
@@ -202,10 +222,10 @@ def significant(table: ChartTable, threshold: float) -> Any:
 
 
 def negligible(sizes: Any, threshold: float) -> Any:
-    """The size up to which terms of each function, the last axis, come to less than `threshold`.
+    """The sizes up to which all terms together come to less than `threshold`, for each function.
 
-    That is the root of the sum of their squares, relative to the largest term: there are hundreds
-    whose signs vary from one place to another.
+    Functions are along the last axis. Terms together come to the root of the sum of their squares,
+    relative to the largest term: there are hundreds, with signs that vary from place to place.
     """
     ascending = np.sort(sizes.reshape(-1, sizes.shape[-1]), axis=0)
     small = np.sqrt(np.cumsum(ascending**2, axis=0)) <= threshold * ascending[-1]
@@ -215,13 +235,16 @@ def negligible(sizes: Any, threshold: float) -> Any:
 def _rates(
     nf: NormalForm, size: float, reach: Any, threshold: float, a: Precision
 ) -> tuple[float, float, Any]:
-    """Rates of a leg where |W| is of the order of `size`, for |I| <= reach.
+    """The scale, turns and rates of a leg with |W| of the order of `size` and |I| <= reach.
 
-    The scale by which W is divided, whole turns of the depth, and the coefficients
-    (energies, K, 3) of powers of I/reach.
+    They are the number by which W is divided, the number of whole turns of the depth, and the
+    coefficients (energies, K, 3) of powers of I/reach.
     """
+    # A power of two, by which W is divided without a rounding.
     scale = 2.0 ** round(math.log2(size))
     reciprocal = reciprocal_of(nf.energies.basis(nf.energies.nodes(a), a) @ nf.exponent)
+    # The rest of the depth, ln(scale)/Lambda(I), tens of radians: whole turns are taken away from
+    # its constant in the tables' precision, before it is rounded to the program's.
     deep = a.log(a.number(scale)) * reciprocal
     turns = float(np.round(float(deep[0, 0]) / (2 * math.pi)))
     for part in radians(turns):
@@ -232,6 +255,7 @@ def _rates(
     joined = np.zeros_like(found[0], shape=(len(found[0]), most, FUNCTIONS))
     for j, x in enumerate(found):
         joined[:, : x.shape[1], j] = x
+    # From powers of I to powers of I/reach.
     power = reach
     for k in range(1, most):
         joined[:, k] = joined[:, k] * power
@@ -240,20 +264,20 @@ def _rates(
 
 
 def radians(turns: float) -> tuple[float, float]:
-    """Whole turns in radians, as a sum of two doubles."""
+    """Whole turns in radians, rounded to a sum of two doubles."""
     exactly = fraction(2 * context(160).pi * int(turns), 160)
     return float(exactly), float(exactly - Fraction(float(exactly)))
 
 
 def shortened(coefficients: Any, reach: float, threshold: float) -> Any:
-    """Coefficients of powers of x, |x| <= reach, less those that come to below `threshold`."""
+    """The coefficients of powers of x, |x| <= reach, 0 for the :func:`negligible` ones."""
     sizes = np.abs(coefficients.astype(float)) * reach ** np.arange(coefficients.shape[1])
     kept = sizes > negligible(sizes[..., None], threshold)
     return np.where(kept, coefficients, 0)[:, : 1 + np.flatnonzero(kept.any(axis=0)).max(initial=0)]
 
 
 def reciprocal_of(series: Any) -> Any:
-    """Coefficients (nodes, K) of one over a power series."""
+    """The coefficients of the reciprocal of power series with coefficients (nodes, K)."""
     found = np.zeros_like(series)
     found[:, 0] = 1 / series[:, 0]
     for k in range(1, series.shape[1]):
@@ -263,10 +287,11 @@ def reciprocal_of(series: Any) -> Any:
 
 
 class _Writer:
-    """Tables written one behind the other; a table that two stages share is written once.
+    """Writer of tables one behind the other; a table that two legs share is written once.
 
-    Terms that come to less than a limit, relative to the largest of their function, are summed in
-    doubles, the others, the sharp ones, behind them in the program's own numbers.
+    In each sum the terms that together come to less than `limit`, relative to the largest term of
+    their function, come first: the kernel sums them in doubles. The other terms, called sharp, come
+    behind them and are summed in the program's own numbers.
     """
 
     def __init__(self, parts: int, limit: float) -> None:
@@ -274,16 +299,18 @@ class _Writer:
         self.harmonics: list[tuple[int, int]] = []
         self.lengths: list[tuple[int, int]] = []
         self.values: list[Any] = []
+        # By identity of the array; the legs hold the arrays while they are written.
         self.known: dict[int, tuple[int, ...]] = {}
 
     def table(self, terms: Any) -> tuple[int, ...]:
-        """Write a table: its rows from the second on, then the first."""
+        """Write a table, its rows from the second on, then the first; return what describes it."""
         if id(terms) not in self.known:
             first, listed = len(self.lengths), len(self.harmonics)
             values, sharp = self._parted(terms)
             rows, counts = _extent(values[0] != 0)
             own, sharp_counts = _extent(sharp)
             sharp_counts += [0] * (rows - own)
+            # The kernel reads coefficients one after the other, in the order in which it sums.
             self.harmonics += zip(counts, sharp_counts, strict=True)
             self._write(values, sharp, _places(counts, sharp_counts))
             most = max(1, *sharp_counts)
@@ -291,7 +318,7 @@ class _Writer:
         return self.known[id(terms)]
 
     def rates(self, coefficients: Any) -> tuple[int, int, int]:
-        """Write polynomials in I, the highest power first."""
+        """Write polynomials in I, the highest power first for Horner's rule; describe them."""
         first = len(self.lengths)
         values, sharp = self._parted(coefficients)
         count = coefficients.shape[1]
@@ -300,16 +327,17 @@ class _Writer:
         return count, max(1, count - own), first
 
     def _parted(self, terms: Any) -> tuple[Any, Any]:
-        """Coefficients (parts, energies, ..., 3), and a mask of those that are sharp."""
+        """Coefficients as sums of doubles, (parts, energies, ..., 3), and a mask of sharp ones."""
         values = in_doubles(terms, self.parts)
         sizes = np.abs(values[0])
         return values, sizes > negligible(sizes, self.limit)
 
     def _write(self, values: Any, sharp: Any, places: Iterable[tuple[int, ...]]) -> None:
-        """Write three sums over polynomials of the energy for each place, in their order.
+        """Write three sums over polynomials of the energy for each of the places, in their order.
 
-        Values are (parts, energies, ..., 3), and a mask of sharp ones (energies, ..., 3).
+        `values` are (parts, energies, ..., 3), and `sharp` is a mask (energies, ..., 3).
         """
+        # A sum goes up to the last polynomial that any of the three functions needs.
         counts, own = (1 + _last(x.any(axis=-1), -1) for x in (values[0] != 0, sharp))
         for at in places:
             length = max(1, counts[at])
@@ -318,22 +346,23 @@ class _Writer:
 
 
 def _places(counts: list[int], sharp_counts: list[int]) -> Iterator[tuple[int, int]]:
-    """The places of a table's series, as they are summed: by rows, from the second on."""
+    """The places (row, phase term) of a table in the order of summation, the first row last."""
     for i in (*range(1, len(counts)), 0):
-        # The sums over harmonics begin with zero, and the constant comes last.
+        # Harmonics in doubles, then the sharp ones, and the constant, the largest term, last.
         later, last = 2 * sharp_counts[i] + 1, 2 * counts[i] + 1
         for k in (*range(later, last), *range(1, later), 0):
             yield i, k
 
 
 def _extent(used: Any) -> tuple[int, list[int]]:
-    """Rows of a table up to the last with a term, and up to which harmonic each of them goes."""
+    """The number of rows up to the last that is used, and the number of harmonics of each row."""
     terms = used.any(axis=(0, 3))
     rows = 1 + int(_last(terms.any(axis=1)))
+    # Phase terms 2 m - 1 and 2 m are the cosine and the sine of harmonic m.
     return rows, ((1 + _last(terms.T)) // 2)[:rows].tolist()
 
 
 def _last(mask: Any, none: int = 0) -> Any:
-    """Index of the last True along the first axis."""
+    """The index of the last True along the first axis, or `none` if there is no True."""
     found = len(mask) - 1 - np.argmax(mask[::-1], axis=0)
     return np.where(mask.any(axis=0), found, none)

@@ -1,13 +1,12 @@
 """Reduced equations beside the upper periodic orbit (J1 = J2), with an angle as time.
 
-With J3 = 0 and the energy h given, a state is (Qp, Qm, psi). The angle psi says how the vertical
-has turned about M: gamma = cos(psi) R e1 - sin(psi) R e2, where R is the least rotation that
-takes e3 to M/J2. It is theta1 + theta2 - pi/2 - beta0/2. Then r . gamma is cos(psi + beta0/2)
-less a term of second order in Qp and Qm, and psi grows steadily, so that as time it leaves a
-system of two dimensions, without neutral directions and with the energy exact.
+With J3 = 0 and the energy h given, a state is (Qp, Qm, psi). The angle psi tells how far the
+vertical has turned about M: gamma = cos(psi) R e1 - sin(psi) R e2, where R is the smallest rotation
+that takes e3 to M/J2. It equals theta1 + theta2 - pi/2 - beta0/2. Then r . gamma is
+cos(psi + beta0/2) less a term of second order in Qp and Qm. The angle psi grows steadily; with psi
+as time the system has two dimensions, no neutral direction and exactly the given energy.
 
-Two functions of M besides: S = J2 + M3, and with it J2 - M3 = (M1^2 + M2^2)/S without
-cancellation.
+The equations use S = J2 + M3, and with it J2 - M3 = (M1^2 + M2^2)/S without cancellation.
 """
 
 from __future__ import annotations
@@ -26,15 +25,15 @@ class Coefficients(NamedTuple):
 
     aligned: AlignedCoefficients
     to_M1: Any
-    """1/(2 cos(alpha0/2)), from Qp + Qm to M1."""
+    """1/(2 cos(alpha0/2)), the factor from Qp + Qm to M1."""
     to_M2: Any
-    """1/(2 sin(alpha0/2)), from Qp - Qm to M2."""
+    """1/(2 sin(alpha0/2)), the factor from Qp - Qm to M2."""
 
 
 def coefficients(p: Angles, unit: str, a: Precision) -> Coefficients:
     """The coefficients of a body, with M in units of 1/`unit` (so mu of 1/unit^2).
 
-    `p` holds numbers with guard bits; each coefficient is rounded once.
+    `p` holds numbers with guard bits, so that each coefficient is rounded only once.
     """
     m = context(a.bits + GUARD_BITS)
     scaled = p._replace(mu=p.mu * m.mpf(unit) ** 2)
@@ -49,7 +48,7 @@ def rounded(c: Coefficients) -> Coefficients:
 
 
 class ReducedRates(NamedTuple):
-    """Rates of change in t', with what the energy needs."""
+    """Rates of change in t', with two functions that the energy and M3 need."""
 
     Qp: Any
     Qm: Any
@@ -76,14 +75,16 @@ def reduced(Q: Scalar, turn: Scalar, size: Any, c: Coefficients) -> ReducedRates
 
     Notes
     -----
-    gamma3 = -(M1 cos(psi) - M2 sin(psi))/J2.
+    gamma3 = -(M1 cos(psi) - M2 sin(psi))/J2. Power series have no division: hence the reciprocals.
     """
     (Qp, Qm), (cos, sin), (J2, M3, per_J2, per_S), k = Q, turn, size, c.aligned
     M1, M2 = (Qp + Qm) * c.to_M1, (Qp - Qm) * c.to_M2
     lean = M1 * cos - M2 * sin
     weight = _weight(Qp, Qm, c)
+    # From gamma by the rotation R: mu r . gamma = mu cos(psi + beta0/2) - drop.
     drop = weight * lean * per_J2 * per_S
     gamma3 = -lean * per_J2
+    # The rates of Qp and Qm are those of the aligned equations, with this gamma3.
     return ReducedRates(
         Qp=-(M3 * Qp * k.half_sigma) + gamma3 * k.force_p,
         Qm=M3 * Qm * k.half_sigma - gamma3 * k.force_m,
@@ -95,12 +96,12 @@ def reduced(Q: Scalar, turn: Scalar, size: Any, c: Coefficients) -> ReducedRates
 
 
 def lift(turn: Scalar, c: Coefficients) -> Any:
-    """mu cos(psi + beta0/2), the weight's energy on the periodic orbit."""
+    """The weight's energy on the periodic orbit, mu cos(psi + beta0/2); `turn` as in `reduced`."""
     return c.aligned.mu_r1 * turn[0] - c.aligned.mu_r2 * turn[1]
 
 
 def theta3_rate(M: Any, c: Coefficients) -> Any:
-    """Rate of the precession angle theta3 from Qp, Qm, M3 of th3, dimensionless time t'.
+    """Rate of the precession angle theta3 (eq. th3) from Qp, Qm and M3, radians per t'.
 
     It is mu (r1 M1 + r2 M2)/J2^2.
     """
@@ -110,6 +111,6 @@ def theta3_rate(M: Any, c: Coefficients) -> Any:
 
 
 def _weight(Qp: Scalar, Qm: Scalar, c: Coefficients) -> Any:
-    """mu (r1 M1 + r2 M2)."""
+    """The product mu r . M = mu (r1 M1 + r2 M2), where r3 = 0."""
     k = c.aligned
     return (Qp + Qm) * (c.to_M1 * k.mu_r1) + (Qp - Qm) * (c.to_M2 * k.mu_r2)

@@ -1,9 +1,9 @@
-"""Return maps that are asked for: in memory, on disk, or built now; and why there is none.
+"""Return maps on request: from memory, from disk, or built; or the reason why there is none.
 
-A map is kept in one file, in the user's cache, with all that it follows from: the body, the
-energies, the precision, the design and the package's code. That is compared when a map is read, so
-a stored map is the one that would be built. Numbers of any precision are stored as sums of doubles,
-without loss.
+A map is kept in one file of the user's cache, with all that it follows from: the body, the
+energies, the precision, the design and the package's code. These are compared when a map is read,
+so that a stored map is the one that would be built. Numbers of any precision are stored as sums of
+doubles, without loss.
 """
 
 from __future__ import annotations
@@ -45,10 +45,13 @@ from rigidpend.orbits.return_map.orders import Orders
 from rigidpend.orbits.return_map.precision import Precision, precision
 
 MOST = 500_000_000
-"""Bytes of all kept maps: one of Fig. 4 takes half a million, of a nearly symmetric body 50."""
+"""Bytes of all kept maps.
+
+One of the body of Fig. 4 takes half a million, one of a nearly symmetric body 50 million."""
 Make: TypeAlias = Callable[..., ReturnMap]
+"""Function that builds a map, with the arguments of :func:`build`."""
 RECORDS = {x.__name__: x for x in (NormalForm, Interval, Chart, ChartTable, Orders, Errors)}
-"""Content of a stored map."""
+"""Kinds of records in a stored map, by their names."""
 
 
 def return_map(
@@ -66,14 +69,14 @@ def return_map(
     body : Body
     h : number or pair of numbers
         The energy (kappa J2^2/2 + ... of eq. h0_new, dimensionless), or the least and the largest.
-        Text, Fraction and Decimal are exact, floats are the doubles that they are.
+        Text, Fraction and Decimal are exact; a float is taken as the double that it is.
     bits : int, optional
         Precision: 53, 64, 113 or any other from 53 on.
     design : Design, optional
         Another design gives an independent map of the same orbits.
     budget : float, optional
-        Seconds of a core that building it may take, as they are expected: what is refused follows
-        from the body, and neither from the machine nor from what is kept.
+        Largest expected time of building, seconds of a core. A refusal follows from the body alone,
+        and neither from the machine nor from the maps that are kept.
 
     Returns
     -------
@@ -82,10 +85,10 @@ def return_map(
     Raises
     ------
     MapError
-        The orbits are not resolved: an elliptic periodic orbit, too large a mu, a negative
-        multiplier; the message gives the reason. Or building takes more than the budget.
+        No map resolves the orbits: the periodic orbit is elliptic, mu is too large, a multiplier
+        is negative; the message gives the reason. Or building takes more than the budget.
     ParameterError
-        Energies that are no numbers, don't ascend or are far from 1, or bits that are not 53 to
+        The energies are no numbers, do not ascend or are far from 1; or bits are not from 53 to
         `FINEST`.
 
     Examples
@@ -108,7 +111,7 @@ def return_map(
 
 
 def is_kept(body: Body, low: Exact, high: Exact, bits: int, design: Design) -> bool:
-    """True if a map was built before, by whichever process, and is there to be used."""
+    """True if a map was built before, by this or another process, and can be used."""
     return isinstance(kept(body, low, high, bits, design).known, ReturnMap)
 
 
@@ -117,20 +120,21 @@ def build_apart(
 ) -> None:
     """Build a map in a process of its own, unless it is known; raises as :func:`return_map`.
 
-    Threads would not do: most of the time is Python's own, and they take turns with it.
+    Threads would not gain time: most of it is spent in the interpreter, which they share.
     """
     low, high = ends
     kept(body, low, high, bits, design).within(budget, _by_process)
 
 
 def _by_process(*task: Any) -> ReturnMap:
+    """Build a map in a process of its own, or in this one if there can be none."""
     *which, _ = task
-    # Its looks at the body, which all designs share, were taken here.
+    # The looks at the body are taken in this process, where maps of all designs share them.
     task = *task, plan(*which)
     try:
         return apart(build, task)
     except (WorkerError, OSError, ImportError, NotImplementedError):
-        # It was killed, or the system has no processes or nothing that they could speak through.
+        # The process was killed, or the system allows no processes or no channel to them.
         return build(*task)
 
 
@@ -143,12 +147,14 @@ class _Kept:
         self._lock, self.known = threading.Lock(), self._stored()
 
     def within(self, budget: float, make: Make | None = None) -> ReturnMap:
-        """The map, if it is to be had for a budget; else MapError."""
-        # Threads ask for the same map: one makes it, and the others wait.
+        """The map, if it can be built within a budget; otherwise MapError is raised."""
+        # If threads ask for the same map, one makes it while the others wait.
         with self._lock:
             known = self.known
             if known is None or (isinstance(known, Costly) and known.needed <= budget):
                 self.known = known = self._made(make or build, budget)
+        # Known refusals are raised as new exceptions: one that is kept would gather the traces of
+        # all its raises. A map that is kept is refused for a budget as one to be built.
         if isinstance(known, Costly):
             raise Costly(known.needed, budget)
         if isinstance(known, MapError):
@@ -158,6 +164,7 @@ class _Kept:
         return known
 
     def _made(self, make: Make, budget: float) -> ReturnMap | MapError:
+        """The map, or the reason why there is none, made and stored."""
         try:
             made = make(*self._task, budget)
         except MapError as refused:
@@ -168,6 +175,7 @@ class _Kept:
         return made
 
     def _save(self, facts: list[Any]) -> None:
+        """Store records and numbers in one file: their arrays, and JSON that describes them."""
         arrays: list[Any] = []
         text = json.dumps([_described(x, arrays) for x in facts])
         content = io.BytesIO()
@@ -175,6 +183,7 @@ class _Kept:
         cache.save(cache.folder() / "maps", self._of, content.getvalue(), MOST)
 
     def _stored(self) -> ReturnMap | MapError | None:
+        """The map or the reason that is stored; None if there is neither."""
         body, low, high, bits, design = self._task
         content = cache.load(cache.folder() / "maps", self._of)
         if content is None:
@@ -183,6 +192,7 @@ class _Kept:
         with np.load(io.BytesIO(content)) as stored:
             parts = (joined(stored[f"arr_{k}"], a) for k in range(len(stored.files) - 1))
             facts = [_restored(x, parts) for x in json.loads(str(stored["text"]))]
+        # A reason, with the least time if a budget was the reason; else the parts of a map.
         if len(facts) == 2:
             reason, needed = facts
             return MapError(reason) if needed is None else Costly(needed, 0.0)
@@ -192,17 +202,21 @@ class _Kept:
 
 
 kept = functools.lru_cache(maxsize=16)(_Kept)
+"""The one :class:`_Kept` of a map, of those that were asked for last."""
 
 
 def followed(body: Body, low: Exact, high: Exact, bits: int, design: Any, table: int) -> bytes:
-    """All that a map follows from, the precision of its tables among it."""
+    """All that a map follows from, as text: the key under which it is stored.
+
+    `bits` is the precision of the map, `table` that of its tables.
+    """
     parts = [package_digest(), *(str(x.key) for x in (*body.A, *body.r, body.mu, low, high))]
     parts += [str(bits), json.dumps(tuple(design)), str(table)]
     return "\n".join(parts).encode()
 
 
 def _described(x: Any, arrays: list[Any]) -> Any:
-    """A value as JSON: a record by its name and fields, a number of tables as a place in a list."""
+    """A value as JSON: a record as its name and fields; arrays go to a list, in their order."""
     if type(x).__name__ in RECORDS:
         return [type(x).__name__, *(_described(each, arrays) for each in x)]
     if x is None or isinstance(x, (str, int, float)):
@@ -212,16 +226,18 @@ def _described(x: Any, arrays: list[Any]) -> Any:
 
 
 def _restored(x: Any, arrays: Iterator[Any]) -> Any:
-    """The value that was described, its arrays in the order of the list."""
+    """The value that was described, with the next of the arrays wherever there was one."""
     if isinstance(x, list):
         return RECORDS[x[0]](*(_restored(each, arrays) for each in x[1:]))
     return next(arrays)[()] if isinstance(x, dict) else x
 
 
 def split(x: Scalar) -> Any:
-    """Numbers of any precision as a sum of doubles, (terms, ...)."""
+    """Numbers of any precision as exact sums of doubles, (terms, ...), the largest first."""
     if isinstance(x, PairArray):
         return x.parts
+    # Each double takes 53 bits of the rest, whose subtraction is exact, until nothing is left; the
+    # last part is zero.
     rest = np.asarray(x)
     parts: list[Any] = []
     while not parts or np.any(parts[-1]):
@@ -231,9 +247,10 @@ def split(x: Scalar) -> Any:
 
 
 def joined(parts: Any, a: Precision) -> Any:
-    """The numbers that :func:`split` has split, for the last part first."""
+    """The numbers of a precision that :func:`split` has made parts of."""
     if a.in_pairs:
         return PairArray(parts)
+    # From the smallest part on, each partial sum is a number of the precision, without a rounding.
     total = a.array(parts[-1])
     for part in parts[-2::-1]:
         total = a.array(part) + total
