@@ -103,10 +103,10 @@ def hodograph(omega: Numbers, gamma: Numbers, domega: Numbers) -> tuple[Any, Any
     at which the latter turns, in radians per unit of the time in which `domega` is the derivative
     of omega.
     """
-    omega_xi = _dot(omega, gamma)
-    # gamma is a unit vector.
-    square = _dot(omega, omega) - omega_xi * omega_xi
-    return omega_xi, square, _dot(cross(gamma, omega), domega) / square
+    # gamma is a unit vector. |omega|^2 - omega_xi^2 would cancel where omega is nearly vertical.
+    side = cross(gamma, omega)
+    square = _dot(side, side)
+    return _dot(omega, gamma), square, _dot(side, domega) / square
 
 
 def alpha_ahead(M: Numbers, omega: Numbers, gamma: Numbers) -> Any:
@@ -120,7 +120,6 @@ def alpha_ahead(M: Numbers, omega: Numbers, gamma: Numbers) -> Any:
 def fixed_components(omega: Numbers, gamma: Numbers, alpha: Any) -> NDArray[np.float64]:
     """Components xi, eta, zeta of omega in the fixed basis, (n, 3), where alpha is known."""
     omega_xi = _dot(omega, gamma)
-    # Not sqrt(|omega|^2 - omega_xi^2), which cancels where omega is nearly vertical.
     rho = np.linalg.norm(cross(gamma, omega), axis=0)
     return np.stack((omega_xi, rho * np.cos(alpha), rho * np.sin(alpha)), axis=-1)
 

@@ -292,11 +292,6 @@ def exp(x: PairArray) -> PairArray:
     return near + near * (left + left * left / 2)
 
 
-def expm1(x: PairArray) -> PairArray:
-    """exp(x) - 1, with an absolute error near zero: that of a rounding of 1."""
-    return exp(x) - 1
-
-
 def atan2(y: Any, x: Any) -> PairArray:
     y, x = PairArray.of(y), PairArray.of(x)
     near = PairArray.of(np.arctan2(y.parts[0], x.parts[0]))

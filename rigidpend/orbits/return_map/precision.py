@@ -18,7 +18,7 @@ from rigidpend.numbers.generic import Scalar
 from rigidpend.orbits.integrate import pair_arrays
 from rigidpend.orbits.integrate.pair_arrays import PairArray
 
-FUNCTIONS = {"sin": 1, "cos": 1, "exp": 1, "expm1": 1, "log": 1, "sqrt": 1, "atan2": 2}
+FUNCTIONS = {"sin": 1, "cos": 1, "exp": 1, "log": 1, "sqrt": 1, "atan2": 2}
 """Names of the elementary functions, with the number of their arguments."""
 UNDIVIDED, LEAST_ROWS = 2**18, 16
 """Multiplications of a product up to which OpenBLAS starts no thread; least rows of its parts.
@@ -39,7 +39,6 @@ class Precision:
     sin: Any
     cos: Any
     exp: Any
-    expm1: Any
     log: Any
     sqrt: Any
     atan2: Any
