@@ -123,8 +123,8 @@ class Level:
 
     def _split(self, rising: bool) -> float:
         """The largest |I| behind crossings on an unstable surface, upward or downward ones."""
-        # On the surface the passage before has I = 0. The chart of downward crossings belongs to
-        # the upper orbit, and the reversor takes chi to -chi.
+        # On the surface the passage before has I = 0. Behind a downward crossing comes a passage
+        # past the lower orbit: U and V are those of its reversed image, with -chi for chi.
         level, turn = self.map_level, 1 if rising else -1
         on = self.crossings(rising, not rising, 0.0, np.linspace(0, 2 * np.pi, LOOKS))
         U, V, *_ = level.charts[rising].forward.look_up(on.d, turn * on.chi, level.a)
@@ -253,6 +253,7 @@ class Surface(NamedTuple):
         made, Qp = level.map_level, start_Qp(self.problem, "1", 53)
 
         def arrival(theta2: float) -> Arrival:
+            """The passage before the first crossing of the orbit with this phase, radians."""
             # I and b of the mirrored starts, with central differences for their derivatives.
             phase = self._phase(theta2 + STEP * np.array([-1.0, 0.0, 1.0]))
             at = made.inverted(phase, 0 * phase + Qp, 0 * phase)
