@@ -174,7 +174,7 @@ class System(NamedTuple):
         return x
 
     def nearer(self, angles: Array, unknown: Any) -> Array:
-        """The unknowns of a chain whose crossings lie at chi = `angles` to rounding.
+        """The unknowns of a chain whose crossings lie at chi = `angles` themselves, (n + 1,).
 
         The fixed-point iteration of :meth:`guess` is continued, with the invariants that follow.
         """
