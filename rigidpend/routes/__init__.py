@@ -1,9 +1,10 @@
 """Binary route codes: the sides on which an orbit leaves the periodic orbits that it passes.
 
-`codes` is the way in, `cells` that for orbits with parameters of their own. `problem` and `phases`
-hold what is asked, `start` where the orbits begin, `certainty` what makes a symbol certain, `cycle`
-the graph of Fig. 2 and its symbols. `run` integrates the orbits of a call, `mapped` follows them by
-return maps, and `choice` has the one or the other decide, by the `costs` of both; by `handover` an
-integration begins what a map goes on with. `neighbourhood` finds routes of phases close together
-beside one reference orbit, and the phase at which a symbol changes; `herpolhode` samples one orbit.
+`codes` is the entry point, and `cells` that for orbits with parameters of their own. `problem` and
+`phases` hold the question, `start` the initial states, `certainty` the rule by which a symbol is
+certain, and `cycle` the graph of Fig. 2 with its symbols. `run` integrates the orbits of a call,
+`mapped` follows them by return maps, and `choice` takes one or the other, according to the `costs`
+of both; in `handover` an integration begins an orbit and a map continues it. `neighbourhood` finds
+the routes of phases close together beside one reference orbit, and the phase at which a symbol
+changes. `herpolhode` samples one orbit.
 """

@@ -25,31 +25,32 @@ from rigidpend.routes.problem import RouteProblem
 from rigidpend.routes.run import Run, Starts, longest_wait
 
 OF_BODY = ("mu", "beta0", "alpha0")
+"""Parameters of the body that may change from cell to cell."""
 AXES = ("log10_J1_0", "h0", *OF_BODY)
-"""Parameters that may change from cell to cell, beside theta2_0."""
+"""All parameters that may change from cell to cell, beside theta2_0."""
 SHARES = 4
-"""Parts of the bodies that each process gets: few, for each is sent to it."""
+"""Number of parts, of all bodies, that each process gets: few, because each part is sent to it."""
 
 Values: TypeAlias = NDArray[np.float64]
 Group: TypeAlias = tuple[dict[str, Values], Values]
 
 
 class Cells(NamedTuple):
-    """Codes of n orbits, as a plane's cells keep them."""
+    """Codes of n orbits, the part of them that the cells of a plane keep."""
 
     codes: NDArray[np.uint8]
     """(n_symbols, n): 0 left, 1 right, 255 no symbol."""
     certain: NDArray[np.uint8]
     """(n,), the number of first symbols that are certain."""
     by_map: NDArray[np.bool_]
-    """(n,), whether return maps found the orbit, not integration."""
+    """(n,), True where return maps alone found the orbit, without integration."""
 
 
 def cell_problem(problem: RouteProblem, values: Mapping[str, Scalar]) -> RouteProblem:
-    """The problem with other values of some parameters, taken as exact, by names of `AXES`.
+    """The problem with other values of some parameters, taken as exact, by their names in `AXES`.
 
-    beta0 and alpha0 are in radians, the rest dimensionless. A value that the problem or the body
-    excludes is a ParameterError.
+    beta0 and alpha0 are in radians, the others dimensionless. ParameterError is raised for a value
+    that the problem or the body excludes.
     """
     h0, J1_0 = problem.h0, problem.J1_0
     if "log10_J1_0" in values:
@@ -62,7 +63,7 @@ def cell_problem(problem: RouteProblem, values: Mapping[str, Scalar]) -> RoutePr
 
 @functools.lru_cache(maxsize=256)
 def _changed(body: Body, values: tuple[tuple[str, Scalar], ...]) -> Body:
-    """A body with other values; kept, for many cells have the same."""
+    """A body with other values; remembered, because many cells have the same body."""
     A, r, mu = body.A, body.r, body.mu
     for name, value in values:
         half = exact(value) / 2
@@ -70,13 +71,14 @@ def _changed(body: Body, values: tuple[tuple[str, Scalar], ...]) -> Body:
         if name == "mu":
             mu = exact(value)
         elif name == "beta0":
-            # r = (cos, sin) of beta0/2, by (phi).
+            # beta0/2 is the direction of the centre of gravity in the plane of axes 1 and 2, by
+            # (phi). The expressions are exact, and each precision rounds them anew.
             r = cos, function("sin", half), exact(0)
         else:
             if not 0 < float(value) < math.pi:
                 raise BodyError("alpha0", f"pi > alpha0 > 0 is broken: alpha0 = {value}")
             A1, A2, _ = A
-            # The A3 between A1 and A2 at which (phi) gives this alpha0.
+            # A1 and A2 are kept: alpha0 is reached by the A3 between them at which (phi) gives it.
             A = A1, A2, A1 * A2 / (A2 + (A1 - A2) * cos**2)
     return Body(A, r, mu) if values else body
 
@@ -93,11 +95,13 @@ def cells_of_starts(
 ) -> Cells:
     """Route codes of orbits of one body and h0, by maps or by integration.
 
-    The problem is what is common to all; theta2_0 and J1_0, (n,), are taken as exact. If these are
-    a part, `ends` are the least and the largest J1_0 of all orbits, so that all share one map, and
-    `orbits` is how many there are. No result depends on `jobs`, threads.
+    The problem holds what all orbits share; theta2_0 in radians and J1_0, dimensionless, (n,) each,
+    are taken as exact. Where the orbits are a part of a plane, `ends` are the least and the largest
+    J1_0 of the whole plane, so that all parts share one map, and `orbits` is the number of its
+    orbits. No result depends on `jobs`, the number of threads.
     """
     least, largest = ends or (float(J1_0.min()), float(J1_0.max()))
+    # `Starts` asks for a problem with the largest J1_0 and one with the least.
     lowest, common = (replace(problem, J1_0=exact(x)) for x in (least, largest))
     run = Run(common, Phases(theta2_0), arithmetic, jobs, Starts(J1_0, lowest), of=orbits)
     return _cells(choice.decided(run))
@@ -112,10 +116,11 @@ def cells_of_each(
 ) -> Cells:
     """Route codes of orbits of several bodies, all of them integrated.
 
-    The problem is what is common to all; what is not are `values`, (n,) each, as for
-    :func:`cell_problem`, and theta2_0, (n,), taken as exact. Orbits of one body go side by side,
-    whatever their energies and actions. No result depends on `jobs`: processes, for most of the
-    work is to begin the orbits.
+    The problem holds what all orbits share. They differ in `values`, (n,) each, by names as in
+    :func:`cell_problem`, and in theta2_0, (n,), radians; all are taken as exact. Orbits of one body
+    are integrated side by side, whatever their energies and actions. No result depends on `jobs`,
+    the number of processes: threads would not do, because most of the work is Python's own, to
+    compute where the orbits start.
     """
     groups = _bodies(values, theta2_0.size)
     shares = spread(np.arange(len(groups)), jobs * SHARES, 0)
@@ -124,12 +129,13 @@ def cells_of_each(
         for share in ([groups[k] for k in numbers] for numbers in shares)
     ]
     found = side_by_side(_of_bodies, (problem, arithmetic), True, parts, jobs)
+    # Results come body by body; the inverse permutation restores the order of the cells.
     back = np.argsort(np.concatenate(groups))
     return columns(joined([cells for part in found for cells in part]), back)
 
 
 def _bodies(values: Mapping[str, Values], n: int) -> list[NDArray[np.intp]]:
-    """The numbers of the orbits of each body."""
+    """The indices of the orbits of each body, in arrays, one for a body."""
     bodies: dict[tuple[float, ...], list[int]] = {}
     of_body = [values[name].tolist() for name in OF_BODY if name in values]
     for k in range(n):
@@ -140,10 +146,12 @@ def _bodies(values: Mapping[str, Values], n: int) -> list[NDArray[np.intp]]:
 def _of_bodies(
     groups: Sequence[Group], problem: RouteProblem, arithmetic: Arithmetic
 ) -> list[Cells]:
+    """Route codes of some groups of orbits, each group of one body."""
     found = []
     for values, theta2_0 in groups:
         each: Any = zip(*(x.tolist() for x in values.values()), strict=True)
         problems = [cell_problem(problem, dict(zip(values, cell, strict=True))) for cell in each]
+        # One limit for all orbits of the body: that of the orbit which waits longest.
         patient = max(problems, key=lambda one: longest_wait(one, arithmetic.precisions[0]))
         run = Run(patient, Phases(theta2_0), arithmetic, each=problems)
         found.append(_cells(choice.decided(run, "integration")))
@@ -152,6 +160,6 @@ def _of_bodies(
 
 def _cells(found: Mapped) -> Cells:
     """The part of decided orbits that a plane keeps."""
-    # Behind an uncertain symbol none is certain, so that their number says which.
+    # No symbol behind an uncertain one is certain, so that the number of certain symbols is enough.
     certain = found.decided.certain.sum(axis=0).astype(np.uint8)
     return Cells(symbols(found.decided.crossings.separatrix), certain, found.by_map)

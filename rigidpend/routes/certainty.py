@@ -1,25 +1,28 @@
-"""Codes that can be trusted: independent computations that agree, or higher precision.
+"""Certainty of symbols: independent computations agree, or the precision is raised.
 
-A symbol turns over when the error of the phase reaches about 1 radian. Computations hide such
-an error only if they err alike. In units that share no rounding they err by different multiples
-of the one deviation that grows, so two with errors of a radian agree to d radians with a chance
-of about d. Hence the limits below: two computations of equal precision that agree to `CLOSE`,
-three that agree to `AGREEMENT`, and two of different precision that agree to `LINEAR`, as their
-errors differ two thousandfold at least, or to less in proportion, are each wrong about once in a
-million orbits among those that err by a radian at all. Of orbits of 15 symbols at J1_0 = 1e-8 one
-in 4,000 does so in double precision; the longer the codes the more do.
+A symbol changes when the error of the phase reaches about 1 radian. Two computations hide such
+an error only if both err alike. An orbit has one deviation that grows; computations in units that
+share no rounding err by different multiples of it, so that two with errors of a radian agree to
+d radians with a chance of about d. This gives three limits: two computations of equal precision
+must agree to `CLOSE`, three of equal precision to `AGREEMENT`, and two of different precision to
+`LINEAR`, because their errors differ two thousandfold at least; where these differ by less the
+limit is smaller in proportion. Each rule is wrong about once in a million orbits among those that
+err by a radian at all. Of orbits of 15 symbols at J1_0 = 1e-8 one in 4,000 does so in double
+precision; of longer codes more do.
 
-Measured: on 250 orbits of 44 symbols in 64 bits, pairs that agreed to 0.1, 0.01 and 0.001
-radians erred by 4.6, 0.23 and 0.016 at most. Not all roundings depend on the units (1/3 in a
-Taylor series does not): over ten units the mean error is about half of the spread in 53 bits,
-and up to three times the spread in 64, where the chances are some ten times larger therefore.
+Measured: on 250 orbits of 44 symbols in 64 bits, pairs of computations that agreed to 0.1, 0.01
+and 0.001 radians erred by 4.6, 0.23 and 0.016 radians at most. Some roundings do not depend on the
+units (1/3 in a Taylor series does not): over ten units the mean error is about half of the spread
+in 53 bits, and up to three times the spread in 64, where a false agreement is therefore some ten
+times likelier.
 
-Computations of one precision share some inputs. By integration these are rounded in `start` with
-guard bits, 2^-32 of the roundings that differ. Two maps in doubles share alpha0 + beta0, beta0,
-J2_0 and J1_0 themselves. Measured on five bodies, four of them random, at 23,000 crossings where a
-map in doubles erred by 1e-10 to 0.3 radians of the truth, a map in 64 bits: it erred by more than R
-times its difference from the other one in 0.57/R, 0.55/R, 0.53/R and 0.95/R of them, for R of 3,
-10, 100 and 1,000, and by 3,400 times at most. So it is for errors that are independent.
+Computations of one precision share some inputs. Integrations share those that `start` rounds with
+guard bits: an error of 2^-32 of the roundings that differ. Two maps in doubles share the rounded
+alpha0 + beta0, beta0, J2_0 and J1_0 themselves. This was measured on five bodies, four of them
+random, at 23,000 crossings where a map in doubles erred by 1e-10 to 0.3 radians against a map in
+64 bits. Its error was more than R times its difference from the other map in doubles in 0.57/R,
+0.55/R, 0.53/R and 0.95/R of the crossings, for R of 3, 10, 100 and 1,000, and 3,400 times at most.
+Independent errors behave in the same way.
 """
 
 from __future__ import annotations
@@ -41,70 +44,80 @@ from rigidpend.routes.start import Scales
 FIRST, SECOND, THIRD = (
     Scales(unit, vertical) for unit, vertical in zip(UNITS, ("1", "0.73", "1.43"), strict=True)
 )
-"""The scales of the computations in a precision."""
+"""The scales of the first, second and third computation in a precision."""
 
 CLOSE = 1e-6
 """Phase difference, in radians, up to which two computations of equal precision suffice."""
 AGREEMENT = 1e-3
-"""Phase difference up to which three do."""
+"""Phase difference, in radians, up to which three computations of equal precision suffice."""
 LINEAR = 1e-2
-"""Phase difference up to which two of different precision do, by `GAP` bits or more.
+"""Phase difference, in radians, up to which two computations suffice that are `GAP` bits apart.
 
-For every bit less it is half of that. Of 16,631 orbits of one body, followed by maps of 64 and 72
-bits, the second erred by more than R times the difference of both in 39, 8 and 2, for R of 1, 3 and
-10: in 0.0014/R, so that about one in 70,000 would be wrong by a radian at 1e-2. Of 348 orbits of
-four bodies, followed by maps of 82 and 90 bits, it did so in 43 and 1, for R of 0.01 and 0.1, and
-erred by half of the difference at most."""
+For every bit less between them the limit is halved. Of 16,631 orbits of one body, followed by maps
+of 64 and 72 bits, the second map erred by more than R times the difference of both in 39, 8 and 2
+orbits, for R of 1, 3 and 10: a share of 0.0014/R, so that at 1e-2 about one in 70,000 would be
+wrong by a radian; with 8 bits between them the limit is an eighth of this. Of 348 orbits of four
+bodies, followed by maps of 82 and 90 bits, it did so in 43 and 1, for R of 0.01 and 0.1, and erred
+by half of the difference at most."""
 
 
 class Contradiction(Exception):
     """Error: two computations call different symbols certain, so that neither is to be believed.
 
-    It is no reason to go on with one of the two, and so derives from no error that is caught on
-    the way to the user.
+    No computation may go on with either of them. So this class derives from no error that is
+    caught on the way to the user.
     """
 
 
 class Decided(NamedTuple):
-    """Crossings with what is known of them."""
+    """Crossings of n orbits, with the symbols that are certain and the precision of each orbit."""
 
     crossings: Crossings
     certain: NDArray[np.bool_]
-    """(n_symbols, n)."""
+    """(n_symbols, n), True where the symbol is established."""
     bits: NDArray[np.uint16]
-    """(n,), the precision that decided."""
+    """(n,), the precision of the crossings that are kept."""
 
 
 Columns: TypeAlias = NDArray[np.intp]
+"""Indices of some of the orbits."""
 Compute: TypeAlias = Callable[[int, Scales, Any], Crossings]
+"""Computation of some columns in a precision (bits) and scales."""
 Third: TypeAlias = Callable[[Columns], Crossings]
+"""Third computation of some columns in a precision."""
 Most: TypeAlias = Callable[[int], int]
+"""Largest number of computations in a precision (bits)."""
 Work: TypeAlias = Callable[[Columns], Decided]
+"""Decision of some columns in a precision."""
 Share: TypeAlias = Callable[[Work, Columns, int], list[tuple[Columns, Decided]]]
+"""Division of columns into pieces, with what the work decides of each; see :func:`decide`."""
 
 
 def agreement(a: Crossings, b: Crossings, rate: float, limit: Any) -> NDArray[np.bool_]:
     """Mask (n_crossings - 1, n) of the symbols that two computations establish.
 
-    Symbol i is certain where at every crossing up to i + 1, the one behind it, both find the
-    same separatrix and times, t', that differ by less than ``limit / rate``, radians over radians
-    per unit of t', where the limit is that of all orbits or of each, (n,). An orbit that both find
-    on an invariant plane is certain to have no further symbol.
+    Symbol i is certain if, at every crossing up to i + 1, the one behind it, both computations find
+    the same separatrix and times t' that differ by at most ``limit / rate``: the limit in radians,
+    one for all orbits or one for each, (n,), and the rate in radians per unit of t'. An orbit that
+    both find on an invariant plane is certain to have no further symbol.
     """
+    # A missing crossing has the time NaN, and no comparison with NaN holds.
     with np.errstate(invalid="ignore"):
         close = rate * np.abs(a.time - b.time) <= limit
     same = close & (a.separatrix == b.separatrix)
     ended = np.flatnonzero((a.outcome == Outcome.ASYMPTOTIC) & (b.outcome == Outcome.ASYMPTOTIC))
     if ended.size:
+        # On an invariant plane there are no further crossings: both computations agree on none.
         same[:, ended] |= (a.separatrix[:, ended] == 0) & (b.separatrix[:, ended] == 0)
-    # A symbol is worth no more than those before it, and needs the crossing behind it.
+    # A symbol is worth no more than those before it, and needs the crossing behind it. Most orbits
+    # agree throughout; only the others need the running conjunction.
     broken = np.flatnonzero(~same.all(axis=0))
     same[:, broken] = np.logical_and.accumulate(same[:, broken], axis=0)
     return same[1:]
 
 
 def undivided(work: Work, columns: Columns, _: int) -> list[tuple[Columns, Decided]]:
-    """All columns decided at once: what `share` is where nothing is shared."""
+    """All columns decided at once: the `share` of :func:`decide` without any division."""
     return [(columns, work(columns))]
 
 
@@ -118,9 +131,10 @@ def decide(
 ) -> Decided:
     """Compute `n` columns, and those with an uncertain symbol again in higher precision.
 
-    Every column is computed twice in the first precision, and a third time where the two
-    differ by more than `CLOSE`. What is uncertain then climbs: one computation in the next
-    precision, compared with the last one before, and where these differ further ones.
+    Every column is computed twice in the first precision, and a third time where the two differ by
+    more than `CLOSE` but agree to `AGREEMENT` for a further symbol. Columns that are still
+    uncertain are computed once in the next precision and compared with the last result; where the
+    two differ, up to two further computations follow.
 
     Parameters
     ----------
@@ -133,21 +147,24 @@ def decide(
     precisions : tuple of int
         Bits, ascending.
     share : callable, optional
-        ``share(work, columns, bits)`` lets `work` decide the columns in a precision, some at a
-        time: a list of the columns of each piece with what was decided. By default all at once.
+        ``share(work, columns, bits)`` divides the columns into pieces, lets `work` decide each in
+        that precision, and returns a list of the columns of each piece with what was decided. By
+        default all columns are one piece.
     most : callable, optional
-        ``most(bits)`` is how many computations of a precision there are at most, from 1 to 3; of
-        the first precision at least 2.
+        ``most(bits)`` is the largest number of computations in a precision, from 1 to 3; in the
+        first precision at least 2.
     """
     least = precisions[0]
 
     def settle(columns: Columns) -> Decided:
+        """Decide some columns in the first precision."""
         first, second = (compute(least, scales, columns) for scales in (FIRST, SECOND))
         third = functools.partial(compute, least, THIRD) if most(least) > 2 else None
         certain = _established(first, second, rate, third, columns)
         return Decided(second, certain, np.full(columns.size, least, dtype=np.uint16))
 
     pieces = share(settle, np.arange(n), least)
+    # The pieces come back in the order of the columns, so that joining them is enough.
     found = joined([piece for _, piece in pieces])
     climb(compute, found, rate, precisions[1:], most, share)
     return found
@@ -161,8 +178,12 @@ def climb(
     most: Most = lambda _: 3,
     share: Share = undivided,
 ) -> None:
-    """Decide what is open further in higher precisions, from what is found on: in its place."""
+    """Decide the open columns in ascending higher precisions; `found` is changed in place.
+
+    The arguments are those of :func:`decide`.
+    """
     for bits in precisions:
+        # A column is open while any of its symbols is uncertain.
         left = np.flatnonzero(~found.certain.all(axis=0))
         if not left.size:
             break
@@ -174,18 +195,21 @@ def climb(
 def _further(
     compute: Compute, found: Decided, rate: float, bits: int, most: int, columns: Columns
 ) -> Decided:
-    """Decide some columns in a precision, from what is found of them on.
+    """Decide some columns in a precision, starting from what is known of them.
 
-    One computation is held against the last one of a lower precision; where these differ a second
-    one is held against the first, and a third one against both, if there are so many.
+    The first computation is compared with the last one in a lower precision. Where these differ, a
+    second one is compared with the first, and a third one with both, if `most` allows so many.
     """
+    # A copy: threads decide their own columns side by side, and `found` changes afterwards.
     known = columns_of(found, columns)
     for scales in (FIRST, SECOND)[:most]:
         open_ = np.flatnonzero(~known.certain.all(axis=0))
         if not open_.size:
             break
+        # `known` has been overwritten by the first computation when the second begins.
         before, sharper = columns_of(known.crossings, open_), compute(bits, scales, columns[open_])
         if scales == FIRST:
+            # Signed integers: bits are stored unsigned, and a difference less GAP may be negative.
             more = bits - known.bits[open_].astype(int)
             limits = LINEAR * np.exp2(np.minimum(0, more - GAP))
             certain = agreement(before, sharper, rate, limits)
@@ -200,12 +224,17 @@ def _further(
 def _established(
     a: Crossings, b: Crossings, rate: float, third: Third | None, columns: Any
 ) -> NDArray[np.bool_]:
-    """Mask of the symbols that computations of equal precision establish: two, or a third."""
+    """Mask of the symbols that two computations of equal precision establish, with a third or not.
+
+    The third computation is made only for columns in which it can establish a further symbol.
+    """
     found = agreement(a, b, rate, CLOSE)
     if third is None:
         return found
+    # The last symbol is certain only if all are.
     left = np.flatnonzero(~found[-1])
     near = agreement(columns_of(a, left), columns_of(b, left), rate, AGREEMENT)
+    # All three pairs must agree to AGREEMENT, and this is the first pair.
     some = (near & ~found[:, left]).any(axis=0)
     doubtful, near = left[some], near[:, some]
     if doubtful.size:

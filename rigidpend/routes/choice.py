@@ -1,4 +1,4 @@
-"""Maps or integration: which of them decides the orbits of a call, and what maps leave open."""
+"""Choice between maps and integration: which decides a call's orbits, and those maps leave open."""
 
 from __future__ import annotations
 
@@ -24,39 +24,42 @@ if TYPE_CHECKING:
     from rigidpend.routes.mapped import Maps
 
 METHODS = ("auto", "map", "integration")
-"""Ways in which codes are computed in double precision."""
+"""Ways to compute codes in double precision."""
 PIECE = 2**19
-"""Passages of a piece where maps serve, which bounds the memory."""
+"""Number of passages that maps follow in one piece, which bounds the memory."""
 OFTEN = 0.1
-"""Seconds of integration of a problem, in all calls, after which kept maps serve few orbits too.
+"""Seconds of integration of one problem, in all calls, after which kept maps serve few orbits too.
 
-To read them takes as long. Of each so many further ones a sample is integrated as well."""
+Reading the maps takes as long. After every so many seconds more a sample is integrated again."""
 SELDOM = 100_000
-"""Orbits of a problem from one sample of many to the next, which takes 3 to 5 % of their time."""
+"""Number of orbits of a problem between two samples of large calls.
+
+A sample takes 3 to 5 % of the time of so many orbits."""
 PROBLEMS = 1_000
-"""Problems whose orbits are counted; then the count begins anew."""
+"""Number of problems whose orbits are counted; after that the count begins anew."""
 SAMPLE = 64
-"""Number of orbits that are integrated as well in doubles, and compared, unless maps are kept."""
+"""Number of orbits that are also integrated in doubles and compared, unless the maps are kept."""
 ABREAST = 4
-"""Neighbours that are taken together into a sample."""
+"""Number of neighbouring orbits that enter a sample together."""
 LEAST_SAMPLE = 8
-"""Number of them in each part of the orbits, at least, and of those in one more precision."""
+"""Least size of the sample of a part of the orbits, and size of that in one more precision."""
 
 
 class Mapped(NamedTuple):
-    """Orbits decided, and by which way."""
+    """Decided orbits, and which of them maps alone decided."""
 
     decided: Decided
     by_map: NDArray[np.bool_]
-    """(n,), False where an orbit was integrated, for some or all of its way."""
+    """(n,), False where any part of an orbit was integrated."""
 
 
 def expected_seconds(
     problem: RouteProblem, orbits: int, precisions: Sequence[int] = PRECISIONS
 ) -> float:
-    """Seconds of a core that so many orbits of one body are expected to take.
+    """Expected seconds of a core for so many orbits of one body.
 
-    By maps that are not kept yet, tables included, where these are chosen; else by integration.
+    Where maps would be chosen, the estimate is theirs and includes the tables, as if none were
+    kept; otherwise it is that of integration.
     """
     if costs.at_stake(problem, orbits, precisions):
         from rigidpend.routes.mapped import expected_tables
@@ -75,14 +78,14 @@ def decided(run: Run, method: str = "auto", *, kept: bool = False) -> Mapped:
     run : Run
     method : {"auto", "map", "integration"}, optional
     kept : bool, optional
-        Whether few orbits may take maps that are there from before, and many the sample of a call
-        before this, if their problem is asked for often. What is stored does without: a result
-        hangs on no cache.
+        Whether a problem that is asked for often may use what earlier calls left: few orbits the
+        maps that are kept, many orbits the sample of an earlier call. Stored results are computed
+        without this, so that they depend on no cache.
 
     Raises
     ------
     ProblemError
-        A method that is not known, or maps without doubles.
+        The method is not known, or it is "map" and the precisions do not begin with doubles.
     MapError
         The method is "map" and the orbits have none.
     Contradiction
@@ -93,6 +96,7 @@ def decided(run: Run, method: str = "auto", *, kept: bool = False) -> Mapped:
     if method == "map" and ladder[0] != 53:
         message = f"the maps are in double precision: precisions must begin with 53, got {ladder}"
         raise ProblemError("precisions", message)
+    # Of few orbits integration is so cheap that only maps that exist already may be faster.
     few = method == "auto" and not costs.at_stake(run.problem, run.orbits, ladder)
     likely, sampled = not few, True
     if kept and method == "auto" and ladder[0] == 53:
@@ -105,13 +109,15 @@ def decided(run: Run, method: str = "auto", *, kept: bool = False) -> Mapped:
             maps = Maps(run, least_time=method == "auto" and not few, kept=few)
             return decided_by(maps, sampled=sampled)
         except certainty.Contradiction:
-            # Asked once more, without a sample, wrong symbols would be called certain.
+            # The count is forgotten, so that the next call takes a sample again. Without one it
+            # would call wrong symbols certain.
             _asked.pop(run.problem, None)
             raise
         except MapError as reason:
-            # What was asked for by name is not replaced in silence.
+            # A method that was asked for by name is not replaced in silence.
             if method == "map":
                 raise
+            # Few orbits integrate fast, so that the missing map needs no warning.
             if not few:
                 each, all_ = costs.integration(run.problem), run.orbits
                 said = f"there are no return maps: {reason}"
@@ -120,17 +126,18 @@ def decided(run: Run, method: str = "auto", *, kept: bool = False) -> Mapped:
 
 
 class _Asked(NamedTuple):
-    """Orbits of a problem in all calls, and in those up to the last sample."""
+    """Number of orbits of a problem in all calls, and that number at the last sample."""
 
     all_: int = 0
     sampled: float = -math.inf
+    """Minus infinity before the first sample, which is therefore due at once."""
 
 
 _asked: dict[RouteProblem, _Asked] = {}
 
 
 def _counted(run: Run, few: bool) -> tuple[bool, bool]:
-    """True if orbits may take maps, after all before them; and if they need a sample."""
+    """Count a run's orbits: True if these may take maps, and True if a sample of them is due."""
     if len(_asked) >= PROBLEMS:
         _asked.clear()
     before = _asked.get(run.problem, _Asked())
@@ -142,10 +149,11 @@ def _counted(run: Run, few: bool) -> tuple[bool, bool]:
 
 
 def decided_by(maps: Maps, *, sampled: bool = True) -> Mapped:
-    """Decide as `certainty.decide`, with maps in the places of integrations.
+    """Decide orbits as `certainty.decide` does, with maps in the place of integrations.
 
-    What maps leave open is integrated if the precisions go beyond theirs, and compared with what
-    they found last. A sample is integrated as well, unless the flags alone are on trial.
+    Orbits that maps leave open are integrated if the precisions go beyond the maps', and compared
+    with the last result of the maps. A sample is integrated too and must not contradict the maps;
+    `sampled` = False leaves it out, as where the flags themselves are on trial.
 
     Raises
     ------
@@ -159,6 +167,7 @@ def decided_by(maps: Maps, *, sampled: bool = True) -> Mapped:
     within = tuple(p for p in maps.ladder if p <= maps.most_bits)
     compute, left = with_maps(maps, run.crossings, precisions)
 
+    # The pieces follow one another, for the threads share the orbits within each.
     def share(work: certainty.Work, columns: Columns, _: int) -> list[tuple[Columns, Decided]]:
         return in_pieces(work, columns, max(1, PIECE // (run.problem.n_symbols + 1)), 1)
 
@@ -166,34 +175,37 @@ def decided_by(maps: Maps, *, sampled: bool = True) -> Mapped:
     open_ = np.flatnonzero(~known.certain.all(axis=0))
     beyond = run.beyond(maps.most_bits)
     if open_.size and beyond:
-        # Parts of a plane would say so again and again.
+        # A plane is computed in parts, and each would repeat the warning.
         if n == run.orbits:
             reason = f"their symbols ask for more than the {maps.most_bits} bits of the maps"
             costs.warned(run.problem, open_.size, n, costs.beyond_maps(run.problem), reason)
         climbing = handed_over(maps, run.crossings, known, beyond)
-        # One computation of a precision: the next one settles more than a second would.
+        # One computation in each precision but the last: one in the next precision settles more
+        # orbits than a second one in the same.
         last = beyond[-1]
         certainty.climb(climbing, known, rate, beyond, lambda x: run.most(x) if x == last else 1)
     if sampled:
-        # Doubles decide at least the first symbols of each; what is beyond them takes long.
+        # Most of the sample is integrated in doubles alone, which decide at least the first symbols
+        # of every orbit; more bits take long. A part of a plane has its share of the sample.
         size = -(-SAMPLE * n // run.orbits)
         samples = (size, precisions[:1]), (LEAST_SAMPLE, precisions[:2])
-        # In a small part of all orbits the second sample has the first in it.
+        # Few orbits that take kept maps have the second, smaller sample alone. So has a part of
+        # a plane whose first sample would be so small that the second one contains it.
         for here, ladder in samples[maps.kept or size <= LEAST_SAMPLE :]:
             wrong = contradicted(known, run.crossings, rate, ladder, here)
             if wrong.size:
                 raise certainty.Contradiction(_alarm(run, wrong))
-    # What was integrated for being open has more bits than maps have.
+    # Orbits that were integrated because maps left them open have more bits than the maps.
     return Mapped(known, (known.bits <= maps.most_bits) & ~left)
 
 
 def with_maps(
     maps: Maps, integrated: Compute, precisions: tuple[int, ...]
 ) -> tuple[Compute, NDArray[np.bool_]]:
-    """Computations by maps, and by integration where these do not serve.
+    """Computations by maps, and by integration where there is no map or an orbit leaves its tables.
 
-    Nothing is integrated but in the precisions that are given. The second result tells, when all
-    is done, of which columns something was integrated.
+    Orbits that leave the tables are integrated in the given precisions only. The second result,
+    (n,), is filled in as the computations run: True where a column was integrated.
     """
     left = np.zeros(len(maps.run.phases), dtype=bool)
 
@@ -206,6 +218,8 @@ def with_maps(
             return by_integration(bits, scales, columns)
         found = maps.crossings(bits, scales, columns)
         outside = np.flatnonzero(found.outcome != Outcome.COMPLETE)
+        # In the maps' own bits, which nobody asked for, such orbits stay open instead, and the next
+        # precision decides them.
         if outside.size and bits in precisions:
             put(found, outside, by_integration(bits, scales, columns[outside]))
         return found
@@ -214,7 +228,7 @@ def with_maps(
 
 
 def _alarm(run: Run, wrong: NDArray[np.intp]) -> str:
-    """Sentence about orbits of a sample of which maps and integration find other symbols."""
+    """Message about the orbits of a sample whose symbols differ between maps and integration."""
     first = wrong[0]
     J1 = run.starts.J1_0[first] if run.starts else run.problem.J1_0
     return (
@@ -228,10 +242,14 @@ def _alarm(run: Run, wrong: NDArray[np.intp]) -> str:
 def contradicted(
     known: Decided, integrated: Compute, rate: float, precisions: tuple[int, ...], size: int
 ) -> NDArray[np.intp]:
-    """Integrate a sample of the columns; those of which a certain symbol is another one."""
+    """The columns of a sample that contradict it: integration finds another certain symbol.
+
+    The sample has at least `size` columns, or all where there are fewer. They are integrated in
+    the given precisions; a symbol counts where both ways call it certain.
+    """
     n = len(known.bits)
-    # Spread evenly and not by lot: the same sample in every run. Neighbours have their J1_0 in
-    # common where that differs, and most of what a single orbit takes is to begin it.
+    # The sample is spread evenly and not drawn by lot, so that every run has the same. Groups of
+    # neighbours share their J1_0 on a plane, and with it the start, which takes most of the time.
     first = np.linspace(0, max(0, n - ABREAST), -(-min(n, size) // ABREAST)).astype(int)
     sample = np.unique(np.minimum(first[:, None] + np.arange(ABREAST), n - 1))
     again = certainty.decide(
@@ -240,6 +258,7 @@ def contradicted(
         rate,
         precisions,
     )
+    # `known` has rows of all columns, `again` of the sample alone.
     both = again.certain & known.certain[:, sample]
     differ = symbols(again.crossings.separatrix) != symbols(known.crossings.separatrix[:, sample])
     return sample[(both & differ).any(axis=0)]

@@ -1,4 +1,4 @@
-"""From a body and initial phases to binary route codes."""
+"""Route codes of a body's orbits from their initial phases."""
 
 from __future__ import annotations
 
@@ -31,23 +31,23 @@ class RouteCodes(NamedTuple):
     codes: NDArray[np.uint8]
     """(n_symbols, n), row 0 = symbol 1: 0 left, 1 right, 255 no symbol (no return)."""
     certain: NDArray[np.bool_]
-    """(n_symbols, n), whether two computations establish the symbol."""
+    """(n_symbols, n), True where independent computations establish the symbol."""
     bits: NDArray[np.uint16]
-    """(n,), the precision that decided the column."""
+    """(n,), the precision in bits of the last computation of the column."""
     crossing_time: NDArray[np.float64]
     """(n_symbols + 1, n), t' of the crossings of J1 = J2/2; NaN where there is none."""
     separatrix: NDArray[np.uint8]
     """(n_symbols + 1, n), 1..4; 0 where there is no crossing.
 
-    By the half plane of M3 = 0 in which M is: upwards 2 where Q+ > 0, else 4; downwards 1 where
-    Q- < 0, else 3. A large mu leads orbits far from all four.
+    The half plane of M3 = 0 that M crosses decides: upwards 2 where Q+ > 0, else 4; downwards 1
+    where Q- < 0, else 3. With a large mu orbits cross far from all four separatrices.
     """
     by_map: NDArray[np.bool_]
-    """(n,), True where return maps alone found the column, without integration of any part."""
+    """(n,), True where return maps alone found the column, and no part of it was integrated."""
 
     @property
     def words(self) -> list[str]:
-        """Codes as texts, one an orbit: 0, 1, ``.`` for no symbol, ``?`` for an uncertain one."""
+        """Codes as text, one for each orbit: 0, 1, ``.`` for no symbol, ``?`` where uncertain."""
         return words(self.codes, self.certain)
 
     def __repr__(self) -> str:
@@ -55,7 +55,7 @@ class RouteCodes(NamedTuple):
 
 
 def shown(what: str, theta2_0: NDArray[np.float64], codes: Sequence[str]) -> str:
-    """The first of some routes, as Python shows them: phases and codes."""
+    """The representation of some routes: how many, and the phases and codes of the first five."""
     told = [f"{x:.6g}: {word}" for x, word in zip(theta2_0[:5], codes, strict=False)]
     more = ", ..." if len(theta2_0) > len(told) else ""
     return f"<{what} of {counted(len(theta2_0), 'orbit')}; {', '.join(told)}{more}>"
@@ -76,9 +76,9 @@ def route_codes(
 ) -> RouteCodes:
     """The binary route codes of orbits on S1-, as in Fig. 4.
 
-    Each orbit starts at theta1_0 = alpha0 + beta0, J1_0, theta2_0 and
-    J2_0 = sqrt(2 h0/kappa), with J3 = 0. Symbol i tells on which side it leaves between its
-    crossings i and i + 1 of J1 = J2/2.
+    Each orbit starts at theta1_0 = alpha0 + beta0, J1_0, theta2_0 and J2_0 = sqrt(2 h0/kappa), with
+    J3 = 0. Symbol i tells on which side the orbit leaves a periodic orbit between its crossings i
+    and i + 1 of J1 = J2/2.
 
     Parameters
     ----------
@@ -90,23 +90,24 @@ def route_codes(
     J1_0 : number
         Initial action, dimensionless, 0 < J1_0 < J2_0, not J2_0/2.
     n_symbols : int, optional
-        How many symbols to find on each orbit.
+        Number of symbols to find on each orbit.
     engine : {"taylor", "scipy"}, optional
         `taylor` by default.
     tolerance : number, optional
-        Local tolerance in double precision; by default the engine's own, at least its finest.
+        Local tolerance in double precision; by default the engine's own. The engine's finest
+        replaces a finer one.
     precisions : sequence of int, optional
         Bits, from 53 to 9,000, ascending by 11 or more. Columns with an uncertain symbol go to the
-        next. 64 is passed over where integers would serve.
+        next precision. 64 is left out where integers would compute it.
     jobs : int, optional
-        How many threads (or processes, where Python itself computes). No result depends on it.
+        Number of threads (or processes, where Python itself computes). No result depends on it.
     method : {"auto", "map", "integration"}, optional
-        Whether double precision is two return maps (`rigidpend.return_map`) or two integrations;
-        "auto" takes the maps where integration would take a second of a core and more, and their
-        tables less, as is expected of this body and these numbers; or, for few orbits of a problem
-        that is asked for often, where they are kept from before; `by_map` says which. Orbits that
-        leave the tables are integrated in either case, uncertain ones in more bits as far as that
-        gains, and a sample, which must agree, to its end.
+        Whether double precision is two return maps (`rigidpend.return_map`) or two integrations.
+        "auto" takes the maps where integration is expected to take a second of a core or more, and
+        the tables less than they save; or, for few orbits of a problem that is asked for often,
+        where the maps are kept from before. `by_map` says which was taken. In either case orbits
+        that leave the tables are integrated, uncertain ones are integrated in more bits as far as
+        that gains symbols, and a sample is integrated to its end, which must agree.
 
     Returns
     -------
@@ -115,10 +116,10 @@ def route_codes(
     Raises
     ------
     ParameterError, ExactError
-        A value that is excluded or that is no number, or more symbols than memory holds; the
+        A value is excluded or is no number, or there are more symbols than memory holds; the
         message says which.
     EngineError
-        An engine that is not known.
+        The engine is not known.
     MapError
         The method is "map" and the orbits have none; the message gives the reason.
     Contradiction
@@ -126,10 +127,10 @@ def route_codes(
 
     Notes
     -----
-    Numbers given as text, Fraction or Decimal are exact in every precision, floats are the
-    doubles that they are. A symbol is certain where two independent computations agree on
-    all crossing times up to the one behind it: see `rigidpend.routes.certainty`, which says
-    the rule and the measurement behind its threshold.
+    Numbers given as text, Fraction or Decimal are exact in every precision; a float stands for
+    exactly the double that it is. A symbol is certain where independent computations agree on all
+    crossing times up to the one behind it; `rigidpend.routes.certainty` has the rule and the
+    measurements behind its limits.
     """
     problem = RouteProblem(body, h0, J1_0, n_symbols)
     arithmetic = resolve(engine, tolerance, precisions)
@@ -149,8 +150,9 @@ def codes_of(
 ) -> RouteCodes:
     """The binary route codes of the orbits of a checked problem: see :func:`route_codes`.
 
-    `kept` allows few orbits maps that are there from before. What is stored does without: a
-    result hangs on no cache. `of` is the number of orbits in all, if these are a part.
+    `kept` lets few orbits use maps that were built before; stored results are computed without it,
+    so that they depend on no cache. `of` is the number of orbits in the whole task, if these are a
+    part of it.
     """
     phases = Phases(theta2_0)
     problem.afford(len(phases))
@@ -159,7 +161,7 @@ def codes_of(
 
 
 def routes_of(phases: Phases, found: Mapped) -> RouteCodes:
-    """The routes of some phases from their crossings and what is known of them."""
+    """The routes of some phases, from their decided crossings."""
     (time, separatrix, _), certain, bits = found.decided
     codes = symbols(separatrix)
     return RouteCodes(phases.high, codes, certain, bits, time, separatrix, found.by_map)

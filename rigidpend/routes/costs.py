@@ -1,8 +1,8 @@
 """Costs of routes: seconds of a core by integration and by return maps, and which is less.
 
-One model serves all who ask: `route_codes` when it chooses, a run's estimate, and the warning of
-orbits that take long. It follows from the body alone, so that no result hangs on a machine or on
-what is kept. A wrong guess costs time and no symbol.
+One model serves the choice that `route_codes` makes, a run's estimate, and the warning of orbits
+that take long. It follows from the body and the numbers alone, so that no result depends on a
+machine or on cached maps. A wrong estimate costs time but changes no symbol.
 """
 
 from __future__ import annotations
@@ -26,107 +26,111 @@ from rigidpend.routes.problem import (
 )
 
 SYMBOL, ROTATION, MAPPED = 3e-6, 1e-6, 0.5e-6
-"""Seconds of a core a symbol takes: by integration, beside what each rotation takes; by maps.
+"""Seconds of a core: for a symbol by integration, for each rotation too, and for a symbol by maps.
 
-Measured on 17 bodies drawn by lot, twice in doubles, at 1.4 to 151 rotations a passage, on a busy
+Measured on 17 random bodies, twice in doubles, at 1.4 to 151 rotations a passage, on a busy
 machine: integration took some 0.8 to 1.4 times as long."""
 FACTORS = {53: 1.0, PAIRS: 11.0, 212: 110.0}
-"""Factor by which deciding an orbit takes longer in more bits.
+"""Factor by which deciding an orbit takes longer in so many bits than in doubles.
 
 In pairs of doubles it was 8.5 to 12.6 with 6 bodies, and in quadruples ten times that."""
 BEYOND = 4_000.0
-"""The same in more bits: integers of 160 bits were measured."""
+"""Factor by which it takes longer in still more bits: integers of 160 bits were measured."""
 SHARPER, SHARPEST = 64, 82
-"""Bits of the first map that decides what those in doubles leave open, in pairs of doubles.
+"""Bits of the first map that decides the orbits that doubles leave open, in pairs of doubles.
 
-It has the larger number where passages are deep."""
+The larger number is used where passages are deep (see `DEEP`)."""
 CLOSEST = 8
-"""Bits by which two precisions differ at least, where one computation by each is to decide."""
+"""Least difference, in bits, of two precisions with one computation each that decide together."""
 FINER = {SHARPER: (GAP, CLOSEST), SHARPEST: (CLOSEST,)}
-"""Bits by which the second map is sharper than the first, the most that pay.
+"""Bits by which the second map is sharper than the first; the largest number that pays is taken.
 
-So they differ by what the first errs by, and one computation by each settles nearly as much as do
-those of two precisions: of 17 bodies drawn by lot maps of 64 and 75 bits left 0 to 4 of 20,000
-orbits open, where those of 64 and 72 left up to 17. Of 82 and 90 bits they left 0 to 9 of twelve
-bodies, and 35 to 110 of four whose passages take 20 to 28 rotations. Of 64 bits and of
-doubles they left 1, 12 and 140 open of three bodies whose tables converge slowly, where those of 72
-bits would take longer than they may."""
+The two then differ by the error of the first, and one computation by each settles nearly as much as
+two computations in each of two precisions. Of 20,000 orbits of each of 17 random bodies, maps of 64
+and 75 bits left 0 to 4 open, where maps of 64 and 72 left up to 17. Maps of 82 and 90 bits left 0
+to 9 open of twelve bodies, and 35 to 110 of four whose passages take 20 to 28 rotations. Maps of 64
+bits and in doubles left 1, 12 and 140 open of three bodies whose tables converge slowly, where
+those of 72 bits would take longer than they may."""
 RUNGS = 64, 76, 88, 117, 128
-"""Bits of integrations between two precisions, one in each: most orbits need no more.
+"""Bits of the rungs: one integration in each, between two precisions, is all that most orbits need.
 
-Their series end sooner: with three bodies drawn by lot those up to 88 bits took 0.36, 0.49 and 0.69
-of the time of one in 106, the others 0.45 and 0.58 of one in 160. From one to the next there are
-four orders of the series at least, by which what is left out falls by e^8.
+Their series are shorter: with three random bodies a rung up to 88 bits took 0.36, 0.49 and 0.69 of
+the time of an integration in 106 bits, the others 0.45 and 0.58 of one in 160. From one rung to the
+next there are at least four more orders of the series, by which the truncation error falls by e^8.
 """
 CLIMBING = 0.6
-"""Share of a precision's time that orbits take which rungs below it decide.
+"""Time of orbits that a lower rung already decides, as a share of that in the full precision.
 
-With three bodies drawn by lot it was 0.48, 0.58 and 0.78."""
+With three random bodies it was 0.48, 0.58 and 0.78."""
 DEEP = 9.5
-"""Rotations in a passage from which on it is.
+"""Least number of rotations in a passage that counts as deep.
 
-Of 35 bodies drawn by lot maps of 64 bits left 0.2 to 7 % of the orbits open at 9 to 14 rotations,
-and 0 to 0.5 % below, where sharper tables, which cost twice as much, would not pay."""
+Of 35 random bodies maps of 64 bits left 0.2 to 7 % of the orbits open at 9 to 14 rotations, and 0
+to 0.5 % below, where sharper tables, which cost twice as much, would not pay."""
 SPREAD = 10.0
-"""Standard deviation of the logarithm of what an orbit's error grows by, natural.
+"""Standard deviation of the natural logarithm of the factor by which an orbit's error grows.
 
-With 14 bodies drawn by lot, where errors grow by 2^20 to 2^80 in the mean, 2 to 97 % of 256 orbits
-stayed open in doubles; this has each within a factor of 1.7."""
+With 14 random bodies, where errors grow by 2^20 to 2^80 in the mean, 2 to 97 % of 256 orbits stayed
+open in doubles; this value gives each share within a factor of 1.7."""
 HANDED_OVER = 0.35
-"""Share of the time of an integration in pairs that orbits take which are handed over to a map.
+"""Time of an orbit that is handed over to a map, as a share of that of an integration in pairs.
 
-Of eight bodies drawn by lot, whose passages take 20 to 53 rotations and of whose orbits maps left
-0.2 to 7 % open, it was 0.27 to 0.48, those in more bits than pairs have among them."""
+Of eight random bodies, whose passages take 20 to 53 rotations and of whose orbits maps left 0.2 to
+7 % open, it was 0.27 to 0.48, including the orbits that need more bits than pairs have."""
 STAKE = 2
-"""Time that tables may take over that which they are expected to save.
+"""Largest ratio of the time for tables to the time that they are expected to save in this call.
 
-They are kept: the next calls with the same body have them for nothing."""
+Tables are kept, so that further calls with the same body have them at no cost."""
 LEAST = 1.0
-"""Seconds of integration from which on it is asked whether maps pay.
+"""Least time of integration, seconds, for which the costs of maps are estimated at all.
 
-The question takes some 0.05 s with a new body. With that of Fig. 4 5,000 orbits of 15 symbols are
-at stake: on one core they take 0.12 ms each by integration and 0.004 ms by maps, whose tables
-take 0.6 s where they are not kept yet."""
+The estimate takes some 0.05 s with a new body. With that of Fig. 4 5,000 orbits of 15 symbols take
+so long: on one core 0.12 ms each by integration and 0.004 ms by maps, whose tables take 0.6 s where
+they are not kept yet."""
 SLOW, LONG = 100e-6 / 15, 1.0
-"""Seconds a symbol, and in all, from which on it is said that orbits are integrated."""
+"""Seconds for each symbol of all orbits, and seconds in all, above which integration is warned of.
+
+Both must be exceeded."""
 
 
 class SlowRoutesWarning(UserWarning):
-    """Warning of many orbits that are integrated, with the reason."""
+    """Warning that orbits are integrated and take long, with the reason."""
 
 
 def integration(problem: RouteProblem, precisions: Sequence[int] = PRECISIONS) -> float:
-    """Seconds of a core that an orbit takes by integration, up the given precisions (bits)."""
+    """Seconds of a core that an orbit takes by integration, in the given precisions (bits)."""
     further = _further(problem, precisions, share_open(problem, precisions[0]))
     return _once(problem) * (_factor(precisions[0]) + further)
 
 
 def by_maps(problem: RouteProblem, precisions: Sequence[int] = PRECISIONS) -> float:
-    """Seconds of a core that an orbit takes by maps that are made, and beyond their bits."""
+    """Seconds of a core that an orbit takes by kept maps, and by integration beyond their bits."""
     most, _ = wanted(problem)[0]
     ladder = [most, *(bits for bits in precisions if bits > most)]
-    # In a map all is told in units of the splitting.
+    # A map's coordinates are relative to the splitting, so that the displacement costs no digits.
     open_ = share_open(problem, most, displaced=False)
     further = _further(problem, ladder, open_, HANDED_OVER)
     return MAPPED * problem.n_symbols + _once(problem) * further
 
 
 def _once(problem: RouteProblem) -> float:
-    """Seconds of a core that an orbit takes twice in doubles."""
+    """Seconds of a core that two computations of an orbit in doubles take."""
     rotations = passage_rotations(problem)
-    # Without weight it crosses once, and never again.
+    # Without weight (mu = 0) an orbit crosses once and never again: rotations are infinite.
     return problem.n_symbols * (SYMBOL + ROTATION * (rotations if rotations < math.inf else 1.0))
 
 
 def _further(
     problem: RouteProblem, precisions: Sequence[int], open_: float, whole: float = 1.0
 ) -> float:
-    """Further computations in doubles that those take which the first precision leaves open.
+    """Cost of the orbits that the first precision leaves open, in units of deciding one in doubles.
 
-    Those that are decided are followed for a part of the `whole` time.
+    `open_` is their share of all orbits, and `whole` the part of an integration that each takes.
     """
     found = 0.0
     for known, bits in itertools.pairwise(precisions):
+        # Orbits that this precision decides take a part of its time where rungs lie below it; those
+        # that stay open take all of it.
         share = whole * (CLIMBING if any(fits(x, (known, bits)) for x in RUNGS) else 1.0)
         left = share_open(problem, bits)
         found, open_ = found + (left + share * (open_ - left)) * _factor(bits), left
@@ -134,6 +138,7 @@ def _further(
 
 
 def _factor(bits: int) -> float:
+    """Factor by which deciding an orbit takes longer in the numbers that hold so many bits."""
     return FACTORS.get(rung(bits), BEYOND)
 
 
@@ -141,48 +146,54 @@ def _factor(bits: int) -> float:
 def share_open(problem: RouteProblem, bits: int, *, displaced: bool = True) -> float:
     """Estimate of the share of orbits that so many bits do not decide to their ends.
 
-    An error grows by a factor a passage; and at first, where orbits are `displaced`, it is one of
-    what both surfaces are displaced by, which is more than what they are split by. Where starts
-    are farther off than that, phases are not made anew: errors add up, and turn them ever more.
+    The logarithm of the growth of an error is taken as normal with the deviation `SPREAD`; an orbit
+    is open where the error reaches one. An error grows by a factor in each passage. Where orbits
+    are `displaced`, the first error is a rounding of the displacement of both surfaces, which is
+    larger than the distance at which orbits pass, by exp of :func:`closeness`. Where starts are
+    farther off the surfaces than these are split, phases do not become random in each passage:
+    errors add up, and shear the phases ever more.
     """
     nu, n, close = problem.body.angles().nu, problem.n_symbols, closeness(problem)
+    # exp(close - narrowness) is the splitting over the distance of the start, one at most: the
+    # smaller it is, the less a passage depends on the phase.
     grown = n * math.log(whisker_growth(nu * math.exp(close - narrowness(nu))))
     if close < narrowness(nu):
+        # Such errors grow as the square of n, which is the larger where the factor is close to one.
         grown = max(grown, 2 * math.log(n * whisker_growth(nu)))
     nats = displaced * close + grown
     return math.erfc((bits * math.log(2) - nats) / (math.sqrt(2) * SPREAD)) / 2
 
 
 def beyond_maps(problem: RouteProblem) -> float:
-    """Seconds of a core that an orbit takes whose symbols ask for more bits than maps have."""
+    """Seconds of a core for an orbit whose symbols need more bits than the maps have."""
     return HANDED_OVER * integration(problem, (PAIRS,))
 
 
 def at_stake(problem: RouteProblem, orbits: int, precisions: Sequence[int] = PRECISIONS) -> bool:
-    """True if orbits in doubles and beyond take so long that it is asked whether maps pay."""
+    """True if integration begins in doubles and would take so long that maps may pay."""
     return precisions[0] == 53 and orbits * integration(problem, precisions) >= LEAST
 
 
 def fits(bits: int, precisions: Sequence[int]) -> bool:
-    """True if one computation in so many bits pays between precisions, and is far from all."""
+    """True if one computation in `bits` bits pays: between the precisions, and not close to any."""
     far = all(abs(p - bits) >= CLOSEST for p in precisions)
     return far and precisions[0] < bits < max(precisions)
 
 
 def wanted(problem: RouteProblem) -> tuple[tuple[int, int], ...]:
-    """Bits of the first map and of the second; fewer where these do not settle or pay."""
+    """Bits of the first and the second map, best first; the next serve where these do not pay."""
     least = (SHARPEST, SHARPER) if passage_rotations(problem) >= DEEP else (SHARPER,)
     further = {bits: (*(bits + more for more in FINER[bits]), 53) for bits in least}
     return *((bits, second) for bits in least for second in further[bits]), (53, 53)
 
 
 def budget(problem: RouteProblem, orbits: int, precisions: Sequence[int] = PRECISIONS) -> float:
-    """Seconds of a core that the tables of all designs may take, if they are to pay."""
+    """Longest time, seconds of a core, that the tables of all designs may take so as to pay."""
     return STAKE * orbits * (integration(problem, precisions) - by_maps(problem, precisions))
 
 
 def warned(problem: RouteProblem, orbits: int, of: int, each: float, reason: str) -> None:
-    """Warn if some of all orbits, of so many seconds each, make all of them slow."""
+    """Warn if `orbits` out of `of`, which take `each` seconds of a core, make the whole slow."""
     if orbits * each > max(LONG, SLOW * problem.n_symbols * of):
         warnings.warn(
             f"{orbits} of {of} orbits are integrated, {seconds(each)} each on a core,"

@@ -1,10 +1,11 @@
 """Orbits that maps leave open: integrated in more bits at first, then handed over to a map.
 
-An error that a passage makes grows in all that follow. Up to where it has grown by as many bits as
-the integration is sharper than the map, the integration alone decides how good the whole is; from
-there on the map does as well, in less than a hundredth of the time. By how much errors grow up to
-a crossing a map in doubles tells: its own are seen there. They are taken for the largest that a map
-may have, so that the orbit is handed over rather too late.
+An error that a passage makes grows in all passages that follow. Until it has grown by as many bits
+as the integration is sharper than the map, the error of the integration dominates at the end; from
+there on the map does as well, in less than a hundredth of the time. A map in doubles shows how much
+errors grow up to a crossing: its own error there is its distance from the sharper map. Its error at
+the beginning is taken for the largest that a map may have, so that the growth is underestimated
+and the orbit is rather handed over too late.
 """
 
 from __future__ import annotations
@@ -28,22 +29,24 @@ from rigidpend.routes.run import tolerance_of
 from rigidpend.routes.start import Scales
 
 LATEST = 0.7
-"""Share of an orbit's crossings up to which it is worth handing it over."""
+"""Share of an orbit's crossings up to which a handover is worth while."""
 SETTLED = 8
-"""Binary logarithm of how late a crossing may be, t', in roundings of the integration."""
+"""Binary logarithm of the error allowed in the time of a crossing, in units of 2^-bits t'."""
 
 
 def handed_over(maps: Maps, integrated: Compute, known: Decided, ladder: Sequence[int]) -> Compute:
-    """Computations of orbits of which so much is known by the second of two maps.
+    """Computations, for `certainty.climb`, of orbits that maps leave open.
 
-    The first one in each precision of the ladder is handed over where that pays, to the maps in
-    turn, for what it is held against must share no table with it. Those that confirm it in the same
-    precision are integrations to the end.
+    `known` is what the maps found, by the second of the two at last. The first computation in each
+    precision of the ladder is handed over where that pays. The two maps take turns, for a result
+    and the one that it is compared with must not come from the same tables. Further computations in
+    the same precision are integrations to the end, by `integrated`.
     """
 
     def compute(bits: int, scales: Scales, columns: Columns) -> Crossings:
         if scales != certainty.FIRST or not in_kernel(maps.run.arithmetic.engine, bits):
             return integrated(bits, scales, columns)
+        # All orbits count as failed until a map has carried them to their end.
         found = columns_of(known.crossings, columns)
         found.outcome[:] = Outcome.FAILED
         which = ladder.index(bits) % 2
@@ -61,14 +64,18 @@ def handed_over(maps: Maps, integrated: Compute, known: Decided, ladder: Sequenc
 
 
 def handover(maps: Maps, more: int, columns: Columns, known: Decided) -> NDArray[np.intp]:
-    """The crossing of each orbit where a map takes over from so many bits more than it has.
+    """The number of the crossing, (n,), from which a map may continue each orbit; 0 for nowhere.
 
-    0 where that does not pay.
+    `more` is by how many bits the integration up to there is sharper than the map. 0 stands also
+    where the handover would come too late to pay, or at a crossing that is not yet certain.
     """
     before = columns_of(known, columns)
     doubles = maps.crossings(53, certainty.FIRST, columns)
     error = maps.run.rate * np.abs(doubles.time - before.crossings.time)
+    # From SLACK roundings on the error has grown by 2^more. Negated, so that a time that is missing
+    # (NaN) counts as a large error.
     grown = ~(error <= SLACK * 2.0 ** (more - 53))
+    # argmax finds the first crossing with True. Symbol at - 1 is certain only if crossing `at` is.
     at = np.maximum(1, np.argmax(grown, axis=0))
     certain = before.certain[at - 1, np.arange(columns.size)]
     return np.where(grown.any(axis=0) & certain & (at <= LATEST * len(error)), at, 0)
@@ -77,13 +84,14 @@ def handover(maps: Maps, more: int, columns: Columns, known: Decided) -> NDArray
 def _continued(
     maps: Maps, bits: int, columns: Columns, known: Crossings, at: NDArray[np.intp], which: int
 ) -> Crossings:
-    """The crossings of orbits that are handed over to a map at some of their known ones.
+    """The crossings of orbits, each integrated up to its known crossing `at`, then by a map.
 
-    Orbits are FAILED that are not where these say, or leave the tables.
+    An orbit is FAILED if the integration does not meet that crossing or the map's tables end.
     """
     run, scales, every = maps.run, certainty.FIRST, np.arange(columns.size)
     expected = known.time[at, every]
-    # Lanes end together where their times are alike, and threads where each has some of all.
+    # Orbits with similar times share a vector, whose lanes then end together. The vectors are dealt
+    # to the threads in turn, so that each thread has short and long ones.
     groups = np.arange(columns.size) // LANES
     order = np.argsort(expected)[np.argsort(groups % run.jobs, kind="stable")]
     begin, states = run.begin(bits, scales, columns[order])
@@ -97,17 +105,21 @@ def _continued(
         engine=run.arithmetic.engine,
         jobs=run.jobs,
     )
+    # Back to the order of the columns, and to t'.
     back = np.argsort(order)
     time, states = time[back].astype(float) * scales.time_unit, states[:, back]
-    # The first crossing is upward. Taken for the other kind one lies far outside of the tables.
+    # The first crossing is upward, and then they alternate. A crossing that is taken for the wrong
+    # kind does no harm: it lies far outside of the tables, and the orbit is FAILED.
     rising = at % 2 == 0
     right = np.abs(late[back]) <= 2.0 ** (SETTLED - bits)
+    # Another crossing than the known one would shift all symbols that follow.
     right &= run.rate * np.abs(time - expected) <= certainty.CLOSE
     known.time[at, every] = time
     for up in (True, False):
         some = np.flatnonzero(rising == up)
         if some.size:
             here, given = at[some], (which, columns[some], states[:, some], time[some])
+            # As many crossings as the earliest handover needs; `_written` takes those of each.
             beside, further = maps.onward(*given, len(known.time) - here.min(), rising=up)
             right[some] &= beside == known.separatrix[here, some]
             mine = columns_of(known, some)
@@ -119,7 +131,8 @@ def _continued(
 
 
 def _written(known: Crossings, further: Crossings, at: NDArray[np.intp]) -> None:
-    """Write further crossings behind some known one of each orbit."""
+    """Write the crossings that follow behind the known crossing `at` of each orbit, in place."""
+    # (n_crossings, n): the rows behind each orbit's own, and the rows that they come from.
     row = np.arange(len(known.time))[:, None]
     later, source = row > at, np.maximum(0, row - at - 1)
     known.time[later] = np.take_along_axis(further.time, source, axis=0)[later]

@@ -1,4 +1,4 @@
-"""Orbits that follow a certain route, sampled in double precision with theta3 and alpha."""
+"""Orbits that follow a given route, sampled in double precision with theta3 and alpha."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ from rigidpend.routes.start import Scales, start, states_double
 
 
 class SampledOrbit(NamedTuple):
-    """An orbit sampled in time, with its angles and the hodograph of its angular velocity."""
+    """An orbit sampled in time, with its angles and the hodograph of its angular velocity omega."""
 
     t: Array
     """Times t', dimensionless, (n,)."""
@@ -45,15 +45,14 @@ class SampledOrbit(NamedTuple):
 
 
 class RouteOrbit(NamedTuple):
-    """A sampled orbit of a route, with the errors of its crossings.
-
-    Times t' of the samples, (n,), their states (7, n), six aligned components and theta3, and the
-    delay of the crossings of J1 = J2/2 behind those of the route, t', (k,).
-    """
+    """A sampled orbit of a route, with the errors of its crossings."""
 
     t: Array
+    """Times t' of the samples, (n,)."""
     states: Array
+    """(7, n), six aligned components and theta3."""
     crossing_error: Array
+    """Delay t' of the crossings of J1 = J2/2 behind those of the route, (k,)."""
 
 
 def follow(
@@ -67,11 +66,13 @@ def follow(
 ) -> RouteOrbit:
     """Integrate the orbit of a route, sampled evenly to half a passage behind its last crossing.
 
-    `crossing_time` are the route's, (k,), k >= 2, and `step` lies between samples, both in t'.
+    `theta2_0` is in radians. `crossing_time`, (k,) with k >= 2, are the crossings of the route, and
+    `step` is the distance of samples, both in t'.
     """
     end = crossing_time[-1] + (crossing_time[-1] - crossing_time[-2]) / 2
     t = np.arange(0.0, end, step)
-    # One integration for both: the samples to be drawn, and the crossings by which they are judged.
+    # One integration for both: the samples to be drawn, and the states at the route's crossings, by
+    # which the samples are judged.
     times = np.union1d(t, crossing_time)
     field, begin = in_space.field(problem.body), initial_state(problem, theta2_0)
     states = states_at(field, begin, times, engine=engine, tolerance=tolerance)
@@ -83,7 +84,7 @@ def follow(
 
 def initial_state(problem: RouteProblem, theta2_0: float) -> Array:
     """State (7,) of the orbit at t' = 0, with theta3 = 0."""
-    # As route codes start in doubles, so that the route of the samples can be held against theirs.
+    # The same start as that of route codes in doubles, so that both can be compared.
     state = states_double(start(problem, 53, Scales()), np.array([theta2_0]), 0.0)[:, 0]
     return np.array([*state, 0.0])
 
@@ -91,7 +92,7 @@ def initial_state(problem: RouteProblem, theta2_0: float) -> Array:
 def alpha(states: Array, body: Body) -> Array:
     """Angle alpha in radians of states (7, ...), whose last component is theta3, by (th_al).
 
-    It differs from theta3 by less than pi/2, so that it is continuous where theta3 is.
+    alpha differs from theta3 by less than pi/2, so that it is continuous where theta3 is.
     """
     M, gamma = physical(states, body)
     omega = in_space.angular_velocity(M, body.floats()[0])
@@ -99,7 +100,7 @@ def alpha(states: Array, body: Body) -> Array:
 
 
 def alpha_at(body: Body, states: Array, ends: ArrayLike, tolerance: float) -> Array:
-    """Angle alpha (n,) in radians of orbits, each at a time t' of its own.
+    """Angle alpha (n,) in radians of orbits, each at its own time t' in `ends`, (n,).
 
     `states` are aligned components and theta3 at t' = 0, (7, n).
     """
@@ -109,7 +110,7 @@ def alpha_at(body: Body, states: Array, ends: ArrayLike, tolerance: float) -> Ar
 
 
 def separatrices(states: Array) -> NDArray[np.uint8]:
-    """Separatrices beside which successive samples (6 or more, n) change the sign of M3."""
+    """Separatrices 1..4 beside which successive samples (6 or more, n) change the sign of M3."""
     Qp, Qm, M3 = states[:3]
     k = np.flatnonzero(np.sign(M3[:-1]) * np.sign(M3[1:]) < 0)
     beside = map(separatrix_beside, M3[k] < 0, Qp[k], Qm[k])
@@ -117,7 +118,7 @@ def separatrices(states: Array) -> NDArray[np.uint8]:
 
 
 def samples(body: Body, t: Array, states: Array) -> SampledOrbit:
-    """An orbit whose states (7, n) are given at times t', with theta3 as the last component."""
+    """The sampled orbit of states (7, n) at times t', (n,); theta3 is the last component."""
     *state, theta3 = states
     M, gamma = physical(state, body)
     omega = in_space.angular_velocity(M, body.floats()[0])
@@ -128,11 +129,11 @@ def samples(body: Body, t: Array, states: Array) -> SampledOrbit:
 
 
 def vertices(separatrices: ArrayLike) -> str:
-    """Vertices of the heteroclinic cycle that a route passes, as the paper writes them."""
+    """The vertices of the heteroclinic cycle that a route passes, as the paper writes them."""
     # 2 and 4 rise from vertex i to i*, 1 and 3 fall from i* to i.
     return "-".join(f"{i}-{i}*" if i in (2, 4) else f"{i}*-{i}" for i in np.ravel(separatrices))
 
 
 def physical(states: Numbers, body: Body) -> tuple[Array, Array]:
-    """Convert states, aligned in six components, to physical M and gamma, each (3, ...)."""
+    """Physical M and gamma, each (3, ...), of states with six aligned components."""
     return body_from_aligned(Aligned(*states[:6]), body.alpha0, scale(body.floats()[0], math))

@@ -1,10 +1,10 @@
 """Crossings of the orbits of Fig. 4 by return maps instead of integration.
 
-Maps of different design take the places of integrations in other units: their tables differ in
-orders, nodes, arcs and units, so they share neither truncation nor rounding. In doubles two are
-compared, or three; in pairs of doubles one computation is made by each, and the second has some
-bits more than the first. Their energies are those of all phases, h0 + mu sin(theta2_0) and the
-like.
+Maps of different design take the place of integrations in other units: their tables differ in
+orders, nodes, arcs and units, so they share neither truncation nor rounding. In doubles two or
+three maps are compared; in pairs of doubles each of two maps makes one computation, and the second
+map has some bits more than the first. A map covers the energies of all phases, h0 + mu
+sin(theta2_0) but for terms of the order of mu J1_0.
 """
 
 from __future__ import annotations
@@ -38,31 +38,31 @@ from rigidpend.routes.run import Run
 from rigidpend.routes.start import Scales
 
 THIRDS = 100_000
-"""Orbits from which on a third map is cheaper than one of more bits for one orbit in seven.
+"""Number of orbits from which on a third map is made.
 
-Its tables take 0.3 s of a core and more; it saves 0.8 microseconds an orbit in this call and in
-those that follow."""
+It spares one orbit in seven a computation in more bits. Its tables take 0.3 s of a core or more; it
+saves 0.8 microseconds an orbit in this call and in those that follow."""
 APART = 0.3
-"""Seconds of a core for the longest map from which on others are made beside it, by processes.
+"""Least build time of the longest map, seconds of a core, for which processes make the others.
 
-These take as long to begin."""
+Processes take about as long to begin."""
 PATIENCE = 20.0
-"""Seconds of a core that tables beyond doubles may take, if they do not pay but maps are wanted.
+"""Seconds of a core that tables beyond doubles may take where maps are wanted but do not pay.
 
 Near the largest mu that a map serves they take some minutes, and those in doubles some seconds."""
 DESIGNS = {certainty.FIRST: FIRST, certainty.SECOND: SECOND, certainty.THIRD: THIRD}
-"""The map in the place of an integration in some scales, with the same unit of M."""
+"""The map that takes the place of an integration in some scales; its unit of M is the same."""
 
 
 def designs_of(orbits: int) -> list[Design]:
-    """The designs of the maps that so many orbits are given at once."""
+    """The designs of the maps that are made for so many orbits."""
     return [FIRST, SECOND, THIRD][: 3 if orbits >= THIRDS else 2]
 
 
 def expected_tables(problem: RouteProblem, orbits: int, most: float) -> float:
-    """Seconds of a core for the tables of so many orbits, of the sharpest maps that may be made.
+    """Expected seconds of a core for the tables of the sharpest maps that take at most `most`.
 
-    They take no more than `most`; infinity where none do, or the orbits have no map.
+    Infinity where all take longer, or the orbits have no map.
     """
     with contextlib.suppress(MapError):
         check_start(problem)
@@ -74,9 +74,10 @@ def expected_tables(problem: RouteProblem, orbits: int, most: float) -> float:
 
 
 def check_start(problem: RouteProblem) -> None:
-    """Refuse starts beyond the section, which is as far from the upper orbit as from the lower.
+    """Raise MapError for starts beyond the section, nearer to the upper periodic orbit.
 
-    Their components Q are those of starts before it, and a map would take them for such.
+    Their components Q are also those of a start before the section, for which a map would take
+    them.
     """
     if 2 * problem.J1_0.at(53) > problem.J2_0(53):
         raise MapError(
@@ -90,7 +91,10 @@ Task: TypeAlias = tuple[int, Design]
 
 
 def _tasks(designs: list[Design], pair: tuple[int, int]) -> list[Task]:
-    """The maps of some designs, where the first and the second have so many bits."""
+    """The maps of some designs; `pair` are the bits of the first and of the second.
+
+    A third map has those of the first.
+    """
     return [(pair[design == SECOND], design) for design in designs]
 
 
@@ -105,17 +109,17 @@ class Maps:
     Parameters
     ----------
     run : Run
-        The orbits; its threads make the maps.
+        The orbits, and the number of threads that make the maps.
     least_time : bool, optional
-        Whether maps are wanted only where they are expected to take less than integration.
+        Whether maps are wanted only where they are expected to take less time than integration.
     kept : bool, optional
-        Whether only maps are wanted that were built before.
+        Whether only maps that were built before are wanted.
 
     Raises
     ------
     MapError
-        The body's orbits have no such map, none that pays, or none that is kept, or J1_0 is too
-        large to begin in the normal form.
+        The orbits have no such map, none that pays, or none that is kept; or J1_0 is too large to
+        begin in the normal form.
     """
 
     def __init__(self, run: Run, *, least_time: bool = False, kept: bool = False) -> None:
@@ -128,17 +132,18 @@ class Maps:
         most = math.inf if kept else pays if least_time else max(pays, PATIENCE)
         self._settle(most, pays if least_time else math.inf)
         for scales in (certainty.FIRST, certainty.SECOND):
-            # The first crossing shows whether starts lie in the range of the normal form; where an
-            # orbit goes from there is its own affair.
+            # The first crossing of one orbit shows whether starts lie in the range of the normal
+            # form. Orbits that leave the tables later are integrated.
             if not self.crossings(53, scales, np.arange(1)).separatrix[0, 0]:
                 raise MapError(f"J1_0 = {run.problem.J1_0} lies outside of the normal form")
 
     def _settle(self, most: float, in_doubles: float) -> None:
-        """Make the maps, of as many bits as are wanted or of the next that settle and pay.
+        """Make the sharpest of the wanted maps that converge and are cheap enough.
 
-        The tables may take so many seconds of a core, and so many where they are in doubles."""
+        Their tables may take `most` seconds of a core, those in doubles `in_doubles`."""
         *more, least = wanted(self.problem)
         for pair in more:
+            # A pair that does not converge, or costs too much, gives way to the next one.
             with contextlib.suppress(MapError):
                 self._make(pair, most)
                 self._use(pair)
@@ -147,15 +152,19 @@ class Maps:
         self._use(least)
 
     def _use(self, pair: tuple[int, int]) -> None:
-        """Take maps that are made, the first and the second of which have so many bits."""
+        """Take the maps whose first and second have these bits into use."""
         self.pair = pair
         made, asked = zip(pair, (FIRST, SECOND), strict=True), self.run.arithmetic.precisions
-        # One computation is only worth as much as it is sharper than the one before it.
+        # A map makes one computation beyond doubles, and this settles symbols only if it is sharper
+        # than the one before by enough bits.
         served = {bits for bits in pair if bits in asked or costs.fits(bits, asked)}
         self.levels = {bits: design for bits, design in made if bits > 53 and bits in served}
 
     def _make(self, pair: tuple[int, int], most: float) -> None:
-        """Make maps of all designs, side by side where that pays, if they may take so long."""
+        """Make maps of all designs, side by side where that pays.
+
+        MapError is raised where the tables would take more than `most` seconds of a core.
+        """
         body, ends = self.problem.body, self.problem.energies
         tasks = _tasks(self.designs, pair)
         missing = [task for task in tasks if not is_kept(body, *ends, *task)]
@@ -173,7 +182,7 @@ class Maps:
             else:
                 build_apart(body, ends, *task, self._budgets[task])
 
-        # The longest is made here, and the others beside it by processes.
+        # The longest is made in this process, and the others in further ones beside it.
         if self.run.jobs > 1 and len(missing) > 1 and expected[longest] > APART:
             side_by_side(prepare, (), False, missing, self.run.jobs)
         for task in tasks:
@@ -181,20 +190,20 @@ class Maps:
 
     @property
     def most_bits(self) -> int:
-        """The bits of the sharpest map that decides."""
+        """Bits of the sharpest map that decides symbols."""
         return max(self.levels, default=53)
 
     @property
     def ladder(self) -> tuple[int, ...]:
-        """The precisions of the run with those of the maps among them."""
+        """The precisions of the run and those of the maps, ascending."""
         return tuple(sorted({*self.run.arithmetic.precisions, *self.levels}))
 
     def most(self, bits: int) -> int:
-        """The most computations of a precision.
+        """The largest number of computations in a precision.
 
-        By a map's own bits one, where a sharper one is to come: a second would be by the second
-        map, whose own bits are next. A third is by integration only in the last precision: before
-        it, the next one settles more.
+        In a map's own bits it is one, if a sharper computation follows: a second one would use the
+        second map, whose own bits are next. Integration makes a third one only in the last
+        precision; before that, one computation in the next precision settles more.
         """
         last = max(self.run.arithmetic.precisions)
         if bits in self.levels and bits < last:
@@ -202,13 +211,15 @@ class Maps:
         return 3 if bits == last or self.serve(bits, certainty.THIRD) else 2
 
     def serve(self, bits: int, scales: Scales) -> bool:
-        """True if there is such a map; the others serve as many bits as the first if they can."""
+        """True if there is a map for a computation in those bits and scales."""
+        # Beyond doubles `levels` says which map makes the first computation. All maps serve as many
+        # bits as the least sharp of them has.
         if bits > 53 and scales == certainty.FIRST:
             return bits in self.levels
         return bits in (53, min(self.pair)) and DESIGNS.get(scales) in self.designs
 
     def crossings(self, bits: int, scales: Scales, columns: Any) -> Crossings:
-        """The crossings of some columns in t'; FAILED where an orbit leaves the tables."""
+        """The crossings of some columns, times t'; FAILED where an orbit leaves the tables."""
         one = bits > 53 and scales == certainty.FIRST
         design = self.levels[bits] if one else DESIGNS[scales]
         given = *self._begin(bits, design, columns), self.problem.n_symbols + 1, self.run.jobs
@@ -218,24 +229,27 @@ class Maps:
     def onward(
         self, which: int, columns: Any, states: Any, time: Any, count: int, *, rising: bool
     ) -> tuple[Any, Crossings]:
-        """Crossings by the first map or the second (0, 1) that follow given ones, so many, in t'.
+        """Follow columns from a known crossing by the first (0) or the second map (1).
 
-        Where some columns cross M3 = 0, upward or downward, are states (6, N) in units of M of one,
-        at times t'. The separatrix of each, and what follows.
+        The columns cross M3 = 0, all upward (`rising`) or all downward, at `states` (6, N),
+        dimensionless, and times t' (N,). The result is the separatrix of each of these, (N,), and
+        the `count` crossings that follow, times t'.
         """
         bits, design = self.pair[which], (FIRST, SECOND)[which]
         a, unit, made = precision(bits), Fraction(design.unit), self.made(bits, design)
         given = np.stack([a.array(x) for x in (*(states[:3] * unit), *states[3:])])
+        # d and chi do not depend on the length of gamma, which other scales change.
         d, chi, image = section_point(rising, given, made.coefficients, precision(made.bits))
         *_, e = self._begin(bits, design, columns)
         x = d * (1 / made.charts[rising].forward.width)
         at = kernel.UnderWay(rising, x, chi, image, a.array(time / float(unit)))
         found = kernel.go_on(self._program(bits, design), at, e, count, self.run.jobs)
+        # image is 1 on separatrices 2 and 3, and -1 on 4 and 1.
         beside = (3 - image if rising else 2 + image).astype(np.uint8)
         return beside, found._replace(time=found.time * float(unit))
 
     def made(self, bits: int, design: Design) -> ReturnMap:
-        """The map of a design over the energies of all phases."""
+        """The map of a design over the energies of all phases, built if it is not kept."""
         return return_map(
             self.problem.body,
             h=self.problem.energies,
@@ -245,15 +259,17 @@ class Maps:
         )
 
     def _program(self, bits: int, design: Design) -> Program:
-        """The map of a design, ready for use."""
-        # Threads ask for the same map: one makes it, and the others wait.
+        """The map of a design as the kernel reads it, in doubles or pairs of them."""
+        # Several threads may ask for the same map: one makes it, and the others wait.
         with self._lock:
             if (bits, design) not in self._ready:
                 made = self.made(self.pair[design == SECOND], design)
                 starts, coarse = self.run.starts, 0.0
                 if bits == self.pair[0] < self.pair[1] and design == FIRST:
-                    # By so much the second is sharper in any case, whatever its tables came to.
+                    # The first map leaves out terms until it errs 2^(difference of the bits) times
+                    # as much as the second, so that these differ by it whatever the second errs by.
                     coarse = 2.0 ** (self.pair[1] - bits) * self.made(self.pair[1], SECOND).left_out
+                # The table of starts covers their Qp, from that of the least J1_0 to the largest.
                 ends = starts.least if starts else self.problem, self.problem
                 least, most = (beginning(end, design, made.bits).Qp for end in ends)
                 self._ready[bits, design] = made.program(bits, least, most, coarse)
@@ -261,15 +277,16 @@ class Maps:
 
     @functools.cached_property
     def _actions(self) -> tuple[tuple[float, ...], Any]:
-        """Each J1_0 of the starts once, and the number of that of each orbit."""
+        """The different J1_0 of the starts, and for each orbit the index of its own, (n,)."""
         assert self.run.starts is not None
         J1_0, which = np.unique(self.run.starts.J1_0, return_inverse=True)
         return tuple(J1_0.tolist()), which
 
     def _begin(self, bits: int, design: Design, columns: Any) -> tuple[Any, Any, Any]:
-        """Qp, the phase of entry, and the energy less h0 in units of mu, (N,) each.
+        """Qp, the phase of entry and (energy - h0)/mu of some columns, (N,) each.
 
-        Phases are rounded at another place in each design; what that loses goes to the rest.
+        Qp is in the design's unit, the phase in radians. Each design shifts phases by another
+        `origin` before they are rounded, so that cos and sin round differently.
         """
         a, phases = precision(bits), self.run.phases
         if self.run.starts is None:
@@ -280,12 +297,13 @@ class Maps:
             Qp, along, across = (x[which[columns]] for x in each)
         theta2 = phases.near[columns]
         shifted = theta2 + design.origin
-        # Knuth's two-sum: what rounding the sum has lost, exactly.
+        # Knuth's two-sum: the exact error of the rounded sum, which is added to the rest.
         back = shifted - design.origin
         lost = (theta2 - back) + (design.origin - (shifted - back))
         rest = a.array(phases.rest[columns] + lost)
         cos, sin = turned(a.cos(a.array(shifted)), a.sin(a.array(shifted)), rest)
-        # psi of the mirrored start is pi/2 - beta0/2 - theta2.
+        # The reversor takes the start to one beside the upper orbit, psi = pi/2 - beta0/2 - theta2.
+        # The angle is recovered from cos and sin, to which its rest has been added.
         p, *_ = _constants(self.problem, bits)
         psi = a.pi / 2 - p.beta0 / 2 - a.atan2(sin, cos) + design.origin
         return Qp + 0 * psi, psi, along * cos + across * sin
@@ -293,14 +311,14 @@ class Maps:
 
 @functools.lru_cache(maxsize=16)
 def _constants(problem: RouteProblem, bits: int) -> tuple[Angles, Any, Any]:
-    """The body's angles, J2_0 and J1_0 of a problem, each rounded once to a precision."""
+    """The body's angles, J2_0 and J1_0 of a problem, each rounded once to `bits` bits."""
     a, guarded = precision(bits), bits + GUARD_BITS
     angles = Angles(*map(a.number, problem.body.angles(guarded)))
     return angles, a.number(problem.J2_0(guarded)), a.number(problem.J1_0)
 
 
 def start_Qp(problem: RouteProblem, unit: str, bits: int, J1_0: Any = None) -> Any:
-    """Qp of starts in units of a design, for the problem's J1_0 or for doubles in its place."""
+    """Qp of starts in a design's unit of M, for the problem's J1_0 or for doubles in its place."""
     a, (p, J2, J1) = precision(bits), _constants(problem, bits)
     J1 = J1 if J1_0 is None else a.array(np.array(J1_0))[()]
     begin = Canonical(J1, J2 - J1, 0, p.alpha0 + p.beta0, 0 * J1, 0, 1)
@@ -308,22 +326,24 @@ def start_Qp(problem: RouteProblem, unit: str, bits: int, J1_0: Any = None) -> A
 
 
 class Beginning(NamedTuple):
-    """Common part of the starts of a design, or of those of one J1_0."""
+    """Constants of the starts of a design, for one J1_0 or for each of several."""
 
     Qp: Any
     along: Any
-    """Energy less h0 over mu, by the cosine of the shifted phase: its factor."""
+    """Coefficient of the cosine of the shifted phase in (energy - h0)/mu."""
     across: Any
-    """The same by its sine."""
+    """Coefficient of the sine of the shifted phase in (energy - h0)/mu."""
 
 
 @functools.lru_cache(maxsize=16)
 def beginning(
     problem: RouteProblem, design: Design, bits: int, J1_0: tuple[float, ...] | None = None
 ) -> Beginning:
-    """The beginning of the problem's starts, or of those that have the told J1_0."""
+    """The constants of the problem's starts, or of starts with the given J1_0, doubles."""
     a, (p, J2, J1) = precision(bits), _constants(problem, bits)
     J1 = J1 if J1_0 is None else a.array(np.array(J1_0))
+    # The height is linear in cos and sin of the shifted phase: its values at 0 and pi/2 are the
+    # coefficients.
     along, across = (
         height(J1, J2, (p.alpha0 + p.beta0, x - design.origin), a)
         for x in (a.number(0.0), a.pi / 2)

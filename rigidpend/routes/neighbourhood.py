@@ -1,14 +1,14 @@
-"""Routes of phases that lie close together: all beside one reference orbit.
+"""Routes of phases that lie close together, as differences from one reference orbit.
 
-A phase beyond doubles costs an integration beyond doubles, but only one: the reference in high
-precision, once in each of the scales of `certainty`. All others are differences from it, in
-doubles, whatever their distance (`integrate.neighbours`), and their symbols become certain by the
-same rule as elsewhere. What these leave open is integrated by itself, in as many bits more as the
-distance asks for.
+Phases that doubles cannot tell apart need higher precision, but only for one orbit: the reference,
+computed once in each of the scales of `certainty`. All others are differences from it, in doubles,
+whatever their distance (`integrate.neighbours`), and their symbols become certain by the same rule
+as elsewhere. An orbit that this leaves open is integrated by itself, in as many bits more as its
+distance from the reference requires.
 
-So the phase at which a symbol changes, that of a doubly asymptotic orbit, is narrowed by
-bisection: cheap down to a small part of the distance, what doubles resolve. Then the next
-reference begins there.
+The phase at which a symbol changes, that of a doubly asymptotic orbit, is narrowed by bisection.
+Beside one reference this is cheap down to the part of the distance that doubles resolve; then the
+next reference begins there.
 """
 
 from __future__ import annotations
@@ -35,21 +35,24 @@ from rigidpend.routes.run import Run, tolerance_of
 from rigidpend.routes.start import Scales, start, states_exact
 
 SPARE = 64
-"""Bits of the reference orbit beyond a distance: more than doubles, in which it is told, have."""
+"""Bits of the reference orbit beyond those of the distance: more than doubles have."""
 FIXED = 212
-"""Bits up to which the kernel carries an orbit to its end sooner than a tangent beside it."""
+"""Bits up to which the kernel in one precision is faster than an orbit with a falling precision.
+
+The latter needs a tangent beside the orbit."""
 GAIN = 38
 """Bits that are gained beside one reference orbit: doubles then still have some ten to spare."""
 AT_ONCE = 6
-"""Bits that are gained at a time, by as many phases as they tell apart."""
+"""Bits that are gained at a time: 2^6 - 1 phases divide the bracket."""
 
 
 class Neighbourhood:
     """Routes in the neighbourhood of one phase.
 
     The `centre` is the phase of the reference orbit, and `finest` the least distance of phases that
-    is to be resolved, both theta2_0 in radians. Precisions are relative to the distances: 53 bits
-    by differences, higher ones by integration, first in so many bits more as the distance takes.
+    is to be resolved, both theta2_0 in radians. Precisions are relative to the distance from the
+    centre: 53 bits are differences in doubles, higher ones are integrations in as many bits more as
+    the distance takes.
     """
 
     def __init__(
@@ -63,11 +66,11 @@ class Neighbourhood:
         self.problem, self.centre, self.finest = problem, centre, finest
         self.arithmetic, self.jobs = arithmetic, jobs
         self.bits = reference_bits(finest, SPARE)
-        """Bits of the reference orbit."""
+        """Bits of the reference orbit at its start."""
         self._references: dict[Scales, ReferenceOrbit] = {}
 
     def routes(self, phases: Sequence[Exact]) -> RouteCodes:
-        """The routes of some phases theta2_0, radians, every symbol certain or marked."""
+        """The routes of some phases theta2_0, radians; symbols that stay uncertain are marked."""
         taken = Phases(phases)
 
         def compute(bits: int, scales: Scales, columns: Any) -> Crossings:
@@ -78,27 +81,30 @@ class Neighbourhood:
         return routes_of(taken, Mapped(known, np.zeros(n, dtype=bool)))
 
     def prefixes(self, phases: Sequence[Exact]) -> list[list[int]]:
-        """The symbols of each of some phases, as one computation in doubles finds them."""
+        """The symbols of each of some phases, found by one computation in doubles, unconfirmed."""
         found = self.crossings(53, certainty.FIRST, phases)
         return [list(map(int, column)) for column in symbols(found.separatrix).T]
 
     def crossings(self, bits: int, scales: Scales, phases: Sequence[Exact]) -> Crossings:
-        """The crossings of some phases in `bits` bits, relative to their distances, in t'."""
+        """The crossings of some phases, t', in `bits` bits relative to their distances."""
         if bits == 53:
             return self._beside(scales, phases)
-        # What is closer than is to be resolved gets no further bits.
+        # At the centre itself the distance is 0: no phase gets more bits than `finest` takes.
         apart = [max(self.finest, abs(float(phase - self.centre))) for phase in phases]
         each = [rung(reference_bits(distance, bits)) for distance in apart]
         return joined([self._alone(*x, scales) for x in zip(phases, each, strict=True)])
 
     def _beside(self, scales: Scales, phases: Sequence[Exact]) -> Crossings:
+        """The crossings of some phases, as differences in doubles from the reference orbit."""
+        # Each of the scales has a reference of its own, as they must share no rounding.
         if scales not in self._references:
             self._references[scales] = self._orbit(self.centre, self.bits, scales)
         begin = start(self.problem, self.bits, scales)
         states = states_exact(begin, [self.centre, *phases], self.bits)
         walk = Walk(
             self._references[scales],
-            # Differences of fractions are exact; `self.bits` leave the closest enough of their own.
+            # Differences of fractions are exact. States have `self.bits`, which leave even the
+            # least difference more bits than a double has.
             (states[:, 1:] - states[:, :1]).astype(float),
             np.array([float(phase - self.centre) for phase in phases]),
             n_crossings=self.problem.n_symbols + 1,
@@ -108,7 +114,8 @@ class Neighbourhood:
         return _timed(walk.crossings(self.jobs), scales)
 
     def _alone(self, phase: Exact, bits: int, scales: Scales) -> Crossings:
-        """An orbit by itself, where the kernel takes long in a precision that falls."""
+        """The crossings of one orbit by itself, in `bits` bits at its start."""
+        # In many bits it pays to let the precision fall along the orbit, as rounding errors grow.
         if bits > FIXED:
             reference = self._orbit(phase, bits, scales)
             return _timed(reference.followed(self.problem.n_symbols + 1), scales)
@@ -116,9 +123,10 @@ class Neighbourhood:
         return one.crossings(bits, scales, np.arange(1))
 
     def _orbit(self, phase: Exact, bits: int, scales: Scales) -> ReferenceOrbit:
-        """The orbit of a phase, with its derivative in the phase."""
+        """The orbit of a phase in `bits` bits, with its derivative in the phase as tangent."""
         begin = start(self.problem, bits, scales)
-        # A quarter turn further on gamma is its own derivative; M does not depend on the phase.
+        # gamma is linear in cos and sin of the phase, so that its derivative is gamma a quarter
+        # turn later. M does not depend on the phase: its derivative is 0.
         state, further = states_exact(begin, [phase, phase + PI / 2], bits).T
         return ReferenceOrbit(
             begin.coefficients,
@@ -132,12 +140,12 @@ class Neighbourhood:
 
 
 def _timed(found: Crossings, scales: Scales) -> Crossings:
-    """Crossings with their times in t'."""
+    """Crossings with times in t', from those in the unit of the scales."""
     return found._replace(time=found.time * scales.time_unit)
 
 
 class NoChange(ValueError):
-    """Error: the symbol does not change between two phases, or one before it does."""
+    """Error: between two phases the last symbol does not change, or an earlier one does."""
 
 
 class Bracket(NamedTuple):
@@ -148,13 +156,14 @@ class Bracket(NamedTuple):
 
     @property
     def width(self) -> float:
-        """Their distance, radians."""
+        """The distance of the two phases, radians."""
         return float(self.high - self.low)
 
     def between(self, k: int, n: int) -> Exact:
-        """The phase at k nths of the way; where it is not rational one close to it that is."""
+        """The phase k/n of the way from low to high, or a rational one close to it."""
         x = self.low + (self.high - self.low) * k / n
-        # Enough to tell the n parts apart, and guard bits beyond.
+        # Enough bits to tell the n parts apart, and guard bits. The result is a fraction, for an
+        # expression would grow with every halving.
         bits = GUARD_BITS - min(0, math.floor(math.log2(self.width / n)))
         return rational(fraction(x.at(bits), bits) if x.fraction is None else x.fraction, None)
 
@@ -168,12 +177,14 @@ def narrowed(
 ) -> list[Bracket]:
     """Narrow two phases between which the last symbol of a problem changes, to `width` radians.
 
-    The result begins with the given bracket; each further one is a half of the one before. The
-    symbols on the way are those of one computation; whoever needs them certain computes the ends
-    again (`Neighbourhood.routes`). NoChange says that the symbol is the same on both sides, or an
-    earlier one differs. Now and then `report` is told the distance.
+    The result begins with the given bracket; each further bracket is a half of the one before. The
+    symbols on the way come from one computation each; a caller that needs certain ones computes the
+    ends again (`Neighbourhood.routes`). NoChange is raised if the symbol is the same on both sides,
+    or an earlier one differs. `report` is called with the distance, radians, after each reference
+    orbit.
     """
     path = [bracket]
+    # Each pass takes a new reference, in the middle of what is left.
     while True:
         wide = path[-1]
         finest = max(wide.width / 2**GAIN, width)
@@ -187,9 +198,9 @@ def narrowed(
 def bisect(
     prefixes: Callable[[Sequence[Exact]], list[list[int]]], bracket: Bracket, width: float
 ) -> list[Bracket]:
-    """Halve the distance of two phases as :func:`narrowed` does, down to `width` or less.
+    """Halve the distance of two phases as :func:`narrowed` does, down to `width` radians or less.
 
-    `prefixes` tells the symbols of each of some phases, up to the one that changes.
+    ``prefixes(phases)`` gives the symbols of each phase, up to the one that changes.
     """
     path = [bracket]
     left, right = prefixes(bracket)
@@ -197,19 +208,20 @@ def bisect(
     while path[-1].width > width:
         whole, n = path[-1], 2**AT_ONCE
         points = [whole.low, *(whole.between(k, n) for k in range(1, n)), whole.high]
-        # Orbits side by side cost little more than one: six halvings at a time.
+        # Orbits side by side cost little more than one: all points of six halvings are computed.
         found = prefixes(points[1:-1])
+        # points[a] has the symbols of the left end, and points[b] has not.
         a, b = 0, n
         while b - a > 1 and path[-1].width > width:
             middle = (a + b) // 2
-            # `found` begins with the second point.
+            # `found` leaves out the first point, so that its index is one less.
             a, b = (middle, b) if found[middle - 1] == left else (a, middle)
             path.append(Bracket(points[a], points[b]))
     return path
 
 
 def check_change(left: list[int], right: list[int], bracket: Bracket) -> None:
-    """Raise NoChange unless two lists of symbols differ in the last one alone."""
+    """Raise NoChange unless the symbols at both ends of a bracket differ in the last one alone."""
     if left[:-1] != right[:-1] or left == right:
         found = f"{left} at {bracket.low} and {right} at {bracket.high}"
         message = f"symbol {len(left)} must change, and no other before it; it is {found}"

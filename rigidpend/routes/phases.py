@@ -1,7 +1,7 @@
-"""Initial phases: doubles with their rests for the fast precision, exact ones on demand.
+"""Initial phases: doubles with their rests for double precision, exact numbers on demand.
 
-What is far from zero loses its whole turns before it is rounded: its rounding would be no small
-angle, and the same in all computations.
+A phase far from zero loses its whole turns before it is rounded. Otherwise its rounding error would
+be no small angle, and would be the same in all computations, which could not show it.
 """
 
 from __future__ import annotations
@@ -21,11 +21,11 @@ from rigidpend.numbers.exact import Exact, ExactError, context, exact
 FAR = 2.0**20
 """Size of a phase, radians, from which on it is computed without its whole turns."""
 DOUBLED = 113
-"""Bits of a double with its rest."""
+"""Bits in which a phase is computed before it becomes a double and its rest."""
 
 
 class Grid(Sequence[Exact]):
-    """The phases start + k step, k = 0 .. count - 1, each made when it is asked for."""
+    """The phases start + k step, k = 0 .. count - 1, exact, each made when it is asked for."""
 
     def __init__(self, start: Exact, step: Exact, count: int) -> None:
         self.start, self.step, self._length = start, step, count
@@ -40,29 +40,30 @@ class Grid(Sequence[Exact]):
 
 
 class Phases:
-    """A sequence of phases in radians; an ExactError where one is not a finite number."""
+    """A sequence of phases in radians; ExactError is raised where one is not a finite number."""
 
     high: NDArray[np.float64]
     """The doubles nearest to the phases, (n,)."""
     near: NDArray[np.float64]
+    """The same doubles, (n,), but without whole turns where a phase is far from zero."""
     rest: NDArray[np.float64]
-    """Doubles that are the phases without whole turns where these are far, and what they leave."""
+    """The phases less `near` and whole turns, (n,), rounded to doubles."""
 
     def __init__(self, values: Any) -> None:
         self._given: Any
         if isinstance(values, Iterator):
-            # It gives them once, and may have no end.
+            # An iterator gives its values only once, and may have no end.
             values = list(islice(values, MOST_PHASES + 1))
-        # A range may be of any length, and each of its numbers would be made.
+        # A range costs nothing at any length, but each of its numbers would be made here.
         if isinstance(values, Sequence) and len(values) > MOST_PHASES:
             raise ExactError(f"theta2_0 has {len(values)} phases; {MOST_PHASES} are the most")
-        # NumPy imports its masked arrays where they are named first: here it need not.
+        # Asking for `mask` first spares all others the import of np.ma, which NumPy does on demand.
         if isinstance(values, np.ndarray) and hasattr(values, "mask"):
             if np.ma.is_masked(values):
                 raise ExactError("theta2_0 has masked values; give those that are to be computed")
             values = values.data
         if isinstance(values, np.ndarray) and values.dtype == np.float64:
-            # An array of doubles is exact as it is: no object for each of many phases.
+            # Doubles are exact as they are: no object is made for each of many phases.
             self._given = self.high = np.atleast_1d(values).copy()
             self.rest = np.zeros(values.size)
         else:
@@ -86,49 +87,53 @@ class Phases:
         return self.high.size
 
     def exactly(self, columns: Iterable[int]) -> list[Exact]:
-        """The phases of some columns, exact."""
+        """The phases of some columns, exact, whole turns included."""
         return [exact(self._given[k]) for k in columns]
 
 
 def _is_sequence(values: Any) -> bool:
-    # NumPy's own dimensions of a list end with an error where its parts differ in length.
+    """True for a list, another sequence or an array, but not for text or a single number."""
+    # np.ndim would raise an error for a list whose parts differ in length.
     listed = isinstance(values, Sequence) and not isinstance(values, str | bytes)
     return listed or getattr(values, "ndim", 0) > 0
 
 
 def _halves(x: Exact) -> tuple[float, float]:
-    """The double nearest to x, and the one nearest to what it leaves."""
+    """The double nearest to x, and the double nearest to the difference."""
     if x.fraction is not None:
         nearest = float(x)
+        # Infinity, where a fraction is beyond doubles, is refused by the caller.
         rest = x.fraction - Fraction(nearest) if math.isfinite(nearest) else Fraction(0)
         return nearest, float(rest)
-    # Twice the bits of a double, so that its rest has digits of its own.
+    # More than twice the bits of a double, so that the rest has digits of its own.
     return _parted(x.at(DOUBLED))
 
 
 def _within_a_turn(x: Exact) -> tuple[float, float]:
-    """The double nearest to a phase without its whole turns, and what it leaves."""
+    """The double nearest to a phase without its whole turns, and the double of the difference."""
     return _parted(angle(x, DOUBLED))
 
 
 def _parted(value: Any) -> tuple[float, float]:
+    """The double nearest to an mpmath number, and the double nearest to the difference."""
     nearest = float(value)
     return nearest, float(value - nearest)
 
 
 def angle(phase: Exact, bits: int) -> Any:
-    """A phase in `bits` bits, radians; without its whole turns where it is far."""
+    """A phase in `bits` bits, radians; without its whole turns where it is far from zero."""
     size = abs(float(phase))
     if size < FAR:
         return phase.at(bits)
-    # As many bits more as whole turns take.
+    # As many bits more as the whole turns cancel.
     m = context(bits + math.frexp(size)[1])
     value, turn = phase.in_context(m), 2 * m.pi
     return context(bits).mpf(value - turn * m.nint(value / turn))
 
 
 def turned(cos: Any, sin: Any, rest: Any) -> tuple[Any, Any]:
-    """cos and sin of an angle that is further by a rest of a phase, which is below 2^-32."""
-    # To second order: the third is below the roundings of all precisions that take rests.
+    """cos and sin of an angle that is larger by `rest`, radians, below 2^-32 in size."""
+    # Taylor's series to second order: the third order, below 2^-98, is less than a rounding in any
+    # precision that is used with rests.
     bend = rest * rest / 2
     return cos - (rest * sin + bend * cos), sin + (rest * cos - bend * sin)

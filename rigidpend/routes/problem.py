@@ -1,4 +1,4 @@
-"""The problem behind Fig. 4, checked, with the scales of time that belong to it."""
+"""The problem behind Fig. 4: its checked numbers, and its scales of time and distance."""
 
 from __future__ import annotations
 
@@ -16,21 +16,21 @@ from rigidpend.numbers.checked import ParameterError
 from rigidpend.numbers.exact import Exact, ExactError, context, function
 
 MAX_SYMBOLS = 100_000
-"""Symbols on an orbit at most."""
+"""Largest number of symbols on an orbit."""
 LEAST = 1e-100
-"""Least mu relative to h0: what is smaller is lost in doubles."""
+"""Least mu relative to h0: doubles lose a smaller one."""
 OF_SYMBOL = 11
-"""Bytes of a result for each symbol: itself, whether it is certain, separatrix, crossing time."""
+"""Bytes of a result for each symbol: symbol, certainty, separatrix and crossing time."""
 SMALLEST_RATIO = "1e-500"
-"""J1_0/J2_0 from which the components, its square root, are ordinary doubles."""
+"""Least J1_0/J2_0: the components, of the order of its square root, are then normal doubles."""
 
 
 class ProblemError(ParameterError):
-    """A value that the problem excludes."""
+    """Error: a value that the problem excludes."""
 
 
 def check_energy(name: str, h: Exact, mu: Exact) -> None:
-    """Refuse an energy that is not above mu, or that other units would bring closer to 1."""
+    """Raise ProblemError for an energy not above mu, or one that calls for other units."""
     m = context(113)
     if not h.in_context(m) > mu.in_context(m):
         raise ProblemError(name, f"{name} > mu is broken: {name} = {h}, mu = {mu}")
@@ -41,15 +41,15 @@ def check_energy(name: str, h: Exact, mu: Exact) -> None:
 class RouteProblem:
     """Orbits that start at theta1_0 = alpha0 + beta0, J1_0 and J2_0 = sqrt(2 h0/kappa).
 
-    Any number is taken exactly. ProblemError says which condition is broken: h0 > mu, and
-    0 < J1_0 < J2_0, dimensionless, not on the section J1 = J2/2.
+    All are dimensionless and taken exactly. ProblemError says which condition is broken: h0 > mu,
+    and 0 < J1_0 < J2_0 but not on the section J1 = J2/2.
     """
 
     body: Body
     h0: Exact
     J1_0: Exact
     n_symbols: int
-    """Symbols to find on each orbit."""
+    """Number of symbols to find on each orbit."""
 
     def __post_init__(self) -> None:
         checked.of_kind("body", self.body, Body, ProblemError)
@@ -67,7 +67,7 @@ class RouteProblem:
         shown = f"J1_0 = {self.J1_0}, J2_0 = {float(J2):.17g}"
         if not (J1 > 0 and self.J2mJ1_0(113) > 0):
             raise ProblemError("J1_0", f"0 < J1_0 < J2_0 is broken: {shown}")
-        # Closer to the section, rounding decides whether the start counts as a crossing.
+        # Closer to the section rounding errors would decide whether the start counts as a crossing.
         if abs(2 * J1 - J2) < m.mpf(2) ** -48 * J2:
             message = f"the start lies on the section J1 = J2/2 that counts crossings: {shown}"
             raise ProblemError("J1_0", message)
@@ -75,14 +75,14 @@ class RouteProblem:
             raise ProblemError("J1_0", f"J1_0 = {self.J1_0} is below {SMALLEST_RATIO} J2_0")
 
     def afford(self, columns: int, field: str = "theta2_0") -> None:
-        """Refuse more columns, each of so many symbols, than a result can hold."""
+        """Raise ParameterError, naming `field`, for more columns than a result can hold."""
         what = f"{columns} columns of {self.n_symbols} symbols"
         files.afford(field, columns * (self.n_symbols + 1), OF_SYMBOL, what)
 
     @property
     def energies(self) -> tuple[Exact, Exact]:
-        """The least and the largest energy of orbits, over all phases."""
-        # The energy is h0 + mu times a height, which is between -1 and 1 at every phase.
+        """The least and the largest energy of the orbits, over all phases."""
+        # The energy is h0 + mu times the height of the centre of gravity, which is -1 to 1.
         return self.h0 - self.body.mu, self.h0 + self.body.mu
 
     def J2_0(self, bits: int) -> Any:
@@ -93,20 +93,21 @@ class RouteProblem:
         """J2_0 - J1_0, dimensionless, correctly rounded to `bits` bits however small it is."""
         try:
             return (_J2_0(self.body.A, self.h0) - self.J1_0).at(bits)
-        # Not to be told from zero, as where J1_0 is written as J2_0 is: refused like that.
+        # The difference cannot be told from zero, as where J1_0 is given as the expression of J2_0.
+        # Zero makes the check of the conditions refuse it.
         except ExactError:
             return context(bits).mpf(0)
 
 
 @functools.lru_cache(maxsize=256)
 def _J2_0(A: tuple[Exact, Exact, Exact], h0: Exact) -> Exact:
-    """J2_0 as an expression, which takes as many bits as a difference from it needs."""
+    """J2_0 as an exact expression, which gives as many bits as a difference from it needs."""
     A1, A2, A3 = A
     return function("sqrt", 2 * h0 * A3 * (A1 - A2) / (A1 * A2))
 
 
 def phase_rate(problem: RouteProblem) -> float:
-    """The fastest of the problem's rates, radians per t': rotation kappa J2 or exponent u."""
+    """The faster of the problem's rates, radians per t': of rotation, kappa J2, or exponent u."""
     return fastest_rate(float(problem.J2_0(53)), problem.body.angles(), math)
 
 
@@ -118,54 +119,58 @@ def rotation_period(problem: RouteProblem) -> float:
 
 @functools.lru_cache(maxsize=256)
 def passage_rotations(problem: RouteProblem) -> float:
-    """Rotations of the pendulum that a passage of a periodic orbit usually takes.
+    """Number of pendulum rotations in a typical passage of a periodic orbit.
 
-    J1/J2 falls to the splitting of the surfaces, some mu/h0 nu/sinh(nu) cos of a random phase, to
-    what the start is off them, or to rounding in doubles, and grows again, both by exp(2 pi^2/nu)
-    in a rotation. Without weight the orbit never returns: infinity.
+    J1/J2 falls and grows again, both by exp(2 pi^2/nu) in a rotation. Its least value is the
+    largest of three: the splitting of the surfaces, about mu/h0 nu/sinh(nu) times the cosine of a
+    random phase; the distance of the start from them; and rounding in doubles. Without weight
+    (mu = 0) the orbit never returns: infinity.
     """
     p, m = problem.body.angles(), context(53)
     if not p.mu:
         return math.inf
     depth = float(m.log(2 * problem.h0.in_context(m) / problem.body.mu.in_context(m)))
+    # ln(J2/J1) at the closest, over 2 pi^2/nu, is half of the rotations: in and out take the same.
     return max(1.0, (depth + min(closeness(problem), 53 * math.log(2))) * p.nu / math.pi**2)
 
 
 def closeness(problem: RouteProblem) -> float:
-    """ln of how much closer orbits pass than both surfaces are displaced.
+    """ln(displacement of both surfaces / distance at which orbits pass them).
 
-    They are off a surface by what it is split, or all along by more where the start is: there a
-    part J1_0/J2_0 of what it is displaced is left.
+    Orbits pass at the distance by which the surfaces are split, or at that of the start where it is
+    larger: a part J1_0/J2_0 of the displacement.
     """
     start = float(context(53).log(problem.J2_0(53) / problem.J1_0.in_context(context(53))))
     return min(narrowness(problem.body.angles().nu), start)
 
 
 def narrowness(nu: float) -> float:
-    """ln(sinh(nu)/nu): by how much less surfaces are split than both are displaced."""
-    # Far from overflow sinh(nu) is exp(nu)/2.
+    """ln(sinh(nu)/nu) = ln(displacement of both surfaces / their splitting)."""
+    # sinh(nu) overflows beyond 710. From 50 on the estimate leaves out the term ln(2 nu).
     return math.log(math.sinh(nu) / nu) if nu < 50 else nu
 
 
 def whisker_growth(nu: float) -> float:
-    """The mean growth of an error a passage where phases are as good as random.
+    """Geometric mean of the growth of an error in a passage, where phases are as good as random.
 
-    A passage at distance q lasts (2/u) ln(1/q) and turns the phase by (2 nu/pi) ln(1/q), and
-    q is made anew by Melnikov's sine: the phase's derivative is 1 - (2 nu/pi) cot(phase),
-    whose logarithm has the mean ln sqrt(1 + (2 nu/pi)^2).
+    A passage at distance q lasts (2/u) ln(1/q) and turns the phase by (2 nu/pi) ln(1/q). The
+    distance q of the next passage is proportional to Melnikov's sine of the phase, so that the new
+    phase's derivative is 1 - (2 nu/pi) cot(phase). The logarithm of its size has the mean
+    ln sqrt(1 + (2 nu/pi)^2) over all phases.
     """
     return math.hypot(1, 2 * nu / math.pi)
 
 
 def passage_limit(problem: RouteProblem, bits: int) -> float:
-    """Longest time t' that an orbit may take to its next crossing.
+    """Longest time t' that an orbit may take to its next crossing, in a computation of `bits` bits.
 
-    In one rotation the distance from a periodic orbit grows by exp(pi^2/nu). The limit is
-    twice the time from the smallest distance that `bits` bits resolve, relative to the
-    start's and to the weight's share, to distance one.
+    In one rotation the distance from a periodic orbit grows by exp(pi^2/nu). The limit is twice the
+    time to distance one from the smallest distance that `bits` bits resolve, relative to that of
+    the start and to mu/h0, and four rotations.
     """
     m, p = context(53), problem.body.angles()
     smaller = min(problem.J1_0.in_context(m), problem.J2mJ1_0(53))
+    # Distances are the square roots of actions, hence the half.
     depth = m.log(problem.J2_0(53) / smaller) / 2
     if p.mu:
         depth += m.log(problem.h0.in_context(m) / problem.body.mu.in_context(m))

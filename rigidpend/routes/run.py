@@ -25,44 +25,44 @@ from rigidpend.routes.problem import RouteProblem, passage_limit, phase_rate
 from rigidpend.routes.start import Scales, Start, start, states_double, states_exact
 
 FEWEST, MOST, PIECES = 256, 1024, 8
-"""Columns of a piece at least and at most, and pieces that each thread gets."""
+"""Least and largest number of columns in a piece, and the number of pieces for each thread."""
 SHARPENING = 100
-"""Factor by which further computations are finer, in doubles while these allow it."""
+"""Factor by which further computations have a finer tolerance, in doubles as far as these go."""
 
 longest_wait = functools.lru_cache(maxsize=32)(passage_limit)
-"""`passage_limit`, which takes mpmath and is the same for all columns of a run."""
+"""`passage_limit`, remembered: mpmath computes it, and all columns of a run have the same."""
 
 
 class Starts(NamedTuple):
-    """Starts whose J1_0 differ."""
+    """Starts with different J1_0."""
 
     J1_0: NDArray[np.float64]
-    """(n,), exact doubles in the place of the problem's, which is the largest."""
+    """(n,), dimensionless, doubles taken as exact; the problem itself has the largest of them."""
     least: RouteProblem
-    """The problem with the least J1_0 of all, which waits longest for a crossing."""
+    """The problem with the least J1_0, whose orbits take longest to cross."""
 
 
 @dataclass(frozen=True, eq=False)
 class Run:
-    """One call's orbits and means; computes any columns in any precision."""
+    """The orbits of one call and their arithmetic; computes any columns in any precision."""
 
     problem: RouteProblem
-    """Problem that all have in common; without `starts` it says how long to wait for a crossing."""
+    """Problem that all orbits share; without `starts` it sets how long to wait for a crossing."""
     phases: Phases
     """theta2_0 of the orbits."""
     arithmetic: Arithmetic
     jobs: int = 1
     """Threads, or processes where Python itself computes. No result depends on it."""
     starts: Starts | None = None
-    """J1_0 of each orbit."""
+    """J1_0 of each orbit, where they differ."""
     each: Sequence[RouteProblem] | None = None
-    """The problem of each orbit: of one body, with energies and J1_0 of their own."""
+    """The problem of each orbit, where energies differ too; all have the same body."""
     of: int | None = None
-    """Number of orbits in all, if these are a part: many take return maps."""
+    """Number of orbits in the whole task, if these are a part of it: many take return maps."""
 
     @property
     def orbits(self) -> int:
-        """The number of orbits in all."""
+        """The number of orbits in the whole task."""
         return self.of or len(self.phases)
 
     @property
@@ -71,20 +71,25 @@ class Run:
         return max(map(phase_rate, self.each or [self.problem]))
 
     def beyond(self, known: int) -> tuple[int, ...]:
-        """The precisions by which orbits climb that so many bits leave open: rungs among them."""
+        """Precisions, ascending, above `known` bits: those asked for and the rungs between them."""
         engine, _, precisions = self.arithmetic
         asked = [x for x in precisions if x > known]
         rungs = [x for x in RUNGS if in_kernel(engine, x) and fits(x, (known, *asked))]
         return tuple(sorted((*asked, *rungs)))
 
     def most(self, bits: int) -> int:
-        """The most computations of a precision: one on a rung, which the next one is to decide."""
+        """The largest number of computations in a precision: one on a rung, otherwise three.
+
+        An orbit that is open after the computation on a rung is left to the next precision.
+        """
         return 3 if bits in self.arithmetic.precisions else 1
 
     def crossings(self, bits: int, scales: Scales, columns: Any) -> Crossings:
-        """The crossings of those columns in `bits` bits, in t'."""
+        """The crossings of some columns, computed in `bits` bits in the given scales; times t'."""
         begin, states = self.begin(bits, scales, columns)
         unit = scales.time_unit
+        # One limit for all columns, whatever their J1_0: so an orbit's result does not depend on
+        # the columns beside it.
         patient = self.starts.least if self.starts else self.problem
         limit = longest_wait(patient, bits) / unit
         found = integrate.crossings(
@@ -97,9 +102,10 @@ class Run:
         return found._replace(time=found.time * unit)
 
     def begin(self, bits: int, scales: Scales, columns: Any) -> tuple[Start, Any]:
-        """The start in those units, and the states of those columns.
+        """The start in the given scales, and the initial states (6, n) of some columns.
 
-        Where orbits differ it is that of the first: its coefficients and units are the body's.
+        Where J1_0 or h0 differ, only the coefficients of the start are to be used: these belong to
+        the body and the scales, and are the same for all orbits.
         """
         keys: NDArray[Any]
         problem_of: Callable[[Any], RouteProblem]
@@ -109,18 +115,21 @@ class Run:
             keys, problem_of = np.arange(len(self.each)), self.each.__getitem__
         else:
             return self._begun(self.problem, bits, scales, columns)
+        # A start takes mpmath and serves any phases: one for each group of equal parameters.
         alike, which = np.unique(keys[columns], return_inverse=True)
         groups = [np.flatnonzero(which == k) for k in range(len(alike))]
         begun = [
             self._begun(problem_of(key), bits, scales, columns[here])
             for key, here in zip(alike, groups, strict=True)
         ]
+        # The states come group by group; the inverse permutation restores the order of the columns.
         back = np.argsort(np.concatenate(groups))
         return begun[0][0], np.concatenate([x for _, x in begun], axis=1)[:, back]
 
     def _begun(
         self, problem: RouteProblem, bits: int, scales: Scales, columns: Any
     ) -> tuple[Start, Any]:
+        """The start of one problem, and the states (6, n) of the phases of some columns."""
         begin = start(problem, bits, scales)
         if bits == 53:
             return begin, states_double(begin, self.phases.near[columns], self.phases.rest[columns])
@@ -129,17 +138,18 @@ class Run:
     def decided(self) -> Decided:
         """Decide all columns by integration.
 
-        Where a precision is compiled, threads share the columns and decide their own to its end;
-        else processes share the orbits of each computation.
+        Where the arithmetic of a precision is compiled, threads share the columns, and each decides
+        its own in that precision; otherwise processes share the orbits of each computation.
         """
-        # Threads that share the columns start none of their own.
+        # A thread that decides its share of the columns starts no further threads: jobs=1.
         alone, of_few, n = replace(self, jobs=1), abreast(self), len(self.phases)
 
         def in_own(bits: int) -> bool:
             return in_kernel(self.arithmetic.engine, bits)
 
         def compute(bits: int, scales: Scales, columns: Any) -> Crossings:
-            # So few are one piece, beside which no thread is at work.
+            # Columns that fill one vector at most are a single piece: all other threads are idle,
+            # and `abreast` gives one of them the second computation.
             if n <= LANES:
                 return of_few(bits, scales, columns)
             return (alone if in_own(bits) else self).crossings(bits, scales, columns)
@@ -147,7 +157,8 @@ class Run:
         def share(work: Work, columns: Columns, bits: int) -> list[tuple[Columns, Decided]]:
             if not in_own(bits):
                 return certainty.undivided(work, columns, bits)
-            # Of no more columns than the threads have lanes each thread gets some.
+            # In more than 53 bits a single vector of lanes is worth a piece; in doubles only where
+            # there are so few columns that some threads would otherwise get none.
             fewest = LANES if bits > 53 or n <= LANES * self.jobs else FEWEST
             size = min(MOST, max(fewest, -(-len(columns) // (PIECES * self.jobs))))
             return in_pieces(work, columns, size, self.jobs)
@@ -158,11 +169,13 @@ class Run:
 
 
 def abreast(run: Run) -> Compute:
-    """The computations of a run; of few orbits both of a precision are made at once.
+    """The computations of a run; of few orbits the first two of a precision are made at once.
 
-    Each takes a thread, and the other would be idle, though the second may not be asked for. Where
-    Python itself computes they are processes, which begin only for what is asked for in any case.
+    Few orbits occupy one thread, and another would be idle: it makes the second computation, though
+    this may not be asked for. Where Python itself computes, the workers are processes, which are
+    slow to begin: there both are made at once in the first precision alone, which needs both.
     """
+    # The second computation in each precision, with the columns for which it was made.
     seconds: dict[int, tuple[Columns, Crossings]] = {}
     engine, _, precisions = run.arithmetic
 
@@ -179,6 +192,7 @@ def abreast(run: Run) -> Compute:
             seconds[bits] = columns, second
             return first
         if scales == certainty.SECOND and bits in seconds:
+            # The columns asked for now are some of the first computation's, which ascend.
             known, second = seconds[bits]
             return columns_of(second, np.searchsorted(known, columns))
         return run.crossings(bits, scales, columns)
@@ -188,28 +202,30 @@ def abreast(run: Run) -> Compute:
 
 @functools.lru_cache(maxsize=64)
 def _with_action(problem: RouteProblem, J1_0: float) -> RouteProblem:
-    """The problem with another J1_0, kept for the next computation in other scales."""
+    """The problem with another J1_0, remembered for further computations in other scales."""
     return replace(problem, J1_0=exact(float(J1_0)))
 
 
 def _in_scales(scales: Scales, run: Run, bits: int, columns: Any) -> Crossings:
-    """One computation of those that go side by side."""
+    """One of the computations that go side by side: `Run.crossings` with the scales first."""
     return run.crossings(bits, scales, columns)
 
 
 def in_pieces(work: Work, columns: Columns, size: int, jobs: int) -> list[tuple[Columns, Decided]]:
-    """Let threads decide columns, so many at a time."""
+    """Let threads decide the columns in pieces of `size`; the pieces keep the columns' order."""
     parts = [columns[k : k + size] for k in range(0, len(columns), size)] or [columns]
     return list(zip(parts, side_by_side(work, (), False, parts, jobs), strict=True))
 
 
 def tolerance_of(arithmetic: Arithmetic, bits: int, scales: Scales) -> float:
-    """The tolerance of a computation, at 53 bits.
+    """The local tolerance of a computation in `bits` bits, stated as one at 53 bits.
 
-    The first one has a tolerance of its own: what a series leaves out is alike.
+    The first computation of a precision has a coarser tolerance than the others, so that its
+    series have another order: those of one order have the same truncation error in all scales.
     """
     engine, tolerance, _ = arithmetic
     first, finest = scales == certainty.FIRST, FINEST_TOLERANCE[engine]
+    # `finest` is as far as doubles go. Every further bit halves the tolerance that is stated here.
     if bits > 53:
         return finest if first else finest / SHARPENING
     return tolerance if first else max(tolerance / SHARPENING, finest)

@@ -1,22 +1,22 @@
 """Symbolic dynamics: orbits from their codes, and the codes' addresses.
 
-An address is a sequence of symbols with the half rotations between crossings. Which orbit has a
-given one, the chain of its passages tells, solved all at once: from a start of Fig. 4 on, closed,
-or from one asymptotic surface to another.
+An address is a sequence of symbols with the half rotations between crossings. The orbit of a given
+address is found as a chain of passages, whose equations are solved all at once: from a start of
+Fig. 4 on, for a closed orbit, or from one asymptotic surface to another.
 
 Parts
 -----
-address    codes and addresses as texts
+address    codes and addresses as text
 levels     the return map's inverse charts at one energy, and the orbits of Fig. 4 on it
-chain      the equations of chains of passages, whatever their ends; passages integrated alone
-shortest   chains with given half rotations, or with few
-follow     the address of a given orbit, round phases that have a code
+chain      the equations of a chain of passages, for all kinds of ends; passages integrated alone
+shortest   chains with given half rotations, or with as few as possible
+follow     the address of a given orbit, and the round phases that have a code
 refine     theta2_0 to any number of digits, by integration
 find       the orbit of a given address
-closed     the periodic orbit of a word, its multiplier and action, closed again by integration
+closed     the periodic orbit of a word, its multiplier and action; a check by integration
 stretching growth of deviations, finite-time Lyapunov exponents
-asymptotic doubly asymptotic orbits with short codes, what theta3 gains along them
-sharp      their phases to 30 digits, from starts on the unstable surface itself
+asymptotic doubly asymptotic orbits with short codes, and the growth of theta3 along them
+sharp      the phases of these to 30 digits, from starts on the unstable surface itself
 """
 
 from rigidpend.routes.symbolic.address import Address, AddressError

@@ -1,12 +1,12 @@
 """Addresses: the symbols of an orbit, with its half rotations between crossings.
 
-The phase chi of a crossing of M3 = 0 is theta1/2 + theta2 + pi/2 with theta1 modulo 2 pi: beside
-alpha0 + beta0 if it is upward, beside 2 pi - alpha0 + beta0 if downward (`return_map.poincare`).
-Through a passage theta1 + theta2 is followed past the upper periodic orbit, theta2 past the lower
-one; the docs have it in M and gamma. The orbits' surfaces meet where gamma3 = 0, at every multiple
-of pi, whatever the body: there they are each other's image in the reversor. A crossing lies in
-cell j if chi is nearer to j pi than to any other multiple. An address is the parity of the first
-crossing's cell, then for every passage its symbol and the growth of j, its half rotations.
+The phase chi of a crossing of M3 = 0 is theta1/2 + theta2 + pi/2, with theta1 modulo 2 pi near
+alpha0 + beta0 if it is upward, and near 2 pi - alpha0 + beta0 if downward (`return_map.poincare`).
+Through a passage theta1 + theta2 is followed past the upper periodic orbit, and theta2 past the
+lower one; the docs have it in M and gamma. The surfaces of the two orbits meet where gamma3 = 0, at
+every multiple of pi, for every body: the reversor takes each to the other there. A crossing lies in
+cell j if chi is nearer to j pi than to any other multiple of pi. An address is the parity of the
+first crossing's cell, then for every passage its symbol and the growth of j, its half rotations.
 """
 
 from __future__ import annotations
@@ -25,23 +25,23 @@ from rigidpend.numbers.checked import ParameterError
 from rigidpend.numbers.expressions import named
 
 LETTERS = "ab"
-"""The first crossing's cell: a for an even j (chi near 0), b for an odd one (near pi)."""
+"""Letters of the first crossing's cell: a for an even j (chi near 0), b for an odd j (near pi)."""
 _TERM = re.compile(r"([01])(?:\^([0-9]{1,6}))?|\(([01])\^([0-9]{1,6})\)\*([0-9]{1,6})")
 
 
 Code: TypeAlias = "str | Sequence[int] | NDArray[np.integer[Any]] | Address"
-"""The name of an orbit by its symbols: a text, numbers or an address."""
+"""An orbit's code as a caller may give it: text, numbers or an address."""
 
 
 class AddressError(ParameterError):
-    """A text that is no code and no address; the message says what is wrong and where."""
+    """Error: a value that is neither a code nor an address; the message says what is wrong."""
 
     def __init__(self, message: str) -> None:
         super().__init__("code", message)
 
 
 class Address(NamedTuple):
-    """The address of an orbit, or of a family of orbits where its rotations are not given."""
+    """The address of an orbit, or of a family of orbits where half rotations are not given."""
 
     first: int | None
     """0 or 1: the parity of the first crossing's cell; None where either will do."""
@@ -62,18 +62,19 @@ class Address(NamedTuple):
         if self.half_turns is None:
             return " ".join([*start, "".join(map(str, self.symbols))])
         terms = zip(self.symbols, self.half_turns, strict=True)
+        # Equal terms in succession are written once: (0^11)*2.
         groups = ((term, len(list(run))) for term, run in itertools.groupby(terms))
         shown = [f"{s}^{n}" if k == 1 else f"({s}^{n})*{k}" for (s, n), k in groups]
         return " ".join([*start, *shown])
 
 
 def cells_of(chi: Any) -> NDArray[np.int64]:
-    """The multiples of pi to which angles are nearest."""
+    """The cells of angles chi, radians: the number of the nearest multiple of pi."""
     return np.rint(np.asarray(chi) / np.pi).astype(np.int64)
 
 
 def parsed(text: Code) -> Address:
-    """The address that a text means: `0011`, `0^9 1^8 1^10` or `a 0^9 (1^8)*2`; or AddressError."""
+    """The address of a code such as `0011`, `0^9 1^8` or `a 0^9 (1^8)*2`; or AddressError."""
     if isinstance(text, Address):
         address = text
     elif isinstance(text, str):
@@ -97,11 +98,13 @@ def parsed(text: Code) -> Address:
 
 
 def _read(text: str) -> Address:
+    """The address that a text stands for; AddressError where it cannot be read."""
     words = text.split()
     first = LETTERS.index(words.pop(0)) if words and words[0] in tuple(LETTERS) else None
     terms: list[tuple[str, str | None]] = []
     for word in words:
         at = 0
+        # Terms may follow one another without spaces, as in 0011.
         while at < len(word):
             term = _TERM.match(word, at)
             if term is None:

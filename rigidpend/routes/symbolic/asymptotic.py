@@ -1,27 +1,28 @@
 """Doubly asymptotic orbits: from the unstable surface of a periodic orbit to a stable one.
 
-They arrive from the lower periodic orbit with I = 0, and their last crossing has U = 0. With an
-even number of symbols they end at the upper orbit (heteroclinic), with an odd number at the lower
-one again (homoclinic). The reversor swaps the two periodic orbits, and left and right. So it takes
-a heteroclinic orbit to another of these, with symbols and half rotations read backward, 0 and 1
-exchanged, and homoclinic orbits to those of the upper orbit. Orbits from the upper orbit to the
-lower one are no images of these.
+The orbits arrive from the lower periodic orbit with I = 0, and their last crossing has U = 0. With
+an even number of symbols they end at the upper orbit (heteroclinic), with an odd number at the
+lower one again (homoclinic). The reversor exchanges the two periodic orbits, and left and right. It
+takes a heteroclinic orbit to another one of this kind, with symbols and half rotations read
+backward and 0 and 1 exchanged, and it takes homoclinic orbits to those of the upper orbit. Orbits
+from the upper orbit to the lower one are not images of these.
 
-Their skeleton, those with few symbols and few half rotations, are the zeros of U along the unstable
-surface of the lower periodic orbit, a curve with one angle b. Between two zeros of U behind n
-passages U has one sign, and the phase of the next crossing, chi = -ln|U|/Lambda + ..., falls from
-infinity and rises to infinity again. Far out it is monotone, and the crossing runs along the
-unstable surface of the orbit just passed. That meets the stable surface of the next orbit once in
-each half rotation: a zero of U behind n + 1 passages in every cell. Where chi is least the curve
-turns back, and zeros end in pairs, in folds.
+The skeleton consists of the orbits with few symbols and few half rotations. They are the zeros of U
+along the unstable surface of the lower periodic orbit, a curve with one angle b. Between two zeros
+of U behind n passages U has one sign, and the phase of the next crossing, chi = -ln|U|/Lambda +
+..., falls from infinity and rises to infinity again. Far out it is monotone, and the crossing runs
+along the unstable surface of the orbit just passed. This surface meets the stable surface of the
+next orbit once in each half rotation: in every cell there is a zero of U behind n + 1 passages.
+Where chi is least, the curve turns back, and zeros end in pairs, in folds.
 
-So every arc between two zeros is looked at on a grid that is even in chi far out. Between two
-samples a pair of zeros needs two extrema of U; where |U| has a minimum on the grid it is found.
-An arc is followed on if any of its samples has few half rotations, whatever its ends have.
+So every arc between two zeros is sampled on a grid that is uniform in chi far out. A pair of zeros
+between two samples requires two extrema of U; wherever |U| has a minimum on the grid, the minimum
+itself is computed. An arc is followed further if any of its samples has few half rotations,
+whatever its ends have.
 
-That no orbit is missed is an argument and not a proof: it takes for granted that the surfaces meet
-once in each half rotation, and that a grid sees every extremum of U. Scans with evenly spaced
-angles and other grids find the same orbits.
+That no orbit is missed is an argument and not a proof: it assumes that the surfaces meet once in
+each half rotation, and that a grid sees every extremum of U. Scans with evenly spaced angles and
+other grids find the same orbits.
 """
 
 from __future__ import annotations
@@ -49,22 +50,23 @@ from rigidpend.routes.symbolic.chain import (
 from rigidpend.routes.symbolic.levels import Level, Mask, Signs, onward
 
 TOGETHER = 2000
-"""Orbits that are followed at a time, so that their tables stay in the processor's cache."""
+"""Number of orbits that are followed at a time: their tables then stay in the processor's cache."""
 PER_CELL = 10
-"""Samples of an arc for each half rotation of its end."""
+"""Samples of an arc for each half rotation of its last passage."""
 AROUND = 720
-"""Samples of the whole surface, whose first zeros are sought."""
+"""Samples of the whole surface, between which the zeros of U at the first crossing are sought."""
 HALVINGS = 26
-"""Bisections of a sample: Newton's method goes on from 1e-8 of it."""
+"""Bisections between two samples: Newton's method continues from 1e-8 of their distance."""
 GOLDEN = (math.sqrt(5) - 1) / 2
+"""Factor by which a golden section narrows an interval."""
 WIDENINGS = 8
-"""Number of times that the samples of arcs are extended, by a third each."""
+"""Number of attempts to sample arcs, each with a third more samples than the one before."""
 NARROWINGS = 40
-"""Narrowings of a minimum of |U|: to 1e-8 of two samples, where it is flat to rounding."""
+"""Golden sections for a minimum of |U|: to 1e-8 of two samples, where it is flat to rounding."""
 
 
 class Track(NamedTuple):
-    """Orbits through their first n passages, one in each column."""
+    """Orbits of the unstable surface through their first n passages, one in each column."""
 
     b: Array
     """(N,) radians: the angle on the unstable surface."""
@@ -73,11 +75,11 @@ class Track(NamedTuple):
     symbols: NDArray[np.uint8]
     """(n, N) 0 left, 1 right."""
     inside: Mask
-    """(N,) True where the tables reach so far; elsewhere the rest is void."""
+    """(N,) True where the tables reach so far; elsewhere the other fields are void."""
     U: Array
-    """(N,) share of the last crossings in the unstable direction of the next periodic orbit.
+    """(N,) coordinate of the last crossings in the unstable direction of the next periodic orbit.
 
-    Its sign is the next symbol's; where it is 0 the orbit is doubly asymptotic."""
+    Its sign gives the next symbol; where it is 0 the orbit is doubly asymptotic."""
 
     @property
     def half_turns(self) -> Signs:
@@ -92,10 +94,12 @@ def track(level: Level, b: Array, n: int) -> Track:
 
 
 def _track(level: Level, b: Array, n: int) -> Track:
+    """:func:`track` of orbits that are few enough to be followed at once."""
     at = level.arriving(np.zeros_like(b), b)
     made, last = level.map_level, SectionPoint(True, at.d, at.chi)
     passed = list(onward(made, last, n))
-    # U of the last crossings: of downward ones V of their image in the reversor.
+    # A downward crossing is followed by a passage past the lower orbit. The reversor takes it to
+    # the end of one past the upper orbit, and the unstable direction U to the stable one, V.
     last = passed[-1].point if n else last
     angle = last.chi if last.rising else -last.chi
     U = made.charts[last.rising].forward.look_up(last.d, angle, made.a)[0 if last.rising else 1]
@@ -109,12 +113,13 @@ def _track(level: Level, b: Array, n: int) -> Track:
 
 
 def skeleton(level: Level, symbols: int, half_turns: int) -> list[tuple[Track, int]]:
-    """The doubly asymptotic orbits of the surface, for each number of symbols up to `symbols`.
+    """The doubly asymptotic orbits of the surface, for each number of symbols from 0 to `symbols`.
 
-    Symbols are passages between the first crossing and the last, of as many half rotations at
-    most. They come by b from an arbitrary first arc on, with the number of arcs between zeros with
-    one symbol less on which they were sought. NoOrbit is raised where the surfaces do not cross, or
-    so little that doubles do not place their orbits, or an arc leaves the tables.
+    The symbols belong to the passages between the first crossing and the last, each of which takes
+    at most `half_turns` half rotations. The orbits of each number are ordered by b, from an
+    arbitrary first arc on, and come with the number of arcs, between orbits with one symbol less,
+    on which they were sought. NoOrbit is raised where the surfaces do not cross, where they cross
+    at such small angles that doubles do not place their orbits, or where an arc leaves the tables.
     """
     check_split(level, level.displaced(53), level.splitting)
     b = np.linspace(0, 2 * np.pi, AROUND + 1)
@@ -124,6 +129,7 @@ def skeleton(level: Level, symbols: int, half_turns: int) -> list[tuple[Track, i
         raise NoOrbit("the asymptotic surfaces do not cross")
     zeros = _bisected(level, b[at], b[at + 1], 0)
     found = [(track(level, zeros, 0), 1)]
+    # The surface is a closed curve: the last arc ends at the first zero.
     ends = np.append(zeros, zeros[0] + 2 * np.pi)
     low, high = ends[:-1], ends[1:]
     for n in range(1, symbols + 1):
@@ -135,7 +141,7 @@ def skeleton(level: Level, symbols: int, half_turns: int) -> list[tuple[Track, i
 
 
 class _Arcs:
-    """Arcs between zeros of U behind n - 1 passages, sampled behind n."""
+    """Arcs of the surface between zeros of U behind n - 1 passages, sampled behind n passages."""
 
     def __init__(self, level: Level, low: Array, high: Array, n: int, half_turns: int) -> None:
         self.level, self.n, self.most = level, n, half_turns
@@ -149,27 +155,29 @@ class _Arcs:
         raise NoOrbit("the samples of an arc end before its passages are long enough")
 
     def _sampled(self, reach: int) -> bool:
-        """Sample the arcs; whether the samples reach far enough towards the ends."""
+        """Sample the arcs; True if the samples reach far enough towards the ends."""
+        # A logistic grid. Near an end |U| is proportional to the distance from it, so that a factor
+        # exp(-pi Lambda) in the distance is one half rotation more of chi.
         step = math.pi * self.level.exponent / PER_CELL
         shares = 1 / (1 + np.exp(-step * np.arange(-reach, reach + 1)))
         self.b = self.low[:, None] + self.width[:, None] * shares
         seen = track(self.level, self.b.ravel(), self.n)
         self.U, self.inside = seen.U.reshape(self.b.shape), seen.inside.reshape(self.b.shape)
         turns = seen.half_turns.reshape(self.n, *self.b.shape)
-        # One more half rotation than is asked for closes the last arc.
+        # The last passage may take one half rotation more: its zero ends the last wanted arc.
         before = self.inside & (turns[:-1] <= self.most).all(axis=0)
         self.wanted = before & (turns[-1] <= self.most + 1)
         return not self.wanted[:, [0, -1]].any()
 
     def zeros(self) -> tuple[Track, Mask, Mask]:
-        """The zeros of U at the ends of all arcs with few half rotations somewhere.
+        """The zeros of U that bound arcs with few half rotations somewhere, in their order.
 
-        They come in their order on each arc, with whether all of their half rotations are as few as
-        is asked for, and whether an arc to be looked at begins, which ends with the next zero.
+        Two masks come with them: True where all half rotations of the zero itself are as few as is
+        asked for, and True where an arc to be followed further begins, which ends at the next zero.
         """
         low, high, arc, sample = self._brackets()
         if not low.size:
-            # From or to a surface |I| is the splitting at most, that where the last crossing lies.
+            # A passage from or to a surface has |I| of at most the splitting at its last crossing.
             level, most = self.level, self.most
             split = level.downward if self.n % 2 else level.splitting
             least = math.floor(level.half_turns(split))
@@ -179,9 +187,12 @@ class _Arcs:
             raise NoOrbit(f"no orbit with a symbol has only {said}: allow more")
         order = np.lexsort((low, arc))
         low, high, arc, sample = low[order], high[order], arc[order], sample[order]
+        # passed[:, j] counts the wanted samples before sample j. An arc between two zeros is open
+        # if any sample is wanted from the one before the first zero to the one behind the second.
         passed = np.pad(np.cumsum(self.wanted, axis=1), ((0, 0), (1, 0)))
         few = passed[arc[1:], sample[1:] + 2] > passed[arc[:-1], sample[:-1]]
         opens = np.append((arc[1:] == arc[:-1]) & few, False)
+        # Both ends of an open arc are kept.
         kept = opens.copy()
         kept[1:] |= opens[:-1]
         seen = track(self.level, _bisected(self.level, low[kept], high[kept], self.n), self.n)
@@ -189,15 +200,16 @@ class _Arcs:
         return seen, inside, opens[kept]
 
     def _brackets(self) -> tuple[Array, Array, Signs, Signs]:
-        """Bounds of zeros of U, the arcs that they lie on, and the places of the samples before.
+        """Bounds low and high of the zeros of U, indices of their arcs and of the samples before.
 
-        U changes its sign between samples, or where the least |U| has the other sign a pair of
-        zeros lies between them.
+        A zero lies between two samples of different sign. A pair of zeros lies about a minimum of
+        |U| on the grid, if U at the minimum itself has the other sign.
         """
         b, negative, size, inside = self.b, np.signbit(self.U), np.abs(self.U), self.inside
         known = inside[:, 1:] & inside[:, :-1]
         arc, k = np.nonzero((negative[:, 1:] != negative[:, :-1]) & known)
         found = [(b[arc, k], b[arc, k + 1], arc, k)]
+        # Inner samples that are less in |U| than both neighbours, all of one sign.
         same = (negative[:, 1:-1] == negative[:, :-2]) & (negative[:, 1:-1] == negative[:, 2:])
         least = (size[:, 1:-1] <= size[:, :-2]) & (size[:, 1:-1] < size[:, 2:])
         arc, k = np.nonzero(same & least & inside[:, 1:-1])
@@ -210,7 +222,8 @@ class _Arcs:
         return low, high, arc, k
 
     def _least(self, low: Array, high: Array, side: Signs) -> Array:
-        """The least side U between bounds, by golden sections."""
+        """The places b of the least ``side * U`` between bounds, by golden sections."""
+        # Both inner points are computed each time: many arcs at once need no bookkeeping then.
         for _ in range(NARROWINGS):
             width = GOLDEN * (high - low)
             left, right = high - width, low + width
@@ -221,7 +234,7 @@ class _Arcs:
 
 
 def _bisected(level: Level, low: Array, high: Array, n: int) -> Array:
-    """The zeros of U behind n passages between bounds."""
+    """The zeros b of U behind n passages, between bounds at which U has different signs."""
     negative = np.signbit(track(level, low, n).U)
     for _ in range(HALVINGS):
         middle = (low + high) / 2
@@ -240,14 +253,15 @@ class DoublyAsymptotic(NamedTuple):
     symbols: NDArray[np.uint8]
     """(n, N)."""
     arrival: Array
+    """(N,) t' before the first crossing less that of uniform rotation."""
     leaving: Array
-    """(N,) time before the first crossing, and beyond the last, that is not rotation, t'."""
+    """(N,) t' behind the last crossing less that of uniform rotation."""
     V: Array
-    """(N,) share of the last crossing in the stable direction."""
+    """(N,) coordinate of the last crossing in the stable direction."""
     theta3: Array
-    """(N,) growth of theta3 from one end to the other, radians."""
+    """(N,) growth of theta3 from one periodic orbit to the other, radians."""
     I_slope: Array
-    """(N,) derivative of I behind the last crossing in b."""
+    """(N,) derivative in b of I behind the last crossing."""
 
     @property
     def b(self) -> Array:
@@ -266,16 +280,16 @@ class DoublyAsymptotic(NamedTuple):
         return np.asarray(rotation * self.chain.chi[0] - self.arrival)
 
     def faded(self, distance: Array | float) -> Array:
-        """(N,) t' from the last crossings on until v of the normal form is `distance`."""
+        """(N,) t' from the last crossings until v of the normal form is `distance`."""
         rates = self.chain.level.rates(np.zeros(1))
         turned = np.log(np.abs(self.V) / distance) / rates.exponent
         return np.asarray(self.leaving + rates.rotation * turned)
 
 
 def doubly_asymptotic(level: Level, rough: Track) -> DoublyAsymptotic:
-    """The orbits of a skeleton to rounding: chains from the one surface to the other.
+    """The orbits of a skeleton with n symbols to rounding, as chains from one surface to the other.
 
-    NoOrbit is raised where Newton's method does not settle, or only at another orbit.
+    NoOrbit is raised where Newton's method does not converge, or converges to another orbit.
     """
     n, made = len(rough.symbols), level.map_level
     system = System(level, on_surface, signs_of(rough.symbols), None)
@@ -287,8 +301,11 @@ def doubly_asymptotic(level: Level, rough: Track) -> DoublyAsymptotic:
         check_split(level, displaced(level, chain.unknowns, split), split)
         raise NoOrbit(f"an orbit with {n} symbols is found elsewhere: it moved by {moved:.2g}")
     arrival = level.arriving(np.zeros_like(rough.b), chain.unknown)
-    # Growth of theta3 from the periodic orbit to the first crossing.
+    # Growth of theta3 from the periodic orbit to the first crossing. That past the lower orbit is
+    # read off the table of the upper one, at the angle of the reversed orbit.
     theta3 = made.charts[True].inverse.look_up(0 * rough.b, -chain.unknown, made.a)[3]
+    # The derivative of (d, chi) in b, carried from crossing to crossing. `side` is -1 where the
+    # orbit is at its mirror image, for which theta3 grows by the opposite.
     change, side = np.stack((arrival.d_by[1], arrival.chi_by[1])), np.ones_like(rough.b)
     for k in range(n):
         passed = made.passage(SectionPoint(k % 2 == 0, chain.d[k], chain.chi[k]), slopes=True)
@@ -297,7 +314,8 @@ def doubly_asymptotic(level: Level, rough: Track) -> DoublyAsymptotic:
         change = np.einsum("ijn,jn->in", passed.slopes[:2], change)
         theta3 = theta3 + side * passed.theta3
         side = np.where(passed.mirrored, -side, side)
-    # Behind the last crossing, as if on separatrix 2 or 3: I = U V, with U = 0.
+    # Behind the last crossing, as if on separatrix 2 or 3. As U = 0, dI = V dU. Of a downward
+    # crossing the reversed image is looked up: U and V change places there.
     rising, out = n % 2 == 0, n % 2
     turn = 1.0 if rising else -1.0
     seen = made.charts[rising].forward.look_up_slopes(chain.d[-1], turn * chain.chi[-1], made.a)

@@ -1,12 +1,13 @@
 """Chains of passages: all crossings of an orbit with a given address, found at once.
 
 In a passage an orbit keeps the invariant I of a periodic orbit, while its angle grows by
--ln|I|/Lambda(I). So a passage is given by the angles a and b at its ends: I follows from b - a
-and the symbol, the crossings from the inverse charts. Where two passages meet, chi and d agree.
-These equations tie a passage to its neighbours alone, so that Newton's method on all of them is
-a system of five diagonals, and no error grows along the orbit as it does in integration.
+-ln|I|/Lambda(I). A passage is therefore given by the angles a and b at its ends: I follows from
+b - a and the symbol, and the crossings follow from the inverse charts. Where two passages meet,
+their chi and d must agree. These equations couple a passage to its neighbours only, so that a step
+of Newton's method for all of them solves a system with five diagonals, and no error grows along the
+orbit as it does in integration.
 
-Integration of the full equations, in doubles, holds every passage of a chain alone.
+As a check, each passage of a chain is integrated alone, by the full equations in doubles.
 """
 
 from __future__ import annotations
@@ -34,46 +35,49 @@ MOST_ITERATIONS = 12
 LONGEST_STEP = 0.5
 """Largest change of an angle in one iteration, radians."""
 SETTLED = 1e-9
-"""Size of the last correction, radians or widths of tables; its square, below rounding, is left."""
+"""Size of the last correction, radians or widths of tables: the error left is about its square."""
 ROUGHEST = 1e-6
-"""Size below which a correction that is no smaller than the one before is rounding, or more.
+"""Size below which a correction that is no smaller than the one before counts as rounding.
 
-Where surfaces are split little, roundings displace crossings by more: `displaced`."""
+Where surfaces are split little, roundings displace crossings by more: :func:`displaced`."""
 MOVED = 1e-3
-"""Largest displacement of a crossing by roundings with which an orbit is told, radians."""
+"""Largest displacement of a crossing by roundings with which an orbit counts as found, radians."""
 ANGLES = 8.0
-"""Radians of an angle whose own roundings displace a crossing as much as those of the tables."""
+"""Size of an angle, radians, whose rounding displaces a crossing as much as those of the tables."""
 EARLY = 1e-3
-"""Time t' below which a zero of M3 is the crossing that an orbit starts from."""
+"""Time t' below which a zero of M3 is the crossing from which the orbit starts."""
 ROUNDED = 2.0**-51
-"""Rounding of a passage's time, relative: its crossings, too, are rounded to doubles."""
+"""Relative rounding error of a passage's time, for the crossings at its ends are doubles too."""
 PATIENCE = 4.0
-"""Longest wait, in times of the longest passage."""
+"""Longest wait for a crossing, in times of the longest passage."""
 
 
 class NoOrbit(ArithmeticError):
-    """No orbit has that address in the range of the map; the message gives the reason."""
+    """Error: no orbit has the address in the range of the map; the message gives the reason."""
 
 
 Begin: TypeAlias = Callable[[Any], Arrival]
 
 
 def on_surface(b: Any, I: float = 0.0) -> Arrival:
-    """The arrival of an orbit on the unstable surface of the lower periodic orbit, or beside it."""
+    """The arrival of an orbit on the unstable surface of the lower periodic orbit, or beside it.
+
+    The unknown is the angle b itself, radians; I is 0 on the surface.
+    """
     return Arrival(I, b, 0.0, 1.0)
 
 
 class Chain(NamedTuple):
     """An orbit of a level through n passages, with its n + 1 crossings.
 
-    Of N orbits side by side all arrays have a last axis more, and numbers are arrays (N,). The
-    angles at the beginning (a) and at the end of each passage (b) are in radians; a closed orbit
-    and one that ends on a surface have one a more.
+    For N orbits side by side all arrays have a further last axis, and numbers are arrays (N,). The
+    angles at the beginning (a) and at the end of each passage (b) are in radians, (n,) each; an
+    orbit that ends on a stable surface has one more a.
     """
 
     level: Level
     unknown: Any
-    """Value on which :class:`Arrival` depends."""
+    """The value on which the :class:`Arrival` depends; of no meaning for a closed orbit."""
     a: Array
     b: Array
     I: Array
@@ -85,7 +89,7 @@ class Chain(NamedTuple):
     time: Array
     """(n,) t' of the passages."""
     residual: Any
-    """Largest disagreement where two passages meet: radians, or shares of the tables' width."""
+    """Largest gap where two passages meet, in chi (radians) or d (units of the tables' width)."""
 
     @property
     def cells(self) -> Signs:
@@ -94,7 +98,7 @@ class Chain(NamedTuple):
 
     @property
     def split(self) -> float:
-        """The least that surfaces are split by where it changes sides."""
+        """The least splitting, as |I|, of the surfaces where the orbit changes sides."""
         return self.level.narrowest(np.sign(self.I))
 
     @property
@@ -104,13 +108,13 @@ class Chain(NamedTuple):
 
     @property
     def unknowns(self) -> Array:
-        """The unknowns of a :class:`System`: a guess for another system."""
+        """The unknowns of a :class:`System` in their order: a guess for another system."""
         x = np.empty((1 + len(self.a) + len(self.b), *self.a.shape[1:]))
         x[0], x[1::2], x[2::2] = self.unknown, self.a, self.b
         return x
 
     def within(self, cells: Signs) -> Chain:
-        """The same; NoOrbit if a crossing lies in another cell."""
+        """The chain itself; NoOrbit is raised if a crossing lies in another cell."""
         wrong = np.flatnonzero(self.cells != cells)
         if wrong.size:
             k = int(wrong[0])
@@ -128,32 +132,39 @@ def signs_of(symbols: Any) -> Signs:
 
 
 def alternating(n: int, like: Any) -> Mask:
-    """True, False and so on n times, to be held against arrays that have the axes of another."""
+    """True and False by turns, n in all, with the axes of `like` so that they broadcast with it.
+
+    True stands for an upward crossing, or for a passage past the upper orbit.
+    """
     return (np.arange(n) % 2 == 0).reshape(-1, *[1] * (np.ndim(like) - 1))
 
 
 class System(NamedTuple):
-    """The equations of a chain at one energy, of an open one or of a closed orbit.
+    """The equations of a chain at one energy, open or closed.
 
-    Chains with as many passages may be solved side by side, each in a column of all arrays. The
-    unknowns are that of the arrival, then a and b of each passage in turn.
+    Chains with equally many passages may be solved side by side, each in a column of all arrays.
+    The unknowns are that of the arrival, then a and b of each passage in turn.
     """
 
     level: Level
     begin: Begin | None
-    """None for a closed orbit: the passage before the first is the last one."""
+    """The passage before the first; None for a closed orbit, where it is the last one."""
     signs: Signs
-    """(n,) or (n, N)."""
+    """(n,) or (n, N), the signs of I."""
     last: float | None = None
     """chi of the last crossing, radians; None for an orbit that ends on a stable surface.
 
-    Of a closed orbit it is by how much chi grows in all."""
+    For a closed orbit it is the growth of chi over the whole orbit."""
     longer: float = 0.0
-    """Radians by which each passage is made longer, so that no crossing disturbs the next."""
+    """Radians by which the angle grows further in each passage, which makes |I| smaller.
+
+    Passages that are long enough do not disturb each other."""
 
     def guess(self, angles: Array, unknown: Any) -> Array:
         """The unknowns of a chain whose crossings lie near chi = `angles`, (n + 1,)."""
         n, upper = len(self.signs), alternating(len(angles), angles)
+        # Long passages have I near 0. A crossing's chi is its angle plus a small function of the
+        # angle; 2 angle - chi is one step of the fixed-point iteration for its inverse.
         before = self.level.crossings(~upper[:n], upper[:n], 0.0, angles[1:])
         after = self.level.crossings(upper, upper, 0.0, angles)
         x = np.empty((1 + 2 * n + (self.last is None), *angles.shape[1:]))
@@ -163,7 +174,10 @@ class System(NamedTuple):
         return x
 
     def nearer(self, angles: Array, unknown: Any) -> Array:
-        """The same for chi = `angles` themselves: with the invariants that these lead to."""
+        """The unknowns of a chain whose crossings lie at chi = `angles` themselves, (n + 1,).
+
+        The fixed-point iteration of :meth:`guess` is continued, with the invariants that follow.
+        """
         x, n = self.guess(angles, unknown), len(self.signs)
         upper = alternating(n, angles)
         for _ in range(MOST_ITERATIONS):
@@ -176,29 +190,35 @@ class System(NamedTuple):
     def evaluated(self, x: Array) -> tuple[Array, Array, Chain]:
         """The gaps where passages meet, their derivatives, and the chain.
 
-        At each crossing (2, m, ...) is left, of chi and of d. The derivatives (2, 4, m, ...) are
-        those in a and b of the passage before the crossing, then of the passage behind it; before
-        the first crossing of an open chain the unknown of its arrival is in the place of b.
+        The gaps (2, m, ...) are those of chi and of d at each of the m crossings. The derivatives
+        (2, 4, m, ...) are those in a and b of the passage before the crossing, then of the passage
+        behind it; before the first crossing of an open chain, the unknown of its arrival takes the
+        place of b.
         """
         a, b, n, level = x[1::2], x[2::2], len(self.signs), self.level
         I, slope = level.invariants(self.signs, b - a[:n] + self.longer)
-        # Of the passage before each crossing: I, b, and their derivatives in a and b, in b.
+        # The passage before each crossing, in rows: I, b, dI/da, dI/db, db/db.
         before = np.stack((I, b, -slope, slope, np.ones_like(b)))
         if self.begin is None:
             before = np.roll(before, 1, axis=1)
         else:
+            # The arrival depends on one unknown alone, which takes the place of b.
             I_0, b_0, I_slope, b_slope = self.begin(x[0])
             *first, _ = np.broadcast_arrays(I_0, b_0, 0.0, I_slope, b_slope, x[0])
             before = np.concatenate((np.array(first)[:, None], before), axis=1)
+        # The passage behind each crossing: I, a, dI/db. Behind the last crossing of an open chain I
+        # is 0: the orbit ends there, or lies on a stable surface.
         behind = np.zeros((3, *before.shape[1:]))
         behind[0, :n], behind[1, : len(a)], behind[2, :n] = I, a, slope
         upper = alternating(before.shape[1], a)
         pairs = (np.stack((before[k], behind[k])) for k in (0, 1))
+        # Each crossing twice: at[0] from the passage before, at[1] from the passage behind.
         at = level.crossings(upper, np.stack((~upper, upper)), *pairs)
         left, by = self._left(at, before[2:], behind[2])
         turned, constant = (np.roll(y[0], -1, 0)[:n] - y[1, :n] for y in (at.chi, at.constant))
         time = level.rates(I).rotation * turned - constant
-        # Of a closed orbit the first crossing is an end too, but a whole growth of chi later.
+        # The first crossing of a closed orbit is also the end of its last passage, where chi is
+        # larger by all of its growth.
         chi, d = (
             np.append(y[1], y[0, :1], axis=0) if self.begin is None else y[0]
             for y in (at.chi, at.d)
@@ -207,10 +227,12 @@ class System(NamedTuple):
         return left, by, Chain(level, x[0], a, b, I, chi, d, time, residual)
 
     def _left(self, at: PassageEnds, before: Array, slope: Array) -> tuple[Array, Array]:
-        """The gaps at the ends and beginnings of passages `at`, and their derivatives."""
+        """The gaps (2, m, ...) between the two sides of each crossing, and their derivatives."""
+        # d is measured in the tables' width, so that both gaps are of the order of one.
         units = 1.0, self.level.unit
         left = np.array([(y[0] - y[1]) / unit for y, unit in zip(at[:2], units, strict=True)])
         by = np.empty((2, 4, *slope.shape))
+        # Chain rule: I depends on b - a, so that dI/da = -dI/db; the second side is subtracted.
         for part, (I_by, angle_by) in enumerate((at.chi_by, at.d_by)):
             by[part, 0] = I_by[0] * before[0]
             by[part, 1] = I_by[0] * before[1] + angle_by[0] * before[2]
@@ -220,25 +242,35 @@ class System(NamedTuple):
         if self.begin is None:
             left[0, 0] -= self.last
         elif self.last is not None:
+            # The last crossing has one equation only, its chi: d is free.
             left[0, -1], left[1, -1] = at.chi[0, -1] - self.last, 0.0
             by[1, :, -1] = 0.0
         return left, by
 
     def corrections(self, left: Array, by: Array) -> Array:
-        """Newton's corrections of the unknowns, from what :meth:`evaluated` gives."""
+        """Newton's corrections of the unknowns, from the gaps and derivatives of :meth:`evaluated`.
+
+        LinAlgError is raised where the system is singular.
+        """
         m = left.shape[1]
+        # Two rows for each crossing, chi and d; four columns, in the order of the unknowns.
         rows, places = np.concatenate(np.swapaxes(left, 0, 1)), np.ndindex(2, 4)
         if self.begin is None:
+            # The last passage is also the one before the first: columns wrap around, and the system
+            # has no band. Words are short, so that a dense one serves.
             matrix, first = np.zeros((2 * m, 2 * m)), 2 * np.arange(m)
             for part, k in places:
                 matrix[first + part, (first + k - 2) % (2 * m)] = by[part, k]
-            # The unknown of an arrival has no part in it.
+            # A closed orbit has no arrival, whose unknown stays as it is.
             return np.append(0.0, np.linalg.solve(matrix, rows))
+        # LAPACK's banded storage: the entry of row i and column j is at [2 + i - j, j]. Crossing c
+        # has the rows 2c and 2c + 1, and the unknowns from 2c - 1 to 2c + 2. A further column in
+        # front belongs to the unknown -1, which does not exist; its entries are dropped.
         bands = np.zeros((5, 2 * m + 2, *left.shape[2:]))
         for part, k in places:
             bands[3 + part - k, k : k + 2 * m : 2] = by[part, k]
         right = rows[: 2 * m - (self.last is not None)].T
-        # Chains side by side are blocks of one matrix.
+        # Chains side by side are blocks of one matrix: entries that would leave a block are 0.
         blocks = np.swapaxes(bands[:, 1 : 1 + right.shape[-1]], 1, -1).reshape(5, -1)
         found = solve_banded((2, 2), blocks, right.ravel(), check_finite=False)
         return np.asarray(found.reshape(right.shape).T)
@@ -254,15 +286,19 @@ class System(NamedTuple):
             try:
                 step = self.corrections(left, by)
             except np.linalg.LinAlgError:
-                # It is singular.
+                # Singular, as at a fold: this is reported like an iteration that does not settle.
                 break
             size = float(np.abs(step).max())
             if not np.isfinite(size):
                 break
+            # Long steps are shortened: derivatives hold only near the angles where they were taken.
             x = x - step * min(1.0, LONGEST_STEP / max(size, 1e-300))
+            # Converged: either the last step was tiny, or steps have stopped to shrink at a size
+            # that roundings explain.
             rounding = min(max(ROUGHEST, displaced(self.level, x, split)), MOVED)
             if size < SETTLED or before <= size < rounding:
                 made, widest = self.evaluated(x)[2], self.level.widest
+                # `invariants` cuts I off at the tables' end, and the solution would be a wrong one.
                 at = np.argwhere(np.abs(made.I) >= widest)
                 if at.size:
                     needed = f"passage {at[0, 0] + 1} would need |I| above {widest:.3g}"
@@ -274,19 +310,20 @@ class System(NamedTuple):
 
 
 def displaced(level: Level, x: Array, split: float) -> float:
-    """Radians by which roundings of tables and of angles `x` displace crossings, at most.
+    """Largest displacement of crossings by roundings of the tables and of the angles `x`, radians.
 
-    `split` is the least that surfaces are split by where the orbits change sides.
+    `split` is the least splitting, as |I|, of the surfaces where the orbits change sides.
     """
     return level.displaced(53, split) * (1 + float(np.abs(x).max()) / ANGLES)
 
 
 def check_split(level: Level, moved: float, split: float, most: float = MOVED) -> None:
-    """Raise NoOrbit where roundings displace the orbits of a level by more than `most`, radians."""
+    """Raise NoOrbit where roundings displace orbits by `moved`, more than `most`, radians."""
     if moved > most:
         body, where = "nearly symmetric", f"{level.splitting:.1g} only"
         other = "a less symmetric body"
-        # Upward crossings alone would place it.
+        # `moved` is inversely proportional to `split`. If the splitting of upward crossings is
+        # enough, the downward ones are to blame: they are split little near the Hess case.
         if moved * split <= most * level.splitting:
             body, other = "at the Hess case or near it", "a body farther from it"
             where = f"{split:.1g} at most at downward crossings, where this orbit changes sides"
@@ -297,7 +334,7 @@ def check_split(level: Level, moved: float, split: float, most: float = MOVED) -
 
 
 def tangents(chain: Chain) -> Array:
-    """(n, 3, 2) the derivatives of d, chi and t' behind each passage in d and chi before it."""
+    """Derivatives (n, 3, 2) of d, chi and t' behind each passage in d and chi before it."""
     n = len(chain.b)
     return each_alone(chain.level.map_level, chain.d[:n], chain.chi[:n]).slopes[:, :3]
 
@@ -305,10 +342,12 @@ def tangents(chain: Chain) -> Array:
 def carried(slopes: Array, change: Array) -> tuple[Array, Array]:
     """A change (3,) of d, chi and t' at the first crossing, carried on to all others.
 
-    Its directions there, (n + 1, 3), and the logarithms of their factors, (n + 1,).
+    The result is its directions there, (n + 1, 3), and the natural logarithms of the factors by
+    which these are to be multiplied, (n + 1,).
     """
     changes, logs = [change], [0.0]
     for slope in slopes:
+        # Changes of t' add up. Scaled at every passage, for the product would overflow.
         change = slope @ change[:2] + [0.0, 0.0, change[2]]
         size = np.abs(change).max()
         change = change / size
@@ -318,10 +357,10 @@ def carried(slopes: Array, change: Array) -> tuple[Array, Array]:
 
 
 def passages(chain: Chain) -> tuple[Mask, Array]:
-    """Integrate each passage of a chain alone, in doubles: (n,) each.
+    """Integrate each passage of a chain alone, in doubles, from the chain's crossing.
 
-    True where it has the chain's symbol, and the error of the chain's time, t': their difference,
-    and what both may round alike.
+    The results, (n,) each, are True where the passage has the chain's symbol, and the error of the
+    chain's time, t': the difference of both times, and the rounding that they may share.
     """
     rising = alternating(len(chain.b), chain.b)
     states, limit = crossing_states(chain)[:, :-1], float(chain.time.max()) * PATIENCE
@@ -332,7 +371,11 @@ def passages(chain: Chain) -> tuple[Mask, Array]:
         tolerance=FINEST_TOLERANCE[DEFAULT_ENGINE],
         jobs=1,
     )
+    # The start lies on M3 = 0 to rounding, and may be found as a crossing itself: so two are asked
+    # for.
     behind = np.where(found.time[0] > EARLY, 0, 1), np.arange(len(rising))
+    # States are those beside separatrix 2 or 3. I > 0 is symbol 1 past the upper orbit, which
+    # follows an upward crossing, and symbol 0 past the lower one.
     pair = np.stack((np.where(rising, 2, 3), found.separatrix[behind]))
     right = symbols(pair)[0] == ((chain.I > 0) == rising)
     return right, np.abs(found.time[behind] - chain.time) + ROUNDED * chain.time
@@ -347,7 +390,7 @@ def crossing_states(chain: Chain) -> Array:
 def section_states(d: Any, chi: Any, h: Scalar, c: Coefficients, a: Precision) -> Any:
     """The aligned components (6, n) at crossings that are upward and downward by turns.
 
-    They are those on separatrix 2 or 3, the orbit's own or their mirror images.
+    They lie beside separatrix 2 or 3: the orbit's own crossings, or the mirror images of these.
     """
     states = np.empty((6, len(d)), dtype=a.dtype)
     for rising in (True, False):
@@ -359,11 +402,12 @@ def section_states(d: Any, chi: Any, h: Scalar, c: Coefficients, a: Precision) -
 def section_points(states: Numbers, c: Coefficients, a: Precision) -> SectionPoint:
     """Points of the section from aligned components (6, N): the inverse of section_state.
 
-    `rising` is an array as well, and chi lies in (-pi, pi].
+    `rising` is an array (N,) too, and chi lies in (-pi, pi].
     """
+    # Of Qp and Qm the larger one is Qp beside separatrices 2 and 4, where orbits rise.
     rising = np.abs(states[0]) > np.abs(states[1])
     large, small = (np.where(rising, states[k], states[1 - k]) for k in (0, 1))
-    # What lies beside separatrix 4 or 1 is described by its mirror image.
+    # A point beside separatrix 4 or 1 is described by its mirror image.
     sign = np.where(large < 0, -1, 1)
     M1 = sign * (states[0] + states[1]) * c.to_M1
     M2 = sign * (states[0] - states[1]) * c.to_M2

@@ -1,21 +1,23 @@
 """Closed orbits by their codes: the periodic orbit that repeats a word for ever.
 
-A word is read from a passage past the upper periodic orbit on, and the passages past the two
-orbits take turns. So a word of even length and the same word read from its second symbol on are
-two orbits, 01 and 10 for example, and a word is told apart from its turns by an odd number of
-symbols. A word of odd length is read twice before the orbit can close, and its turns are one orbit.
-Where an odd number of its passages changes sides, the orbit then is at its own mirror image by
-the symmetry (-M1, -M2, M3, gamma1, gamma2, -gamma3), and closes at the second time.
+A word is read from a passage past the upper periodic orbit on, and passages past the upper and the
+lower orbit alternate. So a word of even length and the same word read from its second symbol on,
+01 and 10 for example, are two orbits: a cyclic shift by an odd number of symbols changes the orbit.
+A word of odd length is read twice before the orbit can close, and all its cyclic shifts are one
+orbit. If an odd number of the passages change sides, the orbit has then reached its own mirror
+image by the symmetry (-M1, -M2, M3, gamma1, gamma2, -gamma3), and closes after as many again.
 
-The reversor swaps the two periodic orbits, left and right, before and behind: the orbit of a word
-reversed is that of the word read backward with 0 and 1 exchanged. Both have the same period,
-action and multiplier.
+The reversor exchanges the two periodic orbits, left and right, and past and future: the orbit of a
+word, reversed in time, is that of the word read backward with 0 and 1 exchanged. Both have the same
+period, action and multiplier.
 
-The action is the integral of p dq over a period: where M . gamma = 0 the form p dq is M . omega dt
-in any coordinates, J1 dtheta1 + J2 dtheta2 or others, and on the sphere of gamma it has no
-ambiguity. So the action is twice the kinetic energy, 2 (h - mu r . gamma), integrated. Along a
-family of orbits its derivative in h is their period. Orbits are integrated over a period in many
-bits, and come back to rounding.
+The action is the integral of p dq over a period. Where M . gamma = 0 the form p dq is M . omega dt
+in any coordinates, such as J1 dtheta1 + J2 dtheta2, and on the sphere of gamma it is unique. So the
+action is the integral of twice the kinetic energy, 2 (h - mu r . gamma). Along a family of orbits
+its derivative in h is their period.
+
+As a check, an orbit is refined and integrated over a period in many bits, and must close to within
+rounding.
 """
 
 from __future__ import annotations
@@ -54,12 +56,13 @@ from rigidpend.routes.symbolic.shortest import alike
 from rigidpend.routes.symbolic.stretching import BENDING
 
 MOST_SYMBOLS = 60
-"""Longest word: its equations are a dense system."""
+"""Largest number of symbols in a word: the equations of its orbit are a dense system."""
 ROUNDS = 12
+"""Largest number of corrections by integration."""
 LOST = 12
-"""Bits by which a passage may fail to meet the next."""
+"""Bits that a passage may lose where it meets the next."""
 GROWN = 4.0
-"""Roundings of the last bit in a passage: what they have grown to is its error, if that is more."""
+"""Number of roundings in a passage; grown to its end they are its error, if they exceed `LOST`."""
 GUARD = 15
 """Bits that the numbers of the section have beyond those of the integration."""
 
@@ -71,7 +74,7 @@ class ClosedOrbit(NamedTuple):
     half_turns: int
     """Half rotations of every passage."""
     mirrored: bool
-    """True if it is at its mirror image after P passages, and closes after twice as many."""
+    """True if the orbit is at its mirror image after P passages, and closes after twice as many."""
     period: float
     """t' of the P passages."""
     trace: float
@@ -81,37 +84,38 @@ class ClosedOrbit(NamedTuple):
 
     @property
     def multiplier(self) -> complex:
-        """The Floquet multiplier of the P passages that is not inside of the unit circle."""
+        """The Floquet multiplier of the P passages that lies on or outside the unit circle."""
         half = self.trace / 2
+        # The determinant is 1, so that both multipliers solve x^2 - trace x + 1 = 0. The sign is
+        # that of the larger solution, whose terms do not cancel.
         if abs(half) > 1:
             return half + math.copysign(math.sqrt(half * half - 1), half)
         return complex(half, math.sqrt(1 - half * half))
 
     @property
     def stable(self) -> bool:
-        """True if it is elliptic: deviations turn instead of growing."""
+        """True if the orbit is elliptic: deviations rotate instead of growing."""
         return abs(self.trace) < 2
 
     @property
     def exponent(self) -> float:
-        """Lyapunov exponent, per passage; over the mean time of a passage it is that in 1/t'."""
+        """Lyapunov exponent per passage; divided by the mean time of a passage it is in 1/t'."""
         return math.log(abs(self.multiplier)) / len(self.chain.b)
 
     @property
     def exponent_error(self) -> float:
-        """The exponent's rounding at most, per passage: each crossing, displaced, bends a growth.
-
-        Near a trace of 2 or -2 the multiplier changes with it as a square root does.
-        """
+        """Largest rounding error of the exponent, per passage, by the displacement of crossings."""
+        # Each crossing that is displaced changes the growth of its passage in proportion. Near a
+        # trace of 2 or -2 the multiplier depends on the trace as a square root does.
         chain, size = self.chain, abs(self.trace)
         bent = BENDING * displaced(chain.level, chain.unknowns, chain.split)
-        # Nearer than the trace is known it is as at 2 itself.
+        # No closer to trace^2 = 4 than the trace is known.
         apart = max(abs(size * size - 4), len(chain.b) * bent * size)
         return bent * size / math.sqrt(apart)
 
     @property
     def points(self) -> int:
-        """Its upward crossings in a period, from each of which on a word is read along it."""
+        """Number of upward crossings in a period; a word can be read from each of them on."""
         return len(self.chain.b) // 2
 
 
@@ -124,19 +128,20 @@ def closed_orbit(
     ----------
     body : Body
     word : str or sequence of int
-        Symbols, read from a passage past the upper periodic orbit on. Before them a text may have
-        the first crossing's cell, `a` or `b`; without it that is `a`.
+        Symbols, read from a passage past the upper periodic orbit on. A text may begin with the
+        cell of the first crossing, `a` or `b`; the default is `a`.
     h : number
         Energy (eq. h0_new), dimensionless.
     half_turns : int, optional
-        By default the fewest with which all crossings stay within 0.36 of their cells' middles.
+        Half rotations of every passage; by default the fewest with which all crossings stay within
+        0.36 half rotations of the middles of their cells.
 
     Raises
     ------
     NoOrbit
-        There is none in the range of the return map; the message gives the reason.
+        There is no such orbit in the range of the return map; the message gives the reason.
     AddressError, ExactError
-        A word or number that is none.
+        The word is not a word, or the energy is not a number.
     MapError
         The body's orbits have no return map.
     """
@@ -149,29 +154,32 @@ def closed_orbit(
 def closed(
     level: Level, word: tuple[int, ...], half_turns: int | None = None, first: int = 0
 ) -> ClosedOrbit:
-    """:func:`closed_orbit` on a level that is at hand, from an even (0) or odd (1) cell on."""
+    """:func:`closed_orbit` on a given level; `first` is the parity of the first crossing's cell."""
+    # A word of odd length is read twice.
     signs = signs_of(np.array(word * (1 + len(word) % 2)))
 
     def solved(n: int) -> Chain:
-        """The chain whose last crossing is its first one, n half rotations a passage."""
+        """The chain that closes on itself, with n half rotations in each passage."""
         cells = first + n * np.arange(len(signs) + 1)
         angles = np.asarray(np.pi * cells, dtype=float)
         system = System(level, None, signs, math.pi * n * len(signs))
         return system.solved(system.guess(angles, 0.0)).within(cells)
 
     chain = alike(level, signs, solved) if half_turns is None else solved(half_turns)
+    # I < 0 is a change to the mirror image; two of them cancel.
     turns, mirrored = chain.cells[1] - chain.cells[0], bool((chain.I < 0).sum() % 2)
     period, trace = float(chain.time.sum()), float(np.trace(_monodromy(chain, signs)))
     return ClosedOrbit(word, int(turns), mirrored, period, trace, chain)
 
 
 def _monodromy(chain: Chain, signs: Signs) -> Array:
-    """The derivative of all passages in the angles a and b of the last one.
+    """The derivative of the return after all passages, in the angles a and b of the last passage.
 
-    Its trace is that in (d, chi), where surfaces split by little cost twice the digits: there two
-    passages are multiplied whose derivatives nearly cancel. Here each crossing alone has what the
-    surfaces on its sides differ by.
+    Its trace is that of the derivative in (d, chi). Products of the latter lose twice the digits
+    where surfaces are split little, for the derivatives of successive passages nearly cancel there.
+    Here each crossing contributes the small difference of the surfaces on its two sides directly.
     """
+    # At each crossing: behind (da, db of the passage behind) + before (da, db before) = 0.
     _, by, _ = System(chain.level, None, signs, 0.0).evaluated(chain.unknowns)
     before, behind = np.moveaxis(by[:, :2], -1, 0), np.moveaxis(by[:, 2:], -1, 0)
     steps = -np.linalg.solve(behind, before)
@@ -179,11 +187,12 @@ def _monodromy(chain: Chain, signs: Signs) -> Array:
 
 
 def words(longest: int) -> Iterator[tuple[int, ...]]:
-    """Words of up to so many symbols, one for each closed orbit, by length.
+    """Words of up to `longest` symbols, one for each closed orbit, by length.
 
-    They are primitive, and the least of those that are read along the orbit. These begin at every
-    second symbol, for the passages past the upper orbit are every other one: of an even word they
-    are the turns by an even number of symbols, of an odd one all turns.
+    They are primitive, no repetitions of a shorter word, and the least of the words that are read
+    along their orbit. Reading may begin at every second symbol, at the passages past the upper
+    orbit: for an even length this gives the cyclic shifts by an even number of symbols, for an odd
+    length all cyclic shifts.
     """
     for n in range(1, longest + 1):
         for word in itertools.product((0, 1), repeat=n):
@@ -194,12 +203,13 @@ def words(longest: int) -> Iterator[tuple[int, ...]]:
 
 
 def lyapunov(orbits: Sequence[ClosedOrbit], length: int) -> float:
-    """The mean Lyapunov exponent per passage over all words of `length` symbols, counted alike.
+    """The mean Lyapunov exponent per passage over all words of `length` symbols, equally weighted.
 
-    Each of the 2^length words is read at one upward crossing of the orbit that repeats it. Of an
-    even length these crossings are all points of the invariant set that length/2 second returns
-    take to themselves; of an odd one, those that also repeat their symbols after `length` of them.
-    ValueError is raised where the orbits are not all of those whose words repeat to `length`.
+    Each of the 2^length words is read at one upward crossing of the orbit that repeats it. For an
+    even length these crossings are the points of the invariant set that return to themselves after
+    length/2 second returns; for an odd length they are those that return after `length` second
+    returns and whose symbols repeat already after `length` symbols. ValueError is raised unless the
+    orbits contain all those whose words, repeated, have `length` symbols.
     """
     found = [orbit for orbit in orbits if length % len(orbit.word) == 0]
     points = sum(orbit.points for orbit in found)
@@ -209,46 +219,48 @@ def lyapunov(orbits: Sequence[ClosedOrbit], length: int) -> float:
 
 
 def actions(chains: Sequence[Chain]) -> Array:
-    """The actions of chains of one level, each passage integrated alone in doubles; dimensionless.
+    """The dimensionless actions of N chains of one level, (N,), by integration in doubles.
 
     Each chain begins with an upward crossing.
     """
+    # Passages are integrated alone, so that errors of one do not grow in the next.
     level = chains[0].level
     c = level.c.aligned
     states = np.concatenate([crossing_states(chain)[:, :-1] for chain in chains], axis=1)
     time = np.concatenate([chain.time for chain in chains])
 
     def rates(state: Any) -> tuple[Any, ...]:
-        """The aligned equations with the quadrature of the potential energy."""
+        """The aligned equations, and the potential energy as the rate of a seventh component."""
         return (*aligned(state[:6], c), c.mu_r1 * state[3] + c.mu_r2 * state[4])
 
     lifted = states_at(rates, np.vstack((states, 0 * time)), time[None])[6, 0]
+    # The chain to which each passage belongs; sums over the passages of each.
     of = np.repeat(np.arange(len(chains)), [len(chain.time) for chain in chains])
     return np.bincount(of, weights=2 * (level.h * time - lifted)).astype(float)
 
 
 class Closing(NamedTuple):
-    """A closed orbit, refined and integrated once round, its period t' and its first crossing.
-
-    The error is the distance of the end from the beginning in d and chi. What is expected is the
-    gap left where passages meet, and by roundings, enlarged by the period's derivative. By `moved`
-    refinement moved the crossings: the error of the map in doubles.
-    """
+    """A closed orbit, refined by integration and integrated once over its period."""
 
     error: float
+    """Distance of the end from the beginning, the larger of those in d and in chi."""
     expected: float
+    """Expected error: gaps where passages meet, and roundings, times the growth in the period."""
     moved: float
+    """Largest displacement of a crossing by the refinement: the error of the map in doubles."""
     period: Fraction
+    """t'."""
     place: tuple[Fraction, Fraction]
+    """d and chi of the first crossing."""
 
 
 def closing(orbit: ClosedOrbit, bits: int = 113) -> Closing:
     """Refine a closed orbit by the full equations until it closes, in 96 bits or more.
 
-    Newton's method for (d, chi) at all crossings at once: each passage is integrated alone, and the
-    map's derivatives, in doubles, gain some eight digits a time. Then the whole period is
-    integrated from the first crossing: it ends there, but for rounding and its growth. NoOrbit is
-    raised where it does not come to close.
+    Newton's method corrects (d, chi) at all crossings at once: each passage is integrated alone,
+    and the derivatives are the map's, in doubles, with which a correction gains some eight digits.
+    Then the whole period is integrated from the first crossing: it ends there, but for roundings
+    and their growth. NoOrbit is raised where the passages do not come to meet.
     """
     chain, level, a = orbit.chain, orbit.chain.level, precision(bits + GUARD)
     c = coefficients(level.body.angles(a.bits + GUARD_BITS), "1", a)
@@ -257,22 +269,25 @@ def closing(orbit: ClosedOrbit, bits: int = 113) -> Closing:
     rounded, exactly = (np.frompyfunc(lambda x, n=n: fraction(x, n), 1, 1) for n in (bits, a.bits))
 
     def gaps(places: Any, ends: Any, times: Any) -> tuple[Any, Any]:
-        """The lack of (d, chi) behind passages of their ends (n, 2), and how late these cross."""
+        """Gaps (n, 2) in (d, chi) of passages from `places` to `ends`, and delays t', (n,)."""
         d, chi = a.array(places.T)
         states = rounded(section_states(d, chi, h, c, a))
         reached = states_at(fractions, states, times[None], bits)[:, 0]
         rates = np.array(aligned(reached, fractions))
         late = -reached[2] / rates[2]
+        # Times are so close that one step along the orbit leads to the section.
         point = section_points(a.array(reached + late * rates), c, a)
         off = np.stack((point.d, point.chi), axis=1) - a.array(ends)
+        # chi is known but for whole turns.
         off[:, 1] -= turn * a.array(np.rint(a.floats(off[:, 1] / turn)))
         return exactly(off), late
 
     slopes, n = tangents(chain)[:, :2], len(chain.b)
-    # Within a passage a rounding of d, relative, or of chi grows to so much of chi.
+    # The change of chi behind a passage by a relative rounding of d, or by one of chi, before it.
     grown = float(np.abs(slopes[:, 1] * np.stack((chain.d[:-1], np.ones(n)), axis=1)).max())
     met = Fraction(max(2.0**LOST, GROWN * grown)) / 2**bits
-    # Where passages lead, less the next crossing, are the gaps: behind the last is the first one.
+    # A gap is the end of a passage less the next crossing; the last passage leads to the first
+    # crossing, hence the cyclic matrix. Unknowns are (d, chi) of each crossing in turn.
     matrix = -np.roll(np.eye(2 * n), 2, axis=1)
     for k, slope in enumerate(slopes):
         matrix[2 * k : 2 * k + 2, 2 * k : 2 * k + 2] += slope
@@ -283,6 +298,7 @@ def closing(orbit: ClosedOrbit, bits: int = 113) -> Closing:
         times, size = times + late, np.abs(off).max()
         if size < met:
             break
+        # Scaled to the size of one: gaps far below a double's range keep their digits.
         step = -np.linalg.solve(matrix, (off / size).astype(float).ravel())
         moved = float(np.abs(step).max() * size)
         if moved > MOVED:
@@ -298,10 +314,10 @@ def closing(orbit: ClosedOrbit, bits: int = 113) -> Closing:
     whole = functools.reduce(lambda before, slope: slope @ before, slopes)
     growth = n * float(np.abs(whole).max())
     moved = float(np.abs(places - begin).max())
-    # Roundings in the passages of the whole are others than those that the gap is of.
+    # Integrated as a whole, the passages round otherwise than alone: both kinds count.
     expected = growth * (float(size) + (1 + GROWN * grown) * 2.0**-bits)
     return Closing(error, expected, moved, period, tuple(first[0]))
 
 
 exact_of = np.frompyfunc(lambda x: Fraction(float(x)), 1, 1)
-"""Fractions from doubles."""
+"""Exact fractions of an array of doubles."""

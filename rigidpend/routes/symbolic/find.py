@@ -26,20 +26,23 @@ from rigidpend.routes.symbolic.refine import Refined, refined
 from rigidpend.routes.symbolic.shortest import exactly, shortest
 
 SECANTS = 12
+"""Largest number of secant steps in the energy."""
 SETTLED = 4e-15
-"""Change of theta2_0, radians, at which its energy is found."""
+"""Change of theta2_0, radians, below which its energy counts as found."""
 MOST_SYMBOLS = 10_000
+"""Largest number of symbols in a code."""
 DIGITS = 28
+"""Digits of theta2_0 behind the point, by default."""
 MOST_DIGITS = 200
-"""Largest number of digits of theta2_0: an integration takes as long as their cube."""
+"""Largest number of digits of theta2_0: the time of an integration grows as their cube."""
 
 
 class FoundOrbit(NamedTuple):
     """An orbit of S1- with a given address.
 
-    Its last crossing is at gamma3 = 0, in the middle of its cell: there it is its own image in
-    time and returns on the way on which it came. Where no such orbit has the half rotations that
-    are asked for, the last crossing is elsewhere in its cell.
+    Its last crossing is at gamma3 = 0, in the middle of its cell: the orbit is its own image under
+    time reversal there, and returns on the way on which it came. Where no such orbit has the half
+    rotations that are asked for, the last crossing is elsewhere in its cell.
     """
 
     theta2_0: Decimal
@@ -47,17 +50,17 @@ class FoundOrbit(NamedTuple):
     address: Address
     digits: int
     fixed: int
-    """Number of the first symbols that its digits determine."""
+    """Number of first symbols that the digits determine."""
     confirmed: int
-    """Number of the first symbols that integration of the full equations has established."""
+    """Number of first symbols that integration of the full equations has established."""
     bits: int
-    """Precision of that integration."""
+    """Precision of that integration, bits."""
     delay: float
     """Largest difference of a crossing's time by integration and by the map, t'."""
     passages: int
-    """Number of passages that have their symbol when each is integrated alone, in doubles."""
+    """Number of passages that have the right symbol when each is integrated alone, in doubles."""
     passage_error: float
-    """Largest error of their times, t'."""
+    """Largest error of the times of these passages, t'."""
     chi: Array
     """(n + 1,) radians: chi of the crossings, whole turns included, by the map."""
     d: Array
@@ -67,7 +70,7 @@ class FoundOrbit(NamedTuple):
     crossing_time: Array
     """(n + 1,) t' of the crossings from the start, by the map."""
     residual: float
-    """Largest disagreement where passages meet, radians or shares of the tables' width."""
+    """Largest gap where passages meet, in radians or in units of the tables' width."""
 
     @property
     def symbols(self) -> NDArray[np.uint8]:
@@ -76,7 +79,7 @@ class FoundOrbit(NamedTuple):
 
     @property
     def word(self) -> str:
-        """The symbols as a text."""
+        """The symbols as text."""
         return "".join(map(str, self.address.symbols))
 
     def __repr__(self) -> str:
@@ -93,26 +96,26 @@ def find_orbit(
     digits: int = DIGITS,
     jobs: int = 1,
 ) -> FoundOrbit:
-    """The orbit of Fig. 4's kind whose route code, or address, is given.
+    """The orbit of S1-, as in Fig. 4, that has a given route code or address.
 
     Parameters
     ----------
     body : Body
     code : str, sequence of int, or Address
         Symbols, "0011", or with the half rotations of every passage, "a 0^11 1^10 1^11": see
-        `rigidpend.routes.symbolic.address`. Where they are free they are as few as an orbit with
-        room around its crossings can take.
+        `rigidpend.routes.symbolic.address`. Where they are not given, they are as few as an orbit
+        can take whose crossings stay away from the borders of their cells.
     h0 : number
         Energy constant, greater than mu.
     J1_0 : number
         Initial action, dimensionless, small beside J2_0.
     near : number, optional
-        A phase, radians: half rotations are taken from its orbit as far as that has the code.
+        A phase, radians. Half rotations are taken from its orbit as far as this has the code.
     digits : int, optional
         Digits of theta2_0 behind the point, 10 to 200. A symbol takes 1.2 or more of them.
     jobs : int, optional
-        How many threads refine the phase and establish its symbols, or processes beyond 424
-        bits. No result depends on it.
+        Number of threads, or of processes beyond 424 bits, that refine the phase and establish its
+        symbols. No result depends on it.
 
     Returns
     -------
@@ -123,7 +126,7 @@ def find_orbit(
     NoOrbit
         There is no such orbit in the range of the return map; the message gives the reason.
     AddressError, ProblemError, ExactError
-        A value that is excluded or that is no number; the message says which.
+        A value is excluded or is no number; the message says which.
     MapError
         The body's orbits have no return map, or J1_0 lies outside of it.
 
@@ -165,7 +168,10 @@ def find_orbit(
 
 
 def _confirmed(problem: RouteProblem, address: Address, fine: Refined, jobs: int) -> int:
-    """Number of symbols that two integrations of the full equations establish."""
+    """Number of first symbols that two integrations of the full equations establish.
+
+    NoOrbit is raised where they establish another symbol than the code's.
+    """
     if not fine.fixed:
         return 0
     of = replace(problem, n_symbols=fine.fixed)
@@ -178,7 +184,8 @@ def _confirmed(problem: RouteProblem, address: Address, fine: Refined, jobs: int
 
 
 def _solved(orbits: Surface, address: Address, near: Exact | None) -> tuple[Chain, float]:
-    """The chain of an address at its own energy, and the derivative of theta2_0 in that."""
+    """The chain of an address at its own energy, and the derivative of theta2_0 in the energy."""
+    # The energy of an orbit depends on its theta2_0. A first chain is found at a guess of it.
     if near is None:
         level = Level(orbits.made, orbits.problem.h0)
         return _at_own_energy(orbits, _either(orbits, level, address, math.pi))
@@ -194,7 +201,11 @@ def _solved(orbits: Surface, address: Address, near: Exact | None) -> tuple[Chai
 
 
 def _nearby(address: Address, other: Address) -> list[Address]:
-    """Addresses with the half rotations of another orbit, first with as many as it has."""
+    """Addresses to try in turn, with ever fewer of another orbit's half rotations.
+
+    The first has as many as the symbols of both agree, the last none.
+    """
+    # Half rotations that are given, or another first cell, leave nothing to take from the orbit.
     if address.half_turns or address.first not in (None, other.first):
         return [address]
     pairs = enumerate(zip(other.symbols, address.symbols, strict=False))
@@ -206,14 +217,15 @@ def _nearby(address: Address, other: Address) -> list[Address]:
 def _either(
     orbits: Surface, level: Level, address: Address, middle: float, beside: Array | None = None
 ) -> Chain:
-    """The chain from the first cell that is asked for, or from the one that takes less time.
+    """The chain from the first cell that is asked for, or from either: that which takes less time.
 
-    `middle` is the middle of the turn of theta2_0, radians, in which the first cell is sought,
-    `beside` chi of the crossings of an orbit with this very address, if one is known.
+    The first cell is sought near theta2_0 = `middle`, radians. `beside` is chi of the crossings of
+    an orbit with exactly this address, if one is known.
     """
     begin, given = orbits.begin(level), address.half_turns or ()
     system = System(level, begin, signs_of(address.symbols))
     found, reason = [], None
+    # chi of the first crossing is close to this plus theta2_0.
     origin = float(level.arriving(*begin(0.0)[:2]).chi[0])
     place = (origin + middle) / math.pi
     # The cell of that place, and its nearer neighbour.
@@ -222,6 +234,7 @@ def _either(
             continue
         unknown = math.pi * cell - origin
         try:
+            # Some half rotations are free, or all are given.
             if len(given) < len(address.symbols):
                 found.append(shortest(system, cell, unknown, given))
             else:
@@ -236,10 +249,12 @@ def _either(
 
 
 def _at_own_energy(orbits: Surface, made: Chain) -> tuple[Chain, float]:
-    """The chain where theta2_0 and the energy belong together, by secants in the energy.
+    """The chain at the energy that belongs to its own theta2_0, by secants in the energy.
 
-    With it comes the derivative of theta2_0 in the energy.
+    The second result is the derivative of theta2_0 in the energy along chains with this last
+    crossing.
     """
+    # Solves energy(theta(h)) = h, where theta(h) is the phase of the chain at the energy h.
     signs, cells = np.sign(made.I).astype(int), made.cells
     h, theta, slope = made.level.h, made.unknown, 0.0
     for _ in range(SECANTS):
@@ -252,6 +267,7 @@ def _at_own_energy(orbits: Surface, made: Chain) -> tuple[Chain, float]:
         system = System(level, orbits.begin(level), signs, float(made.chi[-1]))
         made = system.solved(made.unknowns).within(cells)
         theta = made.unknown
+        # Shorter steps would make the difference one of roundings.
         if abs(step) > 1e-9 * abs(h):
             slope = (theta - before) / step
         if abs(theta - before) < SETTLED:

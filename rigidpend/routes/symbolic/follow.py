@@ -1,9 +1,8 @@
-"""Codes of given orbits: the address of one, and the round phases of a code.
+"""Addresses of given orbits, and the round phases whose orbits have a given code.
 
-The address follows from the crossings, found by the map or by integration. Round phases are those
-of few decimals: thousands of intervals of theta2_0 belong to a code of five symbols, so that the
-code alone names no orbit, and what is found by trying phases one after the other is a round one
-in such an interval.
+An address follows from the crossings, which the map or an integration gives. Round phases have few
+decimals. Thousands of intervals of theta2_0 belong to a code of five symbols, so that the code
+alone does not name an orbit; trying phases one after another finds round ones in such intervals.
 """
 
 from __future__ import annotations
@@ -33,12 +32,13 @@ from rigidpend.routes.symbolic.chain import section_points
 from rigidpend.routes.symbolic.levels import Level, Surface, each_alone, onward, surface
 
 LEAST_BITS = 64
-"""Least precision of the states at crossings."""
+"""Least precision, bits, of the states at crossings."""
 IN_DOUBLES = 53
 """Bits of doubles."""
 MOST_DECIMALS = 4
-"""At most 62,832 phases are tried."""
+"""Largest number of decimals of round phases: 62,832 phases are then tried."""
 MOST_SYMBOLS = 50
+"""Largest number of symbols in a code whose round phases are sought."""
 
 
 def address_of(
@@ -70,7 +70,7 @@ def address_of(
     MapError
         The orbit leaves the range of the return map, or has none.
     ProblemError, ExactError
-        A value that is excluded or that is no number.
+        A value is excluded or is no number.
     """
     problem = RouteProblem(body, h0, J1_0, n_symbols)
     phase = checked.number("theta2_0", theta2_0, ProblemError)
@@ -78,7 +78,8 @@ def address_of(
     n = int(np.logical_and.accumulate(routes.certain[:, 0] & (routes.codes[:, 0] < 2)).sum())
     if not n:
         raise MapError("the orbit has no certain symbol")
-    # The crossings again, by integration to their times.
+    # Route codes keep the times of crossings only; the states there come from an integration to
+    # these times.
     times = [Fraction(float(t)) for t in routes.crossing_time[: n + 1, 0]]
     bits = max(LEAST_BITS, int(routes.bits[0]))
     begin = start(problem, bits, Scales())
@@ -90,22 +91,27 @@ def address_of(
 
 
 def addressed(level: Level, points: SectionPoint, symbols: NDArray[np.uint8]) -> Address:
-    """The address of crossings, each followed by the map through one passage alone."""
+    """The address of n + 1 crossings with n symbols, each followed by the map through one passage.
+
+    MapError is raised where a passage leaves the tables or has another symbol.
+    """
     n = len(symbols)
     passed = each_alone(level.map_level, points.d[:n], points.chi[:n])
     wrong = np.flatnonzero(~passed.inside | (passed.symbol != symbols))
     if wrong.size:
         raise MapError(f"passage {wrong[0] + 1} of the orbit lies outside of the return map")
     chi = points.chi[0] + np.concatenate(([0.0], np.cumsum(passed.turned)))
-    # Each end anew: what turned errs by does not add up.
+    # The sum gives whole turns only; chi itself is each crossing's own, so that errors do not add
+    # up.
     at = points.chi + 2 * np.pi * np.rint((chi - points.chi) / (2 * np.pi))
     return Address.of(at, symbols)
 
 
 def followed(orbits: Surface, theta2: float, n: int) -> tuple[Address, Array]:
-    """The address of the orbit of a phase, by at most n passages of the map in doubles.
+    """The address of the orbit of a phase through at most n passages, by the map in doubles.
 
-    With it comes chi of its crossings, radians, whole turns included.
+    The second result is chi of its crossings, radians, whole turns included. Both end before the
+    first passage that leaves the tables.
     """
     level = Level(orbits.made, orbits.energy(theta2))
     at = level.arriving(*orbits.begin(level)(theta2)[:2])
@@ -119,16 +125,16 @@ def followed(orbits: Surface, theta2: float, n: int) -> tuple[Address, Array]:
 
 
 class RoundPhases(NamedTuple):
-    """The phases of so many decimals whose orbits have a code: radians, ascending in [0, 2 pi).
-
-    An address is None where the orbit leaves the return map. All phases with so many decimals were
-    `tried`; those are `uncertain` whose symbols, as many as the code has, are not all established.
-    """
+    """The phases with a number of decimals whose orbits have a code."""
 
     theta2_0: tuple[Decimal, ...]
+    """Radians, ascending in [0, 2 pi)."""
     addresses: tuple[Address | None, ...]
+    """The address of each orbit; None where the orbit leaves the return map."""
     tried: int
+    """Number of all phases with so many decimals."""
     uncertain: int
+    """Number of phases whose symbols, as many as the code has, are not all established."""
 
 
 def round_phases(
@@ -140,9 +146,9 @@ def round_phases(
     decimals: int,
     jobs: int = 1,
 ) -> RoundPhases:
-    """The phases of 0 to 4 decimals whose orbits have a code, or an address, as in `find_orbit`.
+    """The phases with 0 to 4 decimals whose orbits have a code, or an address, as in `find_orbit`.
 
-    AddressError, ProblemError or ExactError says which value is excluded or no number.
+    AddressError, ProblemError or ExactError says which value is excluded or is no number.
     """
     address = parsed(code)
     n = len(address.symbols)
@@ -159,7 +165,7 @@ def round_phases(
     kept: dict[Decimal, Address | None] = {}
     for k in found:
         own = _address(problem, phases[k], address.symbols, doubles=routes.bits[k] <= IN_DOUBLES)
-        # What else of an address is asked for it has to have.
+        # The orbit must also have the first cell and the half rotations, if they are asked for.
         parts = (address.first, own and own.first), (address.half_turns, own and own.half_turns)
         if all(asked in (None, mine) for asked, mine in parts):
             kept[phases[k]] = own
@@ -169,13 +175,17 @@ def round_phases(
 def _address(
     problem: RouteProblem, phase: Decimal, symbols: tuple[int, ...], *, doubles: bool
 ) -> Address | None:
-    """The address of an orbit whose symbols are known, as are the bits that decided them."""
+    """The address of an orbit with known symbols, or None where it leaves the return map.
+
+    `doubles` tells that double precision has decided the symbols, so that the map may follow them.
+    """
     try:
         if doubles:
             own, _ = followed(surface(problem), float(phase), len(symbols))
             if own.symbols == symbols:
                 return own
-        # Beyond what doubles follow their symbols may still be right by chance, their turns not.
+        # An orbit that doubles do not follow may have the right symbols by chance in the map, but
+        # not the right half rotations: it is integrated.
         return address_of(
             problem.body, phase, h0=problem.h0, J1_0=problem.J1_0, n_symbols=len(symbols)
         )

@@ -1,7 +1,7 @@
 """The return map at one energy as chains use it, and the orbits of Fig. 4 as their beginnings.
 
-A :class:`Level` has the inverse charts, values and slopes looked up at once, in doubles. A
-:class:`Surface` has an orbit for each phase theta2_0 on S1-.
+A :class:`Level` looks up the values and derivatives of the inverse charts together, in doubles. A
+:class:`Surface` holds the orbits on S1-, one for each phase theta2_0.
 """
 
 from __future__ import annotations
@@ -37,25 +37,26 @@ Mask: TypeAlias = NDArray[np.bool_]
 Signs: TypeAlias = NDArray[np.int64]
 
 LOOKS = 128
-"""Phases at which the splitting is looked at."""
+"""Number of phases at which the splitting is evaluated."""
 ROUNDINGS = 30
-"""Roundings that displace an orbit, at most: 10 were seen with 100 bodies drawn by lot."""
+"""Largest number of roundings that displace an orbit: 10 were seen with 100 random bodies."""
 STEP = 1e-4
-"""Step of the differences in theta2_0, radians: its square is the error of a slope."""
+"""Step of the differences in theta2_0, radians; the error of a derivative is of its square."""
 
 
 class PassageEnds(NamedTuple):
-    """Crossings as functions of I and an angle at an end of their passages, of one shape.
-
-    `constant` is the share of the passage's time that belongs to this end, t'; the derivatives
-    (2, ...) are those in I and in the angle.
-    """
+    """Crossings as functions of I and an angle at an end of their passages, all of one shape."""
 
     chi: Array
+    """Radians, whole turns included."""
     d: Array
+    """Dimensionless."""
     constant: Array
+    """Part of the passage's time, t', that belongs to this end."""
     chi_by: Array
+    """(2, ...) derivatives of chi in I and in the angle."""
     d_by: Array
+    """(2, ...) derivatives of d in I and in the angle."""
 
 
 def onward(
@@ -71,14 +72,15 @@ def onward(
 def each_alone(level: EnergyLevel, d: Array, chi: Array) -> Passage:
     """The passages behind crossings (n,), which are upward and downward by turns.
 
-    Each is followed from its own crossing. Their slopes are (n, 4, 2), a matrix for each; where
-    they lead, `point`, is left out.
+    Each is followed from its own crossing. Their slopes are (n, 4, 2), a matrix for each passage;
+    `point`, the next crossing, is left out: None.
     """
     up, down = (
         level.passage(SectionPoint(k == 0, d[k::2], chi[k::2]), slopes=True) for k in (0, 1)
     )
 
     def woven(even: Array, odd: Array) -> Array:
+        """One array whose last axis has entries of both by turns."""
         found = np.empty((*even.shape[:-1], len(d)), dtype=even.dtype)
         found[..., ::2], found[..., 1::2] = even, odd
         return found
@@ -88,17 +90,18 @@ def each_alone(level: EnergyLevel, d: Array, chi: Array) -> Passage:
 
 
 def widest_d(level: EnergyLevel) -> float:
-    """Largest |d| of the tables of a map, the scale of d in Newton's method and in roundings."""
+    """Largest |d| of the tables of a map: the unit of d in Newton's method and of its roundings."""
     return max(float(chart.forward.width) for chart in level.charts)
 
 
 class Level:
     """The return map of a body at one energy, in the form in which chains use it.
 
-    `widest` and `unit` are the largest |I| and |d| of the tables, `splitting` is the largest |I|
-    that a crossing on the unstable surface of the lower orbit leads to, and `downward` that of the
-    upper orbit: it is less, in the Hess case a rounding. `shift` is the growth of chi in a passage
-    beyond -ln|I|/Lambda, from 0 to a multiple of pi; `c` are the body's coefficients in doubles.
+    `widest` and `unit` are the largest |I| and |d| of the tables. `splitting` is the largest |I|
+    behind crossings on the unstable surface of the lower orbit, which are upward, and `downward`
+    that of the upper orbit: it is smaller, and in the Hess case a rounding. `shift` is the growth
+    of chi beyond -ln|I|/Lambda in a passage between multiples of pi, radians. `c` are the body's
+    coefficients in doubles.
     """
 
     def __init__(self, made: ReturnMap, h: Scalar) -> None:
@@ -109,6 +112,7 @@ class Level:
         self.unit = widest_d(level)
         self.exponent = float(level.exponent[0, 0])
         self.splitting = self._split(True)
+        # At least a rounding of d, so that nothing is divided by 0 in the Hess case.
         self.downward = max(self._split(False), math.ldexp(self.unit, -53))
         self.shift = float(np.diff(self.crossings([True, False], True, 0.0, 0.0).chi)[0])
 
@@ -119,6 +123,8 @@ class Level:
 
     def _split(self, rising: bool) -> float:
         """The largest |I| behind crossings on an unstable surface, upward or downward ones."""
+        # On the surface the passage before has I = 0. Behind a downward crossing comes a passage
+        # past the lower orbit: U and V are those of its reversed image, with -chi for chi.
         level, turn = self.map_level, 1 if rising else -1
         on = self.crossings(rising, not rising, 0.0, np.linspace(0, 2 * np.pi, LOOKS))
         U, V, *_ = level.charts[rising].forward.look_up(on.d, turn * on.chi, level.a)
@@ -130,11 +136,12 @@ class Level:
         return TorusRates(*(x.reshape(I.shape) for x in found))
 
     def crossings(self, rising: Any, upper: Any, I: Any, angle: Any) -> PassageEnds:
-        """The crossings, upward or not, at one end of passages past the upper or lower orbit.
+        """The crossings, `rising` or not, at one end of passages past the `upper` or lower orbit.
 
-        All four have shapes that fit each other. The lower periodic orbit is the reversed upper
-        one: angles change their sign.
+        All four arguments broadcast with each other; angles are in radians.
         """
+        # The lower periodic orbit is the image of the upper one in the reversor: angles and times
+        # change their sign, d and I do not.
         rising, upper, I, angle = np.broadcast_arrays(rising, upper, I, angle)
         side, level = np.where(upper, 1.0, -1.0), self.map_level
         value, by_I, by_angle = seen = np.empty((3, 4, *I.shape))
@@ -157,10 +164,12 @@ class Level:
         return self.crossings(True, False, np.atleast_1d(I), np.atleast_1d(b))
 
     def invariants(self, signs: Signs, growth: Array) -> tuple[Array, Array]:
-        """I of passages in which the angle grows by `growth`, and its derivative.
+        """I of passages in which the angle grows by `growth`, radians, and its derivative.
 
-        Beyond the tables' range it is its border, so that an iteration may come back.
+        Beyond the tables' range I is the end of the range, so that an iteration may come back.
         """
+        # Newton's method for growth = -ln|I|/Lambda(I), in relative changes of |I|, which stays
+        # positive that way.
         size = np.minimum(np.exp(-growth * self.exponent), self.widest)
         slope = size
         for _ in range(8):
@@ -175,28 +184,34 @@ class Level:
         return np.asarray(signs * size, dtype=float), slope
 
     def narrowest(self, signs: Signs) -> float:
-        """The least that surfaces are split where orbits change sides, by the signs of I."""
+        """The least splitting, as |I|, of the surfaces where orbits change sides.
+
+        These are the crossings between passages whose I have different signs.
+        """
         changed = signs[1:] != signs[:-1]
+        # Crossing 1, behind the first passage, is downward, and then every second one.
         return self.downward if changed[::2].any() else self.splitting
 
     def displaced(self, bits: int, split: float | None = None) -> float:
-        """Radians by which roundings of so many bits displace an orbit on a surface, at most.
+        """Largest displacement of an orbit on a surface by roundings in `bits` bits, radians.
 
-        The surface is that of the lower orbit, unless it is said how much it is split.
+        `split` is the splitting of that surface, as |I|; by default that of the lower orbit.
         """
+        # Tables round by `unit` 2^-bits what changes by about `apart` in a radian of the surface.
         apart = self.splitting if split is None else split
         return math.ldexp(ROUNDINGS * self.unit / apart, -bits)
 
     def half_turns(self, I: float) -> float:
-        """The half rotations that a passage takes between crossings at multiples of pi."""
+        """The half rotations, any real number, of a passage with |I| between multiples of pi."""
         return (-math.log(abs(I)) / self.exponent + self.shift) / math.pi
 
     def fewest_half_turns(self, split: float) -> int:
-        """The half rotations that passages take at least, by how much surfaces are split."""
+        """The least number of half rotations of passages between surfaces with this splitting."""
+        # Crossings at both ends change I by the splitting at most, so that |I| is at most twice it.
         return math.floor(self.half_turns(2 * split))
 
     def invariant(self, half_turns: float) -> float:
-        """The |I| of passages with so many half rotations, the inverse of `half_turns`."""
+        """The |I| of passages with so many half rotations: the inverse of :meth:`half_turns`."""
         return math.exp((self.shift - math.pi * half_turns) * self.exponent)
 
 
@@ -205,8 +220,11 @@ class Arrival(NamedTuple):
 
     I: Any
     b: Any
+    """The angle at the end of the passage, radians."""
     I_slope: Any
+    """Derivative of I in the unknown."""
     b_slope: Any
+    """Derivative of b in the unknown."""
 
 
 class Surface(NamedTuple):
@@ -214,28 +232,29 @@ class Surface(NamedTuple):
 
     problem: RouteProblem
     made: ReturnMap
-    """Over the energies of all phases."""
+    """The return map over the energies of all phases."""
 
     def energy(self, theta2: Any, J1_0: Any = None) -> Any:
-        """The energies of orbits by their phases (eq. h0_new), also of ones with other J1_0."""
+        """The energies of orbits by their phases (eq. h0_new), for the problem's J1_0 or others."""
         p, J2 = self.problem.body.angles(), float(self.problem.J2_0(53))
         J1 = float(self.problem.J1_0.at(53)) if J1_0 is None else J1_0
         return hamiltonian_J3_0(J1, J2, (p.alpha0 + p.beta0, theta2), p, np)
 
     def energy_slope(self, theta2: float) -> float:
-        """Derivative of the energy, per radian."""
+        """Derivative of the energy in theta2, per radian."""
         return float(self.energy(theta2 + STEP) - self.energy(theta2 - STEP)) / (2 * STEP)
 
     def enter(self, level: EnergyLevel, theta2: Array, J1_0: Any = None) -> Entered:
-        """The first crossings of orbits at given energies."""
+        """The first crossings of orbits by their phases, at the energies of the level."""
         return level.enter(start_Qp(self.problem, "1", 53, J1_0), self._phase(theta2))
 
     def begin(self, level: Level) -> Callable[[float], Arrival]:
-        """The arrival of the orbit of a phase, at a given energy."""
+        """The arrival of the orbit of a phase, as a function of theta2, at the level's energy."""
         made, Qp = level.map_level, start_Qp(self.problem, "1", 53)
 
         def arrival(theta2: float) -> Arrival:
-            # I and b of the mirrored starts.
+            """The passage before the first crossing of the orbit with this phase, radians."""
+            # I and b of the mirrored starts, with central differences for their derivatives.
             phase = self._phase(theta2 + STEP * np.array([-1.0, 0.0, 1.0]))
             at, inside = made.started(Qp, phase)
             if not inside.all():
@@ -247,6 +266,7 @@ class Surface(NamedTuple):
         return arrival
 
     def _phase(self, theta2: Array) -> Array:
+        """psi of the mirrored starts, radians."""
         found: Array = math.pi / 2 - self.problem.body.angles().beta0 / 2 - theta2
         return found
 

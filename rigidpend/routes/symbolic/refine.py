@@ -1,15 +1,16 @@
-"""theta2_0 to any number of digits, by integration of the full equations.
+"""theta2_0 to any number of digits, by integration of the full equations (multiple shooting).
 
-The map in doubles tells all crossings of an orbit to some ten digits. From each crossing the full
-equations are integrated to the next one, all such legs at once. Where they miss it, Newton's
-method corrects all crossings and theta2_0 with them, so that the legs meet: an orbit that grows
-apart by 1e190 is found without ever being followed for more than a passage. Each time the digits
-double, or grow by as many as the legs' derivatives have; these are differences of legs that begin
-beside each other, told anew whenever the legs go on to wider numbers, in those that they leave.
+The map in doubles gives all crossings of an orbit to some ten digits. From each crossing the full
+equations are integrated to the next one, all such legs at once. Where a leg misses the next
+crossing, Newton's method corrects all crossings and theta2_0 until the legs meet: an orbit along
+which deviations grow by 1e190 is found without ever being followed for more than a passage. Each
+correction doubles the digits, or adds as many as the derivatives of the legs have. The derivatives
+are differences of legs that begin beside each other; they are computed anew whenever the legs go on
+to wider numbers, in the numbers that the legs leave.
 
-A change of theta2_0 grows from crossing to crossing. So late crossings need fewer digits than early
-ones: they drop out as soon as they have them, and each leg is integrated in as many bits as its
-end needs.
+A change of theta2_0 grows from crossing to crossing. Late crossings therefore need fewer digits
+than early ones: they drop out as soon as they have them, and each leg is integrated in as many bits
+as its end needs.
 """
 
 from __future__ import annotations
@@ -42,48 +43,49 @@ from rigidpend.routes.symbolic.chain import (
 from rigidpend.routes.symbolic.levels import STEP, Surface
 
 FIRST_DIGITS = 9
-"""Digits behind the point that the map in doubles is expected to have of its crossings.
+"""Digits behind the point that crossings by the map in doubles are expected to have.
 
-Where surfaces are split by less than some 1e-8 it has fewer: the first correction tells."""
+Where surfaces are split by less than some 1e-8 they have fewer: the first correction shows it."""
 LEAST_DIGITS = 5
-"""Digits with which Newton's method still goes on."""
+"""Least number of digits from which Newton's method goes on."""
 DIGIT = math.log2(10)
-"""Bits of a digit."""
+"""Bits of a decimal digit."""
 ACROSS = 24
-"""Bits by which roundings on a leg stay below what is asked of its end.
+"""Bits by which roundings on a leg stay below the error that its end may have.
 
-Across the layer of these orbits, some thousandth thick, a deviation grows as much."""
+Across the layer of these orbits, about a thousandth thick, a deviation grows by as much."""
 SPARE = 12
-"""Bits beyond, of what a leg rounds in its steps."""
+"""Further bits, for the roundings that the steps of a leg add up."""
 CURVED = 4
-"""Digits that the curvature of the legs takes of twice those that are known."""
+"""Digits by which a correction falls short of doubling them, for the legs are curved."""
 THIN = 6
-"""Digits that the thin layer takes of a derivative: half of those in which its legs are told."""
+"""Digits that a derivative has less than half of those of its legs, for the layer is thin."""
 TOLD = 10
-"""Errors of I, by doubles, that |I| comes to where Newton's method begins.
+"""Least |I|, in units of its error in doubles, from which Newton's method is taken to converge.
 
-Of long passages of three bodies it began at 8.5 and more, and mostly not below."""
+With long passages of three bodies it converged from 8.5 on, and mostly not below."""
 LITTLE = 3
-"""Digits gained by a correction with fewer of which slopes are told anew, six legs for each leg."""
+"""Digits: where a correction gains fewer, derivatives are computed anew, six legs for each."""
 ROUNDS = 60
+"""Largest number of corrections."""
 MARGIN = 3
-"""Digits that theta2_0 has beyond those that tell a symbol."""
+"""Digits that theta2_0 has beyond those that determine a symbol."""
 GUARD = 19
-"""Bits beyond the digits: 12 were seen to be lost in 113 bits."""
+"""Bits beyond those of the digits: 12 were seen to be lost in 113 bits."""
 FURTHER = 4
-"""Digits beyond those of theta2_0 that crossings are told to."""
+"""Digits to which crossings are computed beyond those of theta2_0."""
 SETTLED = 2
-"""Digits short of those that it needs with which a crossing counts as known."""
+"""Digits that a crossing may lack of those that it needs to count as known."""
 MIDDLE = 3e-7
-"""Distance from the middle of a cell within which a crossing lies there, half rotations."""
+"""Distance from the middle of a cell within which a crossing counts as in it, half rotations."""
 WHOLE = 32
-"""Bits in multiples of which legs are integrated in integers, so that several are at once."""
+"""Legs in integers have a multiple of so many bits, so that several share a precision."""
 GAMMA = slice(3, 6)
-"""The vertical among the components of a state."""
+"""The components of gamma in a state."""
 
 
 class Refined(NamedTuple):
-    """A refined phase, and how far integration has confirmed its orbit, as in `FoundOrbit`."""
+    """A refined phase, and how far its digits determine its orbit; fields as in `FoundOrbit`."""
 
     theta2_0: Decimal
     fixed: int
@@ -95,17 +97,19 @@ class Refined(NamedTuple):
 def refined(orbits: Surface, chain: Chain, by_energy: float, digits: int, jobs: int) -> Refined:
     """theta2_0 of a chain at its own energy to `digits` digits behind the point.
 
-    `by_energy` is the derivative of theta2_0 in the energy, at a given end. NoOrbit is raised where
-    integration of the full equations does not follow the chain.
+    `by_energy` is the derivative of theta2_0 in the energy for a fixed last crossing. NoOrbit is
+    raised where integration of the full equations does not follow the chain.
     """
     exponent = _growth(orbits, chain, by_energy)
+    # `digits` determine a crossing only if they determine all before it.
     grown = np.maximum.accumulate(exponent)
     begun = float(_begun(orbits, chain, 0.0)[2, 0])
     legs = np.append(begun, chain.time)
     reach = max(0, int((grown <= digits - 1).sum()) - 1)
     fixed = max(0, int((grown <= digits - MARGIN).sum()) - 1)
     bits = max(64, math.ceil(digits * DIGIT) + GUARD)
-    # A crossing tells theta2_0 to as many digits more as it has grown, and so do those before it.
+    # A crossing at which a change of theta2_0 has grown by n digits needs n fewer of them. It needs
+    # no fewer than those behind it, so that crossings drop out from the last one on.
     needed = np.maximum.accumulate((digits + FURTHER - exponent)[::-1])[::-1][: reach + 1]
     theta, delay = _Legs(orbits, chain, legs, needed, jobs).run()
     times = begun + np.concatenate(([0.0], np.cumsum(chain.time)))
@@ -113,27 +117,29 @@ def refined(orbits: Surface, chain: Chain, by_energy: float, digits: int, jobs: 
 
 
 def _growth(orbits: Surface, chain: Chain, by_energy: float) -> Array:
-    """Growth of a change of theta2_0 along a chain, its change of energy included.
+    """Growth of a change of theta2_0 along a chain, with the change of energy that it causes.
 
-    (n + 1,) log10 of the factor at its crossings, t' per radian.
+    The result is log10 of the change of t' at the crossings, per radian of theta2_0, (n + 1,).
     """
+    # theta2_0 and the energy depend on each other: this is the total derivative.
     factor = abs(1 - by_energy * orbits.energy_slope(chain.unknown))
     change = np.diff(_begun(orbits, chain, STEP * np.array([-1.0, 1.0])))[:, 0]
-    # chi is told without whole turns.
+    # chi comes without whole turns, so that the difference may jump by one.
     change[1] = math.remainder(change[1], 2 * math.pi)
     changes, logs = carried(tangents(chain), change / (2 * STEP))
-    # A crossing moves by chi at a fixed time as much as by the time at a fixed chi.
+    # The change of t' stands for that of chi too: as the time of a passage is an angle over a rate,
+    # both are of one size.
     return np.asarray((logs + np.log(np.abs(changes[:, 2]))) / math.log(10) + math.log10(factor))
 
 
 def _begun(orbits: Surface, chain: Chain, off: Any) -> Array:
-    """d, chi and t' of the first crossings of orbits at phases beside that of a chain."""
+    """d, chi and t', (3, N), of the first crossings of orbits whose phases are `off` a chain's."""
     at = orbits.enter(chain.level.map_level, np.atleast_1d(chain.unknown + off))
     return np.array((at.point.d, at.point.chi, at.time))
 
 
 def _check_placed(chain: Chain) -> None:
-    """Raise NoOrbit, with the reason, where doubles do not place crossings well enough to begin."""
+    """Raise NoOrbit, with the reason, where doubles place crossings too far off to begin with."""
     level, split = chain.level, chain.split
     moved = displaced(level, chain.unknowns, split)
     check_split(level, moved, split, 10.0**-LEAST_DIGITS)
@@ -148,19 +154,20 @@ def _check_placed(chain: Chain) -> None:
 
 
 class _Legs:
-    """An orbit cut at its crossings into legs that are integrated each for itself, many at once.
+    """An orbit cut at its crossings into legs, each of which is integrated alone, many at once.
 
-    Mirror images take the place of crossings that are not beside separatrix 2 or 3, as in a chain.
-    `times` are t' of the legs by the map, the first from the start; `needed` (n,) the digits to
-    which the ends of those that count are to be told, descending. Jobs are threads, or processes
-    where integers serve.
+    Crossings that are not beside separatrix 2 or 3 are replaced by their mirror images, as in a
+    chain. `times` are t' of the legs by the map, the first from the start. `needed`, (n,),
+    descending, are the digits that the ends of the first n legs need; further legs do not count.
+    `jobs` is the number of threads, or of processes where integers serve.
     """
 
     def __init__(
         self, orbits: Surface, chain: Chain, times: Array, needed: Array, jobs: int
     ) -> None:
         n = len(needed)
-        # What grows on the way cancels in a correction: digits for both.
+        # In a correction, terms that have grown along the orbit cancel. So there are digits for
+        # the growth and as many for the result.
         self.bits = math.ceil((2 * float(needed[0]) + 20) * DIGIT) + GUARD
         self.m, a = context(self.bits), precision(self.bits)
         self.least = self.m.ldexp(1, -self.bits)
@@ -170,45 +177,53 @@ class _Legs:
         self.chain = chain
         self.theta, self.times = a.number(chain.unknown), a.array(times[:n])
         self.states = a.array(crossing_states(chain)[:, :n])
+        # Behind a passage with I < 0 the orbit crosses beside separatrix 4 or 1.
         self.mirrored = np.append(False, chain.I[: n - 1] < 0)
-        # A leg bends as the square of what deviations across the layer grow to; along the surface
-        # they hardly do. So where surfaces are split little only the closest neighbours tell how.
+        # The second derivative of a leg is about the square of the growth of deviations across the
+        # layer. A difference over the step 2^(-kind/2) is a derivative only if the step times this
+        # is small: the less the surfaces are split, the wider the numbers that it takes.
         grown = np.abs(tangents(chain)[: n - 1, 1, 0]).max(initial=1.0)
         self.kinds = [kind for kind in LADDER[1:] if 2.0 ** (kind / 2) > grown**2]
         if chain.off[-1] < MIDDLE and n == len(chain.chi):
-            # It returns from the middle of its cell: gamma3 there stays as it is.
+            # The orbit returns from the middle of a cell, gamma3 = 0, and corrections keep gamma3
+            # of the last crossing.
             self.states[5, -1] = self.m.mpf(0)
 
     def run(self) -> tuple[Fraction, float]:
-        """The phase, and the largest delay of a crossing against the map."""
+        """The phase theta2_0, and the largest delay t' of a crossing behind that of the map."""
+        # Digits of the crossings: `known` are expected after the last correction, and `before` were
+        # measured by it, before it was made. Digits that corrections lost are at most `lost`.
         known = before = float(FIRST_DIGITS)
         told, kinds, lost = self.times.copy(), iter(self.kinds), 0.0
-        # Slopes, the digits that they have, and those that legs may have with them.
+        # The derivatives, in numbers of `kind` bits, have `gained` digits; legs may have `reach`
+        # digits with them.
         slopes: list[Any] = []
         gained = reach = 0.0
         kind = 0
-        # Digits that the last correction had more than the one before it.
+        # Digits that the crossings had at the last correction beyond those at the one before it.
         more = math.inf
         for k in range(ROUNDS):
-            # What the last correction has shown, and not what it is expected to have left.
+            # Legs whose ends have their digits drop out: by measured digits, not by expected ones.
             last = min(len(self.needed) - 1, int((self.needed > before).sum()))
             further = not slopes or (known > reach - LEAST_DIGITS and self.most > reach)
-            # Where surfaces are split little slopes told at the map's crossings gain little.
+            # Where surfaces are split little, derivatives at the map's crossings gain few digits,
+            # and are computed anew at the corrected crossings.
             if further or more < LITTLE:
                 kind = next(kinds) if further else kind
                 gained, slopes = min(known, kind / 2 / DIGIT - THIN), self._differences(kind, last)
-                # Integers take ten times as long: all that the kernel's numbers tell comes first.
+                # Legs use the next wider numbers. Integers, behind the kernel's widest, take ten
+                # times as long, so that all digits of the kernel's numbers come first.
                 reach = (2 * kind - ACROSS - SPARE) / DIGIT if kind < LADDER[-1] else math.inf
             aim = min(2 * known - CURVED, known + gained, self.most, reach)
             note(lambda: f"theta2_0 to {known:.0f} of {self.most:.0f} digits")  # noqa: B023
             here = self._corrected(slopes, aim, last)
-            # The first correction is of what the map errs, further ones of what the slopes do; and
-            # where a passage grazes a surface legs are bent more than was expected.
+            # The first correction measures the error of the map. Further ones measure that of the
+            # derivatives, and legs that graze a surface are curved more than was expected.
             if k:
                 lost, more = max(lost, known - here), here - before
             before = here
             known = max(before, min(aim, before + gained - lost, 2 * before - CURVED - lost))
-            # With so few the next correction has no more.
+            # With fewer digits the next correction would gain none.
             if before < LEAST_DIGITS:
                 _check_placed(self.chain)
                 raise NoOrbit("integration does not find the crossings where the map has them")
@@ -218,13 +233,14 @@ class _Legs:
         raise NoOrbit(f"integration follows the map to {known:.0f} digits only")
 
     def _differences(self, bits: int, last: int) -> list[Any]:
-        """Derivatives of where legs end in where they begin, by legs that begin beside each other.
+        """Derivatives of the ends of legs in their beginnings, by differences of neighbouring legs.
 
-        That of the first leg is in theta2_0, (6, 1), those of further ones are (6, 6).
+        That of the first leg, in theta2_0, is (6, 1); those of the legs up to `last` are (6, 6).
         """
+        # The best step of a one-sided difference: half of the digits are those of the derivative.
         step = self.m.ldexp(1, -bits // 2)
         begun = [self._start(self.theta), self._start(self.theta + step)]
-        # A crossing has M3 = 0: five components may change.
+        # A crossing has M3 = 0: five components may change, and M3 gets a column of zeros.
         beside = step * np.delete(np.eye(6, dtype=object), 2, axis=1)
         for here in self.states.T[:last]:
             begun += [here, *(here + off for off in beside.T)]
@@ -237,17 +253,24 @@ class _Legs:
         return found
 
     def _start(self, theta: Any) -> Any:
+        """The initial state (6,) of a phase, in numbers of the legs."""
         states = states_exact(self.begin, [exact(fraction(theta))], self.bits)
         return precision(self.bits).array(states[:, 0])
 
     def _corrected(self, slopes: list[Any], aim: float, last: int) -> float:
-        """Correct theta2_0 and the crossings; the digits that those had which lack some."""
+        """Correct theta2_0 and the first crossings, up to `last`, with legs of `aim` digits.
+
+        The result is the least number of digits, before the correction, of a crossing that has not
+        all that it needs.
+        """
         bits = [
             math.ceil(min(aim, need) * DIGIT) + ACROSS + SPARE for need in self.needed[: last + 1]
         ]
         here = self.states[:, : last + 1]
         begun = np.column_stack((self._start(self.theta), here[:, :-1]))
         ends, late = self._ends(np.arange(last + 1), begun, bits)
+        # The linear equations of the legs, solved from the first one on: the correction of each
+        # crossing is a fixed part plus a multiple of the one unknown, the correction of theta2_0.
         fixed: Any = 0
         by_theta, changes = slopes[0][:, 0], []
         for k, gap in enumerate((ends - here).T):
@@ -255,10 +278,11 @@ class _Legs:
                 fixed, by_theta = slopes[k] @ fixed, slopes[k] @ by_theta
             fixed = fixed + gap
             changes.append((fixed, by_theta))
-        # gamma3 of the last crossing that counts stays.
+        # The last equation: gamma3 of the last crossing that counts stays as it is.
         step = -fixed[5] / by_theta[5]
         self.theta += step
         found = [fixed + by_theta * step for fixed, by_theta in changes]
+        # `here` is a view: this changes self.states.
         here += np.array(found).T
         self.times[: last + 1] += late
         sizes = [float(self.m.log10(max(*map(abs, x[GAMMA]), self.least))) for x in found]
@@ -266,7 +290,11 @@ class _Legs:
         return min([self.most, *lacking])
 
     def _ends(self, legs: Numbers, begun: Numbers, bits: Sequence[int]) -> tuple[Any, Any]:
-        """Ends (6, N) of legs, on M3 = 0, and by how much later they are than their times say."""
+        """Ends (6, N) of legs, on M3 = 0, and their delays t' behind the times of these legs.
+
+        `begun` are where they begin, (6, N), and `bits` the precision of each.
+        """
+        # All legs in one kind of numbers are integrated at once.
         kinds = np.array(
             [rung(max(x, PAIRS)) if x <= LADDER[-1] else WHOLE * math.ceil(x / WHOLE) for x in bits]
         )
@@ -276,23 +304,26 @@ class _Legs:
             given = begun[:, here], times[None, here], kind, self.jobs
             reached[:, here] = states_at(self.c, *given)[:, 0]
         ends, late = self._on_section(reached)
+        # The mirror image by the symmetry (-M1, -M2, M3, gamma1, gamma2, -gamma3).
         for component in (0, 1, 5):
             ends[component, self.mirrored[legs]] *= -1
         return ends, late
 
     def _on_section(self, state: Any) -> tuple[Any, Any]:
-        """Crossings beside states, and by how much later they are, to the square of that time."""
+        """Crossings of M3 = 0 near states, and their delays t', to second order in the delay."""
+        # Taylor's series of the orbit to second order; `bend` is half of the second derivative.
         rates = np.array(aligned(state, self.c))
         bend = np.array(aligned_along(state, rates, self.c)) / 2
         late = -state[2] / rates[2]
         late = late - bend[2] * late**2 / rates[2]
         end = state + late * (rates + late * bend)
+        # M3 vanishes but for the third order.
         end[2] *= 0
         return end, late
 
 
 def _decimal(theta: Fraction, digits: int) -> Decimal:
-    """The phase in [0, 2 pi), rounded."""
+    """The phase in [0, 2 pi), rounded to `digits` digits behind the point."""
     m = context(math.ceil((digits + 10) * DIGIT))
     rest = theta % fraction(2 * m.pi, m.prec)
     return Decimal(f"{round(rest * 10**digits)}e-{digits}")

@@ -1,19 +1,19 @@
 """theta2_0 of doubly asymptotic orbits to 30 digits, by integration of many at once.
 
-Orbits start on the unstable surface itself: they have left the lower orbit since for ever. Close
-to the periodic orbit the surface is flat: where J1 is 1e-24, theta1 in doubles is off it by 1e-16
-of 1e-12, and so is the orbit by an invariant I of 1e-40. J1 and theta2 are exact there, and J2
-follows from the energy in as many bits as one likes. theta1 is straight in theta2 beside an
-anchor, lest its roundings move the orbits. What an orbit does from there up to a larger J1 is
-integrated.
+Orbits start on the unstable surface of the lower periodic orbit, close to that orbit, where the
+surface is flat. At J1 = 1e-24 the surface in doubles, theta1 as a function of theta2, is wrong by
+1e-16 relative to a distance of 1e-12, so that an orbit starts with an invariant I of 1e-40 instead
+of 0. J1 and theta2 are exact there, and J2 follows from the energy in any precision. theta1 is a
+linear function of theta2 beside an anchor, so that its roundings do not change with theta2. From
+there up to a larger J1 the orbit is integrated.
 
-An orbit is integrated from its start until it is close to the periodic orbit at its end. There
-the normal form tells the invariant I of the passage, which is 0 if the orbit is asymptotic, and
-the map tells by how much I changes with theta2. The closer to the end, the smaller an I is told:
-what doubles make of it errs by 1e-16 of the square of the distance.
+An orbit is integrated from its start until it is close to the periodic orbit at its end. There the
+normal form gives the invariant I of the passage, which is 0 if the orbit is asymptotic, and the map
+gives the derivative of I in theta2. The closer to the end I is measured, the smaller it may be:
+computed in doubles, it errs by 1e-16 of the square of the distance.
 
-The less the surfaces are split, the more a rounding displaces an orbit along them. So 106 bits
-serve where that is little, and twice as many elsewhere.
+The less the surfaces are split, the more a rounding displaces an orbit along them. 106 bits serve
+where that is little, and twice as many elsewhere.
 """
 
 from __future__ import annotations
@@ -39,43 +39,47 @@ from rigidpend.routes.symbolic.chain import NoOrbit
 from rigidpend.routes.symbolic.levels import Level
 
 DEPTH = Fraction(1, 10**16)
-"""J1 of the starts over J1_0: 1e-16 of it is how far off the surface theta2_0 is told."""
+"""J1 of the starts over J1_0. Orbits start with I of 1e-16 of J1, and theta2_0 errs by I/J1_0."""
 HIGHEST = Fraction(1, 10**20)
-"""J1 of the starts over the splitting, at most: 1e-16 of it displaces an orbit by 1e-36 rad."""
+"""Largest J1 of the starts over the splitting: 1e-16 of it displaces an orbit by 1e-36 rad."""
 MOST_ITERATIONS = 60
+"""Largest number of iterations for a point of the surface in doubles."""
 STEP = 1e-4
-"""Step of the derivative of b in theta2, radians."""
+"""Step of the derivatives of b and theta1 in theta2, radians."""
 FIRST_ERROR = 1e-12
-"""Error of b by the map in doubles, radians, at most, where its roundings do not count."""
+"""Largest error of b by the map in doubles, radians, where its roundings do not count."""
 GAINED = 1e-6
-"""Share of an error that a correction leaves, at most.
+"""Largest share of an error that a correction leaves.
 
-Where ten times that is left, the next correction is told once more, farther from the end."""
+Where more than ten times as much is left, the correction is measured anew, farther from the end."""
 NEAREST, FARTHEST = 1e-15, 1e-2
-"""Ends of orbits, by v of the normal form: v^2 over the slope of I at least, and v at most."""
+"""Limits of the places where orbits end: least v^2 over the slope of I, and largest v.
+
+v is the coordinate of the normal form."""
 ROUNDS = 16
+"""Largest number of measurements of I."""
 CROSSING_STEPS = 2
-"""Newton's steps to a crossing: from 1e-4 off, a hundred times what an orbit may be displaced."""
+"""Newton's steps to a crossing from 1e-4 off, a hundred times what an orbit may be displaced."""
 FINEST = 3e-30
-"""Error that is left at most, radians: a third of the 30th digit."""
+"""Largest error that is left, radians: a third of the 30th digit."""
 
 
 class Anchors(NamedTuple):
-    """Starts in doubles, (N,) each: those nearby have theta1 on a straight line through them.
-
-    With the derivatives in theta2, on the surface, of theta1 and of the angle b.
-    """
+    """Starts in doubles, radians, (N,) each, about which theta1 is linear in theta2."""
 
     theta2: Array
     theta1: Array
     slope: Array
+    """Derivative of theta1 in theta2 on the surface."""
     b_slope: Array
+    """Derivative of the angle b in theta2 on the surface."""
 
 
 class Launch:
-    """Orbits of the surface of a level, by theta2 where J1 is tiny.
+    """Orbits on the unstable surface of a level, each given by its theta2 where J1 is tiny.
 
-    J1_0 is where theta2_0 is told, dimensionless; `bits` are those of the integration.
+    theta2_0 is their theta2 where J1 has grown to J1_0, dimensionless. `bits` are those of the
+    integration.
     """
 
     def __init__(self, level: Level, J1_0: Exact) -> None:
@@ -93,7 +97,8 @@ class Launch:
         self.zero_phase = self.a.pi / 2 - self.p.beta0 / 2
 
     def theta2(self, b: Array, J1: float) -> Array:
-        """theta2 of orbits where their action is J1, in doubles."""
+        """theta2 of orbits with angles b where their action is J1, radians, in doubles."""
+        # Fixed-point iteration of b = -psi - ln(v)/Lambda, in which v depends weakly on psi.
         psi = -b
         for _ in range(MOST_ITERATIONS):
             before, psi = psi, -b - np.log(self._beside(psi, J1)[0]) / self.level.exponent
@@ -102,33 +107,35 @@ class Launch:
         return np.asarray(float(self.zero_phase) - psi)
 
     def b(self, theta2: Array, J1: float) -> Array:
-        """The angle on the surface, the inverse of :meth:`theta2`."""
+        """The angle b on the surface, radians: the inverse of :meth:`theta2`."""
         psi = float(self.zero_phase) - theta2
         return np.asarray(-psi - np.log(self._beside(psi, J1)[0]) / self.level.exponent)
 
     def anchors(self, b: Array) -> Anchors:
-        """The starts of orbits by their angles on the surface."""
+        """The starts, in doubles, of orbits with angles b on the surface."""
         J1 = float(self.J1)
         theta2 = self.theta2(b, J1)
+        # psi falls as theta2 grows, hence the order of the two neighbours.
         psi = float(self.zero_phase) - theta2
         here, low, high = (self._beside(psi - x, J1)[1] for x in (0.0, -STEP, STEP))
         b_slope = (self.b(theta2 + STEP, J1) - self.b(theta2 - STEP, J1)) / (2 * STEP)
         return Anchors(theta2, here, (high - low) / (2 * STEP), b_slope)
 
     def clock(self, b: Array, J1: float) -> Array:
-        """t' of orbits where their action is J1; theta2 = zero_phase at tiny J1 is the origin."""
+        """t' at which the action of orbits is J1, since theta2 = zero_phase at vanishing J1."""
         psi = float(self.zero_phase) - self.theta2(b, J1)
         rotation = self.level.rates(np.zeros(1)).rotation
         return np.asarray(-(self._beside(psi, J1)[2] + rotation * psi))
 
     def states(self, anchors: Anchors, theta2: Numbers) -> Numbers:
-        """The starts (6, N) at theta2 (N,) beside the anchors, all in Fractions."""
+        """The starts (6, N) at phases theta2, (N,), near the anchors; all are Fractions."""
         a, p = self.a, self.p
         begun, theta1, slope = exactly([anchors[:3]])
         angles = a.array(theta1 + slope * (theta2 - begun)), a.array(theta2)
         J2 = a.sqrt(2 * (self.h - p.mu * a.sin(angles[1])) / p.kappa)
         left = 1.0
-        # Each time it is less by mu J1.
+        # Simplified Newton's method for J2 at the energy h: each step multiplies the error by about
+        # mu J1, for the derivative leaves that out.
         while left > 2.0 ** (-self.bits // 2):
             off = hamiltonian_J3_0(self.J1, J2, angles, p, a) - self.h
             J2, left = J2 - off / (p.kappa * J2), a.largest(off / self.h)
@@ -137,21 +144,22 @@ class Launch:
         return np.frompyfunc(lambda x: fraction(x, self.bits), 1, 1)(np.array(found))
 
     def carried(self, states: Numbers, times: Array, jobs: int = 1) -> Any:
-        """Orbits carried on, each for a time t' of its own: (6, N) Fractions."""
+        """States (6, N), Fractions, of orbits after a time t' for each, (N,)."""
         return states_at(self.fractions, states, exactly([times])[None], self.bits, jobs)[:, 0]
 
     def flight(self, states: Numbers, begun: Array, flight: Array, jobs: int = 1) -> Array:
-        """t' from the first crossings to the last, from about when these are to doubles' rounding.
+        """t' from the first crossings to the last, (N,), to the rounding of doubles.
 
-        The map is displaced by its roundings, and crossings with it, the more the less the surfaces
-        are split.
+        `begun` and `flight` are the map's t' from the starts to the first crossings, and from these
+        to the last. They are displaced by the map's roundings, the more the less the surfaces are
+        split.
         """
         first, early = self._crossed(states, begun, jobs)
         _, late = self._crossed(first, flight - early, jobs)
         return np.asarray(flight - early + late)
 
     def _crossed(self, states: Numbers, times: Array, jobs: int) -> tuple[Numbers, Array]:
-        """Orbits at crossings that are about so much later, and by how much more, t'."""
+        """States (6, N) at the crossings near t' = `times`, and how much later these are, t'."""
         at, moved = self.carried(states, times, jobs), np.zeros_like(times)
         for _ in range(CROSSING_STEPS):
             here = at.astype(float)
@@ -160,13 +168,17 @@ class Launch:
         return at, moved
 
     def _beside(self, psi: Array, J1: float) -> tuple[Array, Array, Array]:
-        """v, theta1 and the oscillation of the time, at psi of the mirrored orbits."""
+        """v, theta1 and the oscillation of the time where orbits of the surface have psi and J1.
+
+        (N,) each; psi is that of the mirrored orbits, for which the surface is u = 0.
+        """
         made, zero = self.level.map_level, 0 * psi
         v = np.full(len(psi), np.sqrt(J1))
         for _ in range(MOST_ITERATIONS):
             Qp, Qm, tau = made.placed(psi, zero, v)
             M1, M2 = (Qp + Qm) * self.doubles.to_M1, (Qp - Qm) * self.doubles.to_M2
             here = self._action(psi, Qp, Qm, M1, M2)
+            # J1 is nearly proportional to v^2.
             v = v * np.sqrt(J1 / here)
             if np.abs(here / J1 - 1).max(initial=0.0) < 1e-15:
                 break
@@ -174,23 +186,28 @@ class Launch:
         return v, theta1, tau
 
     def _action(self, psi: Array, Qp: Array, Qm: Array, M1: Array, M2: Array) -> Array:
-        """J1 from M and the energy, with M3 as positive as the mirrored orbits have it."""
+        """J1 from M and the energy, of the mirrored orbits, which have M3 > 0."""
         k, across = self.doubles.aligned, M1 * M1 + M2 * M2
         lifted = k.mu_r1 * np.cos(psi) - k.mu_r2 * np.sin(psi)
         J2 = np.sqrt(2 * (self.level.h - lifted + Qp * Qm / 2) / k.kappa)
+        # J1 = (J2 - M3)/2 without the difference, of which tiny J1 leaves nothing.
         return np.asarray(across / (2 * (J2 + np.sqrt(J2 * J2 - across))))
 
     def at_J1_0(self, begin: Array, states: Numbers, jobs: int) -> list[Fraction]:
-        """theta2_0, in [0, 2 pi): theta2 where J1 has grown to J1_0, of orbits from theta2 on."""
+        """theta2_0 in [0, 2 pi) of orbits: their theta2 where J1 has grown to J1_0.
+
+        `begin` is theta2 at the start in doubles, and `states` are the starts, (6, N).
+        """
         b = self.b(begin, float(self.J1))
         times = self.clock(b, float(self.J1_0)) - self.clock(b, float(self.J1))
         found = self._moved(self.carried(states, times, jobs)) % (2 * self.a.pi)
         return [fraction(x, self.bits) for x in found]
 
     def _moved(self, states: Any) -> Any:
-        """theta2 where J1 is J1_0 sharply, from states (6, n) a rounding of doubles beside."""
+        """theta2 where J1 is J1_0 in all bits, from states (6, n) that are so to doubles."""
         a = self.a
         Qp, Qm, M3, gamma1, gamma2, gamma3 = a.array(states)
+        # The reversor, for `rotation_phase` knows the upper orbit alone.
         image = np.stack((Qp, Qm, -M3, gamma1, gamma2, -gamma3))
         theta2 = self.zero_phase - rotation_phase(image, self.c, a)
         M1, M2 = (Qp + Qm) * self.c.to_M1, (Qp - Qm) * self.c.to_M2
@@ -198,7 +215,8 @@ class Launch:
         J1 = (M1 * M1 + M2 * M2) / (2 * (J2 - M3))
         here = (self.p.beta0 + 2 * a.atan2(M1, M2), J1, theta2, J2)
         wide: Any = a
-        # The first step is some 1e-12 long and leaves its square, the second nothing.
+        # Midpoint steps in time, from J1 here to J1_0. The first is some 1e-12 long and leaves
+        # about its square, the second leaves nothing.
         for _ in range(2):
             rates = eq1(here, self.p, wide)
             time = (self.J1_0 - here[1]) / rates[1]
@@ -209,35 +227,39 @@ class Launch:
 
 
 class Sharp(NamedTuple):
-    """Phases to 30 digits, (N,) each: radians in [0, 2 pi), where J1 is J1_0.
-
-    With aligned components (6, N) at the starts of `Launch`, the corrections of the map by
-    integration, what the phases err by at most, radians: the last correction, or what roundings
-    do; and t' from the first crossings to the last.
-    """
+    """Doubly asymptotic orbits whose phases have 30 digits, N of them."""
 
     theta2_0: list[Fraction]
+    """theta2 where J1 is J1_0, radians in [0, 2 pi), (N,)."""
     starts: Numbers
+    """Aligned components at the starts of `Launch`, Fractions, (6, N)."""
     moved: Array
+    """Corrections by integration of the map's theta2 at the starts, radians, (N,)."""
     error: Array
+    """Largest errors of the phases, radians, (N,): by the last correction or by roundings."""
     flight: Array
+    """t' from the first crossings to the last, (N,)."""
 
 
 def sharp(launch: Launch, orbits: DoublyAsymptotic, jobs: int = 1) -> Sharp:
     """Refine the phases of doubly asymptotic orbits that the map has found in doubles.
 
-    NoOrbit is raised where integration finds an orbit elsewhere than the map.
+    NoOrbit is raised where integration finds an orbit elsewhere than the map, or where corrections
+    do not become small.
     """
+    # Newton's method for I = 0 with the map's derivative at first, then secants.
     begun, error = launch.anchors(orbits.b), max(FIRST_ERROR, launch.level.displaced(53))
     slope = orbits.I_slope * begun.b_slope
     theta2 = exactly([begun.theta2])
     I_before = step = np.zeros_like(slope)
     for rounds in range(ROUNDS):
         states = launch.states(begun, theta2)
+        # Orbits of the expected error have I of slope times error. Measured at this distance, I is
+        # then as large as its square, of which doubles resolve 1e-16.
         distance = np.sqrt(np.abs(orbits.I_slope) * max(error, NEAREST)).clip(max=FARTHEST)
         I = _invariant(launch, orbits, states, distance, jobs)
-        # The map's slopes err, the more the less the surfaces are split: secants tell them, but not
-        # of steps so small that I does not tell them.
+        # The map's derivatives err, the more the less the surfaces are split: secants correct them,
+        # except where a step is so small that the change of I is not resolved.
         told = np.abs(step) > max(GAINED * np.abs(step).max(initial=0.0), FINEST)
         slope[told] = (I - I_before)[told] / step[told]
         wanted = -I / slope
@@ -245,7 +267,8 @@ def sharp(launch: Launch, orbits: DoublyAsymptotic, jobs: int = 1) -> Sharp:
         if last > 10 * error and not rounds:
             raise NoOrbit(f"integration finds an orbit {last:.2g} rad from where the map has it")
         if last > 10 * error:
-            # The correction before gained less: so near to its end an orbit does not tell how much.
+            # The correction before gained less than was expected, and the orbit has left its end at
+            # the chosen distance. I is measured again at a larger one before it is corrected.
             error = last
             continue
         I_before, step = I, wanted
@@ -264,18 +287,22 @@ def sharp(launch: Launch, orbits: DoublyAsymptotic, jobs: int = 1) -> Sharp:
 
 
 def _begun(launch: Launch, orbits: DoublyAsymptotic) -> Array:
-    """t' from the starts to the first crossings, by the map."""
+    """t' from the starts of `Launch` to the first crossings, by the map, (N,)."""
     return orbits.begun - launch.clock(orbits.b, float(launch.J1))
 
 
 def _invariant(
     launch: Launch, orbits: DoublyAsymptotic, states: Numbers, distance: Array, jobs: int
 ) -> Array:
-    """I of the last passages, measured where the orbits are so close to the periodic orbit."""
+    """I of the passages in which orbits end, measured at a distance from that periodic orbit, (N,).
+
+    The distances are v of the normal form, (N,).
+    """
     level, upper = launch.level, len(orbits.symbols) % 2 == 0
     times = _begun(launch, orbits) + orbits.flight + orbits.faded(distance)
     at = launch.carried(states, times, jobs).astype(float)
     if not upper:
+        # The reversor takes the lower orbit to the upper one; it exchanges u and v, and keeps I.
         at[[2, 5]] *= -1
     made = level.map_level
     psi = rotation_phase(at, launch.doubles, made.a)

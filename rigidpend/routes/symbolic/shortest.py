@@ -14,26 +14,29 @@ from rigidpend.routes.symbolic.chain import Chain, NoOrbit, System, check_split,
 from rigidpend.routes.symbolic.levels import Level, Signs
 
 APART = 4
-"""Half rotations beyond the splitting's from which no crossing disturbs the next."""
+"""Half rotations beyond those of |I| = splitting from which no crossing disturbs the next."""
 SHORTEST_STEP = 0.02
 """Least step of that length, radians; a chain that ends between two such steps ends in a fold."""
 WINDOW = 8
-"""Number of passages on each side that feel it when one is shortened: less by a third for each."""
+"""Number of passages on each side of a shortened one that are solved with it.
+
+The effect on crossings decreases about tenfold from one passage to the next: with two bodies and
+random words it was 1e-9 half rotations at the ends of this window."""
 INSIDE = 0.36
 """Distance from the middle of a cell, half rotations, within which free crossings stay.
 
-Nearer to the border, 0.5, orbits end in folds. Measured on random words: at 0.45 some of 200
+Nearer to the border, at 0.5, orbits end in folds. Measured on random words: at 0.45 some of 200
 symbols could not be put together from their windows, at 0.36 none of 1,000."""
 LESSENED = 100
-"""Number of symbols up to which half rotations are lessened one by one, 30 ms each."""
+"""Number of symbols up to which half rotations are reduced one by one, 30 ms each."""
 MORE = 24
-"""Largest number of half rotations above the tables' least that are tried alike for all."""
+"""Number of half rotations, from the least on, that are tried alike for all passages."""
 ENDS = 0.0, 0.2, -0.2, 0.4, -0.4
 """Places of the last crossing in its cell, half rotations from the middle, in the order tried."""
 STARTS = 60
-"""Number of random starts after that."""
+"""Number of random guesses after these."""
 SLACK = 0.25
-"""Share by which crossings away from the surface may change I more than those on it."""
+"""Share by which crossings off the surface may change I more than those on it."""
 
 
 def path(
@@ -41,9 +44,9 @@ def path(
 ) -> Chain:
     """The chain whose crossings lie in given cells, the last one `end` off the middle of its own.
 
-    Where Newton's method does not find it from the middles of the cells, and one is `patient`,
-    passages are made longer, until no crossing disturbs the next, and then shorter by steps.
-    NoOrbit says which passage is too short.
+    `end` is in half rotations. If Newton's method does not find the chain from the middles of the
+    cells, and `patient` is true, passages are made longer, until no crossing disturbs the next, and
+    then shorter by steps (continuation). NoOrbit says which passage is too short.
     """
     angles = np.asarray(np.pi * cells, dtype=float)
     angles[-1] += np.pi * end
@@ -58,6 +61,7 @@ def path(
     apart = level.half_turns(level.splitting) + APART
     longer = max(APART, apart - float(np.diff(cells).min())) * math.pi
     step, made = longer / 4, None
+    # `x` solves the chain at the last length that was found; a step that fails is halved.
     while True:
         try:
             made = system._replace(longer=longer).solved(x)
@@ -73,6 +77,7 @@ def path(
 
 
 def _reason(level: Level, made: Chain | None, longer: float) -> str:
+    """Message about a continuation that ended at a length; `made` is the last chain found."""
     if made is None:
         return "Newton's method does not settle even for long passages"
     growth = made.b - made.a[: len(made.b)]
@@ -93,10 +98,10 @@ def exactly(
     turns: tuple[int, ...],
     beside: Array | None = None,
 ) -> Chain:
-    """The chain with just these half rotations, its last crossing anywhere in its cell.
+    """The chain with exactly these half rotations, its last crossing anywhere in its cell.
 
-    `beside` is chi of the crossings of an orbit with this address, radians: that one is taken.
-    NoOrbit says which passage is too short.
+    `beside` is chi of the crossings of an orbit with this address, radians; if it is given, that
+    orbit is taken. NoOrbit says which passage is too short.
     """
     check_possible(system.level, turns, float(system.begin(unknown).I) if system.begin else 0.0)
     cells, reason = np.cumsum([first, *turns]), NoOrbit()
@@ -109,6 +114,7 @@ def exactly(
             return path(system, cells, unknown, end=end)
         except NoOrbit as error:
             reason = reason if str(reason) else error
+    # The seed is fixed, so that a call always finds the same orbit.
     random = np.random.default_rng(len(turns))
     for offsets in random.uniform(-0.45, 0.45, (STARTS, len(cells))):
         angles = np.asarray(np.pi * (cells + offsets), dtype=float)
@@ -121,8 +127,9 @@ def exactly(
 def check_possible(level: Level, turns: tuple[int, ...], I: float = 0.0) -> None:
     """Raise NoOrbit where so few half rotations need a larger |I| than crossings can give.
 
-    `turns` half rotations between cells are at most one more between crossings. A crossing
-    changes I by the splitting at most, so |I| is at most that of the passage before and as much.
+    `turns` are half rotations between cells; between the crossings themselves there is at most one
+    more. A crossing changes I by the splitting at most, so that |I| is at most that of the passage
+    before plus the splitting. `I` is that of the passage before the first.
     """
     most = abs(I)
     for k, n in enumerate(turns):
@@ -133,19 +140,22 @@ def check_possible(level: Level, turns: tuple[int, ...], I: float = 0.0) -> None
                 f"none exists: passage {k + 1} with {n} half rotations needs |I| of {needed:.3g} "
                 f"at least, and crossings give {most:.3g} at most"
             )
+        # The passage has at least n - 1 half rotations between its crossings.
         most = min(most, level.invariant(n - 1))
 
 
 def shortest(system: System, first: int, unknown: float, given: tuple[int, ...] = ()) -> Chain:
-    """The chain of a code with few half rotations, some of which may be given, but not all.
+    """The chain of a code with few half rotations, the first of which may be given, but not all.
 
-    Begun alike for all passages, with the fewest that allow an orbit, they are lessened one
-    by one from the first passage on, as far as an orbit exists whose crossings stay `INSIDE`.
-    Words of more than `LESSENED` symbols keep them alike. NoOrbit is raised where none was found.
+    All free passages begin with the same number, the least that allows an orbit. The numbers are
+    then reduced one by one from the first passage on, as far as an orbit exists whose crossings
+    stay `INSIDE`. Words of more than `LESSENED` symbols keep the same number. NoOrbit is raised
+    where no orbit was found.
     """
     n = len(system.signs)
 
     def tried(each: int) -> Chain:
+        """The chain with `each` half rotations in every free passage."""
         cells = np.cumsum([first, *given, *[each] * (n - len(given))])
         return path(system, cells, unknown, patient=False)
 
@@ -153,6 +163,7 @@ def shortest(system: System, first: int, unknown: float, given: tuple[int, ...] 
     cells = made.cells
     for k in range(len(given), n if n <= LESSENED else 0):
         cells = lessened(system, made, cells, k)
+    # `lessened` looks at windows only: in case the whole does not exist, the first chain stands.
     if (cells != made.cells).any():
         with contextlib.suppress(NoOrbit):
             return path(system, cells, made.unknown, patient=False)
@@ -160,16 +171,16 @@ def shortest(system: System, first: int, unknown: float, given: tuple[int, ...] 
 
 
 def alike(level: Level, signs: Signs, tried: Callable[[int], Chain], given: bool = False) -> Chain:
-    """The chain with the fewest half rotations, as many in every passage that is free.
+    """The chain with the fewest half rotations, the same number in every free passage.
 
-    `tried` finds that with so many. Its crossings stay `INSIDE` unless some passages are `given`.
-    NoOrbit is raised where none was found.
+    ``tried(number)`` finds the chain with that number. Its crossings stay `INSIDE`, unless some
+    passages are `given`. NoOrbit is raised where no chain was found.
     """
     split, reason = level.narrowest(signs), None
     if len(signs) > 1:
-        # Passages of whatever length change sides there.
+        # No length of the passages helps where roundings displace the crossings.
         check_split(level, level.displaced(53, split), split)
-    # Where surfaces are split least only passages may end that are given.
+    # Of a chain with given passages, perhaps only these end where surfaces are split least.
     least = max(1, level.fewest_half_turns(level.splitting if given else split))
     most = max(1, level.fewest_half_turns(split)) + MORE - 1
     for each in range(least, most + 1):
@@ -186,16 +197,21 @@ def alike(level: Level, signs: Signs, tried: Callable[[int], Chain], given: bool
 
 
 def lessened(system: System, made: Chain, cells: Signs, k: int) -> Signs:
-    """The cells with as few half rotations in passage k as its neighbours allow.
+    """The cells (n + 1,) with as few half rotations in passage k as its neighbours allow.
 
-    Of the chain that was `made` with other cells only what arrives before the neighbours is used.
+    The chain `made` may have other cells: only the passage that arrives before the window of
+    neighbours is taken from it.
     """
+    # A short chain, the window of passages that feel the change, stands for the whole.
     low, high = max(0, k - WINDOW), min(len(system.signs), k + 1 + WINDOW)
     part, unknown = system._replace(signs=system.signs[low:high]), made.unknown
     if low:
+        # The window begins with the I of the passage before it, and an angle in the same place
+        # relative to the new cell.
         I, shift = float(made.I[low - 1]), made.b[low - 1] - made.chi[low]
         part, unknown = part._replace(begin=partial(on_surface, I=I)), shift + np.pi * cells[low]
     while True:
+        # One half rotation less in passage k moves all cells behind it.
         fewer = cells.copy()
         fewer[k + 1 :] -= 1
         try:
