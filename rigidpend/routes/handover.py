@@ -120,7 +120,7 @@ def _continued(
         if some.size:
             here, given = at[some], (which, columns[some], states[:, some], time[some])
             # As many crossings as the earliest handover needs; `_written` takes those of each.
-            beside, further = maps.onward(*given, len(known.time) - here.min(), rising=up)
+            beside, further = maps.onward(*given, len(known.time) - 1 - here.min(), rising=up)
             right[some] &= beside == known.separatrix[here, some]
             mine = columns_of(known, some)
             _written(mine, further, here)

@@ -99,16 +99,6 @@ def alpha(states: Array, body: Body) -> Array:
     return np.asarray(states[6] + in_space.alpha_ahead(M, omega, gamma))
 
 
-def alpha_at(body: Body, states: Array, ends: ArrayLike, tolerance: float) -> Array:
-    """Angle alpha (n,) in radians of orbits, each at its own time t' in `ends`, (n,).
-
-    `states` are aligned components and theta3 at t' = 0, (7, n).
-    """
-    field = in_space.field(body)
-    times = np.asarray(ends)[None]
-    return alpha(states_at(field, states, times, tolerance=tolerance)[:, 0], body)
-
-
 def separatrices(states: Array) -> NDArray[np.uint8]:
     """Separatrices 1..4 beside which successive samples (6 or more, n) change the sign of M3."""
     Qp, Qm, M3 = states[:3]

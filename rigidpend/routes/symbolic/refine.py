@@ -207,8 +207,9 @@ class _Legs:
             last = min(len(self.needed) - 1, int((self.needed > before).sum()))
             further = not slopes or (known > reach - LEAST_DIGITS and self.most > reach)
             # Where surfaces are split little, derivatives at the map's crossings gain few digits,
-            # and are computed anew at the corrected crossings.
-            if further or more < LITTLE:
+            # and are computed anew at the corrected crossings. So are those for more legs than
+            # before: the first correction may show fewer digits than were expected.
+            if further or more < LITTLE or last >= len(slopes):
                 kind = next(kinds) if further else kind
                 gained, slopes = min(known, kind / 2 / DIGIT - THIN), self._differences(kind, last)
                 # Legs use the next wider numbers. Integers, behind the kernel's widest, take ten

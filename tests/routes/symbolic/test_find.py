@@ -180,6 +180,16 @@ def test_orbits_of_thin_layers_are_found(
     assert beside.count(6 * len(found.word) + 2) == told, "times that slopes are told"
 
 
+@pytest.mark.slow
+def test_legs_that_turn_out_to_lack_digits_get_derivatives() -> None:
+    """The first correction shows fewer digits than the map's crossings are expected to have."""
+    thin = Body(A=(2, "1.45", "1.48"), r=("0.9", "0.44", 0), mu="0.00056")
+    address = "a 0^104 1^105 1^106 0^106 1^106 0^105 0^106 1^104"
+    found = find_orbit(thin, address, **ROUND, digits=10)
+    assert found.passages == 8
+    assert found.confirmed == found.fixed >= 5
+
+
 FLAT = Body(A=(2, "1.46", "1.48"), r=("0.90", "0.44", 0), mu="0.00056")
 TOO_HEAVY = Body(A=(2, 1, 1.5), r=(1, 1, 0), mu="0.3")
 HESS = Body(A=(2, 1, "3/2"), r=(1, "sqrt(2)", 0), mu="0.001")
