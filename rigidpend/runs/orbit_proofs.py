@@ -69,6 +69,7 @@ def prove(
     stated = {key: config.resolved()["problem"][key] for key in PROBLEM}
     problem, J1 = _problem(file, stated)
     theta2, n = float(found.theta2_0), len(found.symbols)
+    # The sets are made at the energy of this start; all starts of the line have energies near it.
     setting = family_orbits.of_start(problem.body, problem.h0, J1, theta2)
     links = chains.links(setting, J1, chains.OrbitCrossings(theta2, found.d, found.chi))
     parts = [(links[part.start : part.stop], whole) for part, whole in _parts(len(links))]
@@ -77,6 +78,7 @@ def prove(
         "sets": pieces.packed_quads([link.of for link in links[1:]]),  # type: ignore[misc]
         "line": {name: float(getattr(links[0].of, name)) for name in LAYOUT["line"]},
         "energies": {"shift": float(setting.shift), "spread": float(links[0].setting.spread)},
+        # The last set of each part but the last is made anew as the first one of the next part.
         "proof": pieces.joined(arrays, [len(part) - (not whole) for part, whole in parts]),
     }
     code = "".join(map(str, found.symbols))
@@ -100,6 +102,8 @@ def check(file: Path, jobs: int, report: Report) -> str:
     (problem, J1), code = _problem(file, stated.get("problem")), str(stated.get("code"))
     try:
         shift, spread = pieces.unpacked_energies(data["energies"])
+        # The energies may be any: the checker proves that those of the line's starts are among
+        # them (C6).
         of = problem.body, problem.h0 + exact(shift), spread, problem.h0
         line = pieces.unpacked_line(J1, data["line"])
         sources = [line, *pieces.unpacked_quads(data["sets"])]
@@ -115,6 +119,7 @@ def check(file: Path, jobs: int, report: Report) -> str:
         # The first link is the line of starts, which has no symbol.
         if (symbols := "".join(str(int(x)) for x in [*proven][1:])) != code:
             raise Undecided(f"the code is {symbols}")
+        # The phases are bounded by the line's first polynomials, of source 0.
         numbers = sections.Numbers.of(*of)
         [begin] = pieces.unpacked(pieces.of_some(data["proof"], len(sources), range(1)), 1)
         low, high = sections.phases(numbers, line, begin)
@@ -171,6 +176,7 @@ def _checked(
     *numbers, say = of
     first, sources, proof, whole = part
     links: list[Any] = list(zip(sources, pieces.unpacked(proof, len(sources)), strict=True))
+    # Behind the last set nothing is to be covered, but its passage has a symbol.
     links += [None] if whole else []
     found = coverings.prove_chain(sections.Numbers.of(*numbers), links, first=first)
     say("checked")
@@ -180,6 +186,7 @@ def _checked(
 def _problem(file: Path, stated: Any) -> tuple[Any, Fraction]:
     """The stated problem, checked by the schema of a full shift, and J1_0."""
     try:
+        # A name for the figure is all that the schema asks for besides.
         text = {key: stated[key] for key in PROBLEM}
         content: Any = experiments.schema("full_shift").model_validate(
             {"experiment": "full_shift", "figure": "", "problem": text}

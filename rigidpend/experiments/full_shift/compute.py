@@ -58,6 +58,7 @@ def compute(config: Config, means: Means) -> Tree:
     from rigidpend.orbits.return_map import MapError
     from rigidpend.routes.certified import horseshoe
 
+    # Every setting may fail for a reason of its own: all reasons are told in the end.
     doubts = []
     try:
         approach = _approach(config)
@@ -180,13 +181,15 @@ def checked(config: Config, data: Data) -> Proven:
     start, crossed, symbols = coverings.prove_line(numbers, links, sets, arrivals)
     if tuple(symbols) != _asked(config):
         raise Undecided("the symbols of the approach are others than its config asks for")
-    # With an approach nothing is claimed of how many starts have a code, so the line needs no C7.
+    # Theorems 1 and 2 are proven here: a doubt on a further one is noted, and does not end the
+    # check. With an approach nothing is claimed of how many starts have a code: no C7 of the line.
     cones = [*itertools.chain(*relations), *([] if before else crossed)]
     cone = _doubt(coverings.prove_cones, cones)
     middle = _doubt(connections.prove_connections, numbers, sets, arrivals)
     of_line = starts, links[0][1], start
     crossing = _doubt(connections.prove_transversal, numbers, of_line, sets, arrivals)
     theta2 = sections.phases(numbers, starts, links[0][1]) if before else None
+    # Theorem 8 needs C7 and C8 as well.
     doubts = cone, middle, cone or middle or crossing
     return Proven(arrivals, relations, start, crossed, list(map(int, symbols)), theta2, doubts)
 
@@ -278,6 +281,8 @@ def _spread(config: Config) -> Fraction:
 def _numbers(config: Config, shift: Fraction, spread: Fraction) -> sections.Numbers:
     """The numbers of the body and of a proof's energies; Undecided if not the config's."""
     problem = config.problem
+    # Of one h the interval may be wider than asked for, but not elsewhere; of one h0 it may be any,
+    # since the checker proves that those of the line's starts are among them (C6).
     if problem.h is not None:
         if shift or spread < _spread(config):
             raise Undecided("the energies are not those of the config")
@@ -309,7 +314,8 @@ def _in_chart(
 ) -> tuple[Array, Array]:
     """The coordinates chi and d of points of a section, d less that of the stable surface."""
     d, g = (_values(each, u, v) for each in where)
-    # The sets of a section lie on either side of its stable surface, equally far.
+    # The sets of a section lie on either side of its stable surface, equally far: the mean of
+    # their curves is near it.
     curves = [np.array(quad.p, dtype=float) for quad in sets if quad.rising == rising]
     return -np.arcsin(g), d - np.polynomial.polynomial.polyval(g, np.mean(curves, axis=0))
 

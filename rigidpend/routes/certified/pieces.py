@@ -197,6 +197,7 @@ def of_some(data: Mapping[str, Any], n: int, which: range) -> dict[str, Any]:
     :func:`unpacked` reads them. ValueError where steps and terms do not fit each other.
     """
     family, terms = (np.asarray(data[name], dtype=np.int64) for name in ("family", "terms"))
+    # Before they are repeated: numbers of terms may be anybody's, and ask for any memory.
     if np.any(terms < 1) or sum(map(int, terms)) != len(data["powers"]):
         raise ValueError("the steps have other terms than are stored")
     here = np.isin(family % n, which)
@@ -226,6 +227,7 @@ def _words(piece: FamilyStep) -> list[FamilyStep]:
     # A shift rounds down, so no low digits are negative, and both parts add up exactly.
     first = [{at: w >> finer for at, w in column.items()} for column in piece.terms]
     rest = [{at: w & ((1 << finer) - 1) for at, w in column.items()} for column in piece.terms]
+    # The half-length belongs to the high digits alone.
     return [FamilyStep(piece.bits - finer, piece.half, first), FamilyStep(piece.bits, {}, rest)]
 
 
@@ -281,6 +283,7 @@ def unpacked(data: Mapping[str, Any], n: int) -> list[list[FamilyStep]]:
 def _step(bits: int, powers: Any, coefficients: Any) -> FamilyStep:
     """The step of some rows of powers and coefficients."""
     places = list(map(tuple, powers.tolist()))
+    # Of two equal terms a dictionary would keep the last one alone.
     if len(set(places)) < len(places):
         raise ValueError("a step has a term twice")
     *columns, half = (
