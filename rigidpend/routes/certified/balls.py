@@ -159,7 +159,7 @@ class LogarithmicNorm(NamedTuple):
         return cls(saddle, upright, arb(best).mid(), torque, turning)
 
     def rate(self, M3: arb, radius: arb) -> arb:
-        """Bound on the logarithmic rate, in 1/t', at which the distance of two curves grows.
+        """Bound on the logarithmic rate, per unit of time, at which two curves part.
 
         `M3` bounds |M3| halfway between them and `radius` their distance; one of the two has
         |gamma| = 1.

@@ -182,8 +182,8 @@ class OrbitChecker:
         x = (low + high) / 2
         for _ in range(NEWTON):
             x -= float((M3.at(arb(x)) / slopes.at(arb(x))).mid())
-            # Newton's step may leave the run, where no slope is bounded. Any x inside is valid:
-            # its distance from the zero is bounded below by |M3| there over the least slope.
+            # Newton's step may leave the run, beyond which no slope is bounded. Any x inside is
+            # valid: |M3| there over the least slope is at least its distance from the zero.
             x = min(max(x, low), high)
         off = abs(M3.at(arb(x))) / arb(2) ** M3.bits + away
         return arb(x, (off / _units(least)).upper())
@@ -204,8 +204,8 @@ def tube(
     and the rate is taken within `share` of the radius from the polynomials: 1/2 for the growth of
     a distance, 1 for that of derivatives at the orbits.
     """
-    # A radius is assumed, then verified: an orbit that stays within `grown` < `assumed` as long as
-    # it is within `assumed` cannot be the first to leave. The rate depends on it but little.
+    # A radius is assumed, then verified: as long as the distance is below `assumed` it is at most
+    # `grown`, and if that is less, it never reaches `assumed`. The rate depends on it but little.
     assumed = ROOM * begin
     for _ in range(TRIES):
         # A wider tube decides nothing, and the rate would be larger in it.

@@ -217,8 +217,8 @@ class Family:
 
     It stands for every polynomial of (x, u, v, w) in [-1, 1]^4 whose coefficients differ from
     the stored ones by at most `error` in total, in units of 2^-bits, and whose degrees are at most
-    `orders`. So its derivatives in u, v and w are bounded too. Nothing is rounded: products get
-    longer, and an error comes from enclosed numbers alone.
+    `orders`. So its derivatives in u, v and w are bounded too. Sums and products are exact, and get
+    longer: errors come from rounded constants and from :meth:`widened` alone.
     """
 
     def __init__(

@@ -319,7 +319,8 @@ def on_parts(state: Family) -> list[arb]:
     values = Values(state.middle(), PARTS)
     found = []
     for first, last in pairwise(values.at):
-        # Over a part P stays within half of its largest change of the mean of its ends.
+        # Over a part P differs from the mean of its values at both ends by at most half of its
+        # largest change.
         beside = arb(values.change + 1) / 2 + values.doubt
         found.append((arb(first + last) / 2 + arb(0, beside)) / arb(2) ** VALUES)
     return found
