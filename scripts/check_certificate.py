@@ -2,10 +2,11 @@
 
     .venv/bin/python scripts/check_certificate.py FILE [--config FIG.yaml] [-j PROCESSES]
 
-It follows docs/certified.md from the definitions to H5, in Python's integers and fractions. What
-is believed besides is h5py, which reads the file, and PyYAML for `--config`. It says of every
-orbit what is proven, or which hypothesis fails and at which step; it ends with 0 only if the
-steps prove every symbol that the certificate claims, of the orbits that its config names.
+It follows docs/certified.md from the definitions to H5, in Python's integers and fractions. Besides
+Python one has to believe h5py, which reads the file, and PyYAML for `--config`. For every orbit it
+says what is proven, or, where a claimed symbol is not, which hypothesis fails at which step. The
+exit code is 0 only if the steps prove every symbol that the certificate claims, of the orbits that
+its config names.
 """
 
 from __future__ import annotations
@@ -26,46 +27,48 @@ from typing import Any, NamedTuple
 CLOCK = 32
 """Binary digits behind the point of a step's half-length."""
 WIDEST = Fraction(1, 64)
-"""Radius of a tube at most."""
+"""Largest radius of a tube."""
 PARTS = (32, 256)
-"""Parts of a step on which signs are told."""
+"""Numbers of parts of a step on which signs are told: the second if the first do not suffice."""
 FINE = 96
 """Binary digits of M3, Q and their slopes on a part."""
 BITS, TERMS, STEPS, ORBITS, SYMBOLS = 4096, 4096, 20_000, 2000, 100_000
-"""Bits and terms of a step, steps of an orbit, orbits, and symbols of an orbit, at most."""
+"""Limits: bits and terms of a step, steps of an orbit, orbits, and symbols of an orbit."""
 EACH, RATIO = 128, 8
-"""Bytes of a file for each step at least, and of its arrays for each byte of it at most."""
+"""Least bytes of the file for each step, and most bytes of arrays for each byte of the file."""
 NONE = 255
 """The code of a symbol of which nothing is claimed."""
 
 
 class Refused(Exception):
-    """Error: a certificate that is none; the text says where and why."""
+    """Error: a file or its config is unusable, or claims what is not proven; the text says why."""
 
 
 class Fails(Exception):
     """Error: a hypothesis is not shown; the text begins with its name."""
 
 
-# ---- Numbers: intervals with ends that are whole numbers in units of 2^-digits.
+# ---- Numbers: intervals whose ends are integers in units of 2^-digits.
 
 
 class Interval:
-    """All numbers from low to high, in units of 2^-digits; operations round outward."""
+    """All numbers from low to high, integers in units of 2^-digits; operations round outward."""
 
     digits = 512
-    """Set for each orbit, before anything is computed of it."""
+    """One for all intervals, set for each orbit before anything is computed of it."""
 
     def __init__(self, low: int, high: int) -> None:
         self.low, self.high = low, high
 
     @classmethod
     def of(cls, x: Any) -> Interval:
+        """The narrowest interval that contains a number, or an interval itself."""
         if isinstance(x, Interval):
             return x
         if isinstance(x, int):
             return cls(x << cls.digits, x << cls.digits)
         top, bottom = Fraction(x).as_integer_ratio()
+        # Floor division rounds down; of the negative, negated, it rounds up. So below as well.
         return cls((top << cls.digits) // bottom, -((-top << cls.digits) // bottom))
 
     @property
@@ -75,7 +78,7 @@ class Interval:
 
     @property
     def size(self) -> Interval:
-        """Absolute value, as an interval of its upper end alone."""
+        """An upper bound on the absolute value, as an interval of one point."""
         most = max(abs(self.low), abs(self.high))
         return Interval(most, most)
 
@@ -122,6 +125,7 @@ class Interval:
 
 
 def sqrt(x: Interval) -> Interval:
+    """The root of an interval without negative numbers."""
     if x.low < 0:
         raise Refused("a root of what may be negative")
     low, high = (math.isqrt(end << Interval.digits) for end in (x.low, x.high))
@@ -129,27 +133,32 @@ def sqrt(x: Interval) -> Interval:
 
 
 def hypotenuse(*sides: Any) -> Interval:
-    """Root of the sum of squares, from above: each side counts with its largest size."""
+    """An upper bound on the root of a sum of squares, the upper end: sides have their largest size.
+
+    The lower end is no bound of anything.
+    """
     return sqrt(sum((Interval.of(x).size ** 2 for x in sides), Interval.of(0)))
 
 
 def larger(a: Interval, b: Interval) -> Interval:
+    """The larger one of two numbers."""
     return Interval(max(a.low, b.low), max(a.high, b.high))
 
 
 def power_series(first: Interval, next_term: Callable[[Interval, int], Interval]) -> Interval:
-    """Sum of terms, each at most half as large as the one before, until nothing is left."""
+    """The sum of a series whose terms are each at most half as large as the one before."""
     total, term, k = first, first, 0
     while term.size.high > 1:
         k += 1
         term = next_term(term, k)
         total = total + term
-    # What follows is less than the last term, of a unit at most.
+    # What follows adds up to no more than the last term, which is a unit at most.
     return total + Interval(-2, 2)
 
 
 def arctangent(x: Interval) -> Interval:
-    """atan: halved twice by atan(x) = 2 atan(x/(1 + sqrt(1 + x^2))), then its series."""
+    """The arctangent: halved twice by atan(x) = 2 atan(x/(1 + sqrt(1 + x^2))), then its series."""
+    # After two halvings |x| < tan(pi/8), so that terms shrink to a fifth each time.
     for _ in range(2):
         x = x / (1 + sqrt(1 + x.size**2 if x.low * x.high <= 0 else 1 + x * x))
     odd = power_series(x, lambda power, k: power * x * x * Fraction(1 - 2 * k, 2 * k + 1))
@@ -157,31 +166,34 @@ def arctangent(x: Interval) -> Interval:
 
 
 def pi() -> Interval:
-    """By 16 atan(1/5) - 4 atan(1/239)."""
+    """The number pi, as 16 atan(1/5) - 4 atan(1/239)."""
     return _pi(Interval.digits)
 
 
 @functools.cache
 def _pi(_: int) -> Interval:
+    # The argument is `Interval.digits`, by which the cache tells one pi from another.
     return 16 * arctangent(Interval.of(Fraction(1, 5))) - 4 * arctangent(
         Interval.of(Fraction(1, 239))
     )
 
 
 def cosine(x: Interval) -> Interval:
-    """cos: the angle is brought into one turn, divided by 8, and doubled again three times."""
+    """The cosine: the angle is brought into one turn, divided by 8, and doubled three times."""
     turn = 2 * pi()
+    # Any whole number of turns may be taken off; it is one that leaves half a turn at most.
     x = (x - turn * ((x.low + x.high + turn.low) // (2 * turn.low))) / 8
     found = power_series(
         Interval.of(1), lambda term, k: -term * (x * x) * Fraction(1, 2 * k * (2 * k - 1))
     )
+    # cos(2 x) = 2 cos^2(x) - 1.
     for _ in range(3):
         found = 2 * (found * found) - 1
     return found
 
 
 def exponential(x: Interval) -> Interval:
-    """exp of 0 <= x: of x/2^k below 1/2, squared k times."""
+    """The exponential of x >= 0: that of x/2^k, which is below 1/2, squared k times."""
     k = max(0, math.ceil(x.above)).bit_length() + 1
     small = x * Fraction(1, 1 << k)
     found = power_series(Interval.of(1), lambda term, j: term * small * Fraction(1, j))
@@ -191,7 +203,10 @@ def exponential(x: Interval) -> Interval:
 
 
 def number(text: str) -> Any:
-    """A number as a config writes it: a Fraction where it is rational, else an interval."""
+    """A number as a config writes it: a Fraction if no function or pi is in it, else an Interval.
+
+    Refused for any other text, and for one that would take long to evaluate.
+    """
     if not isinstance(text, str) or len(text) > 5000:
         raise Refused("a number is no text, or one of more than 5000 characters")
     try:
@@ -201,8 +216,9 @@ def number(text: str) -> Any:
 
 
 def _value(node: Any, text: str) -> Any:
+    """The value of a part of an expression, which stands in a text."""
     if isinstance(node, ast.Constant):
-        # As written: the float that Python makes of 0.1 is another number.
+        # Digits as written: the float that Python makes of 0.1 is another number than 1/10.
         written = (ast.get_source_segment(text, node) or "").lower()
         if abs(int(written.partition("e")[2] or 0)) > 5000:
             raise Refused("an exponent beyond 5000")
@@ -227,6 +243,7 @@ def _value(node: Any, text: str) -> Any:
 
 
 def _bits(x: Fraction) -> int:
+    """The length of a fraction in bits."""
     return x.numerator.bit_length() + x.denominator.bit_length()
 
 
@@ -249,31 +266,39 @@ FUNCTIONS: dict[str, Callable[[Interval], Interval]] = {
 
 
 class Problem(NamedTuple):
-    """Constants of the field, in units of `unit` for M and of its inverse for t'; intervals."""
+    """Constants of the field and the start, intervals: M in units of `unit`, t' in those of 1/unit.
+
+    The unit is a power of two.
+    """
 
     lam: Interval
     a: Interval
     b: Interval
     twist: Interval
+    """1/(4 lambda)."""
     torque: tuple[Interval, Interval]
     """mu rho_1 and mu rho_2."""
     turning: tuple[Interval, Interval, Interval]
     """omega_1, omega_2 and kappa."""
     start: tuple[Interval, ...]
+    """Q+, Q-, M3, gamma1, gamma2, gamma3 at t' = 0."""
     sigma: Interval
     F: Interval
+    """Its upper end is that of the lemma; so is that of Omega."""
     Omega: Interval
     w: Interval
+    """The weight, an exact number."""
 
 
 def problem_of(given: dict[str, Any], theta2_0: Any) -> Problem:
-    """The problem of a config's numbers and of a phase."""
+    """The problem of a config's numbers and of a phase, radians."""
     (A1, A2, A3), (r1, r2, r3) = (map(number, given[key]) for key in ("A", "r"))
     mu, h0, J1 = (number(given[key]) for key in ("mu", "h0", "J1_0"))
     ordered = Interval.of(A1 - A3).low > 0 and Interval.of(A3 - A2).low > 0
     if not (ordered and Interval.of(A2).low > 0 and r3 == 0 and r1 >= 0 and r2 >= 0):
         raise Refused("A1 > A3 > A2 > 0 or r1, r2 >= 0 = r3 is broken, or cannot be told")
-    # Of the angles only sines and cosines of their halves are needed, which are roots.
+    # c and s are cos(alpha0/2) and sin(alpha0/2): of the body's angles only sines and cosines of
+    # their halves are needed, which are roots.
     c = sqrt(Interval.of(A2 * (A1 - A3) / (A3 * (A1 - A2))))
     s = sqrt(Interval.of(A1 * (A3 - A2) / (A3 * (A1 - A2))))
     length = sqrt(Interval.of(r1 * r1 + r2 * r2))
@@ -286,9 +311,10 @@ def problem_of(given: dict[str, Any], theta2_0: Any) -> Problem:
     mu = mu / unit**2
     J1, J2 = Interval.of(J1 / unit), J2 / unit
     lam = s * c
-    # Where M points: the pendulum's plane at theta1 = alpha0 + beta0.
+    # |M| = J2, and p is its angle above the plane M3 = 0: M3 = J2 sin p. `across` is J2 cos p.
     across = 2 * sqrt(J1 * (J2 - J1))
     sinp, cosp = (2 * J1 - J2) / J2, across / J2
+    # `half` has the sine and the cosine of (alpha0 + beta0)/2, and g is that angle plus theta2.
     half, turn = (s * rho1 + c * rho2, c * rho1 - s * rho2), Interval.of(theta2_0)
     sin2, cos2 = FUNCTIONS["sin"](turn), cosine(turn)
     sing, cosg = half[0] * cos2 + half[1] * sin2, half[1] * cos2 - half[0] * sin2
@@ -298,6 +324,7 @@ def problem_of(given: dict[str, Any], theta2_0: Any) -> Problem:
     sigma, two = lam * sqrt(Interval.of(2)), sqrt(Interval.of(2))
     F = larger(hypotenuse(a, b), sigma * Interval.of(mu).size)
     Omega = larger(two * larger(omega[0].size, omega[1].size), omega[2].size / sigma)
+    # Any weight is valid; without a torque the best one would be infinite.
     best = sqrt(Omega / F) if F.low << 32 > Omega.high else Interval.of(2**16)
     return Problem(
         *(lam, a, b, 1 / (4 * lam), (mu * rho1, mu * rho2), omega),
@@ -310,7 +337,7 @@ def problem_of(given: dict[str, Any], theta2_0: Any) -> Problem:
 
 
 def slope(w: Sequence[int]) -> list[int]:
-    """The derivative, by w'_{j-1} = w'_{j+1} + 2 j w_j."""
+    """The series of the derivative, by w'_{j-1} = w'_{j+1} + 2 j w_j."""
     found = [0] * (len(w) + 1)
     for j in range(len(w) - 1, 0, -1):
         found[j - 1] = found[j + 1] + 2 * j * w[j]
@@ -318,17 +345,20 @@ def slope(w: Sequence[int]) -> list[int]:
 
 
 def most(w: Sequence[int]) -> int:
-    """Bound on the size over [-1, 1], for |T_j| <= 1."""
+    """A bound on the size over [-1, 1], since |T_j| <= 1; w_0 counts half, rounded up."""
     return (abs(w[0]) + 1) // 2 + sum(map(abs, w[1:]))
 
 
 def at_end(w: Sequence[int], x: int) -> int:
-    """Twice the value at x = -1 or 1."""
+    """Twice the value at x = -1 or 1, where T_j(x) = x^j."""
     return w[0] + 2 * (sum(w[2::2]) + x * sum(w[1::2]))
 
 
 def packed(w: Sequence[int], width: int) -> int:
-    """The coefficients of z^-n .. z^n, with T_j = (z^j + z^-j)/2, as digits of one number."""
+    """Twice the series, as the number that its coefficients of z^-n .. z^n have as digits.
+
+    T_j = (z^j + z^-j)/2, and a digit has `width` bytes.
+    """
     both = [*w[:0:-1], *w]
     plus, minus = (
         int.from_bytes(b"".join(max(sign * x, 0).to_bytes(width, "little") for x in both), "little")
@@ -338,7 +368,7 @@ def packed(w: Sequence[int], width: int) -> int:
 
 
 def unpacked(product: int, degree: int, width: int) -> list[int]:
-    """The coefficients of z^0 .. z^degree of a product of that degree."""
+    """The coefficients of z^0 .. z^degree, from the number that is a product of that degree."""
     places, half = 2 * degree + 1, 1 << (8 * width - 1)
     # Half of a digit's range is added to each, so that none is negative.
     raised = product + int.from_bytes(half.to_bytes(width, "little") * places, "little")
@@ -350,7 +380,10 @@ def unpacked(product: int, degree: int, width: int) -> list[int]:
 
 
 def values(w: Sequence[int], bits: int, parts: int) -> list[int]:
-    """Values at the middles of equal parts, rounded down to units of 2^-FINE; else exact."""
+    """Values at the middles of equal parts, rounded down once, to units of 2^-FINE.
+
+    The number of parts is a power of two.
+    """
     n, shift, found = len(w) - 1, parts.bit_length() - 1, []
     for k in range(parts):
         # Clenshaw's recurrence at x = p/parts, multiplied by a power of `parts` at each term.
@@ -363,9 +396,9 @@ def values(w: Sequence[int], bits: int, parts: int) -> list[int]:
 
 
 def on_parts(w: Sequence[int], bits: int, parts: int) -> Callable[[int], tuple[int, int]]:
-    """A function of a part: the least and the largest value there, in units of 2^-FINE."""
+    """A function of a part: lower and upper bound on the values there, in units of 2^-FINE."""
     middles = values(w, bits, parts)
-    # From the middle of a part to its end x goes by 1/parts.
+    # From the middle of a part to its end x goes by 1/parts, and the value by the slope times it.
     away = -((-most(slope(w)) << FINE) // (parts << bits)) + 1
     return lambda k: (middles[k] - away, middles[k] + 1 + away)
 
@@ -382,6 +415,7 @@ class Step(NamedTuple):
 
 
 def norm(problem: Problem, difference: Sequence[Any]) -> Interval:
+    """The norm of a difference of states; its upper end is a bound."""
     p, q, s, *g = (Interval.of(x) for x in difference)
     return hypotenuse(p, q, problem.sigma * s, *(x / problem.w for x in g))
 
@@ -389,6 +423,8 @@ def norm(problem: Problem, difference: Sequence[Any]) -> Interval:
 def defect(problem: Problem, step: Step) -> list[Fraction]:
     """H2: bounds on the size of each component of D = P' - tau f(P)."""
     bits, degree = step.bits, 2 * (len(step.series[0]) - 1)
+    # A digit holds any coefficient of a product: degree + 1 products of numbers that are at most
+    # twice the largest each, and a sign.
     largest = max(abs(x) for w in step.series for x in w) or 1
     width = (2 * largest.bit_length() + (degree + 1).bit_length() + 12) // 8 + 1
     Qp, Qm, M3, g1, g2, g3 = (packed(w, width) for w in step.series)
@@ -397,7 +433,8 @@ def defect(problem: Problem, step: Step) -> list[Fraction]:
     def product(x: int, y: int) -> list[int]:
         return unpacked(x * y, degree, width)
 
-    # A series in units of 2^-bits, as those of products are: these are of 2 P Q.
+    # Products of doubled series are those of 2 P Q, in units of 2^-(2 bits): P Q itself is in units
+    # of 2^-(2 bits + 1), in which the single components are written as well.
     alone = [[x << (bits + 1) for x in w] for w in step.series[3:]]
     turned = {
         (i, j): product(g, M)
@@ -406,6 +443,7 @@ def defect(problem: Problem, step: Step) -> list[Fraction]:
         if i != j
     }
     o1, o2, kappa = problem.turning
+    # f as sums of constants times series, component by component.
     field = (
         [(-problem.lam, product(M3, Qp)), (problem.a, alone[2])],
         [(problem.lam, product(M3, Qm)), (-problem.b, alone[2])],
@@ -418,6 +456,8 @@ def defect(problem: Problem, step: Step) -> list[Fraction]:
         [(o1, turned[2, 0]), (-kappa, turned[0, 2])],
         [(o2, turned[0, 1]), (-o1, turned[1, 0])],
     )
+    # All is formed exactly in units of 2^-scale, with the lower end of each constant; what a
+    # constant may be more is bounded apart.
     scale = 2 * bits + 1 + Interval.digits + CLOCK
     sizes = []
     for w, terms in zip(step.series, field, strict=True):
@@ -440,7 +480,7 @@ class Walk:
         self.end: Sequence[Any] = problem.start
 
     def take(self, step: Step) -> None:
-        """Check H1 to H5 on the next step."""
+        """Check H1 to H5 on the next step; Fails where one is not shown."""
         bits = step.bits
         begin, end = ([Fraction(at_end(w, x), 2 << bits) for w in step.series] for x in (-1, 1))
         gap = [x - y for x, y in zip(begin, self.end, strict=True)]
@@ -450,6 +490,7 @@ class Walk:
         delta = norm(self.problem, defect(self.problem, step)).above
         if epsilon + 2 * delta >= WIDEST:
             raise Fails(f"H2: a defect of {float(delta):.3g} is too large")
+        # Finer parts cost more: they are tried only where coarse ones leave a sign in doubt.
         for parts in PARTS:
             M3 = on_parts(step.series[2], bits, parts)
             bound = self.tube(step, epsilon + 2 * delta, M3, parts)
@@ -465,7 +506,10 @@ class Walk:
     def tube(
         self, step: Step, begin: Fraction, M3: Callable[[int], tuple[int, int]], parts: int
     ) -> Fraction:
-        """H3: the bound B on the distance over the step, less than the radius E of a tube."""
+        """H3: the bound B on the distance over the step, less than the radius E of a tube.
+
+        `begin` is epsilon + 2 delta. Radii are tried until one holds, or the widest does not.
+        """
         ends = map(M3, range(parts))
         sizes = [Interval.of(Fraction(max(-low, high), 1 << FINE)) for low, high in ends]
         radius = min(4 * begin, WIDEST)
@@ -488,7 +532,7 @@ class Walk:
     def signs(
         self, step: Step, M3: Callable[[int], tuple[int, int]], bound: Fraction, parts: int
     ) -> Iterator[int]:
-        """H4 and H5: the separatrices beside which the orbit crosses on the step."""
+        """H4 and H5: the separatrices beside which the orbit crosses on the step, in order."""
         away = math.ceil((bound / self.problem.sigma).above * (1 << FINE))
         sides = [(low > away) - (high < -away) for low, high in map(M3, range(parts))]
         if not (sides[0] and sides[-1]):
@@ -522,20 +566,23 @@ def _least(ends: tuple[int, int], sign: int) -> int:
 
 
 def symbol(before: int, after: int) -> int:
-    """0 where the next separatrix is one less in the circle 1 2 3 4, 1 where it is one more."""
+    """The symbol: 0 if the next separatrix is one less in the circle 1 2 3 4, 1 if one more."""
     return {3: 0, 1: 1}.get((after - before) % 4, NONE)
 
 
 class Proof(NamedTuple):
-    """What steps prove of an orbit."""
+    """The symbols that steps prove of an orbit."""
 
     symbols: list[int]
     reason: str
-    """The hypothesis that fails, and the step; empty where none does."""
+    """The step and the hypothesis that fails; empty where none does."""
 
 
 def prove(given: dict[str, Any], theta2_0: str, steps: Sequence[Step]) -> Proof:
-    """What steps prove of the orbit of a config's numbers, from a phase as a text."""
+    """Check the steps of the orbit of a config's numbers, from a phase as a text.
+
+    Everything is enclosed anew, in digits that are enough for the finest step.
+    """
     Interval.digits = 2 * max((step.bits for step in steps), default=64) + 256
     walk, reason = Walk(problem_of(given, number(theta2_0))), ""
     for k, step in enumerate(steps, 1):
@@ -548,13 +595,13 @@ def prove(given: dict[str, Any], theta2_0: str, steps: Sequence[Step]) -> Proof:
     return Proof([symbol(a, b) for a, b in pairwise(beside)], reason)
 
 
-# ---- The file: what it is of, and that it is no larger than its length allows.
+# ---- The file: the orbits it is about, and its sizes, which its length bounds.
 
 
 def phases_of(config: dict[str, Any], stated: Mapping[str, Sequence[str]]) -> dict[str, list[str]]:
-    """The phases of each array, as expressions, as the config alone tells them.
+    """The phases of each array as expressions, which the config alone tells.
 
-    The centre of a zoom is found by a computation: it is taken as stated, all else is not.
+    Only the centre of a zoom, which a computation finds, is taken as the file states it.
     """
     problem: Any = config["problem"]
     found: dict[str, list[str]] = {}
@@ -578,23 +625,30 @@ def phases_of(config: dict[str, Any], stated: Mapping[str, Sequence[str]]) -> di
 
 
 def _quoted(text: str) -> str:
-    """A number in brackets; refused where it is none by itself, for brackets could change that."""
+    """A number in brackets, for an expression; refused if it is none without them.
+
+    A text such as "1) + (2" would be one within them.
+    """
     number(text)
     return f"({text})"
 
 
 def _count(value: Any) -> int:
+    """A positive integer of a config, of a million at most; refused if it is none."""
+    # To Python True is an integer.
     if isinstance(value, bool) or not isinstance(value, int) or not 0 < value <= 10**6:
         raise Refused("its config: a count is no whole number, or too large")
     return value
 
 
 def _check_few(found: Mapping[str, Sequence[str]]) -> None:
+    """Refuse more orbits than a certificate has, before phases of a further array are made."""
     if sum(map(len, found.values())) > ORBITS:
         raise Refused(f"its config asks for more than {ORBITS} orbits")
 
 
 def _counted(value: Any) -> range:
+    """The numbers from 0 up to a count of orbits of a config."""
     if _count(value) > ORBITS:
         raise Refused(f"its config asks for more than {ORBITS} orbits")
     return range(value)
@@ -614,7 +668,7 @@ FIELDS = {
 
 
 def read(path: Path) -> tuple[dict[str, Any], dict[str, dict[str, Any]]]:
-    """The config of a certificate, and the fields of its arrays."""
+    """The config of a certificate and the fields of its arrays; refused if they are none."""
     import h5py
 
     length = path.stat().st_size
@@ -634,7 +688,7 @@ def read(path: Path) -> tuple[dict[str, Any], dict[str, dict[str, Any]]]:
 
 
 def bounded(file: Any, left: int) -> None:
-    """Refuse what lies in other files, and arrays that are too large, before any is read."""
+    """Refuse arrays in other files, and arrays of more than `left` bytes, before any is read."""
     import h5py
 
     waiting = [("", file)]
@@ -655,6 +709,7 @@ def bounded(file: Any, left: int) -> None:
 
 
 def _fields(group: Any, name: str) -> dict[str, Any]:
+    """The fields of an array, as they are stored, if they have the units, shapes and kinds."""
     if set(group) != set(FIELDS):
         odd = min(set(group) ^ set(FIELDS))
         raise Refused(f"{name}: {odd} is absent, or no part of a certificate")
@@ -672,9 +727,10 @@ def _fields(group: Any, name: str) -> dict[str, Any]:
 
 
 def steps_of(fields: dict[str, Any]) -> list[list[Step]]:
-    """The steps of each orbit of an array."""
+    """The steps of each orbit of an array; refused where its numbers do not fit each other."""
     names = ("steps", "half_lengths", "step_bits", "terms", "widths")
     counts, halves, bits, terms, widths = (list(map(int, fields[x])) for x in names)
+    # Numbers less 1 are those that must not be 0: so a half-length is positive.
     for what, found, top in (
         ("steps", counts, STEPS),
         ("half_lengths", [x - 1 for x in halves], 2**62),
@@ -701,7 +757,7 @@ def steps_of(fields: dict[str, Any]) -> list[list[Step]]:
 
 
 def same(a: str, b: str) -> bool:
-    """True if two texts say one number; where it is not rational, to 256 bits."""
+    """True if two texts say one number; where one is not rational, they agree to 256 bits."""
     Interval.digits = 512
     x, y = number(a), number(b)
     if isinstance(x, Fraction) and isinstance(y, Fraction):
@@ -711,7 +767,7 @@ def same(a: str, b: str) -> bool:
 
 
 def check_against(config: Any, other: Any, place: str = "") -> None:
-    """Refuse a config that says other numbers, or has other keys, than a given one."""
+    """Refuse a config that has other numbers or keys than a given one; `place` is said in words."""
     if isinstance(config, dict) and isinstance(other, dict):
         if set(config) != set(other):
             odd = min(set(config) ^ set(other))
@@ -739,7 +795,7 @@ def check(path: Path, given: Path | None = None, processes: int = 1) -> Iterator
 
         wanted = yaml.load(given.read_text(encoding="utf-8"), yaml.BaseLoader)
         check_against(config, {key: wanted[key] for key in ("experiment", "problem")})
-    # No text of anybody's need be one: what is no phase is told where it is compared.
+    # The bytes may be anybody's: what is no phase is refused where it is compared.
     stated = {
         name: [x.decode("ascii", "replace") for x in fields["theta2_0"]]
         for name, fields in arrays.items()
@@ -767,7 +823,7 @@ def check(path: Path, given: Path | None = None, processes: int = 1) -> Iterator
                 raise Refused(f"{name}: theta2_0 of column {column} is {text[:60]}, not {phase}")
         steps = steps_of(arrays[name])
         work = _each(prove, [problem] * len(phases), phases, steps, processes)
-        # Strictly: where a proof were missing, what is claimed of its column would go unheld.
+        # Strict: if a proof were missing, the symbols claimed of its column would not be compared.
         for column, proof in zip(range(len(phases)), work, strict=True):
             claimed = [int(x) for x in codes[:, column]]
             claims += sum(x != NONE for x in claimed)
@@ -783,6 +839,7 @@ def check(path: Path, given: Path | None = None, processes: int = 1) -> Iterator
 def _each(
     work: Callable[..., Proof], a: Sequence[Any], b: Sequence[Any], c: Sequence[Any], processes: int
 ) -> Iterator[Proof]:
+    """The results of work on each triple, in order, as soon as they are there."""
     if processes == 1:
         yield from map(work, a, b, c)
         return
@@ -804,7 +861,7 @@ def answered(
 ) -> int:
     """Check a file as a command line asks, and print what it proves; the exit code is 0 if it does.
 
-    `check` takes the file, a config or None, and, unless it is alone, the number of processes.
+    `check` takes the file, a config or None and, unless `alone`, the number of processes.
     """
     parser = argparse.ArgumentParser(description=(document or "").partition("\n")[0])
     parser.add_argument("file", type=Path)

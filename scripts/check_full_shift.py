@@ -4,10 +4,10 @@
 
 It follows docs/full-shift.md from the definitions to C9, in Python's integers and fractions, with
 the intervals of scripts/check_certificate.py. Polynomials are dictionaries, multiplied as
-whole numbers. It ends with 0 only if all covering relations of its sets, and those of the line of
-starts and of its approach, are proven of the config's body, and says whether it is also proven that
-each sequence has one orbit (C7), what orbits do beside the sets (C8), and how the surfaces of the
-periodic orbits cross (C9).
+integers. The exit code is 0 only if all covering relations of the sets, and those of the line of
+starts and of its approach, are proven of the config's body. The printed line also says if it is
+proven that each sequence has one orbit (C7), what orbits do beside the sets (C8), and how the
+surfaces of the periodic orbits cross (C9).
 """
 
 from __future__ import annotations
@@ -47,22 +47,23 @@ CLOCK = 50
 PARTS = 32
 """Parts of a step on which signs and rates are told."""
 ALONE, THIN, WIDEST = Fraction(1, 32), Fraction(1, 2**20), Fraction(1, 4096)
-"""Distances within which a point of the section and one of a line is alone; radius of a tube."""
+"""Half-widths of boxes with one point of the section, or of a line; largest radius of a tube."""
 MOST = {"sets": 32, "steps": 4000, "work": 25 * 10**8, "degree": 100, "bits": 124, "curve": 20}
-"""Sizes of a proof at most; work is that of multiplying term by term, minutes."""
+"""Largest sizes of a proof; work is that of multiplying term by term, minutes."""
 STEEP = 64
-"""Exponent of a bound's growth over a step at most."""
+"""Largest exponent of a bound's growth over a step."""
 LIGHT = 64
-"""Times that w counts in a difference of two orbits of different energies."""
+"""Weight of w in a difference of two orbits of different energies."""
 CONSTANT, ALONG = (0, 0, 0, 0), (1, 2, 3)
-"""Powers of x, u, v and w of a constant; the places of u, v and w among them."""
+"""Exponents of x, u, v and w in a constant; the places of u, v and w among them."""
 
 
 class Series:
-    """A sum of terms c T_j(x) u^k v^l w^m in units of 2^-digits.
+    """A sum of terms c T_j(x) u^k v^l w^m in units of 2^-digits, with an error.
 
-    It stands for every polynomial whose coefficients differ by `error` at most, all together, and
-    whose degrees in u, v and w are at most those of `most_of`; if that is None, for every function.
+    It stands for every polynomial whose coefficients differ from these by at most `error` in total,
+    and whose degrees in u, v and w are at most those of `most_of`; if that is None, for every
+    function that differs by at most `error`. All of x, u, v and w are in [-1, 1].
     """
 
     def __init__(
@@ -72,13 +73,14 @@ class Series:
 
     @classmethod
     def made(cls, terms: dict[Any, int], digits: int) -> Series:
-        """One without error; powers that are left out are 0."""
+        """A series without error; exponents that are left out are 0."""
         terms = {(*at, 0)[:4]: c for at, c in terms.items()}
         most_of = tuple(max((at[i] for at in terms), default=0) for i in (1, 2, 3))
         return cls(terms, digits, 0, most_of)
 
     @classmethod
     def of(cls, x: Any) -> Series:
+        """A constant that contains a number or an interval, or a series itself."""
         if isinstance(x, Series):
             return x
         ends = Interval.of(x)
@@ -88,15 +90,16 @@ class Series:
 
     @property
     def most(self) -> Fraction:
-        """Bound on the size."""
+        """A bound on the size of every function."""
         return Fraction(sum(map(abs, self.terms.values())) + self.error, 1 << self.digits)
 
     def ball(self, more: Any = 0) -> Interval:
-        """All values for all x, u, v and w, and what is at most so far from them."""
+        """An interval with all numbers within `more` of any value, for all x, u, v and w."""
         centre = Fraction(self.terms.get(CONSTANT, 0), 1 << self.digits)
         return around(centre, self.most - abs(centre) + above(more))
 
     def raised(self, digits: int) -> Series:
+        """The same in finer units, exactly."""
         by = digits - self.digits
         terms = {at: w << by for at, w in self.terms.items()}
         return Series(terms, digits, self.error << by, self.most_of)
@@ -114,7 +117,7 @@ class Series:
         return Series(a.terms, digits, a.error + b.error, self.joined(other, max))
 
     def joined(self, other: Series, rule: Callable[[int, int], int]) -> Any:
-        """Degrees of a sum, by the larger, or of a product, by their sum."""
+        """Degrees of a sum (rule max) or of a product (their sum); None if either has none."""
         if self.most_of is None or other.most_of is None:
             return None
         return tuple(map(rule, self.most_of, other.most_of))
@@ -134,12 +137,13 @@ class Series:
         return Series(found, self.digits + other.digits + 1, 2 * error, most_of)
 
     def doubled_product(self, other: Series, sizes: Sequence[int]) -> dict[Any, int]:
-        """Terms of twice the product of two polynomials, of whose coefficients these are sums."""
+        """Terms of twice the product of two polynomials; `sizes` sum up their coefficients."""
+        # A constant factor needs no long numbers.
         for one, by in ((self, other), (other, self)):
             if by.terms.keys() <= {CONSTANT}:
                 c = 2 * by.terms.get(CONSTANT, 0)
                 return {at: c * w for at, w in one.terms.items() if c and w}
-        # Bytes that hold any coefficient of the product, and of both, with a sign.
+        # Bytes that hold, with a sign, any coefficient of the product of what is twice each.
         wide = (4 * max(sizes[0], 1) * max(sizes[1], 1)).bit_length() // 8 + 1
         rows, others = self.rows(wide), other.rows(wide)
         products: dict[Any, int] = {}
@@ -148,6 +152,7 @@ class Series:
                 powers = tuple(map(int.__add__, at, there))
                 products[powers] = products.get(powers, 0) + x * y
         n = self.degree + other.degree
+        # Half of a digit's range is added to each, so that none is negative, and taken off again.
         lift, half = lifted(wide, n), 1 << (8 * wide - 1)
         found: dict[Any, int] = {}
         for powers, product in products.items():
@@ -155,7 +160,8 @@ class Series:
             for j in range(n + 1):
                 here = digits[wide * (n + j) : wide * (n + j + 1)]
                 if c := int.from_bytes(here, "little") - half:
-                    # A product of what is twice each is twice twice it: a digit more.
+                    # This is 4 P Q, where c stands at z^j and at z^-j: 2 P Q has the term c T_j.
+                    # At z^0 it stands once, and the term is c/2.
                     found[j, *powers] = c if j else c // 2
         return found
 
@@ -167,9 +173,9 @@ class Series:
         return max((at[0] for at in self.terms), default=0)
 
     def rows(self, wide: int) -> dict[Any, int]:
-        """For each u^k v^l w^m twice its polynomial, 2 T_j = z^j + z^-j, at z = 256^wide.
+        """For each u^k v^l w^m twice its series, 2 T_j = z^j + z^-j, as a number: at z = 256^wide.
 
-        It is multiplied by z^degree, so that products of whole numbers are those of polynomials.
+        It is multiplied by z^degree, so that the product of two numbers is that of two polynomials.
         """
         n, columns = self.degree, dict[Any, list[int]]()
         for (j, *powers), c in self.terms.items():
@@ -186,7 +192,7 @@ class Series:
         }
 
     def slope(self) -> Series:
-        """The derivative in x."""
+        """The derivative in x, of a series without error."""
         found: dict[Any, int] = {}
         # T_j' = 2 j (T_{j-1} + T_{j-3} + ...), of which T_0 counts half.
         for (j, *powers), c in self.terms.items():
@@ -207,12 +213,12 @@ class Series:
         return Series(found, self.digits, self.error * self.most_of[variable - 1], self.most_of)
 
     def wider(self, by: Fraction) -> Series:
-        """All functions that differ from it by so much."""
+        """The series of all functions that differ from these by at most `by`."""
         error = self.error + math.ceil(by * 2**self.digits)
         return Series(self.terms, self.digits, error, None)
 
     def at(self, variable: int, side: int) -> Series:
-        """On the side where x, u or v (0, 1, 2) is -1 or 1."""
+        """The series on the face where x, u or v (0, 1, 2) is -1 or 1; T_j is x^j there."""
         found: dict[Any, int] = {}
         for at, w in self.terms.items():
             left = tuple(0 if i == variable else n for i, n in enumerate(at))
@@ -220,7 +226,7 @@ class Series:
         return Series(found, self.digits, self.error, self.most_of)
 
     def on_parts(self) -> list[Interval]:
-        """Values on equal parts of x, for all u, v and w."""
+        """Intervals with the values on equal parts in x, for all u, v and w."""
         rows = {j: c for (j, *powers), c in self.terms.items() if not any(powers)}
         beside = self.most - Fraction(sum(map(abs, rows.values())), 1 << self.digits)
         # |T_j'| <= j^2, and from the middle of a part it is 1/PARTS to its end.
@@ -235,7 +241,7 @@ class Series:
 
 @functools.cache
 def lifted(wide: int, n: int) -> int:
-    """A whole number that makes each of 2 n + 1 coefficients positive, of so many bytes each."""
+    """The number that, added, makes each of 2 n + 1 coefficients of `wide` bytes positive."""
     return (1 << (8 * wide - 1)) * (
         ((1 << (8 * wide * (2 * n + 1))) - 1) // ((1 << (8 * wide)) - 1)
     )
@@ -243,7 +249,7 @@ def lifted(wide: int, n: int) -> int:
 
 @functools.cache
 def middles(part: int, n: int) -> list[int]:
-    """T_j in the middle of a part, for j from 0 to n, over PARTS^j."""
+    """The numbers PARTS^j T_j in the middle of a part, for j from 0 to n: integers."""
     x = 2 * part + 1 - PARTS
     found = [1, x]
     while len(found) <= n:
@@ -252,7 +258,7 @@ def middles(part: int, n: int) -> list[int]:
 
 
 ENERGY = Series.made({(0, 0, 0, 1): 1}, 0)
-"""w, by which energies differ."""
+"""The variable w, by which energies differ."""
 
 
 def orders(x: Series, along: Iterable[int]) -> list[Fraction]:
@@ -261,16 +267,18 @@ def orders(x: Series, along: Iterable[int]) -> list[Fraction]:
 
 
 def around(centre: Any, radius: Any) -> Interval:
+    """An interval with all numbers within a radius of a number."""
     middle, away = Interval.of(centre), Interval.of(radius)
     return Interval(middle.low - away.high, middle.high + away.high)
 
 
 def above(x: Any) -> Fraction:
-    """An upper bound."""
+    """An upper bound on a number."""
     return Interval.of(x).above
 
 
 def size(x: Interval) -> Fraction:
+    """An upper bound on the size of a number."""
     return x.size.above
 
 
@@ -292,8 +300,10 @@ class Problem(NamedTuple):
     """kappa J2_0^2/2 of starts of one J2_0; None of those of one energy."""
     sigma: Interval
     F: Interval
+    """Its upper end is that of the lemma on growth; so is that of Omega."""
     Omega: Interval
     w: Interval
+    """The weight of gamma, an exact number."""
     along: tuple[int, ...] = ALONG
     """Variables in which derivatives are bounded: none where no theorem asks for C7."""
 
@@ -308,7 +318,7 @@ class Problem(NamedTuple):
         S, D = Qp + Qm, Qp - Qm
         o1, o2, kappa = self.omega
         product = {(i, j): y[3 + i] * (S, D, M3)[j] for i in range(3) for j in range(3) if i != j}
-        # A constant stands on the right, where a series can take it.
+        # Constants stand on the right: an Interval on the left would not know a Series.
         return [
             g3 * self.a - M3 * Qp * self.lam,
             M3 * Qm * self.lam - g3 * self.b,
@@ -319,16 +329,16 @@ class Problem(NamedTuple):
         ]
 
     def norms(self, bounds: Sequence[Sequence[Fraction]]) -> list[Fraction]:
-        """Upper bounds on the norms of a state and of its derivatives, of which each is bounded."""
+        """Upper bounds on the norms of a state and its derivatives, by those on each component."""
         return [self.norm(*each) for each in zip(*bounds, strict=True)]
 
     @property
     def bending(self) -> Fraction:
-        """Bound on the second derivative of the field."""
+        """Bound beta on the norm of the field's second derivative (C7)."""
         return hypotenuse(1, self.Omega).above
 
     def steepness(self, size: Fraction) -> Fraction:
-        """Bound on its first derivative at states of such a size."""
+        """Bound L on the norm of the field's first derivative at states of norm `size` (C7)."""
         return self.bending * size + above(self.w * self.F)
 
     def norm(self, p: Any, q: Any, s: Any, *g: Any) -> Fraction:
@@ -336,12 +346,12 @@ class Problem(NamedTuple):
         return hypotenuse(p, q, self.sigma * s, *(Interval.of(x) / self.w for x in g)).above
 
     def apart(self, bound: Fraction) -> list[Fraction]:
-        """Bounds on each component of a difference of that norm."""
+        """Bounds on each component of a difference whose norm is at most `bound`."""
         return [bound, bound, above(bound / self.sigma)] + 3 * [above(bound * self.w)]
 
 
 def problem_of(given: dict[str, Any]) -> Problem:
-    """The constants, from the numbers of a config."""
+    """The constants of a config's numbers, with `shift` and `spread` of its energies."""
     if not len(given["A"]) == len(given["r"]) == 3:
         raise Refused("A or r is not three numbers")
     (A1, A2, A3), (r1, r2, r3) = (map(number, given[key]) for key in ("A", "r"))
@@ -376,10 +386,11 @@ class Quad(NamedTuple):
     l1: Fraction
     p: list[Fraction]
     moves: Sequence[list[Fraction]] = ()
-    """What w, w^2 and so on add to p."""
+    """Polynomials by which w, w^2 and so on are multiplied in p."""
 
     def curve(self, g: Series, w: Series, in_g: bool = False, in_w: bool = False) -> Series:
-        """p(g), or a derivative of it."""
+        """The curve p at g and w, or its derivative in g or in w."""
+        # Horner's rule, in w and within it in g; False and True count as 0 and 1.
         total = Series.of(0)
         for m in range(len(self.moves), in_w - 1, -1):
             p = self.moves[m - 1] if m else self.p
@@ -390,12 +401,13 @@ class Quad(NamedTuple):
         return total
 
     def place(self) -> tuple[Series, Series]:
-        """d and g of its points."""
+        """The components d and g of its points, as polynomials in u, v and w."""
         u, v = Series.made({(0, 1, 0): 1}, 0), Series.made({(0, 0, 1): 1}, 0)
         g = u * (self.a / self.l1) - v * (self.b / self.l1) - self.l0 / self.l1
         return self.curve(g, ENERGY) + u * self.a, g
 
     def coordinates(self, d: Series, g: Series, w: Series) -> tuple[Series, Series]:
+        """The coordinates U and V of points of the section."""
         off = d - self.curve(g, w)
         return off * (1 / self.a), (off - self.l0 - g * self.l1) * (1 / self.b)
 
@@ -407,9 +419,9 @@ class Quad(NamedTuple):
 
 
 class Line(NamedTuple):
-    """Starts with Qm = 0 < Qp, of one J1, where e1 gamma1 + e2 gamma2 = centre + half u.
+    """Starts with Qm = 0 < Qp and a given J1, where e1 gamma1 + e2 gamma2 = centre + half u.
 
-    And points beside them, of Qm = wide v, with Qp as on the line.
+    A strip about the line has the points with Qm = wide v, and Qp as on the line.
     """
 
     J1: Any
@@ -418,32 +430,42 @@ class Line(NamedTuple):
     centre: Fraction
     half: Fraction
     moves: Sequence[Fraction] = ()
-    """What w, w^2 and so on add to centre."""
+    """Numbers by which w, w^2 and so on are multiplied in centre."""
     wide: Fraction = Fraction(0)
 
 
 class Step(NamedTuple):
+    """A step of a family of approximate orbits."""
+
     half: Series
+    """Half of its length in time, t'."""
     states: list[Series]
+    """Q+, Q-, M3, gamma1, gamma2, gamma3 over x in [-1, 1]."""
 
 
 class Arrival(NamedTuple):
-    """Crossings of the orbits of a set, as if beside separatrix 2 or 3."""
+    """The next crossings of the orbits of a set, taken by the symmetry beside separatrix 2 or 3."""
 
     d: Series
     g: Series
     symbol: int
     box: list[Interval]
+    """Q, gamma1 and gamma2 of all of them."""
     begin: list[Interval]
+    """Q, gamma1 and gamma2 of the polynomials at the beginning; empty for a line."""
     time: Interval
-    """When, t' from the beginning."""
+    """The time of the passage, t'."""
     slopes: Sequence[tuple[Series, ...]]
     """The derivatives of d, g and w in u, those in v, and those in w, if they are asked for."""
     w: Series = ENERGY
 
 
 def beginning(p: Problem, quad: Quad, step: Step) -> tuple[list[Interval], list[Fraction]]:
-    """C1: Q, gamma1, gamma2 of the points of a set, and the polynomials' distance from them."""
+    """C1: the points of a set near given polynomials, each the only one nearby.
+
+    Returns Q, gamma1 and gamma2 of the polynomials, and bounds on the distance of the polynomials
+    from the points and on that of derivatives.
+    """
     y = [state.at(0, -1) for state in step.states]
     d, g = quad.place()
     large, side = (0, 1) if quad.rising else (1, -1)
@@ -451,9 +473,11 @@ def beginning(p: Problem, quad: Quad, step: Step) -> tuple[list[Interval], list[
     (m1, m2), kappa = p.to_M, p.omega[2]
 
     def momenta(Q: Any, d: Any) -> tuple[Any, Any]:
+        # Qp - Qm is Q - d or, beside 1 and 3, its negative.
         return (Q + d) * m1, (Q - d) * m2 * side
 
     M1, M2 = momenta(Q, d)
+    # M . gamma, |gamma|^2 - 1 and the energy less its value; M3 = 0 here.
     residual = [
         M1 * g1 + M2 * g2,
         g1 * g1 + g2 * g2 + g * g - 1,
@@ -465,6 +489,10 @@ def beginning(p: Problem, quad: Quad, step: Step) -> tuple[list[Interval], list[
     ]
 
     def matrix(one: int, *at: Interval) -> list[list[Any]]:
+        """Derivatives of the residual in Q, gamma1 and gamma2, linear in `one` and in `at`.
+
+        With one = 0 and derivatives of states they are their derivatives.
+        """
         q, y1, y2, away = at
         n1, n2 = momenta(q, away)
         by = m1, m2 * side
@@ -485,7 +513,10 @@ def beginning(p: Problem, quad: Quad, step: Step) -> tuple[list[Interval], list[
 
 
 def line_beginning(p: Problem, line: Line, step: Step) -> list[Fraction]:
-    """C1 of a line of starts: the polynomials' distance from them."""
+    """C1 of a line of starts or its strip: bounds on the polynomials' distance from its points.
+
+    All but the first are of derivatives.
+    """
     Qp, Qm, M3, g1, g2, g3 = (state.at(0, -1) for state in step.states)
     (m1, m2), kappa, J1 = p.to_M, p.omega[2], Interval.of(line.J1)
     square, zero = m1 * m1 + m2 * m2, Interval.of(0)
@@ -494,7 +525,7 @@ def line_beginning(p: Problem, line: Line, step: Step) -> list[Fraction]:
     centre = Series.of(0)
     for x in [*line.moves[::-1], line.centre]:
         centre = centre * ENERGY + x
-    # Where J2 is given it is the energy without the weight that is.
+    # If J2 is given, so is the energy without the weight's.
     weight, level = (p.mu, p.energies) if p.h0 is None else ((zero, zero), p.h0)
     residual = [
         M1 * g1 + M2 * g2 + M3 * g3,
@@ -504,7 +535,7 @@ def line_beginning(p: Problem, line: Line, step: Step) -> list[Fraction]:
         + g1 * weight[0]
         + g2 * weight[1]
         - level,
-        # Of Qm = 0 that is |M| = 2 J1 - M3.
+        # Where Qm = 0 this says |M| = 2 J1 - M3.
         Qp * Qp * square + (M3 - J1) * (4 * J1),
         g1 * line.e1 + g2 * line.e2 - centre - u * line.half,
     ]
@@ -535,19 +566,21 @@ def line_beginning(p: Problem, line: Line, step: Step) -> list[Fraction]:
 def solution(
     residual: list[Series], J: list[list[Any]], turned: dict[int, list[list[Any]]], room: Fraction
 ) -> list[Fraction]:
-    """C1: how near a solution is, the only one within `room`, where J holds the derivatives.
+    """C1: a bound on the distance to the only solution within `room`, and those of derivatives.
 
-    Newton's iteration with a fixed matrix contracts the box of that size into itself. The others
-    are of the solution's derivatives, from those of the matrix.
+    J encloses the derivatives of the residual in the box of that half-width, and `turned` their
+    derivatives. Newton's iteration with a fixed matrix contracts the box into itself.
     """
     n = range(len(residual))
     C = inverse([[Fraction(x.low + x.high, 2 << Interval.digits) for x in row] for row in J])
+    # The largest sum of a row of |1 - C J|.
     share = Fraction(0)
     for i in n:
         row = [sum((C[i][k] * J[k][j] for k in n), Interval.of(0)) for j in n]
         share = max(share, sum((size(x - (i == j)) for j, x in enumerate(row)), Fraction(0)))
 
     def moved(right: Sequence[Fraction]) -> Fraction:
+        """Bound on the largest component of x, where J x = right in size."""
         return max(sum((abs(C[i][k]) * right[k] for k in n), Fraction(0)) for i in n) / (1 - share)
 
     values, *along = zip(*(orders(x, turned) for x in residual), strict=True)
@@ -560,7 +593,7 @@ def solution(
 
 
 def inverse(J: list[list[Fraction]]) -> list[list[Fraction]]:
-    """The inverse of a matrix by elimination, rounded: any matrix near it will do."""
+    """The inverse of a matrix by elimination, rounded: any matrix near it is valid."""
     n = len(J)
     rows = [[*row, *(Fraction(i == j) for j in range(n))] for i, row in enumerate(J)]
     for k in range(n):
@@ -578,9 +611,10 @@ def inverse(J: list[list[Fraction]]) -> list[list[Fraction]]:
 def tube(
     p: Problem, step: Step, begin: Fraction, away: Fraction, name: str, widest: Fraction
 ) -> tuple[Fraction, Fraction]:
-    """The bound over a step, less than the radius of a tube, and its growth.
+    """The bound on the distance over a step, less than a tube's radius, and the factor of growth.
 
-    Growth is bounded at a share `away` of the radius from the polynomials.
+    `begin` is epsilon + 2 delta, and growth is bounded at `away` times the radius from the
+    polynomials: 1 at the orbits themselves. Fails under `name` if no tube up to `widest` holds.
     """
     sizes, radius = [x.size for x in step.states[2].on_parts()], min(4 * begin, widest)
     while True:
@@ -612,21 +646,23 @@ def defects(p: Problem, step: Step) -> list[Fraction]:
 
 def carried(p: Problem, step: Step, begin: list[Fraction], leaps: list[Fraction]) -> list[Fraction]:
     """C3: the bounds at the end of a step on the distance and on its derivatives."""
+    # A defect is bounded over x from -1 to 1, a length of 2.
     first, *along = (a + 2 * b for a, b in zip(begin, leaps, strict=True))
     bound, growth = tube(p, step, first, Fraction(1), "C3", WIDEST)
     size, *slopes = p.norms([orders(y, p.along) for y in step.states])
     length, *lengths = orders(step.half, p.along)
     found = [bound]
     for x, slope, changed in zip(along, slopes, lengths, strict=True):
-        # Where orbits and polynomials differ, so does what carries their derivatives.
+        # The derivative of f differs between orbits and polynomials, by the second derivative times
+        # their distance; where the length depends on the variable, so does f itself.
         bent = p.bending * length * slope + p.steepness(size + WIDEST) * changed
         found.append(growth * (x + 2 * bent * first))
-    # Fewer digits, rounded upward, for these are multiplied over and over.
+    # Rounded upward to fewer digits: fractions that are multiplied over and over grow long.
     return [above(x) for x in found]
 
 
 def signs(p: Problem, step: Step, bound: Fraction, side: int) -> Iterator[int]:
-    """C4: of each part 0 where M3 has the sign of the passage, else the sign of its rate."""
+    """C4: for each part 0 if M3 has the sign of the passage, `side`, else the sign of side M3'."""
     apart = p.apart(bound)
     parts = [state.on_parts() for state in step.states]
     for k, M3 in enumerate(parts[2]):
@@ -640,12 +676,14 @@ def signs(p: Problem, step: Step, bound: Fraction, side: int) -> Iterator[int]:
 
 
 def around_all(x: Interval, radius: Fraction) -> Interval:
+    """An interval with all numbers within a radius of those of another one."""
     away = Interval.of(radius).high
     return Interval(x.low - away, x.high + away)
 
 
 def arrival(p: Problem, start: Quad | Line, steps: Sequence[Step]) -> Arrival:
-    """C1 to C5 of the orbits of a set or of a line of starts."""
+    """C1 to C5 of the orbits of a set, or of a line of starts, up to their next crossing."""
+    # `side` is the sign of M3 during the passage; a line begins at M3 < 0, not at M3 = 0.
     begin: list[Interval] = []
     if isinstance(start, Line):
         side, order, bounds = -1, [0, -1], line_beginning(p, start, steps[0])
@@ -680,7 +718,10 @@ def arrival(p: Problem, start: Quad | Line, steps: Sequence[Step]) -> Arrival:
 def energies_along(
     p: Problem, h0: Interval, step: Step, bounds: Sequence[Fraction]
 ) -> tuple[Series, list[Series]]:
-    """C6: w along a line of starts of one J2, and its derivatives."""
+    """C6: w along a line of starts of one J2, and its derivatives.
+
+    The energy is h0 and that of the weight, which gamma tells.
+    """
     g1, g2 = (step.states[k].at(0, -1) for k in (3, 4))
     per = 1 / p.spread
     w = (g1 * p.mu[0] + g2 * p.mu[1] + (h0 - p.h)) * per
@@ -695,11 +736,13 @@ def energies_along(
 def crossing(
     p: Problem, end: list[Series], bounds: list[Fraction], side: int, begin: list[Interval]
 ) -> Arrival:
-    """C5: where the orbits cross beside the end of the last step, from which time counts."""
+    """C5: the crossings beside the end of the last step, from which their time counts."""
     apart = p.apart(bounds[0])
     M3 = end[2].most + apart[2]
     late = M3 + apart[2]
     for _ in range(4):
+        # In this box |M3| falls at the rate `slowest` at least: an orbit that stays in it crosses
+        # within `time`. It does stay, if `time` times the largest rate is at most `late`.
         box = [state.ball(e + late) for state, e in zip(end, apart, strict=True)]
         found = p.field(box)
         fastest, slowest = max(map(size, found)), (-side * found[2]).low
@@ -707,7 +750,8 @@ def crossing(
             break
         time = M3 / Fraction(slowest, 1 << Interval.digits)
         if time * fastest <= late:
-            # Derivatives change until the crossing, and by the time of it, which M3 tells.
+            # Derivatives change on the way to the crossing, and with the time of the crossing,
+            # whose derivative is that of M3 over the rate of M3.
             steep = p.steepness(p.norm(*map(size, box)))
             more = exponential(Interval.of(steep * time)).above - 1
             slopes = []
@@ -728,20 +772,21 @@ def crossing(
 def _crossed(
     places: list[list[Series]], box: list[Interval], side: int, begin: list[Interval]
 ) -> Arrival:
-    """C5: on which side of the large Q the orbits cross, and where."""
+    """C5: the side on which the orbits cross, by the sign of the large Q, and where they do."""
     large = 1 if side > 0 else 0
     if box[large].low <= 0 <= box[large].high:
         raise Fails("C5: the side on which the orbits leave is not told")
     sign = 1 if box[large].low > 0 else -1
     (d, g), *along = ((x[1 - large] * sign, x[5] * sign) for x in places)
-    # All three or none are asked for.
+    # Derivatives in all of u, v and w are asked for, or none; that of w itself is 0, 0 and 1.
     slopes = [(*each, Series.of(int(i == 3))) for i, each in zip(ALONG, along, strict=False)]
     there = [sign * box[large], box[3], box[4]]
     return Arrival(d, g, int(sign == side), there, begin, Interval.of(0), slopes)
 
 
 def check_relation(source: Arrival, quad: Quad, begin: Sequence[Interval]) -> None:
-    """C6: the image of a set lies across another."""
+    """C6: check that the image of a set lies across another one; Fails where it is not shown."""
+    # So near to its polynomials the target has one point only with given d and gamma3 (C1).
     if any(size(a - b) > ALONE for a, b in zip(source.box, begin, strict=True)):
         raise Fails("C6: the crossings are on another sheet of the section")
     U, V = quad.coordinates(source.d, source.g, source.w)
@@ -755,7 +800,7 @@ def check_relation(source: Arrival, quad: Quad, begin: Sequence[Interval]) -> No
 
 
 def check_apart(one: Quad, other: Quad) -> None:
-    """The first part of Theorem 1: two sets of the same symbol have no point in common."""
+    """Check that two sets of the same symbol have no point in common (Theorem 10)."""
     d, g = one.place()
     U = other.coordinates(d, g, ENERGY)[0].ball()
     if max(U.low, -U.high) <= 1 << Interval.digits:
@@ -763,14 +808,14 @@ def check_apart(one: Quad, other: Quad) -> None:
 
 
 def prove_link(p: Problem, link: tuple[Any, list[Step]], after: tuple[Any, list[Step]]) -> int:
-    """The symbol of the passage from a set, or a line, that covers the next one, if there is one.
+    """Check that a set, or a line, covers the next one, if there is one: its passage's symbol.
 
     Raises Fails with what is not shown.
     """
     (source, steps), (target, following) = link, after
     if not steps:
         raise Fails("C2: a set has no steps")
-    # Nothing is asked of cones along a chain.
+    # A chain claims existence only: C7 and its derivatives are not needed.
     p = p._replace(along=())
     found = arrival(p, source, steps)
     if target is not None:
@@ -782,21 +827,23 @@ def prove_link(p: Problem, link: tuple[Any, list[Step]], after: tuple[Any, list[
 
 
 def crosses_upward(source: Quad | Line) -> bool:
+    """True if the next crossings of a set, or of a line, are upward."""
     return isinstance(source, Line) or not source.rising
 
 
 def phases(p: Problem, line: Line, step: Step) -> Interval:
-    """theta2 of all starts of a line, radians."""
+    """An interval with theta2 of all starts of a line, radians, up to whole turns."""
     bound, *_ = line_beginning(p, line, step)
     near = zip(step.states, p.apart(bound), strict=True)
     _, _, M3, g1, g2, _ = (state.at(0, -1).ball(e) for state, e in near)
     c, s = (1 / (2 * m) for m in p.to_M)
-    # The sine and cosine of theta1/2 + theta2, less alpha0/2, and less beta0/2.
+    # The sine and cosine of theta1/2 + theta2, times a positive number; the loop then turns them
+    # back by alpha0/2 and by beta0/2.
     sin, cos = c * g1 - s * g2, (s * g1 + c * g2) * ((2 * Interval.of(line.J1) - M3) / M3)
     for x, y in ((c, s), p.mu):
         sin, cos = sin * x - cos * y, cos * x + sin * y
     turns = 0
-    # Turned back by quarters until it lies to the right.
+    # Turned back by quarters until the cosine is positive and not small, for a quotient.
     while cos.low <= 0 or 2 * cos.low < sin.size.high:
         sin, cos, turns = -cos, sin, turns + 1
         if turns == 4:
@@ -806,14 +853,14 @@ def phases(p: Problem, line: Line, step: Step) -> Interval:
 
 
 def told(where: Interval) -> str:
-    """Nine decimals of both ends, rounded outward."""
+    """Words on an interval: nine decimals of both ends, rounded outward."""
     ends = math.floor(Fraction(where.low, 1 << DIGITS) * 10**9), math.ceil(where.above * 10**9)
     low, high = (Decimal(x).scaleb(-9) for x in ends)
     return f"from {low} to {high}"
 
 
 def check_cone(source: Arrival, quad: Quad) -> None:
-    """C7: differences of orbits grow along u, or shrink along v."""
+    """C7: check that differences of orbits grow along u or shrink along v; Fails if not shown."""
     (U_u, V_u), *others = (quad.directions(source.g, source.w, *x) for x in source.slopes)
     ends = U_u.ball()
     least = Fraction(max(ends.low, -ends.high), 1 << Interval.digits)
@@ -824,9 +871,10 @@ def check_cone(source: Arrival, quad: Quad) -> None:
 
 
 class Middle(NamedTuple):
-    """Numbers of C8 that C9 needs besides."""
+    """Numbers of C8 that C9 needs as well."""
 
     d0: Fraction
+    """The largest |d| of sets and images."""
     level: Interval
     """h - mu."""
     mu: Interval
@@ -843,21 +891,24 @@ class Middle(NamedTuple):
     """m0/v: in which M3 passes from -m0 to 0."""
     N: Interval
     follow: Interval
-    """Of which |d| is less where |M3| <= m1."""
+    """Bound on |d| where |M3| <= m1, beside the sets."""
 
     def ratio(self, p: Problem) -> Interval:
-        """r0."""
+        """The number r0 of C9."""
         return p.F * self.lean / (p.lam * self.m0 * self.m0)
 
 
 def check_middle(p: Problem, small: Fraction) -> Middle:
-    """C8: orbits with |d| <= small on M3 = 0 cross it again on one of two sides, or never do."""
+    """C8: check that orbits with |d| <= small on M3 = 0 cross it on one of two sides, or never do.
+
+    Interval ends are compared so that what is not certain Fails.
+    """
     mu, h, kappa = hypotenuse(*p.mu), p.energies.ball(), p.omega[2]
     spins = [omega * m for omega, m in zip(p.omega, p.to_M, strict=False)]
     most, least = larger(*spins), -larger(-spins[0], -spins[1])
     if least.low <= 0:
         raise Fails("C8: the energy is not shown to be positive")
-    # Any numbers would do for m0, m1 and q.
+    # Any m0, m1 and q are valid; these leave room in all of the tests below.
     m1, q = 2 * sqrt(2 * h / kappa) / 3, sqrt(h / most) / 5
     m0, lean = m1 / 2, larger(*p.to_M) * sqrt(Interval.of(2))
     square = (h - mu - kappa * m1 * m1 / 2) / most
@@ -883,7 +934,7 @@ def check_middle(p: Problem, small: Fraction) -> Middle:
 
 
 def slant(p: Problem, upright: Interval, aside: Any) -> tuple[Interval, Interval]:
-    """C9: a bound on the unstable surface's slope where it begins, and what drives it."""
+    """C9: the bound zeta on the unstable surface's slope, and the rate c(aside) that drives it."""
     l = larger(p.w * p.F, p.Omega / p.w)
     driven, rate = l + aside / sqrt(Interval.of(2)), p.lam * upright - l
     if rate.low <= 0 or (rate - 2 * driven).low <= 0:
@@ -892,7 +943,7 @@ def slant(p: Problem, upright: Interval, aside: Any) -> tuple[Interval, Interval
 
 
 def check_graph(p: Problem, of: Middle) -> None:
-    """C9: the unstable surface has one point of each gamma3 at most where it crosses M3 = 0."""
+    """C9: check that the unstable surface, where it crosses M3 = 0, is a graph over gamma3."""
     begin, driven = slant(p, of.m0, larger(of.follow, of.ratio(p) * of.N))
     square, passed = of.level / of.K, driven * of.time
     turned = of.lean / (of.thin * sqrt(2 * square))
@@ -906,7 +957,7 @@ def check_graph(p: Problem, of: Middle) -> None:
 
 
 def check_strip(p: Problem, of: Middle, line: Line, step: Step) -> None:
-    """C9: in the strip about a line of starts the unstable surface is a curve from end to end."""
+    """C9: check that the unstable surface is a curve from end to end in a strip of starts."""
     bounds = line_beginning(p, line, step)
     states = [state.at(0, -1) for state in step.states]
     momentum = states[0].most + bounds[0]
@@ -920,7 +971,7 @@ def check_strip(p: Problem, of: Middle, line: Line, step: Step) -> None:
     if left.low <= 0:
         raise Fails("C9: the strip is not shown to be beside the periodic orbit")
     kappa, _ = slant(p, sqrt(2 * left / of.kappa), r0 * sqrt(square))
-    # What Qm is follows from v.
+    # A_u and A_v bound the derivatives of all components but Qm = wide v.
     sizes = [
         p.norm(*(Fraction(0) if j == 1 else x.along(i).most for j, x in enumerate(states)))
         for i in (1, 2)
@@ -932,7 +983,10 @@ def check_strip(p: Problem, of: Middle, line: Line, step: Step) -> None:
 def check_crossings(
     start: Arrival, reach: Fraction, sheets: Sequence[Interval], images: Sequence[Arrival]
 ) -> None:
-    """C9: the images of the strip and of sets cross the unstable surface's mirror image."""
+    """C9: check that the images of the strip and of sets cross the surface's mirror image.
+
+    `reach` is G of C9, and `sheets` are intervals of gamma2.
+    """
     if not (all(x.low > 0 for x in sheets) or all(x.high < 0 for x in sheets)):
         raise Fails("C9: the sets and images are not shown to be on one sheet of the section")
     ends = sorted(((start.g.at(1, side).ball()) for side in (-1, 1)), key=lambda x: x.low)
@@ -954,7 +1008,7 @@ def check_crossings(
 def check_transversal(
     p: Problem, line: tuple[Line, Step, Arrival], quads: Sequence[Quad], found: Sequence[Arrival]
 ) -> None:
-    """C9, and of C8 what it needs: S1- and S2+ cross transversally, once for each even word."""
+    """C9, with C8: check that S1- and S2+ cross transversally, once for each even word."""
     strip, step, start = line
     if p.h0 is not None:
         raise Fails("C9: the starts are of several energies")
@@ -963,7 +1017,7 @@ def check_transversal(
     check_graph(p, of)
     both = list(zip(quads, found, strict=True))
     images = [x for quad, x in both if not quad.rising]
-    # C1 tells the points of a set to so much.
+    # The points of a set are within ALONE of its polynomials (C1).
     sheets = [around_all(x.begin[2], ALONE) for quad, x in both if quad.rising]
     sheets += [x.box[2] for x in (start, *images)]
     extent = [quad.place()[1].most for quad in quads if quad.rising] + [x.g.most for x in images]
@@ -976,16 +1030,16 @@ def farthest(quads: Sequence[Quad], found: Sequence[Arrival]) -> Fraction:
 
 
 class Proven(NamedTuple):
-    """Facts of a full shift and its line of starts."""
+    """Proven facts of a full shift and its line of starts."""
 
     times: list[Interval]
-    """Those of passages from each set."""
+    """Times of the passages from each set, t'."""
     word: str
     """Symbols of the approach from the line to the sets."""
     theta2: Interval
-    """That of the line."""
+    """The phases of the line, radians."""
     doubts: list[str]
-    """Why Theorems 3, 4 and 8 are undecided; empty where these are proven too."""
+    """Reasons for which Theorems 3, 4 and 8 are undecided; empty texts where they are proven."""
 
 
 def prove(
@@ -995,9 +1049,10 @@ def prove(
     orbits: Sequence[list[Step]],
     approach: Sequence[Quad] = (),
 ) -> Proven:
-    """All that a full shift and its line of starts need; `orbits` are of sets, line and approach.
+    """Check all that a full shift and its line of starts need.
 
-    Raises Fails with what is not shown.
+    `orbits` are the steps of the sets, then those of the line, then those of the approach. Raises
+    Fails with what is not shown.
     """
     n = len(quads)
     if (
@@ -1013,7 +1068,7 @@ def prove(
         raise Fails("a section has no sets of both symbols")
     for k in range(n):
         for j in range(k):
-            # Of different symbols they have no point in common.
+            # A point has one symbol: sets of different symbols have no point in common.
             if letters[j] == letters[k]:
                 _named(k, check_apart, quads[j], quads[k])
     for k, source in enumerate(found):
@@ -1035,7 +1090,7 @@ def prove(
     word += [start.symbol] if approach else []
     cones: list[tuple[int | str, Arrival, Quad]] = [
         *((k, x, q) for k, x in enumerate(found) for q in quads if q.rising != quads[k].rising),
-        # Nothing is claimed of how many starts have a code where they have an approach.
+        # With an approach nothing is claimed of how many starts have a code: no C7 of the line.
         *(("line", start, quad) for quad, _ in crossed if not approach),
     ]
     of_line = line, orbits[n][0], start
@@ -1044,13 +1099,14 @@ def prove(
         _doubt(lambda: check_middle(p, farthest(quads, found))),
         _doubt(lambda: check_transversal(p, of_line, quads, found)),
     ]
-    # What else it needs.
+    # Theorem 8 needs C7 and C8 as well.
     doubts[2] = doubts[0] or doubts[1] or doubts[2]
     where = phases(p, line, orbits[n][0])
     return Proven([x.time for x in found], "".join(map(str, word)), where, doubts)
 
 
 def _doubt(check: Callable[[], Any]) -> str:
+    """The reason for which something is undecided; empty where it is proven."""
     try:
         check()
     except Fails as doubt:
@@ -1059,6 +1115,7 @@ def _doubt(check: Callable[[], Any]) -> str:
 
 
 def _named(k: int | str, check: Callable[..., Any], *arguments: Any) -> Any:
+    """The result of a check, or Fails with the name of the set."""
     try:
         return check(*arguments)
     except Fails as doubt:
@@ -1070,20 +1127,20 @@ FURTHER = (
     "every finite one has an orbit from T1 or T2 to T1 or T2",
     "S1- and S2+ cross transversally, in one orbit for each one of even length",
 )
-"""Theorems 3, 4 and 8, which a body may lack that has the first two."""
+"""Words on Theorems 3, 4 and 8, which may be undecided where Theorems 1 and 2 are proven."""
 
 # ---- The file.
 
 QUAD = ("rising", "a", "b", "l0", "l1", "p")
 LINE = ("e1", "e2", "centre", "half")
 PROOF = {"family": 1, "bits": 1, "terms": 1, "powers": 2, "coefficients": 2}
-"""Arrays of sets, of a line of starts, and of steps, the last with their dimensions."""
+"""Names of arrays of sets, of a line of starts, and of steps, the last with their dimensions."""
 ENERGIES = ("shift", "spread", "moves", "line")
-"""Where there are several: they are those of the config and shift + spread w."""
+"""Names of arrays where there are several energies: the config's and shift + spread w."""
 
 
 class Read(NamedTuple):
-    """What a file holds."""
+    """The content of a file."""
 
     config: dict[str, Any]
     quads: list[Quad]
@@ -1133,7 +1190,7 @@ def read(path: Path) -> Read:
 
 
 def whole(group: Any, dimensions: dict[str, int]) -> dict[str, Any]:
-    """Arrays of whole numbers as a file holds them; raises Refused of any others."""
+    """Arrays of integers as a file holds them; raises Refused for any others."""
     for name, n in dimensions.items():
         if group[name].ndim != n or group[name].dtype.kind not in "iu":
             raise Refused(f"{name} has another shape or kind")
@@ -1141,7 +1198,7 @@ def whole(group: Any, dimensions: dict[str, int]) -> dict[str, Any]:
 
 
 def quads_of(sets: dict[str, Any], moves: Any) -> Iterator[Quad]:
-    """Sets as a file holds them."""
+    """The sets of a file, whose numbers are doubles, taken exactly."""
     if not 0 < sets["p"].shape[1] <= MOST["curve"]:
         raise Refused(f"a curve has no coefficients, or more than {MOST['curve']}")
     rows = (sets[name] for name in QUAD)
@@ -1152,7 +1209,7 @@ def quads_of(sets: dict[str, Any], moves: Any) -> Iterator[Quad]:
 
 
 def steps_of_sets(proof: dict[str, Any], n: int) -> list[list[Step]]:
-    """Steps of each of n sets or lines, as a file holds them, after checks of their sizes."""
+    """The steps of each of n sets or lines of a file; their sizes are checked before."""
     if n > MOST["sets"]:
         raise Refused(f"there are more than {MOST['sets']} sets")
     counts, bits = [int(x) for x in proof["terms"]], [int(x) for x in proof["bits"]]
@@ -1173,7 +1230,8 @@ def steps_of_sets(proof: dict[str, Any], n: int) -> list[list[Step]]:
         here = range(first, first + count)
         if len({powers[i] for i in here}) < count or any(len(values[i]) != 7 for i in here):
             raise Refused("a step has a term twice, or one that is not of seven numbers")
-        # Coefficients of T_0 are twice what they stand for: a digit more for all the others.
+        # Stored coefficients of T_0 are twice what they stand for: with one digit more, all others
+        # are doubled instead.
         columns = [
             {
                 powers[i]: values[i][c] * (1 if powers[i][0] == 0 else 2)
@@ -1192,7 +1250,7 @@ def steps_of_sets(proof: dict[str, Any], n: int) -> list[list[Step]]:
         if k < len(orbits):
             orbits[k].append(Step(Series.made(columns[6], CLOCK + 1), states))
             continue
-        # What is finer than a word, of the step before.
+        # Digits that did not fit a word are added to the last step of their set.
         steps = orbits[k - len(orbits)]
         if not steps or columns[6]:
             raise Refused("what is added to a step is of no step, or has a length")
@@ -1203,7 +1261,7 @@ def steps_of_sets(proof: dict[str, Any], n: int) -> list[list[Step]]:
 
 
 def _stated(config: dict[str, Any]) -> dict[str, Any]:
-    """What a config says of a proof; how many half rotations were asked for is no part of it."""
+    """The part of a config that a proof is about: not how many half rotations were asked for."""
     given = {"around": "0"} | dict(config["problem"].items())
     left_out = (None, "null")
     searched = ("half_turns", "lengths")
@@ -1219,7 +1277,7 @@ def word_of(address: str) -> str:
 
 
 def energies_of(found: Read) -> dict[str, Fraction]:
-    """The energies of a proof, if they are those that its config asks for."""
+    """The energies of a proof, shift and spread; refused if its config asks for others."""
     given = found.config["problem"]
     if given.get("h") is None:
         if not found.spread:
@@ -1234,7 +1292,7 @@ def energies_of(found: Read) -> dict[str, Fraction]:
 
 
 def check(path: Path, given: Path | None = None) -> str:
-    """What a result proves, and of which numbers; raises Refused or Fails."""
+    """The sentence that a result proves, with its numbers; raises Refused or Fails."""
     Interval.digits = DIGITS
     found = read(path)
     config = found.config

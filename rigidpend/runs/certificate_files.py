@@ -1,9 +1,9 @@
-"""Certificates as files: of what they are, what is proven, and the polynomials that prove it.
+"""Certificates as files: which orbits they are about, the proven symbols, and the polynomials.
 
-A certificate is data, and nobody's word: whoever reads it may check it again. To read what is
-proven takes no library of its own; only the check needs python-flint. Its config says the
-experiment and the problem, whole; each column says its phase, and which symbols are proven of
-it. What follows from these, as crossing times do, is not stored, so nothing in it can disagree.
+A certificate is data that nobody has to trust: whoever reads it may check it again. Only the check
+needs python-flint, reading does not. Its config states the experiment and the whole problem; each
+column states its phase and its proven symbols. What follows from the polynomials, such as crossing
+times, is not stored, so that no two things in a certificate can disagree.
 """
 
 from __future__ import annotations
@@ -22,13 +22,13 @@ from rigidpend.results import store
 from rigidpend.routes.certified.pieces import ORBIT_BITS, ORBIT_STEPS, ORBIT_TERMS, Step
 
 SUFFIX = f"{CERTIFICATE}.h5"
-"""Ending of a certificate's name, behind that of its result."""
+"""Ending of a certificate's name, after the name of its result."""
 RATIO = 8
-"""Bytes of its arrays for each byte of a certificate at most: digits cannot be compressed."""
+"""Largest number of bytes of arrays for each byte of the file: digits cannot be compressed."""
 EACH = 128
-"""Bytes of a certificate for each of its steps at least; the shortest ones have some 300."""
+"""Least number of bytes of the file for each step; the shortest ones have some 300."""
 NUMBERS = 1
-"""Coefficients for each byte of a certificate at most; ordinary ones take several bytes each."""
+"""Largest number of coefficients for each byte of the file; ordinary ones take several bytes."""
 
 FIELDS = {
     "theta2_0": text("rad", "initial phase of each column, exact", "columns"),
@@ -39,7 +39,7 @@ FIELDS = {
         "columns",
     ),
 }
-"""Fields that say what is proven."""
+"""Fields that say which symbols are proven."""
 PROOF = {
     "steps": whole("1", "number of steps of each orbit", "columns"),
     "half_lengths": whole("2^-32", "half of a step's length in the orbit's time", "steps"),
@@ -54,7 +54,7 @@ LAYOUT: Layout = {"<arrays>": {**FIELDS, **PROOF}}
 
 
 def certificate_of(result: Path) -> Path:
-    """File of the certificate beside a result file."""
+    """The file of the certificate beside a result file."""
     return result.with_name(result.stem + SUFFIX)
 
 
@@ -69,13 +69,14 @@ def results_in(folder: Path) -> list[Path]:
 
 
 def read(path: Path) -> Loaded:
-    """A certificate as plain data; what is proven in it is not checked again.
+    """A certificate as plain data, whose proofs are not checked here.
 
-    StoreError as `rigidpend.results.store.load`; also where it says something that no certificate
-    says, or claims more than a file of its length can prove.
+    StoreError as `rigidpend.results.store.load`; also where the file says something that no
+    certificate says, or has more steps or coefficients than its length allows.
     """
     loaded, outline = store.load_outlined(path, LAYOUT, ratio=RATIO)
     _check_words(path, outline)
+    # Compressed zeros could otherwise claim many steps in a small file.
     length = path.stat().st_size
     for what, most in (("half_lengths", length // EACH), ("widths", NUMBERS * length)):
         count = sum(group[what].size for group in loaded["data"].values())
@@ -87,8 +88,9 @@ def read(path: Path) -> Loaded:
 
 
 def _check_words(path: Path, outline: Mapping[str, Mapping[str, Any]]) -> None:
-    """Refuse attributes that are not those of the layout: they could say another unit."""
+    """Refuse attributes that are not those of the layout: they could state another unit."""
     for place, found in outline.items():
+        # Names in brackets are of the outline, not of the file.
         told = {name: x for name, x in found.items() if not name.startswith("(")}
         match place.split("/")[1:]:
             case ["provenance"]:
@@ -115,16 +117,16 @@ def beside(result: Path) -> Loaded | None:
 
 
 def marked(result: Loaded, certificate: Loaded | None) -> Loaded:
-    """A result whose arrays of codes have a further field `proven`, where a certificate has it.
+    """A result whose arrays of codes have a further field `proven`, where there is a certificate.
 
-    A symbol is marked where the certificate is of the same problem and of the same phases, and
-    proves this very symbol.
+    A symbol is marked if the certificate is of the same problem and the same phases, and proves
+    this very symbol.
     """
     if certificate is None or not _same_problem(result, certificate):
         return result
     held = dict(_groups(result["data"]))
     for name, proof, group in _pairs(result, certificate):
-        # The problem may be the same, and the symbols still of another version: each is compared.
+        # Even of the same problem the result may be another version's: each symbol is compared.
         if not _unlike(proof, group):
             codes = _columns(group["codes"])
             proven = (proof["codes"] == codes) & (codes != NO_SYMBOL)
@@ -134,7 +136,7 @@ def marked(result: Loaded, certificate: Loaded | None) -> Loaded:
 
 
 def contradictions(result: Loaded, certificate: Loaded) -> list[str]:
-    """Sentences on certain symbols of a result that a certificate proves to be others."""
+    """Sentences on symbols that a result calls certain and that are proven to be others."""
     if not _same_problem(result, certificate):
         return ["config: the certificate is of another problem; prove this one, or remove it"]
     found = []
@@ -150,25 +152,25 @@ def contradictions(result: Loaded, certificate: Loaded) -> list[str]:
 
 
 def count(certificate: Loaded) -> int:
-    """Number of the symbols that a certificate says to prove."""
+    """The number of symbols that a certificate claims to prove."""
     return sum(int((x["codes"] != NO_SYMBOL).sum()) for x in certificate["data"].values())
 
 
 def _same_problem(result: Loaded, certificate: Loaded) -> bool:
-    """True if a certificate is of the experiment and the problem of a result.
+    """True if a certificate is of a result's experiment and problem.
 
-    Its numerics and the name of its figure do not count: what is proven is exact.
+    The result's numerics and the name of its figure do not count: proofs are of the exact problem.
     """
     given = result["config"]
     return certificate["config"] == {key: given.get(key) for key in ("experiment", "problem")}
 
 
 def _unlike(proof: Data, group: Data) -> str:
-    """Problem that the columns of a certificate are of, if not a result's; empty where they are."""
+    """Words on what tells a certificate's columns from a result's; empty if they are the same."""
     if proof["codes"].shape != _columns(group["codes"]).shape:
         return "other orbits"
     stated = [exact(str(x)) for x in proof["theta2_0"]]
-    # A zoom is about a centre that its config does not tell, and that doubles do not hold.
+    # The phases of a zoom are too near each other for doubles; their centre is stored exactly.
     if "centre" in group:
         return "" if exact(str(group["centre"])) == centre(proof) else "another centre"
     doubles = np.array([float(x) for x in stated])
@@ -176,13 +178,13 @@ def _unlike(proof: Data, group: Data) -> str:
 
 
 def centre(proof: Data) -> Any:
-    """Middle of the phases of an array, exact, in radians; ExactError where one is no number."""
+    """The middle of an array's phases, exact, radians; ExactError where one is no number."""
     first, last = (exact(str(proof["theta2_0"][k])) for k in (0, -1))
     return (first + last) / 2
 
 
 def _pairs(result: Loaded, certificate: Loaded) -> Iterator[tuple[str, Data, Data]]:
-    """Arrays that both have, by name: of the certificate, of the result."""
+    """Arrays that both have: name, group of the certificate, group of the result."""
     groups = _groups(result["data"])
     for name, proof in certificate["data"].items():
         if "codes" in groups.get(name, {}):
@@ -190,12 +192,12 @@ def _pairs(result: Loaded, certificate: Loaded) -> Iterator[tuple[str, Data, Dat
 
 
 def _groups(data: Data) -> Data:
-    """Groups of a result that may hold arrays of codes."""
+    """The groups of a result that may hold arrays of codes; those of a zoom are its levels."""
     return data.get("levels", data)
 
 
 def _columns(values: Any) -> Any:
-    """Symbols as (symbols, columns), also where a result holds a single route."""
+    """Symbols as (symbols, columns), also if a result holds a single route."""
     return values if values.ndim > 1 else values[:, None]
 
 
@@ -203,7 +205,7 @@ def packed(orbits: Sequence[Sequence[Step]]) -> dict[str, Any]:
     """The steps of orbits as the arrays of `PROOF`."""
     steps = [step for orbit in orbits for step in orbit]
     numbers = [w for step in steps for row in step.series for w in row]
-    # With a bit for the sign. Widths differ, for the coefficients of a step decay to nothing.
+    # Whole bytes for the digits and a sign bit. Widths differ because coefficients decay.
     widths = [(w.bit_length() + 8) // 8 for w in numbers]
     digits = b"".join(
         w.to_bytes(width, "little", signed=True) for w, width in zip(numbers, widths, strict=True)
@@ -225,12 +227,14 @@ BOUNDS = {
     "terms": ("number of terms of a step", 1, ORBIT_TERMS),
     "widths": ("width of a coefficient", 1, ORBIT_BITS // 4),
 }
-"""The least and the most that the numbers of a proof may be."""
+"""Name, least and largest value of the numbers of a proof.
+
+A half-length is positive, as the theorem of `docs/certified.md` asks."""
 
 
 def unpacked(group: Data) -> list[list[Step]]:
     """The steps of orbits from the arrays of `PROOF`; StoreError where these do not fit."""
-    # The numbers may be anybody's: they are held to their bounds before memory is taken by them.
+    # The numbers may be anybody's: they are held to their bounds before they take up memory.
     numbers = {name: _whole(group[name], *bounds) for name, bounds in BOUNDS.items()}
     counts, halves, bits, terms, widths = numbers.values()
     for what, found, expected in (
@@ -251,7 +255,8 @@ def unpacked(group: Data) -> list[list[Step]]:
 
 
 def _whole(values: Any, what: str, least: int, most: int) -> Any:
-    """Whole numbers of any type as int64, which are in their bounds."""
+    """Integers of any type as int64; StoreError where one is beyond its bounds."""
+    # Compared before the cast, which would let large unsigned numbers wrap around.
     if values.size and not (least <= values.min() and values.max() <= most):
         wrong = values[(values < least) | (values > most)][0]
         raise store.StoreError(f"the {what} is {wrong}, not {least} to {most}")

@@ -1,4 +1,4 @@
-"""Certificates of whole configs: made, kept while they are made, and checked again."""
+"""Certificates of whole configs: made in parts that outlive a stop, and checked again."""
 
 from __future__ import annotations
 
@@ -31,24 +31,24 @@ from rigidpend.runs.loading import LoadedConfig
 from rigidpend.runs.parts import Parts
 
 AT_ONCE = 32
-"""Orbits that are proven, and kept, at a time: a minute or so."""
+"""Orbits of a part, which are proven and stored together: a minute or so."""
 MOST_ORBITS = 2000
-"""Orbits of a certificate at most: each takes about half a megabyte."""
+"""Largest number of orbits in a certificate: each takes about half a megabyte."""
 PHASE = 24
 """Characters of a phase that are printed."""
 OF_PART = (*storage.FIELDS, *storage.PROOF, "reason")
-"""Fields of the parts of a certificate, which itself has no reasons for what is undecided."""
+"""Fields of a part; the whole certificate leaves out `reason`, why something is undecided."""
 
 
 class Summary(NamedTuple):
-    """Summary of the certificate of an array of orbits."""
+    """A summary of what a certificate says of an array of orbits."""
 
     array: str
     orbits: int
     symbols: int
     proven: int
     undecided: list[str]
-    """A line for each orbit that is not proven throughout: phase, symbol and reason."""
+    """A line for each orbit that is not wholly proven: column, phase, symbols, perhaps a reason."""
 
     def __str__(self) -> str:
         counted = f"{self.proven} of {self.symbols} symbols of {self.orbits} orbits proven"
@@ -77,9 +77,10 @@ def certify(
 ) -> list[Summary]:
     """Prove the route codes of a config and write its certificate, unless it is up to date.
 
-    It is written beside the results of a folder; `force` proves even what is up to date, `jobs`
-    processes prove, or a Dask cluster at the address `scheduler`. ConfigError where the experiment
-    has no route codes or too many orbits, StoreError where a file cannot be read or written.
+    The file lies in the folder of results, beside the config's. `force` proves even what is up to
+    date; `jobs` processes prove, or a Dask cluster at the address `scheduler`. ConfigError where
+    the experiment has no route codes or too many orbits, StoreError where a file cannot be read or
+    written.
     """
     routes = orbits(config, folder)
     file = storage.certificate_of(folder / f"{config.name}.h5")
@@ -95,10 +96,12 @@ def certify(
     store.prepare(file)
     reasons: dict[str, list[str]] = {}
     crew: dict[str, int] = {}
-    # Kept under all that they depend on: parts of other orbits or of other code do not count.
+    # Parts are stored under a hash of all that they depend on: those of other orbits or of other
+    # code do not count.
     parts = Parts(file, provenance.config_hash({"of": stated, "at": texts, "code": code}))
     data = {}
     for name, (problem, phases) in routes.items():
+        # On a cluster each piece is one orbit for one worker.
         pieces = _pieces(
             name, problem, phases, *((1, tell_nobody) if scheduler else (jobs, report))
         )
@@ -110,16 +113,17 @@ def certify(
         reasons[name] = [x.decode() for x in data[name]["reason"]]
     made = provenance.provenance() | {"code_hash": code} | provenance.of_workers(crew)
     store.write(file, storage.LAYOUT, data, {}, stated, made)
-    # Not before the whole file stands.
+    # Not before the whole file is written: a stop until then loses one part at most.
     parts.drop()
     report(f"{file} written")
     return summaries(storage.read(file)["data"], reasons)
 
 
 def orbits(config: LoadedConfig, folder: Path) -> Routes:
-    """The exact orbits of a config whose route codes can be proven.
+    """The exact orbits of a config whose route codes can be proven: array, problem and phases.
 
-    ConfigError where it has none, or too many; Absent where a result tells them that is not there.
+    ConfigError where there are none or too many; Absent where a stored result is needed to tell
+    them, and there is none.
     """
     computation: Any = experiments.computation(config.experiment)
     refused = f"the experiment {config.experiment} has no route codes to prove"
@@ -135,7 +139,7 @@ def orbits(config: LoadedConfig, folder: Path) -> Routes:
 def check(file: Path, *, jobs: int, report: Report) -> Sequence[Summary | Theorem]:
     """Check the proof in a certificate, or in a result that holds one, without integration.
 
-    StoreError where it is no certificate, or does not prove all that it says.
+    StoreError where the file holds no proof, or does not prove all that it says.
     """
     if orbit_proofs.is_proof(file):
         return [Theorem(orbit_proofs.check(file, jobs, report))]
@@ -148,7 +152,7 @@ def check(file: Path, *, jobs: int, report: Report) -> Sequence[Summary | Theore
         data = store.load(file)["data"]
         try:
             return [Theorem(x) for x in computation.theorems(config.content, data)]
-        # Anybody's arrays may be no sets and no steps.
+        # The file may be anybody's: its arrays need not describe sets or steps.
         except (ArithmeticError, ValueError) as doubt:
             raise store.StoreError(f"{file}: undecided, nothing is proven: {doubt}") from None
     stored = storage.read(file)
@@ -156,7 +160,8 @@ def check(file: Path, *, jobs: int, report: Report) -> Sequence[Summary | Theore
         place, group = f"{file}: {name}", stored["data"][name]
         _fits(place, group, problem, phases)
         try:
-            # Of all that the file says, its config and steps are taken, to be proven again.
+            # Of all that the file says only its config and its steps are used for the proof; its
+            # symbols are then compared with what that proves.
             steps = storage.unpacked(group)
         except store.StoreError as error:
             raise store.StoreError(f"{place}: {error}") from None
@@ -170,17 +175,17 @@ def check(file: Path, *, jobs: int, report: Report) -> Sequence[Summary | Theore
 
 
 def summaries(data: Data, reasons: Mapping[str, Sequence[str]] | None = None) -> list[Summary]:
-    """Count what a certificate says, array by array.
+    """Summaries of what a certificate says, array by array.
 
-    It holds no word on what is not proven: for orbits that were just found undecided the reasons
-    are given, array by array.
+    A certificate does not say why something is undecided: `reasons` has, by array, a text for each
+    column that was proven just now.
     """
     found = []
     for name, group in data.items():
         proven, undecided, why = group["codes"] != NO_SYMBOL, [], (reasons or {}).get(name)
         for column in map(int, np.flatnonzero(~proven.all(axis=0))):
             counted = f"{int(proven[:, column].sum())} of {len(proven)} symbols"
-            # Of a phase of a hundred digits its place tells more.
+            # The column tells more than a phase of a hundred digits, which is shortened.
             phase = short(as_written(str(group["theta2_0"][column])), PHASE)
             then = f"; then {why[column]}" if why else ""
             undecided.append(f"column {column}, theta2_0 = {phase}: {counted}{then}")
@@ -189,15 +194,15 @@ def summaries(data: Data, reasons: Mapping[str, Sequence[str]] | None = None) ->
 
 
 def _stated(content: Any) -> dict[str, Any]:
-    """Problem of a certificate as it says it: the experiment and the whole problem."""
+    """The config that a certificate states: the experiment and the whole problem, no more."""
     resolved = content.model_dump(mode="json")
     return {key: resolved[key] for key in ("experiment", "problem")}
 
 
 def _routes(file: Path, stored: Loaded) -> Routes:
-    """The orbits that a certificate's own config asks for, each array of which it has."""
+    """The orbits that a certificate's own config asks for; StoreError if its arrays are others."""
     try:
-        # The schema takes numbers as texts, so that nothing is rounded on its way.
+        # The schema takes numbers as texts, so that none is rounded to a double on the way.
         text = json.loads(json.dumps(stored["config"]), parse_int=str, parse_float=str)
         content = experiments.schema(text["experiment"]).model_validate(text)
         if _stated(content) != stored["config"]:
@@ -207,7 +212,7 @@ def _routes(file: Path, stored: Loaded) -> Routes:
     except ValidationError as error:
         said = short(validation.told(error.errors()))
         raise store.StoreError(f"{file}: its config: {said}") from None
-    # Of anybody: whatever a config is that is none, it cannot be used.
+    # The file may be anybody's: what is no config ends in one of these errors.
     except (ArithmeticError, AttributeError, LookupError, RecursionError, TypeError) as error:
         raise store.StoreError(f"{file}: its config cannot be used: {short(error)}") from None
     except ValueError as error:
@@ -222,12 +227,12 @@ def _routes(file: Path, stored: Loaded) -> Routes:
 
 
 def _centres(data: Data) -> Data:
-    """Part of its result that a zoom takes: the centre of each level, told by the phases proven."""
+    """The part of its result that a zoom needs: each level's centre, from the stated phases."""
     return {"levels": {name: {"centre": storage.centre(group)} for name, group in data.items()}}
 
 
 def _fits(place: str, group: Data, problem: RouteProblem, phases: Sequence[Exact]) -> None:
-    """Refuse an array that is not of the orbits that the config asks for."""
+    """Refuse an array that is not of the orbits that the config asks for, by StoreError."""
     shape = (problem.n_symbols, len(phases))
     if group["codes"].shape != shape:
         asked = f"{counted(shape[0], 'symbol')} of {counted(shape[1], 'orbit')}"
@@ -239,7 +244,7 @@ def _fits(place: str, group: Data, problem: RouteProblem, phases: Sequence[Exact
 
 
 def _same(text: str, phase: Exact) -> bool:
-    """True if a text says a phase; where it is not rational, to thousands of bits."""
+    """True if a text says a phase; irrational ones are compared to thousands of bits."""
     if text == _text(phase):
         return True
     try:
@@ -253,10 +258,11 @@ def _pieces(
     name: str, problem: RouteProblem, phases: Sequence[Exact], jobs: int, report: Report
 ) -> list[Piece]:
     """The proofs of an array, some orbits at a time."""
+    # Several processes share the orbits of a piece; with one, each orbit is stored at once.
     at_once = AT_ONCE if jobs > 1 else 1
     starts = range(0, len(phases), at_once)
     some = {k: [phases[i] for i in range(k, min(k + at_once, len(phases)))] for k in starts}
-    # The name tells how many, for another run may prove more or fewer at a time.
+    # The name tells how many orbits, because another run may prove more or fewer at a time.
     return [
         Piece(f"{name}.{k:08d}.{len(few)}", _part, (problem, few, jobs, report))
         for k, few in some.items()
@@ -264,13 +270,13 @@ def _pieces(
 
 
 def _joined(proofs: Iterable[Tree], name: str, count: int, report: Report) -> dict[str, Any]:
-    """The parts of an array as one."""
+    """The fields of all parts of an array, joined."""
     found, done = list[Any](), 0
     for part in proofs:
         found.append(part)
         done += len(found[-1]["theta2_0"])
         report(PartDone(f"{name}: {done} of {count} orbits", done, count))
-    # Columns come last in every field, and so do steps and bytes: parts join at their ends.
+    # Columns, steps, coefficients and bytes are the last dimension of each field: parts join there.
     return {k: np.concatenate([part[k] for part in found], axis=-1) for k in OF_PART}
 
 
@@ -288,12 +294,12 @@ def _part(problem: RouteProblem, phases: Sequence[Exact], jobs: int, report: Rep
 
 
 def _text(phase: Exact) -> str:
-    """Shortest text that says a phase exactly, where it is rational."""
+    """A text that says a phase exactly, the shortest one if it is rational."""
     return phase.text if phase.fraction is None else exact(phase.fraction).text
 
 
 def _compare(place: str, stated: Any, found: CertifiedCodes) -> None:
-    """Refuse a certificate that says more, or other, than its steps prove."""
+    """Refuse a certificate that claims a symbol which its steps do not prove, by StoreError."""
     wrong = np.argwhere((stated != found.codes) & (stated != NO_SYMBOL))
     if wrong.size:
         row, column = wrong[0]

@@ -1,7 +1,7 @@
 """Proofs that an orbit with a given code exists, as files: made, and checked again.
 
-`docs/full-shift.md` has the theorem. A file says body, energy, J1_0 and code, and holds a line of
-starts, sets along the orbit, and the polynomials that prove that each covers the next.
+`docs/full-shift.md` states the theorem (Theorem 7). A file states body, h0, J1_0 and code, and
+holds a line of starts, sets along the orbit, and polynomials that prove that each covers the next.
 """
 
 from __future__ import annotations
@@ -39,9 +39,9 @@ Result = TypeVar("Result")
 SUFFIX = f".orbit{certificate_files.SUFFIX}"
 """Ending of the name of such a file."""
 AT_ONCE = 16
-"""Sets that a process takes at a time, some seconds, and overlaps with the next by one."""
+"""Links that a process takes at a time, some seconds, besides the one that follows them."""
 PROBLEM = ("A", "r", "mu", "h0", "J1_0")
-"""Numbers of which a code is proven."""
+"""Numbers for which a code is proven."""
 LAYOUT = {
     "sets": {name: QUADS[name] for name in ("rising", "a", "b", "l0", "l1", "p")},
     "line": {name: LINE[name] for name in ("e1", "e2", "centre", "half")},
@@ -51,7 +51,7 @@ LAYOUT = {
 
 
 def prepare(file: Path) -> None:
-    """Refuse a file to which no proof can be written."""
+    """Refuse a file to which no proof can be written, by StoreError."""
     if not is_proof(file):
         raise store.StoreError(f"{file}: a proof is named X{SUFFIX}")
     store.prepare(file, "choose another file with --proof")
@@ -60,7 +60,7 @@ def prepare(file: Path) -> None:
 def prove(
     config: LoadedConfig, found: FoundOrbit, file: Path, *, jobs: int, report: Report
 ) -> None:
-    """Prove that an orbit beside one that was found has its code, and write the proof.
+    """Prove that an orbit beside a found one has its code, and write the proof.
 
     Undecided where it cannot be proven.
     """
@@ -69,6 +69,7 @@ def prove(
     stated = {key: config.resolved()["problem"][key] for key in PROBLEM}
     problem, J1 = _problem(file, stated)
     theta2, n = float(found.theta2_0), len(found.symbols)
+    # The sets are made at the energy of this start; all starts of the line have energies near it.
     setting = family_orbits.of_start(problem.body, problem.h0, J1, theta2)
     links = chains.links(setting, J1, chains.OrbitCrossings(theta2, found.d, found.chi))
     parts = [(links[part.start : part.stop], whole) for part, whole in _parts(len(links))]
@@ -77,6 +78,7 @@ def prove(
         "sets": pieces.packed_quads([link.of for link in links[1:]]),  # type: ignore[misc]
         "line": {name: float(getattr(links[0].of, name)) for name in LAYOUT["line"]},
         "energies": {"shift": float(setting.shift), "spread": float(links[0].setting.spread)},
+        # The last set of each part but the last is made anew as the first one of the next part.
         "proof": pieces.joined(arrays, [len(part) - (not whole) for part, whole in parts]),
     }
     code = "".join(map(str, found.symbols))
@@ -91,15 +93,17 @@ def is_proof(file: Path) -> bool:
 
 
 def check(file: Path, jobs: int, report: Report) -> str:
-    """Check a proof again, without integration: the sentence that it proves.
+    """Check a proof again, without integration, and return the sentence that it proves.
 
-    StoreError where it is none, or does not prove what it says.
+    StoreError where the file is no proof, or does not prove what it says.
     """
     stored = store.load(file, LAYOUT, ratio=certificate_files.RATIO)
     stated, data = stored["config"], stored["data"]
     (problem, J1), code = _problem(file, stated.get("problem")), str(stated.get("code"))
     try:
         shift, spread = pieces.unpacked_energies(data["energies"])
+        # The energies may be any: the checker proves that those of the line's starts are among
+        # them (C6).
         of = problem.body, problem.h0 + exact(shift), spread, problem.h0
         line = pieces.unpacked_line(J1, data["line"])
         sources = [line, *pieces.unpacked_quads(data["sets"])]
@@ -112,9 +116,10 @@ def check(file: Path, jobs: int, report: Report) -> str:
             proof = pieces.of_some(data["proof"], len(sources), part)
             parts.append((part.start, sources[part.start : part.stop], proof, whole))
         proven = chain.from_iterable(_side_by_side(_checked, of, parts, jobs, len(code), report))
-        # The first is the line of starts, which has no symbol.
+        # The first link is the line of starts, which has no symbol.
         if (symbols := "".join(str(int(x)) for x in [*proven][1:])) != code:
             raise Undecided(f"the code is {symbols}")
+        # The phases are bounded by the line's first polynomials, of source 0.
         numbers = sections.Numbers.of(*of)
         [begin] = pieces.unpacked(pieces.of_some(data["proof"], len(sources), range(1)), 1)
         low, high = sections.phases(numbers, line, begin)
@@ -128,7 +133,10 @@ def check(file: Path, jobs: int, report: Report) -> str:
 
 
 def _parts(n: int) -> list[tuple[range, bool]]:
-    """Parts of n sources, which overlap by one; with True for the last one."""
+    """Ranges of n links with True for the last one; the others end with the next one's first link.
+
+    So the relation between two ranges is checked as well.
+    """
     starts = range(0, n, AT_ONCE)
     return [(range(k, min(k + AT_ONCE + 1, n)), k + AT_ONCE >= n) for k in starts]
 
@@ -141,7 +149,7 @@ def _side_by_side(
     passages: int,
     report: Report,
 ) -> list[Result]:
-    """Compute ``work(part, *of)`` for each part side by side, with lines of progress."""
+    """Results of ``work(part, *of, say)`` for each part, side by side, with lines of progress."""
     done = 0
 
     def hear(_: str) -> None:
@@ -153,6 +161,7 @@ def _side_by_side(
 
 
 def _made(part: tuple[Sequence[Link], bool], say: Report) -> dict[str, Any]:
+    """The arrays of the polynomials of a part's links."""
     from rigidpend.routes.certified import chains
 
     made = pieces.packed(chains.linked(*part))
@@ -163,10 +172,11 @@ def _made(part: tuple[Sequence[Link], bool], say: Report) -> dict[str, Any]:
 def _checked(
     part: tuple[int, Sequence[Quad | StartLine], Mapping[str, Any], bool], *of: Any
 ) -> list[bool]:
-    """The symbols of a part; its last set, unless it is the last of all, is only covered."""
+    """The symbols of a part's links; its last set is only covered, unless it is the last of all."""
     *numbers, say = of
     first, sources, proof, whole = part
     links: list[Any] = list(zip(sources, pieces.unpacked(proof, len(sources)), strict=True))
+    # Behind the last set nothing is to be covered, but its passage has a symbol.
     links += [None] if whole else []
     found = coverings.prove_chain(sections.Numbers.of(*numbers), links, first=first)
     say("checked")
@@ -174,8 +184,9 @@ def _checked(
 
 
 def _problem(file: Path, stated: Any) -> tuple[Any, Fraction]:
-    """A problem, checked by the schema of a full shift, and its action."""
+    """The stated problem, checked by the schema of a full shift, and J1_0."""
     try:
+        # A name for the figure is all that the schema asks for besides.
         text = {key: stated[key] for key in PROBLEM}
         content: Any = experiments.schema("full_shift").model_validate(
             {"experiment": "full_shift", "figure": "", "problem": text}

@@ -11,19 +11,20 @@ from rigidpend.experiments.shared import STEPS
 
 COVERED = ("sets", "targets")
 CLOSE = of_largest(1e-6)
-"""Allowed difference of sets, of the largest: the map errs by 1e-16 in d, which is 1e-7 of a."""
+"""Allowed difference of sets, over the largest: the map's error of 1e-16 in d is 1e-7 of a."""
 MARGIN = 0.05
 """Allowed difference of a bound on |V|, which is less than 1 or nothing is proven."""
 PHASE = 1e-13
-"""Allowed difference of the middle of a line, of which the map tells the phase to some 1e-14."""
+"""Allowed difference of the middle of a line, whose phase the map tells to some 1e-14."""
 SLOPES = 0.2
-"""Allowed difference of a bound on its slopes, less than 1 too, to which all roundings add."""
+"""Allowed difference of a bound on V's slopes, also less than 1, to which every rounding adds."""
 NEAR = stated(2.0**-12)
-"""The bound on a distance, as large as a proof admits; its digits hang on roundings."""
+"""Allowed are all bounds on a distance that a proof admits: their digits depend on round-off."""
 
 
 def _curve(*_: Any) -> Any:
-    """Allowed difference of the coefficients of a curve, over |gamma3| of a hundredth."""
+    """Allowed differences of the coefficients of a curve, where |gamma3| is about a hundredth."""
+    # Each makes a difference of about 1e-12 in d.
     return [1e-12, 1e-10, 1e-8, 1e-6, 1e-4]
 
 
@@ -74,7 +75,7 @@ APPROACH = {
     name: QUADS[name]._replace(dimensions=("passages",))
     for name in ("rising", "a", "b", "l0", "l1", "symbol")
 } | {"p": QUADS["p"]._replace(dimensions=("passages", "coefficients"))}
-"""Sets between the line of starts and those of the full shift, of which each covers the next."""
+"""Fields of the sets between the line of starts and the full shift; each covers the next."""
 ENERGIES = {
     "shift": _number("energies are h or h0 + shift + spread w, w from -1 to 1", within=_curve),
     "spread": _number("see shift"),

@@ -30,11 +30,11 @@ if TYPE_CHECKING:
     from rigidpend.routes.certified.horseshoe import ShiftProblem
 
 SIDE = 24
-"""Points on a side of an outline."""
+"""Points on each side of an outline."""
 NUMBERS_OF_LINE = ("e1", "e2", "centre", "half", "wide")
-"""Those of a line of starts that are stored."""
+"""Names of the numbers of a line of starts that are stored."""
 SECONDS = 6.0
-"""Seconds that a proof takes."""
+"""Seconds that a proof takes, about."""
 FURTHER = (
     "all of them stretch one way and shrink the other: each sequence of sets has one orbit in them",
     "beside the sets orbits return on one of two sides or tend to T1 or T2: every finite"
@@ -42,7 +42,7 @@ FURTHER = (
     "the surfaces S1- and S2+ cross transversally: every finite sequence of sets of even length"
     " is that of one orbit from T1 to T2, and of only one",
 )
-"""Theorems 3, 4 and 8, which a body may lack that has the first two."""
+"""Sentences of Theorems 3, 4 and 8, which may be undecided where Theorems 1 and 2 are proven."""
 OF_ENERGIES = "all of this of every energy that differs from h by at most {1!r}"
 OF_ONE_J2 = (
     "all of this of every energy that differs from h0 + {0!r} by at most {1!r}, but the starts"
@@ -51,10 +51,14 @@ OF_ONE_J2 = (
 
 
 def compute(config: Config, means: Means) -> Tree:
-    """Find the sets and the polynomials of their orbits, and check what they prove."""
+    """Find sets and polynomials of their orbits, check them, and return them with what they prove.
+
+    ArithmeticError where no setting proves a full shift; the text says why, for each.
+    """
     from rigidpend.orbits.return_map import MapError
     from rigidpend.routes.certified import horseshoe
 
+    # Every setting may fail for a reason of its own: all reasons are told in the end.
     doubts = []
     try:
         approach = _approach(config)
@@ -72,9 +76,11 @@ def compute(config: Config, means: Means) -> Tree:
 def _proven(
     config: Config, setting: ShiftProblem, approach: OrbitCrossings | None, means: Means
 ) -> Tree:
+    """The result of one setting; Undecided, MapError or ArithmeticError where nothing is proven."""
     from rigidpend.routes.certified import chains, family_orbits, horseshoe
 
     J1 = rational(config.problem.J1_0)
+    # The sets have to be proven at all energies of the line of starts, so the line comes first.
     if approach is not None:
         links = chains.links(setting, J1, approach, horseshoe.quads(setting))
         setting = setting._replace(spread=links[0].setting.spread)
@@ -87,7 +93,8 @@ def _proven(
     starts, ends = family_orbits.line(setting, J1, sets)
     link = chains.Link(starts, setting, theta2=ends)
     begun = link.pieces()
-    # Only Theorem 8 needs a strip about the line, which may be too wide to cross the sets.
+    # Only Theorem 8 needs a strip about the line. If the strip's image is too wide to cross the
+    # sets, the line alone still proves Theorem 2.
     if starts.wide and not chains.crosses(link, begun, sets):
         link = link._replace(of=starts._replace(wide=Fraction(0)))
         begun = link.pieces()
@@ -101,7 +108,7 @@ def _stored(
     links: Sequence[Link],
     means: Means,
 ) -> Tree:
-    """The result, if its proof holds."""
+    """The result with its margins, if the proof holds; Undecided if it does not."""
     starts: Any = links[0].of
     setting = links[0].setting
     before: Any = [link.of for link in links[1:]]
@@ -115,6 +122,7 @@ def _stored(
         data["energies"] = pieces.packed_energies(setting.shift, setting.spread, sets, starts)
     if before:
         data["approach"] = pieces.packed_quads(before)
+    # What is stored is checked, in the form in which a reader gets it.
     proven = checked(config, data)
     count = sum(map(len, proven.relations))
     means.report(f"every code occurs: {count} covering relations are proven, and those of a line")
@@ -137,26 +145,29 @@ def _stored(
 
 
 class Proven(NamedTuple):
-    """Arrivals and relations that the proof of a result proves."""
+    """Crossings and relations that a result proves, and theorems that stay undecided."""
 
     arrivals: list[Reached]
+    """The next crossings of each set."""
     relations: list[list[Relation]]
+    """The relations of each set."""
     start: Reached
-    """Crossings of the line, or of the last set of its approach."""
+    """Crossings of the line of starts, or of the last set of its approach."""
     crossed: list[Relation]
+    """The relations of the line, or of the last set of its approach."""
     symbols: list[int]
-    """Those of the approach."""
+    """The symbols of the approach."""
     theta2: tuple[float, float] | None
-    """Bounds on theta2_0 of the starts, radians, if they have an approach."""
+    """Bounds on theta2_0 of the starts, radians; None without an approach."""
     doubts: tuple[str, str, str]
-    """Reasons for which Theorems 3, 4 and 8 are undecided; empty where they are proven."""
+    """Reasons for which Theorems 3, 4 and 8 are undecided; empty texts where they are proven."""
 
 
 def checked(config: Config, data: Data) -> Proven:
-    """Check the proof of a result without integration: what it proves.
+    """Check the proof of a result without integration, and return what it proves.
 
-    Its data need the groups `sets`, `line` and `proof`, and `energies` and `approach` if it has
-    them. Undecided where something is not shown; the text says what.
+    Of its data the groups `sets`, `line`, `proof` and, if there are, `energies` and `approach` are
+    used, no margins. Undecided where Theorems 1 and 2 are not shown; the text says why.
     """
     energies, approach = data.get("energies"), data.get("approach")
     sets = pieces.unpacked_quads(data["sets"], energies)
@@ -170,13 +181,15 @@ def checked(config: Config, data: Data) -> Proven:
     start, crossed, symbols = coverings.prove_line(numbers, links, sets, arrivals)
     if tuple(symbols) != _asked(config):
         raise Undecided("the symbols of the approach are others than its config asks for")
-    # Nothing is claimed of how many starts have a code where they have an approach.
+    # Theorems 1 and 2 are proven here: a doubt on a further one is noted, and does not end the
+    # check. With an approach nothing is claimed of how many starts have a code: no C7 of the line.
     cones = [*itertools.chain(*relations), *([] if before else crossed)]
     cone = _doubt(coverings.prove_cones, cones)
     middle = _doubt(connections.prove_connections, numbers, sets, arrivals)
     of_line = starts, links[0][1], start
     crossing = _doubt(connections.prove_transversal, numbers, of_line, sets, arrivals)
     theta2 = sections.phases(numbers, starts, links[0][1]) if before else None
+    # Theorem 8 needs C7 and C8 as well.
     doubts = cone, middle, cone or middle or crossing
     return Proven(arrivals, relations, start, crossed, list(map(int, symbols)), theta2, doubts)
 
@@ -191,7 +204,7 @@ def _doubt(check: Callable[..., Any], *of: Any) -> str:
 
 
 def theorems(config: Config, data: Data) -> list[str]:
-    """Sentences that the proof in a result proves, checked again without integration."""
+    """Sentences that the proof in a result proves; it is checked again without integration."""
     proven = checked(config, data)
     count, energies = sum(map(len, proven.relations)), data.get("energies")
     also = OF_ONE_J2 if config.problem.h is None else OF_ENERGIES
@@ -225,7 +238,7 @@ def _asked(config: Config) -> tuple[int, ...]:
 
 
 def _approach(config: Config) -> OrbitCrossings | None:
-    """The orbit along which starts come to the sets, if one is asked for."""
+    """The orbit along which starts come to the sets; None if a config asks for none."""
     from rigidpend.routes.certified.chains import OrbitCrossings
     from rigidpend.routes.symbolic import NoOrbit, find_orbit
 
@@ -241,7 +254,10 @@ def _approach(config: Config) -> OrbitCrossings | None:
 
 
 def _found(config: Config, approach: OrbitCrossings | None) -> ShiftProblem:
-    """The body and its energy, or that of the middle of a line of starts of one J2_0."""
+    """The problem of a config, at its energy or at that of a line's middle, for starts of one J2_0.
+
+    Half rotations and bits are left open.
+    """
     from rigidpend.routes.certified import family_orbits, horseshoe
 
     problem = config.problem
@@ -263,8 +279,10 @@ def _spread(config: Config) -> Fraction:
 
 
 def _numbers(config: Config, shift: Fraction, spread: Fraction) -> sections.Numbers:
-    """The body and the energies of which a proof is."""
+    """The numbers of the body and of a proof's energies; Undecided if not the config's."""
     problem = config.problem
+    # Of one h the interval may be wider than asked for, but not elsewhere; of one h0 it may be any,
+    # since the checker proves that those of the line's starts are among them (C6).
     if problem.h is not None:
         if shift or spread < _spread(config):
             raise Undecided("the energies are not those of the config")
@@ -276,7 +294,7 @@ def _numbers(config: Config, shift: Fraction, spread: Fraction) -> sections.Numb
 
 
 def _drawn(sets: Sequence[Quad], proven: Proven) -> dict[str, Array]:
-    """Outlines of the sets and of their images, as the polynomials have them."""
+    """Outlines of the sets and of their images, and the line's image, by the polynomials."""
     side, one = np.linspace(-1, 1, SIDE), np.ones(SIDE)
     around = np.concatenate((side, one, -side, -one)), np.concatenate((-one, side, one, -side))
     images = [(found.d, found.g) for found in proven.arrivals]
@@ -294,15 +312,16 @@ def _drawn(sets: Sequence[Quad], proven: Proven) -> dict[str, Array]:
 def _in_chart(
     sets: Sequence[Quad], rising: bool, where: tuple[Family, Family], u: Array, v: Array
 ) -> tuple[Array, Array]:
-    """chi, and d less that of the stable surface, of points of a section."""
+    """The coordinates chi and d of points of a section, d less that of the stable surface."""
     d, g = (_values(each, u, v) for each in where)
-    # The sets of a section lie on either side of its stable surface, equally far.
+    # The sets of a section lie on either side of its stable surface, equally far: the mean of
+    # their curves is near it.
     curves = [np.array(quad.p, dtype=float) for quad in sets if quad.rising == rising]
     return -np.arcsin(g), d - np.polynomial.polynomial.polyval(g, np.mean(curves, axis=0))
 
 
 def _values(family: Family, u: Array, v: Array) -> Array:
-    """At the energy in the middle."""
+    """Values at some u and v of a family that does not depend on x, at the energy w = 0."""
     terms = family.doubled.to_dict().items()
     unit = 2.0 ** -(family.bits + 1)
     middle = ((c, at) for at, c in terms if not at[3])
@@ -310,5 +329,5 @@ def _values(family: Family, u: Array, v: Array) -> Array:
 
 
 def cost(config: Config) -> float:
-    """Estimate of the seconds that a proof takes."""
+    """Seconds that a proof takes, an estimate."""
     return SECONDS

@@ -1,6 +1,7 @@
-"""The sets and their images, as one draws a horseshoe: at two scales, for images are long.
+"""Figure and tables of a full shift.
 
-In tables: covering relations, each with the margin by which it holds.
+The figure shows sets and images as a horseshoe is drawn, at two scales, because images are long and
+thin. The tables list the covering relations, each with the margins by which it holds.
 """
 
 from __future__ import annotations
@@ -24,7 +25,7 @@ HEIGHT = 5.9
 COLOUR = (BLUE, RED)
 """Colours of symbols 0 and 1."""
 ROOM = 1.25
-"""Widths of a magnified panel, in those of the larger of the two strips in it."""
+"""Size of a magnified panel over that of the strips in it."""
 
 
 def draw(result: Loaded) -> Figure:
@@ -36,7 +37,7 @@ def draw(result: Loaded) -> Figure:
         whole, near = panels[:, column]
         words = "upward" if rising else "downward"
         title(whole, "ab"[column], f"{words} crossings")
-        # At this scale a set has no width of its own to be seen by.
+        # At this scale a set is thinner than a line: its edge is drawn wide enough to be seen.
         _draw(whole, data, rising, 1.8)
         if data["sets"]["rising"][data["line"]["target"][0]] == rising:
             whole.plot(data["drawn"]["line_chi"], data["drawn"]["line_d"], color="0.2", lw=0.8)
@@ -59,10 +60,11 @@ def draw(result: Loaded) -> Figure:
 
 
 def _draw(axes: Axes, data: Data, rising: bool, edge: float = 0.6) -> None:
+    """Draw the sets of a section and the images in it, with edges of a width in points."""
     drawn, sets = data["drawn"], data["sets"]
     look: Any = {"lw": edge, "joinstyle": "bevel"}
     for k, (of, symbol) in enumerate(zip(sets["rising"], sets["symbol"], strict=True)):
-        # Images of sets of the other section.
+        # The images in a section are those of the sets of the other one.
         of_image = "" if of == rising else "image_"
         colour, alpha = COLOUR[int(symbol)], 0.4 if of_image else None
         outline = drawn[f"{of_image}chi"][k], drawn[f"{of_image}d"][k]
@@ -72,7 +74,7 @@ def _draw(axes: Axes, data: Data, rising: bool, edge: float = 0.6) -> None:
 
 
 def _crossing(drawn: Data, source: int, target: int) -> tuple[Any, Any]:
-    """Limits about the place where the middle of an image crosses the middle of a set."""
+    """Limits of both axes about the place where the middle of an image crosses that of a set."""
     sides = drawn["chi"].shape[1] // 4
     # The image of u from -1 to 1 at v = -1 and, backwards, at v = 1; the set's v at u = -1 and 1.
     x = _middle(drawn["image_chi"][source], sides, 0)
@@ -91,6 +93,7 @@ def _crossing(drawn: Data, source: int, target: int) -> tuple[Any, Any]:
 
 def _middle(outline: Array, sides: int, first: int) -> Array:
     """The middle line between two opposite sides of an outline."""
+    # An outline runs around: its opposite sides have opposite directions.
     one = outline[first * sides : (first + 1) * sides]
     other = outline[(first + 2) * sides : (first + 3) * sides]
     return (one + other[::-1]) / 2
@@ -111,7 +114,7 @@ CAPTION = (
 
 
 def tables(result: Loaded) -> list[Table]:
-    """Table of the relations, and that of the sets."""
+    """The table of relations and that of sets."""
     data = result["data"]
     sets, relations, line = data["sets"], data["relations"], data["line"]
     rows = list(zip(sets["rising"], sets["symbol"], strict=True))
@@ -157,15 +160,18 @@ def tables(result: Loaded) -> list[Table]:
 
 
 def _more(x: float) -> str:
+    """Words on a lower bound."""
     return f"more than {_below(x, 4)}"
 
 
 def _less(x: float) -> str:
+    """Words on an upper bound."""
     return f"less than {_above(x, 4)}"
 
 
 def entropy(sets: Data) -> float:
-    """The bound of Theorem 10, from the largest times of passages: a unit of t', rounded down."""
+    """The lower bound s of Theorem 10 on the entropy a unit of t', by the longest passages."""
+    # The sum falls as s grows: bisection, in doubles, ends at the last s where it exceeds 1.
     low, high = 0.0, 1.0
     while low < (middle := (low + high) / 2) < high:
         weights = np.exp(-middle * sets["longest"])
@@ -175,14 +181,14 @@ def entropy(sets: Data) -> float:
 
 
 def _behind(data: Data) -> str:
-    """Words on the approach of a line of starts."""
+    """Words on the approach of a line of starts; empty without one."""
     if "approach" not in data:
         return ""
     return f" after the symbols {''.join(map(str, data['approach']['symbol']))}"
 
 
 def _energies(result: Loaded) -> str:
-    """A sentence on the energies, where there are several."""
+    """A sentence on the energies; empty if there is only one."""
     found, given = result["data"].get("energies"), result["config"]["problem"]
     if found is None:
         return ""
@@ -194,10 +200,10 @@ def _energies(result: Loaded) -> str:
 
 
 def _below(x: float, digits: int) -> str:
-    """A lower bound as text, rounded down."""
+    """A lower bound as text with some digits, rounded down."""
     return f"{Context(digits, ROUND_FLOOR).create_decimal_from_float(float(x)):g}"
 
 
 def _above(x: float, digits: int) -> str:
-    """An upper bound as text, rounded up."""
+    """An upper bound as text with some digits, rounded up."""
     return f"{Context(digits, ROUND_CEILING).create_decimal_from_float(float(x)):g}"

@@ -1,24 +1,28 @@
 """Proofs for the exact problem: of the symbols of route codes, and of sets that cover each other.
 
-`docs/certified.md` and `docs/full-shift.md` state the theorems and prove them; they name the
-function that checks each hypothesis.
+`docs/certified.md` and `docs/full-shift.md` state the theorems, prove them, and say where each
+hypothesis is checked.
 
-What proves
------------
+Modules that prove
+------------------
 balls, models
              enclosures of the problem's numbers, logarithmic norm, polynomials over the integers
-pieces       data of proofs: steps of an orbit, and of families, with the sets they begin in
+pieces       data of proofs: steps of an orbit and of families, sets in which families begin
 checker      symbols of one orbit
-intervals    those of all orbits that start on an interval
-sections, passages, coverings, connections
-             sets, where their orbits begin, next cross, what that covers, and what follows beside
+intervals    symbols that all orbits starting on an interval have
+sections, passages
+             sets of the section M3 = 0, where their orbits begin, and where they next cross it
+coverings, connections
+             relations between sets that follow; orbits beside the sets, and how surfaces cross
 
-What finds, and need not be trusted
------------------------------------
-approximation, codes
-             polynomials of an orbit, route codes made of them and the checker
+Modules that find polynomials and sets, and need not be trusted
+----------------------------------------------------------------
+approximation
+             polynomials of an orbit
 interval_search
              intervals with their polynomials
 horseshoe, family_orbits, chains
              sets and the ways they are tried, their orbits, lines of starts, sets along an orbit
+
+`codes` does both: it finds proofs of route codes, and checks given ones by the checker.
 """

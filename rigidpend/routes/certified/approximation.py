@@ -2,12 +2,14 @@
 
 Nothing here is proven, and nothing needs to be: :mod:`rigidpend.routes.certified.checker` decides.
 
-A step starts in doubles. Then each iteration takes the integral equation's residual
+A step starts from a solution in doubles. Each iteration then computes the residual of the integral
+equation on x in [-1, 1],
 
-    R = P(-1) + duration integral f(P) - P
+    R(x) = y + tau (integral of f(P) from -1 to x) - P(x),
 
-in integers, and solves the equation linearised about the doubles for the correction, in
-doubles: some `GAIN` bits are won each time. f is `rigidpend.mechanics.equations.aligned` itself.
+in integers; y is the state at the beginning, tau half of the step's length in time, and f the
+field, `rigidpend.mechanics.equations.aligned` itself. The equation linearised about the solution in
+doubles gives the correction, also in doubles: each iteration gains about `GAIN` bits.
 """
 
 from __future__ import annotations
@@ -28,31 +30,33 @@ from rigidpend.routes.certified.models import Model
 from rigidpend.routes.certified.pieces import ORBIT_CLOCK, Step
 
 GAIN = 35
-"""Bits that an iteration wins: what the linear equation is solved to, in doubles."""
+"""Bits that an iteration gains: those to which doubles solve the linear equation."""
 DOUBLE = 35
-"""Bits that hold at the beginning."""
+"""Bits of the solution in doubles that are taken as right at the beginning."""
 KEPT = 46
-"""Bits down to which the doubles give coefficients, whose decay tells how many there are to be."""
+"""Bits down to which doubles give coefficients; their decay tells how many a series needs."""
 FASTER = 0.9
-"""Share of the coefficients that a geometric decay asks for; they decay faster, as measured."""
+"""Coefficients kept, as a share of those for a geometric decay; measured, the decay is faster."""
 NOISE = 2.0**-42
-"""Share of a correction below which it is rounding."""
+"""Size of a coefficient, over the largest one of a correction, below which it is round-off."""
 FIRST_NODES = 64
 """Nodes of the first solution of a step."""
 GUARD = 8
 """Bits of a residual beyond those that its correction can use."""
 GRAIN = 4
-"""Numbers of coefficients are multiples of it, so that few rules are made."""
+"""Numbers of coefficients are multiples of this, so that few rules are computed."""
 LONGEST = 5.0
-"""Length of a step, in radians of the faster of rotation and saddle; measured: flat from 4 to 6."""
+"""Length of a step times the faster one of the rates of rotation and saddle.
+
+Measured: the time of a proof hardly depends on it from 4 to 6."""
 CLEAR = 0.15
 """Least |M3|/|M| at the end of a step."""
 SHORTER, SHORTEST = 0.8, 0.3
-"""Factor by which a step that would end near M3 = 0 is shortened, and its least share."""
+"""Factor by which a step that would end near M3 = 0 is shortened, and its least share of a step."""
 
 
 class _Truncated(Model):
-    """A model whose error nobody asks for, cut at a degree."""
+    """A model whose error is not recorded, truncated at a degree."""
 
     cut = 0
 
@@ -69,7 +73,7 @@ class _Truncated(Model):
         return _Truncated.of(super().__add__(other), self.cut)
 
     def __mul__(self, other: Model) -> _Truncated:
-        # What is rounded and cut off is not recorded: the checker bounds what is wrong, not this.
+        # Neither rounding nor truncation is recorded: the checker bounds the defect they leave.
         doubled = (self.doubled * other.doubled) // fmpz_poly([1 << (self.bits + 1)])
         degree = self.degree + other.degree
         if degree > self.cut:
@@ -80,17 +84,18 @@ class _Truncated(Model):
 
 
 class Rule(NamedTuple):
-    """Chebyshev nodes x = -cos(pi k/(n - 1)), (n,), and what is linear in values at them, (n, n).
-
-    From values to those of the integral from -1, and to coefficients w; from these to values; and
-    (n - 1, n) to values halfway between nodes.
-    """
+    """Chebyshev nodes and the matrices of what is linear in a polynomial's values at them."""
 
     nodes: Array
+    """(n,), x = -cos(pi k/(n - 1)), rising from -1 to 1."""
     integral: Array
+    """(n, n), from values to those of the integral from -1."""
     series: Array
+    """(n, n), from values to coefficients w of w_0/2 + sum_j w_j T_j."""
     values: Array
+    """(n, n), from coefficients w to values."""
     middles: Array
+    """(n - 1, n), from values to those halfway, in the angle, between neighbouring nodes."""
 
 
 @functools.lru_cache(maxsize=64)
@@ -100,20 +105,21 @@ def rule(n: int) -> Rule:
     values = np.cos(np.outer(angle[::-1], np.arange(n)))
     # Series are w_0/2 + sum_j w_j T_j throughout, as in the certificates.
     values[:, 0] = 0.5
-    # The inverse is known: the discrete cosine transform.
+    # The inverse of `values` is known, a discrete cosine transform: values at both ends count
+    # half, and so does the last coefficient.
     ends = np.where((np.arange(n) == 0) | (np.arange(n) == n - 1), 0.5, 1.0)
     series = 2 / (n - 1) * (np.cos(np.outer(np.arange(n), angle[::-1])) * ends)
     series[-1] /= 2
     middles = np.cos(np.outer((angle[::-1][:-1] + angle[::-1][1:]) / 2, np.arange(n)))
     middles[:, 0] = 0.5
-    # Coefficients of the integral: (w_{j-1} - w_{j+1})/(2 j).
+    # Coefficients of the integral are (w_{j-1} - w_{j+1})/(2 j) for j > 0.
     antiderivative = np.zeros((n, n))
     for j in range(1, n):
         antiderivative[j, j - 1] = 1 / (2 * j)
         if j + 1 < n:
             antiderivative[j, j + 1] = -1 / (2 * j)
     integral = values @ antiderivative @ series
-    # The integral is to vanish at -1: the constant that the series leaves open is taken off.
+    # The constant that the series leaves open is fixed by an integral of zero at x = -1.
     return Rule(-np.cos(angle), integral - integral[:1], series, values, middles @ series)
 
 
@@ -126,26 +132,27 @@ class Approximation:
         self.state = [_fixed(x) for x in state]
         size = math.hypot(*(float(x.mid()) for x in state[:3]))
         c = self.doubles
-        # The pendulum rotates at kappa |M|, the saddle has the exponent sin(alpha0) |M|.
+        # The pendulum motion rotates at the rate kappa |M|; beside it Qp^2 and Qm^2, which drive
+        # M3, grow and decay at the rate sin(alpha0) |M|.
         self.longest = LONGEST / (size * max(c.kappa, 2 * c.half_sigma))
         self.size = size
 
     def step(self, bits: int) -> Step:
         """The next step, its coefficients in units of 2^-bits."""
-        # The last step's end has one bit more than its coefficients,
+        # The state has units of its own: the end of a step has one bit more than its coefficients,
         # and bits fall as the bound grows.
         begin = [
             x >> (here - bits) if here >= bits else x << (bits - here) for x, here in self.state
         ]
         half, states = self._in_doubles([x / 2**bits for x in begin])
         series, n = self._start(states, bits)
-        # The step's length is this whole number from here on, also for the checker.
+        # From here on the half-length is this integer, in the residual and in the certificate.
         whole = round(half * 2**ORBIT_CLOCK)
         linear = _Linear(series @ rule(n).values.T, self.doubles, half)
         known = DOUBLE
         P = [_whole(row, bits) for row in series]
         while True:
-            # Of thousands of bits a step takes half a minute.
+            # A step of thousands of bits takes half a minute.
             check_stop()
             # An early residual is not computed in more bits than its correction can use.
             work = min(bits, known + GAIN + GUARD)
@@ -153,34 +160,35 @@ class Approximation:
             size = max(map(abs, (x for row in residual for x in row)))
             P = _corrected(P, residual, size.bit_length(), linear)
             won = bits - size.bit_length() + GAIN
-            # Done, or stuck: then the checker will find a large defect, and say so.
+            # Done, or stuck: then the checker finds a large defect, and says so.
             if won >= bits or won <= known:
                 break
             known = won
-        # T_j(1) = 1: the sum of the series, doubled, which is why it has one bit more.
+        # T_j(1) = 1: the end is the sum of the series; w_0 counts half, so the sum is doubled and
+        # has one bit more.
         self.state = [(w[0] + 2 * (sum(w[2::2]) + sum(w[1::2])), bits + 1) for w in P]
         return Step(whole, bits, P)
 
     def _in_doubles(self, begin: Sequence[float]) -> tuple[float, Array]:
-        """Half-length of the step and the orbit's values at nodes, (6, n)."""
+        """The half-length of a step and the orbit's values at its nodes, (6, n), in doubles."""
         share = 1.0
         while True:
             half = share * self.longest / 2
             times = half * (1 + rule(FIRST_NODES).nodes[1:])
             ahead = states_at(self.doubles, np.array(begin), times)
             states = np.column_stack((begin, ahead))
-            # A step does not end near M3 = 0, for the checker must tell its sign at both ends (H4).
+            # No step may end near M3 = 0: the checker has to tell the sign at both ends (H4).
             if abs(states[2, -1]) > CLEAR * self.size or share < SHORTEST:
                 return half, states
             share *= SHORTER
 
     def _start(self, states: Array, bits: int) -> tuple[Array, int]:
-        """Coefficients of the orbit in doubles, as many as so many bits ask for."""
+        """Coefficients of the orbit in doubles, (6, n), and n, the number that `bits` ask for."""
         series = states @ rule(states.shape[1]).series.T
-        # The largest coefficient from each on, for single small ones do not end a series.
+        # From each place on the largest coefficient: a single small one does not end a series.
         tail = np.maximum.accumulate(np.abs(series).max(axis=0)[::-1])[::-1]
         enough = max(4, int((tail > 2.0**-KEPT * tail[0]).sum()))
-        # By a geometric decay so many times the bits need so many times the coefficients.
+        # If coefficients decay geometrically, their number grows in proportion to the bits.
         n = -(-(int(FASTER * enough * bits / KEPT) + 4) // GRAIN) * GRAIN
         kept = np.zeros((6, n))
         m = min(n, enough + 1)
@@ -191,7 +199,7 @@ class Approximation:
         self, P: Sequence[Sequence[int]], begin: Sequence[int], whole: int, bits: int, work: int
     ) -> list[list[int]]:
         """Coefficients of R in units of 2^-bits, computed in `work` bits."""
-        # What so many bits can show is in so many coefficients.
+        # Later coefficients are smaller than a unit of so few bits.
         shift, n = bits - work, min(len(P[0]), len(P[0]) * work // bits + GRAIN)
         rows = [[w >> shift for w in row[:n]] for row in P]
         models = [_Truncated.of(Model.of_series(row, work), n) for row in rows]
@@ -203,7 +211,7 @@ class Approximation:
             r = [whole * c >> ORBIT_CLOCK for c in rate.series[: n + 1]]
             r += [0] * (n + 1 - len(r))
             integral = [(r[j - 1] - r[j + 1]) // (2 * j) for j in range(1, n)]
-            # T_j(-1) = (-1)^j: the constant term that makes the integral begin at the start.
+            # T_j(-1) = (-1)^j: this w_0 makes the integral, with y, equal to y at x = -1.
             first = 2 * ((x >> shift) - sum(integral[1::2]) + sum(integral[::2]))
             R = [(a - b) << shift for a, b in zip([first, *integral], w, strict=True)]
             found.append(R + rest)
@@ -211,7 +219,7 @@ class Approximation:
 
 
 class _Linear:
-    """The equation linearised about an orbit, and solved in doubles."""
+    """The integral equation linearised about an orbit, and its solution in doubles."""
 
     def __init__(self, states: Array, c: AlignedCoefficients, half: float) -> None:
         self.rule, self.half = rule(states.shape[1]), half
@@ -220,13 +228,14 @@ class _Linear:
         Y = _fundamental(self.J, middle, half * np.diff(self.rule.nodes))
         self.Y, self.inverse = Y, np.linalg.inv(Y)
         integral = np.tensordot(self.rule.integral, half * (self.J @ Y), 1)
-        # One step of the iteration for Y itself, by which Runge and
-        # Kutta's few digits become enough.
+        # One correction of Y by its own integral equation, Y = 1 + half integral J Y: the few
+        # digits of the Runge-Kutta rule become enough.
         self.Y = Y + self.solve(integral + np.eye(6) - Y)
         self.inverse = np.linalg.inv(self.Y)
 
     def solve(self, residual: Array) -> Array:
-        """The correction d of d = residual + half integral J d, at the nodes, (n, 6, k)."""
+        """The solution d of d = residual + half integral J d at the nodes, (n, 6, k)."""
+        # Variation of constants: d = R + Y (integral of Y^-1 half J R from -1).
         pulled = self.inverse @ (self.half * (self.J @ residual))
         return residual + self.Y @ np.tensordot(self.rule.integral, pulled, 1)
 
@@ -255,15 +264,16 @@ def _fundamental(J: Array, middle: Array, lengths: Array) -> Array:
 def _corrected(
     P: Sequence[Sequence[int]], residual: Sequence[Sequence[int]], top: int, linear: _Linear
 ) -> list[list[int]]:
-    """The series plus the residual plus what the linearised equation makes of it."""
-    # Integers beyond the range of doubles are shifted into it; the
-    # 60 bits left are more than theirs.
+    """The series plus the solution of the linearised equation for a residual of `top` bits."""
+    # The residual itself is added exactly; only the change that the equation makes of it is
+    # computed in doubles. Larger integers are shifted to 60 bits, more than doubles hold.
     down = top - 60
     scaled = [[x >> down for x in row] if down > 0 else row for row in residual]
     R = np.array(scaled, dtype=float)
     d = linear.solve((R @ linear.rule.values.T).T[..., None])[..., 0].T
     change = d @ linear.rule.series.T - R
-    # Beyond the last coefficient that is more than rounding, noise would not decay any more.
+    # Coefficients beyond the last one that is more than round-off are cut: noise does not decay,
+    # and the derivative in the defect multiplies it.
     size = np.abs(change).max(axis=0)
     last = int(np.flatnonzero(size > NOISE * size.max())[-1])
     change[:, last + 1 :] = 0

@@ -1,16 +1,16 @@
 """Balls: enclosures of a problem's numbers, and of the rate at which two of its orbits can part.
 
-A :class:`Balls` is a namespace of elementary functions over Arb's balls, midpoint and radius,
-of which each result contains the true value. The formulas of the package run over it as they
-run over floats: nothing is written twice, and what comes out is an enclosure.
+A :class:`Balls` is a namespace of elementary functions over Arb's balls, midpoint and radius;
+each result contains the true value. The package's formulas run over it as they run over floats:
+nothing is written twice, and the results are enclosures.
 
-The rate is the logarithmic norm of the aligned field. The distance of two states with difference
-(p, q, s, g1, g2, g3) is measured by
+The rate is the logarithmic norm of the aligned field (lemma "growth" of `docs/certified.md`). The
+square of the distance of two states with difference (p, q, s, g1, g2, g3) is
 
     p^2 + q^2 + (sin(alpha0) s)^2/2 + (|g|/w)^2,    w > 0 any number.
 
-For this norm the terms of Qp, Qm and M3 among themselves cancel but for the saddle of the
-periodic orbits: what remains is sin(alpha0)/2 |M3|, the true exponent beside them.
+In this norm the terms of Qp, Qm and M3 among themselves cancel, except those of the periodic
+orbits' saddle: they leave sin(alpha0)/2 |M3|, the true exponent beside these orbits.
 """
 
 from __future__ import annotations
@@ -28,7 +28,7 @@ from rigidpend.numbers.exact import Exact
 from rigidpend.routes.problem import RouteProblem
 
 SCALARS = 64
-"""Precision in which bounds are computed, bits; each is rounded outward."""
+"""Precision in which bounds are computed, bits; Arb rounds each outward."""
 
 
 def upper(x: arb) -> arb:
@@ -38,11 +38,12 @@ def upper(x: arb) -> arb:
 
 def double_above(x: arb) -> float:
     """A double above a ball."""
+    # The conversion rounds to nearest; the next double is above in any case.
     return math.nextafter(float(x.upper()), math.inf)
 
 
 class Balls:
-    """Elementary functions over balls, in the precision that holds when they are called."""
+    """Elementary functions over balls, in Arb's working precision at the time of the call."""
 
     # The name by which `Exact.over` makes a number in any namespace.
     mpf = arb
@@ -64,25 +65,26 @@ BALLS = Balls()
 
 
 class Enclosed(NamedTuple):
-    """Aligned problem of an orbit in balls: M in units of `unit`, t' in units of its inverse."""
+    """The aligned problem of one orbit in balls: M in units of `unit`, t' in units of 1/unit."""
 
     coefficients: AlignedCoefficients
     state: tuple[Any, ...]
     """Qp, Qm, M3, gamma1, gamma2, gamma3 at t' = 0."""
     unit: Any
-    """A power of two next to |M|."""
+    """A power of two next to |M|, exact."""
 
 
 def enclosed(problem: RouteProblem, theta2_0: Exact, bits: int) -> Enclosed:
     """Enclose the exact problem of an orbit that starts at theta1_0 = alpha0 + beta0.
 
-    What is lost in a working precision of so many bits widens the balls.
+    `theta2_0` is in radians. Round-off of the working precision, `bits`, widens the balls.
     """
     with ctx.workprec(bits):
         given = problem.body, _ball(problem.J1_0), problem.h0, _ball(theta2_0)
         _, J2, p = start_of(*given)
-        # Divided by it |M| is about one, as fixed-point coefficients want it; a power of two
-        # rounds nothing. A J2 that is one itself is told in spite of rounding.
+        # Divided by it |M| is about one to two, as coefficients in fixed point want it, and a
+        # power of two rounds nothing. The factor lifts a J2 that is itself a power of two off the
+        # boundary, so that rounding does not decide its unit.
         unit = _power_of_two(J2 * (1 + arb(2) ** -20))
         # With M in units of `unit` and t' in those of its inverse, a torque is in units of the
         # square.
@@ -93,7 +95,10 @@ def enclosed(problem: RouteProblem, theta2_0: Exact, bits: int) -> Enclosed:
 def start_of(
     body: Body, J1: arb, h0: Exact, theta2: arb, unit: arb | int = 1
 ) -> tuple[tuple[arb, ...], arb, Angles]:
-    """The aligned start with theta1 = alpha0 + beta0, M in a unit; J2, and the body's angles."""
+    """The aligned start with theta1 = alpha0 + beta0, the action J2, and the body's angles.
+
+    M of the start is in units of `unit`, J2 is not; angles are in radians.
+    """
     p = angles(body)
     J2 = (2 * _ball(h0) / p.kappa).sqrt()
     momenta = J1 / unit, (J2 - J1) / unit
@@ -102,6 +107,8 @@ def start_of(
 
 
 def angles(body: Body) -> Angles:
+    """The angles and constants of a body, balls in the working precision."""
+    # Differences of exact moments first: of balls they would cancel.
     A1, A2, A3 = body.A
     differences = [_ball(x) for x in (A1 - A2, A1 - A3, A3 - A2)]
     A, r = [_ball(x) for x in body.A], [_ball(x) for x in body.r]
@@ -109,55 +116,56 @@ def angles(body: Body) -> Angles:
 
 
 def _ball(x: Exact) -> arb:
-    """Enclose an exact number."""
+    """A ball that contains an exact number."""
     return arb(x.over(BALLS))
 
 
 def _power_of_two(x: arb) -> arb:
-    """A power of two next to a positive number."""
+    """The largest power of two that is no larger than the midpoint of a positive ball."""
     mantissa, exponent = x.mid().man_exp()
     return arb(2) ** (int(exponent) + int(mantissa).bit_length() - 1)
 
 
 HEAVIEST = 2**16
-"""Weight w of gamma at most, which a free body would leave without a bound."""
+"""Largest weight w of gamma; without a torque the best one would be infinite."""
 
 
 class LogarithmicNorm(NamedTuple):
-    """Constants of the norm and of its rate, balls."""
+    """Constants of the norm and of the rate of growth in it, balls; beside each its letter."""
 
     saddle: arb
-    """sin(alpha0)/2, the exponent per unit of M3."""
+    """lambda = sin(alpha0)/2, the exponent per unit of M3."""
     upright: arb
-    """sin(alpha0)/sqrt(2), the weight of M3."""
+    """sigma = sin(alpha0)/sqrt(2), the weight of M3."""
     weight: arb
     """w, exact."""
     torque: arb
-    """Bound on the torque of a unit gamma, in the norm of M."""
+    """F, a bound on the torque of a unit gamma, in the norm of M."""
     turning: arb
-    """Bound on |omega| of a unit M of that norm."""
+    """Omega, a bound on |omega| of a unit M of that norm."""
 
     @classmethod
     def of(cls, c: AlignedCoefficients) -> LogarithmicNorm:
         """Constants from the coefficients of the aligned equations, balls."""
         saddle = arb(c.half_sigma)
-        # With sigma^2 = 2 lambda^2 the free body's own terms cancel in the lemma,
-        # but for its saddle. The two that follow are its F and Omega, by which
-        # momentum and gamma drive each other.
+        # With sigma^2 = 2 lambda^2 the free body's own terms cancel in the lemma, except its
+        # saddle. By F and Omega, which follow, gamma and momentum drive each other.
         upright = saddle * arb(2).sqrt()
         torque = _hypotenuse(c.force_p, c.force_m).max(upright * _hypotenuse(c.mu_r1, c.mu_r2))
         turning = (arb(2).sqrt() * abs(c.omega1).max(abs(c.omega2))).max(abs(c.kappa) / upright)
-        # The weight at which both are equal; any number will do, so the midpoint is taken as exact.
+        # The weight at which w F = Omega/w, where their sum is least. Any number is valid, so the
+        # midpoint is taken as exact.
         best = (turning / torque).sqrt() if torque > arb(HEAVIEST) ** -2 * turning else HEAVIEST
         return cls(saddle, upright, arb(best).mid(), torque, turning)
 
     def rate(self, M3: arb, radius: arb) -> arb:
-        """Bound on the logarithmic rate of growth of the distance of two orbits.
+        """Bound on the logarithmic rate, per unit of time, at which two curves part.
 
-        Bounds are given on |M3| halfway between them, and on their distance; one of them has
+        `M3` bounds |M3| halfway between them and `radius` their distance; one of the two has
         |gamma| = 1.
         """
-        # The larger eigenvalue of the lemma's quadratic form.
+        # The larger eigenvalue of the lemma's quadratic form l n^2 + k n |G|. Halfway |gamma| is
+        # at most 1 + w radius/2, by which k grows.
         steep = self.saddle * M3
         coupling = self.weight * self.torque + (1 + self.weight * radius / 2) * (
             self.turning / self.weight
@@ -166,15 +174,20 @@ class LogarithmicNorm(NamedTuple):
 
     @property
     def bending(self) -> arb:
-        """Bound on the second derivative of the field, for two states of norm 1."""
+        """Bound on the norm of the field's second derivative along two changes of norm 1 (C7)."""
         return (1 + self.turning * self.turning).sqrt()
 
     def steepness(self, size: arb) -> arb:
-        """Bound on the derivative of the field, for a state of norm 1, at states of such a size."""
+        """Bound on the norm of the field's derivative along a change of norm 1 (C7).
+
+        It holds at states of norm `size` or less.
+        """
+        # The field is quadratic: its derivative is that of the torque, which is constant, and the
+        # second derivative times the state.
         return self.bending * size + self.weight * self.torque
 
     def norm(self, state: tuple[arb, ...]) -> arb:
-        """Norm of a difference of states."""
+        """The norm of a difference of states, or of bounds on its components."""
         p, q, s, *g = state
         squares = [p, q, self.upright * s, *(x / self.weight for x in g)]
         return sum((x * x for x in squares), arb(0)).sqrt()

@@ -1,7 +1,9 @@
-"""The checker: whether given polynomials prove the crossings of the exact orbit.
+"""The checker of one orbit: it decides if given polynomials prove the orbit's crossings.
 
-It knows nothing of how they were found. `docs/certified.md` states the theorem; H1 to H5 below
-are its hypotheses. Whatever is not shown ends in :class:`Undecided`, never in a symbol.
+It knows nothing of how they were found. `docs/certified.md` states the theorem, whose hypotheses
+are called H1 to H5 here as well. A hypothesis that is not shown ends in :class:`Undecided`, never
+in a symbol. All times are dimensionless; those of a step count in the unit of
+:class:`rigidpend.routes.certified.balls.Enclosed`.
 """
 
 from __future__ import annotations
@@ -19,19 +21,19 @@ from rigidpend.routes.certified.models import PARTS, VALUE_BITS, Model, Values, 
 from rigidpend.routes.certified.pieces import ORBIT_CLOCK, Step
 
 NEWTON = 3
-"""Iterations in doubles to the place of a crossing."""
+"""Newton iterations, rounded to doubles, to the place of a crossing."""
 TRIES, ROOM = 4, 4
-"""Trials of a tube's radius, and the first over the distance at the step's beginning."""
+"""Trials of a tube's radius, and the first radius over the distance that it has to hold."""
 LARGEST = 2.0**-6
-"""Bound on the distance above which nothing is decided."""
+"""Radius of a tube at most: nothing is decided where the distance may be larger."""
 
 
 class Undecided(ArithmeticError):
-    """The polynomials do not prove what comes next; the text says why."""
+    """Error: the polynomials do not prove what comes next; the text says why."""
 
 
 class Outgrown(Undecided):
-    """The bound on the distance has grown too large: more bits would help."""
+    """Error: the bound on the distance has grown too large; more bits would help."""
 
 
 class ProvenCrossing(NamedTuple):
@@ -40,13 +42,18 @@ class ProvenCrossing(NamedTuple):
     time: float
     """t', within `radius` of the exact time."""
     radius: float
+    """t'."""
     separatrix: int
+    """1 to 4, the one beside which the orbit crosses."""
     bound: float
-    """Bound on the distance of the polynomial from the exact orbit over its step."""
+    """Bound on the distance of the polynomial from the exact orbit over its step, in the norm."""
 
 
 class OrbitChecker:
-    """Proof in progress: the exact orbit is within `bound` of the last polynomial's end."""
+    """A proof in progress: the exact orbit is within `bound` of the last polynomial's end.
+
+    Steps are taken one after the other, each of a positive length; `crossings` grows with them.
+    """
 
     def __init__(self, problem: Enclosed) -> None:
         with ctx.workprec(SCALARS):
@@ -57,7 +64,10 @@ class OrbitChecker:
         self._end: list[arb] | None = None
 
     def take(self, step: Step) -> None:
-        """Check a step and go to its end."""
+        """Check H1 to H5 on a step and go to its end; Undecided where one is not shown.
+
+        Its half-length has to be positive, as the reading of a certificate makes sure.
+        """
         check_stop()
         models = [Model.of_series(w, step.bits) for w in step.series]
         duration = arb(step.half_length) / 2**ORBIT_CLOCK
@@ -66,8 +76,8 @@ class OrbitChecker:
             _check_below("H1: the distance where two steps join", begin)
             leap = defect(models, duration, self.coefficients, self.growth)
             _check_below("H2: the distance with a step's defect", begin + 2 * leap)
-            # Finer parts only where coarse ones leave a sign in
-            # doubt: they cost eight times as much.
+            # Finer parts cost eight times as much: they are tried only where coarse ones leave a
+            # sign in doubt. The tube is bounded anew with them, by smaller bounds on |M3|.
             for parts in PARTS:
                 M3 = Values(models[2], parts)
                 radius = self._tube(begin, leap, M3, duration, parts)
@@ -79,9 +89,10 @@ class OrbitChecker:
             self.time += 2 * duration
 
     def _joined(self, models: Sequence[Model]) -> arb:
-        """H1: bound on the distance at the beginning, from the end of the step before."""
+        """H1: bound on the distance at the beginning, from that at the end of the step before."""
         here = [_end(model, -1) for model in models]
-        # In the polynomials' own bits, for the jump is a difference of nearly equal numbers.
+        # In the polynomials' own bits, because the jump is a difference of nearly equal numbers:
+        # 64 bits would lose it to cancellation.
         with ctx.workprec(models[0].bits + SCALARS):
             before = self.start if self._end is None else self._end
             gap = tuple(abs(a - b).upper() for a, b in zip(here, before, strict=True))
@@ -89,7 +100,9 @@ class OrbitChecker:
         return upper(self.bound + self.growth.norm(gap))
 
     def _tube(self, begin: arb, leap: arb, M3: Values, duration: arb, parts: int) -> arb:
-        """H2 and H3: the distance over the whole step."""
+        """H3: bound on the distance over the whole step, which `leap`, its defect (H2), adds to."""
+        # D is bounded over x in [-1, 1], an interval of length 2: it adds at most 2 delta. The
+        # last argument says that the growth lemma takes M3 halfway to the orbit.
         sizes, length = [_units(M3.most(k)) for k in range(parts)], 2 * duration / parts
         grown, _, holds = tube(sizes, length, begin + 2 * leap, self.growth, LARGEST, 0.5)
         _check_below("H3: the distance at the end of a step", grown)
@@ -101,14 +114,14 @@ class OrbitChecker:
     def _doubt(
         self, models: Sequence[Model], M3: Values, radius: arb, duration: arb, parts: int
     ) -> str:
-        """H4 and H5: what of M3's signs and crossings is not shown on a step; empty if all is.
+        """H4 and H5: the reason for which M3's signs or crossings are not shown; empty if they are.
 
-        The crossings are recorded, each with the sign that tells its separatrix.
+        Only if all of them are shown are the step's crossings recorded.
         """
         away = _whole(radius / self.growth.upright)
         sides = [(M3.at[k] > 0) - (M3.at[k] < 0) if M3.least(k) > away else 0 for k in range(parts)]
-        # Both ends must be told. No crossing falls between steps: where two of them join, M3 of
-        # either is farther from zero than, by H1, from that of the other.
+        # Both ends must be told. No crossing falls between two steps then: the exact M3 where they
+        # join has the sign of either polynomial, for each is farther from zero than from it.
         if not (sides[0] and sides[-1]):
             return "H4: M3 is too near zero at an end of a step for its sign to be told"
         found = []
@@ -126,45 +139,51 @@ class OrbitChecker:
     def _crossing(
         self, models: Sequence[Model], where: range, radius: arb, duration: arb, parts: int
     ) -> ProvenCrossing | str:
-        """H5: the one crossing on some parts, or what of it is not shown."""
+        """H5: the one crossing on a run of parts, or the reason for which it is not shown."""
         slopes = models[2].derivative()
         rates = Values(slopes, parts)
+        # Neighbouring parts share an end, so a positive bound on each gives one sign on all.
         least = min(map(rates.least, where))
         if least <= _whole(self._rate_apart(models, radius, duration)):
             return "H5: M3 crosses zero too slowly for it to be one crossing"
-        # Where M3 rises, beside 2 and 4, Qp is large and its sign
-        # tells which; beside 1 and 3 it is Qm.
+        # Where M3 rises, beside 2 and 4, Qp is large and its sign tells which; where it falls,
+        # beside 1 and 3, it is Qm.
         rising = rates.at[where[0]] > 0
         large = Values(models[0 if rising else 1], parts)
         if min(map(large.least, where)) <= _whole(radius):
             return "H5: Q is too near zero at a crossing to tell its separatrix"
         Q = large.at[where[0]]
         x = self._zero(models[2], slopes, where, parts, upper(radius / self.growth.upright), least)
-        # x = -1 is the beginning of the step, and t' here is in units of the inverse of `unit`.
+        # x = -1 is the beginning of the step, and times here are in units of 1/unit.
         time = (self.time + (1 + x) * duration) / self.unit
         return ProvenCrossing(
             *_contained(time), separatrix_beside(rising, Q, Q), double_above(radius)
         )
 
     def _rate_apart(self, models: Sequence[Model], radius: arb, duration: arb) -> arb:
-        """Bound on the distance of dM3/dx of the polynomial from that of the exact orbit."""
-        # The right side of H5, in which 1/(4 lambda) is `twist` and mu the length of mu r.
+        """The right side of H5, a bound on the distance of dM3/dx from that of the exact orbit."""
+        # 1/(4 lambda) is `twist`, and mu the length of (mu r1, mu r2). The mean of polynomial and
+        # orbit, at which the lemma takes the derivative, has |Qp| + |Qm| at most `widest`.
         c = self.coefficients
         widest = sum((arb(x.size) / arb(2) ** x.bits for x in models[:2]), radius)
         torque = (c.mu_r1**2 + c.mu_r2**2).sqrt() * self.growth.weight
-        # The defect is contained in the radius, in the same norm.
+        # |D_3| is at most |D|/sigma, and the radius includes the defect |D|.
         own = radius / self.growth.upright
         return upper(duration * (2 * abs(c.twist) * widest + torque) * radius + own)
 
     def _zero(
         self, M3: Model, slopes: Model, where: range, parts: int, away: arb, least: int
     ) -> arb:
-        """Enclosure of the place x of a crossing, from the polynomial's zero in floats."""
+        """An enclosure of the place x of a crossing, about the polynomial's zero in doubles.
+
+        `away` bounds the distance of M3 from that of the orbit, `least` its slope from below.
+        """
         low, high = ((2 * k - parts) / parts for k in (where[0], where[-1] + 1))
         x = (low + high) / 2
         for _ in range(NEWTON):
             x -= float((M3.at(arb(x)) / slopes.at(arb(x))).mid())
-            # Newton's step may leave the run; any x inside it gives a valid enclosure.
+            # Newton's step may leave the run, beyond which no slope is bounded. Any x inside is
+            # valid: |M3| there over the least slope is at least its distance from the zero.
             x = min(max(x, low), high)
         off = abs(M3.at(arb(x))) / arb(2) ** M3.bits + away
         return arb(x, (off / _units(least)).upper())
@@ -178,15 +197,18 @@ def tube(
     widest: float,
     share: float,
 ) -> tuple[arb, arb, bool]:
-    """The distance over a step, from the assumed radius of a tube, its growth, and if that holds.
+    """A bound on the distance over a step, the factor of its growth, and True if a tube holds it.
 
-    `sizes` are of M3 of the polynomials on parts of a length in time, `begin` the distance at the
-    beginning with what the step adds. Growth is bounded within a share of the radius.
+    `sizes` bound |M3| of the polynomials on parts of equal `length` in time. `begin` is the
+    distance at the beginning with what the step adds. `widest` is the largest radius of a tube,
+    and the rate is taken within `share` of the radius from the polynomials: 1/2 for the growth of
+    a distance, 1 for that of derivatives at the orbits.
     """
-    # The tube is assumed and then verified; the rate depends on its radius but little.
+    # A radius is assumed, then verified: as long as the distance is below `assumed` it is at most
+    # `grown`, and if that is less, it never reaches `assumed`. The rate depends on it but little.
     assumed = ROOM * begin
     for _ in range(TRIES):
-        # A wider tube is never needed, and the rate would be larger in it.
+        # A wider tube decides nothing, and the rate would be larger in it.
         assumed = assumed.min(arb(widest))
         wide = share * assumed / growth.upright
         rates = (growth.rate(size + wide, 2 * share * assumed) for size in sizes)
@@ -207,7 +229,11 @@ def defect(
     coefficients: AlignedCoefficients,
     growth: LogarithmicNorm,
 ) -> arb:
-    """Bound on the norm of dP/dx - duration f(P) over the step, f the aligned field."""
+    """H2: bound on the norm of dP/dx - duration f(P) over a step, where f is the aligned field.
+
+    `duration` is half of the step's length in time.
+    """
+    # f is quadratic with constants as enclosures: one product of polynomials for each of its terms.
     bits = models[0].bits
     half = Model.of_ball(duration, bits)
     numbers = AlignedCoefficients(*(Model.of_ball(arb(c), bits) for c in coefficients))
@@ -217,8 +243,9 @@ def defect(
 
 
 def _end(model: Model, x: int) -> arb:
-    """Value at x = -1 or 1 as a ball without radius: a whole number over 2^bits."""
+    """The polynomial's value at x = -1 or 1, as a ball: an integer over 2^(bits + 1)."""
     w = model.series
+    # T_j(x) = x^j: odd and even j apart, without w_0, which counts half.
     signs = w[1::2], w[2::2]
     twice = w[0] + 2 * (x * sum(signs[0]) + sum(signs[1]))
     with ctx.workprec(model.bits + SCALARS):
@@ -233,7 +260,7 @@ def _check_below(what: str, distance: arb) -> None:
 
 
 def _contained(ball: arb) -> tuple[float, float]:
-    """A double, and a distance from it that contains a ball."""
+    """A double, and a distance from it within which the whole ball lies."""
     middle = float(ball.mid())
     return middle, double_above(abs(ball - arb(middle)))
 

@@ -1,7 +1,7 @@
-"""From a body and initial phases to route codes with a proof of every symbol.
+"""Route codes of a body and initial phases, with a proof of every symbol.
 
-The proof of an orbit is an approximation that the checker accepts, with bits enough for it. What a
-long one will take is told beforehand, and how far it is now and then.
+The proof of an orbit is an approximation, in enough bits, that the checker accepts. The work of a
+long one is estimated before it begins, and its progress reported. All times are dimensionless, t'.
 """
 
 from __future__ import annotations
@@ -34,15 +34,15 @@ from rigidpend.routes.phases import Phases
 from rigidpend.routes.problem import ProblemError, RouteProblem, passage_limit
 
 TRIES, MORE = 3, 1.3
-"""Trials of a proof for which the bits did not suffice, and the factor by which they grow."""
+"""Trials of a proof whose bits do not suffice, and the factor by which bits grow."""
 FEWEST_BITS = 8
 """Bits at the start at least."""
 MOST_WORK = 2**31
-"""Work on an orbit at most, the sum of bits^2 over its steps: an hour or two.
+"""Largest work on an orbit, the sum of bits^2 over its steps: an hour or two.
 
 A step takes 1.5 to 3.6 microseconds times bits^2, from 100 to 3000 bits, as measured."""
 LONG = 2**24
-"""Work of which a line tells before it begins: half a minute or more."""
+"""Work that a line announces before it begins: half a minute or more."""
 BETWEEN = 5.0
 """Seconds from one line to the next."""
 
@@ -53,7 +53,7 @@ class CertifiedCodes(NamedTuple):
     """The proven routes of n orbits; t' is the dimensionless time."""
 
     theta2_0: NDArray[np.float64]
-    """(n,), radians; what is proven is proven of the exact phases, not of these doubles."""
+    """(n,), radians, rounded; the proofs are of the exact phases, not of these doubles."""
     codes: NDArray[np.uint8]
     """(n_symbols, n), row 0 = symbol 1: 0 left, 1 right, 255 not proven."""
     proven: NDArray[np.bool_]
@@ -61,15 +61,15 @@ class CertifiedCodes(NamedTuple):
     crossing_time: NDArray[np.float64]
     """(n_symbols + 1, n), t' of the crossings of J1 = J2/2; NaN where none is proven."""
     time_radius: NDArray[np.float64]
-    """(n_symbols + 1, n), the exact time is within this of `crossing_time`, t'."""
+    """(n_symbols + 1, n), t'; the exact time is within this of `crossing_time`."""
     bound: NDArray[np.float64]
-    """(n_symbols + 1, n), bound on the distance of the computed orbit from the exact one."""
+    """(n_symbols + 1, n), bound on the computed orbit's distance from the exact one; else NaN."""
     separatrix: NDArray[np.uint8]
     """(n_symbols + 1, n), 1..4; 0 where no crossing is proven."""
     bits: NDArray[np.uint16]
-    """(n,), bits at the start of the orbit."""
+    """(n,), bits of the orbit's first step, 0 without steps."""
     reason: list[str]
-    """The reason for which an orbit is undecided, empty where all of its symbols are proven."""
+    """The reason for which an orbit is undecided; empty where all its symbols are proven."""
     steps: list[list[Step]]
     """The polynomials of each orbit, which are its proof."""
 
@@ -151,7 +151,7 @@ def proven_codes(
 def checked_codes(
     problem: RouteProblem, phases: Sequence[Exact], steps: Sequence[Sequence[Step]], jobs: int
 ) -> CertifiedCodes:
-    """Route codes that the steps of a certificate prove, checked without integration."""
+    """Route codes that the steps of a certificate prove; they are checked without integration."""
     high = np.array([float(x) for x in phases])
     proofs = _proofs(_again, (problem,), list(zip(phases, steps, strict=True)), jobs)
     return _record(problem, high, proofs)
@@ -164,7 +164,8 @@ def _proofs(
     jobs: int,
     report: Report | None = None,
 ) -> list[Proof]:
-    """Proofs by processes that use one thread each for their small matrices."""
+    """Proofs of orbits, in their order, by processes of one thread each: matrices are small."""
+    # A process reads these variables where it loads its linear algebra, so they are set before.
     names = ("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS", "MKL_NUM_THREADS")
     before = dict(os.environ)
     os.environ.update(dict.fromkeys(names, "1"))
@@ -181,7 +182,7 @@ def _orbit(
 ) -> Proof:
     """Prove one orbit, with more bits where the first do not suffice."""
     theta2_0, time, tries = orbit
-    # Near enough to be recognised: the exact phase of a grid is written as start + step * k.
+    # A double is enough for the name: the exact phase of a grid is an expression start + step k.
     name = f"theta2_0 = {float(theta2_0)!r}"
     steps, enough = asked_for(problem, time, theta2_0)
     asked, tries = (enough, tries) if bits is None else (bits, 1)
@@ -189,10 +190,11 @@ def _orbit(
     for _ in range(tries):
         asked = min(asked, ORBIT_BITS)
         progress = ProofProgress(name, steps, asked, report, spent)
-        # What bits are given for is not refused, only bounded.
+        # Given bits are not refused beforehand: `ProofProgress.step` stops what takes too long.
         if bits is None and (reason := progress.refusal()):
             return found if found.reason else Proof([], [], reason)
         found = prove(problem, theta2_0, asked, progress)
+        # All trials of an orbit share MOST_WORK.
         spent += progress.work
         if not found.outgrown or asked == ORBIT_BITS:
             break
@@ -205,12 +207,12 @@ def _again(orbit: tuple[Exact, Sequence[Step]], problem: RouteProblem) -> Proof:
 
 
 def _expected(problem: RouteProblem, theta2_0: Sequence[Exact]) -> tuple[list[float], list[int]]:
-    """Times t' of the last crossings as doubles find them, and how many trials they are worth.
+    """Times t' of the last crossings as doubles find them, and the number of trials of each orbit.
 
-    Where there is no last crossing it is the time of a wait for it, and one trial tells as much
-    as several.
+    Without a last crossing the time is that up to which one is waited for, and a single trial
+    tells as much as several.
     """
-    # Doubles are enough for an estimate of the time; where it is too short there is another trial.
+    # Doubles suffice for an estimate: where it is too short, another trial takes more bits.
     routes = codes_of(problem, theta2_0, resolve(precisions=(53,)), method="integration")
     limit, last = passage_limit(problem, 53), routes.crossing_time[-1]
     reached = np.nan_to_num(routes.crossing_time).max(axis=0)
@@ -231,19 +233,21 @@ def _record(
             separatrix[row, column], bound[row, column] = crossing.separatrix, crossing.bound
     codes = symbols(separatrix)
     bits = np.array([proof.bits for proof in proofs], dtype=np.uint16)
-    # In the order of its fields.
+    # In the order of the fields of `CertifiedCodes`, up to `bits`.
     of = theta2_0, codes, codes != NO_SYMBOL, time, radius, bound, separatrix, bits
     return CertifiedCodes(*of, [proof.reason for proof in proofs], [x.steps for x in proofs])
 
 
 class ProofProgress:
-    """Lines on the proof of one orbit: so many steps of `bits`, which fall to nearly none.
+    """Lines on the progress of one orbit's proof, and the bound on its work.
 
-    Trials before this one have `spent` some work.
+    About `steps` steps are expected, with `bits` at the first that fall to nearly none at the
+    last. `spent` is the work of the trials before this one.
     """
 
     def __init__(self, name: str, steps: int, bits: int, report: Report, spent: int = 0) -> None:
         self.name, self.steps, self.bits, self._report = name, steps, bits, report
+        # The mean of the square of a number that falls linearly from `bits` to 0.
         self.expected = steps * bits * bits // 3
         self.work, self._taken, self._spent = 0, 0, spent
         self._begun = self._said = time.monotonic()
@@ -251,14 +255,14 @@ class ProofProgress:
             report(f"{name}: about {steps} steps of up to {bits} bits")
 
     def refusal(self) -> str:
-        """Reason for which a proof is not begun; empty where it is worth it."""
+        """The reason for which a proof is not begun; empty where its work is within the bound."""
         if self.expected <= MOST_WORK:
             return ""
         times = f"{self.expected / MOST_WORK:.1f} times the work that an orbit may take"
         return f"it asks for about {self.steps} steps of up to {self.bits} bits, {times}"
 
     def step(self, bits: int) -> bool:
-        """Count a step of so many bits; False where no further one may be taken."""
+        """Count a step of so many bits; False if no further one may be taken."""
         self.work, self._taken = self.work + bits * bits, self._taken + 1
         now = time.monotonic()
         if now - self._said > BETWEEN:
@@ -270,33 +274,33 @@ class ProofProgress:
 
 
 MARGIN = 26
-"""Bits of a step beyond its bound: a defect is that much larger than a unit."""
+"""Bits of a step beyond those of its bound: the defect is as many bits above a unit."""
 AT_START = 64
-"""Bits beyond those of the first step in which the exact problem is enclosed."""
+"""Bits of the exact problem's enclosure beyond those of the first step."""
 
 
 class Proof(NamedTuple):
-    """Proof of an orbit as far as it goes."""
+    """The proof of an orbit, as far as it goes."""
 
     crossings: list[ProvenCrossing]
     steps: list[Step]
     reason: str
-    """Reason for which it ends early; empty where it is whole."""
+    """The reason for which it ends early; empty if it is whole."""
     outgrown: bool = False
-    """True if it ends because its bound has grown too large for its bits."""
+    """True if it ends because the bound has grown too large for its bits."""
 
     @property
     def bits(self) -> int:
-        """Bits of the first step."""
+        """Bits of the first step, 0 without steps."""
         return self.steps[0].bits if self.steps else 0
 
 
 def prove(
     problem: RouteProblem, theta2_0: Exact, bits: int, progress: ProofProgress | None = None
 ) -> Proof:
-    """Find steps that prove all crossings, from a bound of 2^-bits at the start.
+    """Find steps that prove all crossings, beginning with a bound of about 2^-bits.
 
-    Bits are lowered as the bound grows.
+    The bits of steps fall as the bound grows. `theta2_0` is in radians.
     """
     start = enclosed(problem, theta2_0, bits + MARGIN + AT_START)
     orbit, checker = Approximation(start.coefficients, start.state), OrbitChecker(start)
@@ -313,7 +317,7 @@ def prove(
         steps.append(step)
         if checker.crossings:
             last = checker.crossings[-1].time
-        # On an invariant plane no crossing follows, and no finite piece of an orbit can show that.
+        # On an invariant plane no crossing follows, which no finite piece of an orbit can show.
         if float(checker.time) / unit - last > limit or len(steps) == ORBIT_STEPS:
             reason = f"no crossing within t' = {limit:.4g}"
             break
@@ -326,10 +330,10 @@ def prove(
 
 
 def check(problem: RouteProblem, theta2_0: Exact, steps: Sequence[Step]) -> Proof:
-    """Check given steps again: what they prove, without integration."""
+    """Check given steps again, without integration: the proof that they are, as far as it goes."""
     if not steps:
         return Proof([], [], "there are no steps")
-    # In as many bits as `prove` took: what comes out is compared with the certificate bit by bit.
+    # In as many bits as `prove` took, so that times and bounds are the same, bit for bit.
     start = enclosed(problem, theta2_0, steps[0].bits + AT_START)
     checker, reason = OrbitChecker(start), ""
     try:
@@ -344,13 +348,15 @@ def check(problem: RouteProblem, theta2_0: Exact, steps: Sequence[Step]) -> Proo
 
 
 LEFT = 14
-"""Bits that are to be left at the end."""
+"""Bits that are to be left at the end of an orbit."""
 MEAN = 0.9
-"""Mean rate of growth over that far from a crossing, where M3 passes zero; measured on Fig. 4."""
+"""Mean rate of growth over the rate at |M3| = |M|; measured on Fig. 4.
+
+At crossings, where M3 passes zero, the rate is smaller."""
 
 
 def asked_for(problem: RouteProblem, time: float, theta2_0: Exact) -> tuple[int, int]:
-    """Steps that a proof up to a time t' takes, of full length, and bits, by its bound's growth."""
+    """Estimate how many steps of full length a proof up to a time t' takes, and how many bits."""
     start = enclosed(problem, theta2_0, AT_START)
     length = time * float(start.unit)
     longest = Approximation(start.coefficients, start.state).longest
@@ -362,6 +368,6 @@ def asked_for(problem: RouteProblem, time: float, theta2_0: Exact) -> tuple[int,
 
 
 def _digits(bound: arb) -> int:
-    """Binary digits behind the point before a bound's first one."""
+    """The largest k >= 0 with bound < 2^-k, or 0: bits that the bound leaves to be known."""
     mantissa, exponent = bound.upper().man_exp()
     return max(0, -(int(exponent) + int(mantissa).bit_length()))

@@ -1,6 +1,8 @@
-"""The checker of connections: what orbits do beside the sets (C8), and how surfaces cross (C9).
+"""The checker of connections: orbits beside the sets (C8), and how surfaces cross each other (C9).
 
-`docs/full-shift.md` has the theorems, and says what the letters are.
+`docs/full-shift.md` states the theorems and defines the letters. T1 and T2 are the periodic orbits
+of the energy. Every comparison is of balls, and true only if it is certain: a number that is not
+defined, as the root of a negative ball, is NaN and decides nothing. M and t' are dimensionless.
 """
 
 from __future__ import annotations
@@ -27,44 +29,48 @@ from rigidpend.routes.certified.sections import (
 
 
 class Middle(NamedTuple):
-    """Numbers of C8, balls, and what follows for the unstable surface."""
+    """Numbers of C8, balls, and what they say of T1's unstable surface (C9)."""
 
     growth: LogarithmicNorm
     small: arb
-    """d0."""
+    """d0, the largest |d| of sets and images."""
     level: arb
     """h - mu."""
     mu: arb
     kappa: arb
     least: arb
-    """k."""
+    """k, the smaller one of K1 and K2."""
     most: arb
-    """K."""
+    """K, the larger one."""
     lean: arb
     """1/(sqrt(2) chi)."""
     thin: arb
-    """1/2 over the larger of c and s."""
+    """1/2 over the larger one of c and s."""
     m0: arb
     m1: arb
     time: arb
-    """m0/v."""
+    """m0/v, t', a bound on the time in which M3 passes from -m0 to 0."""
     widest: arb
-    """N."""
+    """N, a bound on the length of (Qp, Qm)."""
     follow: arb
-    """Bound on the small one of Qp and Qm where |M3| <= m1."""
+    """Bound on the small one of Qp and Qm where |M3| <= m1, beside the sets."""
 
     @property
     def share(self) -> arb:
-        """r0."""
+        """The number r0 of C9, a bound on |Qm/Qp| of orbits from T1 as long as M3 <= -m0."""
         return self.growth.torque * self.lean / (self.growth.saddle * self.m0**2)
 
     def coupling(self, aside: arb | int = 0) -> arb:
-        """l, or more where |Qm| <= aside."""
+        """The number l of C9, or c(aside): the rate at which differences drive each other."""
         w = self.growth.weight
         return (w * self.growth.torque).max(self.growth.turning / w) + aside / arb(2).sqrt()
 
     def slant(self, upright: arb, aside: arb) -> arb:
-        """C9: bound on the surface's slope, before which |M3| >= upright and |Qm| <= aside."""
+        """C9: bound zeta on the slope of the unstable surface; Undecided if it is not below 1.
+
+        Its orbits have |M3| >= upright and |Qm| <= aside ever before. The slope is the difference
+        of two points in Qm over the norm of that in all other components.
+        """
         rate = self.growth.saddle * upright - self.coupling()
         found = 2 * self.coupling(aside) / rate
         if not (rate > 0 and found < 1):
@@ -72,7 +78,8 @@ class Middle(NamedTuple):
         return found
 
     def slant_at(self, momentum: arb) -> arb:
-        """C9: the same up to where Qp <= momentum."""
+        """C9: bound on the surface's slope up to where Qp <= momentum."""
+        # n1, m2 of C9: up to there |Qm| <= r0 |Qp|, and the energy leaves so much for M3.
         widest = momentum * ((1 + self.share**2) / (1 - self.share**2)).sqrt()
         left = self.level - self.most * widest**2
         if not left > 0:
@@ -80,10 +87,13 @@ class Middle(NamedTuple):
         return self.slant((2 * left / self.kappa).sqrt(), self.share * widest)
 
     def check_graph(self) -> None:
-        """C9: where it first crosses M3 = 0 the surface has one point of each gamma3 at most."""
+        """C9: check that the surface, where it first crosses M3 = 0, is a graph over gamma3."""
         aside = self.follow.max(self.share * self.widest)
         begin, rate = self.slant(self.m0, aside), self.coupling(aside)
+        # The slope grows in the time from M3 = -m0 to 0, as the lemma on slopes says.
         steep = (2 * rate * self.time).exp() * (begin + rate * self.time)
+        # T, mu' and C of C9: two points of one gamma3 differ in all components by at most C times
+        # what they differ by in Qm.
         square = self.level / self.most
         turned = self.lean / (self.thin * (2 * square).sqrt())
         pushed = self.mu / (2 * self.least * (square - self.small**2).sqrt())
@@ -97,35 +107,42 @@ class Middle(NamedTuple):
 def prove_connections(
     numbers: Numbers, quads: Sequence[Quad], arrivals: Iterable[Reached]
 ) -> Middle:
-    """C8: orbits beside the sets cross M3 = 0 again on one of two sides, or tend to T1 or T2."""
+    """C8: check that orbits beside the sets cross M3 = 0 on one of two sides, or tend to T1 or T2.
+
+    The sets and images are those of a full shift.
+    """
     small = [place(quad)[0].bound for quad in quads] + [found.d.bound for found in arrivals]
     with ctx.workprec(SCALARS):
         return check_middle(numbers, largest(small))
 
 
 def check_middle(numbers: Numbers, small: arb) -> Middle:
-    """C8, for orbits that cross M3 = 0 at |d| <= small."""
+    """C8, for orbits that cross M3 = 0 where |d| <= small; Undecided where it is not shown."""
     c, growth = numbers.field, numbers.growth
     energy = numbers.energies.range
     saddle, force = growth.saddle, growth.torque
     mu = (c.mu_r1**2 + c.mu_r2**2).sqrt()
     spins = c.omega1 * numbers.to_M1, c.omega2 * numbers.to_M2
     most, least = spins[0].max(spins[1]), spins[0].min(spins[1])
-    # Any m0, m1 and q will do.
+    # Any m0, m1 and q are valid; these leave room in all of the tests below.
     unit = (2 * energy / c.kappa).sqrt()
     m0, m1, q = unit / 3, 2 * unit / 3, (energy / most).sqrt() / 5
     lean = numbers.to_M1.max(numbers.to_M2) * arb(2).sqrt()
+    # e and v: as long as |M3| <= m1 and the small Q is at most q, M3 rises at the rate v or more.
     square = (energy - mu - c.kappa * m1 * m1 / 2) / most
     rise = (square - 2 * q * q) / (4 * saddle) - mu
     if not rise > 0:
         raise Undecided("C8: M3 is not shown to rise beside the sets")
+    # rho: where |M3| >= m0, D = Qm^2 - Qp^2 grows at the rate 2 rho n^2 or more.
     rate = saddle * m0 - force * lean / m0
     if not rate > 0:
         raise Undecided("C8: the middle is not shown to be a saddle")
+    # The small Q stays below q until |M3| has reached m1.
     time = m1 / rise
     follow = (saddle * m1 * time).exp() * (small + force * time)
     if not follow < q:
         raise Undecided("C8: orbits beside the sets are not shown to follow the separatrix")
+    # D* and v': an orbit that leaves the middle has D >= D*, and M3 falls to zero before D halves.
     apart = 2 * (2 * saddle * rate * square * (m1 - m0)).sqrt() - 4 * saddle * mu
     fall = apart / (8 * saddle) - mu
     widest = ((energy + mu) / least).sqrt()
@@ -142,7 +159,10 @@ def prove_transversal(
     quads: Sequence[Quad],
     arrivals: Sequence[Reached],
 ) -> None:
-    """C9: the unstable surface of T1 and the stable one of T2 cross transversally beside them."""
+    """C9: check that the unstable surface of T1 and the stable one of T2 cross transversally.
+
+    `line` is a strip of starts with its polynomials and its first crossings.
+    """
     strip, pieces, start = line
     if numbers.h0 is not None:
         raise Undecided("C9: the starts are of several energies")
@@ -153,7 +173,7 @@ def prove_transversal(
         upward = [k for k, quad in enumerate(quads) if quad.rising]
         images = [found for quad, found in zip(quads, arrivals, strict=True) if not quad.rising]
         sheets = [found.box[2] for found in (start, *images)]
-        # C1 tells the points of a set to so much.
+        # The points of a set are within ALONE of its polynomials (C1).
         sheets += [arrivals[k].begin[2] + arb(0, ALONE) for k in upward]
         reach = largest(
             [place(quads[k])[1].bound for k in upward] + [found.g.bound for found in images]
@@ -162,7 +182,7 @@ def prove_transversal(
 
 
 def check_strip(numbers: Numbers, middle: Middle, strip: StartLine, piece: FamilyStep) -> None:
-    """C9: in the strip of a line of starts the unstable surface is a curve from end to end."""
+    """C9: check that the unstable surface is a curve from end to end in a strip of starts."""
     _, bounds = line_beginning(numbers, strip, piece)
     states = [Family.of(terms, piece.bits).at("z", -1) for terms in piece.terms]
     momentum = states[0].bound + bounds[0]
@@ -171,7 +191,7 @@ def check_strip(numbers: Numbers, middle: Middle, strip: StartLine, piece: Famil
         raise Undecided("C9: the strip is not shown to be beside the periodic orbit")
     if not middle.share * momentum < wide:
         raise Undecided("C9: the unstable surface is not shown to pass between the strip's sides")
-    # What Qm is follows from v.
+    # A_u and A_v bound the derivatives of all components but Qm = wide v.
     states[1] = Family.of({}, 0)
     _, by_u, by_v, _ = norms(states, middle.growth, PARAMETERS)
     if not middle.slant_at(momentum) * (by_u + bounds[1] + by_v + bounds[2]) < wide:
@@ -181,7 +201,10 @@ def check_strip(numbers: Numbers, middle: Middle, strip: StartLine, piece: Famil
 def check_crossings(
     start: Reached, reach: arb, sheets: Sequence[arb], images: Iterable[Reached]
 ) -> None:
-    """C9: the strip's image, and those of sets, cross the mirror image of the unstable surface."""
+    """C9: check that the images of the strip and of sets cross the surface's mirror image.
+
+    `reach` is G of C9, and `sheets` are balls of gamma2.
+    """
     if not (all(x > 0 for x in sheets) or all(x < 0 for x in sheets)):
         raise Undecided("C9: the sets and images are not shown to be on one sheet of the section")
     ends = [start.g.at("u", side).range for side in (-1, 1)]
@@ -190,6 +213,7 @@ def check_crossings(
     slope = slope_of(start)
     if not (slope > 0 or slope < 0):
         raise Undecided("C9: the surfaces are not shown to cross each other at an angle")
+    # The mirror image has slopes in -S: no tangent of an image may be among them.
     by = Family.of_ball(slope, BITS)
     for found in images:
         by_u, by_v = (d + by * g for d, g in list(zip(*found.slopes, strict=True))[:2])
@@ -198,6 +222,6 @@ def check_crossings(
 
 
 def slope_of(start: Reached) -> arb:
-    """S of C9: slopes dd/dg between points of a strip's image that are nearer across than along."""
+    """The interval S of C9: slopes between points of a strip's image with |dv| <= |du|."""
     across, along = (of[0].range + arb(0, of[1].bound) for of in start.slopes)
     return across / along

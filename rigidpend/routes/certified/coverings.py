@@ -1,7 +1,8 @@
-"""The checker of covering relations: what passages do to sets, from where their orbits cross.
+"""The checker of covering relations: it decides if a passage stretches a set across another.
 
-`docs/full-shift.md` has the theorems; C6 and C7 below are its hypotheses. Whatever is not shown
-ends in :class:`Undecided`, never in a relation.
+`docs/full-shift.md` states the theorems, whose hypotheses C6 and C7 are checked here, from where
+the orbits of sets cross. A hypothesis that is not shown ends in :class:`Undecided`, never in a
+relation. Sets are numbered from 0.
 """
 
 from __future__ import annotations
@@ -30,12 +31,12 @@ from rigidpend.routes.certified.sections import (
 
 
 class Relation(NamedTuple):
-    """A covering relation: by how much it holds."""
+    """A covering relation and the margins by which it holds; U and V are those of the target."""
 
     target: int
-    """Place of the set that is covered."""
+    """Number of the set that is covered."""
     orientation: int
-    """1 where u = 1 is stretched beyond U = 1, -1 where it is beyond U = -1."""
+    """1 if the edge u = 1 is stretched beyond U = 1, -1 if it is beyond U = -1."""
     edge: float
     """Lower bound on |U| on the edges u = -1 and 1; 1 is needed."""
     across: float
@@ -43,21 +44,24 @@ class Relation(NamedTuple):
     stretch: float
     """Lower bound on |dU/du| - |dU/dv| - |dU/dw|/64 of all points; uniqueness needs more than 1.
 
-    Along a line of starts of one J2_0 64 |dw/du| is taken off besides."""
+    For a line of starts of one J2_0 64 |dw/du| is subtracted as well."""
     squeeze: float
     """Upper bound on |dV/du| + |dV/dv| + |dV/dw|/64 of all points; uniqueness needs less than 1."""
 
 
 def relation(source: Reached, target: Quad, begin: Sequence[arb], place: int) -> Relation:
-    """C6: whether the orbits of a set cover another, of the section that they cross.
+    """C6: check that the orbits of a set cover a target, a set of the section that they cross.
 
-    `begin` has Q, gamma1 and gamma2 of the target's points; `place` is that of it in the list.
+    `begin` has Q, gamma1 and gamma2 of the target's polynomials; `place` is the target's number.
     """
     with ctx.workprec(SCALARS):
+        # So near to its polynomials the target has one point only with given d and gamma3 (C1): a
+        # crossing with |U|, |V| <= 1 is a point of the target.
         if not all(abs(a - b) <= ALONE for a, b in zip(source.box, begin, strict=True)):
             raise Undecided("C6: the crossings are on another sheet of the section")
         U, V = coordinates(target, source.d, source.g, source.w)
         low, high = (U.at("u", side).range for side in (-1, 1))
+        # By how much both edges lie beyond the ends of the target, for either orientation.
         forward, back = (-low).lower().min(high.lower()), low.lower().min((-high).lower())
         least, orientation = (forward, 1) if forward > back else (back, -1)
         if not least > 1:
@@ -72,13 +76,17 @@ def relation(source: Reached, target: Quad, begin: Sequence[arb], place: int) ->
 
 
 def cone(source: Reached, target: Quad) -> tuple[float, float]:
-    """C7: the stretch and the squeeze of a relation, unknown without derivatives."""
+    """C7: bounds on the stretch and the squeeze of a relation; 0 and infinity without derivatives.
+
+    They are `stretch` and `squeeze` of :class:`Relation`.
+    """
     if not source.slopes[0]:
         return 0.0, math.inf
     by_u, by_v, by_w = (
         directions(target, source.g, source.w, along)
         for along in zip(*source.slopes, source.slopes_of_w, strict=True)
     )
+    # Differences in w count LIGHT times; along a line w itself may change with u.
     other = by_v[0].bound + by_w[0].bound / LIGHT + LIGHT * source.slopes_of_w[0].bound
     stretch = abs(by_u[0].range).lower() - other
     return -double_above(-stretch), double_above(
@@ -87,7 +95,7 @@ def cone(source: Reached, target: Quad) -> tuple[float, float]:
 
 
 def prove_cones(relations: Iterable[Relation]) -> None:
-    """C7: every difference of two orbits grows along u, or shrinks along v."""
+    """C7: check that differences of two orbits grow along u or shrink along v."""
     for each in relations:
         if not (each.stretch > 1 and each.squeeze < 1):
             raise Undecided(
@@ -99,10 +107,10 @@ def prove_cones(relations: Iterable[Relation]) -> None:
 def prove(
     numbers: Numbers, quads: Sequence[Quad], orbits: Sequence[Sequence[FamilyStep]]
 ) -> tuple[list[Reached], list[list[Relation]]]:
-    """Check the full shift: sets of each symbol on each section, which cover all of the other one.
+    """Check a full shift: sets of both symbols on both sections, each covering all of the other's.
 
-    Where the orbits of each set arrive, and its relations. The text of the first that is not shown
-    names the set.
+    Returns the next crossings of each set and its relations. Undecided names the first set of
+    which something is not shown.
     """
     arrivals = []
     for k, (quad, pieces) in enumerate(zip(quads, orbits, strict=True)):
@@ -112,7 +120,7 @@ def prove(
     if len(set(letters)) < 4:
         raise Undecided("a section has no sets of both symbols")
     for j, k in combinations(range(len(quads)), 2):
-        # Of different symbols they have no point in common.
+        # A point has one symbol: sets of different symbols have no point in common.
         if letters[j] == letters[k]:
             check_apart(quads[j], quads[k], f"sets {j} and {k}")
     relations = []
@@ -124,7 +132,7 @@ def prove(
 
 
 def check_apart(one: Quad, other: Quad, names: str) -> None:
-    """Refuse sets that may have a point in common: |U| of one is more than 1 in the other."""
+    """Refuse sets that may have a point in common: |U| of `other` must exceed 1 on all of `one`."""
     with ctx.workprec(SCALARS):
         if not abs(coordinates(other, *place(one))[0].range) > 1:
             raise Undecided(f"{names} have the same symbol, and are not shown to be apart")
@@ -136,11 +144,12 @@ def prove_line(
     quads: Sequence[Quad],
     arrivals: Sequence[Reached],
 ) -> tuple[Reached, list[Relation], list[bool]]:
-    """Check that a line of starts crosses the sets of a section, as an image does.
+    """Check that a line of starts crosses the sets of a section of a full shift, as an image does.
 
-    The `links` are the line and sets of which each has to cover the next one, the last one those
-    of a full shift: an approach. Without any the line itself crosses the upward ones. Of the last
-    link the next crossings and their relations, and the symbols of the passages up to there.
+    The `links` are the line and the sets of an approach, each of which has to cover the next; the
+    last one has to cover the sets of the section that it reaches. Without an approach that is the
+    line itself, and the section that of upward crossings. Returns the next crossings of the last
+    link, its relations, and the symbols of the passages from the sets of the approach.
     """
     symbols, last = prove_chain(numbers, links, " of the approach"), links[-1]
     with _named(_link(len(links) - 1, " of the approach")):
@@ -157,11 +166,10 @@ def prove_chain(
     of: str = "",
     first: int = 0,
 ) -> list[bool]:
-    """Check that each link covers the next: the symbols of all but the last one.
+    """Check that each link covers the next, and return the symbols of all but the last one.
 
-    A last one that is None asks nothing of where the one before it goes. `first` is the number of
-    the first link, 0 of a line of starts, and `of` what their names end with, by which the text of
-    the first that is not shown names it.
+    If the last one is None, nothing is asked of where the link before it goes. `first` is the
+    number of the first link, 0 for a line of starts; Undecided names a link by its number and `of`.
     """
     symbols = []
     for k, (link, after) in enumerate(pairwise(links), first):
@@ -177,6 +185,7 @@ def _link(k: int, of: str) -> str:
 
 def crosses_upward(source: Quad | StartLine) -> bool:
     """True if the next crossings of a set, or of a line of starts, are upward."""
+    # A line begins at M3 < 0, and a set of downward crossings is followed by M3 < 0.
     return isinstance(source, StartLine) or not source.rising
 
 
@@ -185,11 +194,11 @@ def prove_link(
     link: tuple[Quad | StartLine, Sequence[FamilyStep]],
     after: tuple[Quad | StartLine, Sequence[FamilyStep]] | None,
 ) -> bool:
-    """Check that a set, or a line of starts, covers the next one: the symbol of its passage.
+    """Check that a set, or a line of starts, covers the next one, and return its passage's symbol.
 
     `after` is None behind the last set.
     """
-    # Nothing is asked of cones along a chain.
+    # A chain claims existence only: C7 and its derivatives are not needed.
     numbers = numbers._replace(along="")
     found = arrival(numbers, *link)
     if after is not None:
@@ -203,7 +212,7 @@ def prove_link(
 
 @contextmanager
 def _named(what: str) -> Iterator[None]:
-    """Name the set in what is undecided."""
+    """Begin the text of what is undecided with the name of the set."""
     try:
         yield
     except Undecided as doubt:

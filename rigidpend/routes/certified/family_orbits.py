@@ -1,6 +1,7 @@
-"""Polynomials of the orbits of sets and of lines of starts that cross them; nothing is proven.
+"""Polynomials of the orbits of sets, and of lines of starts that cross these sets.
 
-They come from integration in pairs of doubles.
+They come from integration in pairs of doubles, and nothing is proven of them here. Arrays of
+orbits run over the nodes in u, v and w; angles are in radians, times are t', dimensionless.
 """
 
 from __future__ import annotations
@@ -47,17 +48,17 @@ TOLERANCE = 2.0**-100
 WIDEST = 0.97
 """Largest |gamma3| in a set."""
 LENGTH = 2.0
-"""Length of a step, about, in which what is unstable grows by its exponential."""
+"""Length of a step times the rate of the unstable direction, about."""
 SPARE = 8
-"""Bits beyond a unit from which on coefficients are rounding."""
+"""Bits below a unit at which coefficients count as round-off."""
 GROWTH = 1.4
-"""Bits by which the bound grows in a time in which what is unstable grows by e, about."""
+"""Bits by which the bound grows while the unstable direction grows by e, about."""
 
 
 def pieces(setting: ShiftProblem, quad: Quad, turned: bool | None = None) -> list[FamilyStep]:
     """Polynomials of the orbits of a set up to their next crossing.
 
-    `turned` says that chi of the set is nearer to pi than to 0.
+    `turned` is True if chi of the set is nearer to pi than to 0; by default as for a full shift.
     """
     if turned is None:
         turned = not quad.rising and setting.half_turns % 2 == 1
@@ -76,15 +77,21 @@ def _to_crossing(
     sizes: Sequence[int],
     bits: int,
 ) -> list[FamilyStep]:
-    """Polynomials of orbits at `sizes` nodes in u, v and w, of which those `at` are."""
+    """Polynomials of orbits that begin at given states, up to their next crossing.
+
+    `times` are approximate times of the crossings, t', `at` the values of u, v and w of each orbit,
+    and `sizes` the numbers of nodes in these.
+    """
     field = setting.coefficients.aligned
     doubles = AlignedCoefficients(*map(float, field))
+    # Newton's method for M3 = 0.
     for _ in range(2):
-        # From times near the crossings to these.
         ends = states_at(field, begin, PairArray.of(times[None]), 106, tolerance=TOLERANCE)
         states = NUMBERS.floats(ends)[:, 0]
         times = times - states[2] / aligned(states, doubles)[2]
-    # Where M3 changes, at both ends, steps are half as long as between.
+    # At both ends, where M3 is near zero, steps are half as long as between. All but the last one
+    # have fixed lengths, multiples of 2^-10 that are exact in doubles; the last one goes on to the
+    # crossing, and its length is a polynomial.
     steps = max(3, math.ceil(float(times.max()) * setting.rate / LENGTH) + 1)
     length = math.floor(float(times.min()) / (steps - 1) * 2**10) / 2**10
     starts = [0.0, *(length * (k + 0.5) for k in range(steps - 1))]
@@ -104,8 +111,12 @@ def steps_of(
     sizes: Sequence[int],
     fine: tuple[int, int],
 ) -> list[FamilyStep]:
-    """Polynomials of orbits over steps of such half-lengths: nodes in time, and bits at first."""
+    """Polynomials of orbits over steps of given half-lengths, from states at the beginning.
+
+    `fine` is the number of nodes in time and that of bits of the first step; later ones have fewer.
+    """
     in_time, bits = fine
+    # Nodes fall from near 1 to near -1, and the integration goes forward in time.
     x = nodes(in_time, NUMBERS)[::-1]
     time, times, starts = 0 * at[0], list[Any](), list[float]()
     for half in halves:
@@ -124,40 +135,45 @@ def steps_of(
 
 
 def grid_of(u: PairArray, v: PairArray, w: PairArray) -> list[PairArray]:
-    """All triples of three rows of numbers, w running fastest."""
+    """All triples of numbers from three rows, as three arrays, with w running fastest."""
     zeros = NUMBERS.zeros((len(u), len(v), len(w)))
     rows = u[:, None, None], v[None, :, None], w[None, None, :]
     return [(row + zeros).reshape(-1) for row in rows]
 
 
 def fitted(values: PairArray, bits: int, at: Sequence[int]) -> list[dict[Powers, int]]:
-    """Coefficients of powers of x and others in units of 2^-bits, from values (n, x, orbits)."""
+    """Coefficients of T_j(x) u^k v^l w^m in units of 2^-bits, from values (n, nodes, orbits).
+
+    Those of T_0 are doubled. `at` are the numbers of nodes in u, v and w.
+    """
     n, sizes = len(values), (values.shape[1], *at)
     found = values.reshape(-1, *at)
     found = _along_each(found, sizes, [chebyshev_analysis(size, NUMBERS) for size in sizes])
-    # What is less would be noise, which the large coefficients of high T_k make much of.
+    # Smaller ones are noise, which the large coefficients of high T_k would multiply.
     found = PairArray(np.where(np.abs(found.parts[:1]) < 2.0 ** -(bits + SPARE), 0.0, found.parts))
-    # Chebyshev series in x, of which T_0 counts half in a family, and powers of u and v.
+    # In x the series stays one in Chebyshev polynomials, of which T_0 counts half in a family; in
+    # u, v and w it becomes one of powers.
     doubled = np.diag([2.0] + [1.0] * (sizes[0] - 1))
     to_powers = [NUMBERS.array(doubled), *map(_powers_of, sizes[1:])]
     units = (_along_each(found, sizes, to_powers).parts * 2.0**bits).reshape(2, n, *sizes)
     columns: list[dict[Powers, int]] = [{} for _ in range(n)]
     counted = np.argwhere(large := np.abs(units[0]) > 0.25).tolist()
     high, low = units[:, large]
-    # What is more than 2^53 is whole.
+    # A high part is whole if it exceeds 2^53; else its fraction is rounded with the low part.
     whole = np.trunc(high)
     rest = np.rint(high - whole + low)
     for (k, *at), w, more in zip(counted, whole.tolist(), rest.tolist(), strict=True):
         if w := int(w) + int(more):
-            # Where the energy does not vary its power is left out.
+            # The exponent of w is left out where the energy does not vary.
             columns[k][tuple(at[: 3 + (sizes[3] > 1)])] = w
     return columns
 
 
 def _along_each(found: PairArray, sizes: tuple[int, ...], rules: Sequence[PairArray]) -> PairArray:
-    """Arrays (n, *sizes) multiplied by a matrix along each of their dimensions."""
+    """Arrays (n, *sizes) multiplied by a matrix along each of the dimensions `sizes`."""
     for size, rule in zip(sizes[::-1], rules[::-1], strict=True):
-        # The last dimension is multiplied, and comes to the front of the others.
+        # The last dimension is multiplied and comes to the front of the others: after all of them
+        # the order is the first one again.
         found = (found.reshape(-1, size) @ rule.T).reshape(-1, math.prod(sizes) // size, size)
         found = found.transpose(0, 2, 1)
     return found
@@ -165,7 +181,7 @@ def _along_each(found: PairArray, sizes: tuple[int, ...], rules: Sequence[PairAr
 
 @functools.cache
 def _powers_of(n: int) -> PairArray:
-    """The matrix of T_0 .. T_{n-1} as powers."""
+    """The matrix (n, n) from coefficients of T_0 .. T_{n-1} to those of powers."""
     series = np.zeros((n, n))
     for k, row in enumerate(np.eye(n)):
         found = chebyshev.cheb2poly(row)
@@ -174,7 +190,7 @@ def _powers_of(n: int) -> PairArray:
 
 
 def values_at(half: dict[Powers, int], at: Sequence[PairArray]) -> PairArray:
-    """Half-lengths of a step of each orbit."""
+    """The half-length of a step for each orbit, t'; stored coefficients are twice theirs."""
     a = NUMBERS
     found = a.zeros(at[0].shape)
     for (_, *powers), x in half.items():
@@ -189,7 +205,7 @@ def values_at(half: dict[Powers, int], at: Sequence[PairArray]) -> PairArray:
 def _beginning(
     quad: Quad, places: Sequence[PairArray], setting: ShiftProblem, turned: bool
 ) -> PairArray:
-    """States (6, n) of points of a set."""
+    """States (6, n) of the points of a set at some u, v and w."""
     a, (u, v, w) = NUMBERS, places
     g = (a.number(quad.a) * u - a.number(quad.b) * v - a.number(quad.l0)) / a.number(quad.l1)
     if a.largest(g) > WIDEST:
@@ -210,13 +226,14 @@ def _beginning(
 
 
 def _expected(quad: Quad, begin: PairArray, setting: ShiftProblem, turned: bool) -> Array:
-    """Times of the next crossing by the return map, t'."""
+    """Times of the next crossings by the return map, t'."""
     states = NUMBERS.floats(begin)
     chi = np.arcsin(-states[5])
     if turned:
         chi = np.pi - chi
     d, in_w = states[1 if quad.rising else 0], setting.nodes[3]
     times = np.zeros(len(chi))
+    # Each energy has a map of its own; w runs fastest.
     for k, w in enumerate(nodes(in_w, precision(53))):
         point = SectionPoint(quad.rising, d[k::in_w], chi[k::in_w])
         times[k::in_w] = setting.level_of(w).passage(point).time
@@ -224,15 +241,17 @@ def _expected(quad: Quad, begin: PairArray, setting: ShiftProblem, turned: bool)
 
 
 BEYOND = 1.02
-"""Energies that are proven over those of a line of starts."""
+"""Spread of the energies that are proven, over that of a line of starts."""
 FURTHER = 1.05
 """Reach of a strip's image over that of sets and their images."""
 BESIDE, THIN, IN_ASIDE = 1.5, 0.2, 4
-"""Width of a strip over the least, of its image over a set's at most, and nodes across it."""
+"""Three numbers of a strip about a line.
+
+Its width over the least one, the largest width of its image over a set's, and nodes across it."""
 LINE_BITS = 8
-"""Bits that coefficients have at the beginning fewer than those of a set."""
+"""Bits that a line's coefficients have fewer at the beginning than those of a set."""
 STEADY = 14
-"""Iterations of what converges steadily."""
+"""Iterations of maps that converge linearly."""
 
 
 class LineStarts(NamedTuple):
@@ -241,7 +260,7 @@ class LineStarts(NamedTuple):
     setting: ShiftProblem
     J1: Fraction
     w: Any = 0.0
-    """That of their energy, or one for each."""
+    """The energy h + spread w, one number or one for each start."""
 
     def states(self, theta2: Any, a: Precision) -> Any:
         """Aligned components (6, n) at phases, radians."""
@@ -250,33 +269,34 @@ class LineStarts(NamedTuple):
         return np.stack(aligned_from_canonical(start, p.alpha0, p.beta0, a))
 
     def energies(self, theta2: Array) -> Array:
-        """The energies of starts of one J2, less h0."""
+        """The energies of starts of one J2 less h0, dimensionless: those of the weight."""
         a = precision(53)
         J1, J2, theta1, p = self._actions(theta2, a)
         return np.asarray(p.mu * height(J1, J2, (theta1, theta2), a))
 
     def _actions(self, theta2: Any, a: Precision) -> tuple[Any, Any, Any, Angles]:
-        """J1, J2 and theta1; J2 follows from h0 or from the energy."""
+        """The actions J1 and J2, theta1, and the body's angles; J2 is that of h0 or the energy."""
         setting = self.setting
         p = Angles(*map(a.number, setting.body.angles(a.bits + GUARD_BITS)))
         h = a.number((setting.h0 or setting.h).at(a.bits + GUARD_BITS))
         h = h + a.number(setting.spread) * self.w
         J1, theta1 = a.number(self.J1) + 0 * theta2, p.alpha0 + p.beta0 + 0 * theta2
         J2 = a.sqrt(2 * h / p.kappa) + 0 * theta2
+        # The energy is kappa J2^2/2 and small terms, those of J1 and of the weight.
         for _ in range(STEADY if setting.h0 is None else 0):
             off = hamiltonian_J3_0(J1, J2, (theta1, theta2), p, a) - h
             J2 = J2 - off / (p.kappa * J2)
         return J1, J2, theta1, p
 
     def entered(self, theta2: Array) -> Any:
-        """Their first crossings by the return map."""
+        """The first crossings of starts at some phases, by the return map."""
         a = precision(53)
         Qp = np.asarray(self.states(theta2, a))[0]
         phase = np.pi / 2 - self.setting.body.beta0 / 2 - theta2
         return self.setting.level_of(self.w).enter(Qp, phase)
 
     def between(self, ends: Array) -> tuple[StartLine, Array]:
-        """The line between two phases, radians, and its direction."""
+        """The line of starts between two phases, radians, and its direction (e1, e2)."""
         low, high = np.asarray(self.states(ends, precision(53)))[3:5].T
         e = (high - low) / np.hypot(*(high - low))
         numbers = (*e, e @ (low + high) / 2, e @ (high - low) / 2)
@@ -287,7 +307,7 @@ class LineStarts(NamedTuple):
 def line(
     setting: ShiftProblem, J1: Fraction, quads: Sequence[Quad]
 ) -> tuple[StartLine, tuple[float, float]]:
-    """A line of starts that crosses both sets of upward crossings, and its ends in theta2."""
+    """A line of starts that crosses all sets of upward crossings, and its ends in theta2."""
     ws = energies_of(setting) if setting.h0 is None else np.zeros(1)
     every = [LineStarts(setting, J1, w) for w in ws]
     middles = [_middle(starts) for starts in every]
@@ -299,6 +319,7 @@ def line(
     ends, half = [middle + np.array([-reach, reach]) for middle in middles], len(ws) // 2
     found, e = every[half].between(ends[half])
     at = [starts.states(x, precision(53)) for starts, x in zip(every, ends, strict=True)]
+    # The line moves with the energy in its own direction: only the centre depends on w.
     found_at = moving(ws, [e @ np.asarray(x)[3:5].mean(axis=1) for x in at])
     centre, *moves = (Fraction(float(x)) for x in found_at)
     first, last = ends[half]
@@ -311,9 +332,10 @@ def line(
 
 
 def _wide(setting: ShiftProblem, of: StartLine, momentum: float, quads: Sequence[Quad]) -> Fraction:
-    """Half-width of the strip about a line in which the unstable surface is a curve.
+    """The half-width of a strip about a line in which the unstable surface is a curve (C9).
 
-    It is 0 where there is none whose image is thin beside the sets, and of several energies.
+    It is 0 if no such strip has an image that is thin beside the sets, and for starts of several
+    energies. `momentum` is Qp of the starts.
     """
     if setting.h0 is not None:
         return Fraction(0)
@@ -323,16 +345,16 @@ def _wide(setting: ShiftProblem, of: StartLine, momentum: float, quads: Sequence
     except Undecided:
         return Fraction(0)
     found = BESIDE * steep * float(of.half)
-    # Qm falls as Qp grows, to about 1.
+    # Beside the periodic orbit the product of Qp and Qm hardly changes, and Qp grows to about 1.
     thin = found * momentum < THIN * min(float(quad.b) for quad in quads if quad.rising)
     return Fraction(found) if thin else Fraction(0)
 
 
 def _middle(starts: LineStarts) -> Array:
-    """theta2 of the start that first crosses at chi = 0."""
+    """The phase theta2 of the start that first crosses at chi = 0, radians, (1,)."""
     found = np.zeros(1)
     for _ in range(ITERATIONS):
-        # chi grows with theta2, at about the same rate.
+        # chi grows with theta2 at about the same rate, so its distance from 0 is the correction.
         off = np.mod(starts.entered(found).point.chi + np.pi, 2 * np.pi) - np.pi
         found = found - off
         if abs(off[0]) <= SETTLED:
@@ -343,7 +365,10 @@ def _middle(starts: LineStarts) -> Array:
 def line_pieces(
     setting: ShiftProblem, of: StartLine, theta2: tuple[float, float]
 ) -> list[FamilyStep]:
-    """Polynomials of the orbits of a line of starts up to their first crossing."""
+    """Polynomials of the orbits of a line of starts up to their first crossing.
+
+    `theta2` are the ends of the line, radians.
+    """
     a, in_w = NUMBERS, setting.nodes[3] if setting.h0 is None else 1
     sizes = setting.nodes[1], IN_ASIDE if of.wide else 1, in_w
     u, v, w = at = grid_of(*(nodes(n, a) for n in sizes))
@@ -355,7 +380,7 @@ def line_pieces(
     for _ in range(STEADY):
         begin = starts.states(phase, a)
         off = a.number(of.e1) * begin[3] + a.number(of.e2) * begin[4] - goal
-        # gamma is a unit vector nearly across M, which theta2 turns: e.gamma grows like theta2.
+        # theta2 turns gamma, a unit vector, about M; along e it moves as far as the phase grows.
         phase = phase - off
     if of.wide:
         begin = _beside(setting, of, begin, goal, a.number(of.wide) * v, w)
@@ -369,14 +394,19 @@ def line_pieces(
 def _beside(
     setting: ShiftProblem, of: StartLine, begin: Any, place: Any, Qm: Any, w: Any
 ) -> PairArray:
-    """Points of a strip beside starts of one energy, whose place on the line they share."""
+    """States (6, n) of the points of a strip beside starts with the same place on the line.
+
+    Qm is given; the other components follow as C1 says.
+    """
     a, (c, to_M1, to_M2) = NUMBERS, setting.coefficients
     h = a.number(setting.h.at(a.bits + GUARD_BITS)) + a.number(setting.spread) * w
     J1, e1, e2 = map(a.number, (of.J1, of.e1, of.e2))
     Qp, _, M3, g1, g2, g3 = begin
+    # The side of the direction (e1, e2) on which gamma lies.
     side = 1 if float(a.floats(e1 * g2 - e2 * g1)[0]) > 0 else -1
     for _ in range(STEADY):
         M1, M2 = (Qp + Qm) * to_M1, (Qp - Qm) * to_M2
+        # M3 from the energy, Qp from M3, gamma3 from M . gamma = 0, the rest from |gamma| = 1.
         left = h - c.mu_r1 * g1 - c.mu_r2 * g2 + Qp * Qm / 2
         M3 = -a.sqrt(2 * left / c.kappa - M1 * M1 - M2 * M2)
         Qp = a.sqrt(4 * J1 * (J1 - M3) / (to_M1 * to_M1 + to_M2 * to_M2))
@@ -389,6 +419,7 @@ def _beside(
 
 def of_one_J2(body: Body, h0: Exact, J1: Fraction) -> ShiftProblem:
     """The problem at the energy of the start of J2_0 = sqrt(2 h0/kappa) that crosses at chi = 0."""
+    # The energy depends on the phase, and the phase on the map of the energy: both in turn.
     theta2, setting = np.zeros(1), ShiftProblem(body, h0, 1, h0=h0)
     for _ in range(ITERATIONS):
         chi = LineStarts(setting, J1).entered(theta2).point.chi
@@ -401,14 +432,14 @@ def of_one_J2(body: Body, h0: Exact, J1: Fraction) -> ShiftProblem:
 
 
 def of_start(body: Body, h0: Exact, J1: Fraction, theta2: float) -> ShiftProblem:
-    """The problem at the energy of the start of J2_0 = sqrt(2 h0/kappa) with a phase, radians."""
+    """The problem at the energy of the start of J2_0 = sqrt(2 h0/kappa) with a phase theta2."""
     setting = ShiftProblem(body, h0, 1, h0=h0)
     [shift] = LineStarts(setting, J1).energies(np.array([theta2]))
     return setting._replace(h=h0 + exact(float(shift)))
 
 
 def widened(setting: ShiftProblem, J1: Fraction) -> ShiftProblem:
-    """The same with all energies of a line of starts that crosses the sets."""
+    """The same problem with the energies of all starts of a line that crosses the sets."""
     _, ends = line(setting, J1, quads(setting))
     starts = LineStarts(setting, J1)
     energies = starts.energies(np.linspace(*ends, 9))

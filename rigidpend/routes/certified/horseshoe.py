@@ -1,11 +1,11 @@
-"""Sets that passages stretch across each other, and the ways in which a full shift is tried.
+"""Sets that passages stretch across each other, and the settings with which a full shift is tried.
 
 Nothing here is proven, and nothing needs to be: :mod:`rigidpend.routes.certified.coverings`
-decides. The sets lie beside the heteroclinic orbits at chi = 0 or pi, on either side of the stable
-surface of the next periodic orbit, with each symbol on each section, so far from it that a passage
-takes so many half rotations. Their lines of constant U are those from which the passage ends at one
-chi; their lines of constant V run along the unstable surface. Half rotations and bits follow from a
-body and an energy alone.
+decides. On each section the sets lie beside the heteroclinic orbit at chi = 0 or pi, one for each
+symbol, on either side of the stable surface of the next periodic orbit. Their distance from it is
+such that a passage takes a given number of half rotations. From a line of constant U the passage
+ends at one chi; lines of constant V run along the unstable surface. Half rotations and bits follow
+from a body and an energy alone. Angles are in radians; M and t' are dimensionless.
 """
 
 from __future__ import annotations
@@ -28,21 +28,23 @@ from rigidpend.orbits.return_map.reduced import Coefficients, coefficients
 from rigidpend.routes.certified.pieces import Quad, made
 
 NUMBERS = precision(96)
-"""Pairs of doubles."""
+"""Arithmetic of pairs of doubles."""
 DEGREE = 4
 """Degree of the curves U = const."""
 POINTS = 24
-"""Points through which they are laid."""
+"""Points to which a curve U = const is fitted."""
 ITERATIONS = 60
-"""Iterations of Newton's method at most."""
+"""Largest number of iterations of Newton's method."""
 SETTLED = 2.0**-32
-"""Relative change after which a further iteration changes roundings: each gains three digits."""
+"""Relative change after which the next iteration would change round-off alone.
+
+Each iteration gains three digits."""
 TILT = 0.01
 """Distance in chi at which the angle of the surfaces is taken, radians."""
 OVERSHOOT, WIDTH = 1.4, 1.7
-"""Reach of images beyond the sets that they cover, and width of a set over that of images in it."""
+"""Reach of an image over the set that it covers, and width of a set over that of images in it."""
 IN_TIME, IN_U, IN_V = 40, 5, 11
-"""Nodes in time and in both parameters, of coefficients of so many bits as BITS is."""
+"""Nodes in time and in both parameters, for coefficients of BITS bits."""
 BITS = 60
 """Bits of coefficients at the beginning."""
 SENSITIVE = 8.0
@@ -54,6 +56,7 @@ class ShiftProblem(NamedTuple):
 
     body: Body
     h: Exact
+    """Energy, dimensionless, that of w = 0."""
     half_turns: int
     bits: int = BITS
     orders: tuple[int, int] | None = None
@@ -61,21 +64,21 @@ class ShiftProblem(NamedTuple):
     spread: Fraction = Fraction(0)
     """The energies are h + spread w, |w| <= 1."""
     h0: Exact | None = None
-    """Starts have J2_0 = sqrt(2 h0/kappa); if None, they have the energy h."""
+    """If given, starts have J2_0 = sqrt(2 h0/kappa); else they have the energies h + spread w."""
     lengths: int = 1
-    """Sets of each symbol on a section: of half_turns, and of ever 2 more."""
+    """Number of sets of each symbol on a section: of half_turns, 2 more, 4 more and so on."""
     width: float = WIDTH
-    """Width of a set over that of the images in it: images that are bent ask for more."""
+    """Width of a set over that of the images in it, larger where images are bent."""
 
     @property
     def described(self) -> str:
-        """Words for what is tried, beside the body and its energies."""
+        """Words for the setting, without the body and its energies."""
         wider = ", in wider sets" if self.width > WIDTH else ""
         return f"{self.half_turns} half rotations{wider}"
 
     @property
     def shift(self) -> Fraction:
-        """Difference of h and h0."""
+        """The difference h - h0, 0 without an h0."""
         return (self.h - (self.h0 or self.h)).fraction or Fraction(0)
 
     @property
@@ -89,7 +92,8 @@ class ShiftProblem(NamedTuple):
         return self.level_of(0.0)
 
     def level_of(self, w: float) -> EnergyLevel:
-        """The return map at one of the energies."""
+        """The return map at the energy h + spread w."""
+        # One map is made for a whole range of energies, so that all of them share its tables.
         ends = self.h, self.h
         if self.h0 is not None:
             ends = self.h0 - self.body.mu, self.h0 + self.body.mu
@@ -99,15 +103,16 @@ class ShiftProblem(NamedTuple):
 
     @property
     def rate(self) -> float:
-        """Rate at which orbits beside the periodic ones part, in 1/t'."""
+        """The rate at which orbits beside the periodic ones part, in 1/t'."""
         level = self.level
         return float(level.exponent[0, 0] / level.rotation[0, 0])
 
     @property
     def nodes(self) -> tuple[int, int, int, int]:
-        """Nodes in time, in both parameters of a set and in the energy."""
+        """Numbers of nodes in time, in both parameters of a set, and in the energy."""
         further, in_w = self.bits - BITS, 1
         if self.spread:
+            # Bits that each further power of w gains.
             by = -math.log2(SENSITIVE * float(self.spread) / float(self.h))
             in_w = max(2, math.ceil(self.bits / by))
         in_time = math.ceil(IN_TIME * self.bits / BITS)
@@ -120,10 +125,13 @@ class _Section(NamedTuple):
     level: EnergyLevel
     rising: bool
     chi: float
-    """Phase of that point, radians."""
+    """The phase chi of that point, radians."""
 
     def unstable(self, d: Array, chi: Array, *, mirrored: bool = False) -> Array:
-        """U of the passage to come or, mirrored, of the one before."""
+        """The unstable coordinate of the passage to come or, mirrored, of the one before.
+
+        `chi` counts from the section's own; it is zero on the stable, or unstable, surface.
+        """
         which, turn = (0, 1.0) if self.rising else (1, -1.0)
         side = -turn if mirrored else turn
         phase = side * (self.chi + chi)
@@ -131,7 +139,8 @@ class _Section(NamedTuple):
         return np.asarray(seen[which], dtype=float)
 
     def surface(self, chi: Array, *, mirrored: bool = False) -> Array:
-        """d of the stable or unstable surface."""
+        """The d of the stable surface or, mirrored, of the unstable one, at each chi."""
+        # Newton's method with a difference in place of the derivative.
         d, step = 0 * chi, 1e-3 * float(self.level.charts[self.rising].forward.width)
         for _ in range(ITERATIONS):
             here = self.unstable(d, chi, mirrored=mirrored)
@@ -143,7 +152,10 @@ class _Section(NamedTuple):
         return d
 
     def reaching(self, chi: Array, half_turns: int, beyond: float, side: int) -> Array:
-        """d on a side of the stable surface from which so many half rotations end at `beyond`."""
+        """The d, on a side of the stable surface, whose passage ends at the phase `beyond`.
+
+        The passage takes `half_turns` half rotations; ArithmeticError where there is none.
+        """
         surface, grown = self.surface(chi), np.full(len(chi), 1e-6)
         rate = float(self.level.exponent[0, 0])
         for _ in range(ITERATIONS):
@@ -151,7 +163,8 @@ class _Section(NamedTuple):
                 SectionPoint(self.rising, surface + side * grown, self.chi + chi)
             )
             off = chi + passed.turned - math.pi * half_turns - beyond
-            # chi' falls by 1/Lambda with the logarithm of the distance.
+            # The phase at the end falls by 1/rate as the logarithm of the distance grows by 1.
+            # Newton's method in that logarithm; the step is bounded where it begins far away.
             grown = grown * np.exp(np.clip(rate * off, -2.0, 2.0))
             if np.abs(rate * off).max() <= SETTLED:
                 break
@@ -164,22 +177,24 @@ class _Section(NamedTuple):
 
 
 def energies_of(setting: ShiftProblem) -> Array:
-    """Those w at which sets and lines of starts are found, the middle one 0: they move smoothly."""
+    """The values of w at which sets and lines of starts are found, with 0 in the middle."""
     return np.linspace(-1, 1, 3 + setting.nodes[3] // 4 * 2) if setting.spread else np.zeros(1)
 
 
 def moving(ws: Array, found: Sequence[Any]) -> Array:
-    """Coefficients of powers of w from values."""
+    """Coefficients of powers of w, from what is found at some w."""
     return np.array(found) if len(ws) == 1 else polynomial.polyfit(ws, found, len(ws) - 1)
 
 
 def _sections(setting: ShiftProblem, w: float = 0.0) -> list[_Section]:
+    """The sections of upward and of downward crossings at one of the energies."""
     level = setting.level_of(w)
+    # After an odd number of half rotations a passage ends at chi = pi.
     return [_Section(level, True, 0.0), _Section(level, False, math.pi * (setting.half_turns % 2))]
 
 
 def angles(setting: ShiftProblem) -> list[float]:
-    """Angles of the surfaces in (d, chi) at the heteroclinic points of both sections."""
+    """The angle of the surfaces in (d, chi) at the heteroclinic point of either section."""
     ends, found = np.array([-TILT, TILT]), []
     for section in _sections(setting):
         apart = section.surface(ends, mirrored=True) - section.surface(ends)
@@ -192,8 +207,8 @@ def quads(setting: ShiftProblem) -> list[Quad]:
     level = setting.level
     sections, tilts = _sections(setting), angles(setting)
     zero = np.zeros(1)
-    # Distances in d: of sets from the stable surface, and of images from the unstable one. Those
-    # of more half rotations are nearer.
+    # Distances in d: of sets from the stable surface, and of images from the unstable one. Sets of
+    # more half rotations are nearer, so these are the largest ones.
     away, images = [], []
     for section, other in zip(sections, sections[::-1], strict=True):
         begin = section.reaching(zero, setting.half_turns, 0.0, 1)
@@ -203,6 +218,8 @@ def quads(setting: ShiftProblem) -> list[Quad]:
     found = []
     turns = [setting.half_turns + 2 * k for k in range(setting.lengths)]
     for at, section in enumerate(sections):
+        # The image of a set has to reach beyond both sets of the other section. A set has to be
+        # wider than the images in it, and long enough to be crossed at the surfaces' angle.
         reach = OVERSHOOT * (away[1 - at] + images[at]) / tilts[1 - at]
         across = setting.width * images[1 - at]
         widest = (away[at] + across) / tilts[at]
@@ -212,6 +229,7 @@ def quads(setting: ShiftProblem) -> list[Quad]:
             d, g = section.reaching(chi, half_turns, 0.0, side), -np.sin(section.chi + chi)
             curve, *moves = _curves(setting._replace(half_turns=half_turns), at, side, chi)
             edges = [section.reaching(zero, half_turns, end * reach, side)[0] for end in (-1, 1)]
+            # V = 0 lies along the unstable surface: the line is the difference of both.
             line = polynomial.polyfit(g, section.surface(chi, mirrored=True) - d, 1)
             if not (a := abs(edges[1] - edges[0]) / 2) > 0:
                 said = "the sets are lost in rounding; with fewer half rotations they are larger"
@@ -223,11 +241,12 @@ def quads(setting: ShiftProblem) -> list[Quad]:
 
 
 def _curves(setting: ShiftProblem, at: int, side: int, chi: Array) -> Array:
-    """Coefficients of the curve U = 0 of a set, in powers of w and of gamma3."""
+    """Coefficients of the curve U = 0 of a set: a row for each power of w, in powers of gamma3."""
     ws, widest, found = energies_of(setting), np.abs(chi).max(), []
     for w in ws:
         section = _sections(setting, w)[at]
         d, g = section.reaching(chi, setting.half_turns, 0.0, side), -np.sin(section.chi + chi)
+        # Fitted in gamma3 over its largest value, where powers are of one size.
         found.append(polynomial.polyfit(g / widest, d, DEGREE) / widest ** np.arange(DEGREE + 1))
     return moving(ws, found)
 
@@ -235,23 +254,23 @@ def _curves(setting: ShiftProblem, at: int, side: int, chi: Array) -> Array:
 NARROW = 0.12
 """Largest |gamma3| in sets: polynomials of wider ones would have too many terms."""
 TRIALS = 4
-"""Numbers of half rotations that are tried, in sets of each width."""
+"""Numbers of half rotations that are tried, in sets of either width."""
 WIDER = 2.2
-"""Width of sets that are tried where those of `WIDTH` prove nothing."""
+"""Width of the sets that are tried where those of `WIDTH` prove nothing."""
 MOST_TURNS = 100
-"""Half rotations of a passage at most."""
+"""Largest number of half rotations of a passage."""
 LEAST = 1e-8
-"""Angle of the surfaces at least: sets beside a smaller one ask for more than MOST_BITS."""
+"""Smallest angle of the surfaces: sets beside a smaller one would need more than MOST_BITS."""
 SPARE, MOST_BITS = 18, 80
-"""Bits beyond the square of a set's distance from the stable surface, and bits at most.
+"""Bits beyond those of the square of a set's distance from the stable surface, and most bits.
 
 Integration in pairs of doubles knows no more; the bound grows as that distance shrinks."""
 
 
 def trials(of: ShiftProblem, half_turns: int | None = None) -> Iterator[ShiftProblem]:
-    """Ways to try a full shift, the fewest half rotations first; one if these are given.
+    """The settings with which a full shift is tried, fewest half rotations first; one if given.
 
-    Where there is none, the text of a MapError or an ArithmeticError says why.
+    MapError or ArithmeticError where there is none; the text says why.
     """
     first = of._replace(half_turns=half_turns or 1)
     if half_turns:
@@ -271,8 +290,11 @@ def trials(of: ShiftProblem, half_turns: int | None = None) -> Iterator[ShiftPro
 
 
 def _of_width(first: ShiftProblem, least: float) -> Iterator[ShiftProblem]:
-    """Ways with sets of one width, whose distance shrinks by e to the power of `least` or more."""
-    # A half rotation takes an orbit beside the stable surface so much further from it.
+    """Settings with sets of one width.
+
+    Over a passage the logarithm of the distance from a surface changes by `least` or more.
+    """
+    # The logarithm of the distance from the stable surface grows by this in a half rotation.
     turn, tried = math.pi * float(first.level.exponent[0, 0]), 0
     n = math.ceil(least / turn)
     while tried < TRIALS and n <= MOST_TURNS:
@@ -283,6 +305,7 @@ def _of_width(first: ShiftProblem, least: float) -> Iterator[ShiftProblem]:
         except ArithmeticError:
             # Too few: such passages begin further from the surface than the map reaches.
             continue
+        # The largest |gamma3| in a set; each further half rotation makes it smaller by a factor.
         reach = max(float((abs(quad.l0) + quad.b) / abs(quad.l1)) for quad in sets)
         if reach > NARROW:
             n += int(math.log(reach / NARROW) / turn)
@@ -292,8 +315,9 @@ def _of_width(first: ShiftProblem, least: float) -> Iterator[ShiftProblem]:
 
 
 def _with_bits(setting: ShiftProblem, sets: list[Quad]) -> ShiftProblem:
-    # Images of sets of few half rotations are as far from a surface as these are from theirs; the
-    # others are nearer by a factor for each half rotation.
+    """The setting with bits enough for given sets."""
+    # Images of the sets of fewest half rotations are about as far from the unstable surface as
+    # these sets are from the stable one; others are nearer by a factor for each half rotation.
     further = 2 * (setting.lengths - 1) * math.pi * float(setting.level.exponent[0, 0])
     away = min(float(quad.b) for quad in sets) / setting.width * math.exp(-further)
     return setting._replace(bits=min(MOST_BITS, max(BITS, math.ceil(SPARE - 2 * math.log2(away)))))

@@ -1,7 +1,7 @@
-"""Polynomials of the orbits that start on an interval of phases, through some passages.
+"""Search for intervals of phases, with polynomials of their orbits that prove symbols.
 
 Nothing here is proven, and nothing needs to be: :mod:`rigidpend.routes.certified.intervals`
-decides.
+decides. Times are t', dimensionless.
 """
 
 from __future__ import annotations
@@ -28,30 +28,31 @@ from rigidpend.routes.codes import codes_of
 from rigidpend.routes.problem import RouteProblem
 
 NODES = 20
-"""Nodes on an interval."""
+"""Nodes in u on an interval."""
 IN_TIME, MORE = 16, 4
-"""Nodes of a step in time: so many, and one for so many bits."""
+"""Nodes of a step in time: IN_TIME, and one more for each MORE bits of coefficients."""
 LEFT, MOST_BITS = 23, 98
 """Bits of coefficients at the end, and bits at most: pairs of doubles know no more."""
 ROUGH = 1e-2
-"""Changes of times that are left out, t'."""
+"""Coefficients in u of half-lengths that are left out where they are smaller, t'."""
 
 
 class ProvenInterval(NamedTuple):
-    """An interval with symbols that all of its starts are proven to have."""
+    """An interval with the symbols that all of its orbits are proven to have."""
 
     of: PhaseInterval
     symbols: list[bool]
+    """True for 1; empty where none is proven."""
     pieces: list[FamilyStep]
-    """Polynomials that prove them; none where there are no symbols."""
+    """Polynomials that prove the symbols; empty where there are none."""
 
 
 def within(
     of: PhaseInterval, setting: ShiftProblem, J1: Fraction, n_symbols: int, finest: int
 ) -> list[ProvenInterval]:
-    """Intervals that cover one, halved where it does not have all symbols proven.
+    """Intervals that make up a given one, halved where not all symbols are proven.
 
-    The shortest ones have the depth `finest`.
+    The shortest ones have the depth `finest`; of these as many symbols as can be are proven.
     """
     starts = EnclosedStarts.of(setting.body, setting.h, J1)
     found, left = [], [of]
@@ -59,6 +60,7 @@ def within(
         check_stop()
         here = left.pop()
         times, common = _sampled(here, setting, J1, n_symbols)
+        # Only the shortest intervals are content with fewer symbols than are asked for.
         last = here.depth >= finest
         proven = _proven(
             setting, starts, here, times, range(common, 0 if last else n_symbols - 1, -1)
@@ -66,6 +68,7 @@ def within(
         if proven.symbols or last:
             found.append(proven)
         else:
+            # In the order of phases: the last one is taken next.
             left += here.halves[::-1]
     return found
 
@@ -73,7 +76,10 @@ def within(
 def _sampled(
     of: PhaseInterval, setting: ShiftProblem, J1: Fraction, n_symbols: int
 ) -> tuple[Array, int]:
-    """Times of crossings at nodes, and how many symbols are the same there and at the ends."""
+    """Times of crossings at the nodes, t', (crossings, NODES), and the number of common symbols.
+
+    Common are the first symbols that orbits at all nodes and at both ends share, by doubles.
+    """
     u = np.concatenate((nodes(NODES, precision(53)), [-1.0, 1.0]))
     problem = RouteProblem(setting.body, setting.h, exact(J1), n_symbols)
     theta2 = 2 * np.pi * (float(of.middle) + u / (2 << of.depth))
@@ -86,7 +92,7 @@ def _sampled(
 def _proven(
     setting: ShiftProblem, starts: EnclosedStarts, of: PhaseInterval, times: Array, counts: range
 ) -> ProvenInterval:
-    """As many symbols of an interval as can be proven, of some numbers of them."""
+    """An interval with the first of some `counts` of symbols that can be proven, or with none."""
     for count in counts:
         try:
             found = pieces(setting, starts.J1, of, times[: count + 1])
@@ -99,7 +105,10 @@ def _proven(
 def pieces(
     setting: ShiftProblem, J1: Fraction, of: PhaseInterval, times: Array
 ) -> list[FamilyStep]:
-    """Polynomials of the orbits of an interval, from the times of their crossings at nodes."""
+    """Polynomials of the orbits of an interval, from the times of their crossings at the nodes.
+
+    Undecided where pairs of doubles do not know them well enough.
+    """
     a, sizes, rate = NUMBERS, (times.shape[1], 1, 1), setting.rate
     fine = LEFT + math.ceil(GROWTH * rate * times.max())
     if fine > MOST_BITS:
@@ -112,13 +121,13 @@ def pieces(
 
 
 def _halves(times: Array, rate: float) -> list[dict[Powers, int]]:
-    """Half-lengths of steps: two steps at each crossing, and as many between as it takes."""
+    """Half-lengths of steps in units of 2^-CLOCK: two steps at each crossing, others between."""
     length, beside = LENGTH / rate, LENGTH / 2 / rate
     found = []
     for k, time in enumerate(times):
         between = time - beside - (times[k - 1] + beside if k else 0.0)
         steps = math.ceil(between.max() / length)
-        # None where the first crossing comes at once.
+        # There are none before a first crossing that comes at once.
         if steps > 0:
             found += steps * [_polynomial(between / (2 * steps))]
         found += 2 * [_polynomial(0 * time + beside / 2)]
@@ -126,11 +135,12 @@ def _halves(times: Array, rate: float) -> list[dict[Powers, int]]:
 
 
 def _polynomial(values: Array) -> dict[Powers, int]:
-    """The polynomial in u near values at the nodes, of few terms, in units of 2^-CLOCK."""
+    """A polynomial in u of few terms near values at the nodes, in units of 2^-CLOCK."""
     n = len(values)
     series = chebyshev.chebfit(nodes(n, precision(53)), values, n - 1)
-    # Times need not be those of the crossings, but what depends on u must be told by the nodes.
+    # Steps need not end at the crossings exactly: small coefficients are left out, for short terms.
     powers = chebyshev.cheb2poly(np.where(np.abs(series) > ROUGH, series, 0.0))
     found = {(0, k, 0): round(float(c) * 2**CLOCK) for k, c in enumerate(powers)}
+    # A half-length is stored as twice what it stands for, as all coefficients of T_0 are.
     found[0, 0, 0] *= 2
     return {at: c for at, c in found.items() if c}

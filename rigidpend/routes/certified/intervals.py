@@ -1,7 +1,8 @@
-"""The checker of intervals of starts: whether given polynomials prove the symbols of all of them.
+"""The checker of intervals of starts: it decides if polynomials prove symbols of all their orbits.
 
-It knows nothing of how they were found. `docs/full-shift.md` has the theorem, whose hypotheses are
-H1 to H5 of `docs/certified.md` for a family. Whatever is not shown ends in :class:`Undecided`.
+It knows nothing of how they were found. `docs/full-shift.md` states the theorem (Theorem 9), whose
+hypotheses are H1 to H5 of `docs/certified.md` for a family. A hypothesis that is not shown ends in
+:class:`Undecided`.
 """
 
 from __future__ import annotations
@@ -24,38 +25,38 @@ from rigidpend.routes.certified.pieces import FamilyStep
 from rigidpend.routes.certified.sections import BITS, Numbers
 
 MOST_TERMS = 100
-"""Terms of cosine and sine on an interval at most."""
+"""Largest number of terms of cosine and sine on an interval."""
 
 
 class PhaseInterval(NamedTuple):
-    """Starts with theta2_0/2 pi from place/2^depth to (place + 1)/2^depth."""
+    """The starts with theta2_0/(2 pi) from place/2^depth to (place + 1)/2^depth."""
 
     place: int
     depth: int
 
     @property
     def share(self) -> Fraction:
-        """Its share of the line."""
+        """The interval's share of the line 0 <= theta2_0 < 2 pi."""
         return Fraction(1, 1 << self.depth)
 
     @property
     def ends(self) -> tuple[Fraction, Fraction]:
-        """theta2_0/2 pi at its ends."""
+        """The values of theta2_0/(2 pi) at both ends."""
         return Fraction(self.place, 1 << self.depth), Fraction(self.place + 1, 1 << self.depth)
 
     @property
     def middle(self) -> Fraction:
-        """theta2_0/2 pi in the middle, where u = 0."""
+        """The value of theta2_0/(2 pi) in the middle, where u = 0."""
         return Fraction(2 * self.place + 1, 2 << self.depth)
 
     @property
     def halves(self) -> list[PhaseInterval]:
-        """Both halves of it."""
+        """Both halves of the interval."""
         return [PhaseInterval(2 * self.place + k, self.depth + 1) for k in (0, 1)]
 
 
 class EnclosedStarts(NamedTuple):
-    """Starts of one J1_0 and h0 on the left array's line, over balls."""
+    """The starts of one J1_0 and one h0 on the left array's line of Fig. 4, over balls."""
 
     numbers: Numbers
     body: Body
@@ -65,17 +66,19 @@ class EnclosedStarts(NamedTuple):
     @classmethod
     def of(cls, body: Body, h0: Exact, J1: Fraction) -> EnclosedStarts:
         """Enclose the numbers of a problem."""
+        # No derivatives: only the polynomials' values are needed for symbols.
         return cls(Numbers.of(body, h0)._replace(along=""), body, J1, h0)
 
     def states(self, of: PhaseInterval) -> list[Family]:
-        """The starts of an interval, as functions of u."""
+        """The aligned components of the starts of an interval, as functions of u."""
         with ctx.workprec(BITS):
             turn, J1 = (arb(x.numerator) / x.denominator for x in (2 * of.middle, self.J1))
             here, ahead = (
                 start_of(self.body, J1, self.h0, (turn + quarter) * arb.pi())[0]
                 for quarter in (0, arb("0.5"))
             )
-            # M does not depend on theta2, and gamma turns about it.
+            # M does not depend on theta2, and gamma turns about it: from that of the middle and
+            # that a quarter of a turn later follow all others.
             cos, sin = turned(arb.pi() / 2**of.depth)
             fixed = [Family.of_ball(x, BITS) for x in here[:3]]
             turning = [
@@ -86,12 +89,13 @@ class EnclosedStarts(NamedTuple):
 
 
 def turned(angle: arb) -> tuple[Family, Family]:
-    """Cosine and sine of angle u."""
+    """Cosine and sine of angle * u, as functions of u; Undecided if the angle is too large."""
     u, found = Family.of({(0, 1, 0): 2}, 0), [Family.of_fraction(0, 0) for _ in range(2)]
     power, term = Family.of_fraction(1, 0), arb(1)
     for k in range(MOST_TERMS):
         if term < arb(2) ** -BITS:
-            # Terms are halved at least by now: what is left is less than twice this one.
+            # By now each term is at most half of the one before: the rest is less than twice this
+            # one.
             return found[0].widened(2 * term), found[1].widened(2 * term)
         sign = -1 if k % 4 > 1 else 1
         found[k % 2] += power * Family.of_ball(sign * term, BITS)
@@ -100,18 +104,18 @@ def turned(angle: arb) -> tuple[Family, Family]:
 
 
 def symbols(starts: EnclosedStarts, of: PhaseInterval, pieces: Sequence[FamilyStep]) -> list[bool]:
-    """Check the orbits that start on an interval: the symbols that all of them have.
+    """Check the orbits that start on an interval: True for 1 for each symbol that all of them have.
 
-    The text of what is undecided begins with the name of the hypothesis.
+    Undecided where a hypothesis is not shown; the text begins with its name.
     """
     return symbols_of(list(_signs(starts, starts.states(of), pieces)))
 
 
 def symbols_of(told: Sequence[int | tuple[bool, int]]) -> list[bool]:
-    """H4: the symbols of what is told of parts one after another.
+    """H4: the symbols that follow from what is told of parts one after the other.
 
-    Of each part that is the sign of M3, or, beside a crossing, whether M3 rises and the sign of
-    the large one of Q+ and Q-.
+    Each part tells the sign of M3 or, beside a crossing, the pair of True if M3 rises and the sign
+    of the large one of Q+ and Q-. Undecided if M3 may change its sign elsewhere.
     """
     runs = [sign for k, sign in enumerate(told) if k == 0 or told[k - 1] != sign]
     # M3 < 0, a crossing on which it rises, M3 > 0, one on which it falls, and so on.
@@ -127,7 +131,7 @@ def symbols_of(told: Sequence[int | tuple[bool, int]]) -> list[bool]:
 def _signs(
     starts: EnclosedStarts, before: list[Family], pieces: Sequence[FamilyStep]
 ) -> Iterator[int | tuple[bool, int]]:
-    """H1 to H5; on each part the sign of M3, or whether it rises with the sign of the large Q."""
+    """H1 to H5: what is told of each part of all steps, in the form of :func:`symbols_of`."""
     numbers = starts.numbers
     for states, _, [bound] in followed(numbers, pieces, [arb(0)], "H", before):
         with ctx.workprec(SCALARS):
@@ -137,7 +141,7 @@ def _signs(
 def signs_on_step(
     numbers: Numbers, states: Sequence[Family], bound: arb
 ) -> Iterator[int | tuple[bool, int]]:
-    """H5: what is told of each part of a step, in the form of :func:`symbols_of`.
+    """H5: tell of each part of a step what :func:`symbols_of` takes.
 
     The orbits are within `bound` of the polynomials.
     """

@@ -1,8 +1,8 @@
-"""The checker of passages: whether given polynomials are those of the orbits of a set.
+"""The checker of passages: it decides if polynomials are near the orbits of a set, to a crossing.
 
-It knows nothing of how they were found. `docs/full-shift.md` has the theorems; C2 to C5 below are
-its hypotheses, with what C7 carries along. Whatever is not shown ends in :class:`Undecided`, never
-in a crossing.
+It knows nothing of how they were found. `docs/full-shift.md` states the theorems, whose hypotheses
+C2 to C5 are checked here; the bounds on derivatives that C7 needs are carried along. A hypothesis
+that is not shown ends in :class:`Undecided`, never in a crossing. M and t' are dimensionless.
 """
 
 from __future__ import annotations
@@ -36,48 +36,54 @@ from rigidpend.routes.certified.sections import (
 PARTS = 32
 """Parts of a step on which signs and rates are told."""
 WIDEST = 2.0**-12
-"""Radius of a tube about the orbits of a set at most."""
+"""Largest radius of a tube about the orbits of a set."""
 TUBES = {"C": (WIDEST, 1.0), "H": (LARGEST, 0.5)}
-"""Radius of a tube at most, and the share of it within which growth is bounded, by hypotheses.
+"""Largest radius of a tube, and the share of it at which growth is bounded, by hypotheses.
 
-With C it is at the orbits themselves, for the derivatives' sake, with H halfway to the polynomials.
-"""
+C bounds growth at the orbits themselves, because derivatives grow there; H halfway between orbits
+and polynomials."""
 TRIES = 4
-"""Trials of the time by which orbits cross earlier or later than polynomials."""
+"""Trials of a bound on the way from the end of the last step to the crossing."""
 
 
 class Reached(NamedTuple):
-    """The next crossings of the orbits of a set."""
+    """The next crossings of the orbits of a set.
+
+    The symmetry has turned those beside separatrix 1 or 4 to 3 or 2.
+    """
 
     d: Family
+    """The small one of Qp and Qm."""
     g: Family
+    """gamma3."""
     right: bool
     """The symbol: True for 1."""
     box: tuple[arb, arb, arb]
-    """Q, gamma1 and gamma2 of all of them, as if beside separatrix 2 or 3."""
+    """Q, gamma1 and gamma2 of all of them."""
     bound: float
-    """Bound on the distance of the polynomials from the orbits."""
+    """Bound on the distance of the polynomials from the orbits, in the norm."""
     late: float
-    """Bound on the distance of the crossings from the end of the last step, t'."""
+    """Bound on the time from the end of the last step to a crossing, before or after it, t'."""
     duration: tuple[float, float]
-    """The passage takes at least and at most so long, t'."""
+    """Lower and upper bound on the time of the passage, t'."""
     begin: Sequence[arb]
-    """Q, gamma1 and gamma2 at the beginning."""
+    """Q, gamma1 and gamma2 of the polynomials at the beginning; empty for a line of starts."""
     slopes: Sequence[Sequence[Family]]
-    """Derivatives of d, and of g, in u, v and w, if they are asked for."""
+    """Derivatives of d, and of g, in u, v and w; two empty rows where they are not asked for."""
     w: Family = ENERGY
-    """That of their energies."""
+    """The energies, as w."""
     slopes_of_w: Sequence[Family] = ALONG
-    """Its derivatives."""
+    """Derivatives of w in u, v and w."""
 
 
 def arrival(numbers: Numbers, start: Quad | StartLine, pieces: Sequence[FamilyStep]) -> Reached:
-    """Check the orbits of a set, or of a line of starts, up to their next crossing.
+    """Check the orbits of a set, or of a line of starts, up to their next crossing (C1 to C5).
 
-    The text of what is undecided begins with the name of the hypothesis.
+    Undecided where a hypothesis is not shown; the text begins with its name.
     """
     if not pieces:
         raise Undecided("there are no steps")
+    # `side` is the sign of M3 during the passage. A line begins at M3 < 0, not at M3 = 0.
     if isinstance(start, StartLine):
         side, order = -1, [0, -1]
         begin, bounds = line_beginning(numbers, start, pieces[0])
@@ -90,7 +96,7 @@ def arrival(numbers: Numbers, start: Quad | StartLine, pieces: Sequence[FamilySt
         with ctx.workprec(SCALARS):
             time += 2 * half.range
             parts = told(numbers, states, apart[0], "C4", [side])
-            # 0 where M3 has the sign of the passage, else that of M3' by then.
+            # 0 where M3 has the sign of the passage, else the sign of the rate of side * M3.
             signs += [side * rate if box else 0 for rate, box in parts]
     check_signs(signs, order)
     end = [state.at("z", 1) for state in states]
@@ -105,13 +111,17 @@ def arrival(numbers: Numbers, start: Quad | StartLine, pieces: Sequence[FamilySt
 def energies_along(
     numbers: Numbers, h0: arb, piece: FamilyStep, bounds: Sequence[arb]
 ) -> tuple[Family, list[Family]]:
-    """w along a line of starts of one J2_0, and its derivatives; kappa J2_0^2/2 is h0."""
+    """The energies along a line of starts of one J2_0, as w, and its derivatives.
+
+    The energy is h0 = kappa J2_0^2/2 and that of the weight, which gamma tells.
+    """
     gamma1, gamma2 = (Family.of(terms, piece.bits).at("z", -1) for terms in piece.terms[3:5])
     c = numbers.field
     with ctx.workprec(BITS):
         r1, r2, off = (Family.of_ball(x, BITS) for x in (c.mu_r1, c.mu_r2, h0 - numbers.h))
         per = Family.of_fraction(1 / numbers.spread, BITS)
         found = (r1 * gamma1 + r2 * gamma2 + off) * per
+        # By how much w differs where gamma is off by a distance of 1 in the norm.
         unsure = (abs(c.mu_r1) + abs(c.mu_r2)) * per.bound * numbers.growth.weight
         w = found.widened(unsure * bounds[0])
         if not w.bound <= 1:
@@ -128,11 +138,12 @@ def followed(
     letter: str = "C",
     end: Sequence[Family] | None = None,
 ) -> Iterator[tuple[list[Family], Family, list[arb]]]:
-    """Check steps one after the other (C2, C3; H1 to H3): states, half-length and distances.
+    """Check steps one after the other (C2, C3; H1 to H3).
 
-    The `bounds` are on the distance of the polynomials from the orbits at the beginning, and on
-    those of its derivatives in the variables of `numbers.along`. Where the orbits begin at `end`,
-    they are on the distance there.
+    Yields for each its six states, its half-length, and bounds on the distance of the polynomials
+    from the orbits throughout it and on those of its derivatives in the variables `numbers.along`.
+    The given `bounds` are those at the beginning of the first step or, if `end` is given, those of
+    these states from the orbits: then the jump to the first step counts as well.
     """
     for piece in pieces:
         check_stop()
@@ -152,10 +163,11 @@ def followed(
 
 
 def defects(numbers: Numbers, states: Sequence[Family], half: Family) -> list[arb]:
-    """C2: bounds on the norm of dP/dx - half f(P) over the step, f the aligned field.
+    """C2: bounds on the norm of dP/dx - half f(P) over a step, and on those of its derivatives.
 
-    All but the first are of its derivatives.
+    f is the aligned field; the derivatives are those in the variables `numbers.along`.
     """
+    # Products of families are exact: only the enclosed constants bring an error.
     c = AlignedCoefficients(*(Family.of_ball(x, BITS) for x in numbers.field))
     rates = aligned(states, c)
     off = [P.derivative() - half * rate for P, rate in zip(states, rates, strict=True)]
@@ -170,14 +182,16 @@ def _carried(
     leaps: Sequence[arb],
     letter: str = "C",
 ) -> list[arb]:
-    """C3, H3: the distance over the whole step, and those of the derivatives."""
+    """C3, H3: bounds on the distance over a whole step, and those on its derivatives (C7)."""
     growth, apart = numbers.growth, begin[0] + 2 * leaps[0]
     bound, factor = tube(states[2], half, apart, growth, letter)
     size, *slopes = norms(states, growth, numbers.along)
     rate = growth.steepness(size + WIDEST)
     found = [bound]
     for k, (name, slope) in enumerate(zip(numbers.along, slopes, strict=True)):
-        # Where orbits and polynomials differ, so does what carries their derivatives.
+        # The derivative of f differs between orbits and polynomials by at most its second
+        # derivative times their distance; where the half-length depends on the variable, so does
+        # f itself.
         bent = half.bound * growth.bending * slope + half.partial(name).bound * rate
         found.append(upper(factor * (begin[1 + k] + 2 * (leaps[1 + k] + bent * apart))))
     return found
@@ -186,10 +200,10 @@ def _carried(
 def tube(
     M3: Family, half: Family, begin: arb, growth: LogarithmicNorm, letter: str
 ) -> tuple[arb, arb]:
-    """The distance over a whole step, from the assumed radius of a tube, and its growth.
+    """C3, H3: a bound on the distance over a whole step, and the factor of its growth.
 
     M3 and half of the length in time are those of the polynomials; `begin` is the distance at the
-    beginning with what the step adds.
+    beginning with what the step's defect adds.
     """
     widest, share = TUBES[letter]
     sizes, length = [abs(each).upper() for each in on_parts(M3)], 2 * half.bound / PARTS
@@ -203,15 +217,17 @@ def tube(
 def told(
     numbers: Numbers, states: Sequence[Family], bound: arb, name: str, sides: Sequence[int]
 ) -> Iterator[tuple[int, list[arb]]]:
-    """On each part of a step the sign of M3, if it is one of `sides`.
+    """Tell of each part of a step the sign of M3, with an empty list, if it is one of `sides`.
 
-    Else that of its rate, with all states there, as balls.
+    Else yield the sign of its rate, with balls that contain all states there. Undecided, under the
+    `name` of a hypothesis, where neither sign is told.
     """
     M3, every, apart = on_parts(states[2]), list[list[arb]](), distances(bound, numbers.growth)
     for k, value in enumerate(M3):
         if side := next((side for side in sides if side * value > apart[2]), 0):
             yield side, []
             continue
+        # Only the few parts beside a crossing need the other components.
         every = every or [on_parts(state) for state in states]
         box = [each[k] + arb(0, e) for each, e in zip(every, apart, strict=True)]
         rate = aligned(box, numbers.field)[2]
@@ -222,7 +238,10 @@ def told(
 
 
 def check_signs(signs: Sequence[int], order: Sequence[int]) -> None:
-    """C4: M3 leaves zero once, unless it begins elsewhere, keeps its sign, and comes back once."""
+    """C4: M3 leaves zero once, unless it begins elsewhere, keeps its sign, and returns once.
+
+    `signs` are of parts one after the other, and `order` is that of the runs of equal ones.
+    """
     runs = [sign for k, sign in enumerate(signs) if k == 0 or signs[k - 1] != sign]
     if runs != list(order):
         raise Undecided("C4: M3 is not shown to leave zero at once and to return at the end")
@@ -236,13 +255,20 @@ def crossing(
     begin: Sequence[arb],
     passed: arb,
 ) -> Reached:
-    """C5: the crossing beside the end of the last step, on which side, and where."""
+    """C5: the crossings beside the end of the last step, the side on which they lie, and where.
+
+    `end` are the polynomials there, `bounds` those on the distance of orbits and its derivatives,
+    `side` the sign of M3 before the crossing, `begin` goes into the result, and `passed` is the
+    time since the beginning, t'.
+    """
     growth = numbers.growth
     apart = distances(bounds[0], growth)
+    # |M3| of the orbits at the end of the step, and a first guess of the way from there.
     M3 = end[2].bound + apart[2]
     late = apart[2] + M3
     for _ in range(TRIES):
-        # Within so long a time the orbits stay within this box, where M3 changes fast enough.
+        # In this box M3 changes at the rate `slowest` at least, so an orbit that stays in it
+        # crosses within `time`. It does stay, if `time` times the largest rate is at most `late`.
         box = [s.range + arb(0, e + late) for s, e in zip(end, apart, strict=True)]
         rates = aligned(box, numbers.field)
         fastest = largest(map(abs, rates))
@@ -252,6 +278,7 @@ def crossing(
         time = upper(M3 / slowest)
         if time * fastest <= late:
             break
+        # Twice what is needed now, for rates in the wider box may be larger.
         late = upper(2 * time * fastest)
     else:
         slowest = arb(-1)
@@ -261,9 +288,10 @@ def crossing(
     if not (box[large] > 0 or box[large] < 0):
         raise Undecided("C5: the side on which the orbits leave is not told")
     mirrored = bool(box[large] < 0)
-    # (-M1, -M2, M3, gamma1, gamma2, -gamma3) makes separatrix 1 or 4 of 3 or 2.
+    # The symmetry (-M1, -M2, M3, gamma1, gamma2, -gamma3) takes separatrices 1 and 4 to 3 and 2.
     d, g = (end[j].widened(apart[j] + time * abs(rates[j])) for j in (small, 5))
-    # The derivatives change until the crossing, and by the time of it, which M3 tells.
+    # The derivatives change on the way to the crossing, by a factor of exp(steep time) at most,
+    # and with the time of the crossing, whose derivative is that of M3 over the rate of M3.
     _, *sizes = norms(end, growth, numbers.along)
     steep = growth.steepness(growth.norm(tuple(upper(abs(x)) for x in box)))
     slopes: list[list[Family]] = [[], []]
@@ -278,6 +306,7 @@ def crossing(
         d, g = -d, -g
         slopes = [[-each for each in of] for of in slopes]
     Q = -box[large] if mirrored else box[large]
+    # From separatrix 2 the next is 3 (symbol 1) or 1 (0); from 3 it is 4 (1) or 2 (0).
     right = (not mirrored) if side > 0 else mirrored
     there = (Q, box[3], box[4])
     duration = -double_above(time - passed), double_above(passed + time)
@@ -286,11 +315,12 @@ def crossing(
 
 
 def on_parts(state: Family) -> list[arb]:
-    """Values over each part of a step, for all u, v and w."""
+    """Balls that contain the values over each part of a step, for all u, v and w."""
     values = Values(state.middle(), PARTS)
     found = []
     for first, last in pairwise(values.at):
-        # Between its ends it is within half of its largest change of their middle.
+        # Over a part P differs from the mean of its values at both ends by at most half of its
+        # largest change.
         beside = arb(values.change + 1) / 2 + values.doubt
         found.append((arb(first + last) / 2 + arb(0, beside)) / arb(2) ** VALUES)
     return found

@@ -1,6 +1,7 @@
-"""Data of proofs, of one orbit and of covering relations: steps and sets; nothing computes.
+"""Data of proofs, of one orbit and of covering relations: steps and sets, and these as arrays.
 
-What is read of arrays that are no such data is a ValueError.
+Nothing is computed or proven here. Arrays that are no such data raise ValueError when they are
+read. A set is one of `docs/full-shift.md`; times are dimensionless.
 """
 
 from __future__ import annotations
@@ -14,39 +15,39 @@ from typing import Any, NamedTuple, TypeAlias
 import numpy as np
 
 ORBIT_CLOCK = 32
-"""Binary digits behind the point of the length in time of a step of one orbit."""
+"""Binary digits behind the point of the half-length of a step of one orbit."""
 ORBIT_BITS, ORBIT_TERMS, ORBIT_STEPS = 4096, 4096, 20_000
-"""Bits of a coefficient, coefficients of a component and steps of one orbit at most."""
+"""Limits on one orbit: bits of a unit, coefficients of a component, and steps."""
 
 
 class Step(NamedTuple):
-    """Piece of an approximate orbit: six Chebyshev series over x in [-1, 1]."""
+    """A piece of an approximate orbit: six Chebyshev series over x in [-1, 1]."""
 
     half_length: int
-    """Half of its length in time, of the orbit's unit, in units of 2^-ORBIT_CLOCK."""
+    """Half of its length in the orbit's unit of time, in units of 2^-ORBIT_CLOCK."""
     bits: int
     series: Sequence[Sequence[int]]
     """Coefficients w of w_0/2 + sum_j w_j T_j of each component, in units of 2^-bits."""
 
 
 Powers: TypeAlias = tuple[int, ...]
-"""Degree j of T_j(x), and powers of u and v; and of w, where the energy varies."""
+"""Exponents of a term: j of T_j(x), then those of u and v, and of w where the energy varies."""
 
 CLOCK = 50
-"""Binary digits behind the point of a half-length of a step."""
+"""Binary digits behind the point of the half-length of a step of a family."""
 WORD = 62
-"""Bits of a whole number as it is stored, without its sign."""
+"""Bits of a coefficient as it is stored, without its sign: it fits a signed word of 64 bits."""
 MOST_BITS, MOST_DEGREE, MOST_STEPS = 124, 100, 1000
-"""Bits of a unit, degree in a variable and steps of a set at most."""
+"""Limits on a family: bits of a unit, degree in a variable, and steps."""
 COMPONENTS = 7
 """Qp, Qm, M3, gamma1, gamma2, gamma3, and half of the step's length in time."""
 
 
 class Quad(NamedTuple):
-    """A curved quadrilateral of the section M3 = 0, |U| <= 1 and |V| <= 1.
+    """A set: the curved quadrilateral |U| <= 1, |V| <= 1 of the section M3 = 0.
 
-    U = (d - p(g))/a,  V = (d - p(g) - l0 - l1 g)/b,  g = gamma3 and p a polynomial, which moves
-    with the energy if its coefficients depend on w.
+    U = (d - p(g))/a and V = (d - p(g) - l0 - l1 g)/b, where d is the small one of Qp and Qm, g is
+    gamma3, and p is a polynomial. The set moves with the energy if p depends on w.
     """
 
     rising: bool
@@ -56,14 +57,15 @@ class Quad(NamedTuple):
     l1: Fraction
     p: tuple[Fraction, ...]
     moves: tuple[tuple[Fraction, ...], ...] = ()
-    """Curves that w, w^2 and so on add to p, each of as many coefficients."""
+    """Polynomials by which w, w^2 and so on are multiplied in p, each of as many coefficients."""
 
 
 class StartLine(NamedTuple):
-    """Starts with Qm = 0 < Qp, M . gamma = 0 and a given J1: theta1 = alpha0 + beta0, as in Fig. 4.
+    """A line of starts: Qm = 0 < Qp, M . gamma = 0 and a given J1, so theta1 = alpha0 + beta0.
 
-    On it e1 gamma1 + e2 gamma2 = centre + half u, |u| <= 1; centre may depend on w too. It is the
-    middle of a strip Qm = wide v, |v| <= 1, on which Qp follows from J1 and M3 as on the line.
+    These are the starts of Fig. 4. On the line e1 gamma1 + e2 gamma2 = centre + half u, |u| <= 1;
+    centre may depend on w. The line is the middle of a strip Qm = wide v, |v| <= 1, on which Qp
+    follows from J1 and M3 as it does on the line.
     """
 
     J1: Fraction
@@ -72,24 +74,25 @@ class StartLine(NamedTuple):
     centre: Fraction
     half: Fraction
     moves: tuple[Fraction, ...] = ()
-    """Numbers that w, w^2 and so on add to centre."""
+    """Numbers by which w, w^2 and so on are multiplied in centre."""
     wide: Fraction = Fraction(0)
 
 
 class FamilyStep(NamedTuple):
-    """Step of a family of approximate orbits: polynomials in x, u and v."""
+    """A step of a family of approximate orbits: polynomials in x, u and v, and in w if it varies.
+
+    A coefficient of T_0 is twice what it stands for, also in `half`, which has no other T_j.
+    """
 
     bits: int
     half: Mapping[Powers, int]
-    """Half of its length in time, a polynomial in u and v in units of 2^-CLOCK."""
+    """Half of the step's length in time, a polynomial in u, v and w, in units of 2^-CLOCK."""
     terms: Sequence[Mapping[Powers, int]]
-    """Those of Qp, Qm, M3, gamma1, gamma2, gamma3 over x in [-1, 1], in units of 2^-bits.
-
-    Those of T_0 are twice what they stand for."""
+    """Polynomials of Qp, Qm, M3, gamma1, gamma2, gamma3 over x in [-1, 1], in units of 2^-bits."""
 
 
 def packed_quads(quads: Sequence[Quad]) -> dict[str, Any]:
-    """Sets as arrays; their numbers are doubles, and stand for these exactly."""
+    """Sets as arrays; their numbers are doubles, which stand for themselves exactly."""
     return {
         "rising": np.array([q.rising for q in quads]),
         "p": np.array([q.p for q in quads], dtype=float),
@@ -103,7 +106,7 @@ OF_SET = ("a", "b", "l0", "l1")
 def packed_energies(
     shift: Fraction, spread: Fraction, quads: Sequence[Quad], line: StartLine
 ) -> dict[str, Any]:
-    """Energies, and how sets and a line of starts move with them, as doubles."""
+    """Arrays of the energies and of how sets and a line of starts move with them, doubles."""
     moves, along = ([q.moves for q in quads], line.moves)
     return {
         "shift": float(shift),
@@ -114,7 +117,7 @@ def packed_energies(
 
 
 def unpacked_energies(data: Mapping[str, Any] | None) -> tuple[Fraction, Fraction]:
-    """Shift of energies from that of a config, and their spread."""
+    """The shift of the energies from that of a config, and their spread; both 0 without data."""
     if data is None:
         return Fraction(0), Fraction(0)
     if not data["spread"] > 0:
@@ -125,7 +128,7 @@ def unpacked_energies(data: Mapping[str, Any] | None) -> tuple[Fraction, Fractio
 def unpacked_quads(
     data: Mapping[str, Any], energies: Mapping[str, Any] | None = None
 ) -> list[Quad]:
-    """Sets from their arrays, with how they move."""
+    """The sets of some arrays, and how they move if there are several energies."""
     moves = [()] * len(data["p"]) if energies is None else energies["moves"].tolist()
     rows = zip(*(data[name] for name in ("rising", *OF_SET, "p")), moves, strict=True)
     found = [
@@ -140,31 +143,34 @@ def unpacked_quads(
 def unpacked_line(
     J1: Fraction, data: Mapping[str, Any], energies: Mapping[str, Any] | None = None
 ) -> StartLine:
-    """A line of starts from its numbers."""
+    """The line of starts, or the strip, of some stored numbers."""
     e1, e2, centre, half = (exactly(data[name]) for name in ("e1", "e2", "centre", "half"))
     moves = tuple(map(exactly, [] if energies is None else energies["line"]))
     return StartLine(J1, e1, e2, centre, half, moves, exactly(data.get("wide", 0)))
 
 
 def made(rising: bool, numbers: Sequence[float], p: Iterable[float]) -> Quad:
-    """The set of doubles a, b, l0, l1 and those of p."""
+    """The set that has these doubles as its a, b, l0, l1 and as coefficients of p."""
     a, b, l0, l1, *curve = map(exactly, (*numbers, *p))
     return Quad(rising, a, b, l0, l1, tuple(curve))
 
 
 def exactly(x: Any) -> Fraction:
-    """The number that a double stands for."""
+    """The rational number that a double is; ValueError for NaN and infinity."""
     if not math.isfinite(x):
         raise ValueError("a set, a line of starts or an energy has a number that is not finite")
     return Fraction(float(x))
 
 
 OF_STEPS, OF_TERMS = ("family", "bits", "terms"), ("powers", "coefficients")
-"""Arrays of steps, one after the other, and of all their terms."""
+"""Names of the arrays with a row for each step, and of those with a row for each term."""
 
 
 def packed(orbits: Sequence[Sequence[FamilyStep]]) -> dict[str, Any]:
-    """The steps of each of n sets as arrays; what is finer than a word, as steps of set n + k."""
+    """The steps of each of n sets as arrays.
+
+    Where coefficients of set k do not fit a word, their low digits follow as a step of set n + k.
+    """
     n = len(orbits)
     every = [
         (k + n * finer, part)
@@ -186,19 +192,23 @@ def packed(orbits: Sequence[Sequence[FamilyStep]]) -> dict[str, Any]:
 
 
 def of_some(data: Mapping[str, Any], n: int, which: range) -> dict[str, Any]:
-    """The arrays of the steps of some of n sets, which :func:`unpacked` reads as the first ones."""
+    """The arrays of the steps of some of n sets, in which the first of these has the number 0.
+
+    :func:`unpacked` reads them. ValueError where steps and terms do not fit each other.
+    """
     family, terms = (np.asarray(data[name], dtype=np.int64) for name in ("family", "terms"))
+    # Before they are repeated: numbers of terms may be anybody's, and ask for any memory.
     if np.any(terms < 1) or sum(map(int, terms)) != len(data["powers"]):
         raise ValueError("the steps have other terms than are stored")
     here = np.isin(family % n, which)
     found = {name: data[name][here] for name in OF_STEPS}
     found |= {name: data[name][np.repeat(here, terms)] for name in OF_TERMS}
-    # Of n sets n more are what is finer.
+    # Low digits of set k have the number n + k, and here len(which) + k - which.start.
     return found | {"family": (family % n - which.start + len(which) * (family // n))[here]}
 
 
 def joined(parts: Sequence[Mapping[str, Any]], sizes: Sequence[int]) -> dict[str, Any]:
-    """The arrays of the steps of so many sets each, as those of all sets, one after the other."""
+    """The arrays of the steps of all sets, from those of parts with `sizes` sets each, in order."""
     names = (*OF_STEPS, *OF_TERMS)
     found = {name: np.concatenate([part[name] for part in parts]) for name in names}
     n, firsts = sum(sizes), itertools.accumulate(sizes, initial=0)
@@ -210,17 +220,19 @@ def joined(parts: Sequence[Mapping[str, Any]], sizes: Sequence[int]) -> dict[str
 
 
 def _words(piece: FamilyStep) -> list[FamilyStep]:
-    """The step in coarser units, and what is left of it, if its numbers are too large to store."""
+    """The step, or, if its numbers are too large to store, its high digits and its low ones."""
     largest = max((abs(w) for column in piece.terms for w in column.values()), default=0)
     if (finer := largest.bit_length() - WORD) <= 0:
         return [piece]
+    # A shift rounds down, so no low digits are negative, and both parts add up exactly.
     first = [{at: w >> finer for at, w in column.items()} for column in piece.terms]
     rest = [{at: w & ((1 << finer) - 1) for at, w in column.items()} for column in piece.terms]
+    # The half-length belongs to the high digits alone.
     return [FamilyStep(piece.bits - finer, piece.half, first), FamilyStep(piece.bits, {}, rest)]
 
 
 def _added(first: FamilyStep, rest: FamilyStep) -> FamilyStep:
-    """A step and what is added to it in finer units."""
+    """The sum of a step's high digits and its low ones, which are in finer units."""
     finer = rest.bits - first.bits
     if finer < 0 or rest.half:
         raise ValueError("what is added to a step is not finer, or has a length")
@@ -232,7 +244,7 @@ def _added(first: FamilyStep, rest: FamilyStep) -> FamilyStep:
 
 
 def _rows(piece: FamilyStep, wide: int) -> Iterator[tuple[Powers, list[int]]]:
-    """Terms with so many powers; those that are left out are 0."""
+    """Rows of a step: `wide` powers, where missing ones are 0, and the seven coefficients."""
     columns = [
         {(*at, 0)[:wide]: c for at, c in column.items()} for column in (*piece.terms, piece.half)
     ]
@@ -241,8 +253,11 @@ def _rows(piece: FamilyStep, wide: int) -> Iterator[tuple[Powers, list[int]]]:
 
 
 def unpacked(data: Mapping[str, Any], n: int) -> list[list[FamilyStep]]:
-    """The steps of each of n sets, from their arrays."""
-    # Whole numbers of Python, which do not come round again.
+    """The steps of each of n sets, from arrays that may be anybody's.
+
+    ValueError where they do not fit each other or exceed a limit.
+    """
+    # Integers of Python, for those of NumPy overflow silently.
     ends = list(itertools.accumulate(map(int, data["terms"])))
     if not ends or ends[-1] != len(data["powers"]) or np.min(data["terms"]) < 1:
         raise ValueError("the steps have other terms than are stored")
@@ -258,7 +273,7 @@ def unpacked(data: Mapping[str, Any], n: int) -> list[list[FamilyStep]]:
         if of < n:
             found[of].append(step)
         elif found[of - n]:
-            # Of the step before it.
+            # They belong to the last step of that set, which they replace by the sum.
             found[of - n].append(_added(found[of - n].pop(), step))
         else:
             raise ValueError("what is added to a step is of no step")
@@ -266,8 +281,9 @@ def unpacked(data: Mapping[str, Any], n: int) -> list[list[FamilyStep]]:
 
 
 def _step(bits: int, powers: Any, coefficients: Any) -> FamilyStep:
-    """A step from its terms."""
+    """The step of some rows of powers and coefficients."""
     places = list(map(tuple, powers.tolist()))
+    # Of two equal terms a dictionary would keep the last one alone.
     if len(set(places)) < len(places):
         raise ValueError("a step has a term twice")
     *columns, half = (

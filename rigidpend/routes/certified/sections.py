@@ -1,6 +1,8 @@
-"""Sets of a section M3 = 0, the numbers of a body at its energies, and where orbits begin (C1).
+"""Sets of the section M3 = 0, the numbers of a body and its energies, and where orbits begin (C1).
 
-The orbits are those of a set or of a line of starts, of which theta2 is told too.
+The orbits begin in a set or on a line of starts, whose phases theta2 are bounded as well. M and t'
+are dimensionless. On the section d is the small one of Qp and Qm, Q the large one, g is gamma3;
+u and v in [-1, 1] are coordinates of a set, and w in [-1, 1] tells the energy.
 """
 
 from __future__ import annotations
@@ -30,26 +32,25 @@ from rigidpend.routes.certified.pieces import FamilyStep, Quad, StartLine
 BITS = 160
 """Bits in which the numbers of the problem are enclosed."""
 LIGHT = 64
-"""Weight of w in differences of orbits of different energies.
-
-Any number will do."""
+"""Weight of w in the difference of two orbits of different energies (C7); any number will do."""
 ENERGY = Family.of({(0, 0, 0, 1): 2}, 0)
-"""w, by which energies differ."""
+"""The variable w as a family: coefficients of T_0 are twice what they stand for."""
 ALONG = [Family.of({(0, 0, 0): 2 * k}, 0) for k in (0, 0, 1)]
-"""Its derivatives in u, v and w."""
+"""The derivatives of w in u, v and w: 0, 0 and 1."""
 
 
 def curve(p: Sequence[Fraction], g: Family) -> Family:
-    """p(g)."""
+    """The value p(g), from the coefficients of the polynomial p."""
     return _summed([Family.of_fraction(x, BITS) for x in p], g)
 
 
 def moved(curves: Sequence[Sequence[Fraction]], g: Family, w: Family) -> Family:
-    """The sum of w^m p_m(g)."""
+    """The sum of w^m p_m(g) over polynomials p_m."""
     return _summed([curve(p, g) for p in curves], w)
 
 
 def _summed(p: Sequence[Family], x: Family) -> Family:
+    """The sum of p_k x^k by Horner's rule."""
     found = p[-1] if p else Family.of_fraction(0, BITS)
     for each in p[-2::-1]:
         found = found * x + each
@@ -57,7 +58,8 @@ def _summed(p: Sequence[Family], x: Family) -> Family:
 
 
 def place(quad: Quad) -> tuple[Family, Family]:
-    """d and g of the points of a set, as polynomials in u, v and w."""
+    """The components d and g of the points of a set, as polynomials in u, v and w."""
+    # U = u and V = v solved for d and g: l1 g = a u - b v - l0, d = p(g) + a u.
     u, v = Family.of({(0, 1, 0): 2}, 0), Family.of({(0, 0, 1): 2}, 0)
     by_u, by_v, from_0, a = (
         Family.of_fraction(x, BITS)
@@ -68,7 +70,7 @@ def place(quad: Quad) -> tuple[Family, Family]:
 
 
 def coordinates(quad: Quad, d: Family, g: Family, w: Family = ENERGY) -> tuple[Family, Family]:
-    """U and V of points of the section, of the energies of w."""
+    """The coordinates U and V, in a set, of points of the section with energies of w."""
     off = d - moved((quad.p, *quad.moves), g, w)
     l0, l1, by_a, by_b = (
         Family.of_fraction(x, BITS) for x in (quad.l0, quad.l1, 1 / quad.a, 1 / quad.b)
@@ -77,9 +79,10 @@ def coordinates(quad: Quad, d: Family, g: Family, w: Family = ENERGY) -> tuple[F
 
 
 def directions(quad: Quad, g: Family, w: Family, along: Sequence[Family]) -> tuple[Family, Family]:
-    """Derivatives of U and V, where those of d, g and w are `along`."""
+    """Derivatives of U and V along a direction in which those of d, g and w are `along`."""
     by_d, by_g, by_w = along
     curves = quad.p, *quad.moves
+    # The partial derivatives of the curve p in g and in w, by the chain rule.
     leaning = moved([[k * x for k, x in enumerate(p)][1:] for p in curves], g, w)
     moving = moved([[m * x for x in p] for m, p in enumerate(curves)][1:], g, w)
     off = by_d - leaning * by_g - moving * by_w
@@ -88,17 +91,19 @@ def directions(quad: Quad, g: Family, w: Family, along: Sequence[Family]) -> tup
 
 
 class Numbers(NamedTuple):
-    """Numbers of a body and an energy, or of all near them, balls."""
+    """The numbers of a body and of its energies, balls."""
 
     field: AlignedCoefficients
     growth: LogarithmicNorm
     to_M1: arb
+    """1/(2 cos(alpha0/2)), from Qp + Qm to M1."""
     to_M2: arb
+    """1/(2 sin(alpha0/2)), from Qp - Qm to M2."""
     h: arb
     spread: Fraction
-    """The energies are h + spread w."""
+    """The energies are h + spread w, |w| <= 1."""
     h0: arb | None
-    """Energy constant of starts of one J2_0, if they are not of one energy."""
+    """Energy constant kappa J2_0^2/2 of starts of one J2_0; None if starts have these energies."""
     along: str = PARAMETERS
     """Variables in which derivatives are bounded: none where no theorem asks for C7."""
 
@@ -106,7 +111,7 @@ class Numbers(NamedTuple):
     def of(
         cls, body: Body, h: Exact, spread: Fraction = Fraction(0), h0: Exact | None = None
     ) -> Numbers:
-        """Enclose those of a body."""
+        """Enclose the numbers of a body and of the energies h + spread w."""
         with ctx.workprec(BITS):
             p = angles(body)
             half, field = p.alpha0 / 2, aligned_coefficients(p, BALLS)
@@ -118,31 +123,32 @@ class Numbers(NamedTuple):
 
     @property
     def energies(self) -> Family:
-        """The energies, with w."""
+        """The energies h + spread w as a family."""
         return Family.of_ball(self.h, BITS) + Family.of_fraction(self.spread, BITS) * ENERGY
 
 
 def distances(bound: arb, growth: LogarithmicNorm) -> list[arb]:
-    """Bounds on the distance of each component."""
+    """Bounds on each component of a difference whose norm is at most `bound`."""
     return [bound, bound, upper(bound / growth.upright)] + 3 * [upper(bound * growth.weight)]
 
 
 def orders(state: Family, along: Iterable[str]) -> list[arb]:
-    """Bounds on a family, and on its derivatives."""
+    """Bounds on a family and on its derivatives in the variables `along`."""
     return [state.bound, *(state.partial(name).bound for name in along)]
 
 
 def norms(states: Sequence[Family], growth: LogarithmicNorm, along: str) -> list[arb]:
-    """Bounds on the norms of states, and of their derivatives."""
+    """Bounds on the norm of a state and on those of its derivatives in the variables `along`."""
     return normed([orders(state, along) for state in states], growth)
 
 
 def normed(bounds: Sequence[Sequence[arb]], growth: LogarithmicNorm) -> list[arb]:
+    """The norms that follow from bounds on each component and on its derivatives."""
     return [upper(growth.norm(each)) for each in zip(*bounds, strict=True)]
 
 
 def largest(balls: Iterable[arb]) -> arb:
-    """An upper bound of all."""
+    """An upper bound of all numbers of some balls that are not negative, 0 without any."""
     found = arb(0)
     for ball in balls:
         found = found.max(upper(ball))
@@ -150,24 +156,31 @@ def largest(balls: Iterable[arb]) -> arb:
 
 
 ALONE, THIN = 2.0**-5, 2.0**-20
-"""Distances within which a point of the section, and of a line of starts, is alone."""
+"""Half-widths of the boxes in which a point of the section, or of a line of starts, is unique."""
 
 
 def beginning(numbers: Numbers, quad: Quad, piece: FamilyStep) -> tuple[list[arb], list[arb]]:
-    """C1: where the orbits of a set begin, alone nearby; bounds on the polynomials' distance.
+    """C1: the points of a set near given polynomials, each the only one nearby.
 
-    The large Q, gamma1 and gamma2 follow from d and g by M . gamma = 0, |gamma| = 1 and the energy.
+    Q, gamma1 and gamma2 follow from d and g by M . gamma = 0, |gamma| = 1 and the energy. Returns
+    the polynomials of these three, as balls, and bounds on the distance of the first step's
+    beginning from the points and on that of its derivatives.
     """
     states = [Family.of(terms, piece.bits).at("z", -1) for terms in piece.terms]
     c, large, small = numbers.field, 0 if quad.rising else 1, 1 if quad.rising else 0
     d, g = place(quad)
     Q, gamma1, gamma2 = states[large], states[3], states[4]
     with ctx.workprec(BITS):
-        # Arb rounds even where a sign is changed.
+        # Qp - Qm is Q - d or its negative. Arb rounds even where a sign is changed, so this needs
+        # the precision too.
         by = numbers.to_M1, numbers.to_M2 if quad.rising else -numbers.to_M2
 
     def slopes(one: int, *at: arb) -> arb_mat:
-        """The derivatives of the residual in Q, gamma1 and gamma2, linear in 1 and in `at`."""
+        """The derivatives of the residual in Q, gamma1 and gamma2, linear in `one` and in `at`.
+
+        With one = 1 and states they are the derivatives themselves; with one = 0 and derivatives
+        of states in a variable, they are their derivatives in that variable.
+        """
         q, d, y1, y2 = at
         n1, n2 = (q + d) * by[0], (q - d) * by[1]
         spin = c.kappa * (n1 * by[0] + n2 * by[1]) - d / 2
@@ -184,6 +197,7 @@ def beginning(numbers: Numbers, quad: Quad, piece: FamilyStep) -> tuple[list[arb
         m1, m2, spin, r1, r2 = (Family.of_ball(x, BITS) for x in constants)
         M1, M2 = (Q + d) * m1, (Q - d) * m2
         one, half = (Family.of_fraction(x, 1) for x in (Fraction(1), Fraction(1, 2)))
+        # M . gamma, |gamma|^2 - 1 and the energy less its value: M3 = 0 here.
         residual = (
             M1 * gamma1 + M2 * gamma2,
             gamma1 * gamma1 + gamma2 * gamma2 + g * g - one,
@@ -193,6 +207,7 @@ def beginning(numbers: Numbers, quad: Quad, piece: FamilyStep) -> tuple[list[arb
             + r2 * gamma2
             - numbers.energies,
         )
+        # The box is that about all points of the set at once, which contains the box of each.
         q, y1, y2 = (each.range + arb(0, ALONE) for each in (Q, gamma1, gamma2))
         turned = {
             name: slopes(0, *(each.partial(name).range for each in (Q, d, gamma1, gamma2)))
@@ -201,6 +216,7 @@ def beginning(numbers: Numbers, quad: Quad, piece: FamilyStep) -> tuple[list[arb
         near = _nearest(residual, slopes(1, q, d.range, y1, y2), turned, ALONE)
         if not q > 0:
             raise Undecided("C1: the large Q is not shown to be positive at the points of a set")
+        # Of d, M3 and gamma3 the points are known exactly, of the other three within `near`.
         off = {small: states[small] - d, 2: states[2], 5: states[5] - g}
         apart = [orders(off[j], numbers.along) if j in off else near for j in range(6)]
     with ctx.workprec(SCALARS):
@@ -210,9 +226,11 @@ def beginning(numbers: Numbers, quad: Quad, piece: FamilyStep) -> tuple[list[arb
 def line_beginning(
     numbers: Numbers, line: StartLine, piece: FamilyStep
 ) -> tuple[list[arb], list[arb]]:
-    """C1 of a line of starts: Qp, M3 and gamma follow from J1, Qm and the place on the line.
+    """C1 of a line of starts, or of the strip about it: its points near given polynomials.
 
-    And from the energy, or from h0, which is that without the weight.
+    Qp, M3 and gamma follow from J1, Qm, the place on the line, and the energy, or h0, which is the
+    energy without the weight's. Returns an empty list, since nothing asks where a line lies, and
+    bounds as :func:`beginning` does.
     """
     states = [Family.of(terms, piece.bits).at("z", -1) for terms in piece.terms]
     Qp, Qm, M3, *gamma = states
@@ -238,13 +256,13 @@ def line_beginning(
             + r1 * gamma[0]
             + r2 * gamma[1]
             - level,
-            # Of Qm = 0 that is |M| = 2 J1 - M3.
+            # Where Qm = 0 this says |M| = 2 J1 - M3, that is J2 = |M| and J1 = (J2 + M3)/2.
             square * Qp * Qp - four * J1 * (J1 - M3),
             e1 * gamma[0] + e2 * gamma[1] - centre - half * u,
         )
 
         def slopes(one: int, *at: arb) -> arb_mat:
-            """The derivatives of the residual in Qp, M3 and gamma, linear in 1 and in `at`."""
+            """The derivatives of the residual in Qp, M3 and gamma, linear in `one` and in `at`."""
             q, m, y1, y2, y3, d = at
             n1, n2 = (q + d) * numbers.to_M1, (q - d) * numbers.to_M2
             spin = c.kappa * (n1 * numbers.to_M1 + n2 * numbers.to_M2) - d / 2
@@ -275,12 +293,14 @@ def line_beginning(
 def _nearest(
     residual: Sequence[Family], slopes: arb_mat, turned: Mapping[str, arb_mat], room: float
 ) -> list[arb]:
-    """C1: how near a solution is, the only one so near as `room`, where the derivatives hold.
+    """C1: a bound on the distance to the only solution within `room`, and those on derivatives.
 
-    Newton's iteration with a fixed matrix contracts the box of that size into itself. By how much
-    the solution's derivatives in u, v and w differ follows with those of the matrix, `turned`.
+    `slopes` encloses the derivatives of the residual in the whole box of that half-width, and
+    `turned` their derivatives in u, v and w. Newton's iteration with a fixed matrix contracts the
+    box into itself. Undecided if that is not shown.
     """
     n = len(residual)
+    # Any matrix near the inverse will do; its midpoint is taken as exact.
     try:
         inverse = slopes.mid().inv().mid()
     except ZeroDivisionError:
@@ -289,12 +309,15 @@ def _nearest(
     share = largest(sum((abs(off[i, j] - (i == j)) for j in range(n)), arb(0)) for i in range(n))
 
     def solved(right: Sequence[arb]) -> arb:
+        """Bound on the largest component of x, where slopes x = right in size."""
         rows = (sum((abs(inverse[i, j]) * right[j] for j in range(n)), arb(0)) for i in range(n))
         return largest(rows) / (1 - share)
 
     values, *along = zip(*(orders(each, turned) for each in residual), strict=True)
     if not (share < 1 and (near := upper(solved(values))) < room):
         raise Undecided("C1: no points are shown to be where the orbits begin")
+    # G(z) = 0, differentiated: the derivative of z - z_P is at most what the matrix makes of that
+    # of G at z_P, and of J's derivative times `near`.
     return [near] + [
         upper(solved([
             right[i] + sum((abs(turn[i, j]) for j in range(n)), arb(0)) * near for i in range(n)
@@ -304,7 +327,7 @@ def _nearest(
 
 
 def phases(numbers: Numbers, line: StartLine, pieces: Sequence[FamilyStep]) -> tuple[float, float]:
-    """Bounds on theta2 of all starts of a line, radians, but for whole turns."""
+    """A lower and an upper bound on theta2 of all starts of a line, radians, up to whole turns."""
     c = numbers.field
     with ctx.workprec(SCALARS):
         _, (bound, *_) = line_beginning(numbers, line, pieces[0])
@@ -312,7 +335,8 @@ def phases(numbers: Numbers, line: StartLine, pieces: Sequence[FamilyStep]) -> t
         near = zip(begin, distances(bound, numbers.growth), strict=True)
         _, _, M3, g1, g2, _ = (x + arb(0, e) for x, e in near)
         cos, sin = 1 / (2 * numbers.to_M1), 1 / (2 * numbers.to_M2)
-        # gamma of the starts, solved for sine and cosine of theta1/2 + theta2.
+        # gamma of the starts, solved for the sine and cosine of theta1/2 + theta2, where theta1 is
+        # alpha0 + beta0. J2 = 2 J1 - M3.
         lean = (2 * arb(line.J1.numerator) / line.J1.denominator - M3) / M3
         angle = arb.atan2(cos * g1 - sin * g2, (sin * g1 + cos * g2) * lean)
         found = angle - arb.atan2(sin, cos) - arb.atan2(c.mu_r2, c.mu_r1)
@@ -323,5 +347,5 @@ def phases(numbers: Numbers, line: StartLine, pieces: Sequence[FamilyStep]) -> t
 
 
 def told(low: float, high: float) -> str:
-    """Words on phases between two numbers, of which nine digits are rounded outward."""
+    """Words on phases between two numbers, with nine decimals that are rounded outward."""
     return f"theta2_0 from {math.floor(low * 1e9) / 1e9:.9f} to {math.ceil(high * 1e9) / 1e9:.9f}"
