@@ -59,6 +59,10 @@ METHODS = {
         # It may build return maps.
         drawn={"way": "auto"}, certain=True,
     ),
+    "route_codes_often": Method(
+        "route_codes called often, every symbol certain", "ours", None,
+        variants=({"way": "auto", "calls": 20},), certain=True,
+    ),
     DEFAULT: Method("aligned Taylor, batches", "ours"),
     "heyoka_principal": Method(
         "heyoka, Euler-Poisson, batches", "heyoka", libraries=("heyoka",),

