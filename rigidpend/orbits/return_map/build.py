@@ -49,6 +49,8 @@ INNER = 2.0
 """Factor by which the first terms of the normal form left out are below the allowed error.
 
 With 11 bodies drawn by lot charts erred by 3e-4 to 1 of it, where these terms came to just that."""
+ROUNDINGS = 32
+"""Error of a finished map in roundings, at least: those of Fig. 4's body err by some tens."""
 ATTEMPTS = 4
 """Number of attempts, each with higher orders than the last, before a map is refused."""
 FLOQUET = 1e-11
@@ -231,8 +233,9 @@ def plan(body: Body, low: Exact, high: Exact, bits: int, design: Design) -> Plan
         # A new one, because an exception that is kept would gather the traces of all its raises.
         raise MapError(str(found))
     below = 2.0 ** (table_bits(bits) - bits + MARGIN_BITS)
-    # Terms of the normal form are measured where they are largest; those of tables add up there.
-    target, inner = (min(2.0**-bits, _allowed(bits) / part) for part in (below, INNER))
+    target = min(2.0**-bits, _allowed(bits) / below)
+    # In doubles, terms below the roundings of a finished map gain nothing.
+    inner = min(_allowed(bits) / INNER, ROUNDINGS * 2.0**-bits)
     unit, half = float(design.unit), (ends[1] - ends[0]) / 2
     planned = orders(found[0], half, *found[1:], target, inner)
     return found[1].in_unit(unit), planned.designed(unit, design.stretch, design.more)
