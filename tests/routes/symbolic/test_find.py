@@ -154,7 +154,7 @@ ROUND: dict[str, Any] = {"h0": 1, "J1_0": "1e-8"}
 LITTLE = Body(A=(2, "17/10", "37/20"), r=(2, 1, 0), mu="1/100")
 """Surfaces are split by 6e-9: deviations across the layer grow to 5e9 in a passage."""
 THIN = Body(A=(2, "1.45", "1.48"), r=("0.9", "0.44", 0), mu="0.00056")
-"""Split by 3e-11 and 9e-12: derivatives at the map's crossings gain few digits, and are computed anew."""
+"""Split by 3e-11 and 9e-12: derivatives at the map's crossings gain few digits."""
 
 
 @pytest.mark.slow
