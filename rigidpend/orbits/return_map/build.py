@@ -45,7 +45,7 @@ MARGIN_BITS = 2
 """Bits by which the first coefficients left out are planned to be below what tables resolve.
 
 At the ends of a table's width all coefficients left out add up."""
-INNER = 2.0
+INNER = 4.0
 """Factor by which the first terms of the normal form left out are below the allowed error.
 
 With 11 bodies drawn by lot charts erred by 3e-4 to 1 of it, where these terms came to just that."""
@@ -165,10 +165,10 @@ class ReturnMap:
     def left_out(self) -> float:
         """The size that all terms left out of the tables may have together, relative.
 
-        It is a fourth of the stated error, which is five times the largest difference at held-out
+        It is a sixth of the stated error, which is eight times the largest difference at held-out
         points; and at least a fourth of a rounding of the tables.
         """
-        return max(2.0 ** -(table_bits(self.bits) + 2), self.errors.largest / 4)
+        return max(2.0 ** -(table_bits(self.bits) + 2), self.errors.largest / 6)
 
     def program(self, bits: int, least_Qp: Scalar, most_Qp: Scalar, coarse: float = 0.0) -> Program:
         """The program of this map for `kernel.follow`: starts at least_Qp <= Qp <= most_Qp.
