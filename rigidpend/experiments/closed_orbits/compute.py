@@ -21,9 +21,9 @@ from rigidpend.routes.symbolic.stretching import stretching
 
 SEED = 1
 FOUND, VERIFIED = 7e-3, 0.35
-"""Seconds that the words of a length take, over two to that power: found, and verified."""
+"""Seconds per word of a length n, of which there are 2^n: to find its orbit, and to verify it."""
 PARTS = 10
-"""Parts of the long orbit, from whose scatter its error is estimated."""
+"""Parts of the long orbit, whose scatter gives the error of its exponent."""
 
 
 def compute(config: Config, means: Means) -> Tree:
@@ -40,7 +40,7 @@ def compute(config: Config, means: Means) -> Tree:
 
 
 def cost(config: Config) -> float:
-    """Estimate of the seconds that a config takes: the words double with each symbol."""
+    """Estimate of the seconds that a config takes; the number of words doubles with each symbol."""
     problem = config.problem
     return FOUND * 2.0**problem.longest + VERIFIED * 2.0 ** min(problem.verified, problem.longest)
 
@@ -108,7 +108,7 @@ def _words(found: list[ClosedOrbit]) -> NDArray[np.uint8]:
 
 
 def describe(config: Config) -> list[Row]:
-    """The number of words that a config asks for."""
+    """Row with the number of words that a config asks for."""
     longest = config.problem.longest
     count = sum(1 for _ in words(longest))
     return [Row("words", str(count), f"of up to {longest} symbols, one for each closed orbit")]
