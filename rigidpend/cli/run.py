@@ -230,6 +230,7 @@ class Runs:
             logs.hear(name, text)
             shown.hear(name, text)
 
+        # Stays if a signal ends this thread before the config is computed or has failed.
         outcome.status = "interrupted"
         try:
             self._by_its_means(planned, at_once, hear)

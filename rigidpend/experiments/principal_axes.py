@@ -61,6 +61,7 @@ def working_type(bits: int) -> Any:
 def typed(x: Scalar, kind: Any) -> Any:
     """A float, Fraction or mpmath number as a number of another type, by a sum of doubles."""
     total, rest = kind(0), x
+    # Each head is the double nearest to the rest, so that the subtractions are exact.
     while head := float(rest):
         total, rest = total + kind(head), rest - type(x)(head)
     return total
@@ -181,7 +182,7 @@ def settled(
 
 
 def judged(answer: Any, true: Any) -> dict[str, int]:
-    """Count the symbols of an answer, as far as the truth goes: all, wrong, trusted, undecided.
+    """Count symbols of an answer, as far as the truth goes: all, wrong, wrong trusted, undecided.
 
     A symbol is trusted if the answer calls it `certain`; without that field all `codes` are.
     """
@@ -212,6 +213,7 @@ def _angles(states: Any, body: Body, n_crossings: int, limit: float, bits: int) 
 
 def beside(theta1: Array, places: Array) -> NDArray[np.uint8]:
     """The separatrix nearest in theta1, modulo 4 pi: 1..4, and 0 for no crossing."""
+    # Distances modulo the period 4 pi of theta1, between 0 and 2 pi.
     gaps = np.abs(np.remainder(theta1 - places[:, None, None] + TURN, 2 * TURN) - TURN)
     nearest = np.argmin(np.where(np.isnan(gaps), np.inf, gaps), axis=0) + 1
     return np.where(np.isnan(theta1), 0, nearest).astype(np.uint8)

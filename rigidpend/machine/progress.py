@@ -63,6 +63,7 @@ class _Course:
         """Take a line, which may report a part."""
         self.line, share = text, getattr(text, "share", 0.0)
         if share > self.share:
+            # A part weighs as share^RECENT at its end; relative to the new part earlier ones fade.
             fading = (self.share / share) ** RECENT
             self.time = fading * self.time + now - self.last
             self.done = fading * self.done + share - self.share
@@ -73,6 +74,7 @@ class _Course:
         own = self.time / self.done if self.done else expected
         if own is None:
             return None
+        # The more is done, the more its own pace counts against the expectation.
         belief = self.share / (self.share + BELIEF)
         whole = belief * own + (1 - belief) * (own if expected is None else expected)
         left = (1 - self.share) * whole - (now - self.last)
@@ -160,6 +162,7 @@ class Progress:
         over = {name: x.took for name, x in courses.items() if x.took is not None}
         known = [name for name in over if name in self._expected]
         whole = sum(self._expected[name] for name in known)
+        # What was finished so far shows how slow this machine is beside the expectations.
         slowness = sum(over[name] for name in known) / whole if whole > 0 else 1.0
         expected = {name: slowness * x for name, x in self._expected.items()}
         running = {name: x for name, x in courses.items() if x.took is None}

@@ -60,6 +60,7 @@ class Listener:
             if callable(line) and now - self._last < SILENCE:
                 return
             self._last = now
+        # Written outside of the lock, so that a slow receiver keeps no other thread waiting.
         self._say(line() if callable(line) else line)
 
 
@@ -134,6 +135,7 @@ def side_by_side(
     if workers <= 1:
         return [_done(work, part, *given) for part in parts]
     stop = threading.Event()
+    # A pool within a pool's thread obeys the outer pool's stops too.
     heeded = (*getattr(_of_thread, "stops", ()), stop), getattr(_of_thread, "listener", None)
     pool = ThreadPoolExecutor(workers, initializer=_heed, initargs=heeded)
     with _ended(pool, stop.set):
@@ -212,6 +214,7 @@ def _processes(count: int, lines: Any) -> AbstractContextManager[Executor]:
     from concurrent.futures import ProcessPoolExecutor
     from multiprocessing import current_process, get_context
 
+    # Python lets daemonic processes, such as those of multiprocessing.Pool, start no children.
     if current_process().daemon:
         raise WorkerError(
             "this process belongs to a pool that lets it begin none of its own: take jobs=1"
@@ -243,6 +246,7 @@ def _program_hidden() -> Iterator[None]:
     program: dict[str, Any] = vars(sys.modules["__main__"])
     with _hiding:
         told = ("__file__", "__spec__")
+        # Without a file and a spec of the main module a new process finds no program to run.
         hidden: dict[str, Any] = {name: program.pop(name) for name in told if name in program}
         program["__spec__"] = None
         try:

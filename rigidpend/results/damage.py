@@ -93,6 +93,7 @@ def tried(read: Callable[[], Any], length: int, most: int) -> None:
     finally:
         os.close(out)
         with contextlib.suppress(ProcessLookupError):
+            # Killed in any case, so that waiting for it cannot hang.
             os.kill(child, signal.SIGKILL)
         _, status = os.waitpid(child, 0)
     if said is None or (os.WIFSIGNALED(status) and os.WTERMSIG(status) == signal.SIGXCPU):

@@ -188,6 +188,7 @@ def opened(
                 grant(checked(file))
                 file.visititems(lambda _, node: _look(node, whole))
 
+        # The structure is checked before any value is touched, in the trial and here.
         tried(trial, len(image), most)
         # The same bytes that were tried, whatever happens to the file meanwhile.
         file = h5py.File.in_memory(image)

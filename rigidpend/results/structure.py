@@ -96,6 +96,7 @@ class Checker:
         if place.count("/") > DEPTH:
             raise Unfit(f"more than {DEPTH} groups inside each other")
         own, further = named(layout), members(layout)
+        # Only what the layout names may be in the root; elsewhere the whole file's bound counts.
         found = self._members(place, group, OBJECTS if place else len(own))
         inside = f"{place}/" if place else ""
         for name, (_, needed) in own.items():
@@ -147,9 +148,11 @@ class Checker:
         shape, datatype = space.get_simple_extent_dims(), dataset.get_type()
         width = datatype.get_size()
         size = math.prod(shape) * width
+        # Checked before reading, for which HDF5 allocates what the header claims.
         if size > self._left:
             raise Unfit(f"{place} is too large: {size:.2g} bytes, with what is before it")
         self._left -= size
+        # HDF5 reads whole chunks into memory, however small the array is.
         chunked = made.get_layout() == h5d.CHUNKED
         if chunked and math.prod(made.get_chunk()) * width > self._left:
             raise Unfit(f"{place} is stored in pieces that are too large")

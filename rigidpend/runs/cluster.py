@@ -120,6 +120,7 @@ def gathered(
             ahead = max(LEAST_AHEAD, AHEAD * threads) - len(names)
             for piece in itertools.islice(waiting, max(0, ahead)):
                 call = pickle.dumps(_Call((*given, pickle.dumps((piece.work, piece.arguments)))))
+                # Not pure, so that Dask never takes a result of an equal call from before.
                 names[client.submit(pickle.loads, call, pure=False)] = piece.name
             for future in _ready(client, list(names)):
                 done += 1
@@ -157,6 +158,7 @@ def _answer(client: Any, future: Any) -> tuple[Tree, str]:
     try:
         return future.result()
     except (ImportError, AttributeError) as error:
+        # The function could not be unpickled: each worker is asked if it can import this module.
         tried = client.run(exec, f"import {__name__}", on_error="return")
         lacking = [worker for worker, failed in tried.items() if failed is not None]
         raise WorkerError(
@@ -177,6 +179,7 @@ def _client(address: str) -> Any:
         except Exception as error:  # noqa: BLE001
             made.set_exception(error)
 
+    # A thread of its own connects, because that may hang, and Ctrl-C must be obeyed meanwhile.
     threading.Thread(target=connect, daemon=True).start()
     until = time.monotonic() + PATIENCE
     while wait([made], PERIOD).not_done and time.monotonic() < until + 1:

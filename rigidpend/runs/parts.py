@@ -150,6 +150,7 @@ def _unpacked(node: Any, content: bytes, ends: list[int]) -> Any:
         return text
     if not KINDS.fullmatch(kind):
         raise TypeError(f"arrays of {kind} are not kept")
+    # The array is a view of the bytes at first: numpy refuses a shape that they do not hold.
     array: Any = np.ndarray(tuple(shape), kind, content, ends[-1]).copy()
     ends.append(ends[-1] + array.nbytes)
     return array if shape else array[()]

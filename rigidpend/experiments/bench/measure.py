@@ -219,6 +219,7 @@ def _with_body(task: Task, entries: dict[str, Entrant], asked: schema.Bodies) ->
     ours = timed_solver(make, REPEATS, seconds, math.inf)
     answers = {own: ours.answer}
     found: dict[str, Any] = {own: {"orbits": orbits, "first": ours.first, "again": ours.seconds}}
+    # Peers need an end time: the last crossing that ours found, and a little more.
     last = np.nanmax(ours.answer.time, initial=0.0)
     task = task._replace(end=1.001 * last / problems.time_unit(task.problem.body))
     for name in peers:

@@ -66,6 +66,7 @@ def interval(sample: Any) -> tuple[float, float, float]:
     """
     ordered = np.sort(np.asarray(sample, dtype=float))
     n, k, missed = ordered.size, 0, 2.0 ** (1 - ordered.size)
+    # Of n throws of a coin the chance of at most k heads or at most k tails, summed up from k = 0.
     while (missed := missed + 2.0 ** (1 - n) * math.comb(n, k + 1)) <= 1 - COVERED:
         k += 1
     return float(np.median(ordered)), float(ordered[k]), float(ordered[-1 - k])

@@ -46,6 +46,7 @@ def cost(config: Config) -> float:
 
 
 def _orbits(problem: Problem, found: list[ClosedOrbit]) -> Tree:
+    # Orbits that are not verified keep NaN.
     gaps = np.full((2, len(found)), np.nan)
     for k, orbit in enumerate(found):
         if len(orbit.word) <= problem.verified:
@@ -69,6 +70,7 @@ def _orbits(problem: Problem, found: list[ClosedOrbit]) -> Tree:
 
 def _averages(problem: Problem, level: Level, found: list[ClosedOrbit]) -> Tree:
     lengths = np.arange(1, problem.longest + 1)
+    # A word of n symbols may repeat a shorter primitive word, whose orbit then counts in n too.
     inside = [[o for o in found if n % len(o.word) == 0] for n in lengths]
     mean, error = _long_orbit(level, problem.symbols, problem.half_turns)
     return {
@@ -85,12 +87,14 @@ def _long_orbit(level: Level, n: int, half_turns: int) -> tuple[float, float]:
     symbols = np.random.default_rng(SEED).integers(0, 2, n)
     system = System(level, on_surface, signs_of(symbols))
     grown = stretching(path(system, half_turns * np.arange(n + 1), 0.0))
+    # Growths far apart along the orbit are nearly independent, and so are the means of the parts.
     parts = [float(part.mean()) for part in np.array_split(grown, PARTS)]
     return float(grown.mean()), float(np.std(parts, ddof=1) / math.sqrt(PARTS))
 
 
 def _places(found: list[ClosedOrbit]) -> Tree:
     """The upward crossings of all orbits."""
+    # Every second crossing is upward; the last one repeats the first.
     chi = [orbit.chain.chi[:-1:2] for orbit in found]
     return {
         "chi": np.mod(np.concatenate(chi) + np.pi, 2 * np.pi) - np.pi,

@@ -28,6 +28,7 @@ def _moved(name: str, stored: Data, fresh: Data) -> Any:
     values, t = np.asarray(stored[name]), stored["t"]
     # A sample may differ as much as the next crossing; one more crossing follows the last samples.
     of_sample = _apart(stored)[np.searchsorted(stored["crossing_time"], t)]
+    # The samples are evenly spaced by t[1]: the largest difference over it is the largest slope.
     allowed = 1e-12 + of_sample * np.abs(np.diff(values, axis=0)).max() / t[1]
     return allowed.reshape(-1, *(1,) * (values.ndim - 1))
 

@@ -64,6 +64,7 @@ def _joined(config: Config, trees: Sequence[Tree], means: Means) -> Tree:
         raise ArithmeticError("undecided: no symbol is proven on any interval")
     shares = shares_of(unpacked(intervals), intervals["codes"])
     columns = _columns(config.problem, means.jobs)
+    # Nothing is stored then: either a proof or an integration must be wrong.
     if contradicted := contradictions(intervals, config.problem.columns.phases, columns):
         raise ArithmeticError(f"proven symbols are others than those of theta2_0 = {contradicted}")
     told = ", ".join(f"{float(share):.4g}" for share in shares)
@@ -93,6 +94,7 @@ def contradictions(intervals: Data, phases: Sequence[Exact], columns: Data) -> l
     for place, depth, proven in zip(
         intervals["place"], intervals["depth"], intervals["codes"].T, strict=True
     ):
+        # An interval has the phases whose first `depth` binary digits are its place.
         inside = places >> np.uint64(HALVED - depth) == np.uint64(place)
         told = (proven[: len(codes), None] != NO_SYMBOL) & certain
         found |= inside & (told & (codes != proven[: len(codes), None])).any(axis=0)
@@ -145,6 +147,7 @@ def unpacked(intervals: Data) -> list[PhaseInterval]:
 
 def shares_of(intervals: Sequence[PhaseInterval], codes: NDArray[Any]) -> list[Fraction]:
     """Shares of the line on which at least one symbol is proven, at least two, and so on."""
+    # argmax finds the first unproven symbol, but is 0 also where all are proven.
     counts = (codes == NO_SYMBOL).argmax(axis=0)
     counts[(codes != NO_SYMBOL).all(axis=0)] = len(codes)
     each = list(zip(intervals, counts, strict=True))
@@ -181,6 +184,7 @@ def arranged(problem: Problem, data: Data) -> tuple[list[Any], list[Fraction]]:
         raise ValueError("a symbol is none, or follows one that is not proven")
     orbits = pieces.unpacked(data["proof"], len(every))
     shares = shares_of(every, codes)
+    # Both are exact fractions rounded to doubles, so that they must be equal.
     if [float(x) for x in shares] != data["shares"].tolist():
         raise ValueError("the shares of the line are others")
     parts = zip(every, orbits, codes.T.tolist(), strict=True)

@@ -82,6 +82,7 @@ def _centres(problem: Problem, steps: Sequence[Exact], means: Means) -> Tree:
         means.arithmetic,
         lambda width: means.report(f"the change is known to {width:.0e} rad"),
     )
+    # For each level the first bracket that is narrow enough; the narrowest one is kept besides.
     chosen = [next(b for b in path if b.width <= float(step) * FINER) for step in steps]
     return {
         f"bracket{k:02d}": {name: end.text for name, end in b._asdict().items()}

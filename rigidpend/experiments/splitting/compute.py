@@ -72,6 +72,7 @@ def _body(config: Config, name: str, means: Means) -> Tree:
     body = bodies[0]
     told = columns(("error", "resolved", "bits", "amplitude", "excess"), found)
     excess, amplitudes = told["excess"], told["amplitude"]
+    # Melnikov's own distance, cos g in its amplitude, is added back to the excess.
     whole = excess + np.eye(1, excess.shape[1])
     curve_excess = largest(excess)
     means.report(f"{name}: nu = {body.nu:.2f}, {_summary(found)}")
@@ -98,6 +99,7 @@ def _peak(harmonics: Array) -> float:
     for h in PARABOLAS:
         before, here, after = (distance(harmonics, g + off) for off in (-h, 0, h))
         slope, bend = (after - before) / 2, after - 2 * here + before
+        # The vertex is h slope/bend away; where that is more than h there is no extremum nearby.
         near = np.abs(bend) > np.abs(slope)
         g = g - h * np.divide(slope, bend, out=np.zeros_like(g), where=near)
     return float(np.abs(distance(harmonics, np.append(GRID, g))).max())

@@ -85,7 +85,7 @@ def _symmetric(scene: Scene) -> list[float]:
         followed(scene, Orbits(c, x, 5, 300 / scene.u)) for x in (states, MIRROR[:, None] * states)
     )
     other = plain.separatrix != MIRRORED[mirrored.separatrix]
-    # An orbit backward in time is the mirror image's orbit forward in time.
+    # An orbit backward in time is the image of the orbit of the reversed state forward in time.
     times = np.linspace(0, BACK, 7)
     forward = states_at(c, REVERSAL[:, None] * states, times)
     backward = states_at(c, states, -times)
@@ -149,6 +149,7 @@ def _walk_claims(
     name: str, rotations: Array, walk: float, orbits: int, biased: bool
 ) -> Iterator[Claim]:
     """Claims of the fitted power and of the size of a drift."""
+    # An rms of n values errs by 1/sqrt(2 n), a slope between two by 1/sqrt(n) over this reach.
     reach = float(np.ptp(np.log(rotations[_late(rotations)])))
     spread, most = SIGMAS / math.sqrt(orbits) / reach, FACTOR * float(walk)
     power = Claim(

@@ -101,11 +101,14 @@ def deviations(scene: Scene, states: Array, end: float) -> tuple[Array, Array, A
     times = np.linspace(0.0, end, 2 + int(abs(end) / step(scene.u)))
     found, vectors = [(states, np.zeros(states.shape))], np.zeros((6, 6, n))
     for _ in times[1:]:
+        # One integration carries each orbit with each of its six vectors: 12 rows, 6 n columns.
         here = np.broadcast_to(states[:, None], vectors.shape)
         start = np.concatenate((here, vectors)).reshape(12, -1)
         y = states_at(field, start, times[1:2])[:, 0].reshape(12, 6, n)
         states = y[:6, 0]
+        # Axes are component, vector, orbit: six old vectors, and a rounding of each component.
         twelve = np.concatenate((y[6:], NOISE * states * np.eye(6)[:, :, None]), axis=1)
+        # With the vectors of an orbit as rows of V, R^T R = V^T V: the covariance stays the same.
         triangle: Any = np.linalg.qr(twelve.transpose(2, 1, 0), mode="r")
         vectors = triangle.transpose(2, 1, 0)
         found.append((states, np.linalg.norm(vectors, axis=1)))
@@ -125,6 +128,7 @@ def growths(scene: Scene, state: Array, until: float) -> tuple[Array, Array]:
     y = states_at(with_tangent(scene.c), start, times, tolerance=TOLERANCE)
     M3 = y[2]
     k = np.flatnonzero(M3[:-1] * M3[1:] < 0)
+    # Between samples M3 and its deviation are taken as linear, which is enough for a prediction.
     share = M3[k] / (M3[k] - M3[k + 1])
     shift = (y[8, k] + share * (y[8, k + 1] - y[8, k])) / aligned(y[:6, k], scene.c)[2]
     logarithm = np.log(np.abs(shift))
@@ -139,6 +143,7 @@ def with_tangent(c: AlignedCoefficients) -> Callable[[Any], list[Any]]:
     """
 
     def field(y: Scalar) -> list[Any]:
+        # The derivative of the field in a direction is linear in it: a sum of those along the axes.
         columns = (aligned_along(y[:6], axis, c) for axis in np.eye(6).tolist())
         rows = zip(*columns, strict=True)
         along = (sum(s * v for s, v in zip(row, y[6:], strict=True)) for row in rows)
@@ -181,6 +186,7 @@ def growth_trial(scene: Scene, J1: float, orbits: int, n_crossings: int) -> Tria
         given = scene.starts(orbits, J1), n_crossings, 500 / scene.u
         measured, predicted, floor = compared(scene, *given)
         slopes = np.array([slopes_of(x) for x in (measured, predicted)])
+        # Each error over its own prediction, so that no single orbit dominates the mean.
         rms = np.sqrt(((measured / predicted) ** 2).mean(axis=1))
         growth = np.exp(slopes.mean(axis=1))
         curve = {
@@ -216,6 +222,7 @@ def growth_trial(scene: Scene, J1: float, orbits: int, n_crossings: int) -> Tria
 def slope_spread(orbits: int, n_crossings: int) -> float:
     """`SIGMAS` standard errors of the mean slope of so many orbits' logarithms of errors."""
     number = np.arange(SETTLED, n_crossings)
+    # The standard error of a fitted slope, sigma/sqrt(n var x), averaged over the orbits.
     return float(SIGMAS * LOG_NORMAL / math.sqrt(orbits * number.size * number.var()))
 
 
@@ -305,6 +312,7 @@ def predicted_symbols(
 
 def decided(differences: Array) -> int:
     """Count the decided symbols: crossings after the first, as long as computations agree."""
+    # Symbol i ends at crossing i, counted from 0: a first disagreement at k leaves k - 1 symbols.
     beyond = differences > UNDECIDED
     return max(0, int(beyond.argmax()) - 1 if beyond.any() else differences.size - 1)
 
@@ -317,4 +325,5 @@ def median_spread(bits: int, columns: int, tangents: int, nu: float) -> float:
     """
     g = math.log(whisker_growth(nu))
     deviation = LOG_PASSAGE * math.sqrt(bits * math.log(2) / g) / g
+    # The variance of a median of n normal values is pi/2 of that of their mean.
     return SIGMAS * deviation * math.sqrt(math.pi / 2 * (1 / columns + 1 / tangents))
