@@ -157,10 +157,17 @@ def power_series(first: Interval, next_term: Callable[[Interval, int], Interval]
 
 
 def arctangent(x: Interval) -> Interval:
-    """The arctangent: halved twice by atan(x) = 2 atan(x/(1 + sqrt(1 + x^2))), then its series."""
-    # After two halvings |x| < tan(pi/8), so that terms shrink to a fifth each time.
+    """The arctangent, which rises: from that of the lower end to that of the upper end."""
+    low, high = (_arctangent(Interval(end, end)) for end in (x.low, x.high))
+    return Interval(low.low, high.high)
+
+
+def _arctangent(x: Interval) -> Interval:
+    """That of a point: halved twice by atan(x) = 2 atan(x/(1 + sqrt(1 + x^2))), then its series."""
+    # After two halvings |x| < tan(pi/8), so that terms shrink to a fifth each time. Of a wide
+    # interval quotients would be wider than that, and its terms might grow.
     for _ in range(2):
-        x = x / (1 + sqrt(1 + x.size**2 if x.low * x.high <= 0 else 1 + x * x))
+        x = x / (1 + sqrt(1 + x * x))
     odd = power_series(x, lambda power, k: power * x * x * Fraction(1 - 2 * k, 2 * k + 1))
     return 4 * odd
 
@@ -179,10 +186,15 @@ def _pi(_: int) -> Interval:
 
 
 def cosine(x: Interval) -> Interval:
-    """The cosine: the angle is brought into one turn, divided by 8, and doubled three times."""
+    """The cosine: the angle is brought into one turn, divided by 8, and doubled three times.
+
+    Refused where the angle is not known to a turn or so: terms of the series might grow.
+    """
     turn = 2 * pi()
     # Any whole number of turns may be taken off; it is one that leaves half a turn at most.
     x = (x - turn * ((x.low + x.high + turn.low) // (2 * turn.low))) / 8
+    if x.size.above > 1:
+        raise Refused("an angle is too large, or known too coarsely, for its cosine")
     found = power_series(
         Interval.of(1), lambda term, k: -term * (x * x) * Fraction(1, 2 * k * (2 * k - 1))
     )
