@@ -493,6 +493,8 @@ class Walk:
 
     def take(self, step: Step) -> None:
         """Check H1 to H5 on the next step; Fails where one is not shown."""
+        if step.half <= 0:
+            raise Fails("H2: the length of a step is not positive")
         bits = step.bits
         begin, end = ([Fraction(at_end(w, x), 2 << bits) for w in step.series] for x in (-1, 1))
         gap = [x - y for x, y in zip(begin, self.end, strict=True)]
@@ -742,7 +744,7 @@ def steps_of(fields: dict[str, Any]) -> list[list[Step]]:
     """The steps of each orbit of an array; refused where its numbers do not fit each other."""
     names = ("steps", "half_lengths", "step_bits", "terms", "widths")
     counts, halves, bits, terms, widths = (list(map(int, fields[x])) for x in names)
-    # Numbers less 1 are those that must not be 0: so a half-length is positive.
+    # Numbers less 1 are those that must not be 0.
     for what, found, top in (
         ("steps", counts, STEPS),
         ("half_lengths", [x - 1 for x in halves], 2**62),

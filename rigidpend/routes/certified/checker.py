@@ -52,7 +52,7 @@ class ProvenCrossing(NamedTuple):
 class OrbitChecker:
     """A proof in progress: the exact orbit is within `bound` of the last polynomial's end.
 
-    Steps are taken one after the other, each of a positive length; `crossings` grows with them.
+    Steps are taken one after the other; `crossings` grows with them.
     """
 
     def __init__(self, problem: Enclosed) -> None:
@@ -64,11 +64,11 @@ class OrbitChecker:
         self._end: list[arb] | None = None
 
     def take(self, step: Step) -> None:
-        """Check H1 to H5 on a step and go to its end; Undecided where one is not shown.
-
-        Its half-length has to be positive, as the reading of a certificate makes sure.
-        """
+        """Check H1 to H5 on a step and go to its end; Undecided where one is not shown."""
         check_stop()
+        # Backward a bound would shrink.
+        if step.half_length <= 0:
+            raise Undecided("H2: the length of a step is not positive")
         models = [Model.of_series(w, step.bits) for w in step.series]
         duration = arb(step.half_length) / 2**ORBIT_CLOCK
         with ctx.workprec(SCALARS):

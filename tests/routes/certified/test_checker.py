@@ -193,11 +193,18 @@ def test_H5_the_large_Q_beside_its_bound(rising: bool, monkeypatch: pytest.Monke
     same_limit("H5: Q is too near", 0.1, 1e-4, both)
 
 
-def test_a_step_of_an_interval_goes_forward() -> None:
+def test_a_step_goes_forward_along_an_orbit_and_along_those_of_an_interval() -> None:
     start, step = joint(0.0)
-    for length, reason in ((step.half_length, ""), (0, "H2: "), (-step.half_length, "H2: ")):
-        checks = start.checks_of_interval([step._replace(half_length=length)])
-        assert [said(check)[:4] for check in checks] == [reason] * 2
+    # Backward along the same orbits: all but the direction is as it should be.
+    mirrored = [[w * (-1) ** j for j, w in enumerate(row)] for row in step.series]
+    back = Step(-step.half_length, step.bits, mirrored)
+    for steps, forward in (
+        ([step], True),
+        ([step._replace(half_length=0)], False),
+        ([step, back], False),
+    ):
+        for of_one in (*start.checks(steps), *start.checks_of_interval(steps)):
+            assert ("H2: the length of a step" in said(of_one)) is not forward
 
 
 # ---- The second checker shares nothing with the package, and has the same problem.
