@@ -18,6 +18,8 @@ from flint import arb, ctx
 
 from rigidpend import Body, route_codes
 from rigidpend.numbers.exact import exact
+from rigidpend.orbits.return_map.expansions import nodes
+from rigidpend.orbits.return_map.precision import precision
 from rigidpend.results import store
 from rigidpend.routes.certified import interval_search, intervals, pieces
 from rigidpend.routes.certified.checker import Undecided
@@ -31,7 +33,18 @@ from scripts.check_certificate import Fails, Refused
 from tests.attacks import lot
 from tests.cli.calls import REFERENCE
 from tests.remembered import Inline
-from tests.routes.certified.offered import BITS, BODY, H0, J1, Start, agree, constant, said, step
+from tests.routes.certified.offered import (
+    BITS,
+    BODY,
+    H0,
+    J1,
+    Start,
+    agree,
+    constant,
+    duration,
+    said,
+    step,
+)
 
 GIVEN = Start()._asdict()
 ROOT = Path(__file__).parents[3]
@@ -157,6 +170,15 @@ def test_more_bits_than_pairs_of_doubles_have_are_undecided() -> None:
 def test_a_crossing_that_comes_at_once_has_no_steps_before_it(time: float, steps: int) -> None:
     times = np.full((1, interval_search.NODES), time)
     assert len(interval_search.pieces(SETTING, J1, PhaseInterval(0, 10), times)) == steps
+
+
+def test_steps_end_as_long_behind_a_crossing_wherever_an_orbit_starts() -> None:
+    u = nodes(interval_search.NODES, precision(53))
+    times = np.stack([2 + u / 4, 5 - u / 2])
+    steps = interval_search.pieces(SETTING, J1, PhaseInterval(0, 10), times)
+    # A constant of half-lengths is stored exactly, and their slope is far above what is left out.
+    ends = [duration(steps, at) for at in u]
+    assert ends - times[-1] == pytest.approx(ends[0] - times[-1, 0], abs=1e-6)
 
 
 @pytest.mark.slow
