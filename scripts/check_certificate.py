@@ -319,7 +319,9 @@ def problem_of(given: dict[str, Any], theta2_0: Any) -> Problem:
     J2 = sqrt(Interval.of(2 * h0 / kappa))
     if J1 == 0 or not (Interval.of(J1).low > 0 and (J2 - J1).low > 0):
         raise Refused("0 < J1_0 < J2_0 is broken, or cannot be told")
-    unit = Fraction(2) ** (math.frexp((J2 * (1 + Fraction(1, 1 << 20))).above)[1] - 1)
+    # The largest power of two that is no larger than the upper end.
+    lifted = J2 * (1 + Fraction(1, 1 << 20))
+    unit = Fraction(1 << lifted.high.bit_length() - 1, 1 << Interval.digits)
     mu = mu / unit**2
     J1, J2 = Interval.of(J1 / unit), J2 / unit
     lam = s * c
@@ -500,10 +502,10 @@ class Walk:
         gap = [x - y for x, y in zip(begin, self.end, strict=True)]
         epsilon = (self.bound + norm(self.problem, gap)).above
         if epsilon >= WIDEST:
-            raise Fails(f"H1: {float(epsilon):.3g} where two steps join, and {WIDEST} is the most")
+            raise Fails(f"H1: {about(epsilon)} where two steps join, and {WIDEST} is the most")
         delta = norm(self.problem, defect(self.problem, step)).above
         if epsilon + 2 * delta >= WIDEST:
-            raise Fails(f"H2: a defect of {float(delta):.3g} is too large")
+            raise Fails(f"H2: a defect of {about(delta)} is too large")
         # Finer parts cost more: they are tried only where coarse ones leave a sign in doubt.
         for parts in PARTS:
             M3 = on_parts(step.series[2], bits, parts)
@@ -535,12 +537,15 @@ class Walk:
             for m in sizes:
                 steep = p.lam * (m + beside)
                 rates += steep + hypotenuse(steep, k)
-            duration = Fraction(step.half, parts << CLOCK)
-            grown = (exponential(rates * duration) * begin).above
+            growth = rates * Fraction(step.half, parts << CLOCK)
+            # No bound is less than 2^-digits: what grows so far would exceed any tube.
+            if growth.above > Interval.digits:
+                raise Fails(f"H3: a bound that grows by more than exp({Interval.digits})")
+            grown = (exponential(growth) * begin).above
             if grown < radius:
                 return grown
             if radius == WIDEST:
-                raise Fails(f"H3: {float(grown):.3g} at the end, and {WIDEST} is the most")
+                raise Fails(f"H3: {about(grown)} at the end, and {WIDEST} is the most")
             radius = min(2 * grown, WIDEST)
 
     def signs(
@@ -573,6 +578,11 @@ class Walk:
             if min(_least(large(k), sign) for k in run) > near:
                 return {(1, 1): 2, (1, -1): 4, (-1, -1): 1, (-1, 1): 3}[rising, sign]
         raise Fails("H5: Q is too near zero at a crossing to tell its separatrix")
+
+
+def about(bound: Fraction) -> str:
+    """Three digits of a bound; of a large one, which no double may hold, that it is large."""
+    return f"{float(bound):.3g}" if bound < 10**6 else "more than 1e+06"
 
 
 def _least(ends: tuple[int, int], sign: int) -> int:

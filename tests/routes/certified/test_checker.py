@@ -22,7 +22,7 @@ from rigidpend.routes.certified.codes import check, prove
 from rigidpend.routes.certified.pieces import Step
 from rigidpend.routes.problem import RouteProblem
 from scripts import check_certificate
-from scripts.check_certificate import Interval
+from scripts.check_certificate import Fails, Interval
 from tests.bodies import FIG4, problem
 from tests.routes.certified.offered import GIVEN, Start, interval, said, same_limit
 
@@ -205,6 +205,29 @@ def test_a_step_goes_forward_along_an_orbit_and_along_those_of_an_interval() -> 
     ):
         for of_one in (*start.checks(steps), *start.checks_of_interval(steps)):
             assert ("H2: the length of a step" in said(of_one)) is not forward
+
+
+def test_a_problem_in_units_beyond_doubles_is_the_same() -> None:
+    Interval.digits = 512
+    given = Start()._asdict()
+    units = {"mu": "4**1200", "h0": "4**1200", "J1_0": "2**1200"}
+    large = given | {name: f"({given[name]})*{by}" for name, by in units.items()}
+    both = [check_certificate.problem_of(x, Fraction(1)) for x in (given, large)]
+    for a, b in zip(*((x.a, *x.torque, *x.start) for x in both), strict=True):
+        assert max(a.low, b.low) <= min(a.high, b.high) < max(a.low, b.low) + 2**20
+
+
+def test_bounds_beyond_doubles_are_refused_by_name() -> None:
+    Interval.digits = 512
+    problem = check_certificate.problem_of(Start()._asdict(), Fraction(1))
+    series = [[1 << 1200]] * 6
+    with pytest.raises(Fails, match=r"H1: more than 1e\+06 where two steps join"):
+        check_certificate.Walk(problem).take(check_certificate.Step(1, 1, series))
+    # A step so long that its growth has no number either: half of it is 2^20.
+    still = check_certificate.Step(1 << 52, 60, [[0]] * 6)
+    M3 = check_certificate.on_parts(still.series[2], still.bits, 32)
+    with pytest.raises(Fails, match=r"H3: a bound that grows by more than exp\(512\)"):
+        check_certificate.Walk(problem).tube(still, Fraction(1, 2**60), M3, 32)
 
 
 # ---- The second checker shares nothing with the package, and has the same problem.
