@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import itertools
+import math
 import re
 import shutil
 from collections.abc import Callable
@@ -45,6 +46,7 @@ from tests.routes.certified.offered import (
     said,
     step,
 )
+from tests.runs.checkers import config_of, restated
 
 GIVEN = Start()._asdict()
 ROOT = Path(__file__).parents[3]
@@ -210,9 +212,22 @@ def other(name: str, value: Callable[[Any], Any]) -> Callable[[Any], None]:
     return change
 
 
+def asked(symbols: Any) -> Callable[[Any], None]:
+    """A config that asks for so many symbols, where no share is claimed."""
+
+    def change(data: Any) -> None:
+        config = config_of(data.parent)
+        config["problem"]["n_symbols"] = symbols
+        restated(data.parent, config)
+        other("shares", lambda x: x[:0])(data)
+
+    return change
+
+
 @pytest.mark.parametrize(
     ("change", "reason"),
     [
+        *((asked(n), "symbols are not as many") for n in (0, -1, 2.5, math.inf, None)),
         (changed("intervals/codes", (..., 0), lambda _: 255), "shares"),
         (changed("shares", 1, lambda x: x[0]), "shares"),
         (changed("intervals/place", 1, lambda x: x[0]), "overlap"),
