@@ -852,7 +852,7 @@ def phases(p: Problem, line: Line, step: Step) -> Interval:
     return found if found.high > 0 else found + 2 * pi()
 
 
-def told(where: Interval) -> str:
+def words_on_phases(where: Interval) -> str:
     """Words on an interval: nine decimals of both ends, rounded outward."""
     ends = math.floor(Fraction(where.low, 1 << DIGITS) * 10**9), math.ceil(where.above * 10**9)
     low, high = (Decimal(x).scaleb(-9) for x in ends)
@@ -1338,7 +1338,7 @@ def check(path: Path, given: Path | None = None) -> str:
         f"proven of {of}: {count} covering relations, so every sequence is the code of an orbit,"
         f" with {least} to {most} t' a passage, and the entropy at least"
         f" ln({count // 2})/2 a passage; and of a line of starts of J1_0 = {action} with"
-        f" theta2_0 {told(proven.theta2)}{behind}" + "".join(further)
+        f" theta2_0 {words_on_phases(proven.theta2)}{behind}" + "".join(further)
     )
 
 

@@ -39,8 +39,8 @@ from scripts.check_full_shift import (
     prove_link,
     quads_of,
     steps_of_sets,
-    told,
     whole,
+    words_on_phases,
 )
 
 SETS = 10_000
@@ -146,7 +146,7 @@ def check(path: Path, given: Path | None = None, processes: int = 1) -> str:
             if k and str(symbol) != code[k - 1]:
                 raise Fails(f"symbol {k} is {symbol}")
     where = phases(problem_of(problem), sources[0], steps_of_sets(links[0][1], 1)[0][0])
-    return f"proven of {of}: of the starts with theta2_0 {told(where)} one has {code}"
+    return f"proven of {of}: of the starts with theta2_0 {words_on_phases(where)} one has {code}"
 
 
 def main(arguments: Sequence[str] | None = None) -> int:

@@ -127,7 +127,7 @@ def check(file: Path, jobs: int, report: Report) -> str:
         raise store.StoreError(f"{file}: not proven: {short(error)}") from None
     return (
         f"of the starts with h0 = {problem.h0}, J1_0 = {problem.J1_0} and"
-        f" {sections.told(low, high)}"
+        f" {sections.words_on_phases(low, high)}"
         f" one has the code of {counted(len(code), 'symbol')} {code}"
     )
 

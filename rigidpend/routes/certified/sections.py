@@ -346,6 +346,8 @@ def phases(numbers: Numbers, line: StartLine, pieces: Sequence[FamilyStep]) -> t
         return -double_above(-found), double_above(found)
 
 
-def told(low: float, high: float) -> str:
+def words_on_phases(low: float, high: float) -> str:
     """Words on phases between two numbers, with nine decimals that are rounded outward."""
-    return f"theta2_0 from {math.floor(low * 1e9) / 1e9:.9f} to {math.ceil(high * 1e9) / 1e9:.9f}"
+    # Products in doubles would be rounded before they are rounded outward.
+    ends = math.floor(Fraction(low) * 10**9), math.ceil(Fraction(high) * 10**9)
+    return "theta2_0 from {:.9f} to {:.9f}".format(*(x / 1e9 for x in ends))

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import itertools
 import math
+import random
 from contextlib import nullcontext
 from fractions import Fraction
 from types import SimpleNamespace
@@ -278,3 +279,16 @@ def test_phases_are_told_in_every_quarter(monkeypatch: pytest.MonkeyPatch, theta
     monkeypatch.setattr(sections, "line_beginning", loose)
     low, high = sections.phases(numbers, line, [first])
     assert high - low > 1e-4
+
+
+def test_phases_are_rounded_outward_in_words() -> None:
+    """Also beside a number of nine decimals, where a product of doubles is that number."""
+    lot = random.Random(1)
+    for _ in range(300):
+        end = lot.randrange(1, 6 * 10**9) / 1e9
+        for low in (math.nextafter(end, 0), end, math.nextafter(end, 7)):
+            said = sections.words_on_phases(low, low).split()
+            assert Fraction(said[2]) <= Fraction(low) <= Fraction(said[4])
+            assert Fraction(said[4]) - Fraction(said[2]) <= Fraction(1, 10**9)
+            again = script.words_on_phases(Interval.of(Fraction(low))).split()
+            assert again[1::2] == said[2::2]
