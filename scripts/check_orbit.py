@@ -71,7 +71,7 @@ def read(path: Path) -> tuple[dict[str, Any], list[Any], dict[str, Any], dict[st
         with h5py.File(path) as file:
             bounded(file, RATIO * path.stat().st_size + 2**26)
             config = json.loads(file["config"].asstr()[()])
-            sets, along = (
+            sets, starts = (
                 {k: file[f"data/{group}/{k}"][()] for k in names}
                 for group, names in (("sets", QUAD), ("line", LINE))
             )
@@ -82,7 +82,7 @@ def read(path: Path) -> tuple[dict[str, Any], list[Any], dict[str, Any], dict[st
         quads = list(quads_of(sets, [[]] * len(sets["p"])))
         if not all(quad.a and quad.b and quad.l1 for quad in quads):
             raise Refused("a set has no extent")
-        e1, e2, centre, half = (exactly(along[k]) for k in LINE)
+        e1, e2, centre, half = (exactly(starts[k]) for k in LINE)
         line = Line(number(config["problem"]["J1_0"]), e1, e2, centre, half)
         return config, [line, *quads], proof, energies
     except (OSError, KeyError, ValueError, TypeError, AttributeError, IndexError, OverflowError,

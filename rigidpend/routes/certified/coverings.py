@@ -49,10 +49,10 @@ class Relation(NamedTuple):
     """Upper bound on |dV/du| + |dV/dv| + |dV/dw|/64 of all points; uniqueness needs less than 1."""
 
 
-def relation(source: Reached, target: Quad, begin: Sequence[arb], place: int) -> Relation:
+def relation(source: Reached, target: Quad, begin: Sequence[arb], number: int) -> Relation:
     """C6: check that the orbits of a set cover a target, a set of the section that they cross.
 
-    `begin` has Q, gamma1 and gamma2 of the target's polynomials; `place` is the target's number.
+    `begin` has Q, gamma1 and gamma2 of the target's polynomials; `number` is its own.
     """
     with ctx.workprec(SCALARS):
         # So near to its polynomials the target has one point only with given d and gamma3 (C1): a
@@ -65,13 +65,13 @@ def relation(source: Reached, target: Quad, begin: Sequence[arb], place: int) ->
         forward, back = (-low).lower().min(high.lower()), low.lower().min((-high).lower())
         least, orientation = (forward, 1) if forward > back else (back, -1)
         if not least > 1:
-            said = f"C6: an edge lies at |U| >= {float(least):.4g} of set {place}"
+            said = f"C6: an edge lies at |U| >= {float(least):.4g} of set {number}"
             raise Undecided(f"{said}, and more than 1 is needed")
         if not V.bound < 1:
-            said = f"C6: the image lies within |V| <= {float(V.bound):.4g} of set {place}"
+            said = f"C6: the image lies within |V| <= {float(V.bound):.4g} of set {number}"
             raise Undecided(f"{said}, and less than 1 is needed")
         return Relation(
-            place, orientation, -double_above(-least), double_above(V.bound), *cone(source, target)
+            number, orientation, -double_above(-least), double_above(V.bound), *cone(source, target)
         )
 
 

@@ -45,7 +45,7 @@ from rigidpend.routes.certified.sections import Numbers
 
 TOLERANCE = 2.0**-100
 """Tolerance of the integration."""
-WIDEST = 0.97
+MOST_GAMMA3 = 0.97
 """Largest |gamma3| in a set."""
 LENGTH = 2.0
 """Length of a step times the rate of the unstable direction, about."""
@@ -208,7 +208,7 @@ def _beginning(
     """States (6, n) of the points of a set at some u, v and w."""
     a, (u, v, w) = NUMBERS, places
     g = (a.number(quad.a) * u - a.number(quad.b) * v - a.number(quad.l0)) / a.number(quad.l1)
-    if a.largest(g) > WIDEST:
+    if a.largest(g) > MOST_GAMMA3:
         raise ArithmeticError("the sets are too wide; with more half rotations they are smaller")
     d = a.zeros(g.shape)
     for p in (quad.p, *quad.moves)[::-1]:

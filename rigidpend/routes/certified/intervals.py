@@ -20,7 +20,7 @@ from rigidpend.numbers.exact import Exact
 from rigidpend.routes.certified.balls import SCALARS, start_of
 from rigidpend.routes.certified.checker import Undecided
 from rigidpend.routes.certified.models import Family
-from rigidpend.routes.certified.passages import followed, told
+from rigidpend.routes.certified.passages import followed, signs_on_parts
 from rigidpend.routes.certified.pieces import FamilyStep
 from rigidpend.routes.certified.sections import BITS, Numbers
 
@@ -145,7 +145,7 @@ def signs_on_step(
 
     The orbits are within `bound` of the polynomials.
     """
-    for sign, box in told(numbers, states, bound, "H5", (-1, 1)):
+    for sign, box in signs_on_parts(numbers, states, bound, "H5", (-1, 1)):
         if not box:
             yield sign
             continue

@@ -213,7 +213,7 @@ def beginning(numbers: Numbers, quad: Quad, piece: FamilyStep) -> tuple[list[arb
             name: slopes(0, *(each.partial(name).range for each in (Q, d, gamma1, gamma2)))
             for name in numbers.along
         }
-        near = _nearest(residual, slopes(1, q, d.range, y1, y2), turned, ALONE)
+        near = solution(residual, slopes(1, q, d.range, y1, y2), turned, ALONE)
         if not q > 0:
             raise Undecided("C1: the large Q is not shown to be positive at the points of a set")
         # Of d, M3 and gamma3 the points are known exactly, of the other three within `near`.
@@ -282,7 +282,7 @@ def line_beginning(
             name: slopes(0, *(each.partial(name).range for each in (*found, aside)))
             for name in numbers.along
         }
-        near = _nearest(residual, slopes(1, *box, aside.range), turned, THIN)
+        near = solution(residual, slopes(1, *box, aside.range), turned, THIN)
         if not (box[0] > 0 and box[1] < 0):
             raise Undecided("C1: Qp > 0 > M3 is not shown at the starts")
     with ctx.workprec(SCALARS):
@@ -290,7 +290,7 @@ def line_beginning(
         return [], normed(apart, numbers.growth)
 
 
-def _nearest(
+def solution(
     residual: Sequence[Family], slopes: arb_mat, turned: Mapping[str, arb_mat], room: float
 ) -> list[arb]:
     """C1: a bound on the distance to the only solution within `room`, and those on derivatives.

@@ -119,7 +119,7 @@ def test_C7_differences_grow_along_u_or_shrink_along_v(
     assert squeeze == pytest.approx(abs(V[0]) + abs(V[1]) + V[2] / 64, abs=1e-9)
     off_, up_, w_ = (offered.series(row, BITS) for row in rows)
     at_ = quad_of(quad).curve(up_, w_) + off_
-    along = [tuple(each.along(i) for each in (at_, up_, w_)) for i in script.ALONG]
+    along = [tuple(each.partial(i) for each in (at_, up_, w_)) for i in script.ALONG]
     other = script.Arrival(at_, up_, 1, [], [], Interval.of(0), along, w_)
     one = coverings.Relation(0, 1, 2.0, 0.5, stretch, squeeze)
     held = one._replace(stretch=2.0, squeeze=0.5)
@@ -172,9 +172,9 @@ def test_functions_of_which_only_values_are_bounded_have_no_derivative() -> None
         (u + u.widened(arb(2.0**-50)) * rough).partial("u")
     other = script.Series.made({(0, 1, 0): 1}, 0)
     thin = script.Series.of(Interval(0, 1))
-    assert (other * other * thin).along(1).error == 2 * (other * other * thin).error > 0
+    assert (other * other * thin).partial(1).error == 2 * (other * other * thin).error > 0
     with pytest.raises(Fails, match="only values are bounded"):
-        (other + other.wider(Fraction(1, 2)) * thin).along(1)
+        (other + other.wider(Fraction(1, 2)) * thin).partial(1)
 
 
 # ---- The stored proof.
