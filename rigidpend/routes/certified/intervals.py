@@ -67,7 +67,7 @@ class EnclosedStarts(NamedTuple):
     def of(cls, body: Body, h0: Exact, J1: Fraction) -> EnclosedStarts:
         """Enclose the numbers of a problem."""
         # No derivatives: only the polynomials' values are needed for symbols.
-        return cls(Numbers.of(body, h0)._replace(along=""), body, J1, h0)
+        return cls(Numbers.of(body, h0).without_derivatives, body, J1, h0)
 
     def states(self, of: PhaseInterval) -> list[Family]:
         """The aligned components of the starts of an interval, as functions of u."""

@@ -84,9 +84,9 @@ def arrival(numbers: Numbers, start: Quad | StartLine, pieces: Sequence[FamilySt
     if not pieces:
         raise Undecided("there are no steps")
     # `side` is the sign of M3 during the passage. A line begins at M3 < 0, not at M3 = 0.
+    begin: list[arb] = []
     if isinstance(start, StartLine):
-        side, order = -1, [0, -1]
-        begin, bounds = line_beginning(numbers, start, pieces[0])
+        side, order, bounds = -1, [0, -1], line_beginning(numbers, start, pieces[0])
     else:
         side, order = 1 if start.rising else -1, [1, 0, -1]
         begin, bounds = beginning(numbers, start, pieces[0])

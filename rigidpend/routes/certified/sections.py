@@ -107,6 +107,11 @@ class Numbers(NamedTuple):
     along: str = PARAMETERS
     """Variables in which derivatives are bounded: none where no theorem asks for C7."""
 
+    @property
+    def without_derivatives(self) -> Numbers:
+        """The same numbers where values alone are bounded."""
+        return self._replace(along="")
+
     @classmethod
     def of(
         cls, body: Body, h: Exact, spread: Fraction = Fraction(0), h0: Exact | None = None
@@ -223,14 +228,11 @@ def beginning(numbers: Numbers, quad: Quad, piece: FamilyStep) -> tuple[list[arb
         return [each.range for each in (Q, gamma1, gamma2)], normed(apart, numbers.growth)
 
 
-def line_beginning(
-    numbers: Numbers, line: StartLine, piece: FamilyStep
-) -> tuple[list[arb], list[arb]]:
+def line_beginning(numbers: Numbers, line: StartLine, piece: FamilyStep) -> list[arb]:
     """C1 of a line of starts, or of the strip about it: its points near given polynomials.
 
     Qp, M3 and gamma follow from J1, Qm, the place on the line, and the energy, or h0, which is the
-    energy without the weight's. Returns an empty list, since nothing asks where a line lies, and
-    bounds as :func:`beginning` does.
+    energy without the weight's. Returns bounds as :func:`beginning` does.
     """
     states = [Family.of(terms, piece.bits).at("z", -1) for terms in piece.terms]
     Qp, Qm, M3, *gamma = states
@@ -287,7 +289,7 @@ def line_beginning(
             raise Undecided("C1: Qp > 0 > M3 is not shown at the starts")
     with ctx.workprec(SCALARS):
         apart = [near, orders(Qm - aside, numbers.along), near, near, near, near]
-        return [], normed(apart, numbers.growth)
+        return normed(apart, numbers.growth)
 
 
 def solution(
@@ -330,7 +332,7 @@ def phases(numbers: Numbers, line: StartLine, pieces: Sequence[FamilyStep]) -> t
     """A lower and an upper bound on theta2 of all starts of a line, radians, up to whole turns."""
     c = numbers.field
     with ctx.workprec(SCALARS):
-        _, (bound, *_) = line_beginning(numbers, line, pieces[0])
+        bound, *_ = line_beginning(numbers, line, pieces[0])
         begin = [Family.of(terms, pieces[0].bits).at("z", -1).range for terms in pieces[0].terms]
         near = zip(begin, distances(bound, numbers.growth), strict=True)
         _, _, M3, g1, g2, _ = (x + arb(0, e) for x, e in near)

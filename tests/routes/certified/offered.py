@@ -300,7 +300,7 @@ class Stored:
         again = step(piece)
         if isinstance(start, StartLine):
             line = script.Line(*start)
-            found: Any = lambda: sections.line_beginning(self.numbers, start, piece)[1]  # noqa: E731
+            found: Any = lambda: sections.line_beginning(self.numbers, start, piece)  # noqa: E731
             return [found, lambda: script.line_beginning(problem(), line, again)]
         return [
             lambda: sections.beginning(self.numbers, start, piece)[1],
