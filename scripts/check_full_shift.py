@@ -1006,12 +1006,17 @@ def check_crossings(
 
 
 def check_transversal(
-    p: Problem, line: tuple[Line, Step, Arrival], quads: Sequence[Quad], found: Sequence[Arrival]
+    p: Problem,
+    line: tuple[Line, Step, Arrival | None],
+    quads: Sequence[Quad],
+    found: Sequence[Arrival],
 ) -> None:
     """C9, with C8: check that S1- and S2+ cross transversally, once for each even word."""
     strip, step, start = line
     if p.h0 is not None:
         raise Fails("C9: the starts are of several energies")
+    if start is None:
+        raise Fails("C9: the starts come to the sets by an approach")
     of = check_middle(p, farthest(quads, [*found, start]))
     check_strip(p, of, strip, step)
     check_graph(p, of)
@@ -1093,7 +1098,8 @@ def prove(
         # With an approach nothing is claimed of how many starts have a code: no C7 of the line.
         *(("line", start, quad) for quad, _ in crossed if not approach),
     ]
-    of_line = line, orbits[n][0], start
+    # C9 is about the strip's own image: behind an approach `start` is that of another set.
+    of_line = line, orbits[n][0], None if approach else start
     doubts = [
         _doubt(lambda: [_named(k, check_cone, x, quad) for k, x, quad in cones]),
         _doubt(lambda: check_middle(p, farthest(quads, found))),

@@ -237,6 +237,20 @@ def test_a_line_comes_to_the_sets_by_those_between(stored: Stored, followed: Non
         assert theirs.startswith(f"set {'line' if at == 1 else '1 of the approach'}: C6: ")
 
 
+@pytest.mark.slow
+def test_nothing_is_said_of_crossing_surfaces_behind_an_approach(
+    followed: None, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Even if all that is asked of the strip's image held for that of the approach's last set."""
+    for name in ("check_strip", "check_graph", "check_crossings"):
+        monkeypatch.setattr(script, name, Mock())
+    found = script.read(offered.STORED)
+    of = offered.GIVEN, found.quads, script.Line(offered.J1, *found.line)
+    assert script.prove(*of, found.orbits).doubts[2] == ""
+    beyond = script.prove(*of, [*found.orbits, found.orbits[0]], found.quads[:1])
+    assert beyond.doubts == ["", "", "C9: the starts come to the sets by an approach"]
+
+
 @pytest.mark.parametrize(
     ("address", "word"),
     [("a 0^8 1^9 1^15", "011"), ("0110", "0110"), ("b (0^11)*3 (1^11)*2 0^9", "000110")],
