@@ -247,15 +247,17 @@ def _value(node: Any, text: str) -> Any:
         if isinstance(node.op, ast.Pow):
             if not isinstance(b, Fraction) or b.denominator != 1 or abs(b) > 5000:
                 raise Refused("a power that is not whole, or beyond 5000")
-            if isinstance(a, Fraction) and _bits(a) * abs(b) > 2**17:
+            if _bits(a) * abs(b) > 2**17:
                 raise Refused("a power that is too large")
             return a ** int(b)
         return OPERATORS[type(node.op)](a, b)
     raise Refused("an expression of another kind than numbers have")
 
 
-def _bits(x: Fraction) -> int:
-    """The length of a fraction in bits."""
+def _bits(x: Fraction | Interval) -> int:
+    """The length of a fraction in bits; of an interval that before the point, which may grow."""
+    if isinstance(x, Interval):
+        return max(0, x.size.high.bit_length() - Interval.digits)
     return x.numerator.bit_length() + x.denominator.bit_length()
 
 

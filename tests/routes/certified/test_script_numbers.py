@@ -92,6 +92,15 @@ def test_an_angle_whose_turns_are_not_known_is_refused() -> None:
             FUNCTIONS["cos"](angle)
 
 
+def test_powers_that_take_long_are_refused() -> None:
+    for text in ("(9**5000)**5000", "(sqrt(2)**5000)**5000", "sqrt(1e4000)**5000"):
+        with pytest.raises(Refused, match="a power that is too large"):
+            check_certificate.number(text)
+    root = check_certificate.number("(sqrt(2)/2)**20")
+    assert ends(root)[0] <= Fraction(1, 1024) <= ends(root)[1]
+    assert check_certificate.number("(3/2)**-3") == Fraction(8, 27)
+
+
 @pytest.mark.parametrize("operator", [add, sub, mul, truediv])
 def test_operations_contain_the_results_of_all_pairs(
     operator: Callable[[Any, Any], Any],
