@@ -792,6 +792,17 @@ def same(a: str, b: str) -> bool:
     return apart.size.high < 1 << (Interval.digits - 256)
 
 
+def stated_by(path: Path) -> dict[str, Any]:
+    """The experiment and the problem of a YAML config, numbers as texts; refused if it is none."""
+    import yaml
+
+    try:
+        config = yaml.load(path.read_text(encoding="utf-8"), yaml.BaseLoader)
+        return {key: config[key] for key in ("experiment", "problem")}
+    except (yaml.YAMLError, UnicodeDecodeError, KeyError, TypeError):
+        raise Refused(f"{path} is no config of an experiment and a problem") from None
+
+
 def check_against(config: Any, other: Any, place: str = "") -> None:
     """Refuse a config that has other numbers or keys than a given one; `place` is said in words."""
     if isinstance(config, dict) and isinstance(other, dict):
@@ -817,10 +828,7 @@ def check(path: Path, given: Path | None = None, processes: int = 1) -> Iterator
     """
     config, arrays = read(path)
     if given:
-        import yaml
-
-        wanted = yaml.load(given.read_text(encoding="utf-8"), yaml.BaseLoader)
-        check_against(config, {key: wanted[key] for key in ("experiment", "problem")})
+        check_against(config, stated_by(given))
     # The bytes may be anybody's: what is no phase is refused where it is compared.
     stated = {
         name: [x.decode("ascii", "replace") for x in fields["theta2_0"]]

@@ -38,6 +38,7 @@ from scripts.check_certificate import (
     number,
     pi,
     sqrt,
+    stated_by,
 )
 
 DIGITS = 200
@@ -1304,10 +1305,7 @@ def check(path: Path, given: Path | None = None) -> str:
     config = found.config
     try:
         if given:
-            import yaml
-
-            wanted = yaml.load(given.read_text(encoding="utf-8"), yaml.BaseLoader)
-            check_against(_stated(config), _stated(wanted))
+            check_against(_stated(config), _stated(stated_by(given)))
             Interval.digits = DIGITS
         name = "h" if config["problem"].get("h") is not None else "h0"
         problem = {key: config["problem"][key] for key in ("A", "r", "mu", name)}

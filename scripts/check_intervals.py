@@ -32,6 +32,7 @@ from scripts.check_certificate import (
     number,
     pi,
     sqrt,
+    stated_by,
     symbol,
 )
 from scripts.check_full_shift import (
@@ -187,9 +188,7 @@ def check(path: Path, given: Path | None = None, processes: int = 1) -> Iterator
     config, intervals, shares, proof = read(path)
     try:
         if given:
-            import yaml
-
-            wanted = yaml.load(given.read_text(encoding="utf-8"), yaml.BaseLoader)["problem"]
+            wanted = stated_by(given)["problem"]
             stated = config["problem"]
             check_against({k: stated[k] for k in GIVEN}, {k: wanted[k] for k in GIVEN})
         problem = {k: config["problem"][k] for k in GIVEN}

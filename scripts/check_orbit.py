@@ -26,6 +26,7 @@ from scripts.check_certificate import (
     bounded,
     check_against,
     number,
+    stated_by,
 )
 from scripts.check_full_shift import (
     DIGITS,
@@ -121,9 +122,7 @@ def check(path: Path, given: Path | None = None, processes: int = 1) -> str:
         raise Refused("its code is none, or not of as many symbols as there are sets")
     try:
         if given:
-            import yaml
-
-            wanted = yaml.load(given.read_text(encoding="utf-8"), yaml.BaseLoader)["problem"]
+            wanted = stated_by(given)["problem"]
             check_against({k: problem[k] for k in GIVEN}, {k: wanted[k] for k in GIVEN})
         problem = {k: problem[k] for k in GIVEN}
         of = "A = {}; r = {}; mu = {}; h0 = {}; J1_0 = {}".format(

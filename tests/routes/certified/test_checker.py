@@ -21,9 +21,10 @@ from rigidpend.routes.certified.checker import OrbitChecker
 from rigidpend.routes.certified.codes import check, prove
 from rigidpend.routes.certified.pieces import Step
 from rigidpend.routes.problem import RouteProblem
-from scripts import check_certificate
-from scripts.check_certificate import Fails, Interval
+from scripts import check_certificate, check_full_shift, check_intervals
+from scripts.check_certificate import Fails, Interval, Refused
 from tests.bodies import FIG4, problem
+from tests.cli.calls import REFERENCE
 from tests.routes.certified.offered import GIVEN, Start, interval, said, same_limit
 
 PHASE = exact("3/10")
@@ -251,6 +252,19 @@ def test_it_imports_nothing_of_the_package(script: Path) -> None:
         # Nor does it call what imports by a name.
         assert not (isinstance(node, ast.Name) and node.id in ("__import__", "exec", "eval"))
     assert found <= ALLOWED
+
+
+@pytest.mark.parametrize("text", [b"- 1", b"a: [", b"experiment: route_codes", b"", b"\xff"])
+def test_a_second_config_that_is_none_is_refused_in_a_sentence(
+    text: bytes, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    (given := tmp_path / "given.yaml").write_bytes(text)
+    with pytest.raises(Refused, match=r"given\.yaml is no config of"):
+        check_certificate.stated_by(given)
+    for script, name in ((check_full_shift, "full_shift"), (check_intervals, "fig4_intervals")):
+        file = REFERENCE / f"{name}.h5"
+        assert script.main([str(file), "--config", str(given)]) == 1
+        assert f"{file}: not proven: {given} is no config" in capsys.readouterr().err
 
 
 @pytest.mark.parametrize(
