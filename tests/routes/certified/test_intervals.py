@@ -212,14 +212,15 @@ def other(name: str, value: Callable[[Any], Any]) -> Callable[[Any], None]:
     return change
 
 
-def asked(symbols: Any) -> Callable[[Any], None]:
-    """A config that asks for so many symbols, where no share is claimed."""
+def asked(symbols: Any, stored: int = 2) -> Callable[[Any], None]:
+    """A config that asks for so many symbols, and as many rows of them; no share is claimed."""
 
     def change(data: Any) -> None:
         config = config_of(data.parent)
         config["problem"]["n_symbols"] = symbols
         restated(data.parent, config)
         other("shares", lambda x: x[:0])(data)
+        other("intervals/codes", lambda x: x[[0] * stored])(data)
 
     return change
 
@@ -228,6 +229,7 @@ def asked(symbols: Any) -> Callable[[Any], None]:
     ("change", "reason"),
     [
         *((asked(n), "symbols are not as many") for n in (0, -1, 2.5, math.inf, None)),
+        *((asked(n, n), "symbols are not as many") for n in (0, script.SYMBOLS + 1)),
         (changed("intervals/codes", (..., 0), lambda _: 255), "shares"),
         (changed("shares", 1, lambda x: x[0]), "shares"),
         (changed("intervals/place", 1, lambda x: x[0]), "overlap"),
