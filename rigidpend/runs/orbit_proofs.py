@@ -127,7 +127,7 @@ def check(file: Path, jobs: int, report: Report) -> str:
         raise store.StoreError(f"{file}: not proven: {short(error)}") from None
     return (
         f"of the starts with h0 = {problem.h0}, J1_0 = {problem.J1_0} and"
-        f" {sections.told(low, high)}"
+        f" {sections.words_on_phases(low, high)}"
         f" one has the code of {counted(len(code), 'symbol')} {code}"
     )
 
@@ -175,10 +175,8 @@ def _checked(
     """The symbols of a part's links; its last set is only covered, unless it is the last of all."""
     *numbers, say = of
     first, sources, proof, whole = part
-    links: list[Any] = list(zip(sources, pieces.unpacked(proof, len(sources)), strict=True))
-    # Behind the last set nothing is to be covered, but its passage has a symbol.
-    links += [None] if whole else []
-    found = coverings.prove_chain(sections.Numbers.of(*numbers), links, first=first)
+    links = list(zip(sources, pieces.unpacked(proof, len(sources)), strict=True))
+    found = coverings.prove_chain(sections.Numbers.of(*numbers), links, whole, first=first)
     say("checked")
     return found
 

@@ -224,7 +224,7 @@ def _of_starts(proven: Proven) -> str:
     every = "every one-sided sequence is a start's code"
     if proven.theta2 is None:
         return f"the line of starts crosses the upward sets: {every}"
-    word, starts = "".join(map(str, proven.symbols)), sections.told(*proven.theta2)
+    word, starts = "".join(map(str, proven.symbols)), sections.words_on_phases(*proven.theta2)
     after = f"crosses the sets after the symbols {word}: {every} behind these"
     return f"a line of starts with {starts} {after}"
 
