@@ -152,6 +152,12 @@ def test_an_orbit_arrives_otherwise_as_its_phase_changes() -> None:
     assert here.b_slope == pytest.approx((late.b - early.b) / 2e-3, rel=1e-5)
 
 
+def test_a_chain_is_guessed_from_where_its_crossings_are() -> None:
+    made = chain_of([0, 1, 1, 0])
+    one = System(level(), on_surface, np.sign(made.I), last=float(made.chi[-1]))
+    assert np.abs(one.nearer(made.chi, made.unknown) - made.unknowns).max() < 1e-11
+
+
 def test_too_few_half_rotations_end_in_a_fold() -> None:
     cells = np.concatenate(([0], np.cumsum((11, 7, 12, 11, 14))))
     with pytest.raises(NoOrbit, match="Passage 2 is the shortest"):
