@@ -16,7 +16,7 @@ from collections.abc import Sequence
 from rigidpend.machine.wording import seconds
 from rigidpend.numbers.checked import GAP
 from rigidpend.numbers.exact import PRECISIONS
-from rigidpend.orbits.integrate.arithmetic import PAIRS, rung
+from rigidpend.orbits.integrate.arithmetic import PAIRS, bits_of_numbers
 from rigidpend.routes.problem import (
     RouteProblem,
     closeness,
@@ -30,12 +30,15 @@ SYMBOL, ROTATION, MAPPED = 3e-6, 1e-6, 0.5e-6
 
 Measured on 17 random bodies, twice in doubles, at 1.4 to 151 rotations a passage, on a busy
 machine: integration took some 0.8 to 1.4 times as long."""
-FACTORS = {53: 1.0, PAIRS: 11.0, 212: 110.0}
-"""Factor by which deciding an orbit takes longer in so many bits than in doubles.
+FACTORS = {53: 1.0, PAIRS: 11.0, 159: 67.0, 212: 210.0, 424: 3_600.0}
+"""Factor by which deciding an orbit takes longer in the kernel's numbers than in doubles.
 
-In pairs of doubles it was 8.5 to 12.6 with 6 bodies, and in quadruples ten times that."""
-BEYOND = 4_000.0
-"""Factor by which it takes longer in still more bits: integers of 160 bits were measured."""
+By the bits of the numbers; two computations each. In pairs it was 8.5 to 12.6 with 6 bodies, in
+sums of four doubles 207 and 227 with two, and the others were measured with Fig. 4's."""
+IN_INTEGERS = 0.65
+"""The same factor in integers, over the square of their bits.
+
+With Fig. 4's body it was 0.66, 0.60 and 0.58 at 448, 500 and 600 bits."""
 SHARPER, SHARPEST = 64, 82
 """Bits of the first map that decides the orbits that doubles leave open, in pairs of doubles.
 
@@ -139,7 +142,7 @@ def _further(
 
 def _factor(bits: int) -> float:
     """Factor by which deciding an orbit takes longer in the numbers that hold so many bits."""
-    return FACTORS.get(rung(bits), BEYOND)
+    return FACTORS.get(bits_of_numbers(bits), IN_INTEGERS * bits**2)
 
 
 @functools.lru_cache(maxsize=256)
