@@ -119,7 +119,7 @@ def decided(run: Run, method: str = "auto", *, kept: bool = False) -> Mapped:
                 raise
             # Few orbits integrate fast, so that the missing map needs no warning.
             if not few:
-                each, all_ = costs.integration(run.problem), run.orbits
+                each, all_ = costs.integration(run.problem, ladder), run.orbits
                 said = f"there are no return maps: {reason}"
                 costs.warned(run.problem, all_, all_, each, said)
     return Mapped(run.decided(), np.zeros(len(run.phases), dtype=bool))
@@ -141,7 +141,8 @@ def _counted(run: Run, few: bool) -> tuple[bool, bool]:
     if len(_asked) >= PROBLEMS:
         _asked.clear()
     before = _asked.get(run.problem, _Asked())
-    now, often = before.all_ + run.orbits, OFTEN / costs.integration(run.problem)
+    each = costs.integration(run.problem, run.arithmetic.precisions)
+    now, often = before.all_ + run.orbits, OFTEN / each
     likely = not few or now >= often
     due = likely and now - before.sampled >= (often if few else SELDOM)
     _asked[run.problem] = _Asked(now, now if due else before.sampled)

@@ -11,6 +11,7 @@ import numpy as np
 import pytest
 
 from rigidpend import Body, RouteCodes, route_codes
+from rigidpend.machine.wording import seconds
 from rigidpend.numbers.exact import exact
 from rigidpend.orbits.integrate import Crossings, Outcome
 from rigidpend.orbits.integrate.arithmetic import resolve
@@ -91,6 +92,17 @@ def test_kept_maps_serve_few_orbits_that_are_asked_for_often(
     assert not codes.codes_of(asked, PHASES, resolve(None, None, (53, 106))).by_map.any()
     monkeypatch.setattr(mapped, "is_kept", lambda *_: False)
     assert not found(**own).by_map.any()
+
+
+def test_kept_maps_wait_the_longer_the_less_the_precisions_cost(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    own: dict[str, Any] = {"n_symbols": 45, "J1_0": "1.3e-8"}
+    asked = problem(**own)
+    monkeypatch.setattr(choice, "OFTEN", 1.9 * costs.integration(asked, (53,)) * len(PHASES))
+    found(**own, precisions=(53,), method="map")
+    calls = [found(**own, precisions=(53,)).by_map.any() for _ in range(2)]
+    assert calls == [False, True]
 
 
 @pytest.mark.usefixtures("eager")
@@ -195,9 +207,9 @@ def test_orbits_without_a_map_are_integrated_or_refused(monkeypatch: pytest.Monk
     monkeypatch.setattr(costs, "LEAST", 0.0)
     assert not found(some, heavy, n_symbols=2).by_map.any()
     monkeypatch.setattr(costs, "LONG", 0.0)
-    with pytest.warns(
-        costs.SlowRoutesWarning, match="no return maps: the body is nearly symmetric"
-    ):
+    each = costs.integration(problem(symmetric, h0=1, n_symbols=1), (53,))
+    told = f"{seconds(each)} each .* no return maps: the body is nearly symmetric"
+    with pytest.warns(costs.SlowRoutesWarning, match=told):
         found(some[:1], symmetric, h0=1, n_symbols=1, precisions=(53,))
 
 
