@@ -17,6 +17,7 @@ from rigidpend.machine.wording import seconds
 from rigidpend.numbers.checked import GAP
 from rigidpend.numbers.exact import PRECISIONS
 from rigidpend.orbits.integrate.arithmetic import PAIRS, bits_of_numbers
+from rigidpend.routes.certainty import AGREEMENT
 from rigidpend.routes.problem import (
     RouteProblem,
     closeness,
@@ -75,6 +76,11 @@ SPREAD = 10.0
 
 With 14 random bodies, where errors grow by 2^20 to 2^80 in the mean, 2 to 97 % of 256 orbits stayed
 open in doubles; this value gives each share within a factor of 1.7."""
+REGULAR, EVEN = 0.015, 1.3
+"""Coupling of passages to phases below which motions are regular, and `SPREAD` of regular errors.
+
+With 40 nearly symmetric bodies, where 0 to 100 % of 96 orbits stayed open in doubles, these values
+give 38 of the shares within 0.12, and two within 0.21."""
 HANDED_OVER = 0.35
 """Time of an orbit that is handed over to a map, as a share of that of an integration in pairs.
 
@@ -154,17 +160,23 @@ def share_open(problem: RouteProblem, bits: int, *, displaced: bool = True) -> f
     are `displaced`, the first error is a rounding of the displacement of both surfaces, which is
     larger than the distance at which orbits pass, by exp of :func:`closeness`. Where starts are
     farther off the surfaces than these are split, phases do not become random in each passage:
-    errors add up, and shear the phases ever more.
+    errors add up, and shear the phases ever more. Where they are so far off that motions are
+    regular, all errors are alike, but for the deviation `EVEN`, and an orbit is open where its
+    error reaches `AGREEMENT`.
     """
     nu, n, close = problem.body.angles().nu, problem.n_symbols, closeness(problem)
     # exp(close - narrowness) is the splitting over the distance of the start, one at most: the
     # smaller it is, the less a passage depends on the phase.
-    grown = n * math.log(whisker_growth(nu * math.exp(close - narrowness(nu))))
+    coupled = nu * math.exp(close - narrowness(nu))
+    grown, spread = n * math.log(whisker_growth(coupled)), SPREAD
     if close < narrowness(nu):
         # Such errors grow as the square of n, which is the larger where the factor is close to one.
         grown = max(grown, 2 * math.log(n * whisker_growth(nu)))
+    if coupled < REGULAR:
+        # The sum of 1 to n is half of the square of n.
+        grown, spread = grown - math.log(2 * AGREEMENT), EVEN
     nats = displaced * close + grown
-    return math.erfc((bits * math.log(2) - nats) / (math.sqrt(2) * SPREAD)) / 2
+    return math.erfc((bits * math.log(2) - nats) / (math.sqrt(2) * spread)) / 2
 
 
 def beyond_maps(problem: RouteProblem) -> float:
