@@ -178,7 +178,7 @@ def decided_by(maps: Maps, *, sampled: bool = True) -> Mapped:
     if open_.size and beyond:
         # A plane is computed in parts, and each would repeat the warning.
         if n == run.orbits:
-            reason = f"their symbols ask for more than the {maps.most_bits} bits of the maps"
+            reason = f"their symbols need more than the {maps.most_bits} bits of the maps"
             costs.warned(run.problem, open_.size, n, costs.beyond_maps(run.problem), reason)
         climbing = handed_over(maps, run.crossings, known, beyond)
         # One computation in each precision but the last: one in the next precision settles more

@@ -211,8 +211,8 @@ def warned(problem: RouteProblem, orbits: int, of: int, each: float, reason: str
     """Warn if `orbits` out of `of`, which take `each` seconds of a core, make the whole slow."""
     if orbits * each > max(LONG, SLOW * problem.n_symbols * of):
         warnings.warn(
-            f"{orbits} of {of} orbits are integrated, {seconds(each)} each on a core,"
-            f" some {seconds(orbits * each)} in all: {reason}",
+            f"{orbits} of {of} orbits are integrated numerically, which takes {seconds(each)} each"
+            f" on a core, some {seconds(orbits * each)} in all, because {reason}",
             SlowRoutesWarning,
             stacklevel=2,
         )

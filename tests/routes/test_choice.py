@@ -161,7 +161,7 @@ def test_what_maps_leave_open_is_integrated_and_told_where_that_takes_long(
         return exactly(coefficients, states, times, bits, *more, **how)
 
     monkeypatch.setattr(handover, "at_crossings", counted)
-    said = r"of 40 orbits are integrated, .* more than the 53 bits of the maps"
+    said = r"of 40 orbits are integrated numerically, .* more than the 53 bits of the maps"
     with pytest.warns(costs.SlowRoutesWarning, match=said):
         record = found(phases, method="map", **given)
     risen = record.bits > 53

@@ -107,9 +107,12 @@ def test_orbits_are_expected_to_take_the_cheaper_way(
 
 def test_slow_orbits_come_with_the_reason_where_they_make_all_slow() -> None:
     each = 1.1 * costs.LONG / 10
-    told = "10 of 20 orbits are integrated, 110 ms each on a core, some 1.1 s in all: because"
+    told = (
+        "10 of 20 orbits are integrated numerically, which takes 110 ms each on a core, some 1.1 s"
+        " in all, because they do"
+    )
     with pytest.warns(costs.SlowRoutesWarning, match=f"^{told}$"):
-        costs.warned(problem(), 10, 20, each, "because")
+        costs.warned(problem(), 10, 20, each, "they do")
     many = int(10 * each / 100e-6)
     with pytest.warns(costs.SlowRoutesWarning):
         costs.warned(problem(), 10, int(0.99 * many), each, "because")

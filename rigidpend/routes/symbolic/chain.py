@@ -307,11 +307,11 @@ class System(NamedTuple):
                 at = np.argwhere(np.abs(made.I) >= widest)
                 if at.size:
                     needed = f"passage {at[0, 0] + 1} would need |I| above {widest:.3g}"
-                    raise NoOrbit(f"{needed}, the tables' end")
+                    raise NoOrbit(f"{needed}, where the tables of the return map end")
                 return made
             before = size
         check_split(self.level, displaced(self.level, x, split), split)
-        raise NoOrbit("Newton's method does not settle")
+        raise NoOrbit("Newton's method does not converge")
 
 
 def displaced(level: Level, x: Array, split: float) -> float:
@@ -325,16 +325,16 @@ def displaced(level: Level, x: Array, split: float) -> float:
 def check_split(level: Level, moved: float, split: float, most: float = MOVED) -> None:
     """Raise NoOrbit where roundings displace orbits by `moved`, more than `most`, radians."""
     if moved > most:
-        body, where = "nearly symmetric", f"{level.splitting:.1g} only"
-        other = "a less symmetric body"
+        body, other, where = "nearly symmetric", "a less symmetric body", f"{level.splitting:.1g}"
         # `moved` is inversely proportional to `split`. If the splitting of upward crossings is
         # enough, the downward ones are to blame: they are split little near the Hess case.
         if moved * split <= most * level.splitting:
             body, other = "at the Hess case or near it", "a body farther from it"
-            where = f"{split:.1g} at most at downward crossings, where this orbit changes sides"
+            where = f"{split:.1g} at downward crossings, where this orbit changes sides"
         raise NoOrbit(
-            f"the body is {body}: its surfaces are split by {where}, and doubles place an orbit"
-            f" on them within {moved:.1g} rad; take {other}"
+            f"the body is {body}: its asymptotic surfaces lie so close together (|I| between them"
+            f" is at most {where}) that the crossings of an orbit are known only to"
+            f" {moved:.1g} rad in double precision, and {most:.1g} rad is needed; take {other}"
         )
 
 

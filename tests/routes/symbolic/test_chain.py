@@ -160,7 +160,7 @@ def test_a_chain_is_guessed_from_where_its_crossings_are() -> None:
 
 def test_too_few_half_rotations_end_in_a_fold() -> None:
     cells = np.concatenate(([0], np.cumsum((11, 7, 12, 11, 14))))
-    with pytest.raises(NoOrbit, match="Passage 2 is the shortest"):
+    with pytest.raises(NoOrbit, match="The shortest is passage 2:"):
         path(system(), cells, 0.0)
     with pytest.raises(NoOrbit, match=r"none exists: passage 2 with 5 half rotations needs \|I\|"):
         exactly(system(), 0, 0.0, (11, 5, 12, 11, 14))
