@@ -292,7 +292,7 @@ def doubly_asymptotic(level: Level, rough: Track) -> DoublyAsymptotic:
     """
     n, made = len(rough.symbols), level.map_level
     system = System(level, on_surface, signs_of(rough.symbols), None)
-    chain = system.solved(system.nearer(rough.chi, rough.b))
+    chain = system.solved(system.guess(rough.chi, rough.b))
     off = (chain.chi - rough.chi, chain.unknown - rough.b)
     moved = max(float(np.abs(x).max(initial=0.0)) for x in off)
     if moved > MOVED:

@@ -108,7 +108,7 @@ def exactly(
     if beside is not None:
         with contextlib.suppress(NoOrbit):
             one = system._replace(last=float(beside[-1]))
-            return one.solved(one.nearer(beside, unknown)).within(cells)
+            return one.solved(one.guess(beside, unknown)).within(cells)
     for end in ENDS:
         try:
             return path(system, cells, unknown, end=end)

@@ -12,6 +12,8 @@ from unittest.mock import Mock
 import numpy as np
 import pytest
 
+from rigidpend.mechanics.body import Body
+from rigidpend.numbers.exact import exact
 from rigidpend.orbits.return_map import SectionPoint
 from rigidpend.routes.problem import RouteProblem
 from rigidpend.routes.symbolic.chain import (
@@ -23,7 +25,7 @@ from rigidpend.routes.symbolic.chain import (
     passages,
     signs_of,
 )
-from rigidpend.routes.symbolic.levels import surface
+from rigidpend.routes.symbolic.levels import Level, surface
 from rigidpend.routes.symbolic.shortest import (
     INSIDE,
     MORE,
@@ -155,7 +157,22 @@ def test_an_orbit_arrives_otherwise_as_its_phase_changes() -> None:
 def test_a_chain_is_guessed_from_where_its_crossings_are() -> None:
     made = chain_of([0, 1, 1, 0])
     one = System(level(), on_surface, np.sign(made.I), last=float(made.chi[-1]))
-    assert np.abs(one.nearer(made.chi, made.unknown) - made.unknowns).max() < 1e-11
+    assert np.abs(one.guess(made.chi, made.unknown) - made.unknowns).max() < 1e-6
+
+
+@pytest.mark.parametrize("cell", [34, 35])
+@pytest.mark.parametrize("half_turns", [78, 79, 81, 83])
+def test_chains_in_thin_layers_are_found_from_the_middles_of_cells(
+    cell: int, half_turns: int
+) -> None:
+    """Surfaces are split by 6e-9, and Newton's method takes its time before it converges."""
+    thin = RouteProblem(Body((2, "1.7", "1.85"), (2, 1, 0), "0.01"), exact(1), exact("1e-8"), 3)
+    orbits = surface(thin)
+    level = Level(orbits.made, thin.h0)
+    begin = orbits.begin(level)
+    cells = cell + half_turns * np.arange(4)
+    phase = math.pi * cell - float(level.arriving(*begin(0.0)[:2]).chi[0])
+    path(System(level, begin, signs_of([0, 1, 1])), cells, phase, patient=False)
 
 
 def test_too_few_half_rotations_end_in_a_fold() -> None:
