@@ -119,7 +119,7 @@ def decided(run: Run, method: str = "auto", *, kept: bool = False) -> Mapped:
                 raise
             # Few orbits integrate fast, so that the missing map needs no warning.
             if not few:
-                each, all_ = costs.integration(run.problem), run.orbits
+                each, all_ = costs.integration(run.problem, ladder), run.orbits
                 said = f"there are no return maps: {reason}"
                 costs.warned(run.problem, all_, all_, each, said)
     return Mapped(run.decided(), np.zeros(len(run.phases), dtype=bool))
@@ -141,7 +141,8 @@ def _counted(run: Run, few: bool) -> tuple[bool, bool]:
     if len(_asked) >= PROBLEMS:
         _asked.clear()
     before = _asked.get(run.problem, _Asked())
-    now, often = before.all_ + run.orbits, OFTEN / costs.integration(run.problem)
+    each = costs.integration(run.problem, run.arithmetic.precisions)
+    now, often = before.all_ + run.orbits, OFTEN / each
     likely = not few or now >= often
     due = likely and now - before.sampled >= (often if few else SELDOM)
     _asked[run.problem] = _Asked(now, now if due else before.sampled)
@@ -177,7 +178,7 @@ def decided_by(maps: Maps, *, sampled: bool = True) -> Mapped:
     if open_.size and beyond:
         # A plane is computed in parts, and each would repeat the warning.
         if n == run.orbits:
-            reason = f"their symbols ask for more than the {maps.most_bits} bits of the maps"
+            reason = f"their symbols need more than the {maps.most_bits} bits of the maps"
             costs.warned(run.problem, open_.size, n, costs.beyond_maps(run.problem), reason)
         climbing = handed_over(maps, run.crossings, known, beyond)
         # One computation in each precision but the last: one in the next precision settles more

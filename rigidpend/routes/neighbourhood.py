@@ -15,7 +15,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Sequence
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
@@ -72,13 +72,13 @@ class Neighbourhood:
     def routes(self, phases: Sequence[Exact]) -> RouteCodes:
         """The routes of some phases theta2_0, radians; symbols that stay uncertain are marked."""
         taken = Phases(phases)
-
-        def compute(bits: int, scales: Scales, columns: Any) -> Crossings:
-            return self.crossings(bits, scales, taken.exactly(columns))
-
-        rate, n = phase_rate(self.problem), len(taken)
-        known = certainty.decide(compute, n, rate, self.arithmetic.precisions)
-        return routes_of(taken, Mapped(known, np.zeros(n, dtype=bool)))
+        known = certainty.decide(
+            lambda bits, scales, columns: self.crossings(bits, scales, taken.exactly(columns)),
+            len(taken),
+            phase_rate(self.problem),
+            self.arithmetic.precisions,
+        )
+        return routes_of(taken, Mapped(known, np.zeros(len(taken), dtype=bool)))
 
     def prefixes(self, phases: Sequence[Exact]) -> list[list[int]]:
         """The symbols of each of some phases, found by one computation in doubles, unconfirmed."""

@@ -11,6 +11,7 @@ import numpy as np
 import pytest
 
 from rigidpend import Body, RouteCodes, route_codes
+from rigidpend.machine.wording import seconds
 from rigidpend.numbers.exact import exact
 from rigidpend.orbits.integrate import Crossings, Outcome
 from rigidpend.orbits.integrate.arithmetic import resolve
@@ -93,6 +94,17 @@ def test_kept_maps_serve_few_orbits_that_are_asked_for_often(
     assert not found(**own).by_map.any()
 
 
+def test_kept_maps_wait_the_longer_the_less_the_precisions_cost(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    own: dict[str, Any] = {"n_symbols": 45, "J1_0": "1.3e-8"}
+    asked = problem(**own)
+    monkeypatch.setattr(choice, "OFTEN", 1.9 * costs.integration(asked, (53,)) * len(PHASES))
+    found(**own, precisions=(53,), method="map")
+    calls = [found(**own, precisions=(53,)).by_map.any() for _ in range(2)]
+    assert calls == [False, True]
+
+
 @pytest.mark.usefixtures("eager")
 def test_many_are_sampled_first_then_seldom(
     samples: list[Any], monkeypatch: pytest.MonkeyPatch
@@ -149,7 +161,7 @@ def test_what_maps_leave_open_is_integrated_and_told_where_that_takes_long(
         return exactly(coefficients, states, times, bits, *more, **how)
 
     monkeypatch.setattr(handover, "at_crossings", counted)
-    said = r"of 40 orbits are integrated, .* more than the 53 bits of the maps"
+    said = r"of 40 orbits are integrated numerically, .* more than the 53 bits of the maps"
     with pytest.warns(costs.SlowRoutesWarning, match=said):
         record = found(phases, method="map", **given)
     risen = record.bits > 53
@@ -195,9 +207,9 @@ def test_orbits_without_a_map_are_integrated_or_refused(monkeypatch: pytest.Monk
     monkeypatch.setattr(costs, "LEAST", 0.0)
     assert not found(some, heavy, n_symbols=2).by_map.any()
     monkeypatch.setattr(costs, "LONG", 0.0)
-    with pytest.warns(
-        costs.SlowRoutesWarning, match="no return maps: the body is nearly symmetric"
-    ):
+    each = costs.integration(problem(symmetric, h0=1, n_symbols=1), (53,))
+    told = f"{seconds(each)} each .* no return maps: the body is nearly symmetric"
+    with pytest.warns(costs.SlowRoutesWarning, match=told):
         found(some[:1], symmetric, h0=1, n_symbols=1, precisions=(53,))
 
 

@@ -56,13 +56,11 @@ PER_CELL = 10
 AROUND = 720
 """Samples of the whole surface, between which the zeros of U at the first crossing are sought."""
 HALVINGS = 26
-"""Bisections between two samples: Newton's method continues from 1e-8 of their distance."""
-GOLDEN = (math.sqrt(5) - 1) / 2
-"""Factor by which a golden section narrows an interval."""
+"""Halvings between samples, for a zero or a minimum of U: to some 1e-8 of their distance.
+
+From there Newton's method goes on to the zero, and |U| is flat to rounding about its minimum."""
 WIDENINGS = 8
 """Number of attempts to sample arcs, each with a third more samples than the one before."""
-NARROWINGS = 40
-"""Golden sections for a minimum of |U|: to 1e-8 of two samples, where it is flat to rounding."""
 
 
 class Track(NamedTuple):
@@ -222,14 +220,15 @@ class _Arcs:
         return low, high, arc, k
 
     def _least(self, low: Array, high: Array, side: Signs) -> Array:
-        """The places b of the least ``side * U`` between bounds, by golden sections."""
-        # Both inner points are computed each time: many arcs at once need no bookkeeping then.
-        for _ in range(NARROWINGS):
-            width = GOLDEN * (high - low)
-            left, right = high - width, low + width
-            U = side * track(self.level, np.concatenate((left, right)), self.n).U.reshape(2, -1)
-            lower = U[0] < U[1]
-            low, high = np.where(lower, low, left), np.where(lower, right, high)
+        """The places b of the least ``side * U`` between bounds, where it has one minimum each."""
+        every = np.arange(len(low))
+        for _ in range(HALVINGS):
+            # The minimum lies between the neighbours of the least of three inner points: these two
+            # are half as far apart as the bounds.
+            grid = np.linspace(low, high, 5)
+            inner = side * track(self.level, grid[1:-1].ravel(), self.n).U.reshape(3, -1)
+            least = inner.argmin(axis=0)
+            low, high = grid[least, every], grid[least + 2, every]
         return (low + high) / 2
 
 
@@ -293,7 +292,7 @@ def doubly_asymptotic(level: Level, rough: Track) -> DoublyAsymptotic:
     """
     n, made = len(rough.symbols), level.map_level
     system = System(level, on_surface, signs_of(rough.symbols), None)
-    chain = system.solved(system.nearer(rough.chi, rough.b))
+    chain = system.solved(system.guess(rough.chi, rough.b))
     off = (chain.chi - rough.chi, chain.unknown - rough.b)
     moved = max(float(np.abs(x).max(initial=0.0)) for x in off)
     if moved > MOVED:

@@ -35,6 +35,7 @@ from rigidpend.mechanics.body import Body
 from rigidpend.mechanics.equations import AlignedCoefficients, aligned
 from rigidpend.numbers.exact import GUARD_BITS, context, exact, fraction
 from rigidpend.numbers.generic import Array, Scalar
+from rigidpend.orbits.integrate.kernel.lane_numbers import exactly
 from rigidpend.orbits.integrate.states import states_at
 from rigidpend.orbits.return_map.precision import precision
 from rigidpend.orbits.return_map.reduced import coefficients
@@ -266,7 +267,7 @@ def closing(orbit: ClosedOrbit, bits: int = 113) -> Closing:
     c = coefficients(level.body.angles(a.bits + GUARD_BITS), "1", a)
     fractions = AlignedCoefficients(*(fraction(x, bits) for x in c.aligned))
     h, turn = a.number(level.energy.in_context(context(a.bits))), 2 * a.pi
-    rounded, exactly = (np.frompyfunc(lambda x, n=n: fraction(x, n), 1, 1) for n in (bits, a.bits))
+    rounded, closely = (np.frompyfunc(lambda x, n=n: fraction(x, n), 1, 1) for n in (bits, a.bits))
 
     def gaps(places: Any, ends: Any, times: Any) -> tuple[Any, Any]:
         """Gaps (n, 2) in (d, chi) of passages from `places` to `ends`, and delays t', (n,)."""
@@ -280,7 +281,7 @@ def closing(orbit: ClosedOrbit, bits: int = 113) -> Closing:
         off = np.stack((point.d, point.chi), axis=1) - a.array(ends)
         # chi is known but for whole turns.
         off[:, 1] -= turn * a.array(np.rint(a.floats(off[:, 1] / turn)))
-        return exactly(off), late
+        return closely(off), late
 
     slopes, n = tangents(chain)[:, :2], len(chain.b)
     # The change of chi behind a passage by a relative rounding of d, or by one of chi, before it.
@@ -291,8 +292,8 @@ def closing(orbit: ClosedOrbit, bits: int = 113) -> Closing:
     matrix = -np.roll(np.eye(2 * n), 2, axis=1)
     for k, slope in enumerate(slopes):
         matrix[2 * k : 2 * k + 2, 2 * k : 2 * k + 2] += slope
-    begin = places = exact_of(np.stack((chain.d, chain.chi), axis=1)[:-1])
-    times = exact_of(chain.time)
+    begin = places = exactly([np.stack((chain.d, chain.chi), axis=1)[:-1]])
+    times = exactly([chain.time])
     for _ in range(ROUNDS):
         off, late = gaps(places, np.roll(places, -1, axis=0), times)
         times, size = times + late, np.abs(off).max()
@@ -306,7 +307,7 @@ def closing(orbit: ClosedOrbit, bits: int = 113) -> Closing:
                 f"the orbit of {orbit.word} does not come to close: a correction is {moved:.1g}"
                 f" rad; its surfaces are split by {level.splitting:.1g}"
             )
-        places = places + exact_of(step.reshape(n, 2)) * size
+        places = places + exactly([step.reshape(n, 2)]) * size
     else:
         raise NoOrbit(f"the orbit of {orbit.word} does not come to close, by {float(size):.2g}")
     period, first = times.sum(), places[:1]
@@ -317,7 +318,3 @@ def closing(orbit: ClosedOrbit, bits: int = 113) -> Closing:
     # Integrated as a whole, the passages round otherwise than alone: both kinds count.
     expected = growth * (float(size) + (1 + GROWN * grown) * 2.0**-bits)
     return Closing(error, expected, moved, period, tuple(first[0]))
-
-
-exact_of = np.frompyfunc(lambda x: Fraction(float(x)), 1, 1)
-"""Exact fractions of an array of doubles."""

@@ -150,20 +150,16 @@ def find_orbit(
     fine = refined(orbits, chain, by_energy, digits, jobs)
     right, error = passages(chain)
     return FoundOrbit(
-        fine.theta2_0,
-        Address.of(chain.chi, address.symbols),
-        digits,
-        fine.fixed,
-        _confirmed(problem, address, fine, jobs),
-        fine.bits,
-        fine.delay,
-        int(right.sum()),
-        float(error[right].max(initial=0.0)),
-        chain.chi,
-        chain.d,
-        chain.I,
-        fine.crossing_time,
-        float(chain.residual),
+        **fine._asdict(),
+        address=Address.of(chain.chi, address.symbols),
+        digits=digits,
+        confirmed=_confirmed(problem, address, fine, jobs),
+        passages=int(right.sum()),
+        passage_error=float(error[right].max(initial=0.0)),
+        chi=chain.chi,
+        d=chain.d,
+        I=chain.I,
+        residual=float(chain.residual),
     )
 
 

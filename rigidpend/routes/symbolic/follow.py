@@ -33,8 +33,6 @@ from rigidpend.routes.symbolic.levels import Level, Surface, each_alone, onward,
 
 LEAST_BITS = 64
 """Least precision, bits, of the states at crossings."""
-IN_DOUBLES = 53
-"""Bits of doubles."""
 MOST_DECIMALS = 4
 """Largest number of decimals of round phases: 62,832 phases are then tried."""
 MOST_SYMBOLS = 50
@@ -164,7 +162,7 @@ def round_phases(
     problem = RouteProblem(body, h0, J1_0, n)
     kept: dict[Decimal, Address | None] = {}
     for k in found:
-        own = _address(problem, phases[k], address.symbols, doubles=routes.bits[k] <= IN_DOUBLES)
+        own = _address(problem, phases[k], address.symbols, doubles=routes.bits[k] == 53)
         # The orbit must also have the first cell and the half rotations, if they are asked for.
         parts = (address.first, own and own.first), (address.half_turns, own and own.half_turns)
         if all(asked in (None, mine) for asked, mine in parts):

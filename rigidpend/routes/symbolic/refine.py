@@ -153,6 +153,24 @@ def _check_placed(chain: Chain) -> None:
         )
 
 
+class _Slopes(NamedTuple):
+    """Derivatives of the ends of legs in their beginnings, differences of neighbouring legs."""
+
+    matrices: list[Any]
+    """That of the first leg, in theta2_0, is (6, 1); those of the others are (6, 6)."""
+    bits: int
+    """Precision of the differences: one of the kernel's."""
+    digits: float
+    """Digits of the derivatives; a correction by them gains no more."""
+
+    @property
+    def reach(self) -> float:
+        """Largest number of digits of legs that are corrected by them."""
+        # Legs use the next wider numbers. Integers, behind the kernel's widest, take ten times as
+        # long, so that all digits of the kernel's numbers come first.
+        return (2 * self.bits - ACROSS - SPARE) / DIGIT if self.bits < LADDER[-1] else math.inf
+
+
 class _Legs:
     """An orbit cut at its crossings into legs, each of which is integrated alone, many at once.
 
@@ -191,53 +209,46 @@ class _Legs:
 
     def run(self) -> tuple[Fraction, float]:
         """The phase theta2_0, and the largest delay t' of a crossing behind that of the map."""
-        # Digits of the crossings: `known` are expected after the last correction, and `before` were
-        # measured by it, before it was made. Digits that corrections lost are at most `lost`.
-        known = before = float(FIRST_DIGITS)
-        told, kinds, lost = self.times.copy(), iter(self.kinds), 0.0
-        # The derivatives, in numbers of `kind` bits, have `gained` digits; legs may have `reach`
-        # digits with them.
-        slopes: list[Any] = []
-        gained = reach = 0.0
-        kind = 0
-        # Digits that the crossings had at the last correction beyond those at the one before it.
-        more = math.inf
+        told, kinds = self.times.copy(), iter(self.kinds)
+        # Digits of the crossings as they are: expected after the last correction, and as it has
+        # measured them before it was made; those that it lost at most, and those that it gained.
+        expected = measured = float(FIRST_DIGITS)
+        lost, gain = 0.0, math.inf
+        slopes = self._slopes(next(kinds), expected, self._last(measured))
         for k in range(ROUNDS):
-            # Legs whose ends have their digits drop out: by measured digits, not by expected ones.
-            last = min(len(self.needed) - 1, int((self.needed > before).sum()))
-            further = not slopes or (known > reach - LEAST_DIGITS and self.most > reach)
+            last = self._last(measured)
+            wider = expected > slopes.reach - LEAST_DIGITS and self.most > slopes.reach
             # Where surfaces are split little, derivatives at the map's crossings gain few digits,
             # and are computed anew at the corrected crossings. So are those for more legs than
             # before: the first correction may show fewer digits than were expected.
-            if further or more < LITTLE or last >= len(slopes):
-                kind = next(kinds) if further else kind
-                gained, slopes = min(known, kind / 2 / DIGIT - THIN), self._differences(kind, last)
-                # Legs use the next wider numbers. Integers, behind the kernel's widest, take ten
-                # times as long, so that all digits of the kernel's numbers come first.
-                reach = (2 * kind - ACROSS - SPARE) / DIGIT if kind < LADDER[-1] else math.inf
-            aim = min(2 * known - CURVED, known + gained, self.most, reach)
-            note(lambda: f"theta2_0 to {known:.0f} of {self.most:.0f} digits")  # noqa: B023
-            here = self._corrected(slopes, aim, last)
+            if wider or gain < LITTLE or last >= len(slopes.matrices):
+                bits = next(kinds) if wider else slopes.bits
+                slopes = self._slopes(bits, expected, last)
+            aim = min(2 * expected - CURVED, expected + slopes.digits, self.most, slopes.reach)
+            note(lambda: f"theta2_0 to {expected:.0f} of {self.most:.0f} digits")  # noqa: B023
+            here = self._corrected(slopes.matrices, aim, last)
             # The first correction measures the error of the map. Further ones measure that of the
             # derivatives, and legs that graze a surface are curved more than was expected.
             if k:
-                lost, more = max(lost, known - here), here - before
-            before = here
-            known = max(before, min(aim, before + gained - lost, 2 * before - CURVED - lost))
+                lost, gain = max(lost, expected - here), here - measured
+            measured = here
+            least = min(aim, measured + slopes.digits - lost, 2 * measured - CURVED - lost)
+            expected = max(measured, least)
             # With fewer digits the next correction would gain none.
-            if before < LEAST_DIGITS:
+            if measured < LEAST_DIGITS:
                 _check_placed(self.chain)
                 raise NoOrbit("integration does not find the crossings where the map has them")
-            if known >= self.most:
+            if expected >= self.most:
                 late = np.cumsum(self.times - told)
                 return fraction(self.theta), float(max(abs(x) for x in late))
-        raise NoOrbit(f"integration follows the map to {known:.0f} digits only")
+        raise NoOrbit(f"integration follows the map to {expected:.0f} digits only")
 
-    def _differences(self, bits: int, last: int) -> list[Any]:
-        """Derivatives of the ends of legs in their beginnings, by differences of neighbouring legs.
+    def _last(self, measured: float) -> int:
+        """The last leg that counts: those whose ends have their digits, as measured, drop out."""
+        return min(len(self.needed) - 1, int((self.needed > measured).sum()))
 
-        That of the first leg, in theta2_0, is (6, 1); those of the legs up to `last` are (6, 6).
-        """
+    def _slopes(self, bits: int, digits: float, last: int) -> _Slopes:
+        """The derivatives of the legs up to `last`, in `bits` bits; crossings have `digits`."""
         # The best step of a one-sided difference: half of the digits are those of the derivative.
         step = self.m.ldexp(1, -bits // 2)
         begun = [self._start(self.theta), self._start(self.theta + step)]
@@ -251,7 +262,7 @@ class _Legs:
         for first in range(2, len(legs), 6):
             matrix = (ends[:, first + 1 : first + 6] - ends[:, first : first + 1]) / step
             found.append(np.insert(matrix, 2, 0, axis=1))
-        return found
+        return _Slopes(found, bits, min(digits, bits / 2 / DIGIT - THIN))
 
     def _start(self, theta: Any) -> Any:
         """The initial state (6,) of a phase, in numbers of the legs."""

@@ -79,15 +79,15 @@ def path(
 def _reason(level: Level, made: Chain | None, longer: float) -> str:
     """Message about a continuation that ended at a length; `made` is the last chain found."""
     if made is None:
-        return "Newton's method does not settle even for long passages"
+        return "Newton's method does not converge even for long passages"
     growth = made.b - made.a[: len(made.b)]
     k = int(np.argmin(growth))
     return (
-        f"none was found with so few half rotations: made longer, the orbit exists until all "
-        f"passages are {longer / math.pi:.2f} of a half rotation longer, and ends there in a fold "
-        f"with another orbit. Passage {k + 1} is the shortest: it would need |I| = "
-        f"{math.exp(-growth[k] * level.exponent):.3g}, and a crossing on the surface has "
-        f"|I| = {level.splitting:.3g} at most"
+        "none was found with so few half rotations. There is one with longer passages; as these"
+        f" are shortened, all alike, it meets another orbit and both vanish, in a fold, where"
+        f" passages are still {longer / math.pi:.2f} of a half rotation too long. The shortest is"
+        f" passage {k + 1}: it would need |I| = {math.exp(-growth[k] * level.exponent):.3g}, and a"
+        f" crossing on the surface gives it {level.splitting:.3g} at most"
     )
 
 
@@ -108,7 +108,7 @@ def exactly(
     if beside is not None:
         with contextlib.suppress(NoOrbit):
             one = system._replace(last=float(beside[-1]))
-            return one.solved(one.nearer(beside, unknown)).within(cells)
+            return one.solved(one.guess(beside, unknown)).within(cells)
     for end in ENDS:
         try:
             return path(system, cells, unknown, end=end)
@@ -137,8 +137,8 @@ def check_possible(level: Level, turns: tuple[int, ...], I: float = 0.0) -> None
         needed = level.invariant(n + 1)
         if needed > most:
             raise NoOrbit(
-                f"none exists: passage {k + 1} with {n} half rotations needs |I| of {needed:.3g} "
-                f"at least, and crossings give {most:.3g} at most"
+                f"none exists: passage {k + 1} with {n} half rotations needs |I| ="
+                f" {needed:.3g} at least, and crossings give it {most:.3g} at most"
             )
         # The passage has at least n - 1 half rotations between its crossings.
         most = min(most, level.invariant(n - 1))

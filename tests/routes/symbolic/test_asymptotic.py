@@ -131,7 +131,7 @@ def test_integration_tells_phases_and_times_where_the_map_is_displaced() -> None
 
 def test_a_body_whose_surfaces_doubles_do_not_tell_apart_is_refused() -> None:
     flat = Level.of(Body(A=(2, "1.8", "1.96"), r=(1, 3, 0), mu="0.0005"), exact("1.6"))
-    with pytest.raises(NoOrbit, match="-18 only, and doubles place an orbit on them within 0"):
+    with pytest.raises(NoOrbit, match=r"-18\) that .* known only to 0\..* 0\.001 rad is needed"):
         skeleton(flat, 0, 1)
 
 

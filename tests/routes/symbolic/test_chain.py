@@ -12,6 +12,8 @@ from unittest.mock import Mock
 import numpy as np
 import pytest
 
+from rigidpend.mechanics.body import Body
+from rigidpend.numbers.exact import exact
 from rigidpend.orbits.return_map import SectionPoint
 from rigidpend.routes.problem import RouteProblem
 from rigidpend.routes.symbolic.chain import (
@@ -23,7 +25,7 @@ from rigidpend.routes.symbolic.chain import (
     passages,
     signs_of,
 )
-from rigidpend.routes.symbolic.levels import surface
+from rigidpend.routes.symbolic.levels import Level, surface
 from rigidpend.routes.symbolic.shortest import (
     INSIDE,
     MORE,
@@ -152,9 +154,33 @@ def test_an_orbit_arrives_otherwise_as_its_phase_changes() -> None:
     assert here.b_slope == pytest.approx((late.b - early.b) / 2e-3, rel=1e-5)
 
 
+def test_a_chain_is_guessed_from_where_its_crossings_are() -> None:
+    made = chain_of([0, 1, 1, 0])
+    one = System(level(), on_surface, np.sign(made.I), last=float(made.chi[-1]))
+    assert np.abs(one.guess(made.chi, made.unknown) - made.unknowns).max() < 1e-6
+
+
+@pytest.mark.parametrize("cell", [34, 35])
+@pytest.mark.parametrize(
+    ("code", "half_turns"),
+    [([0, 1, 1], (78, 78, 78)), ([0, 1, 1], (83, 83, 83)), ([1, 1, 1], (81, 82, 77))],
+)
+def test_chains_in_thin_layers_are_found_from_the_middles_of_cells(
+    cell: int, code: list[int], half_turns: tuple[int, ...]
+) -> None:
+    """Surfaces are split by 6e-9, and Newton's method takes its time before it converges."""
+    thin = RouteProblem(Body((2, "1.7", "1.85"), (2, 1, 0), "0.01"), exact(1), exact("1e-8"), 3)
+    orbits = surface(thin)
+    level = Level(orbits.made, thin.h0)
+    begin = orbits.begin(level)
+    cells = np.cumsum([cell, *half_turns])
+    phase = math.pi * cell - float(level.arriving(*begin(0.0)[:2]).chi[0])
+    path(System(level, begin, signs_of(code)), cells, phase, patient=False)
+
+
 def test_too_few_half_rotations_end_in_a_fold() -> None:
     cells = np.concatenate(([0], np.cumsum((11, 7, 12, 11, 14))))
-    with pytest.raises(NoOrbit, match="Passage 2 is the shortest"):
+    with pytest.raises(NoOrbit, match="The shortest is passage 2:"):
         path(system(), cells, 0.0)
     with pytest.raises(NoOrbit, match=r"none exists: passage 2 with 5 half rotations needs \|I\|"):
         exactly(system(), 0, 0.0, (11, 5, 12, 11, 14))

