@@ -31,7 +31,13 @@ from rigidpend.orbits.integrate.arithmetic import bits_of_numbers, rung
 from rigidpend.orbits.integrate.kernel import following, taylor_step
 from rigidpend.orbits.integrate.kernel.lane_numbers import exactly, in_parts
 from rigidpend.orbits.integrate.kernel.machine_code import LANES, lanes_for
-from rigidpend.orbits.integrate.passages import UNDECIDED, crossings_of_series, touch, value_at
+from rigidpend.orbits.integrate.passages import (
+    UNDECIDED,
+    crosses,
+    crossings_of_series,
+    touch,
+    value_at,
+)
 
 MAX_STEPS = 1_000_000
 """Steps without a crossing after which an orbit counts as failed; a passage takes some fifty."""
@@ -211,7 +217,7 @@ def crossings_on(steps: Any, bits: int) -> Array:
 
     `UNDECIDED` stands in the place of the separatrix for a touch that is not decided.
     """
-    changed = (steps["series"][:, 2, 0, 0] < 0) != (steps["after"] < 0)
+    changed = crosses(steps["series"][:, 2, 0, 0], steps["after"])
     steady = steps["steady"] > 0
     # Newton's method may have met a slope of zero: its correction is then no number, and not exact.
     with np.errstate(invalid="ignore"):
@@ -226,7 +232,7 @@ def _single(steps: Any) -> Array:
     """The one crossing on each step, as the kernel has found it."""
     # The rule of `separatrix_beside`, for arrays.
     up, down = np.where(steps["Qp"] > 0, 2, 4), np.where(steps["Qm"] < 0, 1, 3)
-    separatrix = np.where(steps["after"] >= 0, up, down)
+    separatrix = np.where(steps["series"][:, 2, 0, 0] < 0, up, down)
     return np.array([steps["lane"], steps["time"] + steps["zero"], separatrix])
 
 

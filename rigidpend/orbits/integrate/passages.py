@@ -29,6 +29,15 @@ def touch(bits: int) -> float:
     return TOUCH * 2.0 ** min(0, 64 - bits)
 
 
+def crosses(before: Any, after: Any) -> Any:
+    """True where M3 comes to zero or passes it on a step, from its values at both ends.
+
+    A zero at the end belongs to the step. One at its beginning does not: it belongs to the step
+    before, or is the orbit's start, which is no crossing.
+    """
+    return ((before < 0) & (after >= 0)) | ((before > 0) & (after <= 0))
+
+
 def zeros(
     c: Sequence[float], depth: float, exactly: Callable[[float], Any] | None = None
 ) -> Iterator[tuple[float, bool]]:

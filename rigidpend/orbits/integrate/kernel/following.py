@@ -140,9 +140,8 @@ class _Carrying(Kernel):
         span = code.fma(code.load(reach), h, slope)
         far = code.compare("ogt", code.size(self.head(M3, 0)), code.fma(span, h, self.depth))
         steady = code.compare("ogt", slope, self._times(code.load(bend), h))
-        zero = "zeroinitializer"
-        begin, end = (code.compare("olt", x, zero) for x in (self.head(M3, 0), after))
-        changed = code.logic("xor", begin, end)
+        # Noted where M3 is zero at an end of the step, too: `passages.crosses` tells which it is.
+        changed = code.compare("ole", self._times(self.head(M3, 0), after), "zeroinitializer")
         doubtful = code.logic("xor", code.logic("or", far, steady), code.everywhere("true", "i1"))
         mask, some = self.any_lane(code.logic("or", changed, doubtful))
         with code.when(some):
