@@ -26,7 +26,7 @@ from rigidpend.orbits.return_map.expansions import (
     Interval,
     chebyshev_analysis,
     fourier_analysis,
-    fourier_basis,
+    fourier_slopes,
     fourier_synthesis,
     phases,
 )
@@ -178,7 +178,7 @@ class _Finder:
         self.turn = a.cos(psi), a.sin(psi)
         self.analysis = fourier_analysis(n, a)
         self.synthesis = fourier_synthesis(n, n, a)
-        self.slope = fourier_basis(phases(n, a), n, a, slope=True) @ self.analysis
+        self.slope = fourier_slopes(fourier_synthesis(n, n, a)) @ self.analysis
         self.Q, self.flow = self._series(c, h)
         self.tau: dict[int, Any] = {}
         self.sigma: dict[int, Any] = {}
