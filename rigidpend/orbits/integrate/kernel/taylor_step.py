@@ -31,7 +31,7 @@ from numpy.typing import NDArray
 from rigidpend.numbers.generic import Array
 from rigidpend.orbits.integrate.kernel.lane_numbers import KINDS, Value, as_doubles
 from rigidpend.orbits.integrate.kernel.machine_code import LANES, Writer, hexadecimal
-from rigidpend.orbits.integrate.kernel.tape import TracedField
+from rigidpend.orbits.integrate.kernel.tape import ALIGNED, TracedField
 
 LONGEST = 32.0
 """Longest step, t'; only an orbit at rest takes it."""
@@ -302,14 +302,17 @@ class Recurrences:
         self.numbers, self.zero = kernel.numbers, kernel.numbers.of_double(ZERO)
         self.sums, size = field.sums, kernel.series_rows()
         # Doubles are quicker with the terms j = 0 and j = k outside of the loop; for longer numbers
-        # the further lines would take long to compile.
+        # the further lines would take long to compile. They need a field like the aligned one: it
+        # has no quotient, and no parameter is a term or a rate.
         self.early = early_lines(field) if kernel.parts > 1 else ()
+        if kernel.parts > 1 and field != ALIGNED:
+            raise ValueError("numbers longer than doubles follow the aligned field alone")
         self.series: dict[int, str] = {}
         # Only factors of sums need their earlier coefficients. A quotient is a factor of its own
-        # sum.
+        # sum, with its divisor.
         for i in self.sums:
             operation, operands = field.lines[i]
-            for operand in operands if operation == "times" else (i, *operands):
+            for operand in operands if operation == "times" else (i, operands[1]):
                 self._keep(operand, size)
         count = 1 + max((x.operands[0] for x in field.lines if x.name == "parameter"), default=0)
         self.parameter = {
