@@ -18,6 +18,7 @@ from numpy.typing import NDArray
 
 from rigidpend.machine.workers import check_stop, note
 from rigidpend.mechanics.equations import AlignedCoefficients
+from rigidpend.mechanics.free_body import separatrix_beside
 from rigidpend.numbers.generic import Array
 from rigidpend.orbits.integrate import (
     Crossings,
@@ -230,9 +231,8 @@ def crossings_on(steps: Any, bits: int) -> Array:
 
 def _single(steps: Any) -> Array:
     """The one crossing on each step, as the kernel has found it."""
-    # The rule of `separatrix_beside`, for arrays.
-    up, down = np.where(steps["Qp"] > 0, 2, 4), np.where(steps["Qm"] < 0, 1, 3)
-    separatrix = np.where(steps["series"][:, 2, 0, 0] < 0, up, down)
+    rising = steps["series"][:, 2, 0, 0] < 0
+    separatrix = separatrix_beside(rising, steps["Qp"], steps["Qm"])
     return np.array([steps["lane"], steps["time"] + steps["zero"], separatrix])
 
 

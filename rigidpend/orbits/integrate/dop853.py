@@ -62,7 +62,7 @@ def crossings(orbits: Orbits, tolerance: float) -> Crossings:
                 )
                 times = _zeros(solver, crossed, rising)
                 last[columns] = found.time[count[columns], columns] = times
-                beside = list(map(separatrix_beside, rising, Qp, Qm))
+                beside = separatrix_beside(rising, Qp, Qm)
                 found.separatrix[count[columns], columns] = beside
                 count[columns] += 1
             done = count[active] == orbits.n_crossings
