@@ -26,13 +26,15 @@ def test_the_kernel_serves_up_to_424_bits() -> None:
     assert resolve("scipy", None, (64,)).precisions == (64,)
 
 
-def test_groups_follow_each_other_in_order() -> None:
+def test_groups_that_share_their_steps_follow_each_other_in_order() -> None:
     """65 orbits are two groups, of 33 and 32."""
     states = fan(65)
     found = find(states, "scipy", n_crossings=1, tolerance=1e-6)
     last = find(states[:, 33:], "scipy", n_crossings=1, tolerance=1e-6)
     assert found.time.shape == (1, 65)
     np.testing.assert_array_equal(found.time[:, 33:], last.time)
+    alone = find(states[:, 64:], "scipy", n_crossings=1, tolerance=1e-6)
+    assert 0 < abs(alone.time[0, 0] - last.time[0, -1]) < 1e-3
 
 
 def test_errors_of_Q_count_by_the_smallest_orbit_and_others_by_one() -> None:
