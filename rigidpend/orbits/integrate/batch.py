@@ -46,8 +46,6 @@ TOGETHER = {53: 512, 106: 64, 159: 16, 212: 8, 424: 8}
 """Number of orbits carried at a time, by bits: the kernel then works for 4 ms or more."""
 STEPS = {53: 128, 106: 32, 159: 16, 212: 8, 424: 8}
 """Number of steps in a call, by bits; half of them, on average, come after an orbit's end."""
-FEWEST = 8
-"""Least number of steps in a call; the notes have room for as many."""
 EXPECTED = 50
 """Steps that a passage is expected to take."""
 LONGER = 4
@@ -122,10 +120,9 @@ class Batch:
         """Steps for the next call: few if orbits are nearly done, many if none has long crossed."""
         left = int(self.orbits.n_crossings - self.lanes["count"].min())
         silence = int(self.lanes["silence"].min())
-        room = self.notes.size // self.width
-        usual = max(FEWEST, min(STEPS[self.kind], left * EXPECTED // 2))
+        usual = min(STEPS[self.kind], left * EXPECTED // 2)
         # Never more than the notes have room for, should each step of each lane be noted.
-        return min(max(usual, silence // LONGER), room, max(FEWEST, MAX_STEPS))
+        return min(max(usual, silence // LONGER), self.notes.size // self.width)
 
     def _told(self) -> str:
         """Progress of these orbits, in words."""

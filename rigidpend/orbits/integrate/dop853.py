@@ -118,6 +118,7 @@ def sample(field: Any, states: Array, times: Array, tolerance: float) -> Array:
         # A constant rate becomes an array like the others.
         return np.stack(np.broadcast_arrays(*found, y[0])[:size]).ravel()
 
+    # A component near zero may err by a hundredth of what one near 1 may.
     found: Any = solve_ivp(
         rates,
         (0.0, times[-1, 0]),

@@ -28,8 +28,8 @@ class Sums:
         Running sums and places are variables of their own.
         """
         code, one = self.code, self.numbers.rows(self.parts)
-        self.powers = code.at("%room", code(f"mul i64 %triples, {FUNCTIONS * self.parts}"))
-        self.waves = code.at(self.powers, code(f"mul i64 %energies, {self.parts}"))
+        self.of_energy = code.at("%room", code(f"mul i64 %triples, {FUNCTIONS * self.parts}"))
+        self.waves = code.at(self.of_energy, code(f"mul i64 %energies, {self.parts}"))
         self.totals = [code.variable(one) for _ in range(FUNCTIONS)]
         # Those of cosines and of sines are apart, so that additions wait less for one another.
         self.sums_of_row = [code.variable(one) for _ in range(2 * FUNCTIONS)]
@@ -40,13 +40,13 @@ class Sums:
         """Sum the tables over the Chebyshev polynomials of the energy, -1 to 1."""
         code, n = self.code, self.numbers
         # The polynomials themselves, by T_l = 2 e T_(l-1) - T_(l-2).
-        n.store(self.number(1.0), self.powers, 0)
+        n.store(self.number(1.0), self.of_energy, 0)
         with code.when(code("icmp sgt i64 %energies, 1")):
-            n.store(energy, self.powers, 1)
+            n.store(energy, self.of_energy, 1)
         twice = n.plus(energy, energy)
         with code.loop("%energies", 2) as l:
-            before, last = (n.load(self.powers, code(f"sub i64 {l}, {j}")) for j in (2, 1))
-            n.store(n.minus(n.times(twice, last), before), self.powers, l)
+            before, last = (n.load(self.of_energy, code(f"sub i64 {l}, {j}")) for j in (2, 1))
+            n.store(n.minus(n.times(twice, last), before), self.of_energy, l)
         code.store("0", self.value, "i64", 8)
         with code.loop("%triples") as t:
             length, sharp = self._two("%lengths", t)
@@ -64,10 +64,11 @@ class Sums:
         code = self.code
         with code.loop(end, start) as l:
             # The l-th term belongs to the polynomial of order length - 1 - l.
-            power = n.load(self.powers, code(f"sub i64 {code(f'sub i64 {length}, {l}')}, 1"))
+            order = code(f"sub i64 {code(f'sub i64 {length}, {l}')}, 1")
+            polynomial = n.load(self.of_energy, order)
             at = code.load(self.value, "i64", 8)
             for j, total in enumerate(self.totals):
-                self._add(n, total, self._scalar(n, code(f"add i64 {at}, {j}")), power)
+                self._add(n, total, self._scalar(n, code(f"add i64 {at}, {j}")), polynomial)
             code.store(code(f"add i64 {at}, {FUNCTIONS}"), self.value, "i64", 8)
 
     def table(self, entries: list[str], x: Value, phase: Value) -> list[Value]:

@@ -49,6 +49,7 @@ def test_outcome_out_of_steps_is_failed_and_the_next_run_knows_nothing_of_it(
 ) -> None:
     whole = find(fan(2), "taylor", bits)
     assert whole.outcome.tolist() == [Outcome.COMPLETE] * 2
+    monkeypatch.setattr(batch, "STEPS", {bits: 8})
     monkeypatch.setattr(batch, "MAX_STEPS", 3)
     found = find(fan(3, GENERIC), "taylor", bits, body=GENERIC)
     assert found.outcome.tolist() == [Outcome.FAILED] * 3

@@ -313,7 +313,11 @@ class Recurrences:
         for i in self.sums:
             operation, operands = field.lines[i]
             for operand in operands if operation == "times" else (i, operands[1]):
-                self._keep(operand, size)
+                name, of = field.lines[operand]
+                if name == "component":
+                    self.series[operand] = kernel.component[of[0]]
+                elif operand not in self.series:
+                    self.series[operand] = self.code.variable(size)
         count = 1 + max((x.operands[0] for x in field.lines if x.name == "parameter"), default=0)
         self.parameter = {
             line.operands[0]: kernel.scalar("%parameters", line.operands[0], count)
@@ -363,14 +367,6 @@ class Recurrences:
             self._put(i, found[i], k)
         self._integrate(found, k)
 
-    def _keep(self, i: int, size: str) -> None:
-        """Make room for the series of an operand; a component has one already."""
-        operation, operands = self.field.lines[i]
-        if operation == "component":
-            self.series[i] = self.kernel.component[operands[0]]
-        elif operation != "parameter":
-            self.series.setdefault(i, self.code.variable(size))
-
     def _put(self, i: int, value: Value, k: str) -> None:
         """Store a coefficient if a sum will need it."""
         if i in self.series and self.field.lines[i].name != "component":
@@ -390,14 +386,14 @@ class Recurrences:
 
         This is right for sums of lines, for products with a parameter, and for all lines at k = 0.
         """
-        operation, operands = self.field.lines[i]
+        n, (operation, operands) = self.numbers, self.field.lines[i]
         if operation == "component":
-            return self.numbers.load(self.kernel.component[operands[0]], k)
-        if operation in ("times", "divided"):
-            # A parameter as a factor enters with its value at every order.
-            return self._combined(operation, *({**values, **found}[j] for j in operands))
-        # A parameter as a term is in `found` at k = 0 only: its higher coefficients are zero.
-        return self._combined(operation, *(found.get(j, self.zero) for j in operands))
+            return n.load(self.kernel.component[operands[0]], k)
+        # A parameter as a factor enters with its value at every order. As a term it is in `found`
+        # at k = 0 only: its higher coefficients are zero.
+        known = {**values, **found} if operation == "times" else found
+        made = {"plus": n.plus, "minus": n.minus, "times": n.times, "divided": n.quotient}
+        return made[operation](*(known.get(j, self.zero) for j in operands))
 
     def _sums(self, k: str) -> dict[int, Value]:
         """The sums' terms with j from 1 to k - 1, or from 0 to k where all factors are known."""
@@ -439,11 +435,6 @@ class Recurrences:
             return n.settled(total)
         total = n.settled(n.with_product(total, found[b], values[i]))
         return n.quotient(n.minus(found.get(a, self.zero), total), values[b])
-
-    def _combined(self, operation: str, a: Value, b: Value) -> Value:
-        n = self.numbers
-        made = {"plus": n.plus, "minus": n.minus, "times": n.times, "divided": n.quotient}
-        return made[operation](a, b)
 
 
 def early_lines(field: TracedField) -> tuple[int, ...]:
