@@ -139,11 +139,8 @@ class Batch:
         # Lanes without an orbit repeat the first, whose numbers are harmless; their notes are
         # dropped below.
         self.states[:, m:], self.times[:, m:] = self.states[:, :1], self.times[:, :1]
-        depth = touch(self.bits) * float(np.sqrt((self.states[:3, :m] ** 2).sum(axis=0).max()))
         given = self.states, self.width, self.times, self.parameters
-        # Twice the depth at the start of the call, since |M| changes on the way. The depth of each
-        # step's own |M| decides in `_isolated`.
-        count = self.kernel(*given, 2 * depth, groups, number, self.notes)
+        count = self.kernel(*given, touch(self.bits), groups, number, self.notes)
         taken = self.notes[:count]
         # Where series overflow nothing is known; `ended` finds the state that is not finite.
         return taken[np.isfinite(taken["after"]) & (taken["lane"] < m)]
