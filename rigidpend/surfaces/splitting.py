@@ -80,11 +80,11 @@ class SurfaceSplitting(NamedTuple):
         return bool(self.error <= self.allowed)
 
 
-def distance(harmonics: ArrayLike, g: Scalar) -> Any:
+def distance(amplitudes: ArrayLike, g: Scalar) -> Any:
     """The distance d1 cos g + d2 sin 2g + d3 cos 3g + ... at phases g, radians."""
     return sum(
         d * (np.cos(k * g) if k % 2 else np.sin(k * g))
-        for k, d in enumerate(np.asarray(harmonics), 1)
+        for k, d in enumerate(np.asarray(amplitudes), 1)
     )
 
 

@@ -318,24 +318,20 @@ class Recurrences:
                     self.series[operand] = kernel.component[of[0]]
                 elif operand not in self.series:
                     self.series[operand] = self.code.variable(size)
-        count = 1 + max((x.operands[0] for x in field.lines if x.name == "parameter"), default=0)
-        self.parameter = {
-            line.operands[0]: kernel.scalar("%parameters", line.operands[0], count)
-            for line in field.lines
-            if line.name == "parameter"
-        }
+        given = [
+            (i, *line.operands) for i, line in enumerate(field.lines) if line.name == "parameter"
+        ]
+        self.parameters = {i: kernel.scalar("%parameters", k, len(given)) for i, k in given}
 
     def expand(self) -> None:
         """Find all coefficients from those of order 0."""
         # Coefficients of order 0: for doubles those of all lines, else only the parameters.
-        values: dict[int, Value] = {}
-        for i, line in enumerate(self.field.lines):
-            if line.name == "parameter":
-                values[i] = self.parameter[line.operands[0]]
-            elif not self.early:
-                values[i] = self._linear(i, "0", values, values)
-                self._put(i, values[i], "0")
+        values = dict(self.parameters)
         if not self.early:
+            for i in range(len(self.field.lines)):
+                if i not in values:
+                    values[i] = self._linear(i, "0", values, values)
+                    self._put(i, values[i], "0")
             self._integrate(values, "0")
         first = "0" if self.early else "1"
         # Higher orders are smaller on the step and need fewer bits: one loop for each number of
@@ -357,8 +353,8 @@ class Recurrences:
             found[i] = self._linear(i, k, found, values)
             self._put(i, found[i], k)
         sums = self._sums(k)
-        for i, line in enumerate(self.field.lines):
-            if line.name == "parameter" or i in self.early:
+        for i in range(len(self.field.lines)):
+            if i in self.parameters or i in self.early:
                 continue
             if i in sums:
                 found[i] = self._finished(i, sums[i], found, values)
