@@ -402,13 +402,10 @@ class Recurrences:
         whole = (code.add(k, 1), 0) if self.early else (k, 1)
         with code.loop(*whole) as j:
             other = code(f"sub i64 {k}, {j}")
-            loaded: dict[tuple[str, str], Value] = {}
             # A series is often a factor of several products: its coefficient is read once.
+            read = functools.cache(n.load)
             for i, place in places.items():
-                for at in zip(self._factors(i), (j, other), strict=True):
-                    if at not in loaded:
-                        loaded[at] = n.load(*at)
-                a, b = (loaded[at] for at in zip(self._factors(i), (j, other), strict=True))
+                a, b = map(read, self._factors(i), (j, other))
                 own.store(own.with_product(own.load(place, 0), a, b), place, 0)
         return {i: own.load(place, 0) for i, place in places.items()}
 
