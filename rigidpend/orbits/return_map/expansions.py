@@ -88,11 +88,9 @@ def chebyshev_basis(x: Scalar, n: int, a: Precision) -> Any:
     while known < n - 1:
         # Orders k + 1 to 2 k follow from those up to k: T_(k+j) = 2 T_k T_j - T_(k-j).
         more = min(known, n - 1 - known)
-        highest = T[..., known : known + 1]
-        lower = T[..., 1 : more + 1]
-        T[..., known + 1 : known + more + 1] = (highest + highest) * lower - T[
-            ..., known - more : known
-        ][..., ::-1]
+        highest, lower = T[..., known : known + 1], T[..., 1 : more + 1]
+        below = T[..., known - more : known][..., ::-1]
+        T[..., known + 1 : known + more + 1] = (highest + highest) * lower - below
         known += more
     return T
 

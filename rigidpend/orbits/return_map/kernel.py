@@ -180,7 +180,7 @@ class _Following(Sums):
         self.one = code.number(1.0)
         self.make_room()
         with code.loop("%groups") as group:
-            first = code(f"mul i64 {group}, {LANES}")
+            first = code.mul(group, LANES)
             self._begin(first)
             with code.loop("%crossings") as k:
                 self._pass(k, first)
@@ -211,17 +211,15 @@ class _Following(Sums):
 
     def _places(self, row: int, first: str) -> list[str]:
         """The addresses of the parts of a row of the states, for a group of orbits."""
-        code, found = self.code, []
-        for part in range(self.parts):
-            begin = code(f"mul i64 %stride, {len(ROWS) * part + row}")
-            found.append(code.at("%orbits", code(f"add i64 {begin}, {first}"), "double"))
-        return found
+        code = self.code
+        begins = [code.mul("%stride", len(ROWS) * part + row) for part in range(self.parts)]
+        return [code.at("%orbits", code.add(begin, first), "double") for begin in begins]
 
     def _pass(self, k: str, first: str) -> None:
         """Follow a leg: from one crossing to the next, or from the start to the first one."""
         code, n = self.code, self.numbers
         # Leg 0 leads from the start to an upward crossing, so odd numbers leave upward ones.
-        number = code(f"add i64 {k}, %begun")
+        number = code.add(k, "%begun")
         odd = code(f"and i64 {number}, 1")
         later = code(f"select i1 {code(f'icmp eq i64 {odd}, 1')}, i64 1, i64 2")
         leg = code(f"select i1 {code(f'icmp eq i64 {number}, 0')}, i64 0, i64 {later}")
@@ -310,8 +308,8 @@ class _Following(Sums):
         code = self.code
         inside = code.load(self.inside)
         mask = code.compare("ogt", inside, "zeroinitializer")
-        image, place = code.load(self.image), code(f"mul i64 {k}, %stride")
-        place = code(f"add i64 {place}, {first}")
+        image, place = code.load(self.image), code.mul(k, "%stride")
+        place = code.add(place, first)
         # Upward beside 2 or its image 4, downward beside 3 or its image 1; image is 1 or -1.
         rising = code.binary("fsub", code.number(3.0), image)
         falling = code.binary("fadd", code.number(2.0), image)
