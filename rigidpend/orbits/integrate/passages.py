@@ -86,11 +86,9 @@ class _Polynomial:
         # Farther from zero at the middle than the slope can carry it over half of the interval.
         if abs(value_at(self.c, middle)) > self.steepest * half + self.depth:
             return
-        # The slope cannot vanish: the polynomial is monotone, and the signs at the ends decide. A
-        # zero at b is taken, one at a belongs to the interval before.
+        # The slope cannot vanish: the polynomial is monotone, and the signs at the ends decide.
         if abs(self.slope(middle)) > self.bend * half:
-            left, right = value_at(self.c, a), value_at(self.c, b)
-            if left * right < 0 or right == 0:
+            if crosses(value_at(self.c, a), value_at(self.c, b)):
                 yield self._bisected(a, b), True
             return
         if half < FINEST:
@@ -111,7 +109,7 @@ class _Polynomial:
             yield turn, False
             return
         for low, high in ((a, turn), (turn, b)):
-            if (self.exactly(low) > 0) != (self.exactly(high) > 0):
+            if crosses(self.exactly(low), self.exactly(high)):
                 yield self._bisected(low, high), True
 
     def _bisected(self, a: float, b: float) -> float:
