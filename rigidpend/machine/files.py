@@ -24,8 +24,6 @@ SEAL = b"\nrigidpend sha256 "
 SEAL_LENGTH = len(SEAL) + 64 + 1
 LARGEST = 2**31
 """Bytes of a file that is read, and of what it holds, at most."""
-COPIES = 3
-"""Number of times that a run holds a result: as parts, as a whole, and as the image of the file."""
 DAY = 86_400.0
 """Seconds without a change after which a file or folder is taken for one that was left behind."""
 
@@ -49,14 +47,14 @@ class Absent(StoreError):
 
 
 def afford(field: str, count: int, size: int, what: str) -> None:
-    """Refuse so many values of so many bytes where that is more memory than results may take.
+    """Refuse so many values of so many bytes where a result would hold more than is read again.
 
     `field` is the parameter that asks for them, `what` they are in words, with their number.
     Raises ParameterError.
     """
-    needed, most = (COPIES * x / 1e9 for x in (count * size, LARGEST))
-    if needed > most:
-        message = f"{what} need about {needed:.3g} GB of memory, and {most:.2g} GB is the most"
+    held, most = (x / 1e9 for x in (count * size, LARGEST))
+    if held > most:
+        message = f"{what} make a result of about {held:.3g} GB, and {most:.3g} GB is the most"
         raise ParameterError(field, message)
 
 
