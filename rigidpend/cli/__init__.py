@@ -73,9 +73,9 @@ def main() -> None:
 
     Output goes to stdout, messages to stderr. Exit codes: 0 done or up to
     date; 1 failed or different; 2 wrong usage or config; 3 something needed is absent; 4 an
-    error of rigidpend, with a log; 130 and 143 interrupted, what is finished is kept.
+    error of rigidpend, with a log; 130 and 143 interrupted, finished results are kept.
 
-    The last line lets bash complete commands, options and names; zsh_source is for zsh.
+    The last example lets bash complete commands, options and names; zsh_source is for zsh.
 
     \b
     Examples:

@@ -25,8 +25,8 @@ def cache_command(clear: bool, as_json: bool) -> None:
     """Print the folder of the cache, with its subfolders and their sizes.
 
     It holds compiled code, return maps and hashes of code, which are made again when they
-    are needed. Each file says what it is of, under a digest; one that is damaged, or of something
-    else, is told and made again.
+    are needed. Each file says what it was made for, and has a digest; one that is damaged, or that
+    was made for something else, is reported and made again.
 
     \b
     Examples:
@@ -44,11 +44,8 @@ def cache_command(clear: bool, as_json: bool) -> None:
         print_json({"folder": cache.folder(), "subfolders": [_document(x) for x in found]})
     else:
         click.echo(whole)
-        rows = [
-            (x.path.name, counted(len(x.files), "file"), _size(x.size), x.meaning) for x in found
-        ]
-        if rows:
-            print_table(rows)
+        if found:
+            print_table([_row(one) for one in found])
 
 
 def _row(one: Subfolder) -> list[str]:
@@ -94,7 +91,7 @@ class Finding(NamedTuple):
 def doctor_command(folder: Path, as_json: bool) -> None:
     """Print what is installed here, what is missing, and what that costs.
 
-    Versions, processors, the cache, and whether results can be written. Ends with 3 where
+    Versions, processors, the cache, and whether results can be written. Exit code 3:
     something is missing that every run needs.
 
     \b

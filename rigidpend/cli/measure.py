@@ -21,19 +21,21 @@ if TYPE_CHECKING:
 
 @click.command("bench")
 @click.option(
-    "--quick", is_flag=True, help="Small version, under a minute: a trial run, no timing."
+    "--quick",
+    is_flag=True,
+    help="Small version, under a minute, to try it: its times are not measurements.",
 )
 @OUT
 @JSON
 @SETTINGS
-@click.option("--force", is_flag=True, help="Measure even what is up to date.")
+@click.option("--force", is_flag=True, help="Measure even if the result is up to date.")
 def bench_command(
     quick: bool, folder: Path, as_json: bool, settings: tuple[str, ...], force: bool
 ) -> None:
-    """Measure our methods and others, on this machine.
+    """Measure the times and errors of our methods and of others, on this machine.
 
-    Writes FOLDER/bench.h5 and bench.png and prints the tables. An interrupted run goes on
-    where it was.
+    Writes FOLDER/bench.h5 and bench.png and prints the tables. An interrupted run
+    continues where it stopped.
 
     \b
     Examples:
@@ -48,19 +50,19 @@ def bench_command(
 
 
 @click.command("stress")
-@click.option("--quick", is_flag=True, help="Small version of every kind of trial: a minute.")
+@click.option("--quick", is_flag=True, help="Small version of every kind of trial; takes a minute.")
 @OUT
 @JSON
 @SETTINGS
 @JOBS
-@click.option("--force", is_flag=True, help="Run even what is up to date.")
+@click.option("--force", is_flag=True, help="Run even if the result is up to date.")
 def stress_command(
     quick: bool, folder: Path, as_json: bool, settings: tuple[str, ...], jobs: int, force: bool
 ) -> None:
-    """Test long times, extreme bodies, symmetries, and whether certain symbols are true.
+    """Test long times, extreme bodies, symmetries, and whether symbols called certain are right.
 
-    Writes FOLDER/stress.h5 and stress.png and prints by how much each claim passes. Ends with 1
-    where one fails. An interrupted run goes on where it was.
+    Writes FOLDER/stress.h5 and stress.png and prints by how much each claim passes. Exit code
+    1: one fails. An interrupted run continues where it stopped.
 
     \b
     Examples:

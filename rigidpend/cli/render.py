@@ -30,11 +30,11 @@ FEW = 3
 )
 @click.option("--force", is_flag=True, help="Draw figures that are up to date as well.")
 def render_command(names: tuple[str, ...], folder: Path, suffix: str, force: bool) -> None:
-    """Draw stored results as FOLDER/NAME.png, a RESULT.h5 beside itself.
+    """Draw stored results as FOLDER/NAME.png, or beside a RESULT.h5.
 
-    A figure of the same result, drawn by the same code, is kept.
+    A figure that the same code has drawn of the same result is left alone.
 
-    A result that is absent or damaged does not keep the others from being drawn; how to make it is
+    Results that are absent or damaged do not stop the others from being drawn; how to make them is
     said at the end. Exit code 1: one is damaged; 3: one that was named, or everything, is absent.
 
     \b
@@ -100,10 +100,10 @@ def _tell_absent(absent: Mapping[Path, Path], folder: Path) -> None:
 def report_command(names: tuple[str, ...], folder: Path, target: Path | None) -> None:
     """Write one page with every result: figures, numbers beside the paper's, provenance.
 
-    With names it has these results only.
+    With names it shows these results only.
 
-    The page needs no other file, no network and no script. Of a result that cannot be shown it
-    says why, and the exit code is 1.
+    The page needs no other file, no network and no script. Where a result cannot be shown
+    it says why, and the exit code is 1.
 
     \b
     Examples:

@@ -54,7 +54,7 @@ class RunOutcome:
 @OUT
 @JOBS
 @SCHEDULER
-@click.option("--force", is_flag=True, help="Compute even what is up to date.")
+@click.option("--force", is_flag=True, help="Compute even if the result is up to date.")
 @click.option(
     "-n", "--dry-run", is_flag=True, help="Only print what would be computed, and the reason."
 )
@@ -81,11 +81,11 @@ def run_command(
 
     Results are FOLDER/NAME.h5. NAME is a config's name, a file, or all. A result that is
     up to date is left alone; an interrupted run is resumed. FOLDER/NAME.log holds the messages
-    of the last run. A result RESULT.h5 in place of a name is computed again where it is, by the
-    config in it.
+    of the last run. With a RESULT.h5 in place of a name, that result is computed again where it
+    is, by the config in it.
 
-    With --sweep there is a result for each combination of values, side by side as far as --jobs
-    goes; its name tells them: FOLDER/fig4_mu=1e-3.h5.
+    With --sweep there is a result for each combination of values, with the values in its name:
+    FOLDER/fig4_mu=1e-3.h5. They are computed side by side as far as --jobs allows.
 
     With --json stdout has, for each config, its status, reason, file, seconds and error.
 
@@ -137,7 +137,7 @@ def _check_twins(named: Sequence[tuple[Path, Path]]) -> None:
     for target, path in named:
         known, twin = first.setdefault(str(target).casefold(), (target, path))
         if twin != path:
-            same = "" if known == target else ", for some systems do not tell capitals"
+            same = "" if known == target else ", because some systems ignore case"
             where = f"would both be stored as {target.name}.h5{same}"
             raise click.UsageError(f"{twin} and {path} {where}")
 

@@ -20,11 +20,11 @@ from rigidpend.config import catalogue
 def list_command(folder: Path, as_json: bool) -> None:
     """List the configs that can be named, with the state of their results.
 
-    Name, experiment, status of the result and what is uncertain in it, by the folder of the
-    config. Results without a config come last: each can be named as well.
+    Prints name, experiment, status of the result and what is uncertain in it, by the folder of the
+    config. Results without a config come last; they can be named as well.
 
-    What a config in configs/measure/ measures depends on this machine and takes minutes: it is
-    run by its name, not by all; so are configs in this folder, and results.
+    `all` does not include configs in configs/measure/, which take minutes and depend on this
+    machine, nor those in this folder, nor results without a config: give their names.
 
     \b
     Examples:
@@ -90,7 +90,7 @@ def _row(entry: dict[str, Any]) -> list[str]:
 def describe_command(name: str, settings: tuple[str, ...], resolved: bool, as_json: bool) -> None:
     """Print the parameters of a config, and what follows from them by the paper's theory.
 
-    With --resolved it is the config itself, every default and every setting in its place: a
+    With --resolved it prints the config itself, with every default and every setting filled in: a
     file that gives the same result. NAME may be all, but not with --resolved.
 
     \b

@@ -21,12 +21,13 @@ from rigidpend.machine import progress
 @click.option(
     "--reference",
     type=FOLDER,
-    help="Folder of the stored results; results/reference, and the package's for what lacks there.",
+    help="Folder of the stored results. If not given: results/reference, or the package's for"
+    " references missing there.",
 )
 @click.option(
     "--results",
     type=FOLDER,
-    help="Read the results to be compared in this folder, rather than compute them.",
+    help="Compare the results in this folder, rather than compute them.",
 )
 @SETTINGS
 @JSON
@@ -41,14 +42,14 @@ def verify_command(
 ) -> None:
     """Compute experiments again, all if none is named, and compare with stored results.
 
-    Values are compared, not bytes: symbols and texts exactly where they are certain, numbers
-    to what their experiment's arithmetic explains, and also what the files consist of, but not
-    where and when they were made. Symbols that a certificate beside the compared result proves
-    must be as proven. The exit code is 1 where something differs, 3 where there is nothing to
-    compare with.
+    Values are compared, not bytes. Texts, and symbols that are certain, must be equal; numbers may
+    differ by what their experiment's arithmetic explains. What the files consist of must be the
+    same, but not where and when they were made. Symbols that a certificate beside the compared
+    result proves must be as proven. Exit code 1: something differs; 3: there is nothing to compare
+    with.
 
-    With --set other numerics are held against the stored result, as another engine. Two results of
-    a problem of one's own are compared by the file of one and the folder of the other.
+    With --set other numerics, such as another engine, are compared with the stored result. To
+    compare two results of your own problem, give the file of one and the folder of the other.
 
     \b
     Examples:
@@ -159,7 +160,7 @@ def _tell(outcome: dict[str, Any]) -> None:
 @click.command("reference")
 @click.argument("names", nargs=-1, metavar=f"[{NAMED}|all]...", shell_complete=complete_names)
 @click.option(
-    "--reason", default="", help="Reason for the renewal; kept in the file, after earlier ones."
+    "--reason", default="", help="Reason for the renewal; the file keeps it, after earlier ones."
 )
 @click.option(
     "--reference",

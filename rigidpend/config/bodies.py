@@ -113,7 +113,7 @@ class WeightedBodies(Part):
 
         check_energy("h0", self.h0, self.mu[-1])
         if not (self.mu[0] / self.h0).at(53) > LEAST:
-            message = f"mu = {self.mu[0]} is below {LEAST} h0, where doubles lose it"
+            message = f"mu = {self.mu[0]} is below {LEAST} h0, too small for doubles"
             raise ProblemError("mu", message)
         return self
 

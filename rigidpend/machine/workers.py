@@ -212,9 +212,7 @@ def _processes(count: int, lines: Any) -> AbstractContextManager[Executor]:
     from multiprocessing import current_process, get_context
 
     if current_process().daemon:
-        raise WorkerError(
-            "this process belongs to a pool that lets it begin none of its own: take jobs=1"
-        )
+        raise WorkerError("this process belongs to a pool and cannot start processes: use jobs=1")
     # A fork would copy the locks of threads that do not run in the child.
     spawn = get_context("spawn")
     pool = ProcessPoolExecutor(count, spawn, initializer=_follow_parent, initargs=(lines,))
@@ -272,8 +270,8 @@ def _ended(pool: Executor, end: Callable[[], object]) -> Iterator[Executor]:
         yield pool
     except BrokenExecutor:
         raise WorkerError(
-            "a worker process was killed, perhaps for want of memory; what is finished is kept:"
-            " the same command again continues"
+            "a worker process was killed, perhaps for lack of memory; finished parts are kept,"
+            " and the same command continues"
         ) from None
     except BaseException:
         end()

@@ -177,7 +177,7 @@ def decided_by(maps: Maps, *, sampled: bool = True) -> Mapped:
     if open_.size and beyond:
         # A plane is computed in parts, and each would repeat the warning.
         if n == run.orbits:
-            reason = f"their symbols ask for more than the {maps.most_bits} bits of the maps"
+            reason = f"their symbols need more than the {maps.most_bits} bits of the maps"
             costs.warned(run.problem, open_.size, n, costs.beyond_maps(run.problem), reason)
         climbing = handed_over(maps, run.crossings, known, beyond)
         # One computation in each precision but the last: one in the next precision settles more
@@ -232,10 +232,10 @@ def _alarm(run: Run, wrong: NDArray[np.intp]) -> str:
     first = wrong[0]
     J1 = run.starts.J1_0[first] if run.starts else run.problem.J1_0
     return (
-        "return maps and integration call different symbols certain, so that neither is to be"
-        f" believed: of a sample {wrong.size} differ, the first at theta2_0 ="
+        "return maps and integration call different symbols certain, so neither can be trusted:"
+        f" {wrong.size} of the orbits in a sample differ, the first at theta2_0 ="
         f" {run.phases.high[first]} and J1_0 = {J1}; please report it (precisions that do not"
-        " begin with 53 do without maps)"
+        " begin with 53 use no maps)"
     )
 
 

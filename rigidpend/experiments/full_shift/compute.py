@@ -180,7 +180,7 @@ def checked(config: Config, data: Data) -> Proven:
     links = list(zip([starts, *before], orbits[len(sets) :], strict=True))
     start, crossed, symbols = coverings.prove_line(numbers, links, sets, arrivals)
     if tuple(symbols) != _asked(config):
-        raise Undecided("the symbols of the approach are others than its config asks for")
+        raise Undecided("the symbols of the approach differ from those that its config asks for")
     # Theorems 1 and 2 are proven here: a doubt on a further one is noted, and does not end the
     # check. With an approach nothing is claimed of how many starts have a code: no C7 of the line.
     cones = [*itertools.chain(*relations), *([] if before else crossed)]

@@ -37,13 +37,17 @@ class Problem(HeavyBody):
             raise ParameterError("mu", "without a weight no orbit leaves a surface: mu > 0")
         name, level = ("h", self.h) if self.h is not None else ("h0", self.h0)
         if level is None or (self.h is not None and self.h0 is not None):
-            raise ParameterError("h", "either h or h0 is wanted")
+            raise ParameterError("h", "give either h or h0")
         check_energy(name, level, self.mu)
         if self.h0 is not None and float(self.around):
-            raise ParameterError("around", "with h0 the energies are those of the line")
+            raise ParameterError(
+                "around", "give it with h, not with h0: there the energies are those of the line"
+            )
         if self.approach is not None:
             if self.h0 is None:
-                raise ParameterError("approach", "an approach is of starts of one h0")
+                raise ParameterError(
+                    "approach", "an approach needs h0: it belongs to starts with one h0"
+                )
             from rigidpend.routes.symbolic.address import AddressError, parsed
 
             try:
@@ -51,10 +55,10 @@ class Problem(HeavyBody):
             except AddressError as error:
                 raise ParameterError("approach", str(error)) from None
         if not 0 <= float(self.around) < 0.1:
-            said = f"a number from 0 to less than 0.1 is wanted, got {self.around}"
+            said = f"expected a number from 0 to less than 0.1, got {self.around}"
             raise ParameterError("around", said)
         if self.J1_0.fraction is None or not 0 < float(self.J1_0) < 1e-3:
-            said = f"a decimal or fraction between 0 and 0.001 is wanted, got {self.J1_0}"
+            said = f"expected a decimal or fraction between 0 and 0.001, got {self.J1_0}"
             raise ParameterError("J1_0", said)
         return self
 
