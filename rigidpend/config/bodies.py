@@ -103,7 +103,7 @@ class WeightedBodies(Part):
     h0: Number
     """Energy of the orbits, h0 > mu, dimensionless."""
     mu: Weights
-    """Weights times the distance of the centre of gravity, ascending from above 0, physical."""
+    """Weights times the distance of the centre of gravity, ascending, above 0, physical."""
     bodies: Annotated[dict[Word, UnweightedBody], Field(min_length=1, max_length=26)]
     """Named bodies; physical units."""
 

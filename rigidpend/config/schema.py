@@ -223,7 +223,7 @@ class DoubleNumerics(Part):
     """Numerics of experiments in double precision only."""
 
     engine: Annotated[Auto[Literal["taylor", "scipy"]], BeforeValidator(_engine)] = None
-    """taylor, by a kernel compiled here, or scipy (DOP853); auto is taylor where LLVM is."""
+    """taylor, by a kernel compiled here, or scipy (DOP853); auto is taylor if LLVM is installed."""
 
     tolerance: Auto[Annotated[Number, TOLERANCE]] = None
     """Local tolerance in double precision, dimensionless; auto is the engine's own."""

@@ -17,7 +17,7 @@ class Problem(HeavyBody):
     h: Number
     """Energy of all orbits (eq. h0_new), dimensionless."""
     J1_0: Number
-    """Action at which theta2_0 of an orbit is told, dimensionless, small beside J2."""
+    """Action at which theta2_0 of an orbit is given, dimensionless, small beside J2."""
     symbols: Annotated[Whole, Field(ge=0, le=8)]
     """Symbols of the longest codes: passages between the first crossing and the last."""
     half_turns: Annotated[Whole, Field(ge=1, le=1000)]
@@ -25,7 +25,7 @@ class Problem(HeavyBody):
     drawn: Annotated[Whole, Field(ge=0, le=4)]
     """Number of orbits that are sampled: one with no symbol, one with one, and so on."""
     columns: Annotated[Whole, Field(ge=10, le=10_000)]
-    """Phases of the route codes beside which the orbits are put."""
+    """Number of phases whose route codes are shown beside the orbits."""
 
     @property
     def routes(self) -> RouteProblem:

@@ -43,7 +43,7 @@ class Search(Part):
     tolerances: Annotated[tuple[Tolerance, ...], Field(min_length=1)]
     """Local tolerances of methods that choose their steps, dimensionless."""
     slowest: Seconds
-    """Longest time for all, seconds: what is slower meets nobody, and is tried no finer."""
+    """Longest time for all orbits, seconds: a slower method meets none, and is tried no finer."""
 
 
 class Meeting(Part):
@@ -65,7 +65,7 @@ class RandomPhases(Part):
 
 
 class Bodies(Part):
-    """Bodies drawn by lot: the first call with each, and the same call again."""
+    """Random bodies: the first call with each, and the same call again."""
 
     methods: Annotated[Methods, Field(min_length=1)]
     """Names of the methods; the first is ours."""
@@ -74,15 +74,15 @@ class Bodies(Part):
     drawn: Annotated[Whole, Field(ge=0, le=1000)] = 20
     """Number of bodies that the seed draws."""
     seed: Whole = 1
-    """Seed of these."""
+    """Seed of the bodies that are drawn."""
     orbits: Count = 20_000
     """Orbits of each body, of 15 symbols."""
     seconds: Seconds
-    """Time of a peer at a body, seconds of solving: it follows fewer orbits where it is slow.
+    """Time of a peer with a body, seconds of solving: a slow one follows fewer orbits.
 
     The truth, where two methods differ, has four times as much."""
     longest: Annotated[Whole, Field(ge=1, le=3600)] = 6
-    """Time of ours at a body, seconds: it follows fewer orbits where more would take longer."""
+    """Longest time of ours with a body, seconds: it follows as many orbits as that allows."""
 
 
 class Config(ExperimentConfig):

@@ -17,13 +17,13 @@ class Problem(HeavyBody):
     h: Number
     """Energy of all orbits (eq. h0_new), dimensionless."""
     half_turns: Annotated[Whole, Field(ge=1, le=1000)]
-    """Half rotations of every passage; the fewer, the less stretching."""
+    """Half rotations of every passage; with fewer, deviations grow less."""
     longest: Annotated[Whole, Field(ge=1, le=10)]
     """Symbols of the longest words."""
     verified: Annotated[Whole, Field(ge=0, le=10)]
     """Symbols of the longest words whose orbits are integrated in 113 bits."""
     symbols: Annotated[Whole, Field(ge=100, le=10_000)]
-    """Symbols of the long orbit beside which averages over closed ones are put."""
+    """Symbols of the long orbit that averages over closed ones are compared with."""
 
     @model_validator(mode="after")
     def _rotates(self) -> Self:

@@ -23,13 +23,13 @@ class Problem(HeavyBody):
     J1_0: Number
     """Initial action of a line of starts, dimensionless, a decimal or fraction, J1_0 > 0."""
     half_turns: Auto[Annotated[Whole, Field(ge=1, le=100)]] = None
-    """Half rotations of every passage, by which sets are smaller; searched unless given."""
+    """Half rotations of every passage; with more, sets are smaller. Searched unless given."""
     lengths: Annotated[Whole, Field(ge=1, le=4)] = 1
-    """Numbers of half rotations of each symbol: half_turns, 2 more, and so on, a set of each."""
+    """Number of sets of each symbol: with half_turns half rotations, with 2 more, and so on."""
     approach: Auto[str] = None
-    """Address of an orbit of h0 whose last crossing lies between the sets: passages before them."""
+    """Address of an orbit of h0 whose last crossing lies between the sets: starts come along it."""
     around: Number = exact(0)
-    """Share by which h may differ, dimensionless: one proof is of all these energies."""
+    """Share by which h may differ, dimensionless: one proof holds for all these energies."""
 
     @model_validator(mode="after")
     def _rotates(self) -> Self:

@@ -18,7 +18,7 @@ class Problem(RouteStart):
     """Starts with all theta2_0 from 0 to 2 pi."""
 
     n_symbols: Annotated[Whole, Field(ge=1, le=8)] = 3
-    """Symbols that are to be proven, at most."""
+    """Largest number of symbols to be proven on an interval."""
     halvings: Annotated[Whole, Field(ge=1, le=20)] = 7
     """Times that the line is halved: no interval is shorter than 2 pi/2^halvings."""
     columns: PhaseGrid = PhaseGrid.model_validate(FIG4)

@@ -27,7 +27,7 @@ class Extremes(Part):
     """Bodies, energies and starts at the ends of their ranges."""
 
     columns: Annotated[Whole, Field(ge=1, le=8)] = 8
-    """Orbits of each."""
+    """Number of orbits of each."""
     n_symbols: Annotated[Whole, Field(ge=1, le=15)] = 15
     """Symbols on each orbit, fewer where a passage takes many rotations."""
 
@@ -36,20 +36,20 @@ class Passages(Part):
     """Growth of errors from passage to passage."""
 
     orbits: Count = 64
-    """Whose errors are measured."""
+    """Number of orbits whose errors are measured."""
     n_crossings: Annotated[Whole, Field(ge=8, le=20)] = 16
-    """On each orbit."""
+    """Number of crossings on each orbit."""
     columns: dict[Literal["53", "64", "106", "113"], Count]
-    """Orbits on which each precision decides what it can."""
+    """Number of orbits on which each precision decides what it can."""
     checked: dict[Literal["53", "64", "106", "113"], Count]
-    """Number of them that are held against a higher precision."""
+    """Number of them that are compared with a higher precision."""
 
 
 class Honesty(Part):
     """Flags `certain` at spoilt tolerances."""
 
     orbits: Count = 100_000
-    """All of them at every tolerance."""
+    """Number of orbits, all of them at every tolerance."""
     checked: Annotated[Whole, Field(ge=3, le=10**5)] = 150
     """Number of them that are followed in principal axes in 113 bits in any case."""
     tolerances: Annotated[tuple[Spoilt, ...], Field(min_length=1, max_length=10)]
