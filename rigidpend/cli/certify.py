@@ -45,9 +45,9 @@ def certify_command(
 ) -> None:
     """Prove the symbols of route codes, each for the exact problem of the config.
 
-    Writes what is proven, and the polynomials that prove it, to FOLDER/NAME.certificate.h5, or
-    beside a RESULT.h5. An orbit that cannot be proven is undecided, with the reason; its code is
-    never guessed. An interrupted proof continues where it stopped.
+    Writes FOLDER/NAME.certificate.h5, or for a RESULT.h5 a file beside it, with the proven
+    symbols and the polynomials that prove them. An orbit that cannot be proven is undecided,
+    with the reason; its code is never guessed. An interrupted proof continues when called again.
 
     \b
     Examples:
@@ -59,7 +59,7 @@ def certify_command(
         raise click.UsageError("give names of configs, or a certificate with --check")
     from rigidpend.runs import certificates, loading
 
-    # Told at the end, so that --json prints one document.
+    # Printed at the end, so that --json gives one document.
     told: dict[str, Sequence[Summary | Theorem]] = {}
     if file:
         told[str(file)] = certificates.check(file, jobs=jobs, report=say)

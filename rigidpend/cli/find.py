@@ -19,7 +19,7 @@ if TYPE_CHECKING:
     from rigidpend.routes.symbolic import FoundOrbit
 
 SHOWN = 400
-"""Largest number of characters of an address that the table shows; --json has all."""
+"""Largest number of characters of an address that the table shows; --json shows all."""
 
 
 @click.command("find")
@@ -76,10 +76,9 @@ def find_command(
     """Find the initial phase whose orbit has a given route code.
 
     NAME is a config with one body, an energy constant h0 and an initial action J1_0, as fig4 and
-    fig5. Few half rotations are chosen where none are given. Integration of the full equations
+    fig5. Half rotations that are not given are chosen small. Integration of the full equations
     confirms the symbols that the digits determine. Infinitely many orbits have a code: --decimals
-    lists those whose phase is round. Exit code 1: there is no such orbit; the
-    message says why.
+    lists those with phases of few decimals. Exit code 1: there is no such orbit, with the reason.
 
     \b
     Examples:
@@ -128,7 +127,7 @@ def find_command(
     if proof:
         from rigidpend.runs import orbit_proofs
 
-        # Asked before a search that may take minutes.
+        # Checked before a search that may take minutes.
         orbit_proofs.prepare(proof)
     with listening(say):
         found = symbolic.find_orbit(code=codes[0], jobs=jobs, **given)
@@ -167,7 +166,7 @@ def _computed(
 def _found(
     code: str, given: dict[str, Any], done: Callable[[str], object] = tell_nobody
 ) -> dict[str, Any]:
-    """The orbit of a code as plain data, or why there is none; `done` is told the code then."""
+    """The orbit of a code as plain data, or the reason for none; `done` is called afterwards."""
     from rigidpend.routes.symbolic import NoOrbit, find_orbit
 
     try:
@@ -187,7 +186,7 @@ def _row(document: dict[str, Any]) -> tuple[str, str, str]:
 
 
 def _list(code: str, decimals: int, given: dict[str, Any], as_json: bool, jobs: int) -> None:
-    """Print the round phases of a code."""
+    """Print the phases of few decimals whose orbits have a code."""
     from rigidpend.machine.workers import listening
     from rigidpend.routes.symbolic import NoOrbit
     from rigidpend.routes.symbolic.follow import round_phases

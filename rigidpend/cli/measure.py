@@ -34,8 +34,8 @@ def bench_command(
 ) -> None:
     """Measure the times and errors of our methods and of others, on this machine.
 
-    Writes FOLDER/bench.h5 and bench.png and prints the tables. An interrupted run
-    continues where it stopped.
+    Writes FOLDER/bench.h5 and bench.png and prints the tables. An interrupted run continues
+    when called again.
 
     \b
     Examples:
@@ -44,7 +44,7 @@ def bench_command(
     """
     from rigidpend.experiments.bench import report
 
-    # One at a time: whatever runs beside a timing disturbs it.
+    # One at a time, because anything that runs beside a timing disturbs it.
     result = measured("bench", quick, settings, folder, force=force, jobs=1)
     _tell(result, report.tables(result), as_json)
 
@@ -61,8 +61,8 @@ def stress_command(
 ) -> None:
     """Test long times, extreme bodies, symmetries, and whether symbols called certain are right.
 
-    Writes FOLDER/stress.h5 and stress.png and prints by how much each claim passes. Exit code
-    1: one fails. An interrupted run continues where it stopped.
+    Writes FOLDER/stress.h5 and stress.png and prints the margin of each claim. Exit code 1: a
+    claim failed. An interrupted run continues when called again.
 
     \b
     Examples:
@@ -81,7 +81,7 @@ def stress_command(
 def measured(
     name: str, quick: bool, settings: Sequence[str], folder: Path, *, force: bool, jobs: int
 ) -> Loaded:
-    """Run a measurement unless it is up to date, and draw it; its result."""
+    """Run a measurement unless it is up to date, draw it, and return the result."""
     from rigidpend import render
     from rigidpend.results import store
     from rigidpend.runs import loading, runner
@@ -103,7 +103,7 @@ def measured(
 
 
 def _tell(result: Loaded, tables: Sequence[Table], as_json: bool) -> None:
-    """Print what was measured, and where: as tables, or as data."""
+    """Print measurements with their machine, as tables or as data."""
     machine = result["provenance"]
     if as_json:
         print_json({"machine": machine, "data": result["data"]})

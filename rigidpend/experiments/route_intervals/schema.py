@@ -18,9 +18,9 @@ class Problem(RouteStart):
     """Starts with all theta2_0 from 0 to 2 pi."""
 
     n_symbols: Annotated[Whole, Field(ge=1, le=8)] = 3
-    """Largest number of symbols to be proven on an interval."""
+    """Largest number of symbols to be proven."""
     halvings: Annotated[Whole, Field(ge=1, le=20)] = 7
-    """Times that the line is halved: no interval is shorter than 2 pi/2^halvings."""
+    """Largest number of times that the line is halved, to intervals of 2 pi/2^halvings."""
     columns: PhaseGrid = PhaseGrid.model_validate(FIG4)
     """Single starts theta2_0 that are integrated and drawn above: Fig. 4's left array."""
 

@@ -28,11 +28,11 @@ SHARE = 4e-3
 The correction to Melnikov's amplitude is 3.4 (mu/h0)^2 with the body of Fig. 4: a thousandth of
 it is resolved."""
 COARSEST = 1e-9
-"""Largest error that is admitted, however large mu is."""
+"""Largest admitted error for any mu."""
 RELATIVE = 1e-13
-"""Allowed relative difference of numbers of closed form."""
+"""Allowed relative difference of numbers in closed form."""
 MARGIN = 2
-"""Allowed difference of two results, in units of the error that is admitted of each."""
+"""Allowed difference of two results, in units of the admitted error of each."""
 
 
 def admitted(mu_over_h0: Any) -> Any:
@@ -41,7 +41,7 @@ def admitted(mu_over_h0: Any) -> Any:
 
 
 def _error(stored: Data, fresh: Data) -> Any:
-    """The error that is admitted; of what is not resolved nothing is claimed."""
+    """The admitted error; infinite for an unresolved excess, of which nothing is claimed."""
     return np.where(stored["resolved"], admitted(stored["mu_over_h0"]), np.inf)
 
 
