@@ -23,8 +23,8 @@ PLAIN = {
 """Messages in plain words for pydantic's errors, by its names for them."""
 
 OF_J3 = (
-    ": J3 is 0, for M is horizontal; with another one the axis of rotation is tilted, gravity turns"
-    " the body out of it, and there is no pendulum motion to start from"
+    ": J3 is 0, because M is horizontal; with another one the axis of rotation is tilted, gravity"
+    " turns the body out of it, and there is no pendulum motion to start from"
 )
 NEVER = {"J3": OF_J3, "J3_0": OF_J3}
 """Keys that no config can have, with the reason."""

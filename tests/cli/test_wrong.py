@@ -43,7 +43,7 @@ LONG, NEARLY, LONG_WORD = "n" * 300, "n" * 245, "9x" * 40_000
 
 WRONG = """
 run fig | 2 | fig: no such config; did you mean fig
-run fig4 --set problem.J3=1 | 2 | --set problem.J3=1: problem.J3: unknown key: J3 is 0, for M is h
+run fig4 --set problem.J3=1 | 2 | --set problem.J3=1: problem.J3: unknown key: J3 is 0, because
 run fig4 --set problem.A[0]=3 | 2 | an entry of a list is written problem.A.0=3
 run fig4 --set problem.A=2,1,1.5 | 2 | expected a list, got '2,1,1.5'; write [2,1,1.5]
 run fig4 --set nsymbols=3 | 2 | unknown key; did you mean problem.n_symbols?
@@ -168,7 +168,7 @@ class Ours(ArithmeticError):
 
 CUT = "marshal data too short"
 """What Python says of compiled code that is cut short."""
-MEND = f"{CUT}: remove the folders __pycache__ of rigidpend, cut short by a full disk"
+MEND = f"{CUT}: a full disk cut a file short; remove the folders __pycache__ of rigidpend"
 OF_OURS = (
     *(EOFError("x"), FloatingPointError("x"), ZeroDivisionError("x"), OverflowError("x")),
     *(KeyError("x"), ModuleNotFoundError("x", name="rigidpend.x")),

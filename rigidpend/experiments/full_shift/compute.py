@@ -43,10 +43,10 @@ FURTHER = (
     " is that of one orbit from T1 to T2, and of only one",
 )
 """Sentences of Theorems 3, 4 and 8, which may be undecided where Theorems 1 and 2 are proven."""
-OF_ENERGIES = "all of this of every energy that differs from h by at most {1!r}"
+OF_ENERGIES = "all of this holds for every energy that differs from h by at most {1!r}"
 OF_ONE_J2 = (
-    "all of this of every energy that differs from h0 + {0!r} by at most {1!r}, but the starts"
-    " are those of one J2_0 = sqrt(2 h0/kappa), which have these energies"
+    "all of this holds for every energy that differs from h0 + {0!r} by at most {1!r}, but the"
+    " starts are those of one J2_0 = sqrt(2 h0/kappa), which have these energies"
 )
 
 
