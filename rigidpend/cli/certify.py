@@ -27,10 +27,10 @@ if TYPE_CHECKING:
     "--check",
     "file",
     type=FILE,
-    help="Check the proof in a certificate, or in a result that holds one as full_shift.h5 and"
-    " fig4_intervals.h5, again, without integration.",
+    help="Check again the proof in a certificate, or in a result such as full_shift.h5 or"
+    " fig4_intervals.h5, without integration.",
 )
-@click.option("--force", is_flag=True, help="Prove even what is up to date.")
+@click.option("--force", is_flag=True, help="Prove even if the certificate is up to date.")
 @JSON
 def certify_command(
     names: tuple[str, ...],

@@ -93,7 +93,7 @@ def sentence(error: BaseException, log: Callable[[BaseException], Path] | None =
         return "not enough memory; fewer orbits or fewer --jobs need less"
     # On a full disk Python 3.11 and 3.12 may leave truncated files of compiled code.
     if isinstance(error, EOFError) and "marshal" in str(error):
-        return f"{error}: remove the folders __pycache__ of rigidpend, cut short by a full disk"
+        return f"{error}: a full disk cut a file short; remove the folders __pycache__ of rigidpend"
     # Errors of the package say themselves what to do.
     if type(error) is ModuleNotFoundError and code == ABSENT:
         return f"{error.name} is needed and not installed"

@@ -44,11 +44,8 @@ def cache_command(clear: bool, as_json: bool) -> None:
         print_json({"folder": cache.folder(), "subfolders": [_document(x) for x in found]})
     else:
         click.echo(whole)
-        rows = [
-            (x.path.name, counted(len(x.files), "file"), _size(x.size), x.meaning) for x in found
-        ]
-        if rows:
-            print_table(rows)
+        if found:
+            print_table([_row(one) for one in found])
 
 
 def _row(one: Subfolder) -> list[str]:

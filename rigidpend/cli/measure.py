@@ -21,16 +21,18 @@ if TYPE_CHECKING:
 
 @click.command("bench")
 @click.option(
-    "--quick", is_flag=True, help="Small version, under a minute: a trial run, no timing."
+    "--quick",
+    is_flag=True,
+    help="Small version, under a minute, to try it: its times are not measurements.",
 )
 @OUT
 @JSON
 @SETTINGS
-@click.option("--force", is_flag=True, help="Measure even what is up to date.")
+@click.option("--force", is_flag=True, help="Measure even if the result is up to date.")
 def bench_command(
     quick: bool, folder: Path, as_json: bool, settings: tuple[str, ...], force: bool
 ) -> None:
-    """Measure our methods and others, on this machine.
+    """Measure the times and errors of our methods and of others, on this machine.
 
     Writes FOLDER/bench.h5 and bench.png and prints the tables. An interrupted run continues
     when called again.
@@ -48,16 +50,16 @@ def bench_command(
 
 
 @click.command("stress")
-@click.option("--quick", is_flag=True, help="Small version of every kind of trial: a minute.")
+@click.option("--quick", is_flag=True, help="Small version of every kind of trial; takes a minute.")
 @OUT
 @JSON
 @SETTINGS
 @JOBS
-@click.option("--force", is_flag=True, help="Run even what is up to date.")
+@click.option("--force", is_flag=True, help="Run even if the result is up to date.")
 def stress_command(
     quick: bool, folder: Path, as_json: bool, settings: tuple[str, ...], jobs: int, force: bool
 ) -> None:
-    """Test long times, extreme bodies, symmetries, and whether certain symbols are true.
+    """Test long times, extreme bodies, symmetries, and whether symbols called certain are right.
 
     Writes FOLDER/stress.h5 and stress.png and prints the margin of each claim. Exit code 1: a
     claim failed. An interrupted run continues when called again.

@@ -22,7 +22,7 @@ class NamedPath(click.Path):
 
     def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> Any:
         if not str(value):
-            self.fail(f"expected the name of a {self.name}, got an empty text", param, ctx)
+            self.fail(f"expected the name of a {self.name}, got empty text", param, ctx)
         return super().convert(value, param, ctx)
 
 
@@ -90,6 +90,6 @@ SCHEDULER = click.option(
     "--scheduler",
     metavar="ADDRESS",
     callback=_scheduler,
-    help="Let the workers of this Dask scheduler compute, as tcp://host:8786 (extra `cluster`).",
+    help="Compute on the workers of a Dask scheduler, as at tcp://host:8786 (extra `cluster`).",
 )
 JSON = click.option("--json", "as_json", is_flag=True, help="Print one JSON document.")

@@ -32,7 +32,7 @@ FEW = 3
 def render_command(names: tuple[str, ...], folder: Path, suffix: str, force: bool) -> None:
     """Draw stored results as FOLDER/NAME.png, or a RESULT.h5 as a figure beside it.
 
-    A figure of the same result, drawn by the same code, is kept.
+    A figure that the same code has drawn of the same result is left alone.
 
     If a result is absent or damaged, the others are drawn all the same, and advice on making it
     comes last. Exit code 1: a result is damaged; 3: a named result, or every result, is absent.

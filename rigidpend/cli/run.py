@@ -54,7 +54,7 @@ class RunOutcome:
 @OUT
 @JOBS
 @SCHEDULER
-@click.option("--force", is_flag=True, help="Compute even what is up to date.")
+@click.option("--force", is_flag=True, help="Compute even if the result is up to date.")
 @click.option(
     "-n", "--dry-run", is_flag=True, help="Only print what would be computed, and the reason."
 )
@@ -137,7 +137,7 @@ def _check_twins(named: Sequence[tuple[Path, Path]]) -> None:
     for target, path in named:
         known, twin = first.setdefault(str(target).casefold(), (target, path))
         if twin != path:
-            same = "" if known == target else ", for some systems do not tell capitals"
+            same = "" if known == target else ", because some systems ignore case"
             where = f"would both be stored as {target.name}.h5{same}"
             raise click.UsageError(f"{twin} and {path} {where}")
 

@@ -21,12 +21,13 @@ from rigidpend.machine import progress
 @click.option(
     "--reference",
     type=FOLDER,
-    help="Folder of the stored results; results/reference, and the package's for what lacks there.",
+    help="Folder of the stored results. If not given: results/reference, or the package's for"
+    " references missing there.",
 )
 @click.option(
     "--results",
     type=FOLDER,
-    help="Read the results to be compared in this folder, rather than compute them.",
+    help="Compare the results in this folder, rather than compute them.",
 )
 @SETTINGS
 @JSON
@@ -158,7 +159,7 @@ def _tell(outcome: dict[str, Any]) -> None:
 @click.command("reference")
 @click.argument("names", nargs=-1, metavar=f"[{NAMED}|all]...", shell_complete=complete_names)
 @click.option(
-    "--reason", default="", help="Reason for the renewal; kept in the file, after earlier ones."
+    "--reason", default="", help="Reason for the renewal; the file keeps it, after earlier ones."
 )
 @click.option(
     "--reference",

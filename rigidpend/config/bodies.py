@@ -103,7 +103,7 @@ class WeightedBodies(Part):
     h0: Number
     """Energy of the orbits, h0 > mu, dimensionless."""
     mu: Weights
-    """Weights times the distance of the centre of gravity, ascending from above 0, physical."""
+    """Weights times the distance of the centre of gravity, ascending, above 0, physical."""
     bodies: Annotated[dict[Word, UnweightedBody], Field(min_length=1, max_length=26)]
     """Named bodies; physical units."""
 
@@ -113,7 +113,7 @@ class WeightedBodies(Part):
 
         check_energy("h0", self.h0, self.mu[-1])
         if not (self.mu[0] / self.h0).at(53) > LEAST:
-            message = f"mu = {self.mu[0]} is below {LEAST} h0, where doubles lose it"
+            message = f"mu = {self.mu[0]} is below {LEAST} h0, too small for doubles"
             raise ProblemError("mu", message)
         return self
 

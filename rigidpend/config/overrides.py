@@ -149,7 +149,7 @@ def check_free(name: str, origin: Origin) -> None:
     if name != name.encode("utf-8", "replace").decode():
         raise ConfigError.of(origin, "the name of the file is not text in UTF-8: rename the file")
     if name.casefold().endswith(CERTIFICATE):
-        taken = f"what ends in {CERTIFICATE} is the proof of a result"
+        taken = f"names that end in {CERTIFICATE} are kept for proofs"
         raise ConfigError.of(origin, f"choose another name than {name!r}: {taken}")
 
 

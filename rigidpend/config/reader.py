@@ -91,7 +91,7 @@ def _reason(error: yaml.MarkedYAMLError) -> str:
     """Reason that a text is no YAML, with the line where an unclosed part began."""
     reason, begun, found = str(error.problem), error.context_mark, error.problem_mark
     if "'\\t'" in reason:
-        return f"{reason}: write blanks in the place of the tab"
+        return f"{reason}: write spaces in place of the tab"
     # For wrong indentation the beginning of the block would explain nothing.
     if not begun or not found or begun.line == found.line or "block" in str(error.context):
         return reason
@@ -107,7 +107,7 @@ def _text(path: Path) -> str:
         reason = f"cannot be read: {error.strerror or error}"
         raise ConfigError.of(Origin(str(path)), reason) from None
     if len(raw) > MAX_BYTES:
-        message = f"larger than {MAX_BYTES} bytes, which no config is"
+        message = f"larger than {MAX_BYTES} bytes, the most that a config may have"
         raise ConfigError.of(Origin(str(path)), message)
     try:
         return raw.decode("utf-8")
@@ -179,13 +179,13 @@ class _Reader:
 def _refused(event: Any) -> str:
     """Reason to refuse a node; empty if it is accepted."""
     if isinstance(event, yaml.AliasEvent) or event.anchor:
-        return "anchors and aliases are not read: write it out"
+        return "anchors and aliases are not allowed: write the value out"
     # Tags choose types, but types are the schema's choice.
     if event.tag is not None:
-        return f"the tag {event.tag} is not read"
+        return f"the tag {event.tag} is not allowed"
     value = getattr(event, "value", "")
     if len(value) > MAX_SCALAR:
-        return f"a value of {len(value)} characters: at most {MAX_SCALAR} are read"
+        return f"a value of {len(value)} characters: at most {MAX_SCALAR} are allowed"
     # By YAML's escapes a text could contain control characters, or half of a
     # surrogate pair, which no file can store.
     if any(

@@ -204,7 +204,7 @@ class PhaseGrid(Part):
         first, _, whole, _ = _reaches(self.start, self.step, self.count)
         for field, reach in (("start", first), ("step", whole)):
             if not reach < LARGEST:
-                message = f"phases beyond {LARGEST:.0e} have no meaning left in doubles"
+                message = f"phases beyond {LARGEST:.0e} cannot be resolved in doubles"
                 raise ParameterError(field, message)
         self.apart(FINEST)
         return self
@@ -215,7 +215,7 @@ class PhaseGrid(Part):
         # By ldexp, because 2.0**-bits vanishes below 2^-1074.
         if self.count > 1 and not step > math.ldexp(farthest, -bits):
             lost = f"equal in {bits} bits" if step else "equal in doubles"
-            message = f"the step {self.step} leaves {self.count} columns {lost}: take a larger one"
+            message = f"the step {self.step} makes {self.count} columns {lost}: take a larger one"
             raise ParameterError("step", message)
 
 
@@ -223,7 +223,7 @@ class DoubleNumerics(Part):
     """Numerics of experiments in double precision only."""
 
     engine: Annotated[Auto[Literal["taylor", "scipy"]], BeforeValidator(_engine)] = None
-    """taylor, by a kernel compiled here, or scipy (DOP853); auto is taylor where LLVM is."""
+    """taylor, by a kernel compiled here, or scipy (DOP853); auto is taylor if LLVM is installed."""
 
     tolerance: Auto[Annotated[Number, TOLERANCE]] = None
     """Local tolerance in double precision, dimensionless; auto is the engine's own."""

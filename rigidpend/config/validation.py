@@ -13,9 +13,9 @@ PLAIN = {
     "model_type": "expected keys with values",
     "dict_type": "expected keys with values",
     "tuple_type": "expected a list",
-    "string_type": "expected a text",
+    "string_type": "expected text",
     "string_pattern_mismatch": "expected a word of letters, digits and _",
-    "string_too_long": "expected a word of {max_length} letters at most",
+    "string_too_long": "expected a word of at most {max_length} letters",
     "too_short": "expected at least {min_length}",
     "too_long": "expected at most {max_length} values",
     "literal_error": "expected {expected}",
@@ -23,8 +23,8 @@ PLAIN = {
 """Messages in plain words for pydantic's errors, by its names for them."""
 
 OF_J3 = (
-    ": J3 is 0, for M is horizontal; with another one the axis of rotation is tilted, gravity turns"
-    " the body out of it, and there is no pendulum motion to start from"
+    ": J3 is 0, because M is horizontal; with another one the axis of rotation is tilted, gravity"
+    " turns the body out of it, and there is no pendulum motion to start from"
 )
 NEVER = {"J3": OF_J3, "J3_0": OF_J3}
 """Keys that no config can have, with the reason."""

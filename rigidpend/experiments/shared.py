@@ -160,12 +160,22 @@ def mu_over_h0(problem: WeightedBodies) -> Array:
     return np.array([float(mu / problem.h0) for mu in problem.mu])
 
 
-def slope(ratio: Array, values: Array, floor: Array | float = 0.0) -> float:
-    """Fit the slope of log(values) over log(mu); NaN for fewer than two points.
+def slope_weights(ratio: Array, values: Array, floor: Array | float = 0.0) -> Array:
+    """Weights (n,) of log(values) in the slope over log(mu), which least squares fit.
 
-    Values at mu/h0 above `SMALL` are left out, and values up to `floor`, which are rounding.
+    They are 0 for values at mu/h0 above `SMALL`, and for values up to `floor`, which are rounding.
+    All are 0 for fewer than two points.
     """
     kept = (ratio <= SMALL) & (values > floor)
-    if kept.sum() < 2:
-        return float("nan")
-    return float(np.polyfit(np.log(ratio[kept]), np.log(values[kept]), 1)[0])
+    weights = np.zeros(len(ratio))
+    if kept.sum() > 1:
+        off = np.log(ratio[kept]) - np.log(ratio[kept]).mean()
+        weights[kept] = off / (off @ off)
+    return weights
+
+
+def slope(ratio: Array, values: Array, floor: Array | float = 0.0) -> float:
+    """Fit the slope of log(values) over log(mu) by :func:`slope_weights`; NaN if all are 0."""
+    weights = slope_weights(ratio, values, floor)
+    fitted = weights != 0
+    return float(weights[fitted] @ np.log(values[fitted])) if fitted.any() else float("nan")

@@ -56,7 +56,7 @@ def load_file(path: Path, of: bytes) -> bytes | None:
         return inner[: -len(record)]
     with contextlib.suppress(OSError):
         path.unlink()
-    tell(path, "damaged" if inner is None else "of something else than its name says")
+    tell(path, "damaged" if inner is None else "made for something else than its name says")
     return None
 
 
@@ -136,7 +136,7 @@ def save(within: Path, of: bytes, content: bytes, most: int) -> None:
                 path.unlink(missing_ok=True)
                 total -= size
     except OSError as error:
-        tell_once(f"{folder()}: nothing can be kept there ({reason(error)})")
+        tell_once(f"{folder()}: cannot be written ({reason(error)})")
 
 
 def _looked_up(path: Path) -> tuple[int, int, Path]:
@@ -152,7 +152,7 @@ def _looked_up(path: Path) -> tuple[int, int, Path]:
 @functools.cache
 def tell_once(said: str) -> None:
     """Give a warning only the first time, because it is the same for all files."""
-    end = "what takes long is made again at each run; XDG_CACHE_HOME names another folder"
+    end = "compiled code and maps are made again at each run; XDG_CACHE_HOME names another folder"
     warnings.warn(f"{said}: {end}", KeptFileWarning, stacklevel=3)
 
 

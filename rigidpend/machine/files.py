@@ -24,8 +24,6 @@ SEAL = b"\nrigidpend sha256 "
 SEAL_LENGTH = len(SEAL) + 64 + 1
 LARGEST = 2**31
 """Largest number of bytes of a file that is read, and of its arrays."""
-COPIES = 3
-"""Copies of a result in a run's memory: as parts, as a whole, and as the image of the file."""
 DAY = 86_400.0
 """Seconds without a change after which a file or folder counts as left behind."""
 
@@ -49,14 +47,14 @@ class Absent(StoreError):
 
 
 def afford(field: str, count: int, size: int, what: str) -> None:
-    """Refuse `count` values of `size` bytes if that is more memory than results may take.
+    """Refuse `count` values of `size` bytes if no result that is read again can hold them.
 
     `field` is the parameter that asks for them, `what` describes them with their number.
     Raises ParameterError.
     """
-    needed, most = (COPIES * x / 1e9 for x in (count * size, LARGEST))
-    if needed > most:
-        message = f"{what} need about {needed:.3g} GB of memory, and {most:.2g} GB is the most"
+    held, most = (x / 1e9 for x in (count * size, LARGEST))
+    if held > most:
+        message = f"{what} make a result of about {held:.3g} GB, and {most:.3g} GB is the most"
         raise ParameterError(field, message)
 
 

@@ -216,9 +216,7 @@ def _processes(count: int, lines: Any) -> AbstractContextManager[Executor]:
 
     # Python lets daemonic processes, such as those of multiprocessing.Pool, start no children.
     if current_process().daemon:
-        raise WorkerError(
-            "this process belongs to a pool that lets it begin none of its own: take jobs=1"
-        )
+        raise WorkerError("this process belongs to a pool and cannot start processes: use jobs=1")
     # Not by fork, which would copy locks held by threads that do not exist in the child.
     spawn = get_context("spawn")
     pool = ProcessPoolExecutor(count, spawn, initializer=_follow_parent, initargs=(lines,))
@@ -277,8 +275,8 @@ def _ended(pool: Executor, end: Callable[[], object]) -> Iterator[Executor]:
         yield pool
     except BrokenExecutor:
         raise WorkerError(
-            "a worker process was killed, perhaps for want of memory; what is finished is kept:"
-            " the same command again continues"
+            "a worker process was killed, perhaps for lack of memory; finished parts are kept,"
+            " and the same command continues"
         ) from None
     except BaseException:
         end()

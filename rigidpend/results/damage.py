@@ -40,7 +40,7 @@ An object takes some 0.5 ms: 0.7 s for the 1446 objects of a stored `stress`. Tr
 crowded machines, take several times as long."""
 ROOM = 2**27
 """Bytes of memory for what HDF5 itself needs."""
-CANNOT = "damaged: HDF5 cannot cope with it"
+CANNOT = "damaged: HDF5 cannot read it"
 TOO_LONG = "damaged: it takes longer to read than its size allows"
 
 
@@ -56,7 +56,7 @@ def intact(content: bytes) -> bytes:
     if not content.startswith(SIGNATURE):
         raise ValueError("no HDF5 signature")
     if content[-SEAL_LENGTH:].startswith(SEAL):
-        raise ValueError("damaged: its digest does not fit")
+        raise ValueError("damaged: its digest does not match")
     if len(content) != _said_length(content):
         raise ValueError("damaged: cut short, or something was added")
     return content

@@ -237,7 +237,7 @@ def _check(path: Path, file: h5py.File, most: int, layout: Layout | None) -> int
         if not isinstance(given.get(word, ""), str) or len(given.get(word, "")) > LONGEST:
             raise Unfit(f"its attribute {word} is not a short text")
     if layout is None and "experiment" not in given:
-        raise Unfit("it does not say of which experiment")
+        raise Unfit("it does not name its experiment")
     try:
         return Checker(most).file(root, layout or experiments.layout(given["experiment"]))
     except experiments.UnknownExperiment as error:
@@ -306,7 +306,7 @@ def read_config(text: str) -> dict[str, Any]:
     except (ValueError, RecursionError):
         found = None
     if not isinstance(found, dict):
-        raise Unfit("its config is no JSON object")
+        raise Unfit("its config is not a JSON object")
     if depth > DEEPEST:
         raise Unfit(f"its config has more than {DEEPEST} brackets inside each other")
     return found

@@ -126,7 +126,7 @@ class Checker:
             name = raw.decode("utf-8")
             shown = f"{place}/{name[:NAME]}".lstrip("/")
             if len(name) > NAME or not name.isprintable() or set(name) & set("$\\/"):
-                raise Unfit(f"{shown[:60]!r} is no name of ours")
+                raise Unfit(f"{shown[:60]!r} is not a valid name")
             if group.links.get_info(raw).type != h5l.TYPE_HARD:
                 raise Unfit(f"{shown} is a link to somewhere else, which is not followed")
             found[name] = h5o.open(group, raw)
@@ -139,10 +139,10 @@ class Checker:
     ) -> None:
         made, space = dataset.get_create_plist(), dataset.get_space()
         if made.get_layout() not in WHERE or made.get_external_count():
-            raise Unfit(f"{place} is stored outside of the file, where nothing is read")
+            raise Unfit(f"{place} is stored outside of the file, which is not allowed")
         filters = {made.get_filter(k)[0] for k in range(made.get_nfilters())}
         if not filters <= set(FILTERS):
-            raise Unfit(f"{place} is stored through a filter that is not ours")
+            raise Unfit(f"{place} is stored through an unknown filter")
         if space.get_simple_extent_type() not in (h5s.SCALAR, h5s.SIMPLE):
             raise Unfit(f"{place} has no shape")
         shape, datatype = space.get_simple_extent_dims(), dataset.get_type()
@@ -150,7 +150,9 @@ class Checker:
         size = math.prod(shape) * width
         # Checked before reading, for which HDF5 allocates what the header claims.
         if size > self._left:
-            raise Unfit(f"{place} is too large: {size:.2g} bytes, with what is before it")
+            raise Unfit(
+                f"{place} is too large: {size:.2g} bytes, together with the arrays before it"
+            )
         self._left -= size
         # HDF5 reads whole chunks into memory, however small the array is.
         chunked = made.get_layout() == h5d.CHUNKED

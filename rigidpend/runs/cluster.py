@@ -40,11 +40,11 @@ SCHEMES = ("", "tcp", "tls", "ws", "wss")
 """Protocols to reach a scheduler; tcp if none is given."""
 LOOK = 0.5
 """Seconds between two looks at the workers."""
-ROOM = "give it more, or fewer threads, as by dask worker --nthreads 1 --memory-limit 8GB"
+ROOM = "give it more, or fewer threads, for example by dask worker --nthreads 1 --memory-limit 8GB"
 """Advice for a worker that runs out of memory."""
 PROVING_AND_FINDING = (("certified", "codes.py"), ("symbolic", "find.py"))
 """Modules of routes that workers use besides those of an experiment."""
-CONTINUES = "what is finished is kept: the same command again continues"
+CONTINUES = "finished parts are kept, and the same command continues"
 
 
 def check_extra() -> None:
@@ -64,7 +64,9 @@ def complaint(address: str) -> str:
         usable = scheme in SCHEMES and parts.hostname and parts.port and parts.netloc == place
     except ValueError:
         usable = None
-    return "" if usable else f"{address!r} is no address of a scheduler, as tcp://host:8786 is"
+    return (
+        "" if usable else f"{address!r} is not the address of a scheduler, such as tcp://host:8786"
+    )
 
 
 def computed(
@@ -114,7 +116,7 @@ def gathered(
             check_stop()
             threads = sum(client.nthreads().values())
             if not threads and not idle:
-                wanted = f"no workers; it waits until one comes: dask worker {address}"
+                wanted = f"no workers yet; it waits for one, started by: dask worker {address}"
                 report(f"cluster {address}: {wanted}")
             idle = not threads
             ahead = max(LEAST_AHEAD, AHEAD * threads) - len(names)
@@ -162,7 +164,7 @@ def _answer(client: Any, future: Any) -> tuple[Tree, str]:
         tried = client.run(exec, f"import {__name__}", on_error="return")
         lacking = [worker for worker, failed in tried.items() if failed is not None]
         raise WorkerError(
-            f"rigidpend as it is here is not on {', '.join(lacking) or 'a lost worker'} ({error}):"
+            f"no rigidpend like the one here on {', '.join(lacking) or 'a lost worker'} ({error}):"
             f" install it there; {CONTINUES}"
         ) from None
 
@@ -202,9 +204,9 @@ def named_errors(address: str) -> Iterator[None]:
     try:
         yield
     except KilledWorker as error:
-        lost = getattr(error.last_worker, "address", "its worker")
-        said = f"a part was lost with the worker {lost} and others before, perhaps for want of"
-        raise WorkerError(f"cluster {address}: {said} memory there: {ROOM}; {CONTINUES}") from None
+        lost = getattr(error.last_worker, "address", "of unknown address")
+        said = f"worker {lost} died with a part, as others did before, perhaps for lack of memory"
+        raise WorkerError(f"cluster {address}: {said}: {ROOM}; {CONTINUES}") from None
     except (CancelledError, CommClosedError, OSError):
         # The connection closed, or was not made again in time.
         raise WorkerError(f"cluster {address}: the scheduler went away; {CONTINUES}") from None

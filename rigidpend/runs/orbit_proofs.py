@@ -53,7 +53,7 @@ LAYOUT = {
 def prepare(file: Path) -> None:
     """Refuse a file to which no proof can be written, by StoreError."""
     if not is_proof(file):
-        raise store.StoreError(f"{file}: a proof is named X{SUFFIX}")
+        raise store.StoreError(f"{file}: the name of a proof ends in {SUFFIX}")
     store.prepare(file, "choose another file with --proof")
 
 
@@ -126,9 +126,9 @@ def check(file: Path, jobs: int, report: Report) -> str:
     except (ValueError, Undecided) as error:
         raise store.StoreError(f"{file}: not proven: {short(error)}") from None
     return (
-        f"of the starts with h0 = {problem.h0}, J1_0 = {problem.J1_0} and"
+        f"one of the starts with h0 = {problem.h0}, J1_0 = {problem.J1_0} and"
         f" {sections.words_on_phases(low, high)}"
-        f" one has the code of {counted(len(code), 'symbol')} {code}"
+        f" has the code of {counted(len(code), 'symbol')} {code}"
     )
 
 

@@ -29,7 +29,7 @@ def remedy(file: Path) -> str:
         return call("certify" if file.stem != name else "run", [name], file.parent, force)
     if log.is_file():
         return f"the first line of {log} has the command that made it: add --force"
-    lost = "make it anew by the config that it was made by, or take another copy of it"
+    lost = "make it anew from its config, or take another copy of it"
     return lost if file.exists() else ""
 
 

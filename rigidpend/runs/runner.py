@@ -61,7 +61,7 @@ def plan(config: LoadedConfig, folder: Path, *, force: bool = False) -> Plan:
     check_stop()
     target = folder / f"{config.name}.h5"
     if other := twin(target):
-        message = f"{other} is there, and some systems take both names for one file"
+        message = f"{other} exists, and some systems ignore the difference in case"
         raise StoreError(f"{target}: {message}; choose another with --name")
     fingerprint = {
         "config_hash": config.config_hash,
@@ -160,7 +160,7 @@ def run(
         told = aside.submit(provenance.provenance)
         start, resumed = time.perf_counter(), len(parts)
         if resumed:
-            tell(f"goes on from {len(parts)} finished part{'s' if len(parts) > 1 else ''}")
+            tell(f"continues from {len(parts)} finished part{'s' if len(parts) > 1 else ''}")
         check_stop()
         asked = content.numerics_asked
         arithmetic = resolve(**{**asked, "engine": config.engine}) if asked else CLOSED_FORM

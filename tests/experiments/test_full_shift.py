@@ -124,7 +124,7 @@ def test_symbols_of_an_approach_are_those_that_the_config_asks_for(
     config = asked("full_shift")
     problem = config.problem.model_copy(update={"approach": "0^15"})
     config = config.model_copy(update={"problem": problem})
-    with pytest.raises(ArithmeticError, match="symbols of the approach are others"):
+    with pytest.raises(ArithmeticError, match="symbols of the approach differ"):
         full_shift.theorems(config, data)
     with pytest.raises(ArithmeticError, match="there is no approach"):
         full_shift.compute(asked("full_shift", *OWN, "problem.approach=a 0^50"), Means())

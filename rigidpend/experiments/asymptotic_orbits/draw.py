@@ -86,9 +86,9 @@ def _draw_heights(axes: Axes, drawn: list[tuple[str, Data]]) -> None:
 CAPTION = (
     "Where a symbol of the route codes changes lies an orbit that never leaves again: a"
     " homoclinic one, which returns to the periodic orbit that it came from, or a heteroclinic"
-    " one, which goes to the other. Row i + 1 of the plane has the orbits with i symbols, as far"
-    " as no passage takes too many rotations. The hodographs of the sampled orbits begin and end"
-    " at the origin, where omega is horizontal along eta."
+    " one, which goes to the other. Row i + 1 of the plane has the orbits with i symbols,"
+    " without those of which a passage takes too many rotations. The hodographs of the sampled"
+    " orbits begin and end at the origin, where omega is horizontal along eta."
 )
 ROWS = 24
 """Number of orbits with a row of the table: the first in the order of symbols and phases."""

@@ -15,9 +15,9 @@ from rigidpend.experiments.data import Data, Loaded
 from rigidpend.experiments.plots import BLUE, GREEN, ORANGE, RED, WIDTH, entry, title
 
 CAPTION = (
-    "Who is faster, with bodies drawn by lot and with one at each error, and how many of the"
-    " symbols that a method vouches for are wrong. Every method is used as its own documentation"
-    " does, on one machine."
+    "Times of methods with random bodies, time against error with one body, and the share"
+    " of wrong symbols among those that a method calls right. Every method is used as in its own"
+    " documentation, on one machine."
 )
 tables = report.tables
 DIAGRAM, LEGEND = 2.15, 0.45
@@ -68,14 +68,14 @@ def draw(result: Loaded) -> Figure:
 
 def _draw_again(axes: Axes, data: Data) -> None:
     _draw_shares(axes, {name: 1e6 * one["again"] for name, one in report.of_bodies(data).items()})
-    axes.set(title="bodies drawn by lot: the same call again", xlabel="time of an orbit (us)")
+    axes.set(title="random bodies: the same call again", xlabel="time of an orbit (us)")
 
 
 def _draw_first(axes: Axes, data: Data) -> None:
     _draw_shares(axes, {name: one["first"] for name, one in report.of_bodies(data).items()})
     (_, own), *_ = report.records(data["bodies"])
     label = f"time of {max(own['orbits']):,.0f} orbits (s)"
-    axes.set(title="bodies drawn by lot: first call with each", xlabel=label)
+    axes.set(title="random bodies: first call with each", xlabel=label)
 
 
 def _draw_shares(axes: Axes, sample: dict[str, Any]) -> None:

@@ -121,7 +121,7 @@ def _lost_bodies(data: Data) -> Iterator[tuple[str, ...]]:
             ratios = theirs / own[key]
             k, lost = int(np.argmin(ratios)), int((ratios < 1).sum())
             if lost:
-                text = f"{call}: {lost} of {ratios.size} bodies drawn by lot, the worst"
+                text = f"{call}: {lost} of {ratios.size} random bodies, the worst"
                 yield text, METHODS[name].label, seconds(theirs[k]), times(ratios[k])
 
 
@@ -144,20 +144,20 @@ def bodies_tables(data: Data) -> list[Table]:
     orbits = group[name]["orbits"]
     note = (
         f"{orbits.size} bodies: shapes, directions, energies, weights (mu/h0 from 1e-4 to 2e-2)"
-        " and starts (J1_0 from 1e-12 to 1e-6) by lot;"
+        " and starts (J1_0 from 1e-12 to 1e-6) at random;"
         f" {max(orbits):,.0f} orbits of 15 symbols each, up to two threads; fewer of the"
         f" {int((orbits < max(orbits)).sum())} bodies"
         " with which ours is expected to take long. A peer follows fewer,"
         " and its time is scaled. Medians over the bodies, then what 90 % of them stay below."
         " Symbols per million: wrong ones that a method vouches for, all wrong ones where it"
-        " vouches for none. Where two methods differ principal axes tell, in up to 113 bits; what"
-        " is behind the first orbit that they have no time for does not count. heyoka is compiled"
+        " vouches for none. Where two methods differ, principal axes decide, in up to 113 bits;"
+        " symbols after the first orbit that they have no time for do not count. heyoka is compiled"
         " once, with the numbers of a body as parameters."
     )
     slow = np.argsort(-sum(x / np.median(x) for x in own.values()))[:SLOWEST]
     title = f"The slowest bodies: {METHODS[name].label}"
     return [
-        Table("Bodies drawn by lot", header, rows, note),
+        Table("Random bodies", header, rows, note),
         Table(title, ("A", "r", "mu/h0", "J1_0", *CALLS), [_body(group, own, k) for k in slow]),
     ]
 

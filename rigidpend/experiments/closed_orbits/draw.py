@@ -90,7 +90,7 @@ CAPTION = (
     " words of a length settle within a few lengths (right). The words are read from a passage"
     " past the upper orbit on, and the orbits found by the return map. Averages of their Lyapunov"
     " exponents tend to that of long orbits of random symbols: each symbol more leaves a small"
-    " part of the distance, where a random orbit must be a hundred times as long for each digit."
+    " part of the distance, while a random orbit must be a hundred times as long for each digit."
 )
 SHORT = 4
 """Largest length of words whose orbits have rows of their own; there are twelve such orbits."""

@@ -77,11 +77,11 @@ def _draw_check(axes: Axes, checked: Data) -> None:
 
 
 CAPTION = (
-    "Orbits that start side by side part fastest (bright) along the lines where a symbol of their"
-    " route code changes. The exponent is the logarithm of the largest growth of a deviation"
-    " through some passages, a passage, from the derivatives of the return map, in the Euclidean"
-    " norm of (M', gamma), dimensionless, on the section at the orbit's energy. In some cells the"
-    " variational equations are integrated as well."
+    "Orbits that start side by side separate fastest (bright) along the lines where a symbol of"
+    " their route code changes. The exponent is the logarithm of the largest growth of a deviation"
+    " through some passages, divided by their number, from the derivatives of the return map, in"
+    " the Euclidean norm of (M', gamma), dimensionless, on the section at the orbit's energy. In"
+    " some cells the variational equations are integrated as well."
 )
 
 
@@ -100,4 +100,4 @@ def tables(result: Loaded) -> list[Table]:
             f" (median of {held.size} cells), by {held.max():.1g} at most."
         )
     columns = [Column("passages", growth["passages"]), *below]
-    return [Table.of("Finite-time exponents, a passage", columns, note)]
+    return [Table.of("Finite-time exponents, per passage", columns, note)]

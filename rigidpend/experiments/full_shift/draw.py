@@ -104,16 +104,16 @@ def _middle(outline: Array, sides: int, first: int) -> Array:
 
 
 CAPTION = (
-    "Each image, a pale strip, crosses all sets of its panel, the full ones, from end to end, as"
-    " in a horseshoe. The sets lie on the section J1 = J2/2, of upward and of downward"
-    " crossings, and the images are those after one passage. That they cross is proven, and from"
-    " it follows that every sequence of 0 and 1 is the route code of an orbit in the sets (each"
-    " sequence of sets that of one alone where C7 holds), and every periodic one that of a closed"
-    " orbit. A line of starts of one J1_0 crosses those of a section too: every one-sided sequence"
-    " is the code of one of them, behind that of its approach; where C8 holds every finite sequence"
-    " is that of an orbit from the lower periodic orbit to the upper or the lower one, and of one"
-    " from the upper one. What looks like a line in the upper panels is a set: below, one"
-    " crossing is magnified."
+    "Each image (pale strip) crosses all sets (full strips) of its panel from end to end, as in a"
+    " horseshoe. The sets lie on the section J1 = J2/2, at upward and at downward crossings, and"
+    " the images are those after one passage. It is proven that they cross. So every sequence of 0"
+    " and 1 is the route code of an orbit in the sets, and every periodic sequence that of a closed"
+    " orbit; where C7 holds, each sequence of sets has one orbit only. A line of starts with one"
+    " J1_0 crosses the sets of a section too: every one-sided sequence is the code of one of these"
+    " starts, after the symbols of its approach. Where C8 holds, every finite sequence is the code"
+    " of an orbit from the lower periodic orbit to the upper or the lower one, and of one from the"
+    " upper one. What looks like a line in the upper panels is a set: below, one crossing is"
+    " magnified."
 )
 
 
@@ -208,7 +208,7 @@ def _energies(result: Loaded) -> str:
         return ""
     middle = "h" if given.get("h") is not None else f"h0 + {float(found['shift'])!r}"
     return (
-        f" All of this is of every energy that differs from {middle} by at most"
+        f" All of this holds for every energy that differs from {middle} by at most"
         f" {float(found['spread'])!r}, with sets that move with it; drawn are those of the middle."
     )
 

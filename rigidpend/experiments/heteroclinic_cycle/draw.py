@@ -89,7 +89,7 @@ def _name_axes(axes: Axes, vertices: Any) -> None:
 
 CAPTION = (
     "At the end of each separatrix, 1 to 4, a body with a weight turns to the left or to the"
-    " right, symbol 0 or 1, and so on along the next: this graph is the alphabet of the route"
+    " right, symbol 0 or 1, and follows the next one: this graph is the alphabet of the route"
     " codes. Its vertices are the two rotations about the middle axis, in the plane of theta1 and"
     " J1/J2."
 )

@@ -121,7 +121,7 @@ def _draw_remainder(axes: Axes, data: Data, field: str, separatrix: int, slope: 
 
 
 CAPTION = (
-    "What theta3 gains along a separatrix is close to the first order (tri1), in each of the"
+    "The gain of theta3 along a separatrix is close to the first order (tri1), in each of the"
     " regimes of (trieq): the filled marks lie in the open ones. What the first order leaves out"
     " falls as mu^2 along each orbit, and as mu^3 in the mean of the two."
 )

@@ -66,7 +66,7 @@ def _joined(config: Config, trees: Sequence[Tree], means: Means) -> Tree:
     columns = _columns(config.problem, means.jobs)
     # Nothing is stored then: either a proof or an integration must be wrong.
     if contradicted := contradictions(intervals, config.problem.columns.phases, columns):
-        raise ArithmeticError(f"proven symbols are others than those of theta2_0 = {contradicted}")
+        raise ArithmeticError(f"proven symbols contradict those of theta2_0 = {contradicted}")
     told = ", ".join(f"{float(share):.4g}" for share in shares)
     means.report(f"{intervals['place'].size} intervals; shares of the line: {told}")
     return {
@@ -139,7 +139,7 @@ def unpacked(intervals: Data) -> list[PhaseInterval]:
     rows = zip(intervals["place"], intervals["depth"], strict=True)
     found = [PhaseInterval(int(place), int(depth)) for place, depth in rows]
     if not all(0 <= x.depth <= 64 and 0 <= x.place < 1 << x.depth for x in found):
-        raise ValueError("an interval is none of the line")
+        raise ValueError("an interval is not on the line")
     if any(a.ends[1] > b.ends[0] for a, b in pairwise(found)):
         raise ValueError("two intervals overlap, or are out of order")
     return found
@@ -181,12 +181,12 @@ def arranged(problem: Problem, data: Data) -> tuple[list[Any], list[Fraction]]:
     if not set(codes.ravel().tolist()) <= {0, 1, NO_SYMBOL} or np.any(
         (codes[:-1] == NO_SYMBOL) & (codes[1:] != NO_SYMBOL)
     ):
-        raise ValueError("a symbol is none, or follows one that is not proven")
+        raise ValueError("a symbol is not 0 or 1, or follows one that is not proven")
     orbits = pieces.unpacked(data["proof"], len(every))
     shares = shares_of(every, codes)
     # Both are exact fractions rounded to doubles, so that they must be equal.
     if [float(x) for x in shares] != data["shares"].tolist():
-        raise ValueError("the shares of the line are others")
+        raise ValueError("the shares of the line differ")
     parts = zip(every, orbits, codes.T.tolist(), strict=True)
     return [part for part in parts if part[2][0] != NO_SYMBOL], shares
 
@@ -205,7 +205,7 @@ def _again(
     except Undecided as doubt:
         raise Undecided(f"{name}: {doubt}") from None
     if list(map(int, found[: len(proven)])) != stored[: len(proven)]:
-        raise Undecided(f"{name}: its symbols are others, or fewer")
+        raise Undecided(f"{name}: its symbols differ, or fewer are proven")
 
 
 def cost(config: Config) -> float:

@@ -77,8 +77,8 @@ def _draw_intervals(axes: Axes, intervals: Data, shares: Data) -> None:
 CAPTION = (
     "Single starts with their symbols by integration, and below them intervals of the line, all of"
     " whose orbits are proven to have the symbols there: i = 1 at the bottom, 0 black, 1 white;"
-    " grey is what intervals so long do not prove. Beside each row is the share of the line on"
-    " which so many symbols are proven."
+    " grey symbols are not proven by intervals of this length. Beside each row is the share of the"
+    " line on which so many symbols are proven."
 )
 
 

@@ -27,7 +27,7 @@ class Problem(RouteStart):
     @model_validator(mode="after")
     def _rational(self) -> Self:
         if self.J1_0.fraction is None:
-            raise ParameterError("J1_0", f"a decimal or fraction is wanted, got {self.J1_0}")
+            raise ParameterError("J1_0", f"expected a decimal or fraction, got {self.J1_0}")
         if not float(self.mu) > 0:
             raise ParameterError("mu", "without a weight no orbit leaves a surface: mu > 0")
         self.routes.afford(self.columns.count, "columns")

@@ -154,8 +154,8 @@ def _entries(data: Data, zooms: Data) -> list[Any]:
 CAPTION = (
     "Each cell is an orbit, coloured by its route code: blue if it leaves on the left first,"
     " orange if on the right, and shaded by what comes next. The closer to a line between two"
-    " colours it starts, the longer it stays with a periodic orbit; one rotation longer, for a"
-    " start or a weight exp(pi^2/nu) times smaller, and the same pattern comes again."
+    " colours it starts, the longer it stays with a periodic orbit. For a start or a weight"
+    " exp(pi^2/nu) times smaller it stays one rotation longer, and the same pattern comes again."
 )
 
 

@@ -74,7 +74,7 @@ def _explain(figure: Figure, data: Data) -> None:
     )
     entries = [
         *plots.symbol_entries(r"$z_i = 0$", r"$z_i = 1$"),
-        *(Patch(facecolor=NEW[k], label=f"{k}, other than in the array before") for k in (0, 1)),
+        *(Patch(facecolor=NEW[k], label=f"{k}, differs from the array before") for k in (0, 1)),
         Patch(facecolor="none", edgecolor=plots.ZOOM, label=f"above symbol {int(data['symbol'])}"),
     ]
     legend = figure.legend(
@@ -86,10 +86,10 @@ def _explain(figure: Figure, data: Data) -> None:
 CAPTION = (
     "Magnified again and again about a phase at which a symbol changes, the array of route codes"
     " comes to repeat itself, row after row from below. The orbit at that phase stays with a"
-    " periodic orbit for ever; an orbit at a distance d from it stays a time that grows as"
-    " ln(1/d), and its next symbols follow from the phase at which it leaves, which is the same"
-    " again for a d that is exp(pi^2/nu) times smaller: one rotation more. In colour: what differs"
-    " from the array before."
+    " periodic orbit for ever; an orbit at a distance d from it stays for a time that grows as"
+    " ln(1/d), and its next symbols follow from the phase at which it leaves. This phase is the"
+    " same again, one rotation later, for a d that is exp(pi^2/nu) times smaller. In colour: what"
+    " differs from the array before."
 )
 
 

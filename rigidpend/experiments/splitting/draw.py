@@ -174,8 +174,8 @@ def _draw_table(axes: Axes, data: Data) -> str:
 
 
 CAPTION = (
-    "The surfaces S1- and S2+ part as a cosine of the phase, with the amplitude that Melnikov's"
-    " formula gives, the more exactly the smaller the weight is. On the section J1 = J2/2 the"
+    "The distance of the surfaces S1- and S2+ is a cosine of the phase with the amplitude of"
+    " Melnikov's formula, the more exactly the smaller the weight is. On the section J1 = J2/2 the"
     " formula's curve errs by O(mu), its amplitude by O(mu^2). Each distance has an error of its"
     " own; those that no precision resolved are crossed out."
 )
@@ -187,7 +187,7 @@ def tables(result: Loaded) -> list[Table]:
     bodies, weight = data["bodies"], float(data["mu_over_h0"][0])
     resolved = [f"{np.count_nonzero(each)} of {each.size}" for each in bodies["resolved"]]
     table = Table.of(
-        f"Largest distance in theta1 at mu = {weight:g} h0, and powers of mu of the rest",
+        f"Largest distance in theta1 at mu = {weight:g} h0; powers of mu by which the rest falls",
         [
             Column("body", bodies["name"]),
             Column("nu", bodies["nu"], ".4f"),

@@ -19,8 +19,8 @@ from rigidpend.experiments.stress import FAILED, LIMIT, PASSED
 from rigidpend.machine.wording import Column, Table
 
 CAPTION = (
-    "Each trial goes to a limit, and its value stays below the bound that was stated before it"
-    " ran: its share of it is at most 1. Drift of the integrals, growth of errors from passage"
+    "Each trial tests an extreme, and its value stays below the bound that was stated before it"
+    " ran: the ratio of both is at most 1. Drift of the integrals, growth of errors from passage"
     " to passage, and how many symbols each precision decides."
 )
 HEIGHT = 8.8
@@ -155,8 +155,8 @@ def tables(result: Loaded) -> list[Table]:
             told = (str(claims[key][k]) for key in ("measured", "note", "limit"))
             reason = "; ".join(filter(None, told))
             beyond.append((claims["verdict"][k], f"{kind}, {claims['name'][k]}", reason))
-    caption = "Trials, and the largest part of its bound that one which passed reached"
-    found = [Table(caption, ("kind", *LOOKS, "largest part"), rows)]
+    caption = "Trials of each kind, and the largest ratio of value and bound of those that passed"
+    found = [Table(caption, ("kind", *LOOKS, "largest ratio"), rows)]
     if beyond:
         found.append(Table("Beyond their bounds", ("verdict", "trial", "reason"), beyond))
     return found
