@@ -215,7 +215,7 @@ def test_a_map_does_without_terms_far_below_its_tables_errors(made: ReturnMap) -
     """In doubles without those below their roundings."""
     exact_one = replace(made, errors=made.errors._replace(charts=0, inverse=0, exponents=0))
     assert exact_one.left_out == 2.0 ** -(made.bits + 6 + 2)
-    rough_one = replace(made, errors=made.errors._replace(charts=2.0**-30))
+    rough_one = replace(made, errors=made.errors._replace(charts=6 * 2.0**-32))
     assert rough_one.left_out == 2.0**-32
     least, most = map(precision(made.bits).number, POINT)
     terms = [x.program(53, least, most).values.shape[1] for x in (exact_one, made, rough_one)]

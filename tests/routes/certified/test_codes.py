@@ -146,5 +146,5 @@ def test_too_many_orbits_are_refused(tmp_path: Path) -> None:
     loaded = loading.load(
         catalogue.known()["fig4"], ["problem.arrays.left.count=2001", "problem.n_symbols=2"]
     )
-    with pytest.raises(loading.ConfigError, match="2000 are the most"):
+    with pytest.raises(loading.ConfigError, match="holds at most 2000"):
         certificates.orbits(loaded, tmp_path)
